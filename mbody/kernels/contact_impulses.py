@@ -255,8 +255,8 @@ def relax(B, count, tolerance, most):
 
 @njit
 def follow_sliding(B, count, part):
-    """Open the cones by the present sliding, or go that part of the way. Returns the greatest change
-    of what that asks of an impulse, as a part of the greatest one.
+    """Open the cones by the present sliding, or go that part of the way. Returns the greatest
+    change of what that asks of an impulse, as a part of the greatest one.
     """
     furthest = 0.0
     for c in range(count):
