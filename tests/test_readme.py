@@ -63,7 +63,13 @@ def differences(output, shown):
 
 @pytest.mark.parametrize(
     ("page", "least"),
-    [("README.md", 6), ("docs/control.md", 4), ("docs/motors.md", 4), ("docs/friction.md", 3)],
+    [
+        ("README.md", 6),
+        ("docs/control.md", 4),
+        ("docs/motors.md", 4),
+        ("docs/friction.md", 3),
+        ("docs/many_contacts.md", 3),
+    ],
 )
 def test_the_code_of_a_page_prints_what_it_shows(page, least):
     namespace = {"__name__": "readme"}

@@ -10,6 +10,7 @@ QUESTIONS = (
     "chains",
     "long_chain",
     "bodies",
+    "piles",
     "evaluations",
     "control_loop",
     "many_at_once",

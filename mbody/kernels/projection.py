@@ -37,6 +37,8 @@ from mbody.kernels.singularity_monitor import node_conditioning
 __all__ = [
     "constrained_accelerations",
     "least_conditioning",
+    "project_position",
+    "project_velocity",
     "projected_accelerations",
     "tangential_part",
 ]

@@ -28,7 +28,7 @@ from mbody.model.shapes import Shape, Vertex, points_of
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
 
-__all__ = ["IMPACT_LAWS", "Between", "Contact", "OneSided", "Rope"]
+__all__ = ["IMPACT_LAWS", "Between", "Contact", "OneSided", "Rope", "shape_names"]
 
 #: Contacts of one group, at most: each is watched by itself.
 MOST_CONTACTS = 2000
@@ -155,29 +155,11 @@ class Contact(OneSided):
 
     def _check(self) -> None:
         super()._check()
-        self._refuse_numbers(self.friction, self.static, self.restitution)
+        refuse_coefficients(self.name, self.friction, self.static, self.restitution)
 
     def refuse(self, at: Numbers, unit: str) -> None:
         """As of one contact, of every design."""
-        static = None if self.static is None else at[f"{self.name}.static"]
-        numbers = (at[f"{self.name}.friction"], static, at[f"{self.name}.restitution"])
-        rows = np.broadcast_arrays(*(np.nan if one is None else one for one in numbers))
-        for mu, most, e in zip(*map(np.ravel, rows), strict=True):
-            self._refuse_numbers(float(mu), None if np.isnan(most) else float(most), float(e))
-
-    def _refuse_numbers(self, mu: float, static: float | None, restitution: float) -> None:
-        if static is not None and static < mu:
-            raise ModelError(
-                f"'{self.name}': friction is {mu:g}, more than static = {static:g}: what slides "
-                "has at most the friction of what sticks; exchange them, or leave out static",
-                self.name,
-            )
-        if restitution > 1.0:
-            raise ModelError(
-                f"'{self.name}': restitution is {restitution:g}, which would gain energy: give 0 "
-                "to 1",
-                self.name,
-            )
+        refuse_of_designs(self, at)
 
     @property
     def bodies(self) -> tuple[str, str]:
@@ -238,7 +220,8 @@ class Contact(OneSided):
 class Between(OneSided):
     """Contacts between all shapes of two groups: a `Contact` for each pair that two bodies make.
 
-    A mechanism takes the contacts in its place, named by it with a number each: "pile_1", "pile_2".
+    In a system the contacts stand in its place, named by it with a number each: "pile_1", "pile_2";
+    but for `simulate` by ``method="moreau"``, which looks only at the shapes that are near.
 
     Parameters
     ----------
@@ -270,9 +253,26 @@ class Between(OneSided):
         """None by name."""
         return ()
 
+    def _check(self) -> None:
+        super()._check()
+        refuse_coefficients(self.name, self.friction, self.static, self.restitution)
+
+    def refuse(self, at: Numbers, unit: str) -> None:
+        """As of one contact, of every design."""
+        refuse_of_designs(self, at)
+
+    def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
+        """None of its own."""
+        return []
+
+    def sides(self, known: Sequence[str]) -> tuple[list[str], list[str]]:
+        """The names that fit i and j, among those known."""
+        i, j = ([n for n in known if fnmatch.fnmatchcase(n, str(p))] for p in (self.i, self.j))
+        return i, j
+
     def pairs(self, known: Sequence[str]) -> list[tuple[str, str]]:
         """The pairs of shapes of different bodies, each once, among those known."""
-        groups = [[n for n in known if fnmatch.fnmatchcase(n, str(p))] for p in (self.i, self.j)]
+        groups = self.sides(known)
         found: dict[frozenset[str], tuple[str, str]] = {}
         for one in groups[0]:
             for other in groups[1]:
@@ -281,11 +281,27 @@ class Between(OneSided):
             if len(found) > MOST_CONTACTS:
                 raise ModelError(
                     f"'{self.name}' would be more than {MOST_CONTACTS} contacts, {len(groups[0])} "
-                    f"shapes with {len(groups[1])}: every pair is watched by itself; name fewer "
-                    "shapes that can meet",
+                    f"shapes with {len(groups[1])}: every pair is watched by itself; simulate by "
+                    'the method "moreau", which looks at those that are near, or name fewer shapes',
                     self.name,
                 )
         return list(found.values())
+
+    def refuse_empty(self, bodies: Sequence[Any]) -> None:
+        """Refuse a group of which no two shapes are on different bodies.
+
+        Raises
+        ------
+        ModelError
+        """
+        known = shape_names(bodies)
+        i, j = ({name.partition(".")[0] for name in side} for side in self.sides(known))
+        if not i or not j or (len(i) == 1 and i == j):
+            raise ModelError(
+                f"'{self.name}': no two shapes of different bodies fit {brief(self.i)} and "
+                f"{brief(self.j)} (there are: {listed(known)})",
+                self.name,
+            )
 
     def contacts(self, bodies: Sequence[Any]) -> list[Contact]:
         """The contacts of the group between bodies.
@@ -293,21 +309,19 @@ class Between(OneSided):
         Raises
         ------
         ModelError
-            Where no two shapes fit, or too many do.
+            Where there are too many.
         """
-        known = [f"{b.name}.{key}" for b in bodies for key in (*b.shapes, *b.points)]
-        pairs = self.pairs(known)
-        if not pairs:
-            raise ModelError(
-                f"'{self.name}': no two shapes of different bodies fit {brief(self.i)} and "
-                f"{brief(self.j)} (there are: {listed(known)})",
-                self.name,
-            )
+        pairs = self.pairs(shape_names(bodies))
         own = {key: getattr(self, key) for key in ("friction", "static", "restitution", "law")}
         return [
             Contact(f"{self.name}_{n}", one, other, **own)
             for n, (one, other) in enumerate(pairs, start=1)
         ]
+
+
+def shape_names(bodies: Sequence[Any]) -> list[str]:
+    """The dotted names of all shapes and points of bodies."""
+    return [f"{b.name}.{key}" for b in bodies for key in (*b.shapes, *b.points)]
 
 
 @dataclass(frozen=True)
@@ -355,6 +369,35 @@ class Rope(OneSided):
         """The one distance."""
         arms = [*at.arm(self, "i"), *at.arm(self, "j")]
         return [Spot.taut(self.bodies, arms, at[f"{self.name}.length"])]
+
+
+def refuse_coefficients(name: str, mu: float, static: float | None, restitution: float) -> None:
+    """Refuse coefficients of friction and restitution that cannot be.
+
+    Raises
+    ------
+    ModelError
+    """
+    if static is not None and static < mu:
+        raise ModelError(
+            f"'{name}': friction is {mu:g}, more than static = {static:g}: what slides "
+            "has at most the friction of what sticks; exchange them, or leave out static",
+            name,
+        )
+    if restitution > 1.0:
+        raise ModelError(
+            f"'{name}': restitution is {restitution:g}, which would gain energy: give 0 to 1",
+            name,
+        )
+
+
+def refuse_of_designs(one: Contact | Between, at: Numbers) -> None:
+    """The same of every design."""
+    static = None if one.static is None else at[f"{one.name}.static"]
+    numbers = (at[f"{one.name}.friction"], static, at[f"{one.name}.restitution"])
+    rows = np.broadcast_arrays(*(np.nan if part is None else part for part in numbers))
+    for mu, most, e in zip(*map(np.ravel, rows), strict=True):
+        refuse_coefficients(one.name, float(mu), None if np.isnan(most) else float(most), float(e))
 
 
 def _named(shape: Shape) -> str:

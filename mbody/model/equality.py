@@ -90,4 +90,5 @@ def whole(machine: Any) -> tuple[Any, ...]:
     instants = machine.ask and replace(machine.ask, at={})
     questions = {n: replace(q, unknowns="x", at={}) for n, q in machine.questions.items()}
     studies = machine.measures, instants, positions, sought, _simulated(machine), questions
-    return (*title, *elements, *signals, machine.contacts, parameters, following, *studies)
+    contacts = machine.contacts, machine.groups
+    return (*title, *elements, *signals, *contacts, parameters, following, *studies)

@@ -37,7 +37,7 @@ from mbody.quantities.number import evaluated, number
 from mbody.quantities.types import Number
 from mbody.quantities.units import Dimension, UnitSystem, unit_system
 
-__all__ = ["Mechanism", "compiled_state", "snapshot", "with_element"]
+__all__ = ["Mechanism", "compiled_state", "snapshot", "with_element", "without_contacts"]
 
 E = TypeVar("E", bound=Element)
 
@@ -137,6 +137,7 @@ class Mechanism:
         self.ground = self._taken(Body("ground", points=points, shapes=shapes))
         self._elements: dict[str, Element] = {}
         self._sorted: dict[type, tuple[Any, ...]] | None = None
+        self._groups: dict[str, Between] = {}  # as they were given
         #: States that elements bring, kept when the mechanism is closed.
         self._brought: tuple[OwnState, ...] | None = None
 
@@ -246,8 +247,7 @@ class Mechanism:
                 f"controllers, not {reprlib.repr(element)}{remedy}"
             )
         if isinstance(element, Between):
-            self.add(*element.contacts((*self.bodies, self.ground)))
-            return
+            element.refuse_empty((*self.bodies, self.ground))
         name = element.name
         if name in self._elements or name == "ground":
             what = type(self._elements[name]).__name__ if name in self._elements else "fixed link"
@@ -269,6 +269,8 @@ class Mechanism:
         except ModelError:
             del self._elements[name]
             raise
+        if isinstance(element, Between):
+            self._groups = {**self._groups, name: element}
 
     def _taken(self, element: E) -> E:
         """The element with floats for its text; what they were made of is kept."""
@@ -345,7 +347,12 @@ class Mechanism:
     @property
     def contacts(self) -> tuple[OneSided, ...]:
         """The contacts and ropes, in the order of the description."""
-        return self._of(OneSided)
+        return tuple(one for one in self._of(OneSided) if not isinstance(one, Between))
+
+    @property
+    def groups(self) -> tuple[Between, ...]:
+        """The groups of contacts, in the order of the description."""
+        return self._of(Between)
 
     @property
     def loads(self) -> tuple[Load, ...]:
@@ -403,6 +410,7 @@ class Mechanism:
             (len(self.drivers), "driver", "drivers"),
             (len(self.loads), "load", "loads"),
             (len(self.contacts), "contact", "contacts"),
+            (len(self.groups), "group of contacts", "groups of contacts"),
             (len(self.inputs), "input", "inputs"),
             (len(self.described_states), "state", "states"),
         )
@@ -430,15 +438,32 @@ def _measure(name: Any, value: Any) -> Measure:
 # -- copies that are closed to additions -----------------------------------------------------------
 
 
-def snapshot(machine: Mechanism) -> Mechanism:
-    """The mechanism as it is now, closed to additions: what a system keeps."""
+def snapshot(machine: Mechanism, *, groups: bool = False) -> Mechanism:
+    """The mechanism as it is now, closed to additions: what a system keeps; with single contacts in
+    the place of their groups, unless these are to stay.
+    """
     if machine._sorted is not None:
         return machine
     kept = copy.copy(machine)
+    for group in () if groups else machine.groups:
+        del kept._elements[group.name]
+        own = f"{group.name}."
+        kept.formulas = {k: f for k, f in kept.formulas.items() if not k.startswith(own)}
+        kept.add(*machine._groups[group.name].contacts((*machine.bodies, machine.ground)))
     kept._brought = None
     for state in machine.described_states:
         kept._elements[state.name], formulas = compiled_state(machine, state)
         kept.formulas |= formulas
+    kept._sorted = {}
+    return kept
+
+
+def without_contacts(machine: Mechanism) -> Mechanism:
+    """The mechanism without contacts, ropes and groups of contacts, closed to additions."""
+    kept = copy.copy(machine)
+    gone = {one.name for one in (*machine.contacts, *machine.groups)}
+    kept._elements = {name: one for name, one in machine._elements.items() if name not in gone}
+    kept.formulas = {k: f for k, f in kept.formulas.items() if k.partition(".")[0] not in gone}
     kept._sorted = {}
     return kept
 

@@ -24,7 +24,7 @@ __all__ = ["ADAPTIVE", "EVEN", "INSTANTS", "METHODS", "STATE", "SimulationSettin
 
 #: Methods whose steps adapt themselves, and those whose steps are of one length.
 ADAPTIVE = ("dop853", "dopri5", "radau5")
-EVEN = ("generalized-alpha", "rattle", "rattle4")
+EVEN = ("generalized-alpha", "rattle", "rattle4", "moreau")
 METHODS = (*ADAPTIVE, *EVEN)
 #: Instants of a motion that are kept, unless something says how many, or how far apart.
 INSTANTS = 201

@@ -34,6 +34,7 @@ METHODS = {
     "generalized-alpha": "the generalized-α method",
     "rattle": "the symplectic method RATTLE",
     "rattle4": "the symplectic method RATTLE, composed to order 4",
+    "moreau": "time stepping with impulses, Moreau's midpoint rule, of order one",
 }
 
 

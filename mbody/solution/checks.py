@@ -34,6 +34,8 @@ __all__ = [
 
 def residuals(solution: Result) -> np.ndarray:
     """(designs, instants, RESIDUALS), see `mbody.kernels.residuals`; of one design too."""
+    if solution.stepped is not None:  # of the equation of its steps
+        return solution.stepped.residuals
     designs = range(solution.system.batch or 1)
     return np.array([_audited(solution, design) for design in designs])
 

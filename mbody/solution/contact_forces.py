@@ -34,7 +34,7 @@ def with_reaction(solution: Result, name: Any) -> Any:
             name,
         )
     if element is None or element.role not in ("joint", "contact"):
-        known = listed(one.name for one in (*machine.joints, *machine.contacts))
+        known = listed(one.name for one in (*machine.joints, *machine.contacts, *machine.groups))
         raise ModelError(f"there is no joint {name!r} (there are: {known})", str(name))
     if not solution.has_forces:
         raise ModelError(
@@ -47,6 +47,8 @@ def contact_reaction(solution: Any, contact: Any, on: str | None) -> Reaction:
     """Force and torque of a contact or rope on body `on`, by default j: the torque about the mass
     centre of that body.
     """
+    if not contact.bodies:
+        return _group_reaction(solution, contact, on)
     i, j = contact.bodies
     if on not in (None, i, j):
         raise ModelError(f"contact '{contact.name}' is between '{i}' and '{j}', not {on!r}")
@@ -68,6 +70,18 @@ def contact_reaction(solution: Any, contact: Any, on: str | None) -> Reaction:
     return Reaction(contact.name, body, by, fx, fy, torque, (True, True, True))
 
 
+def _group_reaction(solution: Any, group: Any, on: str | None) -> Reaction:
+    """The sum of the forces of a group of contacts on all shapes of its j, or of its i, with the
+    torque about the origin of the world.
+    """
+    if on not in (None, group.i, group.j):
+        raise ModelError(f"group '{group.name}' is between '{group.i}' and '{group.j}', not {on!r}")
+    sign = -1.0 if on == group.i != group.j else 1.0
+    fx, fy, torque = (sign * part for part in solution.stepped.force(group.name))
+    ends = (group.i, group.j) if sign < 0.0 else (group.j, group.i)
+    return Reaction(group.name, *ends, fx, fy, torque, (True, True, True))
+
+
 def _arm_of_torque(contact: Any, solution: Any, body: Any) -> tuple[Array, Array]:
     """From the mass centre of the second body of a row to where its torque is taken: the mass
     centre, of a rope its end.
@@ -81,6 +95,9 @@ def _arm_of_torque(contact: Any, solution: Any, body: Any) -> tuple[Array, Array
 
 def pressing_force(solution: Any, contact: Any) -> Array:
     """Sum of the normal forces of a contact, or pull of a rope, not negative: (instants,)."""
+    if solution.stepped is not None:
+        whole: Array = locked(solution.stepped.pressing(contact.name))
+        return whole
     total: Any = 0.0
     spots = contact.spots(solution.system.numbers)
     for spot, e in zip(spots, solution.system.primitives_of[contact.name], strict=False):

@@ -20,6 +20,7 @@ from mbody.solution.histories import (
     Reaction,
     Record,
 )
+from mbody.solution.stepped_contacts import SteppedContacts
 from mbody.system.system import System
 
 __all__ = ["Result"]
@@ -80,6 +81,10 @@ class Result(Protocol):
     @property
     def branch(self) -> BranchDistance | None:
         """How near the motion came to another branch."""
+
+    @property
+    def stepped(self) -> SteppedContacts | None:
+        """What touches, of a motion by steps with impulses."""
 
     @property
     def residuals(self) -> Array:

@@ -42,6 +42,7 @@ from mbody.solution.momentum import Momentum, PlaceLike, momentum
 from mbody.solution.places import ends, reaction_point, reaction_torque
 from mbody.solution.point_histories import point_history
 from mbody.solution.restart import Restart
+from mbody.solution.stepped_contacts import SteppedContacts
 from mbody.system.read_only import locked
 from mbody.system.system import System
 
@@ -96,6 +97,8 @@ class Solution(FrictionResults):
     begun: tuple[Beginning, ...] = ()
     #: What every contact and rough joint does, a word an instant: see `mode`.
     modes: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    #: What touches at every instant, of a motion by ``method="moreau"``.
+    stepped: SteppedContacts | None = None
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
@@ -124,6 +127,7 @@ class Solution(FrictionResults):
             given=None if self.given is None else self.given[index],
             energy=None if self.energy is None else self.energy.take(index),
             modes={name: [row[k] for k in index] for name, row in self.modes.items()},
+            stepped=None if self.stepped is None else self.stepped.take(index),
             restart=None,
         )
 

@@ -44,13 +44,16 @@ __all__ = ["assemble", "with_numbers_of"]
 SPARE = 8
 
 
-def assemble(mechanism: Mechanism) -> System:
+def assemble(mechanism: Mechanism, *, groups: bool = False) -> System:
     """Assemble a mechanism: the constraint assembler.
 
     Parameters
     ----------
     mechanism : Mechanism
         Any number of bodies, joints, loops and drivers; redundant rows are allowed.
+    groups : bool
+        Whether groups of contacts stay groups, as ``method="moreau"`` of `simulate` takes them, or
+        are contacts one by one.
 
     Returns
     -------
@@ -74,7 +77,7 @@ def assemble(mechanism: Mechanism) -> System:
     """
     if not mechanism.bodies:
         raise ModelError(f"'{mechanism.name}' has no bodies: add at least one Body")
-    mechanism = snapshot(mechanism)
+    mechanism = snapshot(mechanism, groups=groups)
     compiler = _Compiler(mechanism)
     numbers = compiler.numbers()
     par, mass = compiler.compile(numbers)
@@ -245,7 +248,7 @@ class _Compiler:
         at = self.read(numbers)
         for joint in self.mechanism.joints:
             joint.refuse(at, self.mechanism.units.length)
-        for contact in self.mechanism.contacts:
+        for contact in (*self.mechanism.contacts, *self.mechanism.groups):
             contact.refuse(at, self.mechanism.units.length)
         columns, masses = self.columns(numbers)
         batch = max((np.size(value) for value in numbers.values() if np.ndim(value)), default=1)

@@ -15,6 +15,7 @@ import math
 import numpy as np
 
 from mbody.kernels.output import PER_PRIMITIVE
+from mbody.kernels.residuals import TERM
 from mbody.model.simulation import EVEN
 from mbody.solution.doubts import Doubt
 from mbody.solution.solution import Solution
@@ -77,7 +78,11 @@ def energy_doubts(run: Solution, method: str, rtol: float) -> list[Doubt]:
 
 
 def _force(run: Solution) -> float:
-    """The greatest force of joints and drivers at an ordinary instant."""
+    """The greatest force of joints and drivers at an ordinary instant; of steps with impulses the
+    greatest term of their equation.
+    """
+    if run.stepped is not None:
+        return float(np.median(run.stepped.residuals[0, :, TERM]))
     first = 3 * run.system.coordinates
     primitives = run.record.table(slice(first, first + PER_PRIMITIVE * len(run.system.owners)))
     if not primitives.size:

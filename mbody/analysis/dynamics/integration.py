@@ -92,6 +92,7 @@ class Integration:
 
     #: Whether it decides what is open, sticks and slides.
     decides_modes = False
+    integrator = staticmethod(integrator)
 
     def __init__(self, system: System, start: Solution, way: Way) -> None:
         self.system, self.start, self.way = system, start, way
@@ -104,7 +105,7 @@ class Integration:
             start.regularization if start.system is system else SOFT * bool(start.regularization)
         )
         self.causes = len(causes(system))
-        self.steps = integrator(way.method, self.layout, self.work, way.step)
+        self.steps = self.integrator(way.method, self.layout, self.work, way.step)
         self.stepping = stepping(
             system.state_count, self.causes, self.regularization, self.steps.rows, self.steps.terms
         )

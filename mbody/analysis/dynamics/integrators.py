@@ -284,6 +284,11 @@ def integrator(method: str, layout: Any, work: Any, step: float) -> Integrator:
             f"the method '{method}' takes dense matrices, of at most {DENSE} bodies, not of "
             f"{layout.bodies}: take dop853, or rattle4 for long runs"
         )
+    if method == "moreau":
+        raise ModelError(
+            "the method 'moreau' steps whole motions, in simulate: take another one where a "
+            "program leads the motion on"
+        )
     if method in ("dop853", "dopri5"):
         return ExplicitSteps(order_8() if method == "dop853" else order_5())
     if method == "radau5":

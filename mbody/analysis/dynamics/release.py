@@ -11,6 +11,7 @@ from mbody.analysis.contact.unilateral import has_modes, refuse_modes
 from mbody.analysis.driven.contacts import one_sided
 from mbody.analysis.dynamics.contact_motion import ContactIntegration
 from mbody.analysis.dynamics.events import EventIntegration
+from mbody.analysis.dynamics.impulse_stepping import impulse_motion
 from mbody.analysis.dynamics.integration import Integration
 from mbody.analysis.dynamics.joining import SAME_PARTS, joined
 from mbody.analysis.dynamics.options import MotionRequest
@@ -43,6 +44,8 @@ def integrate_phases(
     """The motion from the last instant of `start`, as one result of the whole system; drivers that
     were released there stay so. `state`: time, positions and rates of that instant.
     """
+    if request.way.method == "moreau":
+        return impulse_motion(system, start, state, request, progress)
     own = {driver.name for driver in system.drivers}
     free_since = {name: t for name, t in start.released.items() if name in own}
     for name, t in request.release.items():

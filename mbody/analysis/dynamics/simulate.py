@@ -24,6 +24,7 @@ from mbody.solution.certificate import as_reported, changed
 from mbody.solution.doubts import Doubt, doubted
 from mbody.solution.restart import Way
 from mbody.solution.solution import Solution
+from mbody.system.assembler import assemble
 from mbody.system.system import System
 
 __all__ = ["first_instant", "judged", "simulate"]
@@ -73,10 +74,11 @@ def simulate(
         ``"dop853"`` (the default) and ``"dopri5"``, explicit, of order 8 and 5; ``"radau5"``,
         implicit, of order 5, for stiff loads; of steps of one length ``"generalized-alpha"`` (order
         2, spectral radius 0.9), ``"rattle"`` and ``"rattle4"`` (order 2 and 4, symmetric and
-        symplectic: energy stays bounded over any time).
+        symplectic: energy stays bounded over any time), ``"moreau"`` for many contacts (order 1:
+        impulses, no event is located).
     rtol, atol : float
         Error of a step, as a part of each coordinate and of the model's size; `atol` is `rtol` if
-        it is not given.
+        it is not given. Of ``"moreau"`` the error of impulses, as a part of the greatest.
     step : float or str, optional
         Length of the steps of methods that have one.
     instants : int, optional
@@ -143,7 +145,7 @@ def simulate(
         raise ModelError(
             f"progress must be True or a function of the time reached, not {brief(progress)}"
         )
-    system = as_system(model)
+    system = _as_system(model, method)
     if system.batch is not None:
         raise ModelError("simulate takes one design: choose one of the batch with design(n)")
     own = system.mechanism.simulation
@@ -180,6 +182,15 @@ def simulate(
             error.solution = judged(error.solution, request.way)
         raise
     return changed(judged(run, request.way), begun=(beginning(system, start, request),))
+
+
+def _as_system(model: Mechanism | System, method: str | None) -> System:
+    """The system of a model; its groups of contacts stay groups where the method takes them."""
+    if isinstance(model, Mechanism):
+        own = model.simulation
+        chosen = own.method if method is None and own is not None else method
+        return assemble(model, groups=chosen == "moreau")
+    return as_system(model)
 
 
 def first_instant(

@@ -186,6 +186,8 @@ class Writer:
             if section == "drivers" and machine.described_states:
                 data["states"] = {one.name: self.state(one) for one in machine.described_states}
             elements = getattr(machine, section)
+            if section == "contacts":
+                elements = (*elements, *machine.groups)
             # the section of gravity is the last of the loads
             apart = next((e for e in elements[-1:] if _is_gravity(e)), None)
             table = {e.name: self.element(e) for e in elements if e is not apart}

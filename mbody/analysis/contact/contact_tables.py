@@ -1,0 +1,247 @@
+"""Shapes, laws and groups of a mechanism as the kernels of steps with impulses take them."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mbody.errors import ModelError
+from mbody.kernels.contact_shapes import CIRCLE, LINE, POLYGON, SEGMENT, ContactShapes
+from mbody.kernels.layout import integers
+from mbody.model.contact import Between, Contact, Rope, shape_names
+from mbody.model.mechanism import Mechanism
+from mbody.model.shapes import Disc, Line, Ring, Segment, Shape, Vertex
+from mbody.system.system import System
+
+__all__ = ["ContactTables", "contact_tables", "coupled_bodies"]
+
+Array = np.ndarray
+
+#: A shape is large that is so much larger than is usual.
+LARGE = 3.0
+#: Corners of a polygon, at most; sine of an angle by which it may bend inwards.
+MOST_CORNERS, STRAIGHT = 2000, 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class ContactTables:
+    """The tables, and what their numbers mean.
+
+    Attributes
+    ----------
+    shapes : ContactShapes
+    laws : tuple of str
+        Names of the contacts, ropes and groups, by the number of their law.
+    names : tuple of str
+        Dotted names of the shapes, by number.
+    """
+
+    shapes: ContactShapes
+    laws: tuple[str, ...]
+    names: tuple[str, ...]
+
+
+def coupled_bodies(machine: Mechanism) -> set[str]:
+    """The moving bodies on which joints, couplings or drivers act."""
+    acting = (*machine.joints, *machine.couplings, *machine.drivers)
+    return {body for one in acting for body in one.bodies} - {"ground"}
+
+
+def contact_tables(system: System) -> ContactTables:
+    """The tables of a system with its groups.
+
+    Raises
+    ------
+    ModelError
+        For a polygon that is not convex, and pairs of shapes to which two groups give laws.
+    """
+    machine, at = system.mechanism, system.numbers
+    contacts: list[Any] = list(machine.contacts)
+    groups = list(machine.groups)
+    laws = [one.name for one in (*contacts, *groups)]
+    numbers = np.zeros((len(laws), 3))
+    for n, one in enumerate(contacts):
+        numbers[n] = *one.coefficients(at), one.restitution_of(at)
+    for n, one in enumerate(groups, start=len(contacts)):
+        mu = float(at[f"{one.name}.friction"])
+        static = mu if one.static is None else float(at[f"{one.name}.static"])
+        numbers[n] = mu, static, float(at[f"{one.name}.restitution"])
+    known = shape_names((*machine.bodies, machine.ground))
+    sides = [one.sides(known) for one in groups]
+    pairs = [(one.i, one.j) for one in contacts if isinstance(one, Contact)]
+    grouped = itertools.chain.from_iterable(one for both in sides for one in both)
+    names = tuple(dict.fromkeys([*itertools.chain(*pairs), *grouped]))
+    number = {name: n for n, name in enumerate(names)}
+    found = [_Outline(machine, at, name) for name in names]
+    reach = np.array([one.reach for one in found])
+    finite = reach[np.isfinite(reach) & (reach > 0.0)]
+    usual = float(np.median(finite)) if finite.size else system.length
+    large = [
+        not one.reach <= LARGE * usual or one.kind == LINE or one.radius < 0.0 for one in found
+    ]
+    group, table = _sets(groups, sides, names, len(contacts))
+    ropes = [(n, one) for n, one in enumerate(contacts) if isinstance(one, Rope)]
+    index = system.bodies
+    corners = [one.corners for one in found]
+    starts = np.concatenate([[0], np.cumsum([len(one) for one in corners])])
+    tied = _ties(machine, index)
+    shapes = ContactShapes(
+        kind=integers([one.kind for one in found]),
+        body=integers([index[one.body] for one in found]),
+        corner_start=integers(starts),
+        corner=np.array([*itertools.chain(*corners), (0.0, 0.0)], dtype=float),
+        centre=_rows([one.centre for one in found], 2),
+        reach=reach,
+        radius=np.array([one.radius for one in found]),
+        along=_rows([one.along for one in found], 2),
+        large=integers(large),
+        usual=np.array([usual]),
+        group=integers(group),
+        group_law=table,
+        pair=_whole(
+            [
+                (number[one.i], number[one.j], n)
+                for n, one in enumerate(contacts)
+                if isinstance(one, Contact)
+            ],
+            3,
+        ),
+        rope=_whole([(*(index[b] for b in one.bodies), n) for n, one in ropes], 3),
+        rope_number=_rows(
+            [(*at.arm(one, "i"), *at.arm(one, "j"), at[f"{one.name}.length"]) for _, one in ropes],
+            5,
+        ),
+        law=_rows(numbers, 3),
+        tied_start=integers(np.concatenate([[0], np.cumsum([len(one) for one in tied])])),
+        tied=integers([*itertools.chain(*tied), -1]),
+    )
+    return ContactTables(shapes, tuple(laws), names)
+
+
+def _rows(rows: Any, width: int) -> Array:
+    return np.array(rows, dtype=float).reshape(-1, width)
+
+
+def _whole(rows: Any, width: int) -> Array:
+    return np.array(rows, dtype=np.int64).reshape(-1, width)
+
+
+def _ties(machine: Mechanism, index: dict[str, int]) -> list[list[int]]:
+    """The bodies that joints tie to each, the ground last."""
+    found: list[set[int]] = [set() for _ in index]
+    for joint in machine.joints:
+        for one, other in itertools.permutations(set(joint.bodies), 2):
+            found[index[one]].add(index[other])
+    return [sorted(one) for one in found]
+
+
+def _sets(
+    groups: list[Between],
+    sides: list[tuple[list[str], list[str]]],
+    names: Iterable[str],
+    first: int,
+) -> tuple[list[int], Array]:
+    """Of every shape the number of the set of groups that it is in, −1 of none; the law between
+    such sets.
+    """
+    member: dict[str, set[tuple[int, int]]] = {}
+    for n, both in enumerate(sides):
+        for side in range(2):
+            for name in both[side]:
+                member.setdefault(name, set()).add((n, side))
+    kinds: dict[frozenset[tuple[int, int]], int] = {}
+    found = []
+    for name in names:
+        own = frozenset(member.get(name, ()))
+        found.append(kinds.setdefault(own, len(kinds)) if own else -1)
+    table = np.full((len(kinds), len(kinds)), -1, dtype=np.int64)
+    for (ours, p), (theirs, q) in itertools.product(kinds.items(), repeat=2):
+        for n, group in enumerate(groups):
+            if (n, 0) in ours and (n, 1) in theirs:
+                other = table[p, q] if table[p, q] >= 0 else table[q, p]
+                if other >= 0 and other != first + n:
+                    raise ModelError(
+                        f"'{groups[other - first].name}' and '{group.name}' both bring together "
+                        f"{_example(names, found, p)} and {_example(names, found, q)}: give "
+                        "each pair of shapes one group",
+                        group.name,
+                    )
+                table[p, q] = first + n
+    return found, table
+
+
+def _example(names: Iterable[str], sets: list[int], which: int) -> str:
+    return next(f"'{name}'" for name, own in zip(names, sets, strict=True) if own == which)
+
+
+class _Outline:
+    """One shape in numbers, from the mass centre of its body."""
+
+    def __init__(self, machine: Mechanism, at: Any, name: str) -> None:
+        self.body, _, key = name.partition(".")
+        body: Any = machine.ground if self.body == "ground" else machine[self.body]
+        shape: Shape = body.shapes[key] if key in body.shapes else Vertex(key)
+        cx, cy = at.point(f"{self.body}.cg")
+
+        def place(point: str) -> tuple[float, float]:
+            x, y = at.point(f"{self.body}.{point}")
+            return float(x - cx), float(y - cy)
+
+        self.corners: list[tuple[float, float]] = []
+        self.radius, self.along = 0.0, (1.0, 0.0)
+        if isinstance(shape, Vertex):
+            self.kind, self.centre, self.reach = CIRCLE, place(shape.point), 0.0
+        elif isinstance(shape, Disc | Ring):
+            point = shape.disc if isinstance(shape, Disc) else shape.ring
+            self.kind, self.centre = CIRCLE, place(point)
+            self.reach = float(at[f"{name}.radius"])
+            self.radius = self.reach if isinstance(shape, Disc) else -self.reach
+        elif isinstance(shape, Line):
+            angle = float(at[f"{name}.angle"])
+            self.kind, self.centre, self.reach = LINE, place(shape.point), math.inf
+            self.along = math.cos(angle), math.sin(angle)
+        else:
+            segment = isinstance(shape, Segment)
+            points = shape.segment if isinstance(shape, Segment) else shape.polygon
+            self.kind = SEGMENT if segment else POLYGON
+            corners = np.array([place(point) for point in points])
+            # outside is on the right of each edge; a segment is touched on its left
+            if segment or _area(corners) < 0.0:
+                corners = corners[::-1]
+            if not segment:
+                _refuse_concave(corners, name)
+            middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
+            self.centre = float(middle[0]), float(middle[1])
+            self.reach = float(np.hypot(*(corners - middle).T).max())
+            self.corners = [(float(x), float(y)) for x, y in corners]
+
+
+def _area(corners: Array) -> float:
+    x, y = corners.T
+    return float(0.5 * (x * np.roll(y, -1) - y * np.roll(x, -1)).sum())
+
+
+def _refuse_concave(corners: Array, name: str) -> None:
+    """Refuse a polygon that bends inwards, or has too many corners."""
+    ahead = np.roll(corners, -1, axis=0) - corners
+    following = np.roll(ahead, -1, axis=0)
+    bend = ahead[:, 0] * following[:, 1] - ahead[:, 1] * following[:, 0]
+    size = np.hypot(*ahead.T) * np.hypot(*following.T)
+    body, _, key = name.partition(".")
+    if len(corners) > MOST_CORNERS:
+        raise ModelError(
+            f"'{body}': {key} has {len(corners)} corners: give at most {MOST_CORNERS}", body
+        )
+    inward = np.flatnonzero(bend < -STRAIGHT * size)
+    whole = np.arctan2(bend, (ahead * following).sum(axis=1)).sum()
+    if inward.size or whole > 3.0 * math.pi:
+        raise ModelError(
+            f"'{body}': {key} is a polygon that bends inwards: the method 'moreau' takes convex "
+            "ones, give it as several of them",
+            body,
+        )

@@ -1,0 +1,449 @@
+"""Motion of many contacts: time stepping with impulses, ``method="moreau"`` of `simulate`.
+
+The kernels are given a system of bodies, joints, drivers and loads alone; contacts, ropes and
+groups are tables beside it (`mbody.analysis.contact.contact_tables`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from mbody.analysis.contact.contact_tables import ContactTables, contact_tables, coupled_bodies
+from mbody.analysis.contact.step_by_lemke import impulses_by_lemke
+from mbody.analysis.dynamics.impulse_notes import SWEEPS, judged_steps
+from mbody.analysis.dynamics.initial_step import REFINEMENTS
+from mbody.analysis.dynamics.integration import Integration
+from mbody.analysis.dynamics.integrators import FixedSteps, Integrator
+from mbody.analysis.dynamics.options import MotionRequest
+from mbody.analysis.initial.initial_state import state_of
+from mbody.analysis.position.assembly_analysis import raise_user_error
+from mbody.errors import ModelError, SolveError
+from mbody.kernels.contact_geometry import FOUND, LACKING
+from mbody.kernels.contact_search import PRIMES
+from mbody.kernels.contact_shapes import ContactWork, ImpulseSteps
+from mbody.kernels.layout import inverse_masses
+from mbody.kernels.moreau import (
+    CHANGE,
+    CONTACTS,
+    CROWDED,
+    DEEPEST_PART,
+    DELIVER,
+    IMPULSE_SLOTS,
+    KEEP,
+    LENGTH,
+    LOST,
+    NOW,
+    PAIRS,
+    REACHED,
+    SOLVED,
+    STEPS_DONE,
+    SWEEPS_DONE,
+    UNSOLVED,
+    kept_instant,
+    moreau,
+)
+from mbody.kernels.output import PER_PRIMITIVE
+from mbody.kernels.residuals import CONSTRAINT, LEFT, RESIDUALS
+from mbody.kernels.step_state import DELIVERED, DONE, NOT_FINITE, STEPS, TIME
+from mbody.model.element import listed
+from mbody.model.mechanism import without_contacts
+from mbody.solution.certificate import as_reported, changed
+from mbody.solution.checks import residuals
+from mbody.solution.histories import Record
+from mbody.solution.restart import Way
+from mbody.solution.solution import Solution
+from mbody.solution.stepped_contacts import SteppedContacts
+from mbody.system.assembler import assemble, with_numbers_of
+from mbody.system.system import System
+
+__all__ = ["impulse_motion"]
+
+Array = np.ndarray
+
+#: Steps of one call of the kernel; between calls progress is shown and Ctrl-C takes effect.
+AT_ONCE = 200
+#: Contacts up to which a step whose impulses do not converge is solved by Lemke's method: of more
+#: its table, of four rows a contact, would cost more than a hundred steps.
+BY_LEMKE = 30
+#: Overlap, as a part of the smaller shape, that is refused at the beginning.
+OVERLAP = 0.05
+#: Friction within this part of its limit slides.
+SLIDES = 1e-9
+#: Contacts for which there is memory at first, and columns of bodies that joints tie.
+ROOM, COLUMNS = 64, 16
+#: What a contact has in `ContactWork`: width by name.
+WIDTHS = {"who": 6, "old": 3, "geometry": 8, "effect": 7}
+
+
+def impulse_motion(
+    system: System,
+    start: Solution,
+    state: tuple[float, Array, Array] | None,
+    request: MotionRequest,
+    progress: Callable[[float], None] | None,
+) -> Solution:
+    """The motion from the last instant of `start`; as `integrate_phases`.
+
+    Raises
+    ------
+    ModelError
+        For events, stops and drivers that are to be released, and rough joints.
+    """
+    refuse_what_does_not_fit(system, request)
+    first, q, v = state or state_of(system, start)
+    return ImpulseIntegration(system, start, request.way).run(first, q, v, request.times, progress)
+
+
+def refuse_what_does_not_fit(system: System, request: MotionRequest) -> None:
+    """Refuse what this method does not do.
+
+    Raises
+    ------
+    ModelError
+    """
+    machine = system.mechanism
+    if request.events:
+        names = listed(event.name for event in request.events)
+        raise ModelError(
+            f"the method 'moreau' locates no events and stops ({names}): take dop853, or contacts "
+            "in the place of stops"
+        )
+    if request.release:
+        raise ModelError(
+            f"the method 'moreau' releases no drivers ({listed(request.release)}): take dop853"
+        )
+    rough = [
+        one.name for one in (*machine.joints, *machine.couplings) if one.frictions(system.numbers)
+    ]
+    if rough:
+        raise ModelError(
+            f"the method 'moreau' has friction in contacts, not in joints ({listed(rough)}): take "
+            "dop853, or leave out the friction of joints",
+            rough[0],
+        )
+
+
+class ImpulseIntegration(Integration):
+    """Integrates one system with contacts by steps with impulses."""
+
+    def __init__(self, system: System, start: Solution, way: Way) -> None:
+        self.whole = system
+        machine = system.mechanism
+        bare = system
+        if machine.contacts or machine.groups:
+            bare = with_numbers_of(assemble(without_contacts(machine)), system.values)
+        super().__init__(bare, start, way)
+        self.tables: ContactTables = contact_tables(system)
+        self.stops = list(self.tables.laws)
+        self.room, self.columns = ROOM, COLUMNS
+        self.contacts = self._contacts()
+        loads = np.zeros((self._load_causes() + 1, bare.coordinates))
+        self.impulses = ImpulseSteps(
+            length=way.step,
+            tolerance=way.rtol,
+            sweeps=SWEEPS,
+            rescued=BY_LEMKE,
+            regularization=self.regularization,
+            refinements=REFINEMENTS if self.regularization else 0,
+            y=self.y,
+            last=np.zeros_like(self.y),
+            change=np.zeros(bare.coordinates),
+            loads=loads,
+            work=np.zeros(self.causes + len(self.stops)),
+            work_before=np.zeros(self.causes + len(self.stops)),
+            residual=np.zeros(4),
+            state=np.zeros(IMPULSE_SLOTS),
+        )
+        self.instants: list[float] = []
+        self.pages: list[Array] = []
+        self.works: list[Array] = []
+        self.which: list[Array] = []
+        self.numbers: list[Array] = []
+        self.modes: list[list[str]] = []
+        self.residuals: list[Array] = []
+        self.by_lemke = 0
+
+    @staticmethod
+    def integrator(method: str, layout: Any, work: Any, step: float) -> Integrator:
+        """None of the others: what they would carry on is not needed."""
+        return FixedSteps(layout, 1, step, (1.0,))
+
+    def _load_causes(self) -> int:
+        return self.causes - len(self.system.drivers)
+
+    def _contacts(self) -> ContactWork:
+        """Memory for contacts."""
+        L, shapes, most = self.layout, len(self.tables.names), self.room
+        bodies, n = L.bodies, 3 * L.bodies + 3
+        coupled = {self.system.bodies[name] for name in coupled_bodies(self.system.mechanism)}
+        coordinates = [3 * b + k for b in sorted(coupled) for k in range(3)]
+        masses = inverse_masses(L, self.system.mass, self.system.length)[:, 0]
+        inverse = np.zeros(n)
+        for b in range(bodies):
+            s = int(L.body_slot[b])
+            share = float(self.work.share[s, 0])
+            inverse[3 * b : 3 * b + 3] = masses[3 * s : 3 * s + 3] * share
+        is_coupled = np.zeros(bodies + 1, dtype=np.int64)
+        is_coupled[list(coupled)] = 1
+        wide = {name: np.zeros((most, width)) for name, width in WIDTHS.items()}
+        names = ("impulse", "kept", "ahead", "rate", "old_impulse")
+        places = 1 << (4 * most - 1).bit_length()
+        return ContactWork(
+            who=wide["who"].astype(np.int64),
+            geometry=wide["geometry"],
+            effect=wide["effect"],
+            **{name: np.zeros((most, 2)) for name in names},
+            shift=np.zeros(most),
+            column=np.full(most, -1),
+            response=np.zeros((2 * self.columns, max(1, len(coordinates)))),
+            coupled=np.array(coordinates, dtype=np.int64),
+            is_coupled=is_coupled,
+            inverse=inverse,
+            **{name: np.zeros(n) for name in ("velocity", "free", "start", "moved")},
+            row_rate=np.zeros(2 * max(1, L.nodes)),
+            row_impulse=np.zeros(2 * max(1, L.nodes)),
+            old=wide["old"].astype(np.int64),
+            old_slot=np.full(places, -1),
+            place=np.zeros((max(1, shapes), 2)),
+            margin=np.zeros(max(1, shapes)),
+            turning=np.zeros(max(1, shapes)),
+            cell=np.zeros((max(1, shapes), 2), dtype=np.int64),
+            following=np.full(max(1, shapes), -1),
+            bucket=np.full(1 << (2 * max(4, shapes) - 1).bit_length(), -1),
+            progress=np.zeros(2),
+            counts=np.zeros(3, dtype=np.int64),
+        )
+
+    def _more_room(self) -> None:
+        """Twice the memory, with the impulses of the step before."""
+        old = self.contacts
+        lacking = int(old.counts[FOUND] + old.counts[LACKING]) > self.room
+        if lacking:
+            self.room *= 2
+        self.columns = 2 * self.columns if not lacking else max(self.columns, COLUMNS)
+        self.contacts = self._contacts()
+        count = len(old.old)
+        self.contacts.old[:count], self.contacts.old_impulse[:count] = old.old, old.old_impulse
+        kept = np.unique(old.old_slot[old.old_slot >= 0])
+        places = self.contacts.old_slot
+        mask = len(places) - 1
+        for n in kept:
+            k = int(np.bitwise_xor.reduce(old.old[n] * np.array(PRIMES))) & mask
+            while places[k] >= 0:
+                k = (k + 1) & mask
+            places[k] = n
+
+    # -- the motion ---------------------------------------------------------------------------
+
+    def _integrate(self, times: Array, progress: Callable[[float], None] | None) -> tuple[int, str]:
+        """The whole motion, its instants kept: the last code, and the status."""
+        M = self.impulses
+        M.state[NOW] = self.first
+        self.times, self.started = times, False
+        code = REACHED if self.first >= self.until else KEEP
+        while M.state[NOW] < self.until and code != LOST:
+            met = len(self.instants)
+            M.state[DELIVER] = times[met] if met < len(times) else np.inf
+            code = self._steps()
+            self.state[TIME], self.state[STEPS] = M.state[NOW], M.state[STEPS_DONE]
+            if not self.started and M.state[STEPS_DONE]:
+                self._check_start()
+            self._deliver()
+            if code == REACHED and self.target < self.until:
+                self._interrupt(self.target)
+                code = KEEP
+            if progress is not None:
+                progress(float(self.state[TIME]))
+        return (NOT_FINITE if code == LOST else DONE), "completed"
+
+    def _steps(self) -> int:
+        """Some steps towards the next set time; a code of `mbody.kernels.moreau`."""
+        M, code = self.impulses, CROWDED
+        while code in (CROWDED, UNSOLVED):
+            bundles = self.layout, self.work, self.tables.shapes, self.contacts, M
+            code = int(moreau(*bundles, self.target, AT_ONCE if self.started else 1))
+            raise_user_error(self.system)
+            if code == CROWDED:
+                self._more_room()
+            elif code == UNSOLVED:
+                self._solve()
+        return code
+
+    def _solve(self) -> None:
+        """The impulses of the step that is under way, by Lemke's method; as they are where it finds
+        none.
+        """
+        state = self.impulses.state
+        found = impulses_by_lemke(self.contacts)
+        state[SOLVED] = 1.0
+        if found is not None:
+            count = int(self.contacts.counts[FOUND])
+            self.contacts.impulse[:count] = found
+            state[CHANGE] = 0.0
+            self.by_lemke += 1
+
+    def _check_start(self) -> None:
+        """Refuse shapes that overlap at the beginning."""
+        self.started = True
+        state, B = self.impulses.state, self.contacts
+        if not state[DEEPEST_PART] > OVERLAP:
+            return
+        count = int(B.counts[FOUND])
+        gaps = B.geometry[:count, 6]
+        c = int(np.argmin(gaps))
+        name = self.stops[int(B.who[c, 2])]
+        i, j = (self._shape(int(k), name) for k in B.who[c, 3:5])
+        unit, b = self.system.mechanism.units.length, 3 * int(B.who[c, 0])
+        x, y = B.geometry[c, 2:4] + np.append(self.work.q[:, 0], np.zeros(3))[b : b + 2]
+        raise SolveError(
+            f"'{i}' and '{j}' overlap at the beginning by {-gaps[c]:.3g} {unit}, at ({x:.6g}, "
+            f"{y:.6g}) {unit}: begin where they are apart, or touch",
+            name,
+        )
+
+    def _shape(self, number: int, law: str) -> str:
+        return self.tables.names[number] if number >= 0 else law
+
+    def _deliver(self) -> None:
+        """Keep the instants up to the present one."""
+        M = self.impulses
+        now, h = float(M.state[NOW]), float(M.state[LENGTH])
+        if not M.state[STEPS_DONE]:
+            return
+        while len(self.instants) < len(self.times):
+            t = float(self.times[len(self.instants)])
+            if t > now + 1e-9 * M.length:
+                return
+            self._keep(min(t, now), t, h)
+
+    def _keep(self, t: float, named: float, h: float) -> None:
+        """Keep an instant within the last step."""
+        M, B = self.impulses, self.contacts
+        page = np.empty((self.system.page_rows, 1))
+        kept_instant(self.layout, self.work, B, M, t, page)
+        part = min(1.0, max(0.0, (t - (float(M.state[NOW]) - h)) / h))
+        self.instants.append(named)
+        self.pages.append(page)
+        self.works.append((1.0 - part) * M.work_before + part * M.work)
+        count = int(B.counts[FOUND])
+        acting = np.flatnonzero((B.impulse[:count] != 0.0).any(axis=1))
+        who, geometry, force = B.who[acting], B.geometry[acting], B.impulse[acting] / h
+        middle = np.append(M.last[: 3 * self.layout.bodies], np.zeros(3))
+        middle[:-3] += 0.5 * h * M.last[3 * self.layout.bodies : 6 * self.layout.bodies]
+        at = middle.reshape(-1, 3)[who[:, 1], :2] + geometry[:, 4:6]
+        self.which.append(who[:, [2, 3, 4]])
+        self.numbers.append(np.column_stack([at, geometry[:, :2], force, geometry[:, 6]]))
+        self.modes.append(self._modes(acting, force))
+        self.residuals.append(M.residual.copy())
+
+    def _modes(self, acting: Array, force: Array) -> list[str]:
+        """The mode of every contact and rope at the last step."""
+        found = ["open"] * len(self.stops)
+        B = self.contacts
+        for k, c in enumerate(acting):
+            law = int(B.who[c, 2])
+            limit = B.effect[c, 3] * force[k, 0]
+            sliding = limit > 0.0 and abs(force[k, 1]) >= limit * (1.0 - SLIDES)
+            mode = "stick" if not sliding else "slip-" if force[k, 1] > 0.0 else "slip+"
+            order = ("open", "slip-", "slip+", "stick")
+            found[law] = max((found[law], mode), key=order.index)
+        return found
+
+    def _keep_now(self) -> None:
+        """Keep the instant that a motion has reached."""
+        now = float(self.impulses.state[NOW])
+        if self.impulses.state[STEPS_DONE] and (not self.instants or self.instants[-1] < now):
+            self._keep(now, now, float(self.impulses.state[LENGTH]))
+
+    def _kept(self) -> tuple[Array, Array, Array]:
+        pages = np.array(self.pages).reshape(-1, self.system.page_rows, 1)
+        works = np.array(self.works).reshape(len(pages), -1)
+        self.state[DELIVERED] = len(pages)
+        return np.array(self.instants), pages, works
+
+    # -- the result ---------------------------------------------------------------------------
+
+    def _solution(self, status: str) -> Solution:
+        found = super()._solution(status)
+        spans = [len(one) for one in self.which]
+        stepped = SteppedContacts(
+            laws=self.tables.laws,
+            shapes=self.tables.names,
+            first=np.concatenate([[0], np.cumsum(spans)]).astype(np.int64),
+            which=np.concatenate([np.empty((0, 3), dtype=np.int64), *self.which]),
+            numbers=np.concatenate([np.empty((0, 7)), *self.numbers]),
+            residuals=self._residuals(found),
+        )
+        contacts = [one.name for one in self.whole.mechanism.contacts]
+        modes = {name: [row[n] for row in self.modes] for n, name in enumerate(contacts)}
+        state = self.impulses.state
+        stats = {
+            "steps": int(state[STEPS_DONE]),
+            "sweeps": int(state[SWEEPS_DONE]),
+            "pairs": int(state[PAIRS]),
+            "contacts": int(state[CONTACTS]),
+            "by_lemke": self.by_lemke,
+        }
+        notes, doubts = judged_steps(self.whole, self.impulses, self.way)
+        pages = self._whole_pages(found, stepped)
+        said = as_reported(found)
+        return changed(
+            found,
+            system=self.whole,
+            record=Record([pages], len(pages), batch=False),
+            stepped=stepped,
+            modes=modes,
+            stats=stats,
+            branch=None,
+            notes=(*said.notes, *notes),
+            doubts=(*said.doubts, *doubts),
+        )
+
+    def _residuals(self, found: Solution) -> Array:
+        """Violations of constraints at the instants, and residuals of the equation of a step."""
+        parts = np.zeros((1, len(found), RESIDUALS))
+        if len(found):
+            parts[0, :, CONSTRAINT] = residuals(found)[0, :, CONSTRAINT]
+            parts[0, :, LEFT:] = self.residuals
+        return parts
+
+    def _whole_pages(self, found: Solution, stepped: SteppedContacts) -> Array:
+        """The pages with rows for named contacts: a contact's whole force in those of its first
+        place.
+        """
+        bare, whole = self.system, self.whole
+        pages = found.record.blocks[0]
+        if whole is bare:
+            return pages
+        n, made = 3 * bare.coordinates, np.zeros((len(pages), whole.page_rows, 1))
+        made[:, :n] = pages[:, :n]
+        for name, primitives in bare.primitives_of.items():
+            for ours, theirs in zip(primitives, whole.primitives_of[name], strict=True):
+                a, b = n + PER_PRIMITIVE * ours, n + PER_PRIMITIVE * theirs
+                made[:, b : b + PER_PRIMITIVE] = pages[:, a : a + PER_PRIMITIVE]
+        made[:, whole.own_rows] = pages[:, bare.own_rows]
+        for contact in whole.mechanism.contacts:
+            spot = contact.spots(whole.numbers)[0]
+            o = n + PER_PRIMITIVE * whole.primitives_of[contact.name][0]
+            second = contact.bodies[0 if spot.swapped else 1]
+            fx, fy, torque = stepped.force(contact.name)
+            sign = -1.0 if spot.swapped else 1.0
+            x, y = self._torque_point(contact, second, pages)
+            made[:, o, 0] = -spot.sense * stepped.pressing(contact.name)
+            made[:, o + 2, 0], made[:, o + 3, 0] = sign * fx, sign * fy
+            made[:, o + 4, 0] = sign * (torque - x * fy + y * fx)
+        return made
+
+    def _torque_point(self, contact: Any, body: str, pages: Array) -> tuple[Array, Array]:
+        """Where torques are taken: the mass centre of a body, of a rope its end."""
+        if body == "ground":
+            q = np.zeros((len(pages), 3))
+        else:
+            b = 3 * self.system.bodies[body]
+            q = pages[:, b : b + 3, 0]
+        ax, ay = self.whole.numbers.arm(contact, "j") if "j" in contact.places() else (0.0, 0.0)
+        c, s = np.cos(q[:, 2]), np.sin(q[:, 2])
+        return q[:, 0] + c * ax - s * ay, q[:, 1] + s * ax + c * ay

@@ -1,0 +1,94 @@
+"""Motions by steps with impulses: what does not fit, shapes that cannot be, overlap."""
+
+from mbody import (
+    AngleDriver,
+    Between,
+    Body,
+    Contact,
+    Event,
+    Gravity,
+    Mechanism,
+    Revolute,
+    Simulator,
+    simulate,
+)
+
+CORNERS = {"A": (0.0, 0.0), "B": (1.0, 0.0), "C": (0.2, 0.2), "D": (0.0, 1.0)}
+
+
+def floored(*more, **body):
+    shapes = {"floor": {"line": {"point": "O"}}}
+    machine = Mechanism("blocks", ground={"O": (0.0, 0.0)}, ground_shapes=shapes)
+    own = {"mass": 1.0, "inertia": 0.1, "points": {"C": (0.0, 0.0)}, "guess": (0.0, 1.0, 0.0)}
+    machine.add(Body("block", **(own | body)), Gravity("gravity", y=-9.81), *more)
+    return machine
+
+
+UNDER = Contact("under", "ground.floor", "block.C")
+GROUP = Between("group", "ground.floor", "block.C")
+
+
+def stepped(*more, until=0.1, options=None, **body):
+    machine = floored(*(more or (UNDER,)), **body)
+    return lambda: simulate(machine, until, method="moreau", **({"step": 1e-2} | (options or {})))
+
+
+def released():
+    machine = Mechanism("crank")
+    machine.add(Body("crank", mass=1.0, inertia=0.1), Revolute("O", "ground", "crank"))
+    machine.add(AngleDriver("motor", "crank", 1.0))
+    simulate(machine, 0.1, method="moreau", step=1e-2, release={"motor": 0.05})
+
+
+def led():
+    Simulator(floored(), method="moreau", step=1e-2)
+
+
+def rough():
+    machine = Mechanism("crank")
+    machine.add(Body("crank", mass=1.0, inertia=0.1))
+    machine.add(Revolute("O", "ground", "crank", friction=0.1, pin_radius="10 mm"))
+    simulate(machine, 0.1, method="moreau", step=1e-2)
+
+
+def many_corners():
+    points = {f"P{n}": (float(n), 0.0) for n in range(2001)}
+    shapes = {"hull": {"polygon": list(points)}}
+    group = Between("group", "ground.floor", "block.hull")
+    stepped(group, points=points, shapes=shapes)()
+
+
+def other_contact():
+    run = stepped(GROUP)()
+    run.stepped.touching(0, "there")
+
+
+def other_side():
+    run = stepped(GROUP)()
+    run.reaction("group", on="block")
+
+
+SCENARIOS = {
+    "steps with impulses without a length": stepped(options={"step": None}),
+    "steps with impulses of a negative length": stepped(options={"step": -1.0}),
+    "steps with impulses and events": stepped(options={"events": [Event("block.y")]}),
+    "steps with impulses and a driver that is released": released,
+    "steps with impulses and friction in a joint": rough,
+    "steps with impulses that a program leads on": led,
+    "a polygon that bends inwards, in steps with impulses": stepped(
+        Between("group", "ground.floor", "block.plate"),
+        points=CORNERS,
+        shapes={"plate": {"polygon": ["A", "B", "C", "D"]}},
+    ),
+    "a polygon of too many corners": many_corners,
+    "two groups that bring the same shapes together": stepped(
+        GROUP, Between("again", "ground.floor", "block.*")
+    ),
+    "shapes that overlap when steps with impulses begin": stepped(
+        Between("group", "ground.floor", "block.rim"),
+        shapes={"rim": {"disc": "C", "radius": 1.2}},
+    ),
+    "a group of shapes of one body": lambda: floored(Between("group", "block.C", "block.*")),
+    "places of a contact that there is not": other_contact,
+    "the force of a group on one body": other_side,
+}
