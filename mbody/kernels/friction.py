@@ -96,6 +96,8 @@ LEVELS = 40
 #: The least of them, by which the place where the mechanism jams is known; and what rounding may
 #: make of a size that is zero.
 LEAST_LEVEL, NEGATIVE = 1e-9, 1e-12
+#: A bound of the spectral radius below which no closer one is sought.
+CERTIFIED = 1.0 - 1e-9
 #: Powers of |B| for the bound of its spectral radius, and what keeps the vector positive.
 POWERS, POSITIVE = 12, 1e-6
 
@@ -223,6 +225,8 @@ def certificate(L, W, w):
             radius = larger(radius, total / ld(m, pairs * pairs + f, w))
             st(m, pairs * (pairs + 1) + f, total, w)
             most = larger(most, total)
+        if highest(radius) < CERTIFIED:  # of any positive vector the greatest quotient is a bound
+            break
         scale = 1.0 / select_le(most, 0.0 * one, one, most)
         for f in range(pairs):
             grown = ld(m, pairs * (pairs + 1) + f, w) * scale
