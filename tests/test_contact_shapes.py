@@ -264,7 +264,8 @@ def test_groups_and_files_agree():
         Between("all", "ground.*", "w.rim", friction=0.2),
         shapes=FLOOR,
     )
-    assert [one.name for one in made.contacts] == ["all_1", "all_2"]
+    found = mbody.assemble(made).mechanism.contacts
+    assert [one.name for one in found] == ["all_1", "all_2"]
     assert mbody.from_toml(mbody.to_toml(made)) == made
 
 

@@ -161,6 +161,8 @@ def test_no_state_hangs_a_motion(method, name):
     machine = gallery.load("free_fourbar")
     step = {"step": 0.01} if method in EVEN else {}
     run = mbody.simulate(machine, 0.1, method=method, instants=3, **step)
+    if run.restart is None:
+        pytest.skip("the method keeps no state to go on from")
     part = getattr(run.restart, name)
     if name == "own":
         if not part:

@@ -18,7 +18,7 @@ from mbody.model.element import (
     number_field,
     point_numbers,
 )
-from mbody.model.shapes import Shape, ShapeLike, as_shapes, shape_numbers
+from mbody.model.touching_shapes import Shape, ShapeLike, as_shapes, shape_numbers
 from mbody.quantities.number import number
 from mbody.quantities.types import (
     Converted,

@@ -23,7 +23,7 @@ from mbody.model.element import (
     two_bodies,
 )
 from mbody.model.primitives import ConstraintPrimitive, FrictionPrimitive
-from mbody.model.shapes import Shape, Vertex, points_of
+from mbody.model.touching_shapes import Shape, Vertex, points_of
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers

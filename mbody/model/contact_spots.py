@@ -20,7 +20,7 @@ import numpy as np
 
 from mbody.laws import Constant
 from mbody.model.primitives import ConstraintPrimitive, Signal
-from mbody.model.shapes import Disc, Line, Polygon, Ring, Segment, Shape, Vertex
+from mbody.model.touching_shapes import Disc, Line, Polygon, Ring, Segment, Shape, Vertex
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers

@@ -26,11 +26,11 @@ from mbody.model.inputs import Input
 from mbody.model.joints import Joint
 from mbody.model.loads import Load
 from mbody.model.own_equations import OwnState
-from mbody.model.shapes import ShapeLike
 from mbody.model.simulation import SimulationSettings
 from mbody.model.state_quantities import measured_names
 from mbody.model.states import State, check_unmeasured
 from mbody.model.study import Instants, Measure, Question
+from mbody.model.touching_shapes import ShapeLike
 from mbody.quantities import Formula, FormulaError, Parameters, read
 from mbody.quantities.deferred import formulas_in
 from mbody.quantities.number import evaluated, number

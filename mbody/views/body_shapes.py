@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbody.model.shapes import Disc, Line, Polygon, Ring, Segment, Shape
+from mbody.model.touching_shapes import Disc, Line, Polygon, Ring, Segment, Shape
 from mbody.views.carriers import on
 from mbody.views.shapes import direction, within
 from mbody.views.style import INK, PLATE, SOFT, WHEEL, Z

@@ -54,6 +54,7 @@ def many():
         shape = {"rim": {"disc": "C", "radius": 0.1}}
         made.add(Body(f"stone{n}", mass=1.0, points={"C": (0.0, 0.0)}, shapes=shape))
     made.add(Between("pile", "stone*.rim", "stone*.rim"))
+    assemble(made)
 
 
 def designs(**values):

@@ -212,8 +212,8 @@ FAULTS = (
         "efforts: the sign of the multiplier",
         *(
             "solution/solution.py",
-            "locked(-self._primitive(self.system.primitives_of[driver][0], 0))",
-            "locked(self._primitive(self.system.primitives_of[driver][0], 0))",
+            "locked(-self.primitive_history(self.system.primitives_of[driver][0], 0))",
+            "locked(self.primitive_history(self.system.primitives_of[driver][0], 0))",
         ),
         "linkage",
     ),

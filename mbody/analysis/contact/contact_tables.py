@@ -15,7 +15,7 @@ from mbody.kernels.contact_shapes import CIRCLE, LINE, POLYGON, SEGMENT, Contact
 from mbody.kernels.layout import integers
 from mbody.model.contact import Between, Contact, Rope, shape_names
 from mbody.model.mechanism import Mechanism
-from mbody.model.shapes import Disc, Line, Ring, Segment, Shape, Vertex
+from mbody.model.touching_shapes import Disc, Line, Ring, Segment, Shape, Vertex
 from mbody.system.system import System
 
 __all__ = ["ContactTables", "contact_tables", "coupled_bodies"]

@@ -299,8 +299,9 @@ class ImpulseIntegration(Integration):
         unit, b = self.system.mechanism.units.length, 3 * int(B.who[c, 0])
         x, y = B.geometry[c, 2:4] + np.append(self.work.q[:, 0], np.zeros(3))[b : b + 2]
         raise SolveError(
-            f"'{i}' and '{j}' overlap at the beginning by {-gaps[c]:.3g} {unit}, at ({x:.6g}, "
-            f"{y:.6g}) {unit}: begin where they are apart, or touch",
+            f"the shapes '{i}' and '{j}' of contact '{name}' overlap at the beginning by "
+            f"{-gaps[c]:.3g} {unit}, at ({x:.6g}, {y:.6g}) {unit}: begin where they are apart, or "
+            "touch",
             name,
         )
 

@@ -28,7 +28,7 @@ from mbody.files.model.problems import ENOUGH
 from mbody.model.body import Guess, SecondMoments, SlenderRod
 from mbody.model.coupling import CouplingTerm
 from mbody.model.element import Marker, Polar, check_name
-from mbody.model.shapes import Disc, Line, Polygon, Ring, Segment
+from mbody.model.touching_shapes import Disc, Line, Polygon, Ring, Segment
 from mbody.quantities import Formula, FormulaError, read
 from mbody.quantities.number import NotANumber, NotFinite, float_or_formula
 from mbody.quantities.units import DIMENSIONS, Dimension, name_of

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from mbody.model.body import Body
-from mbody.model.shapes import Disc, Line, Ring, Segment
+from mbody.model.touching_shapes import Disc, Line, Ring, Segment
 from mbody.quantities.units import DIMENSIONS
 
 __all__ = ["shape_tables"]
