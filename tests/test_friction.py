@@ -8,6 +8,7 @@ import pytest
 
 import mbody
 from mbody import Force, Prismatic, Revolute, Torque
+from mbody.solution.rough_pairs import pair_rates
 from tests.rough import (
     CRANK,
     FORCE,
@@ -360,3 +361,18 @@ def test_rolling_takes_a_torque():
     assert run.effort("pull")[0] == pytest.approx(900.0 * 0.002 / 0.3, rel=1e-13)
     assert run.losses["road"][0] == pytest.approx(2.0 * 900.0 * 0.002 / 0.3, rel=1e-13)
     assert difference(run, 0) < 1e-13
+
+
+@pytest.mark.parametrize("clockwise", [False, True])
+@pytest.mark.parametrize("swinging", [False, True])
+@pytest.mark.parametrize("kind", ["knife", "roller", "flat"])
+def test_rates_of_slipping_are_differentiated(kind, swinging, clockwise):
+    """γ of what slips on cams, guides and pins, against differences of its rate in time."""
+    how = {"friction": 0.2, "pin_radius": 0.004} if kind == "roller" else {"friction": 0.2}
+    step = 1e-5
+    middle = np.array([0.11, 0.23, 0.37, 0.52])
+    times = np.sort(np.concatenate([middle - step, middle, middle + step]))
+    rates = pair_rates(mbody.kinetostatics(cam_drive(kind, swinging, clockwise, **how), t=times))
+    found = (rates[2::3, :, 0] - rates[0::3, :, 0]) / (2.0 * step)
+    # what differences of the second order leave: step² of the third derivative, 20 rad/s cubed
+    np.testing.assert_allclose(rates[1::3, :, 1], found, atol=1e-7 * np.abs(found).max())
