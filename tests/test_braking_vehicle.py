@@ -8,7 +8,7 @@ import functools
 import numpy as np
 import pytest
 
-from mbody import Controller, from_toml, simulate
+from mbody import Body, Contact, Controller, Force, Mechanism, Revolute, from_toml, simulate
 
 G, WEIGHT, FRONT, REAR, HEIGHT, RADIUS, MU = 386.4, 4000.0, 40.0, 50.0, 25.0, 14.5, 0.8
 BASE, MASS, SPEED = FRONT + REAR, WEIGHT / G, 1056.0
@@ -182,3 +182,25 @@ def test_an_anti_lock_controller_keeps_the_wheels_turning():
     assert turning.min() > 0.5
     # nothing stops it faster than the static coefficient would
     assert led["chassis"].vx[-1] > SPEED - 0.95 * G * 1.5
+
+
+@pytest.mark.parametrize(("sense", "arm"), [(1.0, -1.0), (-1.0, 1.0)])
+def test_a_shoe_brake_helps_or_hinders_itself(sense, arm):
+    """Moments about the lever's pin: F a = N (b ± μ c), the lesser where the drum draws it in."""
+    machine = Mechanism("shoe brake", ground={"O": (0.0, 0.0), "A": (-0.3, 0.14)})
+    rim = {"rim": {"disc": "O", "radius": 0.1}}
+    points = {"A": (0.0, 0.0), "S": (0.3, -0.04), "B": (0.6, 0.0)}
+    machine.add(
+        Body("drum", mass=5.0, inertia=0.05, points={"O": (0.0, 0.0)}, shapes=rim, guess="0 deg"),
+        Body(
+            "lever", mass=1e-3, inertia=1e-5, points=points, cg=(0.3, 0.0), guess=(0.0, 0.14, 0.0)
+        ),
+        Revolute("O", "ground.O", "drum.O"),
+        Revolute("A", "ground.A", "lever.A"),
+        Force("push", "lever.B", 100.0, angle=-np.pi / 2.0),
+        Contact("shoe", "drum.rim", "lever.S", friction=0.3),
+    )
+    run = simulate(machine, 0.05, rates={"drum": 30.0 * sense, "lever": 0.0}, instants=6)
+    pressed = 100.0 * 0.6 / (0.3 + arm * 0.3 * 0.04)
+    np.testing.assert_allclose(run.contact("shoe"), pressed, rtol=1e-9)
+    np.testing.assert_allclose(run["drum"].alpha, -sense * 0.3 * pressed * 0.1 / 0.05, rtol=1e-9)

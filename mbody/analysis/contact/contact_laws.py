@@ -222,7 +222,10 @@ def impact_impulses(
         support = np.flatnonzero(z > NO_FORCE * z.max())
         exact = np.zeros_like(z)
         _, right, _ = contacts.problem(before[:m], before[m:])
-        exact[support] = np.linalg.solve(A[np.ix_(support, support)], -right[support])
+        try:
+            exact[support] = np.linalg.solve(A[np.ix_(support, support)], -right[support])
+        except np.linalg.LinAlgError:
+            return None  # impulses of rows that depend on each other have no one solution
         z = exact
     impulse = contacts.forces(z)
     given = np.where(by_newton, 0.0, restitution) * impulse[:m]
