@@ -93,7 +93,7 @@ def by_modes(D, normal, tangential, mu, static):
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_modes_are_those_of_coulombs_law(count):
     """Random contacts at rest: the accelerations of the modes that are decided are those of an
-    assignment of modes that satisfies the law, and nothing is told where there is one.
+    assignment of modes that satisfies the law, and the verdict is empty where there is one.
     """
     rng = RNG(count)
     unique = 0
@@ -107,13 +107,13 @@ def test_modes_are_those_of_coulombs_law(count):
         kinds = {tuple(np.round(a, 6) + 0.0) for _, a in found}
         if len(kinds) == 1:
             unique += 1
-            assert decided.told == ""
+            assert decided.verdict == ""
             assert decided.modes in [modes for modes, _ in found]
         elif kinds:
-            assert decided.told == "indeterminate"
+            assert decided.verdict == "indeterminate"
             assert decided.modes in [modes for modes, _ in found]
         else:
-            assert decided.told == "inconsistent"
+            assert decided.verdict == "inconsistent"
     assert unique > 20
 
 
@@ -147,8 +147,8 @@ def test_the_map_of_painleves_rod(mu):
         (last + 1e-10, False),
     ):
         slow, fast = decided(angle, 0.0, mu), decided(angle, 5.0, mu)
-        assert slow.told == ("inconsistent" if inside else "")
-        assert fast.told == ("indeterminate" if inside else "")
+        assert slow.verdict == ("inconsistent" if inside else "")
+        assert fast.verdict == ("indeterminate" if inside else "")
         assert fast.modes == ("open",)
         if not inside:
             assert slow.modes == ("slip-",)
@@ -157,7 +157,7 @@ def test_the_map_of_painleves_rod(mu):
 def test_below_four_thirds_there_is_no_paradox():
     """9 μ² < 16."""
     for angle in np.linspace(0.05, 1.5, 60):
-        assert decided(float(angle), 0.0, 1.333).told == ""
+        assert decided(float(angle), 0.0, 1.333).verdict == ""
 
 
 def test_redundant_supports_are_not_several_motions():
@@ -166,7 +166,7 @@ def test_redundant_supports_are_not_several_motions():
     found = decide_modes(
         ClosedContacts(D, np.array([0.3, 0.3]), np.zeros(2)), np.full(2, -9.81), np.full(2, 2.0)
     )
-    assert found.told == ""
+    assert found.verdict == ""
     assert found.modes == ("stick", "stick")
 
 

@@ -22,7 +22,7 @@ __all__ = ["TITLE", "measure"]
 
 TITLE = "Led on at 1 kHz: the free four-bar in steps of 1 ms, and with a PID controller in Python"
 PERIOD, RTOL = 1e-3, 1e-6
-#: A period as it is told: number, angle and rate of the crank; gives the torque.
+#: A period as the loop gets it: number, angle and rate of the crank; gives the torque.
 Control = Callable[[float, float], float]
 #: Substeps of a period that are tried with MuJoCo.
 SUBSTEPS = (1, 2, 5, 10, 20, 50, 100, 200)
@@ -123,6 +123,7 @@ def steps(scope: Scope) -> list[Row]:
         sim = mbody.Simulator(machine, rtol=RTOL, method=method)
         sim.step(PERIOD)
         sim.reset()
+        # mypy does not infer the type of a lambda with a default
         median, most = each(lambda one=sim: one.step(PERIOD), count)  # type: ignore[misc]
         name = OURS if method == "dop853" else f"{OURS}, {method}"
         row(name, median, most, sim["crank"].angle, f"rtol {RTOL:g}")
@@ -157,6 +158,7 @@ def loops(scope: Scope) -> list[Row]:
     if available("mujoco"):
         for substeps in (1, 10):
             name = f"MuJoCo RK4, {substeps} steps a period"
+            # mypy does not infer the type of a lambda with a default
             tasks[name] = lambda n=substeps: peer_loop(n, count)  # type: ignore[misc]
     for _ in range(1 if scope.short else scope.runs):
         for name, task in tasks.items():

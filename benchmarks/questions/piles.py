@@ -107,7 +107,7 @@ def ours(machine: mbody.Mechanism, work: str, until: float, size: float) -> Row:
     deep = max(0.0, float(-places.gap.min(initial=0.0)))
     stats = found.stats
     steps = stats["steps"]
-    told = f"{stats['contacts']} contacts, {stats['sweeps'] / steps:.0f} sweeps"
+    setting = f"{stats['contacts']} contacts, {stats['sweeps'] / steps:.0f} sweeps"
     return Row(
         "piles",
         work,
@@ -116,13 +116,13 @@ def ours(machine: mbody.Mechanism, work: str, until: float, size: float) -> Row:
         median_s=(spent - first) / max(1, steps - 1),
         runs=1,
         ratio_to_mbody=1.0,
-        setting=f"{told}, energy {found.energy.error:.1e}",
+        setting=f"{setting}, energy {found.energy.error:.1e}",
     )
 
 
-def _beside(mine: Row, engine: str, work: str, seconds: float, deep: float, told: str) -> Row:
+def _beside(mine: Row, engine: str, work: str, seconds: float, deep: float, setting: str) -> Row:
     ratio = None if mine.median_s is None else seconds / mine.median_s
-    return Row("piles", work, engine, deep, seconds, 1, ratio, setting=told)
+    return Row("piles", work, engine, deep, seconds, 1, ratio, setting=setting)
 
 
 def _stepped(step: Callable[[], Any], until: float) -> float:

@@ -24,7 +24,7 @@ class EventRecord:
     after : Solution or None
         Of an impact, the same instant just after it.
     contact : str
-        The contact or rough joint of which it is told: `name` is "impact", "open", "stick", "slip"
+        The contact or rough joint that it happens to: `name` is "impact", "open", "stick", "slip"
         or "rest" then, or what Painlevé's paradox is called: "inconsistent", "indeterminate" and
         "paradox".
     """

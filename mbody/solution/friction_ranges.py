@@ -11,12 +11,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from mbody.kernels.friction import IMPENDING, SLIDING
-from mbody.kernels.friction_instants import forces_by_senses, impending_rates
-from mbody.kernels.layout import Layout
+from mbody.kernels.friction_instants import StoredMotion, forces_by_senses, impending_rates
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.solution.result import Result
 from mbody.solution.rough_pairs import RoughPair, rough_pairs, stored_motion
-from mbody.system.system import System
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -68,24 +66,21 @@ class Jam(NamedTuple):
     coefficient: float
 
 
-def with_senses(system: System, senses: int) -> Layout:
-    """The layout for senses of sliding that are given."""
-    return system.runtime().replaced(senses=senses)
-
-
 def forces_with(
     solution: Result,
     senses: Array,
-    instants: Array,
+    motion: StoredMotion,
     design: int = 0,
     *,
     part: float = 1.0,
     at_rest: bool = True,
 ) -> FrictionForces:
-    """Forces at some instants with these senses (instants, pairs).
+    """Forces at the instants of a motion with these senses (instants, pairs).
 
     Parameters
     ----------
+    motion : StoredMotion
+        As of `stored_motion`, of the design.
     part : float
         By which all coefficients are multiplied.
     at_rest : bool
@@ -99,12 +94,12 @@ def forces_with(
                 work.par[pair.parameter : pair.parameter + 2] *= part
                 if pair.kind == "couple":
                     work.par[pair.parameter + 5] *= part
-    output = np.empty((len(instants), PER_PRIMITIVE * len(system.owners), 1))
-    reached = np.empty((len(instants), 2))
+    output = np.empty((len(senses), PER_PRIMITIVE * len(system.owners), 1))
+    reached = np.empty((len(senses), 2))
     forces_by_senses(
-        with_senses(system, IMPENDING if at_rest else SLIDING),
+        system.runtime().replaced(senses=IMPENDING if at_rest else SLIDING),
         work,
-        stored_motion(solution, design, instants),
+        motion,
         np.ascontiguousarray(senses, dtype=float),
         output,
         reached,
@@ -135,7 +130,8 @@ def forces_at_rest(solution: Result, rates: Array, rest: Array, design: int = 0)
     for choice, tables in enumerate(found):
         which = np.array([n for n, choices in enumerate(every) if choice < len(choices)])
         senses = np.array([every[n][choice][0] for n in which])
-        forces = forces_with(solution, senses, instants[which], design)
+        motion = stored_motion(solution, design, instants[which])
+        forces = forces_with(solution, senses, motion, design)
         for row, n in enumerate(which):
             table = forces.table[row]
             if forces.reached[row] < 1.0:
@@ -216,8 +212,11 @@ def jams_at(solution: Result, rates: Array, reached: Array, design: int = 0) -> 
     """
     pairs = rough_pairs(solution.system)
     found = []
-    for k in np.flatnonzero(reached < 1.0)[:EXAMINED]:
-        at, senses = np.array([k]), rates[k : k + 1, :, 2]
+    instants = np.flatnonzero(reached < 1.0)[:EXAMINED]
+    motion = stored_motion(solution, design, instants)
+    for n, k in enumerate(instants):
+        at = motion.replaced(motion=motion.motion[n : n + 1], t=motion.t[n : n + 1])
+        senses = rates[k : k + 1, :, 2]
         low, high = 0.0, 1.0
         for _ in range(HALVINGS):
             middle = 0.5 * (low + high)
@@ -228,8 +227,8 @@ def jams_at(solution: Result, rates: Array, reached: Array, design: int = 0) -> 
                 low = middle
         forces = forces_with(solution, senses, at, design, part=low, at_rest=False).table[0]
         power = [
-            abs(forces[PER_PRIMITIVE * pair.primitive] * rates[k, n, 0]) if pair.loses else 0.0
-            for n, pair in enumerate(pairs)
+            abs(forces[PER_PRIMITIVE * pair.primitive] * rates[k, m, 0]) if pair.loses else 0.0
+            for m, pair in enumerate(pairs)
         ]
         worst = pairs[int(np.argmax(power))]
         found.append(

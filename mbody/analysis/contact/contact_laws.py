@@ -110,14 +110,14 @@ class ModeDecision:
         "open", "stick", "slip+" or "slip-" each.
     pressing : array (m,)
         Normal forces of this solution.
-    told : str
+    verdict : str
         "" where the accelerations are unique, "indeterminate" where there are several,
         "inconsistent" where there are none.
     """
 
     modes: tuple[str, ...]
     pressing: Array
-    told: str = ""
+    verdict: str = ""
 
 
 def decide_modes(contacts: ClosedContacts, normal: Array, tangential: Array) -> ModeDecision:
@@ -145,16 +145,16 @@ def decide_modes(contacts: ClosedContacts, normal: Array, tangential: Array) -> 
     A, b, open_ones = contacts.problem(normal, tangential)
     size = max(float(np.abs(b).max(initial=0.0)), 1e-300)
     b = np.where(np.abs(b) < ROUNDING * size, 0.0, b)
-    z, told = lemke(A, b), ""
+    z, verdict = lemke(A, b), ""
     found = every_solution(A, b) if len(b) <= MOST_UNKNOWNS else []
     if z is None and not found:
         return ModeDecision(("open",) * m, np.zeros(m), "inconsistent")
     kinds = {contacts.accelerations(A @ one + b, one, size) for one in found}
     if len(kinds) > 1:
-        told = "indeterminate"
-    if z is None or told:
+        verdict = "indeterminate"
+    if z is None or verdict:
         z = min(found, key=lambda one: float(one[:m].sum()))
-    return ModeDecision(_modes(contacts, A @ z + b, z, open_ones), z[:m], told)
+    return ModeDecision(_modes(contacts, A @ z + b, z, open_ones), z[:m], verdict)
 
 
 def _modes(contacts: ClosedContacts, w: Array, z: Array, open_ones: Array) -> tuple[str, ...]:

@@ -99,12 +99,16 @@ class Rows:
 
 def has_modes(system: System) -> bool:
     """Whether something may open, or rest by friction, so that its modes are to be decided."""
+    pairs = range(len(system.layout.friction_kind))
+    return bool(system.mechanism.contacts) or any(_may_stick(system, f) for f in pairs)
+
+
+def _may_stick(system: System, f: int) -> bool:
+    """Whether a rough pair can rest: not what damps alone, nor teeth that press apart."""
     L = system.layout
-    if system.mechanism.contacts:
-        return True
-    static = system.par[L.friction_par + 1, 0] if len(L.friction_par) else np.zeros(0)
-    kinds = [FRICTION_KINDS[int(kind)] for kind in L.friction_kind]
-    return any(mu > 0.0 and kind != "apart" for mu, kind in zip(static, kinds, strict=True))
+    if FRICTION_KINDS[int(L.friction_kind[f])] == "apart":
+        return False
+    return bool(system.par[int(L.friction_par[f]) + 1, 0] > 0.0)
 
 
 def refuse_modes(system: System, what: str) -> None:
@@ -160,18 +164,11 @@ class Unilateral:
         self.rough = [
             JointPair(system.owners[int(L.switched[s])][0].name, int(s), f)
             for f, s in enumerate(L.friction_tangent)
-            if f not in taken and self._may_stick(f)
+            if f not in taken and _may_stick(system, f)
         ]
         units = [system.row_kinds[int(e)] for e in L.switched]
         #: Of every row that can be on or off, whether it is an angle.
         self.angular = np.array([kinds == "a" for kinds in units], dtype=bool)
-
-    def _may_stick(self, f: int) -> bool:
-        """Whether a rough pair can rest: not what damps alone, nor teeth that press apart."""
-        o = int(self.layout.friction_par[f])
-        if FRICTION_KINDS[int(self.layout.friction_kind[f])] == "apart":
-            return False
-        return bool(self.system.par[o + 1, 0] > 0.0)
 
     def __len__(self) -> int:
         return len(self.layout.switched)

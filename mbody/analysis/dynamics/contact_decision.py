@@ -43,8 +43,8 @@ def near_touches(motion: ModalMotion, gaps: Array, near: float) -> list[int]:
 
 
 def decide(motion: ModalMotion) -> str:
-    """Set the modes that go on from the present state, with its derivative and page; returns what
-    is told: "", "indeterminate" or "inconsistent".
+    """Set the modes that go on from the present state, with its derivative and page; returns the
+    verdict: "", "indeterminate" or "inconsistent".
     """
     uni, closing = motion.uni, motion.closing
     q = motion.y.copy()
@@ -68,12 +68,12 @@ def decide(motion: ModalMotion) -> str:
     tried: set[tuple[str, ...]] = set()
     while tuple(pairs) not in tried:
         tried.add(tuple(pairs))
-        told = _with_pairs(motion, q, pairs)
-        if told == "inconsistent":
-            return told
+        verdict = _with_pairs(motion, q, pairs)
+        if verdict == "inconsistent":
+            return verdict
         wrong = _wrong(motion, undecided)
         if not wrong:
-            return told
+            return verdict
         for m, mode in wrong.items():
             pairs[m] = mode
     return by_enumeration(motion, q, pairs, undecided)
@@ -92,10 +92,10 @@ def by_enumeration(motion: ModalMotion, y: Array, pairs: list[str], undecided: l
             found.append((trial, motion.K[0].copy()))
     if not found:
         return "inconsistent"
-    told = _with_pairs(motion, y, found[0][0])
+    verdict = _with_pairs(motion, y, found[0][0])
     size = max(float(np.abs(found[0][1]).max()), 1e-300)
     several = any(np.abs(one[1] - found[0][1]).max() > 1e-7 * size for one in found)
-    return "indeterminate" if several else told
+    return "indeterminate" if several else verdict
 
 
 def _wrong(motion: ModalMotion, undecided: list[int]) -> dict[int, str]:
@@ -162,8 +162,8 @@ def _with_pairs(motion: ModalMotion, y: Array, pairs: list[str]) -> str:
     smooth = friction == 0.0
     senses = np.where(smooth & (sliding == 0.0), 1.0, sliding)
     found = decide_modes(ClosedContacts(W @ Y, friction, senses), free[:m], free[m:])
-    if found.told == "inconsistent":
-        return found.told
+    if found.verdict == "inconsistent":
+        return found.verdict
     modes = ["open"] * len(uni.touches)
     for k, number in enumerate(closed):
         modes[number] = found.modes[k]
@@ -171,7 +171,7 @@ def _with_pairs(motion: ModalMotion, y: Array, pairs: list[str]) -> str:
     motion.y[:] = y
     motion.set_modes(modes, pairs, on)
     motion.evaluate()
-    return found.told
+    return found.verdict
 
 
 def _independent(

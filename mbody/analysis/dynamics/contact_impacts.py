@@ -122,7 +122,6 @@ def first_overlap(uni: Unilateral, work: Work, near: float) -> list[int]:
     SolveError
         With the names, by how much, and where.
     """
-    uni.read(work)
     rows = uni.read(work)
     gaps, along = uni.gaps(rows), uni.along(work).min(axis=1, initial=np.inf)
     worst: dict[str, tuple[float, int]] = {}

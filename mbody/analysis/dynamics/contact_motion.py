@@ -181,15 +181,23 @@ class ContactIntegration(EventIntegration):
                 return status
         else:
             return self._ended(f"impacts at '{self.uni.touches[hit[0]].name}' do not end")
-        told = decide(self)
-        if told == "inconsistent":
+        if not self._go_on(None if begins else before, state_before):
             return self._without_collision(before)
-        if told:
-            self._tell_not_unique(state_before)
-        self._begin_anew()
-        if not begins:
-            self._record_changes(before, state_before)
         return ""
+
+    def _go_on(self, before: tuple[list[str], list[str]] | None, page: Array) -> bool:
+        """Set the modes that go on and record what changes; whether there are consistent ones.
+        `before` and `page`: the modes, None at the beginning, and the page before.
+        """
+        verdict = decide(self)
+        if verdict == "inconsistent":
+            return False
+        if verdict:
+            self._note_several(page)
+        self._begin_anew()
+        if before is not None:
+            self._record_changes(before, page)
+        return True
 
     @property
     def speed(self) -> float:
@@ -332,15 +340,12 @@ class ContactIntegration(EventIntegration):
         )
         self.closing = Closing()
         self.load()
-        if (told := decide(self)) == "inconsistent":
+        if not self._go_on(before, page):
             return self._ended(f"no accelerations are consistent at {names}")
-        if told:
-            self._tell_not_unique(page)
-        self._begin_anew()
-        self._record_changes(before, page)
         return ""
 
-    def _tell_not_unique(self, page: Array) -> None:
+    def _note_several(self, page: Array) -> None:
+        """Several accelerations are consistent: an event and a note."""
         t = float(self.state[TIME])
         who = [n for n in sorted(self.closing.closed)] or near_touches(
             self, self.uni.gaps(self.uni.read(self.work)), self.near
@@ -408,9 +413,9 @@ class ContactIntegration(EventIntegration):
         n, page = self.system.coordinates, one.saved.page[:, 0]
         self.probe.q[:n, 0] = page[:n]
         along = self.uni.along(self.probe)[one.event.number]
-        return bool(along.min() >= -NEAR * self.system.length)
+        return bool(along.min() >= -self.near)
 
-    # -- what is told -------------------------------------------------------------------------
+    # -- what is recorded ---------------------------------------------------------------------
 
     def _record_contact(self, kind: str, t: float, name: str, page: Array, after: Array) -> None:
         now = float(self.state[TIME])
