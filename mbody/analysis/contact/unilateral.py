@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from mbody.analysis.contact.corners import Corners
 from mbody.errors import ModelError
 from mbody.kernels.friction import FRICTION_KINDS
 from mbody.kernels.layout import Work
@@ -255,6 +256,19 @@ class Unilateral:
         way = ux * x + uy * y
         found[which] = np.column_stack([way, length - way])
         return found
+
+    @functools.cached_property
+    def corners(self) -> Corners:
+        """Which edges run through the same corners."""
+        return Corners([(one.name, one.spot) for one in self.touches], self.system.length)
+
+    def within_edges(self, rows: Rows, work: Work, near: float, slow: float) -> Array:
+        """Which touches are within the ends of their edges, (touches,): of those at a corner that
+        approach not those that another edge there keeps apart.
+        """
+        along = self.along(work)
+        passed = self.corners.passed(self.gaps(rows), self.approach(rows), along, near, slow)
+        return np.asarray((along.min(axis=1, initial=np.inf) >= -near) & ~passed)
 
     @functools.cached_property
     def bodies(self) -> list[tuple[int, int]]:

@@ -16,7 +16,7 @@ import itertools
 import numpy as np
 
 from mbody.analysis.contact.contact_laws import ClosedContacts, decide_modes
-from mbody.analysis.contact.unilateral import SENSES
+from mbody.analysis.contact.unilateral import SENSES, Rows
 from mbody.analysis.dynamics.contact_impacts import responses_to, touch_rows
 from mbody.analysis.dynamics.modal_motion import ModalMotion
 from mbody.system.rank import dense
@@ -35,10 +35,11 @@ ROUNDING = 1e-10
 DEPENDENT = 1e-9
 
 
-def near_touches(motion: ModalMotion, gaps: Array, near: float) -> list[int]:
-    """Touches whose gap is none, within the ends of their edges."""
-    along = motion.uni.along(motion.work).min(axis=1, initial=np.inf)
-    found = {int(n) for n in np.flatnonzero((np.abs(gaps) <= near) & (along >= -near))}
+def near_touches(motion: ModalMotion, rows: Rows) -> list[int]:
+    """Touches whose gap is none, within the ends of their edges; rows of the present state."""
+    uni, near = motion.uni, motion.near
+    within = uni.within_edges(rows, motion.work, near, STILL * motion.speed)
+    found = {int(n) for n in np.flatnonzero((np.abs(uni.gaps(rows)) <= near) & within)}
     return sorted((found | motion.closing.closed) - motion.closing.opened - motion.beyond)
 
 
@@ -133,7 +134,7 @@ def _with_pairs(motion: ModalMotion, y: Array, pairs: list[str]) -> str:
     motion.evaluate()
     motion.load()
     rows = uni.read(motion.work)
-    closed = near_touches(motion, uni.gaps(rows), motion.near)
+    closed = near_touches(motion, rows)
     slow = STILL * motion.speed
     approach = uni.approach(rows)
     closed = [k for k in closed if abs(approach[k]) <= slow or k in closing.closed]

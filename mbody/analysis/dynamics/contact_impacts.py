@@ -154,7 +154,8 @@ def first_overlap(uni: Unilateral, work: Work, near: float) -> list[int]:
     if worst:
         name = min(worst, key=lambda one: worst[one][0])
         raise _overlap(uni, work, name, *worst[name])
-    return [n for n, gap in enumerate(gaps) if abs(gap) <= near and along[n] >= -near]
+    within = uni.within_edges(rows, work, near, 0.0)
+    return [n for n, gap in enumerate(gaps) if abs(gap) <= near and within[n]]
 
 
 def _overlap(uni: Unilateral, work: Work, name: str, gap: float, n: int) -> SolveError:

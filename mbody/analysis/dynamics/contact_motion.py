@@ -11,6 +11,7 @@ then complementarity of accelerations decides how all go on (`contact_decision`)
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -21,12 +22,15 @@ from mbody.analysis.dynamics.contact_impacts import Impact, first_overlap, strik
 from mbody.analysis.dynamics.events import EventIntegration
 from mbody.analysis.dynamics.located import Guard, LocatedZero, Saved
 from mbody.analysis.dynamics.modal_motion import Closing
+from mbody.kernels.layout import Layout
+from mbody.kernels.loop_closure import laws_of_time
 from mbody.kernels.step_state import MORE, NEAR_SINGULAR, NEXT, TIME
 from mbody.model.event import Event, Stop
 from mbody.solution.certificate import as_reported, changed
 from mbody.solution.event_record import EventRecord
 from mbody.solution.restart import Restart, Way
 from mbody.solution.solution import Solution
+from mbody.system.partial_elimination import without_nodes
 from mbody.system.system import System
 
 __all__ = ["ContactIntegration"]
@@ -73,6 +77,8 @@ class ContactIntegration(EventIntegration):
         self.struck: dict[int, float] = {}
         self.groups: dict[int, list[int]] = {}
         self.fresh: dict[Guard, float] = {}
+        #: By which rows are on.
+        self.layouts: dict[bytes, Layout] = {}
         #: Open touches that have left their edge over its end.
         self.beyond: set[int] = set()
         self.changed_at, self.changes = -np.inf, 0
@@ -172,7 +178,7 @@ class ContactIntegration(EventIntegration):
         for _ in range(STRIKES):
             self.load()
             rows = self.uni.read(self.work)
-            closed = near_touches(self, self.uni.gaps(rows), self.near)
+            closed = near_touches(self, rows)
             speed = self.speed
             hit = [n for n in closed if self.uni.approach(rows)[n] < -STILL * speed]
             if not hit:
@@ -241,6 +247,16 @@ class ContactIntegration(EventIntegration):
                 work.anchor[pair.tangent, 0] = found.value[pair.tangent]
         self.on = rows
         uni.set_rows(work, rows, senses)
+        self.motion = replace(self.motion, layout=self._eliminating(rows))
+
+    def _eliminating(self, on: Array) -> Layout:
+        """The layout without the blocks of rows that are off."""
+        key = on.tobytes()
+        if key not in self.layouts:
+            off = np.zeros(self.layout.nodes, dtype=bool)
+            off[self.layout.primitive_node[self.layout.switched]] = on == 0.0
+            self.layouts[key] = without_nodes(self.layout, off)
+        return self.layouts[key]
 
     def _anchor(self, n: int, touch: Touch, rows: Rows, off: Array) -> None:
         """Sticking begins where the touch is."""
@@ -321,7 +337,7 @@ class ContactIntegration(EventIntegration):
         """Painlevé's paradox: no accelerations are consistent, an impact without collision is."""
         n, t = self.system.coordinates, float(self.state[TIME])
         self.load()
-        closed = near_touches(self, self.uni.gaps(self.uni.read(self.work)), self.near)
+        closed = near_touches(self, self.uni.read(self.work))
         page, velocities = self.page.copy(), self.y[n : 2 * n].copy()
         found = strike(self.uni, self.work, closed, without_collision=True)
         names = ", ".join(dict.fromkeys(f"'{self.uni.touches[k].name}'" for k in closed))
@@ -348,7 +364,7 @@ class ContactIntegration(EventIntegration):
         """Several accelerations are consistent: an event and a note."""
         t = float(self.state[TIME])
         who = [n for n in sorted(self.closing.closed)] or near_touches(
-            self, self.uni.gaps(self.uni.read(self.work)), self.near
+            self, self.uni.read(self.work)
         )
         names = [self.uni.touches[k].name for k in who] or [p.name for p in self.uni.rough]
         shown = ", ".join(dict.fromkeys(f"'{name}'" for name in names))
@@ -410,10 +426,12 @@ class ContactIntegration(EventIntegration):
         """Whether a gap that closes does so within the ends of its edge."""
         if not isinstance(one.event, Guard) or one.event.kind != "close":
             return True
-        n, page = self.system.coordinates, one.saved.page[:, 0]
-        self.probe.q[:n, 0] = page[:n]
-        along = self.uni.along(self.probe)[one.event.number]
-        return bool(along.min() >= -self.near)
+        n, page, probe = self.system.coordinates, one.saved.page[:, 0], self.probe
+        probe.q[:n, 0], probe.v[:n, 0], probe.time[0, 0] = page[:n], page[n : 2 * n], one.t
+        laws_of_time(self.layout, probe)
+        rows = self.uni.read(probe)
+        within = self.uni.within_edges(rows, probe, self.near, STILL * self.speed)
+        return bool(within[one.event.number])
 
     # -- what is recorded ---------------------------------------------------------------------
 

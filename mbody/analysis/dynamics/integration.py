@@ -219,7 +219,8 @@ class Integration:
 
     def evaluate(self) -> bool:
         """Project the state, evaluate its derivative and its page; whether the loops close."""
-        closes = initial_derivative(self.layout, self.work, self.stepping, REFINEMENTS, self.page)
+        m = self.motion
+        closes = initial_derivative(m.layout, m.work, m.stepping, REFINEMENTS, self.page)
         raise_user_error(self.system)
         return bool(closes)
 

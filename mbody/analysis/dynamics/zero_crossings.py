@@ -21,6 +21,9 @@ Samples = tuple[Array, Array, Array]
 ROUNDS = 12
 #: An extremum this near to zero, in errors of the cubic that shows it, may lie beyond it.
 UNSURE = 10.0
+#: An extremum that goes towards zero by less than this part of the nearer end hides none: a cubic
+#: through values and rates is not wrong by a hundred times what it shows.
+SHALLOW = 0.01
 #: Part of an interval in which an extremum is not distinguished from its end.
 END = 1e-6
 
@@ -77,8 +80,9 @@ def refined(
         places, predicted = extrema(h, g[:-1], g[1:], r[:-1], r[1:])
         # what lies between both ends, on their side of zero, hides nothing
         low, high = np.minimum(g[:-1], g[1:]), np.maximum(g[:-1], g[1:])
-        beyond = ((predicted < low) & (low > 0.0) & (predicted < unsure)) | (
-            (predicted > high) & (high < 0.0) & (-predicted < unsure)
+        deep = 1.0 - SHALLOW
+        beyond = ((predicted < deep * low) & (low > 0.0) & (predicted < unsure)) | (
+            (predicted > deep * high) & (high < 0.0) & (-predicted < unsure)
         )
         # of ends on both sides, what goes back across zero on its way
         back = (low <= 0.0) & (high >= 0.0) & ((predicted < low) | (predicted > high))

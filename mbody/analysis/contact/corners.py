@@ -1,0 +1,119 @@
+"""Corners that meet: which of the edges about them two bodies touch on.
+
+A corner on an edge is at the end of that edge where it meets another corner. Several edges run
+through both corners, and their gaps are all zero there. Convex bodies are apart as long as one of
+these gaps does not close: their distance is the greatest of the gaps, so that its
+rate is the greatest of their rates. What slides over the end of a table or from one segment of a
+floor to the next strikes none of the edges that it meets there.
+
+Gilbert, Johnson, Keerthi (1988); Ericson: Real-Time Collision Detection (2005), 5.5.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbody.model.contact_spots import Spot
+
+__all__ = ["Corners"]
+
+Array = np.ndarray
+
+#: A corner: the contact, which of the two bodies has it, and its place in this one.
+Corner = tuple[str, bool, float, float]
+
+
+@dataclass(frozen=True)
+class _EdgeEnd:
+    """An end of an edge: number of the touch, 0 where the edge begins and 1 where it ends, its
+    direction, its corner, and the corner that touches the edge.
+    """
+
+    touch: int
+    end: int
+    direction: tuple[float, float]
+    corner: Corner
+    other: Corner
+
+
+class Corners:
+    """The edges that run through the same two corners, of the touches of a system.
+
+    Parameters
+    ----------
+    spots : sequence of (str, Spot)
+        Names of contacts, and where they may touch.
+    length : float
+        Model length.
+    """
+
+    def __init__(self, spots: Sequence[tuple[str, Spot]], length: float) -> None:
+        ends = [end for n, (name, spot) in enumerate(spots) for end in _ends(n, name, spot, length)]
+        at: dict[Corner, list[_EdgeEnd]] = defaultdict(list)
+        for one in ends:
+            at[one.corner].append(one)
+        # at a corner that points inwards bodies strike either edge
+        inward = {corner for corner, about in at.items() if _points_inwards(about)}
+        meeting: dict[frozenset[Corner], list[int]] = defaultdict(list)
+        for one in ends:
+            pair = frozenset({one.corner, one.other})
+            if not pair & inward:
+                meeting[pair].append(one.touch)
+        #: Of a touch and an end of its edge, the touches whose edges run through both corners.
+        self.others = {
+            (one.touch, one.end): meeting.get(frozenset({one.corner, one.other}), [])
+            for one in ends
+        }
+
+    def passed(self, gaps: Array, rates: Array, along: Array, near: float, slow: float) -> Array:
+        """Which touches are at a corner and approach an edge while another edge there keeps both
+        bodies apart, (touches,).
+
+        Parameters
+        ----------
+        gaps, rates : arrays (touches,)
+            Gaps and what they grow by.
+        along : array (touches, 2)
+            Distances from both ends of the edge, positive between them.
+        near, slow : float
+            A gap, and a rate, that is none.
+        """
+        found = np.zeros(len(gaps), dtype=bool)
+        for n in np.flatnonzero(rates < -slow):
+            for end in np.flatnonzero(np.abs(along[n]) <= near):
+                found[n] |= any(
+                    gaps[m] >= -near and rates[m] > rates[n] + slow
+                    for m in self.others[int(n), int(end)]
+                )
+        return found
+
+
+def _ends(n: int, name: str, spot: Spot, length: float) -> list[_EdgeEnd]:
+    """Both ends of the edge of a touch where corners touch edges."""
+    if spot.edge is None or spot.round or not np.isfinite(spot.edge[2]):
+        return []
+    (x, y), (ux, uy), along = spot.edge
+    other = _corner(name, not spot.swapped, spot.arm, length)
+    return [
+        _EdgeEnd(n, end, (ux, uy), _corner(name, spot.swapped, place, length), other)
+        for end, place in enumerate(((x, y), (x + along * ux, y + along * uy)))
+    ]
+
+
+def _corner(name: str, swapped: bool, place: tuple[float, float], length: float) -> Corner:
+    x, y = (round(float(part) / length, 12) + 0.0 for part in place)
+    return name, swapped, x, y
+
+
+def _points_inwards(about: list[_EdgeEnd]) -> bool:
+    """Whether the free side of a corner, on the left of its edges, is less than half a turn."""
+    return any(
+        one.direction[0] * two.direction[1] - one.direction[1] * two.direction[0] > 0.0
+        for one in about
+        for two in about
+        if one.end == 1 and two.end == 0
+    )
