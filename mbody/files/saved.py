@@ -54,7 +54,8 @@ NEEDED = (
     "branch",
     "released_at",
 )
-ENERGIES = tuple(part.name for part in fields(Energy) if part.name not in ("by", "lost"))
+OTHERWISE_KEPT = ("by", "lost", "rounding")
+ENERGIES = tuple(part.name for part in fields(Energy) if part.name not in OTHERWISE_KEPT)
 #: What a motion with controllers or inputs that jump goes on with; a file does not keep it.
 SAMPLED = ("inputs", "sampled")
 ARRAYS = tuple(part.name for part in fields(Restart) if part.name not in ("way", "own", *SAMPLED))
@@ -114,6 +115,7 @@ def save_run(run: Solution, path: str | os.PathLike[str]) -> None:
         header["works"] = list(run.energy.by)
         arrays |= {f"work.{n}": part for n, part in enumerate(run.energy.by.values())}
         header["lost"] = list(run.energy.lost)
+        header["energy_rounding"] = run.energy.rounding
         arrays |= {f"lost.{n}": part for n, part in enumerate(run.energy.lost.values())}
     if run.modes:
         header["modes"] = {name: list(modes) for name, modes in run.modes.items()}
@@ -209,7 +211,9 @@ def _solution(
             name: array(arrays, f"lost.{k}", (n,)) for k, name in enumerate(header.get("lost", ()))
         }
         plain = {name: array(arrays, f"energy.{name}", (n,)) for name in ENERGIES}
-        energy = Energy(**plain, by=by, lost=lost)
+        rounding = header["energy_rounding"]
+        want(type(rounding) is float and rounding >= 0.0, "'energy_rounding' is no such number")
+        energy = Energy(**plain, by=by, lost=lost, rounding=rounding)
     if "way" in header:
         want(n > 0, "it has no instant to go on from")
         names = [f"own.{k}" for k in range(sum(key[:4] == "own." for key in arrays))]

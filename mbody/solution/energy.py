@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mbody.kernels.output import PER_PRIMITIVE
 from mbody.system.read_only import lock
 
 if TYPE_CHECKING:
@@ -20,6 +21,8 @@ Array = np.ndarray
 
 #: Parts of an account that are one array each.
 PLAIN = ("kinetic", "potential", "work", "dissipated", "balance")
+#: Rounding of an account, as a part of what its greatest force does along the model length.
+ROUNDING = 1e-13
 #: Loads whose work is accounted one by one.
 ACCOUNTED = 64
 
@@ -52,6 +55,8 @@ class Energy:
         a contact what sliding gave, below zero, as "foot.friction".
     lost : dict
         What friction and impacts have taken, of every rough joint, contact and stop by name.
+    rounding : float
+        An energy that is rounding: of what rests nothing else takes part.
     """
 
     kinetic: Array
@@ -61,6 +66,7 @@ class Energy:
     balance: Array
     by: dict[str, Array]
     lost: dict[str, Array] = field(default_factory=dict)
+    rounding: float = 0.0
 
     def __post_init__(self) -> None:
         lock(self)
@@ -83,15 +89,17 @@ class Energy:
 
     @property
     def error(self) -> float:
-        """The greatest balance as a part of `size`; NaN where one is no number."""
-        worst = float(np.abs(self.balance).max(initial=0.0))
-        return worst / (self.size or 1.0)
+        """The greatest balance as a part of `size`; zero where both are rounding, NaN where one is
+        no number.
+        """
+        worst, size = float(np.abs(self.balance).max(initial=0.0)), self.size
+        return 0.0 if max(worst, size) <= self.rounding else worst / (size or 1.0)
 
     def take(self, index: Any) -> Energy:
         """Only some of the instants."""
         own = {name: getattr(self, name)[index] for name in PLAIN}
         by, lost = ({n: one[index] for n, one in part.items()} for part in (self.by, self.lost))
-        return Energy(**own, by=by, lost=lost)
+        return Energy(**own, by=by, lost=lost, rounding=self.rounding)
 
     def data(self) -> dict[str, Any]:
         """The same as lists, ready for JSON."""
@@ -184,4 +192,6 @@ def account(system: System, pages: Array, gained: Array, stops: Sequence[str] = 
             total += one.values
     whole = kinetic + potential + lost - work
     balance = whole - whole[:1]
-    return Energy(kinetic, potential, work, lost, balance, by, taken)
+    forces = pages[:, 3 * n : 3 * n + PER_PRIMITIVE * len(system.owners)]
+    rounding = ROUNDING * system.length * float(np.abs(forces).max(initial=0.0))
+    return Energy(kinetic, potential, work, lost, balance, by, taken, rounding)

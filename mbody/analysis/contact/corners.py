@@ -23,8 +23,11 @@ __all__ = ["Corners"]
 
 Array = np.ndarray
 
-#: A corner: the contact, which of the two bodies has it, and its place in this one.
-Corner = tuple[str, bool, float, float]
+#: A corner: its body, and its place in this one.
+Corner = tuple[str, float, float]
+
+#: Sine of the angle below which one edge goes straight on from another.
+STRAIGHT = 1e-9
 
 
 @dataclass(frozen=True)
@@ -45,24 +48,27 @@ class Corners:
 
     Parameters
     ----------
-    spots : sequence of (str, Spot)
-        Names of contacts, and where they may touch.
+    spots : sequence of Spot
+        Where bodies may touch.
     length : float
         Model length.
     """
 
-    def __init__(self, spots: Sequence[tuple[str, Spot]], length: float) -> None:
-        ends = [end for n, (name, spot) in enumerate(spots) for end in _ends(n, name, spot, length)]
+    def __init__(self, spots: Sequence[Spot], length: float) -> None:
+        ends = [end for n, spot in enumerate(spots) for end in _ends(n, spot, length)]
         at: dict[Corner, list[_EdgeEnd]] = defaultdict(list)
         for one in ends:
             at[one.corner].append(one)
-        # at a corner that points inwards bodies strike either edge
-        inward = {corner for corner, about in at.items() if _points_inwards(about)}
+        # at a corner that points inwards bodies strike either edge, and it touches nothing itself
+        buried = {corner for corner, about in at.items() if not _points_outwards(about)}
         meeting: dict[frozenset[Corner], list[int]] = defaultdict(list)
         for one in ends:
             pair = frozenset({one.corner, one.other})
-            if not pair & inward:
+            if not pair & buried:
                 meeting[pair].append(one.touch)
+        #: Touches by corners that point inwards, or that an edge goes straight on over.
+        self.never = np.zeros(len(spots), dtype=bool)
+        self.never[[one.touch for one in ends if one.other in buried]] = True
         #: Of a touch and an end of its edge, the touches whose edges run through both corners.
         self.others = {
             (one.touch, one.end): meeting.get(frozenset({one.corner, one.other}), [])
@@ -70,8 +76,8 @@ class Corners:
         }
 
     def passed(self, gaps: Array, rates: Array, along: Array, near: float, slow: float) -> Array:
-        """Which touches are at a corner and approach an edge while another edge there keeps both
-        bodies apart, (touches,).
+        """Which touches are none, (touches,): by what is no corner, and at a corner what approaches
+        an edge while another edge there keeps both bodies apart.
 
         Parameters
         ----------
@@ -82,7 +88,7 @@ class Corners:
         near, slow : float
             A gap, and a rate, that is none.
         """
-        found = np.zeros(len(gaps), dtype=bool)
+        found = self.never.copy()
         for n in np.flatnonzero(rates < -slow):
             for end in np.flatnonzero(np.abs(along[n]) <= near):
                 found[n] |= any(
@@ -92,28 +98,31 @@ class Corners:
         return found
 
 
-def _ends(n: int, name: str, spot: Spot, length: float) -> list[_EdgeEnd]:
+def _ends(n: int, spot: Spot, length: float) -> list[_EdgeEnd]:
     """Both ends of the edge of a touch where corners touch edges."""
     if spot.edge is None or spot.round or not np.isfinite(spot.edge[2]):
         return []
     (x, y), (ux, uy), along = spot.edge
-    other = _corner(name, not spot.swapped, spot.arm, length)
+    # rows of edges begin at the body of the edge
+    other = _corner(spot.normal.j, spot.arm, length)
     return [
-        _EdgeEnd(n, end, (ux, uy), _corner(name, spot.swapped, place, length), other)
+        _EdgeEnd(n, end, (ux, uy), _corner(spot.normal.i, place, length), other)
         for end, place in enumerate(((x, y), (x + along * ux, y + along * uy)))
     ]
 
 
-def _corner(name: str, swapped: bool, place: tuple[float, float], length: float) -> Corner:
+def _corner(body: str, place: tuple[float, float], length: float) -> Corner:
     x, y = (round(float(part) / length, 12) + 0.0 for part in place)
-    return name, swapped, x, y
+    return body, x, y
 
 
-def _points_inwards(about: list[_EdgeEnd]) -> bool:
-    """Whether the free side of a corner, on the left of its edges, is less than half a turn."""
-    return any(
-        one.direction[0] * two.direction[1] - one.direction[1] * two.direction[0] > 0.0
-        for one in about
-        for two in about
-        if one.end == 1 and two.end == 0
-    )
+def _points_outwards(about: list[_EdgeEnd]) -> bool:
+    """Whether the edges at a corner, free on their left, turn to the right there."""
+    for one in about:
+        for two in about:
+            if one.end == 1 and two.end == 0:
+                (ax, ay), (bx, by) = one.direction, two.direction
+                turn = ax * by - ay * bx
+                if turn > STRAIGHT or (turn > -STRAIGHT and ax * bx + ay * by > 0.0):
+                    return False
+    return True

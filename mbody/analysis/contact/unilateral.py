@@ -260,7 +260,7 @@ class Unilateral:
     @functools.cached_property
     def corners(self) -> Corners:
         """Which edges run through the same corners."""
-        return Corners([(one.name, one.spot) for one in self.touches], self.system.length)
+        return Corners([one.spot for one in self.touches], self.system.length)
 
     def within_edges(self, rows: Rows, work: Work, near: float, slow: float) -> Array:
         """Which touches are within the ends of their edges, (touches,): of those at a corner that
