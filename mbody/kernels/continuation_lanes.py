@@ -21,7 +21,6 @@ from mbody.kernels.constraints import rows, turns
 from mbody.kernels.continuation import BY_DRIVER, CORRECTION, SLIGHT, SPREAD, TURNED
 from mbody.kernels.forces import forces, signals
 from mbody.kernels.friction import (
-    BY_RATES,
     CERTIFICATE,
     add_sliding,
     friction_error,
@@ -31,6 +30,7 @@ from mbody.kernels.friction import (
     store_sliding,
     viscous_friction,
 )
+from mbody.kernels.friction_laws import BY_RATES
 from mbody.kernels.layout import Layout, Work
 from mbody.kernels.output import keep, keep_some
 from mbody.kernels.position_velocity import (

@@ -38,12 +38,8 @@ from mbody.core.decorators import inline, njit
 from mbody.core.lanes import count, highest, larger, ld, lowest, select_le, smaller, st
 from mbody.kernels.friction_laws import (
     APART,
-    BY_RATES,
     COUPLE,
-    FRICTION_KINDS,
-    IMPENDING,
     PIN,
-    SLIDING,
     TORQUE,
     coefficients,
     greatest_slope,
@@ -52,15 +48,12 @@ from mbody.kernels.friction_laws import (
 from mbody.kernels.schur_ldl import apply_g, solve
 
 __all__ = [
-    "BY_RATES",
     "CERTIFICATE",
     "DETERMINANT",
-    "FRICTION_KINDS",
-    "IMPENDING",
     "REACHED_PART",
-    "SLIDING",
     "add_row",
     "add_sliding",
+    "along_tangent",
     "any_sliding",
     "friction_changes",
     "friction_loss",
@@ -109,16 +102,24 @@ def tangent(L, W, w, f):
     return L.written_node[e], L.primitive_i[e], L.primitive_j[e]
 
 
+@inline
+def along_tangent(L, W, w, f, motion, known):
+    """g · motion of pair f less what is known of its row: the rate of sliding from W.v and W.nu,
+    its derivative from W.a and W.gamma.
+    """
+    k, i, j = tangent(L, W, w, f)
+    found = -ld(known, 2 * k, w)
+    for n in range(3):
+        found = found + ld(W.block, 12 * k + n, w) * ld(motion, 3 * i + n, w)
+        found = found + ld(W.block, 12 * k + 6 + n, w) * ld(motion, 3 * j + n, w)
+    return found
+
+
 @njit
 def sliding_rates(L, W, w):
     """W.rate ← rates of sliding g v − ν of all rough pairs."""
     for f in range(L.friction_kind.shape[0]):
-        k, i, j = tangent(L, W, w, f)
-        rate = -ld(W.nu, 2 * k, w)
-        for n in range(3):
-            rate = rate + ld(W.block, 12 * k + n, w) * ld(W.v, 3 * i + n, w)
-            rate = rate + ld(W.block, 12 * k + 6 + n, w) * ld(W.v, 3 * j + n, w)
-        st(W.rate, f, rate, w)
+        st(W.rate, f, along_tangent(L, W, w, f, W.v, W.nu), w)
 
 
 @njit
