@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import mbody
+from mbody.kernels.friction import CERTIFICATE
 from tests.linkages import random_linkage, times_within
 from tests.rough import (
     FORCE,
@@ -79,6 +80,22 @@ def test_designs_that_jam_are_told():
     assert [jam.coefficient for jam in run.friction.jams] == pytest.approx([0.5] * 4, rel=1e-9)
     assert run.status.startswith("doubtful: it jams at 4 of 10 instants")
     assert run.friction.certified.tolist() == [[True] * 2] * 3 + [[False] * 2] * 2
+
+
+def test_the_certificate_of_a_design_is_its_own():
+    """Whatever the friction of the designs beside it, of which some are not certain."""
+    system = mbody.assemble(slider_crank(**HEAVY))
+    row = system.friction_rows.start + CERTIFICATE
+    drive = {"motor": (ANGLES, 10.0, 0.0)}
+    found = []
+    for others in (0.1, 0.9, 5.0):
+        mu = np.full(16, others)
+        mu[3] = 0.1
+        run = mbody.kinetostatics(system.with_values({"guide.friction": mu}), drive=drive)
+        found.append(run.record.take(row)[3])
+        assert run.friction.certified[0].all() == (others < 5.0)
+    assert np.array_equal(found[0], found[1]) and np.array_equal(found[0], found[2])
+    assert 0.0 < found[0].max() < 1.0
 
 
 def test_a_sweep():

@@ -21,7 +21,6 @@ from mbody.kernels.constraints import rows, turns
 from mbody.kernels.continuation import BY_DRIVER, CORRECTION, SLIGHT, SPREAD, TURNED
 from mbody.kernels.forces import forces, signals
 from mbody.kernels.friction import (
-    BY_RATES,
     CERTIFICATE,
     add_sliding,
     friction_error,
@@ -31,6 +30,7 @@ from mbody.kernels.friction import (
     store_sliding,
     viscous_friction,
 )
+from mbody.kernels.friction_laws import BY_RATES
 from mbody.kernels.layout import Layout, Work
 from mbody.kernels.output import keep, keep_some
 from mbody.kernels.position_velocity import (
@@ -49,6 +49,7 @@ from mbody.kernels.square_lu import (
     SquareWork,
     factor_square,
     solve_both,
+    solve_both_transposed,
     solve_square,
     solve_transposed,
 )
@@ -349,14 +350,20 @@ def rate_residual(L, W, w):
 
 
 @njit
-def multipliers_square(L, P, W, w, F):
-    """λ from Φ_qᵀ λ = f − M a; returns the square of the residual by the blocks, beyond what is
-    allowed, NaN where a load has no value.
-    """
+def balance_square(L, P, W, w, F):
+    """λ from Φ_qᵀ λ = f − M a, the right-hand side being in W.r."""
     for k in range(P.column.shape[0]):
         c = P.column[k]
         st(W.r, c, applied_share(L, W, w, c // 3, c % 3), w)
     solve_transposed(P, W, w, F, W.r, W.lam)
+
+
+@njit
+def multipliers_square(L, P, W, w, F):
+    """The same; returns the square of the residual by the blocks, beyond what is allowed, NaN where
+    a load has no value.
+    """
+    balance_square(L, P, W, w, F)
     rest = 0.0 * ld(W.size, 0, w)
     terms = rest
     for k in range(P.column.shape[0]):
@@ -374,13 +381,10 @@ def rough_multipliers_square(L, P, W, w, F):
     certain to be unique, or has not converged.
     """
     viscous_friction(L, W, w)
-    multipliers_square(L, P, W, w, F)
+    balance_square(L, P, W, w, F)
     if L.senses == BY_RATES:
         senses_by_rates(L, W, w)
-    size = 2 * L.nodes
-    for f in range(L.friction_kind.shape[0]):
-        load_columns(L, W, w, f)
-        solve_transposed(P, W, w, F, W.u, W.response[size * f : size * (f + 1)])
+    responses_square(L, P, W, w, F)
     friction_sizes(L, W, w)
     add_sliding(L, W, w)
     residual = multipliers_square(L, P, W, w, F)
@@ -388,3 +392,19 @@ def rough_multipliers_square(L, P, W, w, F):
     store_sliding(L, W, w)
     radius = ld(W.friction, CERTIFICATE, w)
     return larger(larger(residual, off), radius - CERTAIN)
+
+
+@njit
+def responses_square(L, P, W, w, F):
+    """W.response ← λ by the friction of each pair, two at a time."""
+    size, pairs = 2 * L.nodes, L.friction_kind.shape[0]
+    for f in range(0, pairs - 1, 2):
+        load_columns(L, W, w, f, W.u)
+        load_columns(L, W, w, f + 1, W.r)
+        first = W.response[size * f : size * (f + 1)]
+        second = W.response[size * (f + 1) : size * (f + 2)]
+        solve_both_transposed(P, W, w, F, W.u, first, W.r, second)
+    if pairs % 2 == 1:
+        f = pairs - 1
+        load_columns(L, W, w, f, W.u)
+        solve_transposed(P, W, w, F, W.u, W.response[size * f : size * (f + 1)])

@@ -38,12 +38,8 @@ from mbody.core.decorators import inline, njit
 from mbody.core.lanes import count, highest, larger, ld, lowest, select_le, smaller, st
 from mbody.kernels.friction_laws import (
     APART,
-    BY_RATES,
     COUPLE,
-    FRICTION_KINDS,
-    IMPENDING,
     PIN,
-    SLIDING,
     TORQUE,
     coefficients,
     greatest_slope,
@@ -52,15 +48,12 @@ from mbody.kernels.friction_laws import (
 from mbody.kernels.schur_ldl import apply_g, solve
 
 __all__ = [
-    "BY_RATES",
     "CERTIFICATE",
     "DETERMINANT",
-    "FRICTION_KINDS",
-    "IMPENDING",
     "REACHED_PART",
-    "SLIDING",
     "add_row",
     "add_sliding",
+    "along_tangent",
     "any_sliding",
     "friction_changes",
     "friction_loss",
@@ -87,6 +80,8 @@ AT_REST = 1e-11
 PASSES = 12
 #: Accepted change of x, as a part of the greatest: rounding.
 SAME = 1e-15
+#: A change after which what is left is of the order of its square: lanes share the passes.
+NEARLY = 1e-8
 #: A change that is worth another solution with the friction as a load.
 AGAIN = 1e-14
 #: A change that lanes may leave, which take the same passes for all.
@@ -109,16 +104,24 @@ def tangent(L, W, w, f):
     return L.written_node[e], L.primitive_i[e], L.primitive_j[e]
 
 
+@inline
+def along_tangent(L, W, w, f, motion, known):
+    """g · motion of pair f less what is known of its row: the rate of sliding from W.v and W.nu,
+    its derivative from W.a and W.gamma.
+    """
+    k, i, j = tangent(L, W, w, f)
+    found = -ld(known, 2 * k, w)
+    for n in range(3):
+        found = found + ld(W.block, 12 * k + n, w) * ld(motion, 3 * i + n, w)
+        found = found + ld(W.block, 12 * k + 6 + n, w) * ld(motion, 3 * j + n, w)
+    return found
+
+
 @njit
 def sliding_rates(L, W, w):
     """W.rate ← rates of sliding g v − ν of all rough pairs."""
     for f in range(L.friction_kind.shape[0]):
-        k, i, j = tangent(L, W, w, f)
-        rate = -ld(W.nu, 2 * k, w)
-        for n in range(3):
-            rate = rate + ld(W.block, 12 * k + n, w) * ld(W.v, 3 * i + n, w)
-            rate = rate + ld(W.block, 12 * k + 6 + n, w) * ld(W.v, 3 * j + n, w)
-        st(W.rate, f, rate, w)
+        st(W.rate, f, along_tangent(L, W, w, f, W.v, W.nu), w)
 
 
 @njit
@@ -164,19 +167,19 @@ def any_sliding(L, W, w):
 
 
 @njit
-def load_columns(L, W, w, f):
-    """W.u on columns ← the load −σ gᵀ of pair f, each slot taking its share of its body's."""
+def load_columns(L, W, w, f, target):
+    """target on columns ← the load −σ gᵀ of pair f, each slot taking its share of its body's."""
     k, i, j = tangent(L, W, w, f)
     sense = ld(W.sense, f, w)
-    for n in range(W.u.shape[0]):
-        st(W.u, n, 0.0, w)
+    for n in range(target.shape[0]):
+        st(target, n, 0.0, w)
     for s in range(L.slots):
         b = L.slot_body[s]
         if b in (i, j):
             o = 12 * k if b == i else 12 * k + 6
             share = -sense * ld(W.share, s, w)
             for n in range(3):
-                st(W.u, 3 * s + n, share * ld(W.block, o + n, w), w)
+                st(target, 3 * s + n, share * ld(W.block, o + n, w), w)
 
 
 @njit
@@ -184,7 +187,7 @@ def responses(L, W, w):
     """W.response ← columns of B on nodes, by the present factor of S = G W⁻¹ Gᵀ."""
     size = 2 * L.nodes
     for f in range(L.friction_kind.shape[0]):
-        load_columns(L, W, w, f)
+        load_columns(L, W, w, f, W.u)
         for n in range(W.u.shape[0]):
             st(W.u, n, ld(W.u, n, w) * ld(W.weight, n, w), w)
         apply_g(L, W, w, W.u, W.x)
@@ -193,17 +196,21 @@ def responses(L, W, w):
             st(W.response, size * f + n, ld(W.x, n, w), w)
 
 
-@inline
-def slopes(L, W, w, f, by_x, by_y, m):
-    """Row f of φ′ B at column m, for ∂φ by both multipliers."""
-    o = 2 * L.nodes * m + 2 * L.friction_node[f]
-    return by_x * ld(W.response, o, w) + by_y * ld(W.response, o + 1, w)
+@njit
+def certificate(L, W, w):
+    """A bound of the spectral radius of the Lipschitz constants of φ along the columns of B: a
+    loose one where that is below 1. What a lane gets does not depend on the others.
+    """
+    loose = spectral_bound(L, W, w, False)
+    if highest(loose) <= CERTIFIED:
+        return loose
+    return select_le(loose, 0.0 * loose + CERTIFIED, loose, spectral_bound(L, W, w, True))
 
 
 @njit
-def certificate(L, W, w):
-    """A bound of the spectral radius of the Lipschitz constants of φ along the columns of B, by
-    the quotients of Collatz and Wielandt.
+def spectral_bound(L, W, w, close):
+    """The first bound below 1, else the least, by the quotients of Collatz and Wielandt: of any
+    positive vector the greatest quotient is a bound.
     """
     pairs = L.friction_kind.shape[0]
     m = W.newton
@@ -212,20 +219,21 @@ def certificate(L, W, w):
         node = 2 * L.friction_node[f]
         for c in range(pairs):
             o = 2 * L.nodes * c + node
-            slope = greatest_slope(L, W, w, f, ld(W.response, o, w), ld(W.response, o + 1, w))
-            st(m, pairs * f + c, slope, w)
+            x, y = ld(W.response, o, w), ld(W.response, o + 1, w)
+            st(m, pairs * f + c, greatest_slope(L, W, w, f, x, y, close), w)
         st(m, pairs * pairs + f, one, w)
-    radius = 0.0 * one
+    radius = 1e300 * one
     for _ in range(POWERS):
-        radius, most = 0.0 * one, 0.0 * one
+        quotient, most = 0.0 * one, 0.0 * one
         for f in range(pairs):
             total = 0.0 * one
             for c in range(pairs):
                 total = total + ld(m, pairs * f + c, w) * ld(m, pairs * pairs + c, w)
-            radius = larger(radius, total / ld(m, pairs * pairs + f, w))
+            quotient = larger(quotient, total / ld(m, pairs * pairs + f, w))
             st(m, pairs * (pairs + 1) + f, total, w)
             most = larger(most, total)
-        if highest(radius) < CERTIFIED:  # of any positive vector the greatest quotient is a bound
+        radius = select_le(radius, CERTIFIED * one, radius, smaller(radius, quotient))
+        if highest(radius) <= CERTIFIED:
             break
         scale = 1.0 / select_le(most, 0.0 * one, one, most)
         for f in range(pairs):
@@ -235,22 +243,32 @@ def certificate(L, W, w):
 
 
 @njit
-def newton_pass(L, W, w, level):
-    """One pass of Newton's method for x = level · φ(λ + B (x − slip)), where W.lam belongs to
-    W.slip; returns the greatest change of x, the greatest x and det(I − level · φ′ B).
+def newton_pass(L, W, w, level, moving):
+    """One pass of Newton's method for x = level · φ(λ + B (x − x′)), where W.lam is the solution
+    with x′ = W.kept_slip among the loads; of lanes that are `moving`, 1 or 0. Returns the greatest
+    change of x, the greatest x and det(I − level · φ′ B).
     """
     pairs = L.friction_kind.shape[0]
     m = W.newton
     one = 0.0 * ld(W.size, 0, w) + 1.0
-    right = pairs * pairs
+    right, ahead = pairs * pairs, pairs * (pairs + 1)
+    for c in range(pairs):
+        st(m, ahead + c, ld(W.slip, c, w) - ld(W.kept_slip, c, w), w)
     for f in range(pairs):
-        x, y = multipliers_of(L, W, w, f)
-        size, by_x, by_y = size_of(L, W, w, f, x, y)
-        slides = ld(W.sense, f, w) * ld(W.sense, f, w)
+        node = 2 * L.friction_node[f]
+        x, y = ld(W.lam, node, w), ld(W.lam, node + 1, w)
         for c in range(pairs):
-            slope = slides * level * slopes(L, W, w, f, by_x, by_y, c)
+            o, more = 2 * L.nodes * c + node, ld(m, ahead + c, w)
+            x = x + ld(W.response, o, w) * more
+            y = y + ld(W.response, o + 1, w) * more
+        size, by_x, by_y = size_of(L, W, w, f, x, y)
+        slides = ld(W.sense, f, w) * ld(W.sense, f, w) * level
+        by_x, by_y = slides * by_x, slides * by_y
+        for c in range(pairs):
+            o = 2 * L.nodes * c + node
+            slope = by_x * ld(W.response, o, w) + by_y * ld(W.response, o + 1, w)
             st(m, pairs * f + c, (one if f == c else 0.0 * one) - slope, w)
-        st(m, right + f, slides * level * size - ld(W.slip, f, w), w)
+        st(m, right + f, slides * size - ld(W.slip, f, w), w)
     # elimination with the pivots of the diagonal: I − φ′ B is an H-matrix where the certificate
     # holds; elsewhere a vanishing pivot means that it jams, which the determinant shows
     determinant = one
@@ -271,7 +289,7 @@ def newton_pass(L, W, w, level):
         x = ld(m, right + k, w)
         for c in range(k + 1, pairs):
             x = x - ld(m, pairs * k + c, w) * ld(m, right + c, w)
-        x = x / ld(m, pairs * k + k, w)
+        x = moving * x / ld(m, pairs * k + k, w)
         st(m, right + k, x, w)
         change = larger(change, larger(x, -x))
         whole = ld(W.slip, k, w) + x
@@ -280,28 +298,10 @@ def newton_pass(L, W, w, level):
     return change, greatest, determinant
 
 
-@inline
-def multipliers_of(L, W, w, f):
-    """Both multipliers of what presses pair f."""
-    node = 2 * L.friction_node[f]
-    return ld(W.lam, node, w), ld(W.lam, node + 1, w)
-
-
-@njit
-def follow_change(L, W, w):
-    """λ ← λ + B δx for the change of x in W.newton."""
-    pairs = L.friction_kind.shape[0]
-    size = 2 * L.nodes
-    for f in range(pairs):
-        change = ld(W.newton, pairs * pairs + f, w)
-        for n in range(size):
-            st(W.lam, n, ld(W.lam, n, w) + change * ld(W.response, size * f + n, w), w)
-
-
 @njit
 def friction_sizes(L, W, w):
-    """W.slip ← x and W.lam ← λ₀ + B x with x = φ(λ), from W.lam = λ₀ and W.response = B; what is
-    found of uniqueness and jamming into W.friction.
+    """W.slip ← x = φ(λ₀ + B x), from W.lam = λ₀ and W.response = B; what is found of uniqueness and
+    jamming into W.friction.
     """
     coefficients(L, W, w)
     zero = 0.0 * ld(W.size, 0, w)
@@ -309,18 +309,19 @@ def friction_sizes(L, W, w):
     radius = certificate(L, W, w)
     for f in range(L.friction_kind.shape[0]):
         st(W.slip, f, zero, w)
+        st(W.kept_slip, f, zero, w)
     determinant, part = one, one
     if count(w) == 1 and highest(radius) >= 1.0:
         determinant, reached = by_levels(L, W, w)
         part = part * reached
     else:
+        settled = SAME if count(w) == 1 else NEARLY
+        moving = select_le(radius, one, one, zero)
         for _ in range(PASSES):
-            change, greatest, determinant = newton_pass(L, W, w, one)
-            follow_change(L, W, w)
-            if highest(change - SAME * greatest) <= 0.0:
+            change, greatest, determinant = newton_pass(L, W, w, one, moving)
+            moving = select_le(change, settled * greatest, zero, moving)
+            if highest(moving) == 0.0:
                 break
-    for f in range(L.friction_kind.shape[0]):
-        st(W.kept_slip, f, zero, w)
     st(W.friction, CERTIFICATE, radius, w)
     st(W.friction, REACHED_PART, part, w)
     st(W.friction, DETERMINANT, determinant, w)
@@ -328,22 +329,20 @@ def friction_sizes(L, W, w):
 
 @njit
 def by_levels(L, W, w):
-    """x = s φ(λ) followed from s = 0 to 1; returns the last determinant and the part s that was
-    reached. W.slip and W.lam are those of the last s. Of one motion: lanes would share s.
+    """x = s φ(λ₀ + B x) followed from s = 0 to 1; returns the last determinant and the part s that
+    was reached. W.slip is that of the last s. Of one motion: lanes would share s.
     """
     pairs = L.friction_kind.shape[0]
     one = 0.0 * ld(W.size, 0, w) + 1.0
     determinant, reached, step = one, 0.0, 1.0 / LEVELS
+    before = pairs * (pairs + 2)
     while reached < 1.0 and step > LEAST_LEVEL:
         level = min(1.0, reached + step)
         for f in range(pairs):
-            st(W.kept_slip, f, ld(W.slip, f, w), w)
-        for n in range(2 * L.nodes):
-            st(W.kept_lam, n, ld(W.lam, n, w), w)
+            st(W.newton, before + f, ld(W.slip, f, w), w)
         good, found = False, one
         for _ in range(PASSES):
-            change, greatest, found = newton_pass(L, W, w, level)
-            follow_change(L, W, w)
+            change, greatest, found = newton_pass(L, W, w, level, one)
             if not lowest(found) > 0.0:
                 break
             # near where it jams rounding grows as the determinant falls
@@ -357,9 +356,7 @@ def by_levels(L, W, w):
             step = min(2.0 * step, 1.0 / LEVELS)
             continue
         for f in range(pairs):
-            st(W.slip, f, ld(W.kept_slip, f, w), w)
-        for n in range(2 * L.nodes):
-            st(W.lam, n, ld(W.kept_lam, n, w), w)
+            st(W.slip, f, ld(W.newton, before + f, w), w)
         step = 0.5 * step
     return determinant, reached
 
@@ -379,20 +376,28 @@ def add_sliding(L, W, w):
 @njit
 def friction_error(L, W, w):
     """By how much x and φ(λ) differ beyond what is allowed on lanes; negative or zero where they
-    agree.
+    agree. An error of x is at most by 1 − ϱ greater than that.
     """
-    change, greatest, _ = newton_pass(L, W, w, 0.0 * ld(W.size, 0, w) + 1.0)
-    return change - ON_LANES * greatest
+    off, greatest = 0.0 * ld(W.size, 0, w), 0.0 * ld(W.size, 0, w)
+    for f in range(L.friction_kind.shape[0]):
+        node = 2 * L.friction_node[f]
+        size, _, _ = size_of(L, W, w, f, ld(W.lam, node, w), ld(W.lam, node + 1, w))
+        slip, slides = ld(W.slip, f, w), ld(W.sense, f, w) * ld(W.sense, f, w)
+        rest = slides * size - slip
+        off = larger(off, larger(rest, -rest))
+        greatest = larger(greatest, larger(slip, -slip))
+    return off - ON_LANES * (1.0 - ld(W.friction, CERTIFICATE, w)) * greatest
 
 
 @njit
 def friction_changes(L, W, w):
     """Whether x = φ(λ) asks for another x where λ was solved with the friction as a load; it is in
-    W.slip then, and W.lam is what follows from it.
+    W.slip then.
     """
     if highest(ld(W.friction, REACHED_PART, w)) < 1.0:
         return False
-    change, greatest, _ = newton_pass(L, W, w, 0.0 * ld(W.size, 0, w) + 1.0)
+    one = 0.0 * ld(W.size, 0, w) + 1.0
+    change, greatest, _ = newton_pass(L, W, w, one, one)
     return highest(change - AGAIN * greatest) > 0.0
 
 
@@ -401,8 +406,10 @@ def viscous_friction(L, W, w):
     """W.force ← W.force − d ṡ gᵀ of all rough pairs, ṡ the rate of sliding, also into W.rate."""
     sliding_rates(L, W, w)
     for f in range(L.friction_kind.shape[0]):
-        k, i, j = tangent(L, W, w, f)
-        add_row(W, w, k, i, j, ld(W.par, L.friction_par[f] + 3, w) * ld(W.rate, f, w))
+        damping = ld(W.par, L.friction_par[f] + 3, w)
+        if highest(damping) != 0.0:
+            k, i, j = tangent(L, W, w, f)
+            add_row(W, w, k, i, j, damping * ld(W.rate, f, w))
     lasting_senses(L, W, w)
 
 

@@ -15,6 +15,7 @@ from mbody.kernels.forces import forces, signals
 from mbody.kernels.friction import (
     CERTIFICATE,
     REACHED_PART,
+    along_tangent,
     lasting_senses,
     senses_by_rates,
     sliding_rates,
@@ -63,14 +64,8 @@ def rates_of_pairs(L: Layout, W: Work, found: StoredMotion, output: Stacks) -> N
         sliding_rates(L, W, w)
         senses_by_rates(L, W, w)
         for f in range(L.friction_kind.shape[0]):
-            e = L.switched[L.friction_tangent[f]]
-            m, i, j = L.written_node[e], L.primitive_i[e], L.primitive_j[e]
-            change = -ld(W.gamma, 2 * m, w)
-            for n in range(3):
-                change += ld(W.block, 12 * m + n, w) * ld(W.a, 3 * i + n, w)
-                change += ld(W.block, 12 * m + 6 + n, w) * ld(W.a, 3 * j + n, w)
             output[k, f, 0] = ld(W.rate, f, w)
-            output[k, f, 1] = change
+            output[k, f, 1] = along_tangent(L, W, w, f, W.a, W.gamma)
             output[k, f, 2] = ld(W.sense, f, w)
 
 

@@ -10,10 +10,11 @@ import math
 import numpy as np
 
 from mbody.core.decorators import inline, njit
-from mbody.core.lanes import count, larger, ld, select_le
+from mbody.core.lanes import count, highest, larger, ld, select_le, smaller, st
 
 __all__ = [
     "APART",
+    "ARMS",
     "BY_RATES",
     "COUPLE",
     "FRICTION_KINDS",
@@ -33,68 +34,60 @@ PIN, GUIDE, _, COUPLE, FOLLOWER, APART, TORQUE, FORCE = range(8)
 #: slide; the same, and pairs of the rate zero are about to slide: their coefficient is the static
 #: one.
 BY_RATES, SLIDING, IMPENDING = 0, 1, 2
+#: Numbers of a pair in W.arm.
+ARMS = 3
+#: √2 − 1: max(|x|, |y|) + that · min(|x|, |y|) is never less than √(x² + y²).
+OCTAGON = 0.41421356237309515
 
 
 @njit
 def coefficients(L, W, w):
-    """W.coefficient ← the coefficient of friction of every pair at its rate of sliding."""
+    """W.coefficient ← the coefficient of friction of every pair at its rate of sliding; W.arm ← by
+    what its size follows from multipliers, ARMS numbers a pair.
+    """
     for f in range(L.friction_kind.shape[0]):
         o = L.friction_par[f]
-        for lane in range(count(w)):
-            kinetic, static, speed = W.par[o, lane], W.par[o + 1, lane], W.par[o + 2, lane]
-            mu = kinetic
-            if L.senses == IMPENDING and W.rate[f, lane] == 0.0:
-                mu = static
-            elif speed > 0.0:
-                mu += (static - kinetic) * math.exp(-((W.rate[f, lane] / speed) ** 2))
-            W.coefficient[f, lane] = mu
+        st(W.coefficient, f, ld(W.par, o, w), w)
+        if L.senses == IMPENDING or highest(ld(W.par, o + 2, w)) > 0.0:
+            for lane in range(count(w)):
+                at_rate(L, W, f, o, lane)
+        store_arms(L, W, w, f)
 
 
 @inline
-def pin_arm(L, W, w, f):
-    """ρ of pin f: the radius of its friction circle."""
-    mu = ld(W.coefficient, f, w)
-    return mu * ld(W.par, L.friction_par[f] + 4, w) / np.sqrt(1.0 + mu * mu)
+def at_rate(L, W, f, o, lane):
+    """The coefficient of pair f, parameters from o on, by its rate in one lane."""
+    kinetic, static, speed = W.par[o, lane], W.par[o + 1, lane], W.par[o + 2, lane]
+    if L.senses == IMPENDING and W.rate[f, lane] == 0.0:
+        W.coefficient[f, lane] = static
+    elif speed > 0.0:
+        falls = math.exp(-((W.rate[f, lane] / speed) ** 2))
+        W.coefficient[f, lane] = kinetic + (static - kinetic) * falls
 
 
 @inline
-def guide_arms(L, W, w, f):
-    """2 μ/ℓ of guide f, zero where it has no length, and μ σ h/2."""
-    mu, o = ld(W.coefficient, f, w), L.friction_par[f]
-    length = ld(W.par, o + 4, w)
-    zero = 0.0 * length
-    per_length = select_le(length, zero, zero, 2.0 / select_le(length, zero, zero + 1.0, length))
-    return mu * per_length, 0.5 * mu * ld(W.sense, f, w) * ld(W.par, o + 5, w)
-
-
-@inline
-def size_of(L, W, w, f, x, y):
-    """φ of pair f for multipliers (x, y) of what presses it, and ∂φ by both."""
-    zero = 0.0 * x
-    if L.friction_kind[f] in (TORQUE, FORCE):
-        given = ld(W.coefficient, f, w) * ld(W.signal, L.friction_signal[f], w)
-        return larger(zero, given), zero, zero
-    if L.friction_kind[f] == PIN:
-        arm, whole = pin_arm(L, W, w, f), np.sqrt(x * x + y * y)
-        per = arm / select_le(whole, zero, zero + 1.0, whole)
-        return arm * whole, per * x, per * y
-    mu = ld(W.coefficient, f, w)
-    sign = select_le(x, zero, zero - 1.0, zero + 1.0)
-    if L.friction_kind[f] == GUIDE:
-        per_length, tilt = guide_arms(L, W, w, f)
-        moment = y + tilt * x
-        turn = select_le(moment, zero, zero - 1.0, zero + 1.0)
-        one, two = mu * sign * x, per_length * turn * moment
-        first = select_le(two, one, zero + 1.0, zero)
-        second = 1.0 - first
-        by_x = first * mu * sign + second * per_length * turn * tilt
-        return first * one + second * two, by_x, second * per_length * turn
-    if L.friction_kind[f] == FOLLOWER:
-        mu = on_cam(L, W, w, f)
-    uneven = zero
-    if L.friction_kind[f] == COUPLE:
-        uneven = ld(W.par, L.friction_par[f] + 5, w) * ld(W.sense, f, w)
-    return mu * sign * x + uneven * x, mu * sign + uneven, zero
+def store_arms(L, W, w, f):
+    """W.arm of pair f: the radius ρ of a pin's friction circle; μ, 2 μ/ℓ (zero without a length)
+    and μ σ h/2 of a guide; what a clutch or packing has; else what multiplies |λ| and λ.
+    """
+    mu, o, kind = ld(W.coefficient, f, w), L.friction_par[f], L.friction_kind[f]
+    first, second, third = mu, 0.0 * mu, 0.0 * mu
+    if kind == PIN:
+        first = mu * ld(W.par, o + 4, w) / np.sqrt(1.0 + mu * mu)
+    elif kind == GUIDE:
+        length = ld(W.par, o + 4, w)
+        long = select_le(length, third, third + 1.0, length)
+        second = select_le(length, third, third, 2.0 * mu / long)
+        third = 0.5 * mu * ld(W.sense, f, w) * ld(W.par, o + 5, w)
+    elif kind == FOLLOWER:
+        first = on_cam(L, W, w, f)
+    elif kind == COUPLE:
+        second = ld(W.par, o + 5, w) * ld(W.sense, f, w)
+    elif kind in (TORQUE, FORCE):
+        first = larger(third, mu * ld(W.signal, L.friction_signal[f], w))
+    st(W.arm, ARMS * f, first, w)
+    st(W.arm, ARMS * f + 1, second, w)
+    st(W.arm, ARMS * f + 2, third, w)
 
 
 @inline
@@ -112,20 +105,45 @@ def on_cam(L, W, w, f):
 
 
 @inline
-def greatest_slope(L, W, w, f, x, y):
-    """The Lipschitz constant of φ of pair f along the direction (x, y) of its multipliers."""
-    if L.friction_kind[f] in (TORQUE, FORCE):
-        return 0.0 * x
-    if L.friction_kind[f] == PIN:
-        return pin_arm(L, W, w, f) * np.sqrt(x * x + y * y)
-    one = ld(W.coefficient, f, w) * larger(x, -x)
-    if L.friction_kind[f] == GUIDE:
-        per_length, tilt = guide_arms(L, W, w, f)
+def size_of(L, W, w, f, x, y):
+    """φ of pair f for multipliers (x, y) of what presses it, and ∂φ by both."""
+    zero = 0.0 * x
+    arm, kind = ld(W.arm, ARMS * f, w), L.friction_kind[f]
+    if kind in (TORQUE, FORCE):
+        return arm, zero, zero
+    if kind == PIN:
+        whole = np.sqrt(x * x + y * y)
+        per = arm / select_le(whole, zero, zero + 1.0, whole)
+        return arm * whole, per * x, per * y
+    sign = select_le(x, zero, zero - 1.0, zero + 1.0)
+    if kind == GUIDE:
+        per_length, tilt = ld(W.arm, ARMS * f + 1, w), ld(W.arm, ARMS * f + 2, w)
         moment = y + tilt * x
-        return larger(one, per_length * larger(moment, -moment))
-    if L.friction_kind[f] == FOLLOWER:
-        return on_cam(L, W, w, f) * larger(x, -x)
-    if L.friction_kind[f] == COUPLE:
-        uneven = ld(W.par, L.friction_par[f] + 5, w)
-        return one + larger(uneven, -uneven) * larger(x, -x)
-    return one
+        turn = select_le(moment, zero, zero - 1.0, zero + 1.0)
+        one, two = arm * sign * x, per_length * turn * moment
+        first = select_le(two, one, zero + 1.0, zero)
+        second = 1.0 - first
+        by_x = first * arm * sign + second * per_length * turn * tilt
+        return first * one + second * two, by_x, second * per_length * turn
+    by_x = arm * sign + ld(W.arm, ARMS * f + 1, w)
+    return by_x * x, by_x, zero
+
+
+@inline
+def greatest_slope(L, W, w, f, x, y, close):
+    """The Lipschitz constant of φ of pair f along the direction (x, y) of its multipliers; unless
+    it must be `close`, a bound up to 8 % above it that needs no root.
+    """
+    arm, kind = ld(W.arm, ARMS * f, w), L.friction_kind[f]
+    if kind in (TORQUE, FORCE):
+        return 0.0 * x
+    along = larger(x, -x)
+    if kind == PIN:
+        across = larger(y, -y)
+        octagon = larger(along, across) + OCTAGON * smaller(along, across)
+        return arm * (np.sqrt(x * x + y * y) if close else octagon)
+    other = ld(W.arm, ARMS * f + 1, w)
+    if kind == GUIDE:
+        moment = y + ld(W.arm, ARMS * f + 2, w) * x
+        return larger(arm * along, other * larger(moment, -moment))
+    return (arm + larger(other, -other)) * along

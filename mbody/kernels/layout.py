@@ -16,6 +16,7 @@ import numpy as np
 
 from mbody.core.bundle import Bundle, Floats, Ints, Rows, Tables, array_words
 from mbody.core.lanes import aligned
+from mbody.kernels.friction_laws import ARMS
 
 __all__ = [
     "FRICTION_NUMBERS",
@@ -192,12 +193,13 @@ class Work(Bundle):
     coefficient: Rows
     slip: Rows
     friction: Rows
-    # λ by the friction of each pair, (pairs · rows of all nodes); Newton's matrix and vectors; what
-    # a step from less friction begins with
+    # by what the size of friction follows from multipliers (`mbody.kernels.friction_laws`)
+    arm: Rows
+    # λ by the friction of each pair, (pairs · rows of all nodes); Newton's matrix and vectors; the
+    # sizes that are among the loads
     response: Rows
     newton: Rows
     kept_slip: Rows
-    kept_lam: Rows
     # arguments of a user's function, and its results
     user_arguments: Floats
     user_results: Floats
@@ -312,8 +314,8 @@ def _frame(shape: tuple[int, ...], parameters: int, signals: int, lanes: int) ->
         "past": 9 * coordinates,
         "friction": FRICTION_NUMBERS,
         "response": 2 * nodes * pairs,
-        "newton": pairs * (pairs + 2),
-        "kept_lam": 2 * nodes if pairs else 0,
+        "newton": pairs * (pairs + 3),
+        "arm": ARMS * pairs,
     }
     rows |= dict.fromkeys(("diagonal", "x", "lam"), 2 * nodes)
     rows |= dict.fromkeys(("on", "anchor"), switched)

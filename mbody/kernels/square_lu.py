@@ -20,6 +20,7 @@ __all__ = [
     "SquareWork",
     "factor_square",
     "solve_both",
+    "solve_both_transposed",
     "solve_square",
     "solve_transposed",
 ]
@@ -145,6 +146,31 @@ def solve_both(P, W, w, F, c, u, d, v):
             z = z - f * ld(v, n, w)
         st(u, P.column[k], y * p, w)
         st(v, P.column[k], z * p, w)
+
+
+@njit
+def solve_both_transposed(P, W, w, F, c, u, d, v):
+    """u ← Φ_q⁻ᵀ c and v ← Φ_q⁻ᵀ d at once."""
+    size = P.pivot.shape[0]
+    A, x = F.factor, F.x
+    for k in range(size):
+        y, z = ld(c, P.column[k], w), ld(d, P.column[k], w)
+        for a in range(P.above_start[k], P.above_start[k + 1]):
+            f, n = ld(A, P.above[a], w), P.above_place[a]
+            y = y - f * ld(x, n, w)
+            z = z - f * ld(x, size + n, w)
+        p = ld(A, P.pivot[k], w)
+        st(x, k, y * p, w)
+        st(x, size + k, z * p, w)
+    for m in range(size):
+        k = size - 1 - m
+        y, z = ld(x, k, w), ld(x, size + k, w)
+        for a in range(P.low_start[k], P.low_start[k + 1]):
+            f, n = ld(A, P.low[a], w), P.low_row[a]
+            y = y - f * ld(u, n, w)
+            z = z - f * ld(v, n, w)
+        st(u, P.row[k], y, w)
+        st(v, P.row[k], z, w)
 
 
 @njit

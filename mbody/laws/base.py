@@ -20,7 +20,9 @@ from mbody.quantities.number import NotANumber, NotFinite, float_or_formula
 from mbody.quantities.units import DIMENSIONS, Dimension
 
 __all__ = [
+    "FixedLaw",
     "FloatArray",
+    "FormulaLaw",
     "Law",
     "Value",
     "dimension_by",
@@ -268,3 +270,34 @@ class Law:
         tab = self.table()
         evaluate(self.code, par, 0, par.shape[0], 0, tab, 0, xs, out)
         return out
+
+
+class FixedLaw(Law):
+    """A law without numbers that can change: points of a table, a program, a function."""
+
+    def numbers(self) -> dict[str, float]:
+        """None: they are fixed."""
+        return {}
+
+    def parameters(self, numbers: Mapping[str, Any]) -> list[Any]:
+        """None."""
+        return []
+
+
+class FormulaLaw(Law):
+    """A law of a compiled formula: its numbers are the formula's constants."""
+
+    constants: tuple[float, ...]
+
+    def numbers(self) -> dict[str, float]:
+        """{"c0": …, "c1": …, …}."""
+        return {f"c{n}": value for n, value in enumerate(self.constants)}
+
+    def with_numbers(self, numbers: Mapping[str, Any]) -> Law:
+        """The same formula with these constants."""
+        changed: Any = {"constants": tuple(self.parameters(numbers))}
+        return replace(self, **changed)
+
+    def parameters(self, numbers: Mapping[str, Any]) -> list[Any]:
+        """The constants in their order."""
+        return [numbers[f"c{n}"] for n in range(len(self.constants))]

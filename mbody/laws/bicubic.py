@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbody.core.decorators import njit
+from mbody.laws.kernels import TOLERANCE, interval
 
-__all__ = ["HEAD", "PATCH", "interval", "surface"]
+__all__ = ["HEAD", "PATCH", "surface"]
 
 FloatArray: TypeAlias = NDArray[np.float64]
 
@@ -18,27 +19,6 @@ FloatArray: TypeAlias = NDArray[np.float64]
 HEAD = 3
 #: Coefficients of a patch.
 PATCH = 16
-#: The table is extended by this fraction of its range, so that rounding does not leave it.
-MARGIN = 1e-9
-
-
-@njit
-def interval(tab: FloatArray, first: int, count: int, r: float) -> int:
-    """The interval of r among the knots tab[first : first + count]: a guess for equidistant knots,
-    then bisection where the guess is wrong.
-    """
-    low, high = tab[first], tab[first + count - 1]
-    i = min(max(int((r - low) / (high - low) * (count - 1)), 0), count - 2)
-    if tab[first + i] > r or r >= tab[first + i + 1]:
-        i = 0
-        j = count - 1
-        while j - i > 1:
-            mid = (i + j) // 2
-            if tab[first + mid] <= r:
-                i = mid
-            else:
-                j = mid
-    return i
 
 
 @njit
@@ -56,7 +36,7 @@ def surface(tab: FloatArray, k: int, x: float, y: float) -> tuple[float, float, 
     p, q = x, y
     if outside > 0:
         p, q = min(max(x, x0), x1), min(max(y, y0), y1)
-    wide, high = MARGIN * (x1 - x0), MARGIN * (y1 - y0)
+    wide, high = TOLERANCE * (x1 - x0), TOLERANCE * (y1 - y0)
     within = p >= x0 - wide and p <= x1 + wide and q >= y0 - high and q <= y1 + high
     if not within or x != x or y != y:
         return math.nan, math.nan, math.nan

@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from mbody.errors import ModelError
-from mbody.laws.base import FloatArray, Law, law_field, law_number, with_dimension
+from mbody.laws.base import FixedLaw, FloatArray, Law, law_field, law_number, with_dimension
 from mbody.laws.kernels import SHAPES
 from mbody.quantities.deferred import is_pending
 from mbody.quantities.types import Converted, NumberField, required
@@ -111,7 +111,7 @@ class Dwell:
 
 
 @dataclass(frozen=True)
-class Cam(Law):
+class Cam(FixedLaw):
     """A cam program: rises, returns and dwells one after another, repeated with the period.
 
     Parameters
@@ -202,14 +202,6 @@ class Cam(Law):
         if rises:  # close to the last digit
             rises[-1] = replace(rises[-1], height=base - rises[-1].base)
         return tuple(rises)
-
-    def numbers(self) -> dict[str, float]:
-        """None: the program is fixed."""
-        return {}
-
-    def parameters(self, numbers: Mapping[str, Any]) -> list[Any]:
-        """None."""
-        return []
 
     def table(self) -> FloatArray:
         """[period, count, then shape code, height, start, duration, base of each rise]."""

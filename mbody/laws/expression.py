@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
 from mbody.errors import ModelError
-from mbody.laws.base import FloatArray, Law, finite
+from mbody.laws.base import FloatArray, FormulaLaw, finite
 from mbody.laws.postfix import CONSTANT, LOG, MAX_OPERATIONS, MAX_STACK, OPERATIONS, POWER_CONSTANT
 
 __all__ = ["Expression", "stack_depth"]
@@ -18,7 +17,7 @@ ORDERS = ("value", "rate", "second derivative")
 
 
 @dataclass(frozen=True, repr=False)
-class Expression(Law):
+class Expression(FormulaLaw):
     """f = a formula of one variable, compiled to a small program; made by
     `mbody.laws.compile_formula`.
 
@@ -79,18 +78,6 @@ class Expression(Law):
 
     def __repr__(self) -> str:
         return f"Expression({self.text!r})"
-
-    def numbers(self) -> dict[str, float]:
-        """{"c0": …, "c1": …, …}."""
-        return {f"c{n}": value for n, value in enumerate(self.constants)}
-
-    def with_numbers(self, numbers: Mapping[str, Any]) -> Law:
-        """The same formula with these constants."""
-        return replace(self, constants=tuple(self.parameters(numbers)))
-
-    def parameters(self, numbers: Mapping[str, Any]) -> list[Any]:
-        """The constants in their order."""
-        return [numbers[f"c{n}"] for n in range(len(self.constants))]
 
     def table(self) -> FloatArray:
         """[length, operations of the program]."""

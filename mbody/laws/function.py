@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 
 from mbody.errors import ModelError
-from mbody.laws.base import FloatArray, Law, finite
+from mbody.laws.base import FixedLaw, FloatArray, finite
 
 __all__ = ["Function"]
 
@@ -25,7 +25,7 @@ COMPLEX_STEP = 1e-30
 
 
 @dataclass(frozen=True)
-class Function(Law):
+class Function(FixedLaw):
     """f = function(x), any Python function of one number.
 
     Parameters
@@ -86,14 +86,6 @@ class Function(Law):
         object.__setattr__(self, "scale", finite(self.scale, "Function", "scale"))
         if self.scale <= 0.0:
             raise ModelError(f"Function: scale must be positive, it is {self.scale:g}")
-
-    def numbers(self) -> dict[str, float]:
-        """None: the numbers within the function are not known."""
-        return {}
-
-    def parameters(self, numbers: Mapping[str, Any]) -> list[Any]:
-        """None."""
-        return []
 
     def hook(self, derivatives: bool = True) -> Callable[[FloatArray, FloatArray], None]:
         """The function to register: y (3,) = f, f′, f″ at x[0], or f, 0, 0 where the derivatives

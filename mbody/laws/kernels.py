@@ -20,7 +20,17 @@ from mbody.core.bundle import Floats, Rows
 from mbody.core.decorators import kernel, njit
 from mbody.laws.postfix import expression
 
-__all__ = ["KERNELS", "LAW_KINDS", "SHAPES", "OUTSIDE", "TOLERANCE", "evaluate", "law", "thomas"]
+__all__ = [
+    "KERNELS",
+    "LAW_KINDS",
+    "OUTSIDE",
+    "SHAPES",
+    "TOLERANCE",
+    "evaluate",
+    "interval",
+    "law",
+    "thomas",
+]
 
 SHAPES = (
     "cycloidal",
@@ -76,6 +86,25 @@ def harmonic(
 
 
 @njit
+def interval(tab: FloatArray, first: int, count: int, r: float) -> int:
+    """The interval of r among the knots tab[first : first + count]: a guess for equidistant knots,
+    then bisection where the guess is wrong.
+    """
+    low, high = tab[first], tab[first + count - 1]
+    i = min(max(int((r - low) / (high - low) * (count - 1)), 0), count - 2)
+    if tab[first + i] > r or r >= tab[first + i + 1]:
+        i = 0
+        j = count - 1
+        while j - i > 1:
+            mid = (i + j) // 2
+            if tab[first + mid] <= r:
+                i = mid
+            else:
+                j = mid
+    return i
+
+
+@njit
 def spline(par: FloatArray, o: int, n: int, lane: int, tab: FloatArray, k: int, x: float) -> Three:
     """Cubic spline: tab = (knots N, outside code, N knots, 4 (N − 1) coefficients)."""
     count = int(tab[k])
@@ -90,17 +119,7 @@ def spline(par: FloatArray, o: int, n: int, lane: int, tab: FloatArray, k: int, 
     r = min(max(x, low), high) if outside == 1 or outside == 2 else x
     if not (r >= low - margin and r <= high + margin) or x != x:
         return math.nan, math.nan, math.nan
-    # the interval: a guess for equidistant knots, then bisection where the guess is wrong
-    i = min(max(int((r - low) / span * (count - 1)), 0), count - 2)
-    if tab[first + i] > r or r >= tab[first + i + 1]:
-        i = 0
-        j = count - 1
-        while j - i > 1:
-            mid = (i + j) // 2
-            if tab[first + mid] <= r:
-                i = mid
-            else:
-                j = mid
+    i = interval(tab, first, count, r)
     c = first + count + 4 * i
     w = r - tab[first + i]
     f = tab[c] + w * (tab[c + 1] + w * (tab[c + 2] + w * tab[c + 3]))

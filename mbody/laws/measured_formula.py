@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from dataclasses import dataclass
+from typing import ClassVar
 
 from mbody.errors import ModelError
-from mbody.laws.base import FloatArray, Law, finite
+from mbody.laws.base import FloatArray, FormulaLaw, finite
 from mbody.laws.postfix_program import PostfixProgram
 from mbody.quantities.evaluate import Scope, Valued, evaluate, has_units
 from mbody.quantities.expansions import expanded
@@ -24,7 +24,7 @@ MOST_OPERATIONS = 200
 
 
 @dataclass(frozen=True, repr=False)
-class MeasuredFormula(Law):
+class MeasuredFormula(FormulaLaw):
     """A formula of quantities of the instant at which it is evaluated; made from text in a load or
     a state, such as ``"-k*(crank.angle - 30 deg) - c*crank.omega + u"``.
 
@@ -60,18 +60,6 @@ class MeasuredFormula(Law):
 
     def __repr__(self) -> str:
         return f"MeasuredFormula({self.text!r})"
-
-    def numbers(self) -> dict[str, float]:
-        """{"c0": …, "c1": …, …}."""
-        return {f"c{n}": value for n, value in enumerate(self.constants)}
-
-    def with_numbers(self, numbers: Mapping[str, Any]) -> Law:
-        """The same formula with these constants."""
-        return replace(self, constants=tuple(self.parameters(numbers)))
-
-    def parameters(self, numbers: Mapping[str, Any]) -> list[Any]:
-        """The constants in their order."""
-        return [numbers[f"c{n}"] for n in range(len(self.constants))]
 
     def raw(self, xs: FloatArray) -> FloatArray:
         """It has no value of one number alone.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, ClassVar, Literal, get_args
@@ -11,7 +10,7 @@ from typing import Any, ClassVar, Literal, get_args
 import numpy as np
 
 from mbody.errors import ModelError
-from mbody.laws.base import FloatArray, Law, law_field, law_numbers
+from mbody.laws.base import FixedLaw, FloatArray, law_field, law_numbers
 from mbody.laws.kernels import OUTSIDE
 from mbody.laws.slopes import of_pchip, of_periodic_spline, of_spline
 from mbody.quantities.types import Converted, NumberRow
@@ -32,7 +31,7 @@ MOTIONS = (DIMENSIONS["length"], DIMENSIONS["angle"])
 
 
 @dataclass(frozen=True, repr=False)
-class Table(Law):
+class Table(FixedLaw):
     """A curve through given points: straight lines, a monotone cubic, or a cubic spline.
 
     Parameters
@@ -158,14 +157,6 @@ class Table(Law):
             made = replace(made, interpolation="spline" if smooth else "pchip")
         table: Table = made
         return table
-
-    def numbers(self) -> dict[str, float]:
-        """None: the points are fixed."""
-        return {}
-
-    def parameters(self, numbers: Mapping[str, Any]) -> list[Any]:
-        """None."""
-        return []
 
     def table(self) -> FloatArray:
         """[N, outside code, N knots, (N − 1) × 4 ascending coefficients of x − knot]."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, ClassVar, Literal, get_args
@@ -10,7 +9,7 @@ from typing import Any, ClassVar, Literal, get_args
 import numpy as np
 
 from mbody.errors import ModelError
-from mbody.laws.base import FloatArray, Law, law_numbers, with_dimension
+from mbody.laws.base import FixedLaw, FloatArray, Law, law_numbers, with_dimension
 from mbody.laws.bicubic import surface
 from mbody.laws.kernels import OUTSIDE
 from mbody.laws.slopes import of_pchip, of_spline
@@ -30,7 +29,7 @@ HERMITE = np.array([[1, 0, -3, 2], [0, 0, 3, -2], [0, 1, -2, 1], [0, 0, -1, 1]],
 
 
 @dataclass(frozen=True, repr=False)
-class Table2(Law):
+class Table2(FixedLaw):
     """A function of two variables through the points of a grid, such as the torque of an engine by
     speed and throttle.
 
@@ -150,14 +149,6 @@ class Table2(Law):
         pending = {name: of for name, of in wanted.items() if is_pending(getattr(self, name))}
         changed: Any = {n: with_dimension(getattr(self, n), of, n) for n, of in pending.items()}
         return replace(self, **changed)
-
-    def numbers(self) -> dict[str, float]:
-        """None: the points are fixed."""
-        return {}
-
-    def parameters(self, numbers: Mapping[str, Any]) -> list[Any]:
-        """None."""
-        return []
 
     def table(self) -> FloatArray:
         """As `mbody.laws.bicubic.surface` reads it."""

@@ -96,7 +96,3 @@ class Constraint(Element):
     def frictions(self, at: Numbers) -> list[FrictionPrimitive]:
         """Its rough pairs with their numbers; none of most elements."""
         return []
-
-    def all_primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
-        """Its rows, then the tangent rows of its rough pairs."""
-        return [*self.primitives(at), *(one.tangent for one in self.frictions(at))]

@@ -23,6 +23,7 @@ from mbody.model.element import (
     two_bodies,
 )
 from mbody.model.primitives import ConstraintPrimitive, FrictionPrimitive
+from mbody.model.static_friction import refuse_static
 from mbody.model.touching_shapes import Shape, Vertex, points_of
 
 if TYPE_CHECKING:
@@ -378,12 +379,8 @@ def refuse_coefficients(name: str, mu: float, static: float | None, restitution:
     ------
     ModelError
     """
-    if static is not None and static < mu:
-        raise ModelError(
-            f"'{name}': friction is {mu:g}, more than static = {static:g}: what slides "
-            "has at most the friction of what sticks; exchange them, or leave out static",
-            name,
-        )
+    if static is not None:
+        refuse_static(name, mu, static)
     if restitution > 1.0:
         raise ModelError(
             f"'{name}': restitution is {restitution:g}, which would gain energy: give 0 to 1",

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from mbody.quantities.numpy_operations import COMPUTE
 from mbody.quantities.parse import FUNCTIONS, VARIABLES, FormulaError
 from mbody.quantities.tree import Binary, Call, Measured, Name, Negative, Node, Plain, walk
 from mbody.quantities.units import (
@@ -137,7 +138,7 @@ def has_units(node: Node, scope: Scope) -> bool:
             return True
         if isinstance(part, Call) and part.function in INVERSE:
             return True
-        if isinstance(part, Call) and part.function not in _COMPUTE:
+        if isinstance(part, Call) and part.function not in COMPUTE:
             curve = scope.names.get(part.function)
             if curve is not None and curve.dimension is not None:
                 return True
@@ -309,7 +310,7 @@ class _Evaluation:
 
     def call(self, function: str, given: list[tuple[Any, Dimension]]) -> tuple[Any, Dimension]:
         values, dimensions = [v for v, _ in given], [d for _, d in given]
-        if function not in _COMPUTE:
+        if function not in COMPUTE:
             return self.curve(function, values, dimensions)
         first = dimensions[0]
         for other in dimensions[1:]:
@@ -330,7 +331,7 @@ class _Evaluation:
             result = ANGLE if self.checked else NUMBER
         else:
             result = first ** Fraction(1, 2) if function == "sqrt" else first
-        return _COMPUTE[function](*values), result
+        return COMPUTE[function](*values), result
 
     def curve(
         self, name: str, values: list[Any], dimensions: list[Dimension]
@@ -356,28 +357,6 @@ class _Evaluation:
                 )
         plain = valued.dimension is None or not (self.with_units and self.checked)
         return valued.value.values(*values), NUMBER if plain else valued.dimension or NUMBER
-
-
-_COMPUTE: dict[str, Any] = {
-    "sin": np.sin,
-    "cos": np.cos,
-    "tan": np.tan,
-    "asin": np.arcsin,
-    "acos": np.arccos,
-    "atan": np.arctan,
-    "sqrt": np.sqrt,
-    "abs": np.abs,
-    "exp": np.exp,
-    "log": np.log,
-    "atan2": np.arctan2,
-    "hypot": np.hypot,
-    "min": np.minimum,
-    "max": np.maximum,
-    "sign": np.sign,
-    "step": lambda x: 1.0 - np.less(x, 0.0),
-    "clamp": lambda x, low, high: np.maximum(np.minimum(x, high), low),
-    "deadband": lambda x, width: x - np.maximum(np.minimum(x, width), -width),
-}
 
 
 def literal_exponent(node: Node) -> Fraction | None:

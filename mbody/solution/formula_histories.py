@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from mbody.laws import MeasuredFormula
-from mbody.laws.numpy_operations import ONE, TWO
 from mbody.model.curves import NamedCurve
+from mbody.quantities.numpy_operations import ONE, TWO
 from mbody.solution.measures import measured
 from mbody.solution.places import column
 from mbody.solution.result import Result

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from mbody.kernels.friction import IMPENDING, SLIDING
 from mbody.kernels.friction_instants import StoredMotion, forces_by_senses, impending_rates
+from mbody.kernels.friction_laws import IMPENDING, SLIDING
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.solution.result import Result
 from mbody.solution.rough_pairs import RoughPair, rough_pairs, stored_motion

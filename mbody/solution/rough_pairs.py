@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbody.kernels.friction import FRICTION_KINDS
 from mbody.kernels.friction_instants import PER_PAIR, StoredMotion, rates_of_pairs
+from mbody.kernels.friction_laws import FRICTION_KINDS
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.solution.own_histories import motion_rows
 from mbody.solution.result import Result

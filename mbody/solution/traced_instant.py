@@ -13,9 +13,9 @@ import numpy as np
 
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.laws import Expression, MeasuredFormula, Table
-from mbody.laws.numpy_operations import ONE, TWO
 from mbody.laws.postfix import CONSTANT, LOG, OPERATIONS, POWER_CONSTANT
 from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver
+from mbody.quantities.numpy_operations import ONE, TWO
 from mbody.solution.histories import LoadHistory, Reaction
 from mbody.solution.load_histories import stretched, turned
 from mbody.solution.own_histories import own_history
@@ -28,8 +28,8 @@ __all__ = ["ORDER", "TracedInstant", "TracedRecord"]
 
 #: What a body has, in the order in which the kernels keep it.
 ORDER = ("x", "y", "angle", "vx", "vy", "omega", "ax", "ay", "alpha")
-#: Functions of NumPy for operations of formulas; a step by a comparison that is recorded.
-FUNCTIONS: dict[str, Any] = ONE | TWO | {"step": lambda x: 1.0 - np.less(x, 0.0)}
+#: Operations of formulas.
+FUNCTIONS: dict[str, Any] = ONE | TWO
 
 
 class TracedRecord:

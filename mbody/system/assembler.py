@@ -9,31 +9,27 @@ the user's numbers (`Numbers`), for one set and for a batch alike.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from mbody.errors import ModelError
 from mbody.kernels.constraints import KINDS as PRIMITIVE_KINDS
 from mbody.kernels.forces import KINDS as ACTION_KINDS
-from mbody.kernels.friction import BY_RATES, FRICTION_KINDS
 from mbody.kernels.layout import Layout, first_beyond, integers
 from mbody.laws import LAW_KINDS, Constant, Law
 from mbody.model.constraint import Constraint
 from mbody.model.element import Element, Numbers
 from mbody.model.mechanism import Mechanism, snapshot
 from mbody.model.own_equations import OwnState, signal_of
-from mbody.model.primitives import (
-    ConstraintPrimitive,
-    ForcePrimitive,
-    Signal,
-)
+from mbody.model.primitives import ConstraintPrimitive, ForcePrimitive, FrictionPrimitive, Signal
 from mbody.model.states import State
 from mbody.quantities import Formula
 from mbody.system.block_places import blocks_of, sums_of
 from mbody.system.elimination_order import eliminate, split
 from mbody.system.formula_rows import FormulaRows, RecordedLaw, followed, recorded
+from mbody.system.friction_table import friction_table
 from mbody.system.hooks import action_hook, law_hook, primitive_hook
 from mbody.system.polar_points import polar_points
 from mbody.system.system import System
@@ -42,6 +38,8 @@ __all__ = ["assemble", "with_numbers_of"]
 
 # the loops of the kernels read a fixed number of parameters and drop those beyond the own ones
 SPARE = 8
+#: Rough pairs by the name of their element.
+Pairs: TypeAlias = Mapping[str, Sequence[FrictionPrimitive]]
 
 
 def assemble(mechanism: Mechanism, *, groups: bool = False) -> System:
@@ -91,7 +89,7 @@ def assemble(mechanism: Mechanism, *, groups: bool = False) -> System:
         batch=None,
         length=compiler.length(numbers),
         owners=tuple(compiler.owners),
-        row_kinds=tuple(primitive.rows for primitive in compiler.primitives(numbers)),
+        row_kinds=tuple(primitive.rows for primitive in compiler.first_primitives),
         signals=len(compiler.signal_laws) + compiler.formula_signals,
         plans={},
         functions=compiler.functions(),
@@ -115,7 +113,6 @@ def with_numbers_of(system: System, values: Mapping[str, Any]) -> System:
 
 
 def _rate(state: State | OwnState, at: Numbers) -> Signal:
-    """The rate of a state."""
     return signal_of(state.rate) if isinstance(state, OwnState) else at.law(state, "rate")
 
 
@@ -131,14 +128,16 @@ class _Compiler:
         at = self.read(self.numbers())
         #: Drivers that follow positions, with their moving bodies.
         self.following = _following(mechanism, at)
+        made = {one.name: one.frictions(at) for one in mechanism.constraints}
+        #: Elements with rough pairs.
+        self.rough = [one for one in mechanism.constraints if made[one.name]]
+        self.pairs = [(one, pair) for one in self.rough for pair in made[one.name]]
         found = [
             (PRIMITIVE_KINDS.index(primitive.kind), element, part, primitive)
             for element in mechanism.constraints
-            for part, primitive in enumerate(self.own_primitives(element, at))
+            for part, primitive in enumerate(self.own_primitives(element, at, made[element.name]))
         ]
         found.sort(key=lambda entry: entry[0])
-        #: Elements with rough pairs.
-        self.rough = [one for one in mechanism.constraints if one.frictions(at)]
         self.owners = [(element, part) for _, element, part, _ in found]
         self.first_primitives = [primitive for *_, primitive in found]
         loads = [
@@ -156,7 +155,6 @@ class _Compiler:
             self._signals((primitive.signal,)) for primitive in self.first_primitives
         ]
         self.action_signal = [self._signals(action.signals) for action in self.first_actions]
-        self.pairs = [(one, pair) for one in self.rough for pair in one.frictions(at)]
         self.friction_signal = [self._signals((pair.capacity,)) for _, pair in self.pairs]
         #: Signals of elements' own laws that are formulas of measured quantities.
         self.formula_signals = 0
@@ -195,30 +193,42 @@ class _Compiler:
             if name in numbers and parameters.used_by(formula)
         }
 
-    def primitives(self, numbers: dict[str, Any]) -> list[ConstraintPrimitive]:
+    def frictions(self, at: Numbers) -> dict[str, list[FrictionPrimitive]]:
+        """The rough pairs of every element that has any, in their order, with their numbers."""
+        return {one.name: one.frictions(at) for one in self.rough}
+
+    def primitives(self, at: Numbers, pairs: Pairs) -> list[ConstraintPrimitive]:
         """All primitives in the order of the kernels, with their numbers."""
-        at = self.read(numbers)
-        elements = self.mechanism.constraints
-        made = {element.name: self.own_primitives(element, at) for element in elements}
+        made = {
+            one.name: self.own_primitives(one, at, pairs.get(one.name, ()))
+            for one in self.mechanism.constraints
+        }
         return [made[element.name][part] for element, part in self.owners]
 
-    def own_primitives(self, element: Constraint, at: Numbers) -> list[ConstraintPrimitive]:
-        """The primitives of an element; of a driver that follows positions a row of a formula."""
-        own, bodies = element.all_primitives(at), self.following.get(element.name)
+    def own_primitives(
+        self, element: Constraint, at: Numbers, pairs: Sequence[FrictionPrimitive]
+    ) -> list[ConstraintPrimitive]:
+        """The rows of an element, then the tangent rows of its rough pairs; of a driver that
+        follows positions a row of a formula.
+        """
+        own, bodies = element.primitives(at), self.following.get(element.name)
         if bodies is None:
-            return own
+            return [*own, *(pair.tangent for pair in pairs)]
         i, j, *more = (*bodies, "ground")[: max(2, len(bodies))]
         signal, rows = own[0].signal, own[0].rows
         return [ConstraintPrimitive("formula", i, j, rows, [], signal, more=tuple(more))]
 
-    def actions(self, numbers: dict[str, Any]) -> list[ForcePrimitive]:
+    def actions(self, at: Numbers) -> list[ForcePrimitive]:
         """All actions in the order of the kernels, with their numbers."""
-        at = self.read(numbers)
         made = [load.actions(at) for load in self.mechanism.loads]
         return [made[cause][part] for cause, part in self.action_owners]
 
     def laws(
-        self, primitives: list[ConstraintPrimitive], actions: list[ForcePrimitive], at: Numbers
+        self,
+        primitives: list[ConstraintPrimitive],
+        actions: list[ForcePrimitive],
+        pairs: list[FrictionPrimitive],
+        at: Numbers,
     ) -> list[RecordedLaw]:
         """All laws: those of time in the order of the signals, inputs last among them; the
         elements' own; the rates of own states; those that formulas evaluate.
@@ -230,8 +240,8 @@ class _Compiler:
                 found.append(followed(primitive.signal, element, machine, at))
         names = {name for law in found if law.driven is not None for name in law.driven.signals}
         found += [recorded(signal, machine, at) for action in actions for signal in action.signals]
-        given = [pair.capacity for one in self.rough for pair in one.frictions(at)]
-        found += [recorded(signal, machine, at) for signal in given if signal is not None]
+        given = [pair.capacity for pair in pairs if pair.capacity is not None]
+        found += [recorded(signal, machine, at) for signal in given]
         for one in machine.inputs:
             found.append(RecordedLaw(at.law(one, "value"), derivatives=one.name in names))
         for (cause, _), action in zip(self.action_owners, actions, strict=True):
@@ -242,6 +252,12 @@ class _Compiler:
         found += [recorded(_rate(one, at), machine, at) for one in machine.states]
         curves = [(signal, law.driven is not None) for law in found for signal in law.laws]
         return found + [RecordedLaw(signal, derivatives=driven) for signal, driven in curves]
+
+    def first_laws(self) -> list[RecordedLaw]:
+        """Those of the description's numbers."""
+        pairs = [pair for _, pair in self.pairs]
+        at = self.read(self.numbers())
+        return self.laws(self.first_primitives, self.first_actions, pairs, at)
 
     def compile(self, numbers: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]:
         """Parameters (rows, batch) and masses (3·bodies + 3, batch) from the user's numbers."""
@@ -256,18 +272,19 @@ class _Compiler:
 
     def columns(self, numbers: dict[str, Any]) -> tuple[list[Any], list[Any]]:
         """The rows of parameters and masses, each a number or an array (batch,)."""
-        primitives, actions = self.primitives(numbers), self.actions(numbers)
-        columns: list[Any] = []
         at = self.read(numbers)
+        made = self.frictions(at)
+        pairs = [pair for own in made.values() for pair in own]
+        primitives, actions = self.primitives(at, made), self.actions(at)
+        columns: list[Any] = []
         for (element, _), primitive in zip(self.owners, primitives, strict=True):
             columns += [*primitive.parameters, *_arm(element, at)]
-        for law in self.laws(primitives, actions, at):
+        for law in self.laws(primitives, actions, pairs, at):
             columns.extend(law.parameters)
         for action in actions:
             columns.extend(action.parameters)
-        for element in self.rough:
-            for pair in element.frictions(at):
-                columns.extend(pair.parameters)
+        for pair in pairs:
+            columns.extend(pair.parameters)
         columns += [0.0] * SPARE
         masses: list[Any] = []
         for body in self.mechanism.bodies:
@@ -298,7 +315,7 @@ class _Compiler:
         causes = self.mechanism.loads
         for (cause, _), action in zip(self.action_owners, self.first_actions, strict=True):
             found.append((causes[cause].name, action_hook(action)))
-        laws = self.laws(self.first_primitives, self.first_actions, self.read(self.numbers()))
+        laws = self.first_laws()
         names = self._law_names(laws)
         found += [
             (n, law_hook(law.law, law.derivatives)) for n, law in zip(names, laws, strict=True)
@@ -332,7 +349,7 @@ class _Compiler:
         plan = eliminate(slots)
         place = {node: k for k, node in enumerate(plan.order)}
         columns = [3 * s for node in plan.order for s in slots.sides[node][:2]]
-        laws = self.laws(primitives, actions, self.read(self.numbers()))
+        laws = self.first_laws()
         sizes = [len(primitive.parameters) + 2 for primitive in primitives]
         sizes += [len(law.parameters) for law in laws]
         sizes += [len(action.parameters) for action in actions]
@@ -407,7 +424,9 @@ class _Compiler:
             primitive_handle=integers([-1] * a),
             written_node=integers(written),
             switched=integers(switched),
-            **self._frictions(place, switched, offset[c:-1]),
+            **friction_table(self.pairs, self.owners, place, switched),
+            friction_par=integers(offset[c:-1]),
+            friction_signal=integers(self.friction_signal),
             node_column=integers(columns),
             more=np.column_stack([plan.more_node, 3 * plan.more_slot]),
             **sums_of(primitives, self.index, blocks),
@@ -452,27 +471,6 @@ class _Compiler:
             action_cause=integers([cause for cause, _ in self.action_owners]),
             table=np.concatenate([*tables, np.zeros(1)]),
         )
-
-    def _frictions(
-        self, place: dict[int, int], switched: list[int], first: np.ndarray
-    ) -> dict[str, Any]:
-        """The rough pairs, in the order of the description."""
-        number = {(one.name, part): e for e, (one, part) in enumerate(self.owners)}
-        at = self.read(self.numbers())
-        tangents, count = [], dict[str, int]()
-        for element, _ in self.pairs:
-            own = len(element.primitives(at))
-            part = count[element.name] = count.get(element.name, own - 1) + 1
-            tangents.append(switched.index(number[element.name, part]))
-        pressing = [place[number[element.name, pair.presses]] for element, pair in self.pairs]
-        return {
-            "friction_kind": integers([FRICTION_KINDS.index(pair.kind) for _, pair in self.pairs]),
-            "friction_node": integers(pressing),
-            "friction_tangent": integers(tangents),
-            "friction_par": integers(first),
-            "friction_signal": integers(self.friction_signal),
-            "senses": BY_RATES,
-        }
 
 
 def _following(mechanism: Mechanism, at: Numbers) -> dict[str, tuple[str, ...]]:

@@ -9,8 +9,8 @@ import numpy as np
 
 from mbody.laws.base import FloatArray
 from mbody.laws.kernels import evaluate
-from mbody.laws.numpy_operations import ONE, TWO
 from mbody.model.primitives import Signal
+from mbody.quantities.numpy_operations import ONE, TWO
 from mbody.system.formula_steps import StepList
 
 __all__ = ["step_values"]

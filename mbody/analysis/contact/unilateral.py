@@ -17,7 +17,7 @@ import numpy as np
 
 from mbody.analysis.contact.corners import Corners
 from mbody.errors import ModelError
-from mbody.kernels.friction import FRICTION_KINDS
+from mbody.kernels.friction_laws import FRICTION_KINDS
 from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import violation
 from mbody.kernels.output import PER_PRIMITIVE

@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from mbody.errors import ModelError
 from mbody.model.element import OptionalNumberField, number_field
 from mbody.model.joints._base import Joint
+from mbody.model.static_friction import refuse_static, refuse_static_of_designs
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
@@ -56,7 +55,7 @@ class RubbingJoint(Joint):
                 self.name,
             )
         if self.friction is not None and self.static is not None:
-            self._refuse_static(float(self.friction), float(self.static))
+            refuse_static(self.name, float(self.friction), float(self.static))
 
     @property
     def rubs(self) -> bool:
@@ -67,19 +66,8 @@ class RubbingJoint(Joint):
         """Refuse a static coefficient below the kinetic one, of any design."""
         super().refuse(at, unit)
         if self.static is not None and self.friction is not None:
-            kinetic, static = np.broadcast_arrays(
-                at[f"{self.name}.friction"], at[f"{self.name}.static"]
-            )
-            for one, other in zip(np.ravel(kinetic), np.ravel(static), strict=True):
-                self._refuse_static(float(one), float(other))
-
-    def _refuse_static(self, kinetic: float, static: float) -> None:
-        if static < kinetic:
-            raise ModelError(
-                f"'{self.name}': friction is {kinetic:g}, more than static = {static:g}: what "
-                "rests is not easier to move than what slides; exchange them, or leave out static",
-                self.name,
-            )
+            name = self.name
+            refuse_static_of_designs(name, at[f"{name}.friction"], at[f"{name}.static"])
 
     def coefficients(self, at: Numbers, reach: Any = 1.0) -> list[Any]:
         """(μ_k, μ_s, Stribeck speed, viscous) as the kernels take them, of a rate that is `reach`

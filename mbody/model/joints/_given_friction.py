@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from mbody.errors import ModelError
-from mbody.model.element import NumberField, number_field
+from mbody.model.element import NumberField, OptionalNumberField, number_field
 from mbody.model.joints._base import Joint
 from mbody.model.primitives import ConstraintPrimitive, FrictionPrimitive
 
@@ -29,9 +29,12 @@ class GivenFriction(Joint):
     ----------
     static : float
         How many times as much it holds while it sticks, at least 1.
+    stribeck : float, optional
+        Relative rate over which it falls from what sticks to what slips.
     """
 
     static: NumberField = number_field("number", 1.0, sign="positive")
+    stribeck: OptionalNumberField = number_field("velocity", None, sign="positive")
     rows = ""
     follows_formulas = True
     #: The field of the law, "torque" or "force", which is the kind of the pair too.
@@ -40,7 +43,7 @@ class GivenFriction(Joint):
     def _check(self) -> None:
         super()._check()
         self._refuse_static(float(self.static))
-        if getattr(self, "stribeck", None) is not None and self.static == 1.0:
+        if self.stribeck is not None and self.static == 1.0:
             raise ModelError(
                 f"'{self.name}': a stribeck rate is how fast friction falls from what sticks to "
                 "what slips: give static too, above 1, or leave it out",
@@ -56,8 +59,8 @@ class GivenFriction(Joint):
     def _refuse_static(self, static: float) -> None:
         if static < 1.0:
             raise ModelError(
-                f"'{self.name}': static is {static:g}: what sticks holds at least as much as it "
-                "slips with; give 1 or more",
+                f"'{self.name}': static is {static:g} times what slips: what rests is not easier "
+                "to move than what slides; give 1 or more",
                 self.name,
             )
 
@@ -80,8 +83,7 @@ class GivenFriction(Joint):
 
     def frictions(self, at: Numbers) -> list[FrictionPrimitive]:
         """One pair, of the size that the law gives."""
-        given = getattr(self, "stribeck", None) is not None
-        stribeck: Any = at[f"{self.name}.stribeck"] if given else 0.0
+        stribeck: Any = 0.0 if self.stribeck is None else at[f"{self.name}.stribeck"]
         numbers = [1.0, at[f"{self.name}.static"], stribeck, 0.0, 0.0, 0.0]
         law = at.law(self, self.size)
         return [FrictionPrimitive(self.size, self.tangent(at), 0, numbers, law)]

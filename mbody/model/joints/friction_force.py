@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbody.model.element import LawLike, OptionalNumberField, law_field, number_field
+from mbody.model.element import LawLike, law_field
 from mbody.model.joints._base import SLIDING_PAIR
 from mbody.model.joints._given_friction import GivenFriction
 from mbody.model.primitives import ConstraintPrimitive
@@ -51,7 +51,6 @@ class FrictionForce(GivenFriction):
     """
 
     force: LawLike = law_field("force", 0.0)
-    stribeck: OptionalNumberField = number_field("velocity", None, sign="positive")
     coordinates = SLIDING_PAIR
     unknowns = ("F",)
     size = "force"
