@@ -301,16 +301,6 @@ def test_a_report_has_a_chapter_of_friction():
 # -- beside other analyses ----------------------------------------------------------------------
 
 
-def test_rest_positions_are_told_to_be_those_of_smooth_joints():
-    machine = mbody.Mechanism("pendulum", units="SI")
-    machine.add(
-        Body("rod", mass=2.0, inertia=0.18, cg=(0.4, 0.0), guess="-80 deg"),
-        Revolute("O", "ground", "rod", friction=0.1, pin_radius=0.03),
-        mbody.Gravity("weight", y=-9.81),
-    )
-    assert any("friction of 'O': left out" in note for note in mbody.equilibrium(machine).notes)
-
-
 @pytest.mark.parametrize("name", MACHINES)
 def test_efficiency_is_that_of_a_motion_over_time(name):
     """The crank driven by the same law over a turn: the works of `simulate` belong to its steps,

@@ -106,10 +106,8 @@ def _integrated(found: Solution, powers: Callable[[Solution], Array]) -> Array:
     presses: parts whose halves have another work are halved until they are so narrow that nothing
     of it is left.
     """
-    poses, posts = (
-        dict(link_poses(found.take([0]))),
-        np.linspace(found.t[0], found.t[-1], PARTS + 1),
-    )
+    poses = dict(link_poses(found.take([0])))
+    posts = np.linspace(found.t[0], found.t[-1], PARTS + 1)
     x, weights = np.polynomial.legendre.leggauss(NODES)
 
     def works(low: Array, high: Array) -> tuple[Array, Array]:
