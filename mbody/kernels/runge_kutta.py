@@ -66,6 +66,7 @@ from mbody.kernels.step_state import (
     STEPS,
     STIFF,
     STIFF_COUNT,
+    THROUGHPUT,
     TIME,
     Outputs,
     Stepping,
@@ -146,6 +147,34 @@ def mean_power(B, P, c):
     return whole
 
 
+@njit
+def work_errors(L, W, method, S, T, h):
+    """Sums of the squares of the errors of all works over a step, in tolerances, of low and of high
+    order.
+
+    Where drivers lead, the motion says nothing of how well the steps resolve the work of friction.
+    A work may err by a part of all the work so far, and by what the loads do at rates that count
+    as none.
+    """
+    E, P, n3 = method.E, S.P, 3 * L.bodies
+    unit = S.state[THROUGHPUT]
+    for c in range(P.shape[1]):
+        unit += abs(h * mean_power(method.B, P, c))
+    unit *= T.relative
+    for n in range(n3):
+        unit += T.absolute * abs(h * W.force[n, 0]) * S.scale[n3 + n]
+    low, high = 0.0, 0.0
+    if unit > 0.0:
+        for c in range(P.shape[1]):
+            e3, e5 = 0.0, 0.0
+            for r in range(E.shape[1]):
+                e3 += E[0, r] * P[r, c]
+                e5 += E[1, r] * P[r, c]
+            low += (e3 / unit) ** 2
+            high += (e5 / unit) ** 2
+    return low, high
+
+
 @kernel
 def runge_kutta(
     L: Layout,
@@ -169,7 +198,7 @@ def runge_kutta(
     end_row = B.shape[0]
     # whether the error takes the derivative at the end
     early = E.shape[1] > end_row
-    w, size, causes = 0.0, y.shape[0], P.shape[1]
+    w, size, causes, rubs = 0.0, y.shape[0], P.shape[1], L.friction_kind.shape[0] > 0
     n3, swift = 3 * L.bodies, scale[6 * L.bodies - 1]
     rtol, atol, regular = T.relative, T.absolute, T.refinements
     for _ in range(steps):
@@ -247,6 +276,9 @@ def runge_kutta(
             unit = (atol + noise) * scale[n] + rtol * max(abs(y[n]), abs(end[n]))
             e3 += (low_error[n] / unit) ** 2
             e5 += (error_row[n] / unit) ** 2
+        if rubs:
+            low, high = work_errors(L, W, method, S, T, h)
+            e3, e5 = e3 + low, e5 + high
         if not (e5 < 1e300) or not good:
             state[NEXT] = (BACK if over else 0.5 if near_singular else 0.25) * h
             state[REJECTED] += 1
@@ -303,6 +335,7 @@ def runge_kutta(
             growth = min(growth, stable_growth(state, h, stiffness, method.stable))
         for c in range(causes):
             S.G[0, c] = h * mean_power(B, P, c)
+            state[THROUGHPUT] += abs(S.G[0, c])
         if has_instant(S, O, now):
             dense_output(L, W, method, S, h, regular)
         for n in range(size):

@@ -48,6 +48,7 @@ __all__ = [
     "STEP_VANISHED",
     "STIFF",
     "STIFF_COUNT",
+    "THROUGHPUT",
     "TIME",
     "UNLIMITED",
     "Outputs",
@@ -86,8 +87,10 @@ CROSSING_TIME = 26
 LIMITED_INSTANTS = 27
 #: The fastest rate |λ| of the last steps.
 FASTEST = 28
+#: Work that loads, drivers and friction gave or took in all steps, without signs.
+THROUGHPUT = 29
 #: How many slots there are; and those that are infinite where nothing limits them.
-PROGRESS = 29
+PROGRESS = 30
 UNLIMITED = (LEAST_CONDITIONING, KNOWN_UNTIL, SHORTENED_UNTIL, STAND_IN_LIMIT, CROSSING_TIME)
 
 #: What an integrator returns: the end is reached; there is more to do; the step has vanished; a

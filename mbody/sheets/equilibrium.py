@@ -39,10 +39,10 @@ def sheet(found: Equilibria) -> str:
     counted = f"{count} rest position{'' if count == 1 else 's'}"
     when = f"equilibrium at t = {number(found.t)} {found.units.time}: {counted}"
     shown = list(found)[:SHOWN]
-    lines = [*title(found.mechanism, when, found.units), ""]
-    lines += [*_positions(found, shown), "", *_links(found, shown)]
-    forces = _forces(found, shown)
-    lines += ["", *forces] if forces else []
+    lines = title(found.mechanism, when, found.units)
+    tables = [_positions, _links, _forces] if shown else []
+    for rows in (*(one(found, shown) for one in tables), _bands(found)):
+        lines += ["", *rows] if rows else []
     if count > SHOWN:
         lines.append(f"and {count - SHOWN} more")
     notes = [f"{n}: {note}" for n, one in enumerate(shown, 1) for note in one.notes]
@@ -66,6 +66,45 @@ def _positions(found: Equilibria, shown: list[Equilibrium]) -> list[str]:
         Column(title, numbers(least), unit),
         Column("frequency", frequencies, f"rad/{found.units.time}"),
         Column("residual", [f"{e.residual:.1e}" if e.residual else "0" for e in shown]),
+    ]
+    return table(columns)
+
+
+def _bands(found: Equilibria) -> list[str]:
+    """Link axes of the leader at both ends of the bands in which friction holds."""
+    rows = [
+        (n, band, word, None if end is None else end[band.leader])
+        for n, band in enumerate(found.bands[:SHOWN], 1)
+        for word, end in (("from", band.low), ("to", band.high))
+        if not band.everywhere
+    ]
+    if not rows:
+        return []
+    poses = np.array([(np.nan,) * 3 if pose is None else pose for _, _, _, pose in rows])
+    floor = ROUNDING * float(np.nanmax(np.abs(poses[:, :2]), initial=0.0))
+    ended = ~np.isnan(poses[:, 0])
+    places = [
+        [text if end else "" for text, end in zip(numbers(part, floor), ended)]
+        for part in poses[:, :2].T
+    ]
+    turned = [angles([angle])[0] if end else "no end" for angle, end in zip(poses[:, 2], ended)]
+    inside = [", ".join(str(k + 1) for k in band.positions) for _, band, _, _ in rows]
+    columns = [
+        Column(
+            "HELD", [band.leader if word == "from" else "" for _, band, word, _ in rows], text=True
+        ),
+        Column(
+            "", [str(n) if word == "from" else "" for n, _, word, _ in rows], text=True, whole=True
+        ),
+        Column("", [word for _, _, word, _ in rows], text=True, whole=True),
+        Column("angle", turned, "deg"),
+        Column("x", places[0], found.units.length),
+        Column("y", places[1], found.units.length),
+        Column(
+            "rests",
+            [text if row[2] == "from" else "" for text, row in zip(inside, rows, strict=True)],
+            text=True,
+        ),
     ]
     return table(columns)
 

@@ -19,7 +19,7 @@ from mbody.solution.rough_pairs import RoughPair, rough_pairs, stored_motion
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["FrictionForces", "Jam", "forces_at_rest", "forces_with", "jams_at"]
+__all__ = ["FrictionForces", "Jam", "forces_at_rest", "forces_with", "jams_at", "senses_with_still"]
 
 Array = np.ndarray
 
@@ -178,18 +178,18 @@ def _choices(
         for n, one in enumerate(impending):
             for way in (1.0, -1.0):
                 own = np.where(rest, way * np.sign(one), 0.0)
-                for both in _either(own, rest & (one == 0.0)):
+                for both in senses_with_still(own, rest & (one == 0.0)):
                     yield both, (n, way)
         return
     change = rates[:, 1]
     turns = rest & (np.abs(change) > ROUNDING * np.abs(change).max(initial=0.0))
     for way in (-1.0, 1.0):
         own = np.where(turns, way * np.sign(change), senses)
-        yield from ((both, None) for both in _either(own, rest & ~turns))
+        yield from ((both, None) for both in senses_with_still(own, rest & ~turns))
 
 
-def _either(senses: Array, still: Array) -> Iterator[Array]:
-    """The senses with both senses of those that stay at rest."""
+def senses_with_still(senses: Array, still: Array) -> Iterator[Array]:
+    """Senses (pairs,) of what begins to slide, with both senses of the pairs that stay at rest."""
     which = np.flatnonzero(still)
     ways: Sequence[tuple[float, ...]] = list(itertools.product((1.0, -1.0), repeat=len(which)))
     if len(which) > TOGETHER:

@@ -285,9 +285,10 @@ class FrictionResults:
 
         Notes
         -----
-        Where the laws of the drivers led the motion, the work is integrated anew by Gauss's rule
-        between the instants at which a joint changes the sense of its sliding; else by the
-        trapezoidal rule over the instants that there are.
+        Of a motion of `simulate` these are the works of its account of energy. Of kinetostatics,
+        where the laws of the drivers led the motion, they are integrated anew by Gauss's rule, in
+        parts of the motion that are halved where a joint changes the sense of its sliding; else by
+        the trapezoidal rule over the instants that there are.
         """
         found: Efficiency = present("efficiency", self, output)
         return found

@@ -15,6 +15,7 @@ from mbody.system.system import System
 
 __all__ = [
     "RoughPair",
+    "may_hold",
     "pair_rates",
     "rates_at",
     "resting_pairs",
@@ -69,6 +70,13 @@ def rough_pairs(system: System) -> tuple[RoughPair, ...]:
     return tuple(found)
 
 
+def may_hold(system: System, pair: RoughPair) -> bool:
+    """Whether a pair takes a force while it rests: not what damps alone, nor teeth that press
+    their wheels apart.
+    """
+    return pair.loses and bool(system.par[pair.parameter + 1].max() > 0.0)
+
+
 def tangent_forces(solution: Result) -> Array:
     """Multipliers of the tangent rows: (instants, pairs), or (designs, instants, pairs); the force
     on the mechanism is against them.
@@ -121,7 +129,7 @@ def resting_pairs(solution: Result) -> Array:
     """
     system = solution.system
     pairs = rough_pairs(system)
-    holds = [pair.loses and bool(system.par[pair.parameter + 1].max() > 0.0) for pair in pairs]
+    holds = [may_hold(system, pair) for pair in pairs]
     shape = (*np.shape(solution.record.take(0)), len(pairs))
     if solution.analysis == "statics":
         return np.broadcast_to(np.array(holds, dtype=bool), shape)

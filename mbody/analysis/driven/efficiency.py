@@ -1,7 +1,8 @@
-"""Efficiency of a motion: work given, useful and lost, integrated between changes of sense."""
+"""Efficiency of a motion: work given, useful and lost."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -12,22 +13,21 @@ from mbody.model.element import listed
 from mbody.solution.checks import each_load_of, one_design
 from mbody.solution.friction_results import Efficiency
 from mbody.solution.places import link_poses
-from mbody.solution.rough_pairs import pair_rates, rough_pairs
 from mbody.solution.solution import Solution
 
 __all__ = ["efficiency"]
 
 Array = np.ndarray
 
-#: Nodes of Gauss's rule between two changes of sense, in so many equal parts of the motion.
+#: Nodes of Gauss's rule in each part of a motion, and parts at first.
 NODES, PARTS = 8, 24
+#: The work of a part of the motion and of its halves agree to this part of all work; where they do
+#: not, the halves are halved, at most so many times.
+EXACT, HALVINGS = 1e-11, 36
 #: Work below this part of the greatest that goes in or out is none.
 NOTHING = 1e-9
 #: Values and rates of a driver that differ by less are those of its law.
 ALIKE = 1e-9
-#: Halvings by which an instant is found at which a joint changes the sense of its sliding, after
-#: the cubic through both rates and their changes.
-HALVINGS = 60
 
 
 def efficiency(found: Solution, output: str) -> Efficiency:
@@ -48,11 +48,7 @@ def efficiency(found: Solution, output: str) -> Efficiency:
         raise ModelError(
             "an efficiency is of a motion, this is one instant: analyse a turn, or several times"
         )
-    run, weights = _integrated(found)
-    efforts = {name: _power(run, name) for name in drivers if name != output}
-    given = float(sum(weights @ power for power in efforts.values()))
-    useful = -float(weights @ _power(run, output))
-    lost = float(sum(weights @ power for power in run.losses.values()))
+    given, useful, lost = _works(found, output, [name for name in drivers if name != output])
     if not given > NOTHING * max(abs(given), abs(useful), lost):
         raise ModelError(
             f"the drivers of '{machine.name}' give no work over this motion: what gives it must be "
@@ -77,22 +73,69 @@ def _power(run: Solution, name: str) -> Array:
     return total
 
 
-def _integrated(found: Solution) -> tuple[Solution, Array]:
-    """Instants by which the motion is integrated, with their weights."""
-    if found.analysis != "kinetostatics" or not _by_laws(found):
-        t = found.t
-        weights = np.zeros(len(t))
-        weights[:-1] += 0.5 * np.diff(t)
-        weights[1:] += 0.5 * np.diff(t)
-        return found, weights
-    ends = np.linspace(found.t[0], found.t[-1], PARTS + 1)
-    ends = np.unique(np.concatenate([ends, _changes(found)]))
-    x, w = np.polynomial.legendre.leggauss(NODES)
-    half = 0.5 * np.diff(ends)
-    nodes = (0.5 * (ends[1:] + ends[:-1])[:, None] + half[:, None] * x).ravel()
-    weights = (half[:, None] * w).ravel()
+def _works(found: Solution, output: str, inputs: list[str]) -> tuple[float, float, float]:
+    """Work given by the drivers, done on the output, lost in joints."""
+    energy = found.energy
+    if energy is not None and output in energy.by:  # where loads are very many only all are
+        given = sum(float(energy.by[name][-1] - energy.by[name][0]) for name in inputs)
+        useful = float(energy.by[output][0] - energy.by[output][-1])
+        return given, useful, float(sum(part[-1] - part[0] for part in energy.lost.values()))
+    if found.analysis == "kinetostatics" and _by_laws(found):
+        given, useful, lost = _integrated(found, lambda run: _powers(run, output, inputs))
+    else:
+        powers, h = _powers(found, output, inputs), np.diff(found.t)
+        given, useful, lost = (0.5 * (powers[1:] + powers[:-1]) * h[:, None]).sum(axis=0)
+    return float(given), float(useful), float(lost)
+
+
+def _powers(run: Solution, output: str, inputs: list[str]) -> Array:
+    """Powers given, useful and lost: (instants, 3)."""
+    found = np.zeros((len(run), 3))
+    for name in inputs:
+        found[:, 0] += _power(run, name)
+    found[:, 1] = -_power(run, output)
+    for power in run.losses.values():
+        found[:, 2] += power
+    return found
+
+
+def _integrated(found: Solution, powers: Callable[[Solution], Array]) -> Array:
+    """Integrals of powers over the motion by Gauss's rule.
+
+    Powers bend and jump where a joint changes the sense of its sliding, or a slider the end that
+    presses: parts whose halves have another work are halved until they are so narrow that nothing
+    of it is left.
+    """
     poses = dict(link_poses(found.take([0])))
-    return kinetostatics(found.system, nodes, guess=poses), weights
+    posts = np.linspace(found.t[0], found.t[-1], PARTS + 1)
+    x, weights = np.polynomial.legendre.leggauss(NODES)
+
+    def works(low: Array, high: Array) -> tuple[Array, Array]:
+        half = 0.5 * (high - low)[:, None]
+        nodes = 0.5 * (high + low)[:, None] + half * x
+        # posts keep the way from node to node short
+        t, places = np.unique(np.append(posts, nodes), return_inverse=True)
+        run = kinetostatics(found.system, t, guess=poses)
+        values = powers(run)[places[len(posts) :]].reshape(*nodes.shape, -1)
+        both = (half[:, :, None] * one for one in (values, np.abs(values)))
+        own, size = (np.einsum("n,pnc->pc", weights, one) for one in both)
+        return own, size
+
+    low, high = posts[:-1], posts[1:]
+    coarse, size = works(low, high)
+    total, accepted = np.zeros(coarse.shape[1]), EXACT * float(size.sum(axis=0).max())
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = np.append(low, middle), np.append(middle, high)
+        halves = works(low, high)[0]
+        both = halves.reshape(2, *coarse.shape).sum(axis=0)
+        uneven = np.abs(both - coarse).max(axis=1) > accepted
+        total += both[~uneven].sum(axis=0)
+        kept = np.tile(uneven, 2)
+        low, high, coarse = low[kept], high[kept], halves[kept]
+        if not len(low):
+            break
+    return np.asarray(total + coarse.sum(axis=0))
 
 
 def _by_laws(found: Solution) -> bool:
@@ -108,25 +151,3 @@ def _by_laws(found: Solution) -> bool:
         if (np.abs(found.given[:, n] - own) > ALIKE * size + ALIKE).any():
             return False
     return True
-
-
-def _changes(found: Solution) -> Array:
-    """Times at which a joint changes the sense of its sliding."""
-    rates, t = pair_rates(found), found.t
-    times = []
-    for n, pair in enumerate(rough_pairs(found.system)):
-        if not pair.loses:
-            continue
-        rate, change = rates[:, n, 0], rates[:, n, 1]
-        for k in np.flatnonzero(rate[1:] * rate[:-1] < 0.0):
-            h = t[k + 1] - t[k]
-            low, high = 0.0, 1.0
-            for _ in range(HALVINGS):
-                s = 0.5 * (low + high)
-                # Hermite's cubic
-                a, b = (1.0 + 2.0 * s) * (1.0 - s) ** 2, s * s * (3.0 - 2.0 * s)
-                c, d = s * (1.0 - s) ** 2, s * s * (s - 1.0)
-                here = a * rate[k] + b * rate[k + 1] + h * (c * change[k] + d * change[k + 1])
-                low, high = (s, high) if here * rate[k] > 0.0 else (low, s)
-            times.append(t[k] + high * h)
-    return np.array(times)

@@ -19,7 +19,7 @@ from mbody.analysis.contact.contact_laws import ClosedContacts, decide_modes
 from mbody.analysis.contact.unilateral import SENSES, Rows
 from mbody.analysis.dynamics.contact_impacts import responses_to, touch_rows
 from mbody.analysis.dynamics.modal_motion import ModalMotion
-from mbody.system.rank import dense
+from mbody.system.rank import dense, rank_of
 
 __all__ = ["STILL", "by_enumeration", "decide", "near_touches"]
 
@@ -66,6 +66,9 @@ def decide(motion: ModalMotion) -> str:
             undecided.append(m)
         else:
             pairs.append(_slip(rate))
+    for m, sense in _led(motion, undecided, pairs).items():
+        pairs[m] = _slip(sense)
+        undecided.remove(m)
     tried: set[tuple[str, ...]] = set()
     while tuple(pairs) not in tried:
         tried.add(tuple(pairs))
@@ -78,6 +81,38 @@ def decide(motion: ModalMotion) -> str:
         for m, mode in wrong.items():
             pairs[m] = mode
     return by_enumeration(motion, q, pairs, undecided)
+
+
+def _led(motion: ModalMotion, undecided: list[int], pairs: list[str]) -> dict[int, float]:
+    """Senses in which rough joints at rest go on that drivers lead: their accelerations do not
+    depend on friction. A row that keeps one at rest would contradict those of the drivers.
+    """
+    uni, system, n = motion.uni, motion.system, motion.system.coordinates
+    if not (system.drivers and undecided):
+        return {}
+    free = rank_of(dense(system, motion.work)[1]).motions
+    moving = ["slip+" if m in undecided else mode for m, mode in enumerate(pairs)]
+    touches = len(uni.touches)
+    motion.set_modes(["open"] * touches, moving, np.zeros((touches, 2), dtype=bool))
+    motion.evaluate()
+    motion.load()
+    rows, a = uni.read(motion.work), motion.K[0, n : 2 * n]
+    found = {}
+    for m in undecided:
+        tangent = uni.rough[m].tangent
+        row = rows.block[tangent] * system.coordinate_units
+        if np.linalg.norm(free @ row) > DEPENDENT * np.linalg.norm(row):
+            continue
+        ahead, size = _acceleration(rows, tangent, a)
+        if abs(ahead) > ROUNDING * size:
+            found[m] = ahead
+    return found
+
+
+def _acceleration(rows: Rows, tangent: int, a: Array) -> tuple[float, float]:
+    """The acceleration of sliding along a row, and the size of its parts."""
+    row, gamma = rows.block[tangent], float(rows.gamma[tangent])
+    return float(row @ a) - gamma, float(np.abs(row * a).max()) + abs(gamma)
 
 
 def by_enumeration(motion: ModalMotion, y: Array, pairs: list[str], undecided: list[int]) -> str:
@@ -114,9 +149,7 @@ def _wrong(motion: ModalMotion, undecided: list[int]) -> dict[int, str]:
             if abs(force) > most * (1.0 + ROUNDING):
                 found[m] = _slip(force)
             continue
-        row = rows.block[pair.tangent]
-        ahead = float(row @ a - rows.gamma[pair.tangent])
-        size = float(np.abs(row * a).max()) + abs(float(rows.gamma[pair.tangent]))
+        ahead, size = _acceleration(rows, pair.tangent, a)
         if SENSES[mode] * ahead < -ROUNDING * size:
             found[m] = "stick"
     return found

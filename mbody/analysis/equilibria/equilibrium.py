@@ -10,6 +10,13 @@ import numpy as np
 
 from mbody.analysis.driven.runner import Runner
 from mbody.analysis.driven.time_grid import by_time
+from mbody.analysis.equilibria.friction_bands import (
+    Band,
+    FrictionReserve,
+    RestBand,
+    bands_of,
+    holding_sentences,
+)
 from mbody.analysis.equilibria.lift_off import lifting
 from mbody.analysis.equilibria.rest_positions import AtRestPositions
 from mbody.analysis.equilibria.search import ZERO, Rest, RestSearch
@@ -25,6 +32,7 @@ from mbody.model.remarks import kept_states, left_out, without_friction
 from mbody.solution.doubts import doubted
 from mbody.solution.heading import heading, unit_symbols
 from mbody.solution.histories import BodyHistory, Reaction, Record
+from mbody.solution.places import link_poses
 from mbody.solution.solution import Solution
 from mbody.system.rank import DENSE, too_large
 from mbody.system.read_only import lock
@@ -101,7 +109,10 @@ class Equilibria(AtRestPositions[Equilibrium]):
     Attributes
     ----------
     positions : tuple of Equilibrium
-        Stable ones first.
+        Stable ones first: those that need no friction.
+    bands : tuple of RestBand
+        Of one free motion with rough joints: positions at which friction holds, from end to end,
+        in the order of the rest positions in them.
     status : str
         ``"completed"``, or ``"doubtful: …"`` with the first doubt.
     doubts : tuple of Doubt
@@ -109,6 +120,8 @@ class Equilibria(AtRestPositions[Equilibrium]):
     notes : tuple of str
         Sentences, those of the doubts among them.
     """
+
+    bands: tuple[RestBand, ...] = ()
 
     @property
     def stable(self) -> tuple[Equilibrium, ...]:
@@ -121,6 +134,7 @@ class Equilibria(AtRestPositions[Equilibrium]):
             **heading(self.mechanism, "equilibrium", unit_symbols(self.units, angle), self),
             "t": self.t,
             "positions": [one.data(angle) for one in self.positions],
+            **({"bands": [band.data() for band in self.bands]} if self.bands else {}),
         }
 
 
@@ -232,7 +246,8 @@ def search(system: System, starts: Sequence[Guesses | None], t: float) -> _RestR
                 f"too many for its search, it takes up to {FREE}: hold some of them by drivers"
             )
         if found is None:
-            found = _RestResults(system, t, RestSearch(manifold))
+            reserve = FrictionReserve(manifold, start.regularization)
+            found = _RestResults(system, t, RestSearch(manifold), reserve)
         found.search.around(here)
     assert found is not None
     machine, own = system.mechanism, system.first_states[:, 0]
@@ -246,41 +261,98 @@ def search(system: System, starts: Sequence[Guesses | None], t: float) -> _RestR
 class _RestResults:
     """Makes results of what a search found."""
 
-    def __init__(self, system: System, t: float, search: RestSearch) -> None:
-        self.system, self.t, self.search = system, t, search
+    def __init__(
+        self, system: System, t: float, search: RestSearch, reserve: FrictionReserve
+    ) -> None:
+        self.system, self.t, self.search, self.reserve = system, t, search, reserve
         self.mechanism, self.manifold = system.mechanism, search.manifold
         self.notes: list[str] = []
 
     def equilibria(self) -> Equilibria:
         """All rest positions."""
-        rests = self.search.found
-        if not rests:
-            raise Words(self.system, self.search).nothing()
-        found = [self.one(rest) for rest in rests]
+        rests, words = self.search.found, Words(self.system, self.search)
+        own = self._bands()
+        if not rests and not own:
+            raise words.nothing()
+        pairs = [(self.one(rest), rest) for rest in rests]
         order = {"stable": 0, "neutral": 1, "unstable": 2}
-        found.sort(key=lambda one: order[one.stability])
-        free = max(len(one.motions) for one in found)
-        words = Words(self.system, self.search)
+        pairs.sort(key=lambda pair: order[pair[0].stability])
+        found = [one for one, _ in pairs]
+        free = max((len(one.motions) for one in found), default=1)
+        places = [rest.place for _, rest in pairs]
+        bands = tuple(
+            sorted(
+                (self._band(band, own, places) for band in own),
+                key=lambda band: band.positions or (len(found),),
+            )
+        )
         self.notes += [note for note in words.facts() if note not in self.notes]
+        if self.search.walks:
+            left = without_friction(self.mechanism, "equilibrium")
+            self.notes = [note for note in self.notes if note not in left]
+        self.notes += holding_sentences(self.mechanism, bands, bool(self.reserve))
         every = Equilibria(
             self.mechanism.name,
             self.mechanism.units,
             self.t,
             tuple(found),
             notes=tuple(self.notes),
+            bands=bands,
         )
         return doubted(every, words.doubts(free))
+
+    def _bands(self) -> list[Band]:
+        """The bands of single free motions in which friction holds."""
+        curves = {id(curve): curve for curve, _ in self.search.walks} if self.reserve else {}
+        found = []
+        for key, curve in curves.items():
+            walks = [walk for one, walk in self.search.walks if id(one) == key]
+            found += bands_of(curve, walks, self.reserve)
+        return found
+
+    def _band(self, band: Band, every: list[Band], places: list[Place]) -> RestBand:
+        """A band in the poses of its ends; the numbers of the rest positions in it."""
+        numbers = tuple(
+            n
+            for n, place in enumerate(places)
+            if self.reserve.at(place) > ZERO * self.manifold.scale_of(place)
+            and min(every, key=lambda one: self._apart(one, place)) is band
+        )
+        inside = band.inside[0]
+        motion = free_motions(
+            self.system, np.append(inside.place.q, np.zeros(3)), inside.place.motions
+        )[0]
+        b = 3 * self.system.bodies[motion.leader]
+        ways = inside.along[b + 2 : b + 3] if motion.turns else inside.along[b : b + 2]
+        ends = [
+            None if node is None else self._pose(node.place) for node in (band.first, band.last)
+        ]
+        if ways[np.abs(ways).argmax()] < 0.0:
+            ends.reverse()
+        return RestBand(ends[0], ends[1], motion.leader, numbers)
+
+    def _apart(self, band: Band, place: Place) -> float:
+        """How far a place is from what is known of a band."""
+        return min(self.manifold.apart(node.place.q, place.q) for node in band.inside)
+
+    def _pose(self, place: Place) -> dict[str, tuple[float, float, float]]:
+        """Link axes of every body."""
+        return link_poses(self._statics(place))
+
+    def _statics(self, place: Place) -> Solution:
+        """Statics of a place that is balanced already, as a part of the greatest load: their sums
+        may vanish.
+        """
+        start = closed(self.system, self.t, {}, None, pose=np.append(place.q, np.zeros(3)))
+        instant = by_time(self.system, np.array([self.t]))
+        runner = Runner(self.system, "statics", unbalanced=np.inf)
+        record = Record([runner.scalar(start, instant)], 1, batch=False)
+        return runner.solution(start, instant, record)
 
     def one(self, rest: Rest) -> Equilibrium:
         """One rest position with its forces and its stiffness."""
         place, system = rest.place, self.system
-        pose = np.append(place.q, np.zeros(3))
-        start = closed(system, self.t, {}, None, pose=pose)
-        instant = by_time(system, np.array([self.t]))
-        # balanced already, as a part of the greatest load: their sums may vanish
-        runner = Runner(system, "statics", unbalanced=np.inf)
-        record = Record([runner.scalar(start, instant)], 1, batch=False)
-        motions = free_motions(system, pose, place.motions)
+        motions = free_motions(system, np.append(place.q, np.zeros(3)), place.motions)
         word, frequencies, notes = stability_of(rest, self.manifold.mass(place.motions))
         if rest.row:
             notes.append("one of a row of rest positions: nothing drives it back along them")
@@ -292,7 +364,7 @@ class _RestResults:
         if word == "stable":
             notes += lifting(self.manifold, rest)
         return Equilibrium(
-            solution=runner.solution(start, instant, record),
+            solution=self._statics(place),
             stability=word,
             stiffness=self.in_leaders(place, motions, rest.stiffness),
             motions=motions,

@@ -33,6 +33,8 @@ def lifting(manifold: Manifold, rest: Rest) -> list[str]:
         if max(one.size, other.size) > 10.0 * BALANCED * top:
             continue
         before, field = still.stiffness(one), turning.stiffness(other)
+        if np.linalg.matrix_rank(before) < len(before):
+            continue  # the field alone keeps it there
         roots = np.linalg.eigvals(np.linalg.solve(before, before - field))
         real = roots.real[np.abs(roots.imag) <= 1e-6 * np.abs(roots).max(initial=0.0)]
         most = float(real.max(initial=0.0))

@@ -1,0 +1,335 @@
+"""Bands of positions at which friction holds a single free motion, their ends located.
+
+A mechanism rests where friction can take what drives it. Along the curve of its positions, with the
+unit tangent t and the loads f, it is about to move on where
+
+    g₊ = t·f − Σ_k x_k |g_k t| = 0,   x = φ(λ₀ + B x) for the senses of g_k t,
+
+all rough joints giving the friction that they can give at rest, and about to move back where g₋ =
+t·f + Σ_k x_k |g_k t| = 0 with the opposite senses: it rests where g₊ ≤ 0 ≤ g₋. That is the test of
+the bands of holding efforts in statics: where no effort is needed it does not matter what would
+give it. Where friction grows without bound, as what jams does, it holds.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from mbody.analysis.equilibria.curve_walk import MotionCurve, Node, Walk, between
+from mbody.analysis.position.tangent_space import Array, Manifold, Place
+from mbody.kernels.friction import IMPENDING
+from mbody.kernels.friction_instants import (
+    PER_PAIR,
+    StoredMotion,
+    forces_by_senses,
+    rates_of_pairs,
+)
+from mbody.kernels.output import PER_PRIMITIVE
+from mbody.model.element import listed
+from mbody.model.mechanism import Mechanism
+from mbody.solution.friction_ranges import senses_with_still
+from mbody.solution.rough_pairs import may_hold, rough_pairs
+
+__all__ = ["Band", "FrictionReserve", "RestBand", "bands_of", "holding_sentences"]
+
+#: A node, the reserve there, and whether the curve is smooth up to the next one.
+Sample = tuple[Node, float, bool]
+
+#: Parts of a step of the walk at which the reserve of friction is sampled.
+PARTS = 4
+#: Halvings of an interval that holds an end, and steps of the search for a least reserve.
+HALVINGS, GOLDEN = 60, 40
+#: A rate of sliding below this part of the greatest is rounding.
+ROUNDING = 1e-9
+#: An end is located to this, in model lengths and radians.
+LOCATED = 1e-14
+#: A reserve below this part of the greatest is none; ends nearer to each other bound no band.
+NONE, APART = 1e-13, 1e-9
+#: An infinite reserve, as a part of the greatest finite one: where a mechanism jams.
+JAMMED = 10.0
+
+
+@dataclass(frozen=True, eq=False)
+class RestBand:
+    """Positions along a single free motion at which friction holds, from one end to the other.
+
+    Attributes
+    ----------
+    low, high : mapping or None
+        The position at either end, where the mechanism is about to move out of the band: by body
+        (x, y, angle) of its link axes, as a `guess` takes it; None where the band has no end
+        there. `low` is where the leader's angle, or way, is less.
+    leader : str
+        The body whose angle, or way, tells positions apart.
+    positions : tuple of int
+        Numbers of the rest positions in it at which no friction is needed.
+    """
+
+    low: Mapping[str, tuple[float, float, float]] | None
+    high: Mapping[str, tuple[float, float, float]] | None
+    leader: str
+    positions: tuple[int, ...]
+
+    @property
+    def everywhere(self) -> bool:
+        """Whether friction holds all positions of the free motion: it is self-locking."""
+        return self.low is None and self.high is None
+
+    def data(self) -> dict[str, Any]:
+        """The same as a plain dict, ready for JSON."""
+        ends = {
+            key: None if end is None else {body: list(pose) for body, pose in end.items()}
+            for key, end in (("low", self.low), ("high", self.high))
+        }
+        return {**ends, "leader": self.leader, "positions": list(self.positions)}
+
+
+@dataclass(frozen=True, eq=False)
+class Band:
+    """The same along a walk: nodes at its ends, None where it has none; nodes inside, in order."""
+
+    first: Node | None
+    last: Node | None
+    inside: tuple[Node, ...]
+
+
+class FrictionReserve:
+    """How much more friction at rest could take at positions of a manifold."""
+
+    def __init__(self, manifold: Manifold, regularization: float) -> None:
+        self.manifold, self.regularization = manifold, regularization
+        system = manifold.system
+        self.work, self.pairs = system.work(), rough_pairs(system)
+        self.layout = system.runtime().replaced(senses=IMPENDING)
+        contacts = {contact.name for contact in system.mechanism.contacts}
+        holds = [may_hold(system, one) and one.joint not in contacts for one in self.pairs]
+        self.holds = np.array(holds, dtype=bool)
+
+    def __bool__(self) -> bool:
+        return bool(self.holds.any())
+
+    def at(self, place: Place) -> float:
+        """The same at a place of a single free motion."""
+        return self(place, place.motions[0])
+
+    def __call__(self, place: Place, along: Array) -> float:
+        """min(−g₊, g₋) at a place with the tangent `along`, not negative where friction holds;
+        infinite where it jams.
+        """
+        system, n = self.manifold.system, self.manifold.size
+        motion = np.zeros((1, *self.manifold.motion.shape[1:]))
+        motion[0] = self.manifold.motion[0]
+        motion[0, :n], motion[0, n : 3 * n] = place.q, 0.0
+        how = {"t": self.manifold.time, "regularization": self.regularization}
+        rest = StoredMotion(motion=motion, **how)
+        moving = motion.copy()
+        moving[0, n : 2 * n] = self.manifold.scale * along
+        output = np.zeros((1, len(self.pairs), PER_PAIR))
+        rates_of_pairs(self.layout, self.work, StoredMotion(motion=moving, **how), output)
+        rates = np.where(self.holds, output[0, :, 0], 0.0)
+        rates[np.abs(rates) <= ROUNDING * np.abs(rates).max(initial=0.0)] = 0.0
+        table = np.empty((1, PER_PRIMITIVE * len(system.owners), 1))
+        reached = np.empty((1, 2))
+        least, drive = np.inf, float(place.force @ along)
+        for way in (1.0, -1.0):
+            most = -np.inf
+            for senses in senses_with_still(way * np.sign(rates), self.holds & (rates == 0.0)):
+                forces_by_senses(self.layout, self.work, rest, senses[None], table, reached)
+                taken = sum(
+                    abs(table[0, PER_PRIMITIVE * pair.primitive, 0] * rate)
+                    for pair, rate in zip(self.pairs, rates, strict=True)
+                )
+                most = max(most, np.inf if reached[0, 1] < 1.0 else taken)
+            least = min(least, most - way * drive)
+        return float(least)
+
+
+def bands_of(curve: MotionCurve, walks: list[Walk], reserve: FrictionReserve) -> list[Band]:
+    """The bands along the walks of one curve, in their order: one that closes, or the ways to both
+    sides of its start.
+    """
+    found = _Located(curve, reserve)
+    points = found.points(walks)
+    holds = [value >= 0.0 for _, value, _ in points]
+    bands: list[Band] = []
+    first, inside = None, list[Node]()
+    for n, (node, _, _) in enumerate(points):
+        if holds[n]:
+            inside.append(node)
+        if n + 1 < len(points) and holds[n] == holds[n + 1]:
+            continue
+        edge = found.end(points[n], points[n + 1]) if n + 1 < len(points) else None
+        if holds[n]:
+            bands.append(Band(first, edge, tuple(inside)))
+        first, inside = edge, []
+    round_ = walks[0].closed and len(walks) == 1
+    if round_ and len(bands) > 1 and bands[0].first is None and bands[-1].last is None:
+        last = bands.pop()
+        nodes = walks[0].nodes
+        back = nodes[0].place.q - nodes[-1].place.q
+        begun = [_turned_back(node, back) for node in last.inside]
+        first = None if last.first is None else _turned_back(last.first, back)
+        bands[0] = Band(first, bands[0].last, (*begun, *bands[0].inside))
+    return [band for band in bands if not _is_point(band, curve.scale)]
+
+
+def _turned_back(node: Node, back: Array) -> Node:
+    """The node whole turns before."""
+    return replace(node, place=replace(node.place, q=node.place.q + back))
+
+
+def _is_point(band: Band, scale: Array) -> bool:
+    """Whether a band is a rest position alone, as one at which nothing that rubs would slide."""
+    if band.first is None or band.last is None or len(band.inside) > 1:
+        return False
+    way = (band.last.place.q - band.first.place.q) / scale
+    return bool(np.abs(way).max() < APART)
+
+
+def holding_sentences(mechanism: Mechanism, bands: tuple[RestBand, ...], holds: bool) -> list[str]:
+    """What friction does beside rest positions that need none of it."""
+    if not holds:
+        return []
+    names = listed([joint.name for joint in mechanism.joints if joint.rubs])
+    if any(band.everywhere for band in bands):
+        leader = next(band.leader for band in bands if band.everywhere)
+        return [f"self-locking: friction of {names} holds '{leader}' in every position"]
+    if not bands:
+        return []
+    many = "a band" if len(bands) == 1 else f"{len(bands)} bands"
+    return [
+        f"friction of {names} holds {many} of positions, whose ends are those at which it is about "
+        "to give way; the forces of rest positions are those without friction"
+    ]
+
+
+class _Located:
+    """Samples of the reserve along the walks of a curve, and where it is zero."""
+
+    def __init__(self, curve: MotionCurve, reserve: FrictionReserve) -> None:
+        self.curve, self.reserve, self.most = curve, reserve, np.inf
+
+    def points(self, walks: list[Walk]) -> list[Sample]:
+        """Places along the walks between which the reserve changes its sign once at most."""
+        samples = list(self.samples(walks))
+        finite = [abs(value) for _, value, _ in samples if np.isfinite(value)]
+        self.most = JAMMED * max(finite, default=1.0)
+        limited = [(node, self._limited(value), smooth) for node, value, smooth in samples]
+        return list(self.refined(limited))
+
+    def value(self, node: Node) -> float:
+        """The reserve at a node, finite."""
+        return self._limited(self.reserve(node.place, node.along))
+
+    def _limited(self, value: float) -> float:
+        # where nothing slides, as in a dead centre, rounding would decide
+        return 0.0 if abs(value) <= NONE * self.most else min(value, self.most)
+
+    def samples(self, walks: list[Walk]) -> Iterator[Sample]:
+        """Nodes in order, the reserve there, and whether the curve is smooth up to the next."""
+        nodes, smooth = list(walks[0].nodes), list(walks[0].smooth)
+        for walk in walks[1:]:
+            # the way back, in the sense of the way on
+            back = [self._turned(node) for node in reversed(walk.nodes[1:])]
+            nodes, smooth = [*back, *nodes], [*reversed(walk.smooth), *smooth]
+        for n, (one, other) in enumerate(itertools.pairwise(nodes)):
+            yield one, self.reserve(one.place, one.along), smooth[n]
+            if not smooth[n]:
+                continue
+            for k in range(1, PARTS):
+                node = between(self.curve, one, other, k / PARTS)
+                if node is not None:
+                    yield node, self.reserve(node.place, node.along), True
+        last = nodes[-1]
+        yield last, self.reserve(last.place, last.along), False
+
+    def _turned(self, node: Node) -> Node:
+        return Node(node.place, -node.along, -node.drive, node.slope, node.side)
+
+    def refined(self, samples: list[Sample]) -> Iterator[Sample]:
+        """The samples, and between them where the reserve comes nearest to zero without having
+        passed it.
+        """
+        for n, sample in enumerate(samples):
+            node, value, smooth = sample
+            if not 0 < n < len(samples) - 1 or not (smooth and samples[n - 1][2]):
+                yield sample
+                continue
+            before, after = samples[n - 1][1], samples[n + 1][1]
+            sense = 1.0 if value >= 0.0 else -1.0
+            near = sense * value <= min(sense * before, sense * after)
+            if not near or sense * before < 0.0 or sense * after < 0.0:
+                yield sample
+                continue
+            beside = self._nearest(samples[n - 1][0], samples[n + 1][0], sense)
+            if beside is None or sense * beside[1] >= 0.0:
+                yield sample
+                continue
+            chord = beside[0].place.q - node.place.q
+            ahead = float(chord / self.curve.scale @ node.along) > 0.0
+            found = (beside[0], beside[1], True)
+            yield from (sample, found) if ahead else (found, sample)
+
+    def _nearest(self, one: Node, other: Node, sense: float) -> tuple[Node, float] | None:
+        """Where sense times the reserve is least between two nodes, by golden sections; the first
+        place at which it is negative.
+        """
+        ratio = 0.5 * (np.sqrt(5.0) - 1.0)
+        low, high, best = 0.0, 1.0, None
+        inner: dict[float, tuple[Node, float]] = {}
+        for _ in range(GOLDEN):
+            parts = (high - ratio * (high - low), low + ratio * (high - low))
+            for part in parts:
+                if part not in inner:
+                    node = between(self.curve, one, other, part)
+                    if node is None:
+                        return best
+                    inner[part] = node, self.value(node)
+                if best is None or sense * inner[part][1] < sense * best[1]:
+                    best = inner[part]
+            if best is not None and sense * best[1] < 0.0:
+                return best
+            if sense * inner[parts[0]][1] <= sense * inner[parts[1]][1]:
+                high = parts[1]
+            else:
+                low = parts[0]
+        return best
+
+    def end(self, left: Sample, right: Sample) -> Node:
+        """Where the reserve is zero between two neighbours; across a corner the one that holds."""
+        (one, a, smooth), (other, b, _) = left, right
+        holding = one if a >= 0.0 else other
+        if not smooth:
+            return holding
+        low, high, below, above = 0.0, 1.0, a, b
+        scale = self.curve.scale
+        size = float(np.abs((other.place.q - one.place.q) / scale).max())
+        best, side = holding, 0
+        for _ in range(HALVINGS):
+            if (high - low) * size <= LOCATED:
+                break
+            # the Illinois rule: a false position that does not stay at one end
+            part = (low * above - high * below) / (above - below)
+            if not low < part < high:
+                part = 0.5 * (low + high)
+            node = between(self.curve, one, other, part)
+            if node is None:
+                break
+            value = min(self.reserve(node.place, node.along), self.most)
+            best = node
+            if value == 0.0:
+                break
+            if (value >= 0.0) == (b >= 0.0):
+                high, above = part, value
+                below *= 0.5 if side > 0 else 1.0
+                side = 1
+            else:
+                low, below = part, value
+                above *= 0.5 if side < 0 else 1.0
+                side = -1
+        return best
