@@ -111,6 +111,8 @@ def solve_many(W, B, N, tolerance, tied, h):
             if more < 0:
                 return sweeps, -1, change, 0.0
             iterations += more
+            if change > tolerance:
+                change = from_afar(W, B, N, tolerance, change)
             if not tied:
                 apply_all(B)
         nearer = h * unfollowed(W, B, count)
@@ -119,6 +121,23 @@ def solve_many(W, B, N, tolerance, tied, h):
             return sweeps, iterations, change, nearer
         follow_sliding(B, count, 1.0)
         again += 1
+
+
+@njit
+def from_afar(W, B, N, tolerance, before):
+    """The interior-point method once more, from no impulses; those that B.impulse has stay where
+    they are better. Returns what is left.
+    """
+    count = B.counts[FOUND]
+    for c in range(count):
+        B.ahead[c, 0], B.ahead[c, 1] = B.impulse[c, 0], B.impulse[c, 1]
+        B.impulse[c, 0] = B.impulse[c, 1] = 0.0
+    _, change = interior(W, B, N, tolerance)
+    if change < before:
+        return change
+    for c in range(count):
+        B.impulse[c, 0], B.impulse[c, 1] = B.ahead[c, 0], B.ahead[c, 1]
+    return before
 
 
 @njit

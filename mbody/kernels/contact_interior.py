@@ -28,7 +28,7 @@ __all__ = ["NEEDED", "WAITING", "interior", "keep_pull"]
 #: Counts: numbers that the matrix needs; steps for which sweeps are not tried.
 NEEDED, WAITING = range(2)
 #: Iterations at most, and how many without a better residual end them.
-MOST, IDLE = 80, 6
+MOST, IDLE = 80, 10
 #: Where it begins: part of the greatest impulse, and of what the deepest violation asks for.
 INSIDE, VIOLATED = 1e-2, 0.1
 #: Part of the way to the next bound that a step goes, at most.

@@ -38,6 +38,7 @@ from mbody.kernels.moreau import (
     KEEP,
     LENGTH,
     LOST,
+    NEARER,
     NOW,
     PAIRS,
     REACHED,
@@ -446,6 +447,7 @@ class ImpulseIntegration(Integration):
             "contacts": int(state[CONTACTS]),
             "iterations": int(state[ITERATIONS_DONE]),
             "by_lemke": self.by_lemke,
+            "nearer": float(state[NEARER]),
         }
         notes, doubts = judged_steps(self.whole, self.impulses, self.way)
         pages = self._whole_pages(found, stepped)
