@@ -2,6 +2,8 @@
 
 import math
 
+import numpy as np
+
 import mbody
 
 G, RADIUS = 9.81, 0.1
@@ -98,4 +100,24 @@ def far_apart(count):
     machine.add(*(disc(f"d{n}", float(n % side), float(n // side)) for n in range(count)))
     machine.add(mbody.Gravity("gravity", y=-G))
     machine.add(mbody.Between("discs", "d*.rim", "d*.rim", friction=0.3))
+    return machine
+
+
+def poured(count, friction=0.5, wide=20, seed=3):
+    """Discs of three sizes that fall between two walls, in rows that are shaken a little."""
+    rng = np.random.default_rng(seed)
+    walls = {"left": {"line": {"point": "L", "angle": -0.5 * math.pi}}}
+    walls["right"] = {"line": {"point": "R", "angle": 0.5 * math.pi}}
+    width = 2.2 * RADIUS * wide
+    machine = floored(
+        f"{count} discs between walls", shapes=walls, points={"L": (0.0, 0.0), "R": (width, 0.0)}
+    )
+    for n in range(count):
+        radius = RADIUS * (0.7, 0.85, 1.0)[n % 3]
+        x, y = 1.1 * RADIUS * (2 * (n % wide) + 1), 1.2 * RADIUS * (2 * (n // wide) + 1)
+        shaken = 0.05 * RADIUS * rng.uniform(-1.0, 1.0, 2)
+        machine.add(disc(f"d{n}", x + shaken[0], y + shaken[1], radius, (radius / RADIUS) ** 2))
+    for name in ("floor", "left", "right"):
+        machine.add(mbody.Between(name, f"ground.{name}", "d*.rim", friction=friction))
+    machine.add(mbody.Between("discs", "d*.rim", "d*.rim", friction=friction))
     return machine

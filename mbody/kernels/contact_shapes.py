@@ -17,6 +17,7 @@ __all__ = [
     "ContactShapes",
     "ContactWork",
     "ImpulseSteps",
+    "InteriorWork",
 ]
 
 #: Kinds of shapes.
@@ -169,6 +170,64 @@ class ContactWork(Bundle):
     counts: Ints
 
 
+class InteriorWork(Bundle):
+    """Memory of the interior-point method.
+
+    Attributes
+    ----------
+    matrix : array
+        Row blocks of bodies, see `mbody.kernels.body_blocks`.
+    place, order : arrays (bodies,)
+        Number of each body in the matrix, and the body of each number, backward.
+    first, offset : arrays (bodies,), (bodies + 1,)
+        The first body of each row block, and where it begins.
+    start, neighbour : arrays (bodies + 1,), (2·(most + ties),)
+        Bodies that each touches or is tied to.
+    tied : array (ties, 2)
+        Pairs of bodies that rows of joints tie.
+    row_start, row_body, row_block : arrays (2·nodes + 1,), (parts,), (parts,)
+        Rows of joints: bodies, and where the three numbers of each are in `Work.block`.
+    stiffness, pull, old_pull, rate : arrays (2·nodes,)
+        Of each row: stiffness, impulse beside that without contacts, the same of the step before,
+        and how far its rate is off.
+    dual, slack, dual_step, slack_step, target, lack : arrays (most, 2)
+        Multipliers of both sides of a cone, slacks, their steps; what the change of a product is to
+        be, and what is left of the equation of a slack.
+    rest, step : arrays (coordinates + 3,)
+        What is left of the equation of motion; forces, then the step of velocities.
+    sorted : array (coordinates,)
+        Numbers in the order of the matrix.
+    count : array (2,)
+        See `mbody.kernels.contact_interior`.
+    """
+
+    matrix: Floats
+    place: Ints
+    order: Ints
+    first: Ints
+    offset: Ints
+    start: Ints
+    neighbour: Ints
+    tied: Tables
+    row_start: Ints
+    row_body: Ints
+    row_block: Ints
+    stiffness: Floats
+    pull: Floats
+    old_pull: Floats
+    rate: Floats
+    dual: Rows
+    slack: Rows
+    dual_step: Rows
+    slack_step: Rows
+    target: Rows
+    lack: Rows
+    rest: Floats
+    step: Floats
+    sorted: Floats
+    count: Ints
+
+
 class ImpulseSteps(Bundle):
     """Steps of one motion by impulses.
 
@@ -179,9 +238,10 @@ class ImpulseSteps(Bundle):
     tolerance : float
         Change of impulses, as a part of the greatest one, at which sweeps end.
     sweeps : int
-        At most, of one step.
-    rescued : int
-        Contacts up to which a step whose impulses do not converge is solved elsewhere.
+        At most, of one step of few contacts.
+    few : int
+        Contacts up to which sweeps follow the sliding; a step in which these do not converge is
+        solved elsewhere.
     regularization : float
         Of redundant rows.
     refinements : int
@@ -205,7 +265,7 @@ class ImpulseSteps(Bundle):
     length: float
     tolerance: float
     sweeps: int
-    rescued: int
+    few: int
     regularization: float
     refinements: int
     y: Floats

@@ -24,15 +24,11 @@ from mbody.core.bundle import Rows
 from mbody.core.decorators import kernel, njit
 from mbody.kernels.constraints import rows, turns
 from mbody.kernels.contact_geometry import FOUND, LACKING, TESTED
-from mbody.kernels.contact_impulses import (
-    apply_all,
-    contact_rows,
-    correct_positions,
-    rates,
-    solve_impulses,
-)
+from mbody.kernels.contact_impulses import correct_positions, solve_few, solve_many
+from mbody.kernels.contact_interior import keep_pull
+from mbody.kernels.contact_rows import any_tied, apply_all, contact_rows, press, rates
 from mbody.kernels.contact_search import find_contacts, remember
-from mbody.kernels.contact_shapes import ContactShapes, ContactWork, ImpulseSteps
+from mbody.kernels.contact_shapes import ContactShapes, ContactWork, ImpulseSteps, InteriorWork
 from mbody.kernels.forces import forces, signals
 from mbody.kernels.layout import Layout, Work
 from mbody.kernels.output import keep
@@ -49,9 +45,11 @@ __all__ = [
     "DEEPEST_PART",
     "DELIVER",
     "IMPULSE_SLOTS",
+    "ITERATIONS_DONE",
     "KEEP",
     "LENGTH",
     "LOST",
+    "NEARER",
     "NOW",
     "PAIRS",
     "PART_AT",
@@ -84,8 +82,11 @@ DEEPEST, DEEPEST_AT, DEEPEST_PART, PART_AT = range(7, 11)
 #: Steps whose impulses did not converge: how many, the last change of the worst, and when first;
 #: of the present step; and whether its impulses were found elsewhere.
 UNSOLVED_COUNT, UNSOLVED_MOST, UNSOLVED_AT, CHANGE, SOLVED = range(11, 16)
+#: Iterations of the interior-point method, and how far, in parts of its size, a contact came nearer
+#: or left in a step because its sliding changed.
+ITERATIONS_DONE, NEARER = range(16, 18)
 #: How many slots there are.
-IMPULSE_SLOTS = 16
+IMPULSE_SLOTS = 18
 #: What `moreau` returns: the end is reached; an instant is to be kept; more is to do; there is no
 #: memory for so many contacts; a number is not finite, or loops do not close; the impulses of the
 #: step that is under way did not converge.
@@ -103,6 +104,7 @@ def moreau(
     W: Work,
     C: ContactShapes,
     B: ContactWork,
+    N: InteriorWork,
     M: ImpulseSteps,
     until: float,
     steps: int,
@@ -126,17 +128,12 @@ def moreau(
             begin(L, W, B, M, t, h)
             B.counts[TESTED] = 0
             find_contacts(W, C, B, h)
-            room = B.counts[LACKING] == 0
-            room = room and contact_rows(L, W, C, B, h, M.refinements)
-            if not room:
+            if not (B.counts[LACKING] == 0 and impulses(L, W, C, B, N, M, h)):
                 for n in range(M.y.shape[0]):
                     M.y[n] = M.last[n]
                 return CROWDED
             state[PAIRS] += B.counts[TESTED]
-            sweeps, change = solve_impulses(B, M.tolerance, M.sweeps, M.rescued)
-            state[SWEEPS_DONE] += sweeps
-            state[CHANGE] = change
-            if change > max(M.tolerance, RESCUED) and B.counts[FOUND] <= M.rescued:
+            if state[CHANGE] > max(M.tolerance, RESCUED) and B.counts[FOUND] <= M.few:
                 return UNSOLVED
         if state[CHANGE] > M.tolerance:
             if state[UNSOLVED_COUNT] == 0.0:
@@ -148,6 +145,7 @@ def moreau(
         good = project(L, W, B, M, now)
         work_of_loads(L, M)
         remember(B, 1.0)
+        keep_pull(N, 1.0)
         if not good or not math.isfinite(M.y[0] + M.y[n3]):
             return LOST
         state[NOW] = now
@@ -155,6 +153,25 @@ def moreau(
         if now >= state[DELIVER] - SHORTEST * M.length:
             return KEEP
     return UNDERWAY
+
+
+@njit
+def impulses(L, W, C, B, N, M, h):
+    """The impulses of a step; returns False where there is no memory."""
+    few, state = B.counts[FOUND] <= M.few, M.state
+    if not contact_rows(L, W, C, B, h, M.refinements if few else -1):
+        return False
+    if few:
+        sweeps, state[CHANGE] = solve_few(B, M.tolerance, M.sweeps)
+        state[SWEEPS_DONE] += sweeps
+        return True
+    sweeps, iterations, change, nearer = solve_many(W, B, N, M.tolerance, any_tied(B), h)
+    if iterations < 0:
+        return False
+    state[SWEEPS_DONE] += sweeps
+    state[ITERATIONS_DONE] += iterations
+    state[CHANGE], state[NEARER] = change, max(state[NEARER], nearer)
+    return True
 
 
 @njit
@@ -244,9 +261,9 @@ def end(L, W, C, B, M, t, h):
     u, count = B.velocity, B.counts[FOUND]
     if L.nodes > 0:
         # once more with all impulses: rows of joints to rounding
+        contact_impulses(B, B.moved)
         for n in range(n3):
-            u[n] = B.start[n] + h * B.inverse[n] * M.loads[causes, n]
-        contact_impulses(B, u, True)
+            u[n] = B.start[n] + B.inverse[n] * (h * M.loads[causes, n] + B.moved[n])
         joint_impulses(L, W, B, M, u)
     residual(L, W, B, M, h)
     drivers = L.driver_row.shape[0]
@@ -281,18 +298,12 @@ def work_of_loads(L, M):
 
 
 @njit
-def contact_impulses(B, u, weighed):
-    """u ← u + Wᵀ P of all contacts, times the inverse masses where it is `weighed`."""
-    g = B.geometry
+def contact_impulses(B, f):
+    """f ← Wᵀ P of all contacts."""
+    for n in range(f.shape[0]):
+        f[n] = 0.0
     for c in range(B.counts[FOUND]):
-        p, s = B.impulse[c, 0], B.impulse[c, 1]
-        fx, fy = p * g[c, 0] + s * g[c, 1], p * g[c, 1] - s * g[c, 0]
-        for side in range(2):
-            o, sign = 3 * B.who[c, side], 1.0 if side == 1 else -1.0
-            torque = g[c, 2 + 2 * side] * fy - g[c, 3 + 2 * side] * fx
-            u[o] += sign * fx * (B.inverse[o] if weighed else 1.0)
-            u[o + 1] += sign * fy * (B.inverse[o + 1] if weighed else 1.0)
-            u[o + 2] += sign * torque * (B.inverse[o + 2] if weighed else 1.0)
+        press(B, c, B.impulse[c, 0], B.impulse[c, 1], f)
 
 
 @njit
@@ -315,9 +326,7 @@ def residual(L, W, B, M, h):
     sum of the magnitudes of all power.
     """
     n3, w, causes, u = 3 * L.bodies, 0.0, M.loads.shape[0] - 1, B.velocity
-    for n in range(n3 + 3):
-        B.moved[n] = 0.0
-    contact_impulses(B, B.moved, False)
+    contact_impulses(B, B.moved)
     clear(W.r, w)
     if L.nodes > 0:
         for n in range(2 * L.nodes):

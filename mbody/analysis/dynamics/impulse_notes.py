@@ -7,6 +7,8 @@ from mbody.kernels.moreau import (
     CONTACTS,
     DEEPEST,
     DEEPEST_PART,
+    ITERATIONS_DONE,
+    NEARER,
     PART_AT,
     STEPS_DONE,
     SWEEPS_DONE,
@@ -21,7 +23,7 @@ from mbody.system.system import System
 
 __all__ = ["SWEEPS", "judged_steps"]
 
-#: Sweeps of one step, at most.
+#: Sweeps of one step of few contacts, at most.
 SWEEPS = 800
 #: A last change of impulses that is a greater part of the greatest leaves a doubt.
 UNCERTAIN = 1e-3
@@ -36,14 +38,22 @@ def judged_steps(whole: System, motion: ImpulseSteps, way: Way) -> tuple[list[st
     state, units = motion.state, whole.mechanism.units
     machine, notes, doubts = whole.mechanism, list[str](), list[Doubt]()
     steps = int(state[STEPS_DONE])
-    sweeps = state[SWEEPS_DONE] / max(steps, 1)
+    sweeps, iterations = (state[n] / max(steps, 1) for n in (SWEEPS_DONE, ITERATIONS_DONE))
+    ways = f"{sweeps:.3g} sweeps"
+    if iterations:
+        ways += f" and {iterations:.3g} iterations of the interior-point method"
     notes.append(
         f"steps of {way.step:g} {units.time} with impulses, of order one: up to "
-        f"{int(state[CONTACTS])} contacts at once, {sweeps:.3g} sweeps a step, impulses to "
+        f"{int(state[CONTACTS])} contacts at once, {ways} a step, impulses to "
         f"{way.rtol:.0e} of the greatest; shapes overlap by at most "
         f"{max(state[DEEPEST], 0.0):.2g} {units.length}, {100 * max(state[DEEPEST_PART], 0.0):.2g}"
         " % of the smaller"
     )
+    if state[NEARER] > 0.0:
+        notes.append(
+            "of many contacts one that slides comes nearer, or leaves, by what its sliding changes "
+            f"in a step: by at most {100 * state[NEARER]:.2g} % of the smaller shape"
+        )
     if (machine.contacts or machine.groups) and state[CONTACTS] <= FEW:
         notes.append(
             f"of so few contacts ({int(state[CONTACTS])} at once) dop853 finds the motion to its "
@@ -63,8 +73,8 @@ def judged_steps(whole: System, motion: ImpulseSteps, way: Way) -> tuple[list[st
         t, part = float(state[UNSOLVED_AT]), float(state[UNSOLVED_MOST])
         message = (
             f"the impulses of {int(state[UNSOLVED_COUNT])} of {steps} steps are not found to "
-            f"{way.rtol:.0e} in {SWEEPS} sweeps, first at t = {t:.6g} {units.time}: the last "
-            f"sweep still changed {part:.1e} of the greatest"
+            f"{way.rtol:.0e}, first at t = {t:.6g} {units.time}: what is left is {part:.1e} of the "
+            "greatest"
         )
         if part > UNCERTAIN:
             doubts.append(Doubt("solver", f"{message}; take shorter steps", t))

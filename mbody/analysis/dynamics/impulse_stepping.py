@@ -7,6 +7,7 @@ groups are tables beside it (`mbody.analysis.contact.contact_tables`).
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -22,9 +23,10 @@ from mbody.analysis.initial.initial_state import state_of
 from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.errors import ModelError, SolveError
 from mbody.kernels.contact_geometry import FOUND, LACKING
+from mbody.kernels.contact_interior import NEEDED
 from mbody.kernels.contact_search import PRIMES
-from mbody.kernels.contact_shapes import ContactWork, ImpulseSteps
-from mbody.kernels.layout import inverse_masses
+from mbody.kernels.contact_shapes import ContactWork, ImpulseSteps, InteriorWork
+from mbody.kernels.layout import Layout, inverse_masses
 from mbody.kernels.moreau import (
     CHANGE,
     CONTACTS,
@@ -32,9 +34,11 @@ from mbody.kernels.moreau import (
     DEEPEST_PART,
     DELIVER,
     IMPULSE_SLOTS,
+    ITERATIONS_DONE,
     KEEP,
     LENGTH,
     LOST,
+    NEARER,
     NOW,
     PAIRS,
     REACHED,
@@ -126,6 +130,25 @@ def refuse_what_does_not_fit(system: System, request: MotionRequest) -> None:
         )
 
 
+def joint_rows(layout: Layout) -> list[list[tuple[int, int]]]:
+    """Of every row of joints its moving bodies, and where the numbers of each are among blocks."""
+    sides: list[list[tuple[int, int]]] = [[] for _ in range(2 * layout.nodes)]
+    for k in range(layout.nodes):
+        for side in range(2):
+            column = int(layout.node_column[2 * k + side])
+            for row in range(2):
+                sides[2 * k + row].append((column, 12 * k + 6 * side + 3 * row))
+    for n, (k, column) in enumerate(layout.more):
+        sides[2 * int(k)].append((int(column), 12 * layout.nodes + 6 * n))
+    bodies = [*layout.slot_body, layout.bodies]
+    found = [[(int(bodies[column // 3]), block) for column, block in row] for row in sides]
+    # welds of the slots of one body are no rows of bodies
+    return [
+        [one for one in row if one[0] < layout.bodies] if len({body for body, _ in row}) > 1 else []
+        for row in found
+    ]
+
+
 class ImpulseIntegration(Integration):
     """Integrates one system with contacts by steps with impulses."""
 
@@ -140,12 +163,13 @@ class ImpulseIntegration(Integration):
         self.stops = list(self.tables.laws)
         self.room, self.columns = ROOM, COLUMNS
         self.contacts = self._contacts()
+        self.interior = self._interior(0)
         loads = np.zeros((self._load_causes() + 1, bare.coordinates))
         self.impulses = ImpulseSteps(
             length=way.step,
             tolerance=way.rtol,
             sweeps=SWEEPS,
-            rescued=BY_LEMKE,
+            few=BY_LEMKE,
             regularization=self.regularization,
             refinements=REFINEMENTS if self.regularization else 0,
             y=self.y,
@@ -217,14 +241,49 @@ class ImpulseIntegration(Integration):
             counts=np.zeros(3, dtype=np.int64),
         )
 
+    def _interior(self, numbers: int) -> InteriorWork:
+        """Memory for the interior-point method, with a matrix of so many numbers."""
+        L, most = self.layout, self.room
+        rows = joint_rows(L)
+        pairs = {
+            (min(i, j), max(i, j))
+            for row in rows
+            for (i, _), (j, _) in combinations(row, 2)
+            if i != j
+        }
+        parts = [part for row in rows for part in row]
+        sides = ("dual", "slack", "dual_step", "slack_step", "target", "lack")
+        return InteriorWork(
+            matrix=np.zeros(numbers),
+            **{name: np.zeros(L.bodies, dtype=np.int64) for name in ("place", "order", "first")},
+            **{name: np.zeros(L.bodies + 1, dtype=np.int64) for name in ("offset", "start")},
+            neighbour=np.zeros(2 * (most + len(pairs)), dtype=np.int64),
+            tied=np.array(sorted(pairs), dtype=np.int64).reshape(-1, 2),
+            row_start=np.concatenate([[0], np.cumsum([len(row) for row in rows])]).astype(np.int64),
+            row_body=np.array([body for body, _ in parts], dtype=np.int64),
+            row_block=np.array([block for _, block in parts], dtype=np.int64),
+            **{name: np.zeros(len(rows)) for name in ("stiffness", "pull", "old_pull", "rate")},
+            **{name: np.zeros((most, 2)) for name in sides},
+            **{name: np.zeros(3 * L.bodies + 3) for name in ("rest", "step")},
+            sorted=np.zeros(3 * L.bodies),
+            count=np.zeros(2, dtype=np.int64),
+        )
+
     def _more_room(self) -> None:
-        """Twice the memory, with the impulses of the step before."""
-        old = self.contacts
+        """More memory, with the impulses of the step before."""
+        old, before = self.contacts, self.interior
+        needed = int(before.count[NEEDED])
+        if needed > len(before.matrix):
+            self.interior = self._interior(needed + needed // 2)
+            self.interior.old_pull[:], self.interior.count[:] = before.old_pull, before.count
+            return
         lacking = int(old.counts[FOUND] + old.counts[LACKING]) > self.room
         if lacking:
             self.room *= 2
         self.columns = 2 * self.columns if not lacking else max(self.columns, COLUMNS)
         self.contacts = self._contacts()
+        self.interior = self._interior(len(before.matrix))
+        self.interior.old_pull[:], self.interior.count[:] = before.old_pull, before.count
         count = len(old.old)
         self.contacts.old[:count], self.contacts.old_impulse[:count] = old.old, old.old_impulse
         kept = np.unique(old.old_slot[old.old_slot >= 0])
@@ -263,7 +322,7 @@ class ImpulseIntegration(Integration):
         """Some steps towards the next set time; a code of `mbody.kernels.moreau`."""
         M, code = self.impulses, CROWDED
         while code in (CROWDED, UNSOLVED):
-            bundles = self.layout, self.work, self.tables.shapes, self.contacts, M
+            bundles = self.layout, self.work, self.tables.shapes, self.contacts, self.interior, M
             code = int(moreau(*bundles, self.target, AT_ONCE if self.started else 1))
             raise_user_error(self.system)
             if code == CROWDED:
@@ -386,7 +445,9 @@ class ImpulseIntegration(Integration):
             "sweeps": int(state[SWEEPS_DONE]),
             "pairs": int(state[PAIRS]),
             "contacts": int(state[CONTACTS]),
+            "iterations": int(state[ITERATIONS_DONE]),
             "by_lemke": self.by_lemke,
+            "nearer": float(state[NEARER]),
         }
         notes, doubts = judged_steps(self.whole, self.impulses, self.way)
         pages = self._whole_pages(found, stepped)
