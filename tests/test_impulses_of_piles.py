@@ -28,8 +28,8 @@ def least_distance(M, free, C, c):
 
 @pytest.mark.parametrize("friction", [0.2, 0.5, 0.9])
 def test_one_step_of_a_pile_is_the_nearest_motion_that_its_cones_allow(friction):
-    """66 discs from rest, the top one pushed: velocities solve a convex problem, whatever the impulses,
-    which are not unique. What slides has not slid before.
+    """66 discs from rest, the top one pushed: velocities solve a convex problem, whatever the
+    impulses, which are not unique. What slides has not slid before.
     """
     h, machine = 2e-3, pile(11, friction)
     machine.add(mbody.Force("push", "d65.C", 20.0))

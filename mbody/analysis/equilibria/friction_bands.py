@@ -22,13 +22,13 @@ import numpy as np
 
 from mbody.analysis.equilibria.curve_walk import MotionCurve, Node, Walk, between
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
-from mbody.kernels.friction import IMPENDING
 from mbody.kernels.friction_instants import (
     PER_PAIR,
     StoredMotion,
     forces_by_senses,
     rates_of_pairs,
 )
+from mbody.kernels.friction_laws import IMPENDING
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
