@@ -69,6 +69,7 @@ def differences(output, shown):
         ("docs/motors.md", 4),
         ("docs/friction.md", 3),
         ("docs/many_contacts.md", 3),
+        ("docs/centres.md", 1),
     ],
 )
 def test_the_code_of_a_page_prints_what_it_shows(page, least):

@@ -26,6 +26,7 @@ examples:
   mbody solve mine.toml brake                     the unknowns of its table [solve.brake]
   mbody report mine.toml -o mine.html             the engineer's document
   mbody freebody mine.toml --at crank=60          every link alone, with its forces
+  mbody poles mine.toml --at crank=60             instant centres of all pairs of bodies
   mbody crosscheck mine.toml --against pinocchio  a second opinion, by another engine
   mbody draw mine.toml --forces -o mine.svg       a picture with its forces
   mbody plot mine.toml motor.effort -o effort.png over the cycle
@@ -120,6 +121,7 @@ def parser() -> argparse.ArgumentParser:
     _json(modes)
     cut_free = "free-body diagrams: every link alone with its forces"
     _freebody(command("freebody", cut_free, "freebody.freebody"))
+    _poles(command("poles", "instant centres of all pairs of bodies", "poles.poles"))
     _report(command("report", "the engineer's document, for screen and paper", "report.report"))
     cross = command(
         "crosscheck",
@@ -224,6 +226,13 @@ def _freebody(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "-o", "--output", metavar="FILE", help="ends in .svg, .png or .pdf (MODEL.svg)"
     )
+
+
+def _poles(command: argparse.ArgumentParser) -> None:
+    _model(command)
+    _instants(command)
+    command.add_argument("--to", metavar="TIME", help="of the free motion until that time")
+    _json(command)
 
 
 def _report(command: argparse.ArgumentParser) -> None:

@@ -6,20 +6,50 @@ from mbody.analysis.linear.linearize import linearize
 from mbody.engineering.fluctuation import Fluctuation, energy_fluctuation, fluctuation
 from mbody.engineering.flywheel import flywheel
 from mbody.engineering.indicator import Indicator, indicator
+from mbody.engineering.instant_centres import (
+    Centrodes,
+    InstantCentre,
+    InstantCentres,
+    centrodes,
+    instant_centres,
+)
+from mbody.engineering.motion_polygons import (
+    MotionPolygon,
+    acceleration_polygon,
+    velocity_polygon,
+)
+from mbody.engineering.path_curvature import (
+    InflectionCircle,
+    PathCurvature,
+    inflection_circle,
+    path_curvature,
+)
 from mbody.engineering.shaking import ShakingForce, shaking_force
 from mbody.solution.momentum import momentum
 
 __all__ = [
+    "Centrodes",
     "Fluctuation",
     "Indicator",
+    "InflectionCircle",
+    "InstantCentre",
+    "InstantCentres",
+    "MotionPolygon",
+    "PathCurvature",
     "ShakingForce",
+    "acceleration_polygon",
+    "centrodes",
     "close_loops",
     "energy_fluctuation",
     "equilibrium_curve",
     "fluctuation",
     "flywheel",
     "indicator",
+    "inflection_circle",
+    "instant_centres",
     "linearize",
     "momentum",
+    "path_curvature",
     "shaking_force",
+    "velocity_polygon",
 ]

@@ -1,0 +1,80 @@
+"""`mbody poles MODEL`: instant centres."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import TYPE_CHECKING, Any
+
+from mbody.cli.analyse import exit_status
+from mbody.cli.freebody import motion_or_driven
+from mbody.cli.models import model_of
+
+if TYPE_CHECKING:
+    from mbody.engineering.instant_centres import InstantCentre, InstantCentres
+    from mbody.solution.solution import Solution
+
+__all__ = ["poles"]
+
+#: Of the model length, what is printed as zero.
+ROUNDING = 1e-12
+
+
+def poles(args: Any) -> int:
+    """Print the instant centres of all pairs of bodies."""
+    from mbody.engineering.instant_centres import instant_centres
+
+    run = motion_or_driven(args, model_of(args), forces=False)
+    found = instant_centres(run)
+    if args.json:
+        data = {
+            "t": run.t.tolist(),
+            "unit": run.mechanism.units.length,
+            "centres": found.data(),
+            "collinearity": found.collinearity(),
+            "status": found.status,
+        }
+        print(json.dumps(data, ensure_ascii=False, allow_nan=False))
+    else:
+        # of a model's own instants the first, of those that the command names all
+        named = args.at or args.over or args.to
+        for k in range(len(run) if named else 1):
+            print(_table(run, found, k))
+    return exit_status(found, shown=args.json)
+
+
+def _table(run: Solution, found: InstantCentres, k: int) -> str:
+    from mbody.sheets.text_table import Column, table
+
+    unit = run.mechanism.units
+    floor = ROUNDING * run.system.length
+    lines = table(
+        [
+            Column(
+                "INSTANT CENTRE OF", [" and ".join(one.bodies) for one in found.pairs], text=True
+            ),
+            Column("x", _places(found, "x", k, floor), unit.length),
+            Column("y", _places(found, "y", k, floor), unit.length),
+            Column("", [_note(one, k) for one in found.pairs], text=True),
+        ]
+    )
+    return "\n".join([f"{run.mechanism.name}: t = {run.t[k]:.6g} {unit.time}", "", *lines, ""])
+
+
+def _places(found: InstantCentres, axis: str, k: int, floor: float) -> list[str]:
+    """Cells of the places, empty where there is none."""
+    from mbody.sheets.text_table import numbers
+
+    values = [float(getattr(one, axis)[k]) for one in found.pairs]
+    cells = iter(numbers([value for value in values if math.isfinite(value)] or [0.0], floor))
+    return [next(cells) if math.isfinite(value) else "" for value in values]
+
+
+def _note(one: InstantCentre, k: int) -> str:
+    if one.kind[k] == "none":
+        return "no relative motion"
+    if one.kind[k] == "infinite":
+        return (
+            f"at infinity, towards {math.degrees(one.direction[k]) + 0.0:.3f}° ({one.permanence})"
+        )
+    return one.permanence

@@ -1,0 +1,277 @@
+"""Instant centres of velocity of all pairs of bodies, and the centrodes that they trace."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from mbody.engineering.relative_motion import relative_motion
+from mbody.errors import ModelError
+from mbody.model.joints import Prismatic, Revolute
+from mbody.solution.checks import one_design
+from mbody.solution.doubts import Inherited, inherited
+from mbody.solution.solution import Solution, as_solution
+from mbody.system.read_only import lock
+
+__all__ = ["Centrodes", "InstantCentre", "InstantCentres", "centrodes", "instant_centres"]
+
+Array = np.ndarray
+
+#: Of the swiftest motion, what is no motion: rates follow from positions that are closed to 1e-13
+#: of the model length, and the worst gallery model loses two digits on the way.
+NO_MOTION = 1e-11
+
+
+@dataclass(frozen=True, eq=False)
+class InstantCentre:
+    """The instant centre of one pair of bodies: arrays (instants,).
+
+    Attributes
+    ----------
+    bodies : pair of str
+    x, y : arrays
+        Its place, world axes; NaN where it is at infinity or there is none.
+    direction : array
+        Where it is at infinity the angle [rad] of the line towards it, across the sliding, from
+        −π/2 to π/2; NaN elsewhere.
+    kind : tuple of str
+        "finite", "infinite" (the bodies slide on each other without turning), or "none" (they do
+        not move against each other).
+    permanence : str
+        "fixed" where a pin or a slide on the ground keeps it, "permanent" where one between two
+        moving bodies does, else "instantaneous".
+    """
+
+    bodies: tuple[str, str]
+    x: Array
+    y: Array
+    direction: Array
+    kind: tuple[str, ...]
+    permanence: str
+
+    def __post_init__(self) -> None:
+        lock(self)
+
+    def data(self) -> dict[str, Any]:
+        """As numbers and lists, for JSON; None for what is no number."""
+        parts = {
+            name: [float(v) if np.isfinite(v) else None for v in getattr(self, name)]
+            for name in ("x", "y", "direction")
+        }
+        head = {"bodies": list(self.bodies), "permanence": self.permanence}
+        return head | {"kind": list(self.kind)} | parts
+
+
+@dataclass(frozen=True, eq=False)
+class InstantCentres(Inherited):
+    """The instant centres of all pairs of bodies, the ground among them.
+
+    ``centres["coupler", "ground"]`` is one of them, in either order of the names.
+
+    Attributes
+    ----------
+    pairs : tuple of InstantCentre
+        n (n − 1)/2 of n bodies, in the order of the description, the ground last.
+    """
+
+    pairs: tuple[InstantCentre, ...] = field(default=())
+
+    def __getitem__(self, names: tuple[str, str]) -> InstantCentre:
+        wanted = set(names) if not isinstance(names, str) else set()
+        for one in self.pairs:
+            if set(one.bodies) == wanted:
+                return one
+        known = ", ".join(dict.fromkeys(f"'{name}'" for one in self.pairs for name in one.bodies))
+        raise ModelError(
+            f"there is no instant centre of {names!r}: give two of the bodies {known}, as in "
+            'centres["coupler", "ground"]'
+        )
+
+    def __len__(self) -> int:
+        return len(self.pairs)
+
+    def collinearity(self) -> float:
+        """How far the three centres of any three bodies are from one line (Aronhold and Kennedy's
+        theorem): the greatest |det| of their homogeneous coordinates, scaled to unit vectors.
+        """
+        at = {frozenset(one.bodies): _homogeneous(one) for one in self.pairs}
+        names = list(dict.fromkeys(name for one in self.pairs for name in one.bodies))
+        worst = 0.0
+        for three in itertools.combinations(names, 3):
+            sides = [at[frozenset(pair)] for pair in itertools.combinations(three, 2)]
+            for rows in zip(*sides, strict=True):
+                if np.isfinite(rows).all():
+                    worst = max(worst, abs(float(np.linalg.det(np.array(rows)))))
+        return worst
+
+    def data(self) -> list[dict[str, Any]]:
+        """As lists, for JSON."""
+        return [one.data() for one in self.pairs]
+
+
+def _homogeneous(one: InstantCentre) -> Array:
+    """(X, Y, W) of unit length, (instants, 3); NaN where there is none."""
+    infinite = np.array([kind == "infinite" for kind in one.kind])
+    x = np.where(infinite, np.cos(one.direction), one.x)
+    y = np.where(infinite, np.sin(one.direction), one.y)
+    found = np.column_stack([x, y, np.where(infinite, 0.0, 1.0)])
+    return np.asarray(found / np.linalg.norm(found, axis=1)[:, None])
+
+
+def instant_centres(run: Solution) -> InstantCentres:
+    """Instant centres of velocity (poles) of all pairs of bodies.
+
+    The instant centre of two bodies is the point at which both have the same velocity: with the
+    velocity v(P) = u + ω k × P of each it is (−Δu_y : Δu_x : Δω) in homogeneous coordinates.
+
+    Parameters
+    ----------
+    run : Solution
+        Of one design, with velocities: kinematics, kinetostatics or simulate.
+
+    Returns
+    -------
+    InstantCentres
+
+    Raises
+    ------
+    ModelError
+        For a batch, an analysis without velocities, or a mechanism of which nothing moves.
+
+    Notes
+    -----
+    By Aronhold and Kennedy's theorem the three centres of three bodies are on one line:
+    `InstantCentres.collinearity` says how nearly.
+
+    Source: Uicker, Pennock, Shigley: *Theory of Machines and Mechanisms*, 3.12 to 3.15.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import mbody
+    >>> run = mbody.kinematics(mbody.gallery.load("norton_fourbar"), crank=np.radians(60))
+    >>> pole = instant_centres(run)["coupler", "ground"]
+    >>> round(float(pole.x[0]), 6), round(float(pole.y[0]), 6)
+    (13.148531, 22.773924)
+    """
+    run = as_solution(run)
+    _moving(run, "instant centres")
+    names = [*run, "ground"]
+    omega = {name: run[name].omega for name in names}
+    u = {
+        name: (one.vx + one.omega * one.y, one.vy - one.omega * one.x)
+        for name, one in ((name, run[name]) for name in names)
+    }
+    length = run.system.length
+    # the swiftest motion of all, as a rate
+    size = np.max([np.abs(w) + np.hypot(*u[n]) / length for n, w in omega.items()], axis=0)
+    if not size.any():
+        raise ModelError(
+            f"nothing moves in '{run.mechanism.name}', so that there are no instant centres: give "
+            "a driver a speed, or take instants at which it moves"
+        )
+    pins = _pins(run)
+    pairs = []
+    for i, j in itertools.combinations(names, 2):
+        dx, dy = u[j][0] - u[i][0], u[j][1] - u[i][1]
+        turning = omega[j] - omega[i]
+        slides, turns = np.hypot(dx, dy) / length > NO_MOTION * size, np.abs(turning)
+        turns = turns > NO_MOTION * np.maximum(size, np.hypot(dx, dy) / length)
+        kind = np.where(turns, "finite", np.where(slides, "infinite", "none"))
+        rate = np.where(turns, turning, np.nan)
+        across = np.arctan2(dx, -dy)
+        across = np.where(across > 0.5 * np.pi, across - np.pi, across)
+        across = np.where(across <= -0.5 * np.pi, across + np.pi, across)
+        pairs.append(
+            InstantCentre(
+                (i, j),
+                -dy / rate,
+                dx / rate,
+                np.where(kind == "infinite", across, np.nan),
+                tuple(kind.tolist()),
+                pins.get(frozenset((i, j)), "instantaneous"),
+            )
+        )
+    return InstantCentres(tuple(pairs), **inherited(run))
+
+
+def _moving(run: Solution, what: str) -> None:
+    one_design(run, f"{what} are of one design")
+    if run.analysis == "statics":
+        raise ModelError(f"statics computes no velocities for {what}: use kinematics")
+
+
+def _pins(run: Solution) -> dict[frozenset[str], str]:
+    """What pairs of bodies have a pin or a slide, and whether the ground is one of them."""
+    found = {}
+    for joint in run.mechanism.joints:
+        if isinstance(joint, Revolute | Prismatic):
+            pair = frozenset(joint.bodies)
+            found[pair] = "fixed" if "ground" in pair else "permanent"
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class Centrodes(Inherited):
+    """The paths of the instant centre of two bodies, on both: arrays (instants,).
+
+    The moving centrode rolls on the fixed one.
+
+    Attributes
+    ----------
+    fixed_x, fixed_y : arrays
+        In the axes of the body that is taken as fixed: from the origin of the ground, or from that
+        body's mass centre in its own axes.
+    moving_x, moving_y : arrays
+        From the mass centre of the moving body, in its axes.
+    """
+
+    fixed_x: Array
+    fixed_y: Array
+    moving_x: Array
+    moving_y: Array
+
+    def __post_init__(self) -> None:
+        lock(self)
+
+
+def centrodes(run: Solution, body: str, relative_to: str = "ground") -> Centrodes:
+    """The fixed and the moving centrode of a body's motion.
+
+    Parameters
+    ----------
+    run : Solution
+        Of one design, with velocities.
+    body : str
+        The moving body.
+    relative_to : str
+        The body that is taken as fixed.
+
+    Returns
+    -------
+    Centrodes
+        NaN where both bodies do not turn against each other.
+
+    Raises
+    ------
+    ModelError
+        For a batch, an analysis without velocities, or a body that does not exist.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> made = mbody.makers.four_bar(1, 3, 2, 3.5, speed=1.0)
+    >>> run = mbody.kinematics(made, [0.0, 0.5, 1.0])
+    >>> centrodes(run, "coupler").fixed_x.shape
+    (3,)
+    """
+    run = as_solution(run)
+    _moving(run, "centrodes")
+    m = relative_motion(run, body, relative_to)
+    fast = np.abs(m.omega) > NO_MOTION * np.abs(m.omega).max(initial=0.0)
+    pole = m.place + 1j * m.velocity / np.where(fast, m.omega, np.nan)
+    moving = np.exp(-1j * m.angle) * (pole - m.place)
+    return Centrodes(pole.real, pole.imag, moving.real, moving.imag, **inherited(run))

@@ -1,0 +1,195 @@
+"""Curvature of the paths of points, the inflection circle, and the pole of accelerations."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbody.engineering.relative_motion import relative_motion
+from mbody.errors import ModelError
+from mbody.model.element import Marker
+from mbody.solution.checks import one_design
+from mbody.solution.doubts import Inherited, inherited
+from mbody.solution.solution import Solution, as_solution
+from mbody.system.read_only import lock
+
+__all__ = ["InflectionCircle", "PathCurvature", "inflection_circle", "path_curvature"]
+
+Array = np.ndarray
+
+#: A part of the greatest speed that is none.
+CUSP = 1e-10
+#: A curvature times the model length that is none.
+STRAIGHT = 1e-10
+
+
+@dataclass(frozen=True, eq=False)
+class PathCurvature(Inherited):
+    """Curvature of a path and its centre: arrays (instants,).
+
+    Attributes
+    ----------
+    curvature : array
+        Signed, positive where the path turns to its left [1/length]; NaN at a cusp, where the point
+        stands still.
+    radius : array
+        1/|curvature|, infinite where the path is straight.
+    centre_x, centre_y : arrays
+        In the axes of the body on which the path is seen, from the origin of the ground or from the
+        mass centre of that body; NaN where the path is straight.
+    """
+
+    curvature: Array
+    radius: Array
+    centre_x: Array
+    centre_y: Array
+
+    def __post_init__(self) -> None:
+        lock(self)
+
+
+def path_curvature(
+    run: Solution, place: Marker | str, relative_to: str = "ground"
+) -> PathCurvature:
+    """Curvature of the path that a point describes on a body.
+
+    Parameters
+    ----------
+    run : Solution
+        Of one design, with accelerations.
+    place : Marker or str
+        The point, such as ``"coupler.P"``.
+    relative_to : str
+        The body on which its path is seen.
+
+    Returns
+    -------
+    PathCurvature
+        κ = (v × a)/|v|³.
+
+    Raises
+    ------
+    ModelError
+        For a batch, an analysis without accelerations, a body or a point that does not exist.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=1.0), [0.0, 0.5])
+    >>> path_curvature(run, "crank.A").radius
+    array([1., 1.])
+    """
+    run = as_solution(run)
+    _accelerated(run, "the curvature of a path is")
+    point, seen = run.point(place), run[relative_to]
+    into = np.exp(-1j * seen.angle)
+    apart = point.x - seen.x + 1j * (point.y - seen.y)
+    rate = point.vx - seen.vx + 1j * (point.vy - seen.vy)
+    second = point.ax - seen.ax + 1j * (point.ay - seen.ay)
+    turning = 1j * seen.omega
+    v = into * (rate - turning * apart)
+    a = into * (second - 2.0 * turning * rate - (1j * seen.alpha + seen.omega**2) * apart)
+    speed = np.abs(v)
+    speed = np.where(speed > CUSP * speed.max(initial=0.0), speed, np.nan)
+    curvature = (np.conj(v) * a).imag / speed**3
+    bent = np.where(np.abs(curvature) * run.system.length > STRAIGHT, curvature, np.nan)
+    # numbers that are none stand for cusps and straight paths
+    with np.errstate(divide="ignore", invalid="ignore"):
+        centre = into * apart + 1j * v / speed / bent
+        radius = 1.0 / np.abs(curvature)
+    return PathCurvature(curvature, radius, centre.real, centre.imag, **inherited(run))
+
+
+@dataclass(frozen=True, eq=False)
+class InflectionCircle(Inherited):
+    """The circle of the points whose paths have a point of inflection: arrays (instants,).
+
+    All places are in the axes of the body that is taken as fixed, from the origin of the ground or
+    from that body's mass centre; NaN where both bodies do not turn against each other.
+
+    Attributes
+    ----------
+    pole_x, pole_y : arrays
+        The instant centre, on the circle.
+    x, y : arrays
+        The inflection pole, opposite to the instant centre on the circle.
+    diameter : array
+    acceleration_pole_x, acceleration_pole_y : arrays
+        The point without acceleration.
+    """
+
+    pole_x: Array
+    pole_y: Array
+    x: Array
+    y: Array
+    diameter: Array
+    acceleration_pole_x: Array
+    acceleration_pole_y: Array
+
+    def __post_init__(self) -> None:
+        lock(self)
+
+
+def inflection_circle(run: Solution, body: str, relative_to: str = "ground") -> InflectionCircle:
+    """The inflection circle of a body's motion.
+
+    Its diameter runs from the instant centre P to P + a_P/ω², a_P the acceleration of the body's
+    point at P.
+
+    Parameters
+    ----------
+    run : Solution
+        Of one design, with accelerations.
+    body : str
+        The moving body.
+    relative_to : str
+        The body that is taken as fixed.
+
+    Returns
+    -------
+    InflectionCircle
+
+    Raises
+    ------
+    ModelError
+        For a batch, an analysis without accelerations, or a body that does not exist.
+
+    Notes
+    -----
+    Source: Uicker, Pennock, Shigley: *Theory of Machines and Mechanisms*, 4.13 (inflection circle,
+    Euler–Savary); Bottema, Roth: *Theoretical Kinematics* (1979), VIII.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=1.0), [0.3])
+    >>> found = inflection_circle(run, "coupler")
+    >>> bool(found.diameter[0] > 0)
+    True
+    """
+    run = as_solution(run)
+    _accelerated(run, "an inflection circle is")
+    m = relative_motion(run, body, relative_to)
+    fast = np.abs(m.omega) > CUSP * np.abs(m.omega).max(initial=0.0)
+    omega = np.where(fast, m.omega, np.nan)
+    turning = 1j * m.alpha - m.omega**2
+    pole = m.place + 1j * m.velocity / omega
+    opposite = pole + (m.acceleration + turning * (pole - m.place)) / omega**2
+    still = m.place - m.acceleration / np.where(turning != 0.0, turning, np.nan)
+    return InflectionCircle(
+        pole.real,
+        pole.imag,
+        opposite.real,
+        opposite.imag,
+        np.abs(opposite - pole),
+        still.real,
+        still.imag,
+        **inherited(run),
+    )
+
+
+def _accelerated(run: Solution, what: str) -> None:
+    one_design(run, f"{what} of one design")
+    if run.analysis == "statics":
+        raise ModelError(f"statics computes no accelerations: {what} of kinematics")
