@@ -150,9 +150,8 @@ def instant_centres(run: Solution) -> InstantCentres:
 
     Examples
     --------
-    >>> import numpy as np
     >>> import mbody
-    >>> run = mbody.kinematics(mbody.gallery.load("norton_fourbar"), crank=np.radians(60))
+    >>> run = mbody.kinematics(mbody.gallery.load("norton_fourbar"), [0.0])
     >>> pole = instant_centres(run)["coupler", "ground"]
     >>> round(float(pole.x[0]), 6), round(float(pole.y[0]), 6)
     (13.148531, 22.773924)
