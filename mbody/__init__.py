@@ -51,7 +51,8 @@ if TYPE_CHECKING:
     from mbody.model.coupling import AngleCoupling, CouplingTerm, LengthCoupling
     from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver
     from mbody.model.element import Marker, number_field
-    from mbody.model.event import Event, Stop
+    from mbody.model.event import Event
+    from mbody.model.freewheel import Freewheel
     from mbody.model.inputs import Input
     from mbody.model.joints import (
         CamFollower,
@@ -86,6 +87,7 @@ if TYPE_CHECKING:
     from mbody.model.mechanism import Mechanism
     from mbody.model.simulation import SimulationSettings
     from mbody.model.states import State
+    from mbody.model.stop import Stop
     from mbody.model.study import Instants
     from mbody.reports.mechanism_report import report
     from mbody.solution.doubts import Doubt
@@ -130,6 +132,7 @@ __all__ = [
     "EventRecord",
     "Fixed",
     "Force",
+    "Freewheel",
     "FrictionForce",
     "Gear",
     "Gravity",
@@ -253,7 +256,9 @@ _MODULES = {
     "model.coupling": "AngleCoupling CouplingTerm LengthCoupling",
     "model.driver": "AngleDriver CoordinateDriver DistanceDriver",
     "model.element": "Marker number_field",
-    "model.event": "Event Stop",
+    "model.event": "Event",
+    "model.freewheel": "Freewheel",
+    "model.stop": "Stop",
     "model.inputs": "Input",
     "model.joints": "CamFollower Clutch CustomJoint Distance Fixed FrictionForce Gear PinSlot "
     "Prismatic RackPinion Revolute Rolling",

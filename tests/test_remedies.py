@@ -7,15 +7,12 @@ import mbody.engineering
 from mbody import (
     AngleDriver,
     Body,
-    Event,
     ModelError,
     Revolute,
-    SimulationSettings,
-    Stop,
     cli,
     gallery,
 )
-from mbody.files.model import from_toml, to_toml
+from mbody.files.model import from_toml
 from mbody.makers import makers
 from tests.model_text import model_from, text_from
 
@@ -123,21 +120,6 @@ def test_progress_may_be_shown(capsys, monkeypatch):
     run = mbody.simulate(machine, 30.0, progress=True)
     assert "t = " in capsys.readouterr().err
     assert (run.t == plain.t).all()
-
-
-def test_stops_may_be_given_by_themselves():
-    ball = gallery.load("bouncing_ball")
-    (floor,) = [one for one in ball.simulation.events if isinstance(one, Stop)]
-    whole = mbody.simulate(ball, 1.0)
-    event = Event("ball.vy", name="top")
-    machine = from_toml(to_toml(ball))
-    machine.simulation = SimulationSettings(1.0, ball.simulation.start)
-    given = mbody.simulate(machine, 1.0, stops=[floor])
-    times = [one.t for one in whole.events if one.name == floor.name]
-    # located between other marks, to a part in 1e12 of a step
-    assert [one.t for one in given.events] == pytest.approx(times, abs=1e-12)
-    both = mbody.simulate(machine, 1.0, events=[event], stops=[floor])
-    assert {one.name for one in both.events} == {"top", floor.name}
 
 
 def test_the_fluctuation_of_a_result():

@@ -43,6 +43,13 @@ ROUNDED = 2.3e-16  # one rounding of a double, half a unit of its last digit
 LIMITED = {"efficiency": 0.3, "restitution": 0.3, "pressure_angle": 0.3}
 #: What a number is given with: friction has its radius, what sticks has what slides.
 WITH = {
+    ("Revolute", "restitution"): {"clearance": 0.01},
+    ("Prismatic", "restitution"): {"limits": (0.0, 1.0)},
+    ("PinSlot", "restitution"): {"clearance": 0.01},
+    ("Distance", "restitution"): {"one_sided": "push"},
+    ("CamFollower", "restitution"): {"one_sided": True},
+    ("Gear", "restitution"): {"backlash": 0.01},
+    ("RackPinion", "restitution"): {"backlash": 0.01},
     ("Revolute", "friction"): {"pin_radius": 0.01},
     ("Revolute", "static"): {"friction": 0.1, "pin_radius": 0.01},
     ("Revolute", "stribeck"): {"friction": 0.1, "static": 0.2, "pin_radius": 0.01},

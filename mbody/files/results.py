@@ -23,6 +23,7 @@ from mbody.files.tables import own_column
 from mbody.files.writing import writing
 from mbody.quantities.units import DIMENSIONS
 from mbody.solution.checks import one_design
+from mbody.solution.contact_forces import acting_contacts
 from mbody.solution.doubts import certificate
 from mbody.solution.event_record import EventRecord
 from mbody.solution.heading import heading, unit_symbols
@@ -151,8 +152,7 @@ def _reactions(solution: Solution) -> dict[str, Any]:
         return {}
     found = {}
     machine = solution.mechanism
-    acting = machine.contacts if solution.modes else ()
-    for joint in (*machine.joints, *acting):
+    for joint in (*machine.joints, *acting_contacts(solution)):
         reaction = solution.reaction(joint.name)
         sides = {"i": reaction.by, "j": reaction.on}
         unique = {"unique": list(reaction.unique or (None, None, None))}

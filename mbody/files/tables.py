@@ -93,11 +93,13 @@ def columns(solution: Solution, angle: str = "rad") -> dict[str, np.ndarray]:
         table[f"{joint.name}.torque [{unit('torque')}]"] = reaction.torque
         table |= unique.get(joint.name, {})
     for contact in mechanism.contacts if solution.modes else ():
-        reaction = solution.reaction(contact.name)
-        table[f"{contact.name}.fx [{unit('force')}]"] = reaction.fx
-        table[f"{contact.name}.fy [{unit('force')}]"] = reaction.fy
-        table[f"{contact.name}.torque [{unit('torque')}]"] = reaction.torque
-        table[f"{contact.name}.contact [{unit('force')}]"] = solution.contact(contact.name)
+        if contact.bodies:
+            reaction = solution.reaction(contact.name)
+            table[f"{contact.name}.fx [{unit('force')}]"] = reaction.fx
+            table[f"{contact.name}.fy [{unit('force')}]"] = reaction.fy
+            table[f"{contact.name}.torque [{unit('torque')}]"] = reaction.torque
+        pressing = unit(contact.quantities()["contact"])
+        table[f"{contact.name}.contact [{pressing}]"] = solution.contact(contact.name)
     for each in (*mechanism.couplings, *mechanism.drivers):
         effort = unit(each.effort_dimension)
         table[f"{each.name}.effort [{effort}]"] = solution.effort(each.name)

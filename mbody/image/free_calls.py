@@ -19,7 +19,6 @@ from mbody.image.measured_quantities import MeasuredProgram
 from mbody.kernels.image_calls import MotionStart
 from mbody.kernels.number_program import NumberProgram
 from mbody.kernels.step_state import Outputs
-from mbody.model.event import Stop
 from mbody.model.numbers import number_in
 from mbody.model.simulation import INSTANTS, METHODS
 from mbody.solution.solution import Solution
@@ -145,11 +144,9 @@ def _refuse_another_motion(system: System) -> None:
     own = system.mechanism.simulation
     if own is None:
         return
-    ends = [one.name for one in own.events if isinstance(one, Stop) or one.stop]
+    ends = [one.name for one in own.events if one.stop]
     if ends:
-        raise ModelError(
-            f"'{ends[0]}' changes or ends the motion, which an image cannot do: leave it out"
-        )
+        raise ModelError(f"'{ends[0]}' ends the motion, which an image cannot do: leave it out")
     if own.release:
         name = next(iter(own.release))
         raise ModelError(

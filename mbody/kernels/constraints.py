@@ -17,7 +17,7 @@ from mbody.model.joints.angle import angle
 from mbody.model.joints.coordinate import coordinate
 from mbody.model.joints.distance import distance
 
-__all__ = ["BY_DIRECTION", "KINDS", "rows", "side", "turns"]
+__all__ = ["BY_DIRECTION", "KINDS", "further_block", "rows", "side", "turns"]
 
 #: Kinds of physics; the number of a kind is its place. Those of joints in the order of
 #: `mbody.model.joints`, then the sum of a coupling, then a driver that follows positions, then a
@@ -52,8 +52,21 @@ def switch(L, W, w, position, velocity):
             for n in range(3):
                 W.block[12 * k + n, 0] = W.block[12 * m + n, 0] if on else 0.0
                 W.block[12 * k + 6 + n, 0] = W.block[12 * m + 6 + n, 0] if on else 0.0
+            for side in range(L.more.shape[0]):
+                if L.more[side, 0] == k:
+                    o, own = 12 * L.nodes + 6 * side, further_block(L, side)
+                    for n in range(3):
+                        W.block[o + n, 0] = W.block[own + n, 0] if on else 0.0
         if velocity is not None:
             W.gamma[2 * k, 0] = W.gamma[2 * m, 0] if on else 0.0
+
+
+@inline
+def further_block(L, side):
+    """Where the physics of a row that can be on or off writes the block of a further side, which
+    is that number of `L.more`.
+    """
+    return 12 * (L.nodes + (L.more.shape[0] + 1) // 2 + L.switched.shape[0]) + 6 * side
 
 
 @inline

@@ -75,6 +75,9 @@ class Layout(Bundle):
     friction_par: Ints
     friction_signal: Ints
     senses: int
+    # those of the rows that can be on or off which change with time while all bodies rest: stops
+    # that move
+    moving: Ints
     # nodes: first column of either side; blocks below the diagonal of each; their rows
     node_column: Ints
     # sides of nodes beyond the second, of one row: (node, first column) of each, (sides, 2); their
@@ -298,7 +301,8 @@ def _frame(shape: tuple[int, ...], parameters: int, signals: int, lanes: int) ->
         "formula": formulas,
         "own": owns,
         "own_rate": owns,
-        "block": max(12 * nodes + 6 * more, 12 * written),
+        # what further sides of rows that can be on or off give lies beyond all nodes
+        "block": max(12 * nodes + 6 * more, 12 * written + (6 * more if switched else 0)),
         "phi": 2 * written,
         "nu": 2 * written,
         "gamma": 2 * written,

@@ -6,7 +6,7 @@ import numpy as np
 
 from mbody.core.bundle import Bundle, Floats, Ints, Rows, Stacks
 from mbody.core.decorators import kernel, njit
-from mbody.kernels.constraints import rows, turns
+from mbody.kernels.constraints import further_block, rows, turns
 from mbody.kernels.forces import forces, signals
 from mbody.kernels.layout import Layout, Work
 from mbody.kernels.measured_formulas import own_numbers
@@ -45,6 +45,14 @@ def carry_row(L, W, e, size):
             part = size * W.block[o + 6 * side + n, 0] if size != 0.0 else 0.0
             W.r[3 * b + n, 0] += part
             power += part * W.v[3 * b + n, 0]
+    k = L.primitive_node[e]
+    for side in range(L.more.shape[0]):
+        if L.more[side, 0] == k and size != 0.0:
+            b, own = L.slot_body[L.more[side, 1] // 3], further_block(L, side)
+            for n in range(3):
+                part = size * W.block[own + n, 0]
+                W.r[3 * b + n, 0] += part
+                power += part * W.v[3 * b + n, 0]
     return power
 
 

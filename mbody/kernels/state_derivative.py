@@ -64,11 +64,11 @@ def store_derivative(L, W, w, K):
 @njit
 def powers(L, W, P):
     """P (causes,) ← the power of every load, or of all together where P has one number for them,
-    then of every driver and of every rough pair, below zero where it takes. W.force holds the sum
-    of all loads.
+    then of every driver and of every rough pair, below zero where it takes, and of every stop that
+    moves. W.force holds the sum of all loads.
     """
-    pairs = L.friction_kind.shape[0]
-    count = P.shape[0] - L.driver_row.shape[0] - pairs
+    pairs, moving = L.friction_kind.shape[0], L.moving.shape[0]
+    count = P.shape[0] - L.driver_row.shape[0] - pairs - moving
     alone = count > 1
     for cause in range(count):
         if alone:
@@ -86,6 +86,10 @@ def powers(L, W, P):
         P[count + d] = -W.lam[2 * L.driver_node[d], 0] * W.signal[L.driver_row[d] + 1, 0]
     for f in range(pairs):
         P[count + L.driver_row.shape[0] + f] = -friction_loss(L, W, f)
+    for m in range(moving):
+        node = 2 * L.primitive_node[L.switched[L.moving[m]]]
+        # as of a driver: the row gives ν where it is on
+        P[count + L.driver_row.shape[0] + pairs + m] = -W.lam[node, 0] * W.nu[node, 0]
 
 
 @njit

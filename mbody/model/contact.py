@@ -28,8 +28,18 @@ from mbody.model.touching_shapes import Shape, Vertex, points_of
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
+    from mbody.quantities.units import UnitSystem
 
-__all__ = ["IMPACT_LAWS", "Between", "Contact", "OneSided", "Rope", "shape_names"]
+__all__ = [
+    "IMPACT_LAWS",
+    "Between",
+    "Contact",
+    "OneSided",
+    "Rope",
+    "refuse_coefficients",
+    "restitutions",
+    "shape_names",
+]
 
 #: Contacts of one group, at most: each is watched by itself.
 MOST_CONTACTS = 2000
@@ -47,6 +57,11 @@ class OneSided(Constraint):
 
     role: ClassVar[str] = "contact"
 
+    @property
+    def described(self) -> str:
+        """The name of the element that was described: of what a joint brings the joint."""
+        return self.name
+
     def spots(self, at: Numbers) -> list[Spot]:
         """Where it may act, with the rows of each."""
         raise NotImplementedError
@@ -54,6 +69,15 @@ class OneSided(Constraint):
     def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
         """The normal row of every spot, off at first."""
         return [spot.normal for spot in self.spots(at)]
+
+    def frictions(self, at: Numbers) -> list[FrictionPrimitive]:
+        """The friction of every spot, by the row along it."""
+        mu, static = self.coefficients(at)
+        return [
+            FrictionPrimitive("pressed", spot.tangent, n, [mu, static, 0.0, 0.0, 0.0, 0.0])
+            for n, spot in enumerate(self.spots(at))
+            if spot.tangent is not None
+        ]
 
     def points(self) -> set[str]:
         """Dotted names of the points that it touches."""
@@ -75,6 +99,23 @@ class OneSided(Constraint):
         ------
         ModelError
         """
+
+    def overlapping(
+        self, depth: float, place: tuple[float, float], values: Mapping[str, Any], units: UnitSystem
+    ) -> str:
+        """The sentence of a motion that begins beyond it.
+
+        Parameters
+        ----------
+        depth : float
+            By how much, in the unit of its row.
+        place : pair
+            Where, world axes [length].
+        values : mapping
+            Numbers of the system by dotted name.
+        units : UnitSystem
+        """
+        raise NotImplementedError
 
     def quantities(self) -> dict[str, str]:
         """The force, its components and torque about the mass centre of j; the pressing force."""
@@ -198,14 +239,16 @@ class Contact(OneSided):
         sides = zip((self.i, self.j), self.shapes, strict=True)
         return [make(at) for make in contact_spots(*sides)]
 
-    def frictions(self, at: Numbers) -> list[FrictionPrimitive]:
-        """The friction of every spot, by the row along it."""
-        mu, static = self.coefficients(at)
-        return [
-            FrictionPrimitive("pressed", spot.tangent, n, [mu, static, 0.0, 0.0, 0.0, 0.0])
-            for n, spot in enumerate(self.spots(at))
-            if spot.tangent is not None
-        ]
+    def overlapping(
+        self, depth: float, place: tuple[float, float], values: Mapping[str, Any], units: UnitSystem
+    ) -> str:
+        """By how much its shapes overlap, and where."""
+        unit = units.length
+        return (
+            f"the shapes '{self.i}' and '{self.j}' of contact '{self.name}' overlap by {depth:.6g} "
+            f"{unit} at the beginning, at ({place[0]:.6g}, {place[1]:.6g}) {unit}: begin with them "
+            "apart, or touching"
+        )
 
     def coefficients(self, at: Numbers) -> tuple[float, float]:
         """Kinetic and static friction."""
@@ -370,6 +413,20 @@ class Rope(OneSided):
         """The one distance."""
         arms = [*at.arm(self, "i"), *at.arm(self, "j")]
         return [Spot.taut(self.bodies, arms, at[f"{self.name}.length"])]
+
+    def overlapping(
+        self, depth: float, place: tuple[float, float], values: Mapping[str, Any], units: UnitSystem
+    ) -> str:
+        """By how much it is too short."""
+        return (
+            f"rope '{self.name}' is {depth:.6g} {units.length} too short at the beginning: begin "
+            "with its ends nearer to each other, or give it more length"
+        )
+
+
+def restitutions(name: str, at: Numbers) -> list[float]:
+    """The restitution of an element, of every design."""
+    return [float(value) for value in np.ravel(at[f"{name}.restitution"])]
 
 
 def refuse_coefficients(name: str, mu: float, static: float | None, restitution: float) -> None:

@@ -57,7 +57,8 @@ class Spot:
     round : bool
         Whether a circle is in it, which can roll.
     solid : str
-        What the edge belongs to: "line", "segment", "polygon", else "circle" or "rope".
+        What the edge belongs to: "line", "segment", "polygon", else "circle", "rope", or "row" of
+        what has no shapes; "one way" of what has no gap, but a rate that may grow one way.
     reach : float
         Radius of the circle on an edge.
     """
@@ -78,6 +79,18 @@ class Spot:
         law = Signal(Constant(0.0), [length])
         row = ConstraintPrimitive("clearance", *bodies, "l", arms, law, switched=True)
         return cls(row, None, -1.0, False, None, (arms[2], arms[3]), False, "rope")
+
+    @classmethod
+    def row(
+        cls, normal: ConstraintPrimitive, sense: float, tangent: ConstraintPrimitive | None = None
+    ) -> Spot:
+        """That of a row, `sense` times which is the gap: of a stop, or of a joint of one sense."""
+        return cls(normal, tangent, sense, False, None, (0.0, 0.0), False, "row")
+
+    @classmethod
+    def one_way(cls, normal: ConstraintPrimitive, sense: float) -> Spot:
+        """That of a freewheel: `sense` times the rate of the row is not negative."""
+        return cls(normal, None, sense, False, None, (0.0, 0.0), False, "one way")
 
 
 def contact_spots(i: Side, j: Side) -> list[MakeSpot]:

@@ -71,6 +71,9 @@ Place: TypeAlias = "Converted[Marker, Marker | str]"
 #: The same in a base class: of an inherited field of a frozen class mypy knows the type of the
 #: argument only, and would take it for that of the attribute.
 InheritedPlace: TypeAlias = Any
+Limits: TypeAlias = "tuple[Number | None, Number | None] | list[Number | None]"
+#: A field for the least and the greatest value of a coordinate: numbers, None for no end.
+LimitsField: TypeAlias = "Converted[tuple[Any, Any] | None, Limits | None]"
 #: A field for a law: it takes a number, a `Law` or a Python function, and returns a `Law`.
 LawLike: TypeAlias = "Converted[Law, Number | Law | Callable[[float], float]]"
 OptionalLaw: TypeAlias = "Converted[Law | None, Number | Law | Callable[[float], float] | None]"
@@ -96,6 +99,8 @@ def polar(r: Number, angle: Number) -> Polar:
     return Polar(r, angle)
 
 
+#: The two ends of limits, as numbers are named by them: "A.limits.low".
+ENDS = ("low", "high")
 #: A point as an element keeps it, and what it is given as.
 Point: TypeAlias = "tuple[float, float] | Polar"
 PointLike: TypeAlias = "tuple[Number, Number] | list[Any] | FloatArray | Quantity | Polar"
@@ -219,6 +224,13 @@ def law_field(
     return dataclasses.field(default=default, metadata={"law": dimension, "of": of, "sign": sign})
 
 
+def limits_field(dimension: str = "") -> Any:
+    """Dataclass field for the least and the greatest value of a coordinate, a pair of numbers of
+    that dimension or None; None of what has no limits.
+    """
+    return dataclasses.field(default=None, metadata={"limits": dimension})
+
+
 def body_field(default: str = "") -> Any:
     """Dataclass field for the name of a body; it takes the body itself too."""
     return dataclasses.field(default=default, metadata={"body": True})
@@ -288,6 +300,8 @@ class Element:
                 continue
             if "dimension" in field.metadata:
                 value = self._checked(field, value)
+            elif "limits" in field.metadata:
+                value = self._limits(field, value)
             elif "law" in field.metadata:
                 value = self._law(field, value)
             elif "place" in field.metadata:
@@ -313,6 +327,29 @@ class Element:
         else:
             return result
         raise ModelError(f"'{self.name}': {field.name} is {result:g}, {remedy}", self.name)
+
+    def _limits(self, field: dataclasses.Field[Any], value: Any) -> tuple[Any, Any]:
+        """The least and the greatest value of a coordinate, None where there is none."""
+        try:
+            low, high = value
+        except (TypeError, ValueError):
+            raise ModelError(
+                f"'{self.name}': {field.name} must be a pair (low, high), None for none, not "
+                f"{value!r}",
+                self.name,
+            ) from None
+        if low is None and high is None:
+            raise ModelError(
+                f"'{self.name}': {field.name} has neither end: give one, or leave it out", self.name
+            )
+        ends = zip(ENDS, (low, high), strict=True)
+        low, high = (
+            None
+            if one is None
+            else number(one, field.metadata["limits"], self.name, f"{field.name}.{end}")
+            for end, one in ends
+        )
+        return low, high
 
     def _law(self, field: dataclasses.Field[Any], value: Any) -> Law | Formula:
         dimension, of = (dimension_of(field.metadata[key]) for key in ("law", "of"))
@@ -358,6 +395,9 @@ class Element:
             name = f"{self.name}.{field.name}"
             if "dimension" in field.metadata and value is not None:
                 result[name] = value
+            elif "limits" in field.metadata and value is not None:
+                ends = zip(ENDS, value, strict=True)
+                result |= {f"{name}.{end}": one for end, one in ends if one is not None}
             elif "law" in field.metadata and isinstance(value, Law):
                 own = value.numbers()
                 plain = set(own) == {"value"}

@@ -6,7 +6,6 @@ import contextlib
 from dataclasses import replace
 from typing import Any
 
-from mbody.model.event import Stop
 from mbody.quantities import Formula, FormulaError
 from mbody.quantities.units import DIMENSIONS, Dimension
 
@@ -43,17 +42,8 @@ def _simulated(machine: Any) -> Any:
         body: {k: _worth(machine, v, angle if k == "angle" else None) for k, v in given.items()}
         for body, given in settings.start.items()
     }
-    number = DIMENSIONS["number"]
-    events = [
-        replace(one, restitution=0.0) if isinstance(one, Stop) else one for one in settings.events
-    ]
-    # a file has a table of events and one of stops: their order among each other is lost
-    conditions = sorted(events, key=lambda one: isinstance(one, Stop))
-    given = [
-        _worth(machine, one.restitution, number) for one in settings.events if isinstance(one, Stop)
-    ]
     until = _worth(machine, settings.until, None)
-    return settings.rtol, settings.instants, until, start, conditions, given
+    return settings.rtol, settings.instants, until, start, settings.events
 
 
 def whole(machine: Any) -> tuple[Any, ...]:

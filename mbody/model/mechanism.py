@@ -5,13 +5,14 @@ from __future__ import annotations
 import copy
 import itertools
 import reprlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, TypeVar, cast
 
 from mbody.core.presentation import present
 from mbody.errors import ModelError, brief
 from mbody.laws import Law
 from mbody.model.body import Body
+from mbody.model.compiled_formulas import compiled_state, compiled_stop
 from mbody.model.constraint import Constraint
 from mbody.model.contact import Between, Contact, OneSided
 from mbody.model.control_checks import check_formula_name, check_sets
@@ -29,15 +30,22 @@ from mbody.model.own_equations import OwnState
 from mbody.model.simulation import SimulationSettings
 from mbody.model.state_quantities import measured_names
 from mbody.model.states import State, check_unmeasured
-from mbody.model.study import Instants, Measure, Question
+from mbody.model.stop import Stop
+from mbody.model.study import Instants, Measure, Question, measures_without
 from mbody.model.touching_shapes import ShapeLike
-from mbody.quantities import Formula, FormulaError, Parameters, read
+from mbody.quantities import Formula, Parameters
 from mbody.quantities.deferred import formulas_in
 from mbody.quantities.number import evaluated, number
 from mbody.quantities.types import Number
 from mbody.quantities.units import Dimension, UnitSystem, unit_system
 
-__all__ = ["Mechanism", "compiled_state", "snapshot", "with_element", "without_contacts"]
+__all__ = [
+    "Mechanism",
+    "snapshot",
+    "with_element",
+    "with_others",
+    "without_contacts",
+]
 
 E = TypeVar("E", bound=Element)
 
@@ -216,13 +224,7 @@ class Mechanism:
         for name in gone:
             del made._elements[name]
         made.formulas = {k: v for k, v in self.formulas.items() if k.partition(".")[0] not in gone}
-        made.measures = {
-            key: measure
-            for key, measure in self.measures.items()
-            if gone.isdisjoint(
-                name.partition(".")[0] for name in read(measure.of, None, curves=True).names
-            )
-        }
+        made.measures = measures_without(self.measures, gone)
         gone |= self.measures.keys() - made.measures.keys()
         made.questions = {
             key: question
@@ -454,6 +456,9 @@ def snapshot(machine: Mechanism, *, groups: bool = False) -> Mechanism:
     for state in machine.described_states:
         kept._elements[state.name], formulas = compiled_state(machine, state)
         kept.formulas |= formulas
+    for stop in (one for one in machine.contacts if isinstance(one, Stop)):
+        kept._elements[stop.name], formulas = compiled_stop(machine, stop)
+        kept.formulas |= formulas
     kept._sorted = {}
     return kept
 
@@ -468,20 +473,15 @@ def without_contacts(machine: Mechanism) -> Mechanism:
     return kept
 
 
-def compiled_state(machine: Mechanism, state: State) -> tuple[State, dict[str, Formula]]:
-    """An own state with its rate as a law, and what the numbers of that were made of.
-
-    Raises
-    ------
-    ModelError
-        For a rate that measures what is not there, or whose units do not fit.
+def with_others(machine: Mechanism, gone: set[str], others: Iterable[Element]) -> Mechanism:
+    """The mechanism with other elements in the place of some, closed to additions; all numbers
+    follow what they followed.
     """
-    names = state.rate.names if isinstance(state.rate, Formula) else frozenset[str]()
-    try:
-        quantities = measured_names(machine, names)
-    except FormulaError as error:
-        raise ModelError(f"'{state.name}': rate: {error}", state.name) from None
-    return state.compiled(machine.parameters.scope(), quantities)
+    kept = copy.copy(machine)
+    kept._elements = {name: one for name, one in machine._elements.items() if name not in gone}
+    kept._elements |= {one.name: one for one in others}
+    kept._sorted = {}
+    return kept
 
 
 def with_element(machine: Mechanism, element: Element) -> Mechanism:

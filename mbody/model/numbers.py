@@ -117,6 +117,8 @@ def dimension_named(mechanism: Mechanism, name: str) -> Dimension | None:
     for field in dataclasses.fields(element):
         if key == field.name and "dimension" in field.metadata:
             return dimension_of(field.metadata["dimension"])
+        if "limits" in field.metadata and key.partition(".")[0] == field.name:
+            return dimension_of(field.metadata["limits"])
         if "law" in field.metadata and key.partition(".")[0] == field.name:
             return _of_law(getattr(element, field.name), field, key.partition(".")[2])
     if element.role == "body" and key in MASS:

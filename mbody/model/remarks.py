@@ -177,13 +177,19 @@ def _unused_inputs(mechanism: Mechanism) -> Iterator[str]:
 def left_out(mechanism: Mechanism, analysis: str) -> tuple[str, ...]:
     """Notes of an analysis that follows no motion over time: contacts that are open in it."""
     names = [one.name for one in mechanism.contacts]
-    if not names:
-        return ()
-    what = "contact" if len(names) == 1 else "contacts"
-    return (
-        f"{what} {listed(names)}: left out of {analysis}, as if open; simulate decides what is "
-        "open, sticks and slides",
-    )
+    limited = [joint.name for joint in mechanism.joints if joint.limited]
+    found = []
+    if names:
+        what = "contact" if len(names) == 1 else "contacts"
+        found.append(
+            f"{what} {listed(names)}: left out of {analysis}, as if open; simulate decides what is "
+            "open, sticks and slides"
+        )
+    if limited:
+        found.append(
+            f"limits of {listed(limited)}: left out of {analysis}; simulate stops the joints there"
+        )
+    return tuple(found)
 
 
 def without_friction(mechanism: Mechanism, analysis: str) -> tuple[str, ...]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
 from mbody.errors import ModelError
-from mbody.model.event import Event, Stop, as_events
+from mbody.model.event import Event, as_events
 from mbody.quantities import Formula, FormulaError, read
 from mbody.quantities.number import float_or_formula
 from mbody.quantities.types import (
@@ -62,8 +62,8 @@ class SimulationSettings:
         How many are kept.
     every : float or str, optional
         Or how far they are apart.
-    events : list of Event and Stop
-        What is recorded where it crosses zero, and what is struck.
+    events : list of Event
+        What is recorded where it crosses zero.
     release : mapping
         When drivers are released, by name; until then they follow their laws.
 
@@ -75,7 +75,7 @@ class SimulationSettings:
     start: Start = default_made(dict)
     rtol: float = 1e-8
     instants: int = INSTANTS
-    events: Converted[tuple[Event | Stop, ...], Event | Stop | Iterable[Event | Stop]] = default(())
+    events: Converted[tuple[Event, ...], Event | Iterable[Event]] = default(())
     method: str = METHODS[0]
     step: OptionalNumberField = default(None)
     release: Converted[dict[str, float], Mapping[str, Number]] = default_made(dict)

@@ -11,7 +11,7 @@ from mbody.model.element import Element, listed
 from mbody.quantities import FormulaError
 from mbody.quantities.units import Dimension, dimension_of
 
-__all__ = ["MOTION", "ORIGIN", "TURNING", "measured_names", "state_quantity"]
+__all__ = ["Described", "MOTION", "ORIGIN", "TURNING", "measured_names", "state_quantity"]
 
 #: What can be measured of a body, with its dimension; of a point all but the angles.
 MOTION = {
@@ -49,6 +49,14 @@ class Described(Protocol):
     @property
     def states(self) -> Sequence[Any]:
         """Its own states."""
+
+    @property
+    def parameters(self) -> Any:
+        """Its parameters."""
+
+    @property
+    def measures(self) -> Mapping[str, Any]:
+        """Its measures."""
 
     def __getitem__(self, name: str) -> Element:
         """The element of that name."""

@@ -19,7 +19,7 @@ from mbody.quantities.types import (
     required,
 )
 
-__all__ = ["Instants", "Measure", "Question", "Unknown", "Unknowns"]
+__all__ = ["Instants", "Measure", "Question", "Unknown", "Unknowns", "measures_without"]
 
 #: Values of time or of drivers by name: one or several of each.
 PlacesLike: TypeAlias = "Mapping[str, Number | Sequence[Number]]"
@@ -278,3 +278,14 @@ def _options(name: str, options: Any) -> Mapping[str, Any]:
             f"unknown '{name}' has no '{strange[0]}' (it has: {', '.join(known)})", name
         )
     return options
+
+
+def measures_without(measures: Mapping[str, Measure], gone: set[str]) -> dict[str, Measure]:
+    """Those of some measures that name none of the elements that are gone."""
+    return {
+        key: measure
+        for key, measure in measures.items()
+        if gone.isdisjoint(
+            name.partition(".")[0] for name in read(measure.of, None, curves=True).names
+        )
+    }

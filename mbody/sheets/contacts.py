@@ -23,7 +23,7 @@ def contacts(solution: Solution) -> list[str]:
     if not modes or not len(solution):
         return []
     machine = solution.mechanism
-    pressing = {one.name for one in machine.contacts}
+    pressing = {one.name: one.quantities()["contact"] for one in machine.contacts}
     names, unit = list(modes), machine.units.of
     floor = force_floor(solution)
     most = [float(np.abs(solution.contact(n)).max()) if n in pressing else 0.0 for n in names]
@@ -34,15 +34,34 @@ def contacts(solution: Solution) -> list[str]:
     lost = dict.fromkeys(names, 0.0)
     if solution.energy is not None:
         lost |= {n: float(part[-1]) for n, part in solution.energy.lost.items() if n in lost}
+    kinds = [
+        ("greatest press", "force", numbers(np.array(most), floor)),
+        ("torque", "torque", numbers(np.array(most), floor * solution.system.length)),
+    ]
+    if "torque" not in pressing.values():
+        kinds.pop()
     columns = [
         Column("CONTACTS", names, text=True),
         Column("impacts", [str(n) if n else "" for n in strikes]),
-        Column("greatest press", numbers(np.array(most), floor), unit("force")),
+    ]
+    columns += [
+        Column(title, _of_kind(cells, names, pressing, kind), unit(kind))
+        for title, kind, cells in kinds
+    ]
+    columns += [
         Column("took", numbers(np.array([lost[n] for n in names])), unit("torque")),
         Column("at the end", [str(modes[n][-1]) for n in names], text=True),
         Column("between", [_between(solution, n) for n in names], text=True, whole=True),
     ]
     return table(columns)
+
+
+def _of_kind(cells: list[str], names: list[str], pressing: dict[str, str], kind: str) -> list[str]:
+    """The cells of what presses with that, a force or a torque."""
+    return [
+        cell if pressing.get(name, "force") == kind else ""
+        for name, cell in zip(names, cells, strict=True)
+    ]
 
 
 def _between(solution: Solution, name: str) -> str:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.sheets.text_table import numbers, paragraph
+from mbody.solution.contact_forces import acting_contacts
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -209,8 +210,7 @@ def swiftness(solution: Solution) -> float:
 def force_floor(solution: Solution) -> float:
     """What is no more than rounding beside the greatest joint force or effort."""
     length, peak = solution.system.length, 0.0
-    acting = solution.mechanism.contacts if solution.modes else ()
-    for joint in (*solution.mechanism.joints, *acting):
+    for joint in (*solution.mechanism.joints, *acting_contacts(solution)):
         peak = np.fmax(peak, np.fmax.reduce(solution.reaction(joint.name).magnitude, axis=None))
     machine = solution.mechanism
     elements: tuple[Driver | Coupling, ...] = (*machine.drivers, *machine.couplings)

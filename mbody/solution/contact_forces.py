@@ -7,14 +7,23 @@ from typing import Any
 import numpy as np
 
 from mbody.errors import ModelError
+from mbody.model.contact import OneSided
 from mbody.model.element import listed
+from mbody.model.joint_contacts import JointContact
+from mbody.model.stop import Stop
 from mbody.solution.histories import Reaction
 from mbody.solution.result import Result
 from mbody.system.read_only import locked
 
-__all__ = ["contact_reaction", "pressing_force", "with_reaction"]
+__all__ = ["acting_contacts", "contact_reaction", "pressing_force", "with_reaction"]
 
 Array = np.ndarray
+
+
+def acting_contacts(solution: Any) -> tuple[OneSided, ...]:
+    """The contacts that acted, between two bodies: they have a reaction."""
+    every: tuple[OneSided, ...] = solution.mechanism.contacts if solution.modes else ()
+    return tuple(one for one in every if one.bodies)
 
 
 def with_reaction(solution: Result, name: Any) -> Any:
@@ -47,6 +56,12 @@ def contact_reaction(solution: Any, contact: Any, on: str | None) -> Reaction:
     """Force and torque of a contact or rope on body `on`, by default j: the torque about the mass
     centre of that body.
     """
+    if isinstance(contact, Stop):
+        raise ModelError(
+            f"'{contact.name}' is a stop of all bodies that it measures, it has no reaction "
+            "between two: ask for its contact",
+            contact.name,
+        )
     if not contact.bodies:
         return _group_reaction(solution, contact, on)
     i, j = contact.bodies
@@ -101,6 +116,10 @@ def pressing_force(solution: Any, contact: Any) -> Array:
     total: Any = 0.0
     spots = contact.spots(solution.system.numbers)
     for spot, e in zip(spots, solution.system.primitives_of[contact.name], strict=False):
-        total = total - spot.sense * solution.primitive_history(e, 0)
+        if type(contact) is JointContact:
+            # a row of a cam has not the gradient one
+            total = total + np.hypot(*(solution.primitive_history(e, k) for k in (2, 3)))
+        else:
+            total = total - spot.sense * solution.primitive_history(e, 0)
     found: Array = locked(np.asarray(total))
     return found

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from mbody.model.own_equations import AccountedEnergy
     from mbody.system.system import System
 
-__all__ = ["Energy", "account", "causes", "works_of_pairs"]
+__all__ = ["Energy", "account", "causes", "works_of_moving", "works_of_pairs"]
 
 Array = np.ndarray
 
@@ -52,7 +52,8 @@ class Energy:
         Work of every load and driver since the beginning, by name; of very many loads "loads"; of
         every stop what its impacts gave, below zero where they took; of a motor also what it was
         "supplied", what it "lost" and what its "field" took, as "motor.lost"; of a rough joint and
-        a contact what sliding gave, below zero, as "foot.friction".
+        a contact what sliding gave, below zero, as "foot.friction"; of a stop that moves what its
+        motion gave, as "floor.moving".
     lost : dict
         What friction and impacts have taken, of every rough joint, contact and stop by name.
     rounding : float
@@ -111,12 +112,12 @@ class Energy:
 
 def causes(system: System, stops: Sequence[str] = ()) -> list[str]:
     """Causes whose work is listed: loads ("loads" for none and very many), drivers, rough pairs,
-    and what is struck: stops and contacts.
+    stops that move, and what is struck: stops and contacts.
     """
     loads = [load.name for load in system.mechanism.loads]
     drivers = [driver.name for driver in system.mechanism.drivers]
     whole = loads if 0 < len(loads) <= ACCOUNTED else ["loads"]
-    return [*whole, *drivers, *works_of_pairs(system), *stops]
+    return [*whole, *drivers, *works_of_pairs(system), *works_of_moving(system), *stops]
 
 
 def works_of_pairs(system: System) -> dict[str, str]:
@@ -129,6 +130,12 @@ def works_of_pairs(system: System) -> dict[str, str]:
         count = sum(owner == name for owner in found.values())
         found[f"{name}.friction" + (f"_{count + 1}" if count else "")] = name
     return found
+
+
+def works_of_moving(system: System) -> list[str]:
+    """What the work of every stop that moves is named by, as "floor.moving"."""
+    L = system.layout
+    return [f"{system.owners[int(L.switched[s])][0].name}.moving" for s in L.moving]
 
 
 def _named(system: System, pages: Array) -> dict[str, dict[str, AccountedEnergy]]:
@@ -156,7 +163,7 @@ def account(system: System, pages: Array, gained: Array, stops: Sequence[str] = 
     pages : array (instants, rows)
         What is kept of every instant: q, then v, …, own states (`mbody.kernels.output`).
     gained : array (instants, causes)
-        Work of every load, or of all together, then of every driver, then of every stop.
+        Work of every one of `causes`.
     stops : list of str
         Their names.
     """

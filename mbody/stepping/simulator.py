@@ -53,7 +53,7 @@ class Simulator(MechanicsNow):
     ----------
     model : Mechanism or System
         One design; a mechanism's own `simulation` gives what is not given here: the start, the
-        method, the tolerance, and the events and stops that every step looks for.
+        method, the tolerance, and the events that every step looks for.
     method, rtol, atol, step, start, guess, rates
         As of `mbody.simulate`.
 

@@ -70,7 +70,7 @@ class Simulators(SinglyLed):
     processor. What a motion gets does not depend on the others, nor on the number of threads: its
     numbers are those of ``n = 1`` to the last bit, and those of a `Simulator` to rounding. A motion
     that meets anything out of the ordinary, a singular position near by or steps that vanish, goes
-    on alone and comes back; mechanisms with events, stops, contacts, redundant joints, laws of time
+    on alone and comes back; mechanisms with events, redundant joints, laws of time
     in tables or code of the user go alone always, and so do other methods than ``"dop853"`` and
     ``"dopri5"``.
 
@@ -225,7 +225,7 @@ class Simulators(SinglyLed):
         """Lead every motion on by `dt`, each to exactly ``t + dt``.
 
         A motion that fails stays at its last good step; `status` says why, `ok` is False, and later
-        calls leave it as it is until it is reset. So does one that an event or a stop has ended.
+        calls leave it as it is until it is reset. So does one that an event has ended.
 
         Parameters
         ----------
@@ -295,8 +295,8 @@ class Simulators(SinglyLed):
 
     @property
     def status(self) -> tuple[str, ...]:
-        """Of each motion "completed"; "failed: …" with the reason; "ended: …" by an event or a
-        stop; "doubtful: …" where it passed a singular position in doubt.
+        """Of each motion "completed"; "failed: …" with the reason; "ended: …" by an event;
+        "doubtful: …" where it passed a singular position in doubt.
 
         Energy is not accounted for here: a `Simulator` does.
         """

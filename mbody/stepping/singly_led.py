@@ -62,7 +62,6 @@ class SinglyLed(LaneReadings):
         return not (
             carried.restart.way.method not in TABLES
             or carried.regularization
-            or carried.touching
             or (own is not None and (own.events or own.release))
             or system.has_user_code
             or one_sided(system)

@@ -74,10 +74,6 @@ class Carried:
     reference, page : arrays (rows, 1)
         When the motion began, what is kept of that instant (see `mbody.kernels.output`), and of
         the present one.
-    lost : array (stops,)
-        Energy that each stop took.
-    touching : dict
-        Stops that are touched, with the size of their coordinate.
     extremes : dict
         Of contacts and ropes the least force and the largest by size.
     """
@@ -89,8 +85,6 @@ class Carried:
     first: float
     reference: Array
     page: Array
-    lost: Array
-    touching: dict[str, float]
     extremes: dict[str, OneSidedForce]
 
 
@@ -303,8 +297,6 @@ class Stepwise(Integration):
             first=self.first,
             reference=self.reference,
             page=self.page.copy(),
-            lost=np.zeros(0),
-            touching={},
             extremes=dict(self.extremes),
         )
 

@@ -1,4 +1,4 @@
-"""Integration to one time after another with events and stops, which every step looks for."""
+"""Integration to one time after another with events, which every step looks for."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from mbody.analysis.dynamics.events import EventIntegration
 from mbody.kernels.step_state import DONE, LAST_STEP_ALLOWED, MORE, NEXT, STEPS, TIME
-from mbody.model.event import Event, Stop
+from mbody.model.event import Event
 from mbody.solution.restart import Way
 from mbody.solution.solution import Solution
 from mbody.stepping.stepwise import Carried, Stepwise
@@ -29,7 +29,7 @@ LITTLE = 1e-4
 
 
 class StepwiseEvents(Stepwise, EventIntegration):
-    """The same with events and stops, which every step looks for."""
+    """The same with events, which every step looks for."""
 
     #: Of each event the value at the state in `at`; none where one needs more than that.
     values: Sequence[Read] = ()
@@ -40,8 +40,7 @@ class StepwiseEvents(Stepwise, EventIntegration):
     def start_at(self, t: float, q: Array, v: Array, own: Array | None = None) -> None:
         """Begin anew, without the events before."""
         self.total, self.late = np.zeros(self.causes), False
-        self.lost[:] = 0.0
-        self.touching, self.occurred = {}, []
+        self.occurred = []
         self.forces = {one.name: [] for one in self.sided}
         self._forget()
         super().start_at(t, q, v, own)
@@ -68,7 +67,7 @@ class StepwiseEvents(Stepwise, EventIntegration):
         state = self.state
         t = state.item(TIME)
         short = state.item(STEPS) > 0.0 and until - t <= QUARTER * state.item(NEXT)
-        busy = self.guarded or self.closely or self.touching or self.sided
+        busy = self.guarded or self.closely or self.sided
         if not short or busy or not self.values:
             return False
         saved, first = self._save(), self._sampled_ends(until - t)
@@ -117,7 +116,7 @@ class StepwiseEvents(Stepwise, EventIntegration):
         self._forget()
         self._set_times()
         self.wanted = self._instants() if self.closely else np.array([self.until])
-        code, status = MORE, "" if self.state[STEPS] else self._resolve_impacts()
+        code, status = MORE, ""
         while code == MORE and not status:
             code, status = self._step()
             self._check_progress()
@@ -138,17 +137,12 @@ class StepwiseEvents(Stepwise, EventIntegration):
     def snapshot(self) -> Carried:
         """See `Stepwise`."""
         self._renew()
-        found = super().snapshot()
-        touching = {stop.name: size for stop, size in self.touching.items()}
-        return _with_stops(found, self.lost.copy(), touching)
+        return super().snapshot()
 
     def go_on_from(self, given: Carried) -> None:
         """See `Stepwise`."""
         super().go_on_from(given)
         self.late = False
-        self.lost[:] = given.lost
-        stops = {one.name: one for one in self.events if isinstance(one, Stop)}
-        self.touching = {stops[name]: size for name, size in given.touching.items()}
         t = float(self.state[TIME])
         self.occurred = [one for one in self.occurred if one.t <= t]
         self._forget()
@@ -157,20 +151,9 @@ class StepwiseEvents(Stepwise, EventIntegration):
     def _gained(self) -> Array:
         return self.total
 
-    def _works(self) -> Array:
-        works = np.zeros((2, self.causes + len(self.stops)))
-        works[1] = np.concatenate([self.total, self.lost])
-        return works
 
-
-def _with_stops(found: Carried, lost: Array, touching: dict[str, float]) -> Carried:
-    return Carried(**{**vars(found), "lost": lost, "touching": touching})
-
-
-def stepwise(
-    system: System, start: Solution, way: Way, events: dict[Event | Stop, float]
-) -> Stepwise:
-    """The integration of a system; `events` with the restitution of each stop."""
+def stepwise(system: System, start: Solution, way: Way, events: tuple[Event, ...]) -> Stepwise:
+    """The integration of a system."""
     if events:
         return StepwiseEvents(system, start, way, events)
     return Stepwise(system, start, way)

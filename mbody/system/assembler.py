@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -28,7 +29,7 @@ from mbody.model.states import State
 from mbody.quantities import Formula
 from mbody.system.block_places import blocks_of, sums_of
 from mbody.system.elimination_order import eliminate, split
-from mbody.system.formula_rows import FormulaRows, RecordedLaw, followed, recorded
+from mbody.system.formula_rows import FormulaRows, RecordedLaw, followed, following, recorded
 from mbody.system.friction_table import friction_table
 from mbody.system.hooks import action_hook, law_hook, primitive_hook
 from mbody.system.polar_points import polar_points
@@ -127,7 +128,7 @@ class _Compiler:
         self.loads = mechanism.loads
         at = self.read(self.numbers())
         #: Drivers that follow positions, with their moving bodies.
-        self.following = _following(mechanism, at)
+        self.following = following(mechanism, at)
         made = {one.name: one.frictions(at) for one in mechanism.constraints}
         #: Elements with rough pairs.
         self.rough = [one for one in mechanism.constraints if made[one.name]]
@@ -208,15 +209,14 @@ class _Compiler:
     def own_primitives(
         self, element: Constraint, at: Numbers, pairs: Sequence[FrictionPrimitive]
     ) -> list[ConstraintPrimitive]:
-        """The rows of an element, then the tangent rows of its rough pairs; of a driver that
-        follows positions a row of a formula.
+        """The rows of an element, then the tangent rows of its rough pairs; of a stop, and
+        of a driver that follows positions, a row of a formula.
         """
         own, bodies = element.primitives(at), self.following.get(element.name)
         if bodies is None:
             return [*own, *(pair.tangent for pair in pairs)]
         i, j, *more = (*bodies, "ground")[: max(2, len(bodies))]
-        signal, rows = own[0].signal, own[0].rows
-        return [ConstraintPrimitive("formula", i, j, rows, [], signal, more=tuple(more))]
+        return [replace(own[0], kind="formula", i=i, j=j, parameters=[], more=tuple(more))]
 
     def actions(self, at: Numbers) -> list[ForcePrimitive]:
         """All actions in the order of the kernels, with their numbers."""
@@ -375,14 +375,19 @@ class _Compiler:
         for n in rows:
             formulas.add_signal(laws[n], offset[a + n], first[n], 3 * n)
         driver_steps = len(formulas.rows)
-        blocks = blocks_of(primitives, place, plan)
+        switched = [e for e, primitive in enumerate(primitives) if primitive.switched]
+        beyond = first_beyond(len(slots.sides), len(plan.more_node))
+        written = [place[e] for e in range(a)]
+        for n, e in enumerate(switched):
+            written[e] = beyond + n
+        blocks = blocks_of(primitives, place, written, plan)
         spans = np.zeros((a, 3), dtype=np.int64)
         for e in range(a):
             n = self.primitive_signal[e] // 3
             recorded_row = laws[n].driven
             if n and recorded_row is not None and recorded_row.follows:
                 spans[e] = formulas.add_rows(
-                    recorded_row, offset[a + n], first[n], 3 * n, 2 * place[e], blocks[e]
+                    recorded_row, offset[a + n], first[n], 3 * n, 2 * written[e], blocks[e]
                 )
         load_steps = len(formulas.rows)
         for n, law in enumerate(laws[:of_time]):
@@ -398,13 +403,13 @@ class _Compiler:
         for n in range(len(states)):
             k = len(laws) - sum(called) - len(states) + n
             formulas.add(laws[k], offset[a + k], laws=first[k], rate=n)
-        switched = [e for e, primitive in enumerate(primitives) if primitive.switched]
-        beyond = first_beyond(len(slots.sides), len(plan.more_node))
-        written = [place[e] for e in range(a)]
-        for n, e in enumerate(switched):
-            written[e] = beyond + n
         primitive_of = {element.name: e for e, (element, _) in enumerate(self.owners)}
         driven = [primitive_of[driver.name] for driver in self.mechanism.drivers]
+        moving = [
+            number
+            for number, e in enumerate(switched)
+            if (own_row := laws[self.primitive_signal[e] // 3].driven) and own_row.explicit
+        ]
         follows = [driver.name in self.following for driver in self.mechanism.drivers]
         return Layout(
             bodies=bodies,
@@ -427,6 +432,7 @@ class _Compiler:
             **friction_table(self.pairs, self.owners, place, switched),
             friction_par=integers(offset[c:-1]),
             friction_signal=integers(self.friction_signal),
+            moving=integers(moving),
             node_column=integers(columns),
             more=np.column_stack([plan.more_node, 3 * plan.more_slot]),
             **sums_of(primitives, self.index, blocks),
@@ -471,16 +477,6 @@ class _Compiler:
             action_cause=integers([cause for cause, _ in self.action_owners]),
             table=np.concatenate([*tables, np.zeros(1)]),
         )
-
-
-def _following(mechanism: Mechanism, at: Numbers) -> dict[str, tuple[str, ...]]:
-    """Drivers that follow positions, with the moving bodies of their rows."""
-    found = {}
-    for driver in mechanism.drivers:
-        driven = followed(at.law(driver, "law"), driver, mechanism, at).driven
-        if driven is not None and driven.follows:
-            found[driver.name] = driven.follows
-    return found
 
 
 def _arm(element: Element, at: Numbers) -> tuple[Any, Any]:

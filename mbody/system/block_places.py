@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mbody.kernels.constraints import KINDS
-from mbody.kernels.layout import integers
+from mbody.kernels.layout import first_beyond, integers
 from mbody.model.primitives import ConstraintPrimitive
 from mbody.system.elimination_order import Elimination
 
@@ -16,19 +16,25 @@ __all__ = ["blocks_of", "sums_of"]
 
 
 def blocks_of(
-    primitives: Sequence[ConstraintPrimitive], place: Mapping[int, int], plan: Elimination
+    primitives: Sequence[ConstraintPrimitive],
+    place: Mapping[int, int],
+    written: Sequence[int],
+    plan: Elimination,
 ) -> list[dict[str, int]]:
-    """Of every primitive where the blocks of its bodies begin; −1 of the ground. place: node of
-    every primitive in the order of elimination.
+    """Of every primitive where its physics writes the blocks of its bodies; −1 of the ground.
+    place: node of every primitive in the order of elimination; written: the node that its physics
+    writes, another one of those that can be on or off.
     """
     nodes = len(plan.order)
-    beyond: dict[int, list[int]] = {}
+    switched = [e for e, primitive in enumerate(primitives) if primitive.switched]
+    apart = 12 * (first_beyond(nodes, len(plan.more_node)) + len(switched))
+    further: dict[int, list[int]] = {}
     for n, k in enumerate(plan.more_node):
-        beyond.setdefault(int(k), []).append(12 * nodes + 6 * n)
+        further.setdefault(int(k), []).append(6 * n)
     found = []
     for e, primitive in enumerate(primitives):
-        k = place[e]
-        at = [12 * k, 12 * k + 6, *beyond.get(k, [])]
+        k, first = written[e], apart if primitive.switched else 12 * nodes
+        at = [12 * k, 12 * k + 6, *(first + n for n in further.get(place[e], []))]
         found.append(dict(zip(primitive.bodies, at, strict=True)) | {"ground": -1})
     return found
 

@@ -30,11 +30,13 @@ from mbody.laws.postfix import OPERATIONS
 from mbody.model.element import Element, Numbers
 from mbody.model.mechanism import Mechanism
 from mbody.model.primitives import Signal
+from mbody.model.stop import Stop
 from mbody.system.driver_formulas import DriverFormula, recorded_driver
 from mbody.system.formula_derivatives import SIGNALS
 from mbody.system.formula_steps import StepList, record_formula
+from mbody.system.stop_formulas import recorded_stop
 
-__all__ = ["FormulaRows", "RecordedLaw", "followed", "recorded"]
+__all__ = ["FormulaRows", "RecordedLaw", "followed", "following", "recorded"]
 
 CODES = {name: n for n, name in enumerate(OPERATIONS)}
 #: Curves and their derivatives, in the order of the codes.
@@ -85,10 +87,23 @@ def recorded(
 
 
 def followed(signal: Signal, driver: Element, machine: Mechanism, at: Numbers) -> RecordedLaw:
-    """What a driver follows."""
+    """What a driver follows, or the coordinate of a stop."""
     if not isinstance(signal.law, MeasuredFormula):
         return RecordedLaw(signal, derivatives=True)
+    if isinstance(driver, Stop):
+        return RecordedLaw(signal, driven=recorded_stop(driver, machine, at))
     return RecordedLaw(signal, driven=recorded_driver(driver, signal, machine, at))
+
+
+def following(mechanism: Mechanism, at: Numbers) -> dict[str, tuple[str, ...]]:
+    """Stops, and drivers that follow positions, with the moving bodies of their rows."""
+    stops = (one for one in mechanism.contacts if isinstance(one, Stop))
+    found = {one.name: recorded_stop(one, mechanism, at).follows for one in stops}
+    for driver in mechanism.drivers:
+        driven = followed(at.law(driver, "law"), driver, mechanism, at).driven
+        if driven is not None and driven.follows:
+            found[driver.name] = driven.follows
+    return found
 
 
 class FormulaRows:

@@ -87,8 +87,8 @@ def jacobian(system: System, work: Work) -> tuple[np.ndarray, np.ndarray]:
         G[every, body[primitive]] += blocks[node, side, row]
     for n, (k, column) in enumerate(L.more):
         first = 12 * L.nodes + 6 * n
-        line = int(np.flatnonzero((node == k) & (row == 0))[0])
-        G[line, L.slot_body[column // 3]] += work.block[first : first + 3, 0]
+        for line in np.flatnonzero((node == k) & (row == 0)):  # none of what can be on or off
+            G[line, L.slot_body[column // 3]] += work.block[first : first + 3, 0]
     return phi, G[:, :-1].reshape(len(primitive), 3 * L.bodies)
 
 

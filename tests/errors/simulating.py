@@ -13,7 +13,6 @@ import numpy as np
 from mbody import (
     AngleDriver,
     Body,
-    CoordinateDriver,
     Damper,
     Event,
     Force,
@@ -24,7 +23,6 @@ from mbody import (
     Revolute,
     SimulationSettings,
     Spring,
-    Stop,
     Torque,
     assemble,
     from_toml,
@@ -129,17 +127,6 @@ def falling(*more):
     """A ball in the air, at rest 1 m up."""
     machine = Mechanism("ball")
     machine.add(Body("ball", mass=1.0, guess=(0.0, 1.0, 0.0)), Gravity("gravity", y=-9.81), *more)
-    return machine
-
-
-def led():
-    """A block that a driver leads into a stop."""
-    machine = Mechanism("led")
-    machine.add(
-        Body("block", mass=1.0),
-        Prismatic("guide", "ground", "block"),
-        CoordinateDriver("motor", "ground", "block", "1 m - 2 m/s*t"),
-    )
     return machine
 
 
@@ -277,24 +264,13 @@ SCENARIOS = {
     "an event that cannot be read": lambda: Event("bob.omega +", name="turn"),
     "an event of no direction": lambda: Event("bob.omega", direction=2),
     "an event that stops perhaps": lambda: Event("bob.omega", stop="maybe"),
-    "a stop with a restitution in metres": watched(Stop("bob.angle", "3 m")),
-    "a stop with a restitution of no number": lambda: Stop("bob.angle", "0.5 +"),
-    "a stop that gives energy": lambda: Stop("bob.angle", 1.5, "floor"),
-    "a stop that gives energy by a formula": watched(Stop("bob.angle + 3", "1 + 1", "floor")),
     "events that are none": watched("bob.omega"),
     "an event twice": watched(Event("bob.omega"), Event("bob.omega")),
     "an event by the name of a body": watched(Event("bob.omega", name="bob")),
     "an event of nothing": watched(Event("rod.omega")),
-    "a stop of a velocity": watched(Stop("bob.omega", 0.5)),
-    "a stop of time alone": watched(Stop("1 s - t", 0.5)),
-    "a start beyond a stop": watched(Stop("bob.angle - 1 rad", 0.5)),
-    "a stop of what a driver leads": watched(Stop("block.x", 0.5, "wall"), machine=led()),
     "an event where a load has no value": watched(
         Event("ball.y"),
         machine=falling(Force("push", "ball", "1e-30 N*sqrt((t/(1 s) - 0.4515)^2 - 1e-8)")),
-    ),
-    "a stop of a file": file(
-        "[simulate]\nuntil = 1\n[simulate.stops.floor]\nof = 'bob.vx'\nrestitution = 0.5\n"
     ),
     "no last time": lambda: simulate(swing()),
     "a last time in metres": go(until="3 m"),

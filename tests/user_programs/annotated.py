@@ -134,7 +134,8 @@ def elements() -> Sequence[object]:
         SimulationSettings("2 s", {"crank": {"angle": "30 deg"}}, events=[Event("crank.omega")]),
         Question({"brake.value": {"low": 0.0}}, "wheel.alpha = 0", at={"t": "1 s"}),
         Unknown("brake", start="2 N", low=0, high=1e3),
-        Stop("ball.y - 20 mm", restitution="0.8"),
+        Stop("floor", "ball.y - 20 mm", restitution="0.8"),
+        Revolute("hinge", "a.P", "b.Q", limits=("-30 deg", None), restitution=0.2),
     )
 
 

@@ -18,15 +18,26 @@ import numpy as np
 from mbody.analysis.contact.corners import Corners
 from mbody.errors import ModelError
 from mbody.kernels.friction_laws import FRICTION_KINDS
-from mbody.kernels.layout import Work
+from mbody.kernels.layout import Work, first_beyond
 from mbody.kernels.loop_closure import violation
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.model.contact_spots import Spot
 from mbody.model.element import listed
+from mbody.model.joint_contacts import contacts_of, with_joint_contacts
 from mbody.model.joints import Fixed
+from mbody.system.assembler import assemble, with_numbers_of
 from mbody.system.system import System
 
-__all__ = ["SENSES", "JointPair", "Rows", "Touch", "Unilateral", "has_modes", "refuse_modes"]
+__all__ = [
+    "SENSES",
+    "JointPair",
+    "Rows",
+    "Touch",
+    "Unilateral",
+    "has_modes",
+    "refuse_modes",
+    "with_contacts_of_joints",
+]
 
 Array = np.ndarray
 
@@ -100,8 +111,9 @@ class Rows:
 
 def has_modes(system: System) -> bool:
     """Whether something may open, or rest by friction, so that its modes are to be decided."""
-    pairs = range(len(system.layout.friction_kind))
-    return bool(system.mechanism.contacts) or any(_may_stick(system, f) for f in pairs)
+    pairs, machine = range(len(system.layout.friction_kind)), system.mechanism
+    acting = bool(machine.contacts) or any(contacts_of(joint) for joint in machine.joints)
+    return acting or any(_may_stick(system, f) for f in pairs)
 
 
 def _may_stick(system: System, f: int) -> bool:
@@ -110,6 +122,16 @@ def _may_stick(system: System, f: int) -> bool:
     if FRICTION_KINDS[int(L.friction_kind[f])] == "apart":
         return False
     return bool(system.par[int(L.friction_par[f]) + 1, 0] > 0.0)
+
+
+def with_contacts_of_joints(system: System) -> System:
+    """The system with the contacts that its joints bring: limits, and what can let go."""
+    machine = system.mechanism
+    there = {one.name for one in machine.contacts}
+    wanted = {one.name for joint in machine.joints for one in contacts_of(joint)}
+    if wanted <= there:
+        return system
+    return with_numbers_of(assemble(with_joint_contacts(machine)), system.values)
 
 
 def refuse_modes(system: System, what: str) -> None:
@@ -122,7 +144,8 @@ def refuse_modes(system: System, what: str) -> None:
     if not has_modes(system):
         return
     L, machine = system.layout, system.mechanism
-    names = [one.name for one in machine.contacts]
+    names = [one.described for one in machine.contacts]
+    names += [joint.name for joint in machine.joints if contacts_of(joint)]
     names += [system.owners[int(L.switched[s])][0].name for s in L.friction_tangent]
     raise ModelError(
         f"{listed(dict.fromkeys(names), 4)} of '{machine.name}' may open, stick or slide, which "
@@ -170,9 +193,18 @@ class Unilateral:
         units = [system.row_kinds[int(e)] for e in L.switched]
         #: Of every row that can be on or off, whether it is an angle.
         self.angular = np.array([kinds == "a" for kinds in units], dtype=bool)
+        #: By what values of rows are multiplied: gaps are lengths, those of angles by the model
+        #: length, as are all approaches.
+        self.units = np.ones(len(L.switched))
+        normals = [touch.normal for touch in self.touches]
+        self.units[normals] = np.where(self.angular[normals], system.length, 1.0)
 
     def __len__(self) -> int:
         return len(self.layout.switched)
+
+    def unit_of(self, n: int) -> float:
+        """By what the gap of touch n is multiplied."""
+        return float(self.units[self.touches[n].normal])
 
     # -- what is on ---------------------------------------------------------------------------
 
@@ -192,25 +224,37 @@ class Unilateral:
         """The rows at the position, velocity and time in a workspace, the signals being set."""
         L, n3 = self.layout, self.system.coordinates
         violation(L, work)
-        nodes, places, columns = self._places
+        nodes, rows, places, columns = self._places
         value, nu, gamma = (part[2 * nodes, 0] for part in (work.phi, work.nu, work.gamma))
-        parts = work.block[places, 0]
-        rate = (parts * work.v[columns, 0]).sum(axis=1) - nu
+        parts, units = self.units[rows] * work.block[places, 0], self.units
+        rate = np.bincount(rows, parts * work.v[columns, 0], len(nodes)) - units * nu
         block = np.zeros((len(nodes), n3 + 3))
-        block[np.arange(len(nodes))[:, None], columns[:, :3]] = parts[:, :3]
-        block[np.arange(len(nodes))[:, None], columns[:, 3:]] += parts[:, 3:]
-        return Rows(value, rate, gamma, block[:, :n3])
+        # a row may be twice about the ground, of which nothing is kept
+        block[rows, columns] = parts
+        return Rows(units * value, rate, units * gamma, block[:, :n3])
 
     @functools.cached_property
-    def _places(self) -> tuple[Array, Array, Array]:
-        """Where the rows are: their nodes, their blocks and the coordinates of these."""
+    def _places(self) -> tuple[Array, Array, Array, Array]:
+        """Where the rows are: their nodes; of all numbers of their blocks the row, the place and
+        the coordinate.
+        """
         L = self.layout
         nodes = L.written_node[L.switched]
+        number = {int(k): s for s, k in enumerate(L.primitive_node[L.switched])}
+        beyond = 12 * (first_beyond(L.nodes, len(L.more)) + len(nodes))
+        found = []
+        for s, e in enumerate(L.switched):
+            found += [
+                (s, 12 * nodes[s], L.primitive_i[e]),
+                (s, 12 * nodes[s] + 6, L.primitive_j[e]),
+            ]
+        for n, (k, column) in enumerate(L.more):
+            if int(k) in number:
+                found.append((number[int(k)], beyond + 6 * n, L.slot_body[column // 3]))
+        rows, places, bodies = np.array(found, dtype=np.int64).reshape(-1, 3).T
         three = np.arange(3)
-        places = [12 * nodes[:, None] + 6 * side + three for side in range(2)]
-        bodies = (L.primitive_i[L.switched], L.primitive_j[L.switched])
-        columns = [3 * body[:, None] + three for body in bodies]
-        return nodes, np.hstack(places), np.hstack(columns)
+        columns = 3 * bodies[:, None] + three
+        return nodes, np.repeat(rows, 3), (places[:, None] + three).ravel(), columns.ravel()
 
     @functools.cached_property
     def _normals(self) -> tuple[Array, Array]:
@@ -221,7 +265,12 @@ class Unilateral:
     def gaps(self, rows: Rows) -> Array:
         """Gaps (touches,)."""
         normals, senses = self._normals
-        return np.asarray(senses * rows.value[normals])
+        return np.where(self.one_way, 0.0, senses * rows.value[normals])
+
+    @functools.cached_property
+    def one_way(self) -> Array:
+        """Which touches are freewheels: always closed, until they move ahead."""
+        return np.array([touch.spot.solid == "one way" for touch in self.touches], dtype=bool)
 
     def approach(self, rows: Rows) -> Array:
         """Rates of the gaps (touches,)."""

@@ -21,7 +21,8 @@ def guards_of(motion: ModalMotion) -> list[Guard]:
     followers = {n for group in motion.groups.values() for n in group[1:]}
     for n, (touch, mode) in enumerate(zip(touches, motion.modes, strict=True)):
         if mode == "open":
-            found.append(Guard("enter" if n in motion.beyond else "close", n))
+            kind = "lock" if motion.uni.one_way[n] else "enter" if n in motion.beyond else "close"
+            found.append(Guard(kind, n))
             continue
         if mode == "idle":
             continue
@@ -51,11 +52,17 @@ def guard_values(motion: ModalMotion, t: Array, pages: Array, guards: list[Guard
         probe.time[0, 0] = t[m]
         laws_of_time(motion.layout, probe)
         rows = uni.read(probe)
-        gaps, along = uni.gaps(rows), uni.along(probe).min(axis=1, initial=np.inf)
+        gaps, approach, along = (
+            uni.gaps(rows),
+            uni.approach(rows),
+            uni.along(probe).min(axis=1, initial=np.inf),
+        )
         for k, guard in enumerate(guards):
             kind, number = guard.kind, guard.number
             if kind == "close":
                 found[k, m] = gaps[number]
+            elif kind == "lock":
+                found[k, m] = approach[number]
             elif kind == "open":
                 found[k, m] = uni.pressing(page, uni.touches[number])
             elif kind in ("edge", "enter"):
@@ -98,5 +105,5 @@ def guard_sizes(motion: ModalMotion) -> list[float]:
     forces = motion.page[3 * n : system.friction_rows.start]
     force = max(float(np.abs(part).max(initial=0.0)) for part in (inertia, forces))
     lengths = dict.fromkeys(("close", "edge", "enter"), system.length)
-    kinds = {**lengths, "stop": motion.speed, "paradox": 1.0}
+    kinds = {**lengths, "stop": motion.speed, "lock": motion.speed, "paradox": 1.0}
     return [kinds.get(guard.kind, force) for guard in motion.guards]

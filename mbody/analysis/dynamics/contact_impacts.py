@@ -10,14 +10,16 @@ from mbody.analysis.contact.contact_laws import ClosedContacts, impact_impulses
 from mbody.analysis.contact.unilateral import Rows, Unilateral
 from mbody.errors import SolveError
 from mbody.kernels.layout import Work
-from mbody.system.rank import dense, rank_of
+from mbody.system.rank import dense, dense_rates, rank_of
 
-__all__ = ["Impact", "first_overlap", "responses_to", "strike", "touch_rows"]
+__all__ = ["Impact", "first_overlap", "refuse_led", "responses_to", "strike", "touch_rows"]
 
 Array = np.ndarray
 
 #: The least inertia along a direction, as a part of the greatest, that is not for want of masses.
 MASSLESS = 1e-14
+#: A touch that moves so little by an impulse, as a part of what its body would, is led.
+LED = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,11 +34,17 @@ class Impact:
         Rates of the gaps before it, of those that were closed.
     gained : array (touches,)
         Kinetic energy by each, below zero where it took.
+    moved : array (touches,)
+        What the motion of each gave, of stops that move.
+    driven : dict
+        What drivers gave, by name, of those that lead bodies at that instant.
     """
 
     jump: Array
     before: Array
     gained: Array
+    moved: Array
+    driven: dict[str, float]
 
 
 def responses_to(uni: Unilateral, work: Work, block: Array, held: Array | None = None) -> Array:
@@ -53,6 +61,8 @@ def responses_to(uni: Unilateral, work: Work, block: Array, held: Array | None =
         size = np.linalg.norm(held * scale, axis=1, keepdims=True)
         G = np.vstack([G, held * scale / np.where(size > 0.0, size, 1.0)])
     motions = rank_of(G).motions if len(G) else np.eye(n)
+    if not len(motions):
+        return np.zeros((n, len(block)))
     inertia = (motions * (system.mass[:n, 0] * scale**2)) @ motions.T
     along = motions @ (block * scale).T
     if np.linalg.cond(inertia) < 1.0 / MASSLESS:
@@ -111,7 +121,56 @@ def strike(
     jump, m = Y @ impulse, len(closed)
     mean = rates + 0.5 * (W @ jump)
     gained = impulse * mean
-    return Impact(jump, rates[:m], gained[:m] + gained[m:])
+    moved = impulse * (W @ work.v[: W.shape[1], 0] - rates)
+    driven = _works_of_drivers(uni, work, jump, W.T @ impulse, held)
+    return Impact(jump, rates[:m], gained[:m] + gained[m:], moved[:m], driven)
+
+
+def _works_of_drivers(
+    uni: Unilateral, work: Work, jump: Array, given: Array, held: Array | None
+) -> dict[str, float]:
+    """What drivers give in an impact: M Δv less the impulses of the touches is Gᵀ μ of the rows
+    that hold, and drivers move theirs at the rate ν.
+    """
+    system, n = uni.system, len(jump)
+    if not system.drivers:
+        return {}
+    scale, nu = system.coordinate_units, dense_rates(system, work)
+    rows = dense(system, work)[1]
+    count = len(rows)
+    if held is not None and len(held):
+        rows = np.vstack([rows, held * scale])
+    left = (system.mass[:n, 0] * jump - given) * scale
+    works = np.linalg.lstsq(rows.T, left, rcond=None)[0][:count] * nu
+    owners = [system.owners[int(e)][0].name for e in system.row_table[0]]
+    found = dict.fromkeys((driver.name for driver in system.drivers), 0.0)
+    for name, part in zip(owners, works, strict=True):
+        if name in found:
+            found[name] += float(part)
+    return found
+
+
+def refuse_led(uni: Unilateral, work: Work, hit: list[int]) -> None:
+    """Refuse an impact of what drivers lead.
+
+    Raises
+    ------
+    SolveError
+        Where no velocity that is free changes the approach of a touch.
+    """
+    system = uni.system
+    W = touch_rows(uni, uni.read(work), hit)[0][: len(hit)]
+    sizes = np.linalg.norm(W * system.coordinate_units, axis=1)
+    moved = np.linalg.norm(responses_to(uni, work, W) / system.coordinate_units[:, None], axis=0)
+    usual = float(system.mass[: W.shape[1], 0].max()) * system.length**2
+    for k, number in enumerate(hit):
+        if not moved[k] * usual > LED * sizes[k]:
+            name = uni.touches[number].name
+            raise SolveError(
+                f"nothing that strikes '{name}' is free to rebound: it follows drivers alone; take "
+                "them off, or record when it is reached by an Event",
+                name,
+            )
 
 
 def first_overlap(uni: Unilateral, work: Work, near: float) -> list[int]:
@@ -159,22 +218,14 @@ def first_overlap(uni: Unilateral, work: Work, near: float) -> list[int]:
 
 
 def _overlap(uni: Unilateral, work: Work, name: str, gap: float, n: int) -> SolveError:
-    system = uni.system
-    unit, one = system.mechanism.units.length, system.mechanism[name]
-    if uni.touches[n].tangent < 0:
-        return SolveError(
-            f"rope '{name}' is {-gap:.6g} {unit} too short at the beginning: begin with its ends "
-            "nearer to each other, or give it more length",
-            name,
-        )
+    machine = uni.system.mechanism
     j = uni.bodies[n][1]
     x, y, angle = work.q[3 * j : 3 * j + 3, 0]
     ax, ay = (float(part) for part in uni.touches[n].spot.arm)
-    px = float(x + np.cos(angle) * ax - np.sin(angle) * ay)
-    py = float(y + np.sin(angle) * ax + np.cos(angle) * ay)
-    shapes = f"'{one.i}' and '{one.j}'"  # type: ignore[attr-defined]  # a contact
-    return SolveError(
-        f"the shapes {shapes} of contact '{name}' overlap by {-gap:.6g} {unit} at the beginning, "
-        f"at ({px:.6g}, {py:.6g}) {unit}: begin with them apart, or touching",
-        name,
+    place = (
+        float(x + np.cos(angle) * ax - np.sin(angle) * ay),
+        float(y + np.sin(angle) * ax + np.cos(angle) * ay),
     )
+    depth = -gap / uni.unit_of(n)
+    (one,) = (one for one in machine.contacts if one.name == name)
+    return SolveError(one.overlapping(depth, place, uni.system.values, machine.units), name)

@@ -18,15 +18,16 @@ import numpy as np
 from mbody.analysis.contact.unilateral import SENSES, Rows, Touch, Unilateral
 from mbody.analysis.dynamics.contact_decision import STILL, decide, near_touches
 from mbody.analysis.dynamics.contact_guards import guard_sizes, guard_values, guards_of
-from mbody.analysis.dynamics.contact_impacts import Impact, first_overlap, strike
+from mbody.analysis.dynamics.contact_impacts import Impact, first_overlap, refuse_led, strike
 from mbody.analysis.dynamics.events import EventIntegration
 from mbody.analysis.dynamics.located import Guard, LocatedZero, Saved
 from mbody.analysis.dynamics.modal_motion import Closing
 from mbody.kernels.layout import Layout
 from mbody.kernels.loop_closure import laws_of_time
 from mbody.kernels.step_state import MORE, NEAR_SINGULAR, NEXT, TIME
-from mbody.model.event import Event, Stop
+from mbody.model.event import Event
 from mbody.solution.certificate import as_reported, changed
+from mbody.solution.energy import causes, works_of_moving
 from mbody.solution.event_record import EventRecord
 from mbody.solution.restart import Restart, Way
 from mbody.solution.solution import Solution
@@ -51,7 +52,7 @@ FLIGHT = 1.2
 #: A guard begins at zero where it is less than this part of its size; until the modes change
 #: again what is less than rounding of it is taken for a little more.
 AT_ZERO = 1e-9
-ROUNDING = {"close": 1e-14, "edge": 1e-14, "enter": 1e-14, "stop": 1e-13}
+ROUNDING = {"close": 1e-14, "edge": 1e-14, "enter": 1e-14, "stop": 1e-13, "lock": 1e-13}
 FORCES = 1e-12
 
 
@@ -61,14 +62,19 @@ class ContactIntegration(EventIntegration):
     decides_modes = True
 
     def __init__(
-        self, system: System, start: Solution, way: Way, events: dict[Event | Stop, float]
+        self, system: System, start: Solution, way: Way, events: tuple[Event, ...]
     ) -> None:
         super().__init__(system, start, way, events)
         self.uni = Unilateral(system)
         self.probe = self.work.copied()
-        contacts = [one.name for one in system.mechanism.contacts]
-        self.stops += contacts
+        self.stops = [one.name for one in system.mechanism.contacts]
         self.lost = np.zeros(len(self.stops))
+        self.work_names = causes(system)
+        #: Where the work of stops that move is accounted.
+        self.moving = {
+            one.removesuffix(".moving"): self.work_names.index(one)
+            for one in works_of_moving(system)
+        }
         #: Modes of the touches and of the rough joints, and which rows are on.
         self.modes = ["open"] * len(self.uni.touches)
         self.pairs = ["slip+"] * len(self.uni.rough)
@@ -91,7 +97,9 @@ class ContactIntegration(EventIntegration):
     def _integrate(self, times: Array, progress: Callable[[float], None] | None) -> tuple[int, str]:
         self.load()
         touching = first_overlap(self.uni, self.work, TOUCHES * self.system.length)
-        self.closing = Closing(set(touching))
+        approach = self.uni.approach(self.uni.read(self.work))
+        # what moves apart is closed no longer
+        self.closing = Closing({n for n in touching if approach[n] <= STILL * self.speed})
         self.wanted, self.instants = times, list[float]()
         self.pages, self.works = list[Array](), list[Array]()
         self.total = self.initial_work.copy()
@@ -144,7 +152,7 @@ class ContactIntegration(EventIntegration):
         if guard.kind == "paradox":
             return self._paradox()
         closing, n = self.closing, guard.number
-        if guard.kind == "close":
+        if guard.kind in ("close", "lock"):
             closing.closed.add(n)
         elif guard.kind in ("open", "edge"):
             closing.opened = {n}
@@ -232,6 +240,9 @@ class ContactIntegration(EventIntegration):
                 self.modes[n] = "idle"
                 continue
             rows[touch.normal] = 1.0
+            if uni.one_way[n] and not self.on[touch.normal]:
+                held = found.value[touch.normal] / uni.unit_of(n)
+                work.anchor[touch.normal, 0] = held
             if mode in SENSES and touch.pair >= 0:
                 senses[touch.pair] = SENSES[mode]
             if on[n, 1]:
@@ -289,6 +300,7 @@ class ContactIntegration(EventIntegration):
         before, page = self.y[n : 2 * n].copy(), self.page.copy()
         found = strike(self.uni, self.work, closed)
         if found is None:
+            refuse_led(self.uni, self.work, hit)
             return self._ended("an impact has no solution")
         rates = dict(zip(closed, found.before, strict=True))
         first = min(hit, key=rates.__getitem__)
@@ -329,9 +341,14 @@ class ContactIntegration(EventIntegration):
         return None
 
     def _add_losses(self, found: Impact, closed: list[int]) -> None:
-        """The energy that an impact took, to the contacts that took it."""
-        for k, gained in zip(closed, found.gained, strict=True):
-            self.lost[self.stops.index(self.uni.touches[k].name)] += gained
+        """The energy that an impact took of the contacts; what stops that move gave."""
+        for k, gained, moved in zip(closed, found.gained, found.moved, strict=True):
+            name = self.uni.touches[k].name
+            self.lost[self.stops.index(name)] += gained
+            if name in self.moving:
+                self.total[self.moving[name]] += moved
+        for name, given in found.driven.items():
+            self.total[self.work_names.index(name)] += given
 
     def _without_collision(self, before: tuple[list[str], list[str]]) -> str:
         """Painlevé's paradox: no accelerations are consistent, an impact without collision is."""
@@ -441,11 +458,13 @@ class ContactIntegration(EventIntegration):
         self.occurred.append(EventRecord(kind, t, states[0], states[1], name))
 
     def _record_changes(self, before: tuple[list[str], list[str]], page: Array) -> None:
-        """What was closed before and has another mode now."""
+        """What was closed before and has another mode now; what takes hold without an impact."""
+        touches = self.uni.touches
+        free = {touches[n].name for n in np.flatnonzero(self.uni.one_way)}
         t, now = float(self.state[TIME]), self._named_modes()
         for name, old in self._named_modes(*before).items():
             new = now[name]
-            if old in ("open", new):
+            if old == new or (old == "open" and name not in free):
                 continue
             kind = "open" if new == "open" else "slip" if new in SENSES else "stick"
             self._record_contact(kind, t, name, page, self.page)

@@ -1,4 +1,4 @@
-"""Motion over time with events: zero crossings are located, impacts on stops resolved.
+"""Motion over time with events: zero crossings are located.
 
 Every step is sampled by its polynomial, values and rates; where a sample has another sign than the
 one before, or a cubic between two of them reaches beyond zero, the step is run again from its
@@ -15,36 +15,23 @@ from dataclasses import fields
 import numpy as np
 
 from mbody.analysis.driven.contacts import OneSidedForce, one_sided, one_sided_force
-from mbody.analysis.dynamics.impacts import (
-    StopCoordinate,
-    has_exact_rates,
-    motion_at,
-    rates,
-    second_rate,
-    stop_coordinate,
-    values,
-    velocity_jump,
-)
 from mbody.analysis.dynamics.integration import AT_ONCE, Integration
 from mbody.analysis.dynamics.located import Guard, LocatedZero, Saved
+from mbody.analysis.dynamics.measured_events import has_exact_rates, motion_at, rates, values
 from mbody.analysis.dynamics.zero_crossings import bracketed_root, refined, sign_changes
 from mbody.analysis.initial.initial_state import event_measure
-from mbody.errors import SolveError
 from mbody.kernels.step_state import (
-    BEST_CONDITIONING,
     DELIVERED,
     DONE,
     EVALUATIONS,
     MORE,
-    NEAR_SINGULAR,
     NEXT,
     TIME,
     Outputs,
 )
-from mbody.model.event import Event, Stop
+from mbody.model.event import Event
 from mbody.solution.event_record import EventRecord
 from mbody.solution.histories import Record
-from mbody.solution.measures import check_measure
 from mbody.solution.restart import Way
 from mbody.solution.solution import Solution
 from mbody.system.system import System
@@ -62,34 +49,20 @@ BESIDE = 1e-4
 FORCES = tuple(part.name for part in fields(OneSidedForce))
 #: A crossing is located to this part of its step.
 LOCATED = 1e-12
-#: What is nearer to a stop than this, in model lengths and radians, touches it.
-TOUCH = 1e-9
-#: Rebounds no higher than this, likewise, are not resolved: a position has sixteen digits.
-RESOLVED = 1e-14
-#: A rate of a stop's coordinate below this part of the greatest rates is none.
-STILL = 1e-13
-#: Impacts at one instant, of stops that push on each other, before they count as rest.
-STRIKES = 200
 
 
 class EventIntegration(Integration):
     """Integrates one system and locates events."""
 
     def __init__(
-        self,
-        system: System,
-        start: Solution,
-        way: Way,
-        events: dict[Event | Stop, float],
+        self, system: System, start: Solution, way: Way, events: tuple[Event, ...]
     ) -> None:
-        """`events` with the restitution of each stop."""
         super().__init__(system, start, way)
-        self.events, self.restitution = list(events), events
+        self.events = list(events)
         self.measures = [event_measure(system.mechanism, event) for event in self.events]
-        self.stops = [event.name for event in self.events if isinstance(event, Stop)]
+        #: What each of `stops` has gained by impacts, below zero.
         self.lost = np.zeros(len(self.stops))
         self.total = np.zeros(self.causes)
-        self.touching: dict[Stop, float] = {}
         carried = [has_exact_rates(measure) for measure in self.measures]
         self.carried = np.array(carried, dtype=bool)
         #: What is located besides, as guards of contacts are: see `_watched`.
@@ -105,7 +78,7 @@ class EventIntegration(Integration):
         if times[0] <= self.first:
             self._keep(self.first, self.page, self.total)
         self.total = self.initial_work.copy()
-        code, status = MORE, self._resolve_impacts()
+        code, status = MORE, ""
         while code == MORE and not status:
             code, status = self._step()
             self._check_progress()
@@ -189,19 +162,8 @@ class EventIntegration(Integration):
         found, rising = self._sampled(
             times, np.append(t, marks), np.concatenate([saved.page[None], pages])
         )
-        came_back, touching = self._check_touching(found[:, 1])
-        if came_back:
-            self._restore(saved)
-            state[NEXT] = 0.25 * h
-            if h < LOCATED * (self.until - self.first):
-                return MORE, self._at_rest(came_back)
-            return MORE, ""
-        for stop, size in touching.items():
-            # what lies on a stop without load does not strike it by rounding
-            row, rounding = self.events.index(stop), 0.1 * RESOLVED * size
-            found[row] = np.where(np.abs(found[row]) <= rounding, rounding, found[row])
         crossings = self._crossings(saved, times, found, rising)
-        cut = next((one for one in crossings if _interrupts(one.event)), None)
+        cut = next((one for one in crossings if one.event.stop), None)
         self._record_forces(np.append(t, marks), np.concatenate([saved.page[None], pages]), cut)
         for n in np.flatnonzero(np.isin(marks, wanted)):
             if cut is None or marks[n] <= cut.t:
@@ -211,7 +173,6 @@ class EventIntegration(Integration):
                 continue
             if not isinstance(one.event, Guard):
                 self._record(one.event, one.t, one.saved.page)
-        self.touching = touching
         if cut is None:
             self._restore(after)
             return code, ""
@@ -219,8 +180,6 @@ class EventIntegration(Integration):
         state[NEXT] = min(state[NEXT], h)
         if isinstance(cut.event, Guard):
             return MORE, self._passed(cut.event)
-        if isinstance(cut.event, Stop):
-            return MORE, self._resolve_impacts()
         self._record(cut.event, cut.t, self.page)
         return MORE, self._ended(f"'{cut.event.of}' is zero")
 
@@ -252,12 +211,8 @@ class EventIntegration(Integration):
                 found[name] = OneSidedForce(**whole)
         return found
 
-    def _record(
-        self, event: Event | Stop, t: float, page: Array, after: Array | None = None
-    ) -> None:
-        states = [None if one is None else self._instant(t, one) for one in (page, after)]
-        assert states[0] is not None
-        self.occurred.append(EventRecord(event.name, t, states[0], states[1]))
+    def _record(self, event: Event, t: float, page: Array) -> None:
+        self.occurred.append(EventRecord(event.name, t, self._instant(t, page)))
 
     def _instant(self, t: float, page: Array) -> Solution:
         """A page as a solution of one instant."""
@@ -271,9 +226,6 @@ class EventIntegration(Integration):
         t, self.restart_point = float(self.state[TIME]), None
         self._keep(t, self.page, self.total)
         return f"ended: at t = {t:.6g} {self.system.mechanism.units.time}, {why}"
-
-    def _at_rest(self, stop: Stop) -> str:
-        return self._ended(f"what strikes '{stop.name}' comes to rest there")
 
     # -- zeros --------------------------------------------------------------------------------
 
@@ -312,21 +264,15 @@ class EventIntegration(Integration):
     ) -> list[LocatedZero]:
         """Every zero crossing of a step, located, in the order of time."""
         crossings = []
-        for k, event in enumerate([*self.events, *self.guards]):
-            sense = -1 if isinstance(event, Stop) else event.direction
-            rounding, t, history = 0.0, times, found[k]
-            if self.touching and isinstance(event, Event):
-                rounding = 1e-9 * float(np.abs(history).max())
-            if event not in self.touching:
-                near = LOCATED * (self.step[1] - self.step[0])
-                sampled = (times, history, rising[k])
-                again = functools.partial(self._again, saved, k)
-                t, history, _ = refined(again, sampled, near)
+        watched: list[Event | Guard] = [*self.events, *self.guards]
+        for k, event in enumerate(watched):
+            near = LOCATED * (self.step[1] - self.step[0])
+            sampled = (times, found[k], rising[k])
+            again = functools.partial(self._again, saved, k)
+            t, history, _ = refined(again, sampled, near)
             for n in sign_changes(t, history):
                 a, b = float(history[n]), float(history[n + 1])
-                if n == 0 and abs(a) <= rounding:
-                    continue  # a restart at a stop begins at its zero
-                if sense * a <= 0.0:
+                if event.direction * a <= 0.0:
                     crossings.append(
                         self._located(saved, event, (float(t[n]), a), (float(t[n + 1]), b))
                     )
@@ -345,7 +291,7 @@ class EventIntegration(Integration):
     def _located(
         self,
         saved: Saved,
-        event: Event | Stop | Guard,
+        event: Event | Guard,
         left: tuple[float, float],
         right: tuple[float, float],
     ) -> LocatedZero:
@@ -366,105 +312,3 @@ class EventIntegration(Integration):
         t = bracketed_root(lambda t: value(t, self.steps.fixed), left, right, near)
         value(t, within=False)
         return LocatedZero(t, event, self._save())
-
-    # -- stops --------------------------------------------------------------------------------
-
-    def _check_touching(self, first: Array) -> tuple[Stop | None, dict[Stop, float]]:
-        """By the first sample of a step, (events,): a stop that was touched and lies behind again,
-        and those that still are touched.
-        """
-        still = {}
-        for stop, size in self.touching.items():
-            value = float(first[self.events.index(stop)])
-            if value < -0.1 * RESOLVED * size:
-                return stop, {}
-            if value <= 0.1 * RESOLVED * size:
-                still[stop] = size
-        return None, still
-
-    def _coordinate_of(self, stop: Stop) -> StopCoordinate:
-        measure = self.measures[self.events.index(stop)]
-        q = self.y[: self.system.coordinates]
-        return stop_coordinate(
-            self.system, measure, float(self.state[TIME]), q, self.until - self.first
-        )
-
-    def _resolve_impacts(self) -> str:
-        """Strike every stop that is touched and approached, and begin anew; a status where what
-        strikes comes to rest.
-        """
-        n, state = self.system.coordinates, self.state
-        stops = [event for event in self.events if isinstance(event, Stop)]
-        swift = float((self.scale[n : 2 * n] / self.scale[:n]).max())
-        for _ in range(STRIKES):
-            v = self.y[n : 2 * n]
-            touched = []
-            for stop in stops:
-                at = self._coordinate_of(stop)
-                if at.value < -TOUCH * at.size:
-                    raise self._beyond(stop, at)
-                if at.value <= TOUCH * at.size:
-                    touched.append((at.rate(v) / (at.size * swift or 1.0), stop, at))
-            if not touched:
-                break
-            rate, stop, at = min(touched, key=lambda one: one[0])
-            if rate >= -STILL:
-                break
-            self._strike(stop, at)
-        else:
-            return self._at_rest(stop)
-        self.touching = {}
-        for _, stop, at in touched:
-            measure = self.measures[self.events.index(stop)]
-            q, v, a = (self.page[k * n : (k + 1) * n, 0] for k in range(3))
-            back = -second_rate(self.system, measure, float(state[TIME]), q, v, a)
-            away = max(at.rate(v), 0.0)
-            if back > 1e-8 * at.size * swift**2:
-                if away * away <= 2.0 * RESOLVED * at.size * back:
-                    return self._at_rest(stop)
-                # the first step ends at the height of the rebound
-                state[NEXT] = min(state[NEXT], away / back)
-            self.touching[stop] = at.size
-        return ""
-
-    def _strike(self, stop: Stop, at: StopCoordinate) -> None:
-        """One impact: the velocities after it, their derivative, the energy that it took."""
-        n, t = self.system.coordinates, float(self.state[TIME])
-        before, best = self.page.copy(), float(self.state[BEST_CONDITIONING])
-        self.evaluate()
-        v = self.y[n : 2 * n].copy()
-        way = velocity_jump(self.system, self.work, at)
-        if way is None:
-            raise SolveError(
-                f"nothing that strikes the stop '{stop.name}' is free to rebound: '{stop.of}' "
-                "follows drivers alone; take them off, or record it by an Event",
-                stop.name,
-                self._solution(""),
-            )
-        self.y[n : 2 * n] = v - (1.0 + self.restitution[stop]) * at.rate(v) * way
-        mass = self.system.mass[:n, 0]
-        self.lost[self.stops.index(stop.name)] += 0.5 * float(
-            mass @ (self.y[n : 2 * n] ** 2 - v**2)
-        )
-        self.evaluate()
-        self._check_finite(self.K, t)
-        self.steps.jumped(self.motion)
-        self.state[NEAR_SINGULAR] = 0.0
-        self.state[BEST_CONDITIONING] = max(self.state[BEST_CONDITIONING], best)
-        self._record(stop, t, before, self.page)
-
-    def _beyond(self, stop: Stop, at: StopCoordinate) -> SolveError:
-        mechanism = self.system.mechanism
-        own = check_measure(mechanism, event_measure(mechanism, stop))
-        return SolveError(
-            f"at t = {self.state[TIME]:.6g} {mechanism.units.time} the motion is beyond the stop "
-            f"'{stop.name}': '{stop.of}' is "
-            + f"{at.value:.6g} {own}".rstrip()
-            + "; begin where it is not negative",
-            stop.name,
-        )
-
-
-def _interrupts(event: Event | Stop | Guard) -> bool:
-    """Whether the motion does not go on as it was."""
-    return isinstance(event, Stop) or event.stop

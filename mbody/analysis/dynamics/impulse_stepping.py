@@ -52,7 +52,9 @@ from mbody.kernels.moreau import (
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.kernels.residuals import CONSTRAINT, LEFT, RESIDUALS
 from mbody.kernels.step_state import DELIVERED, DONE, NOT_FINITE, STEPS, TIME
+from mbody.model.contact import Contact, Rope
 from mbody.model.element import listed
+from mbody.model.joint_contacts import contacts_of
 from mbody.model.mechanism import without_contacts
 from mbody.solution.certificate import as_reported, changed
 from mbody.solution.checks import residuals
@@ -112,8 +114,15 @@ def refuse_what_does_not_fit(system: System, request: MotionRequest) -> None:
     if request.events:
         names = listed(event.name for event in request.events)
         raise ModelError(
-            f"the method 'moreau' locates no events and stops ({names}): take dop853, or contacts "
-            "in the place of stops"
+            f"the method 'moreau' locates no events ({names}): take dop853, or leave them out"
+        )
+    shapeless = [one.described for one in machine.contacts if not isinstance(one, Contact | Rope)]
+    shapeless += [joint.name for joint in machine.joints if contacts_of(joint)]
+    if shapeless:
+        raise ModelError(
+            f"the method 'moreau' has contacts of shapes and ropes, no stops, limits and joints "
+            f"that let go ({listed(dict.fromkeys(shapeless))}): take dop853",
+            shapeless[0],
         )
     if request.release:
         raise ModelError(

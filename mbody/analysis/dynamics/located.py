@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from mbody.analysis.dynamics.branch_passage import KnownCrossings
-from mbody.model.event import Event, Stop
+from mbody.model.event import Event
 
 __all__ = ["Guard", "LocatedZero", "Saved"]
 
@@ -37,7 +37,7 @@ class Guard:
     Attributes
     ----------
     kind : str
-        "close", "open", "edge", "enter", "slip", "stop" or "paradox".
+        "close", "lock", "open", "edge", "enter", "slip", "stop" or "paradox".
     number : int
         Of what it guards.
     """
@@ -53,5 +53,5 @@ class LocatedZero:
     """A zero that was located, and the motion there."""
 
     t: float
-    event: Event | Stop | Guard
+    event: Event | Guard
     saved: Saved

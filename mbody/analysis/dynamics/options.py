@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.driven.memory_limit import check_room
-from mbody.analysis.initial.initial_state import check_release, checked_events, parameters_of
+from mbody.analysis.initial.initial_state import check_release, checked_events
 from mbody.errors import ModelError, brief, remedy
-from mbody.model.event import Event, Stop, as_events
+from mbody.model.event import Event, as_events
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
 from mbody.model.simulation import ADAPTIVE, EVEN, METHODS, check_method
@@ -37,8 +37,8 @@ class MotionRequest:
         The instants that are kept; the last one ends the motion.
     way : Way
         How it is integrated.
-    events : dict
-        What is located, with the restitution of each stop.
+    events : tuple of Event
+        What is located.
     release : dict
         When drivers are released, by name, ascending.
     """
@@ -46,7 +46,7 @@ class MotionRequest:
     first: float
     times: np.ndarray
     way: Way
-    events: dict[Event | Stop, float]
+    events: tuple[Event, ...]
     release: dict[str, float]
 
 
@@ -112,7 +112,7 @@ def motion_request(
         first,
         times,
         _way(system, METHODS[0] if method is None else method, errors, step, last - first),
-        checked_events(machine, as_events(() if events is None else events), parameters_of(system)),
+        checked_events(machine, as_events(() if events is None else events)),
         _release(system, {} if release is None else release),
     )
 

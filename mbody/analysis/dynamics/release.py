@@ -21,7 +21,6 @@ from mbody.analysis.freedom.single_design import released
 from mbody.analysis.initial.initial_state import state_of
 from mbody.errors import SolveError
 from mbody.kernels.step_state import PROGRESS
-from mbody.model.event import Stop
 from mbody.solution.restart import Restart, Way
 from mbody.solution.solution import Solution
 from mbody.system.system import System
@@ -57,9 +56,9 @@ def integrate_phases(
         for name, t in request.release.items()
         if request.first < t < last and name not in free_since
     }
-    restart = _restart(system, start, request.way, tuple(free_since), bool(_stops(request)))
+    restart = _restart(system, start, request.way, tuple(free_since))
     # what takes energy by impacts
-    struck = [*_stops(request), *(one.name for one in system.mechanism.contacts)]
+    struck = [one.name for one in system.mechanism.contacts]
     found: list[Solution] = []
     carried: tuple[dict[str, float], Sequence[Any]] | None = None
     if start.restart is not None:
@@ -108,18 +107,12 @@ def integrate_phases(
     return joined(system, found, free_since, struck, request.times)
 
 
-def _stops(request: MotionRequest) -> list[str]:
-    return [event.name for event in request.events if isinstance(event, Stop)]
-
-
-def _restart(
-    system: System, start: Solution, way: Way, gone: tuple[str, ...], stops: bool
-) -> Restart | None:
+def _restart(system: System, start: Solution, way: Way, gone: tuple[str, ...]) -> Restart | None:
     """Where to continue a motion of the same system, integrated in the same way; `gone`: the
     drivers that are released.
     """
     found = start.restart
-    if found is None or found.way != way or tuple(start.released) != gone or stops:
+    if found is None or found.way != way or tuple(start.released) != gone:
         return None
     if len(found.state) != PROGRESS:  # of another version
         return None

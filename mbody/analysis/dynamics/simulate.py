@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from mbody.analysis.contact.unilateral import with_contacts_of_joints
 from mbody.analysis.driven.table_extrapolation import extrapolated
 from mbody.analysis.dynamics.energy_balance import energy_doubts
 from mbody.analysis.dynamics.input_histories import with_inputs
@@ -12,11 +13,11 @@ from mbody.analysis.dynamics.options import last_time, motion_request, tolerance
 from mbody.analysis.dynamics.release import integrate_phases
 from mbody.analysis.dynamics.repeated import beginning
 from mbody.analysis.initial.close_loops import close_loops
-from mbody.analysis.initial.initial_state import initial_state_of, state_of
+from mbody.analysis.initial.initial_state import begins_so, initial_state_of, state_of
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.errors import ModelError, SolveError, brief
 from mbody.model.body import Guesses
-from mbody.model.event import Event, Stop, as_events
+from mbody.model.event import Event
 from mbody.model.mechanism import Mechanism
 from mbody.model.remarks import remarks
 from mbody.quantities.types import Number, PlainNumbers
@@ -44,10 +45,9 @@ def simulate(
     instants: int | None = None,
     every: Number | None = None,
     times: PlainNumbers | None = None,
-    events: Sequence[Event | Stop] | None = None,
+    events: Sequence[Event] | None = None,
     release: Mapping[str, Number] | None = None,
     inputs: Mapping[str, Any] | None = None,
-    stops: Sequence[Stop] | None = None,
     progress: Callable[[float], None] | bool | None = None,
 ) -> Solution:
     """Motion of what is free under all loads: forward dynamics.
@@ -66,7 +66,7 @@ def simulate(
     start : Solution, optional
         Whose last instant is the first one here: of `close_loops`, of an analysis at an instant, or
         of another `simulate`; a motion of the same mechanism in the same way goes on bit for bit as
-        if it had not ended, unless there are stops. By default the `simulation` of the mechanism
+        if it had not ended, unless there are contacts. By default the `simulation` of the mechanism
         says it, else the loops are closed from the guesses, at rest, at t = 0.
     guess, rates : mapping, optional
         As of `close_loops`: first positions, and angular velocities, of bodies by name.
@@ -87,9 +87,9 @@ def simulate(
         how far they are apart, or
     times : array, optional
         which ones they are.
-    events : list of Event and Stop, optional
-        Zero crossings that are recorded or end the motion, and stops that are struck; by default
-        those of the mechanism's `simulation`.
+    events : list of Event, optional
+        Zero crossings that are recorded or end the motion; by default those of the mechanism's
+        `simulation`.
     release : mapping, optional
         When drivers are released, by name: from then on they have no effort.
     inputs : mapping, optional
@@ -97,8 +97,6 @@ def simulate(
         *t)"``, a law of time (a `Table` with ``interpolation="hold"`` for a sampled signal), a
         function of time, a pair (t, u) of rows joined by straight lines, or one row spread evenly
         over the motion. Steps end at the corners of tables.
-    stops : list of Stop, optional
-        More stops, besides those among the events.
     progress : callable or bool, optional
         Called with the time reached, now and then; True shows on standard error how far it is.
 
@@ -148,18 +146,14 @@ def simulate(
     system = _as_system(model, method)
     if system.batch is not None:
         raise ModelError("simulate takes one design: choose one of the batch with design(n)")
-    own = system.mechanism.simulation
     last, errors = last_time(system, until), tolerances(system, rtol, atol)
     if inputs:
         # before the first instant is found: drivers may follow inputs
         first = 0.0 if start is None else float(start.t[-1])
         system = with_inputs(system, inputs, first, last)
-    start = first_instant(system, start, guess, rates)
+    held, system = system, with_contacts_of_joints(system)
+    start = _begun(held, system, start, guess, rates)
     state = state_of(system, start)
-    if stops is not None:
-        if events is None:
-            events = () if own is None else own.events
-        events = (*as_events(events), *as_events(stops))
     request = motion_request(
         system,
         state[0],
@@ -191,6 +185,28 @@ def _as_system(model: Mechanism | System, method: str | None) -> System:
         chosen = own.method if method is None and own is not None else method
         return assemble(model, groups=chosen == "moreau")
     return as_system(model)
+
+
+def _begun(
+    held: System,
+    system: System,
+    start: Solution | None,
+    guess: Guesses | None,
+    rates: Mapping[str, Number] | None,
+) -> Solution:
+    """The first instant with the joints that can let go closed, as in `held`; where what is given
+    does not agree with that, with them as they are in `system`.
+    """
+    if not any(joint.lets_go for joint in held.mechanism.joints):
+        return first_instant(system, start, guess, rates)
+    try:
+        found = first_instant(held, start, guess, rates)
+    except (ModelError, SolveError):
+        return first_instant(system, start, guess, rates)
+    own = held.mechanism.simulation
+    if start is None and own is not None and not begins_so(found, own):
+        return first_instant(system, start, guess, rates)
+    return found
 
 
 def first_instant(

@@ -35,7 +35,6 @@ from mbody.kernels.loop_closure import laws_of_time
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.kernels.state_derivative import initial_derivative
 from mbody.kernels.step_state import TIME
-from mbody.model.event import Stop
 from mbody.solution.energy import account, causes
 from mbody.solution.histories import Record
 from mbody.solution.measures import measured
@@ -192,7 +191,6 @@ class _SingularStart:
         self.y[:n], self.y[n : 2 * n], self.y[2 * n :] = first.q, first.v, self.own
         if find_steady(self):
             self.own = self.y[2 * n :].copy()
-        self.stops = [event.name for event in request.events if isinstance(event, Stop)]
 
     def _next_change(self) -> float:
         """How long it is until inputs jump or laws have corners."""
@@ -351,7 +349,6 @@ class _SingularStart:
             self._at(self.t + part.span, pages[k, :n], pages[k, n : 2 * n], z)
             pages[k] = self.page[:, 0]
         gained = part.span * w.value(c, 1) @ part.powers
-        gained = np.hstack([gained, np.zeros((len(after), len(self.stops)))])
         output = pages[:, :, None]
         before = self.start.notes if self.start.analysis == "close_loops" else ()
         return Solution(
@@ -364,7 +361,7 @@ class _SingularStart:
             notes=before,
             doubts=first.doubts,
             stats={"steps": 1, "rejected": 0, "careful": 1, "evaluations": part.evaluations},
-            energy=account(system, output[:, :, 0], gained, self.stops),
+            energy=account(system, output[:, :, 0], gained),
         )
 
     def _balanced(self, t: float, page: Array) -> Array:

@@ -20,12 +20,12 @@ from mbody.analysis.singular.singular_positions import SUSPECT, singular
 from mbody.errors import ModelError
 from mbody.model.driver import AngleDriver, CoordinateDriver
 from mbody.model.element import Marker, listed
-from mbody.model.event import Event, Stop, check_restitution
+from mbody.model.event import Event
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
 from mbody.model.simulation import STATE, SimulationSettings
 from mbody.model.study import Measure
-from mbody.quantities import Formula, FormulaError, read
+from mbody.quantities import Formula, FormulaError
 from mbody.quantities.units import DIMENSIONS
 from mbody.solution.histories import Record
 from mbody.solution.measures import check_measure
@@ -36,6 +36,7 @@ from mbody.system.rank import too_large
 from mbody.system.system import System
 
 __all__ = [
+    "begins_so",
     "check_release",
     "check_simulation",
     "checked_events",
@@ -51,9 +52,9 @@ StartDriver = tuple[str, tuple[str, str, float], Any, Any]
 
 #: A coordinate, its rate, and the direction in which it is measured.
 PAIRS = (("angle", "omega", 0.0), ("x", "vx", 0.0), ("y", "vy", 0.5 * math.pi))
+#: What is prescribed of the first instant is met to this part of its size.
+MET = 1e-7
 RATES = {place: rate for place, rate, _ in PAIRS}
-#: What a stop may be made of.
-COORDINATES = ("x", "y", "angle")
 
 
 def check_simulation(mechanism: Mechanism, simulation: SimulationSettings) -> None:
@@ -85,70 +86,32 @@ def check_simulation(mechanism: Mechanism, simulation: SimulationSettings) -> No
     check_release(mechanism, simulation.release)
 
 
-def checked_events(
-    mechanism: Mechanism,
-    events: Iterable[Event | Stop],
-    parameters: Mapping[str, float] | None = None,
-) -> dict[Event | Stop, float]:
-    """Events as the mechanism can have them, with the restitution of each stop; `parameters` as a
-    system has them.
+def checked_events(mechanism: Mechanism, events: Iterable[Event]) -> tuple[Event, ...]:
+    """Events as the mechanism can have them.
 
     Raises
     ------
     ModelError
-        For a name that is taken, a quantity that there is not, or a stop of what is no coordinate.
+        For a name that is taken, and a quantity that there is not.
     """
-    found: dict[Event | Stop, float] = {}
-    for event in events:
-        what = "stop" if isinstance(event, Stop) else "event"
+    found = tuple(events)
+    for event in found:
         if event.name in mechanism:
             taken = type(mechanism[event.name]).__name__
             raise ModelError(
-                f"{what} '{event.name}': the name is taken by a {taken}: choose another", event.name
+                f"event '{event.name}': the name is taken by a {taken}: choose another", event.name
             )
         try:
             check_measure(mechanism, event_measure(mechanism, event))
         except ModelError as error:
             reason = str(error).removeprefix("measure ")
-            raise ModelError(f"{what} '{event.name}': {reason}", event.name) from None
-        found[event] = 0.0
-        if isinstance(event, Stop):
-            _check_coordinate(mechanism, event)
-            name = f"{event.name}.restitution"
-            value = _number(mechanism, event.restitution, "number", name, parameters)
-            check_restitution(value, event.name)
-            found[event] = value
+            raise ModelError(f"event '{event.name}': {reason}", event.name) from None
     return found
 
 
-def event_measure(mechanism: Mechanism, event: Event | Stop) -> Measure:
+def event_measure(mechanism: Mechanism, event: Event) -> Measure:
     """What is to be zero: one of the mechanism's measures by its name, or a formula."""
     return mechanism.measures.get(event.of) or Measure(event.of)
-
-
-def _check_coordinate(mechanism: Mechanism, stop: Stop) -> None:
-    """Refuse a stop of what an impact does not leave as it is."""
-    coordinates = []
-    for name in sorted(
-        read(event_measure(mechanism, stop).of, None, curves=True).names
-        - mechanism.parameters.keys()
-    ):
-        owner, _, key = name.rpartition(".")
-        if not owner:
-            continue
-        if key not in COORDINATES:
-            raise ModelError(
-                f"stop '{stop.name}': '{name}' is no coordinate: take x, y and angle of bodies and "
-                "points",
-                stop.name,
-            )
-        coordinates.append(name)
-    if not coordinates:
-        raise ModelError(
-            f"stop '{stop.name}': '{stop.of}' has no coordinate: name x, y or angle of a body or a "
-            "point",
-            stop.name,
-        )
 
 
 #: The first instant of motions that were requested, as long as their systems live.
@@ -208,6 +171,23 @@ def _first_instant(system: System, simulation: SimulationSettings) -> Solution:
         regularization=start.regularization,
         notes=every,
     )
+
+
+def begins_so(start: Solution, simulation: SimulationSettings) -> bool:
+    """Whether a first instant has all that is prescribed of it."""
+    system = start.system
+    places = start.record.table(slice(0, system.coordinates))
+    size = max(float(np.max(system.extent(places))), 1.0)
+    for rates in (False, True):
+        for _, (body, place, _), value, speed in start_drivers(
+            system, simulation, rates=rates, poses={}
+        ):
+            wanted, key = (speed, RATES[place]) if rates else (value, place)
+            history = start[body] if place == "angle" else start.point(body)
+            unit = 1.0 if place == "angle" else system.length
+            if abs(float(getattr(history, key)[0]) - float(wanted)) > MET * size * unit:
+                return False
+    return True
 
 
 def _places(system: System, simulation: SimulationSettings) -> tuple[np.ndarray, tuple[str, ...]]:

@@ -13,14 +13,16 @@ from mbody.files.model.kinds import SECTIONS
 from mbody.files.model.problems import ENOUGH, Path, Problem
 from mbody.files.model.report_table import keep_settings
 from mbody.model.body import Body
+from mbody.model.compiled_formulas import compiled_state, compiled_stop
 from mbody.model.element import Element
-from mbody.model.event import Event, Stop
+from mbody.model.event import Event
 from mbody.model.inputs import Input
 from mbody.model.loads import Gravity
-from mbody.model.mechanism import Mechanism, compiled_state
+from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import meant
 from mbody.model.simulation import SimulationSettings
 from mbody.model.states import State
+from mbody.model.stop import Stop
 from mbody.model.study import Instants, Measure, Question, Unknown
 from mbody.quantities.units import DIMENSIONS
 from mbody.solution.measures import check_measure
@@ -83,6 +85,7 @@ def build(given: Any) -> tuple[Mechanism | None, list[Problem]]:
         add(("gravity",), Gravity, _set(given.gravity))
     problems += _rates(mechanism) if not problems else []
     problems += _questions(given, mechanism)
+    problems += _stops(mechanism) if not problems else []
     keep_settings(mechanism, given.report)
     return mechanism, problems
 
@@ -96,6 +99,19 @@ def _rates(mechanism: Mechanism) -> list[Problem]:
         except ModelError as error:
             path = ("states", state.name, "rate")
             problems.append(Problem(path, _unnamed(str(error), state.name).removeprefix("rate: ")))
+    return problems
+
+
+def _stops(mechanism: Mechanism) -> list[Problem]:
+    """What is wrong with the formulas of stops, which may be measures."""
+    problems = []
+    for stop in (one for one in mechanism.contacts if isinstance(one, Stop)):
+        try:
+            compiled_stop(mechanism, stop)
+        except ModelError as error:
+            problems.append(
+                Problem(("contacts", stop.name), str(error).removeprefix(f"stop '{stop.name}': "))
+            )
     return problems
 
 
@@ -173,13 +189,12 @@ def _questions(given: Any, mechanism: Mechanism) -> list[Problem]:
             entry = given.simulate
             start = {body: _set(state) for body, state in entry.start.items()}
             events = [Event(name=name, **_set(one)) for name, one in entry.events.items()]
-            stops = [Stop(name=name, **_set(one)) for name, one in entry.stops.items()]
             mechanism.simulation = SimulationSettings(
                 until=entry.until,
                 start=start,
                 rtol=entry.rtol,
                 instants=entry.instants,
-                events=[*events, *stops],
+                events=events,
                 method=entry.method,
                 step=entry.step,
                 release=entry.release,

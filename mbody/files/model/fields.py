@@ -39,6 +39,7 @@ __all__ = [
     "entered_in",
     "formula_text",
     "guess",
+    "limits",
     "name_in",
     "number",
     "place",
@@ -192,6 +193,27 @@ place = Annotated[
         'must be a place: "crank.A", or { body = "crank", point = …, angle = … }',
     ),
 ]
+
+
+@functools.cache
+def limits(dimension: Dimension) -> Any:
+    """The least and the greatest value of a coordinate: a pair, or a table where one is missing."""
+    one = number(dimension)
+
+    class LimitsIn(Strict):
+        """Limits of a coordinate, of which one may be missing."""
+
+        low: one = None
+        high: one = None
+
+    return Annotated[
+        Annotated[tuple[one, one], Tag("<pair>")]
+        | Annotated[LimitsIn, AfterValidator(lambda p: (p.low, p.high)), Tag("<table>")],
+        shape(
+            {"<pair>": (list, tuple), "<table>": dict},
+            "must be [low, high], or { low = … } or { high = … }",
+        ),
+    ]
 
 
 class TermIn(Strict):

@@ -12,7 +12,7 @@ import re
 from typing import Any
 
 from mbody import laws
-from mbody.model import contact, coupling, driver, joints, loads
+from mbody.model import contact, coupling, driver, freewheel, joints, loads, stop
 from mbody.model.element import Element
 
 __all__ = ["LAWS", "SECTIONS", "kind_of", "section_of", "written_fields"]
@@ -40,7 +40,11 @@ SECTIONS: dict[str, dict[str, type[Element]]] = {
     "couplings": _elements(coupling, coupling.Coupling, "Coupling"),
     "drivers": _elements(driver, driver.Driver, "Driver"),
     "loads": _elements(loads, loads.Load),
-    "contacts": _elements(contact, contact.OneSided),
+    "contacts": {
+        word: cls
+        for module in (contact, freewheel, stop)
+        for word, cls in _elements(module, contact.OneSided).items()
+    },
 }
 
 #: Laws by their word: those of `mbody.laws`, less what is no table of numbers in a file.

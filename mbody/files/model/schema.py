@@ -101,6 +101,8 @@ def _field(field: dataclasses.Field[Any], words: tuple[str, ...]) -> Any:
         return of.number(dimension_of(meta["dimension"]))
     if "law" in meta:
         return law(dimension_of(meta["law"]), dimension_of(meta["of"]), words)
+    if "limits" in meta:
+        return of.limits(dimension_of(meta["limits"]))
     if "place" in meta:
         return of.place
     if "body" in meta:
@@ -303,13 +305,6 @@ class EventIn(of.Strict):
     stop: StrictBool = False
 
 
-class StopIn(of.Strict):
-    """A stop that is struck where a coordinate falls to zero."""
-
-    of: str
-    restitution: of.number(DIMENSIONS["number"]) = 0.0
-
-
 class SimulateIn(of.Strict):
     """A motion: how it begins, and how long it goes on."""
 
@@ -322,7 +317,6 @@ class SimulateIn(of.Strict):
     every: of.number(DIMENSIONS["time"]) | None = None
     release: dict[of.name_in, of.number(DIMENSIONS["time"])] = Field(default_factory=dict)
     events: dict[of.name_in, EventIn] = Field(default_factory=dict)
-    stops: dict[of.name_in, StopIn] = Field(default_factory=dict)
 
 
 @functools.cache

@@ -27,7 +27,7 @@ from mbody.laws import Cam, Constant, Dwell, Law, MeasuredFormula, Polynomial
 from mbody.laws.base import dimension_by
 from mbody.model.body import Body, Guess, SecondMoments, SlenderRod
 from mbody.model.coupling import CouplingTerm
-from mbody.model.element import Element, Marker, Polar, place_name
+from mbody.model.element import ENDS, Element, Marker, Polar, place_name
 from mbody.model.inputs import Input
 from mbody.model.mechanism import Mechanism
 from mbody.model.states import STEADY, State
@@ -342,6 +342,14 @@ class Writer:
         meta = field.metadata
         if "dimension" in meta:
             return self.number(name, value, dimension_of(meta["dimension"]))
+        if "limits" in meta:
+            dimension, ends = dimension_of(meta["limits"]), zip(ENDS, value, strict=True)
+            table = {
+                end: self.number(f"{name}.{end}", one, dimension)
+                for end, one in ends
+                if one is not None
+            }
+            return list(table.values()) if len(table) > 1 else table
         if "law" in meta:
             return self.law(name, value, dimension_of(meta["law"]), dimension_of(meta["of"]))
         if "place" in meta:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any, Protocol
 
 from mbody.analysis.driven.requests import dimension_of_instants
-from mbody.model.event import Event, Stop
+from mbody.model.event import Event
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import meant
 from mbody.model.simulation import STATE, SimulationSettings
@@ -42,9 +42,6 @@ def requested_formulas(mechanism: Mechanism) -> Iterator[Formula]:
         for time in (motion.until, motion.step, motion.every, *motion.release.values()):
             if isinstance(time, Formula):
                 yield time.of(DIMENSIONS["time"])
-        for event in mechanism.simulation.events:
-            if isinstance(event, Stop) and isinstance(event.restitution, Formula):
-                yield event.restitution.of(NUMBER)
     for question in mechanism.questions.values():
         for one in question.unknowns:
             values = [v for key in BOUNDS if isinstance(v := getattr(one, key), Formula)]
@@ -89,26 +86,20 @@ def questions(writer: _Writer) -> dict[str, Any]:
         if simulation.release:
             times = {name: writer.wanted(t, time) for name, t in simulation.release.items()}
             data["simulate"]["release"] = times
-        data["simulate"] |= _events(writer, simulation.events)
+        data["simulate"] |= _events(simulation.events)
     if machine.questions:
         data["solve"] = {name: _question(writer, q) for name, q in machine.questions.items()}
     return data
 
 
-def _events(writer: _Writer, given: tuple[Event | Stop, ...]) -> dict[str, Any]:
-    """The tables of events and stops, those that there are."""
-    events, stops = {}, {}
+def _events(given: tuple[Event, ...]) -> dict[str, Any]:
+    """The table of events, where there are any."""
+    events = {}
     for one in given:
-        if isinstance(one, Stop):
-            stops[one.name] = {
-                "of": one.of,
-                "restitution": writer.wanted(one.restitution, NUMBER),
-            }
-        else:
-            plain = Event(one.of)
-            keys = [k for k in ("direction", "stop") if getattr(one, k) != getattr(plain, k)]
-            events[one.name] = {"of": one.of, **{key: getattr(one, key) for key in keys}}
-    return {key: table for key, table in (("events", events), ("stops", stops)) if table}
+        plain = Event(one.of)
+        keys = [k for k in ("direction", "stop") if getattr(one, k) != getattr(plain, k)]
+        events[one.name] = {"of": one.of, **{key: getattr(one, key) for key in keys}}
+    return {"events": events} if events else {}
 
 
 def _at(writer: _Writer, at: Any) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from mbody.model.element import InheritedPlace, place_field, two_bodies
 if TYPE_CHECKING:
     from mbody.model.constraint import PoseReader
     from mbody.model.element import Numbers
+    from mbody.model.primitives import ConstraintPrimitive
 
 __all__ = ["SLIDING_PAIR", "TURNING_PAIR", "Joint", "relative_angle"]
 
@@ -91,6 +92,20 @@ class Joint(Constraint):
     def rubs(self) -> bool:
         """Whether friction or damping is given, be it 0."""
         return False
+
+    @property
+    def lets_go(self) -> bool:
+        """Whether it holds in one sense only, or has play: `simulate` has contacts in its place."""
+        return False
+
+    @property
+    def limited(self) -> tuple[str, ...]:
+        """The ends at which its free coordinate has a limit, "low" and "high"."""
+        return ()
+
+    def free_row(self, at: Numbers) -> ConstraintPrimitive:
+        """The row of its free coordinate, which can be on or off."""
+        raise NotImplementedError
 
     def quantities(self) -> dict[str, str]:
         """The reaction: components, magnitude of the force, and torque; its coordinates; where it

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mbody.errors import ModelError
 from mbody.model.element import OptionalNumberField, number_field
-from mbody.model.joints._base import Joint
+from mbody.model.joints._striking import Flank, StrikingJoint
 from mbody.model.primitives import ConstraintPrimitive, FrictionPrimitive
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ __all__ = ["ToothedJoint"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class ToothedJoint(Joint):
+class ToothedJoint(StrikingJoint):
     """Base of joints with involute teeth.
 
     Parameters
@@ -36,6 +36,11 @@ class ToothedJoint(Joint):
     module : float, optional
         Height of the teeth above the pitch circles [length], with `friction`; by default that of
         the fewest teeth which are not undercut, r sin²α of the smaller wheel.
+    backlash : float, optional
+        Play between the teeth along the pitch lines [length], half of it on both sides: in
+        `simulate` either flank lets go, and strikes; without losses and pressure angle.
+    restitution : float, optional
+        e of impacts of the teeth, with `backlash`.
 
     Notes
     -----
@@ -49,9 +54,13 @@ class ToothedJoint(Joint):
     friction: OptionalNumberField = number_field("number", None, sign="not negative")
     pressure_angle: OptionalNumberField = number_field("angle", None, sign="positive")
     module: OptionalNumberField = number_field("length", None, sign="positive")
+    backlash: OptionalNumberField = number_field("length", None, sign="positive")
+    strikes_by = "backlash"
 
     def _check(self) -> None:
         super()._check()
+        if self.lets_go:
+            self._refuse_beside("backlash", "efficiency", "friction", "pressure_angle")
         if self.efficiency is not None and self.friction is not None:
             raise ModelError(
                 f"'{self.name}': efficiency = {self.efficiency:g} and friction = "
@@ -74,6 +83,25 @@ class ToothedJoint(Joint):
             self._refuse_efficiency(float(self.efficiency))
         if self.pressure_angle is not None:
             self._refuse_angle(float(self.pressure_angle))
+
+    @property
+    def lets_go(self) -> bool:
+        """Whether the teeth have play."""
+        return self.backlash is not None
+
+    def flanks(self, at: Numbers) -> list[Flank]:
+        """Both flanks, by half the play to either side."""
+        half = 0.5 * at[f"{self.name}.backlash"]
+        return [
+            Flank(replace(self.shifted(at, -sense * half), switched=True), sense)
+            for sense in (1.0, -1.0)
+        ]
+
+    def shifted(self, at: Numbers, by: Value) -> ConstraintPrimitive:
+        """The row of teeth that are by so much further along the pitch lines: it grows with what
+        the row without it measures, less that.
+        """
+        raise NotImplementedError
 
     @property
     def rubs(self) -> bool:

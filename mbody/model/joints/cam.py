@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from mbody.laws import Law
 from mbody.model.element import LawLike, NumberField, OptionalNumberField, law_field, number_field
 from mbody.model.geometry import between
 from mbody.model.joints._friction import RubbingJoint
+from mbody.model.joints._striking import Flank, StrikingJoint
 from mbody.model.primitives import ConstraintPrimitive, FrictionPrimitive, constraint_physics
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ CLOSES = 1e-6
 
 
 @dataclass(frozen=True)
-class CamFollower(RubbingJoint):
+class CamFollower(RubbingJoint, StrikingJoint):
     """Cam pair, disk cam with roller, knife-edge or flat-faced follower, translating, offset or
     swinging: the place on j, or a face through it, stays on the profile about the place on i.
 
@@ -59,6 +60,11 @@ class CamFollower(RubbingJoint):
         Whether the follower has a flat face.
     clockwise : bool
         Whether ψ is counted for a cam that turns clockwise.
+    one_sided : bool
+        Whether the follower may leave the cam in `simulate`, where it would have to pull; without
+        friction.
+    restitution : float, optional
+        e of impacts of the follower on the cam, with `one_sided`.
     friction, static, stribeck : float, optional
         Coefficients of a knife edge or a flat face on the cam, or of a roller on its pin, while it
         rolls on the cam; see `RubbingJoint`.
@@ -78,8 +84,9 @@ class CamFollower(RubbingJoint):
     θ_i − θ_j and a constant for a flat face. With `clockwise` it is how far the cam has turned
     clockwise, and then also the polar angle of the profile in the cam's axes.
 
-    The contact is kept whatever the sign of its force: where it is negative the follower would
-    leave the cam, and the result has a note; ``run.contact(name)`` gives the force that presses.
+    Unless it is `one_sided` and simulated, the contact is kept whatever the sign of its force:
+    where it is negative the follower would leave the cam, and the result has a note;
+    ``run.contact(name)`` gives the force that presses.
 
     Norton, Design of Machinery, chapter 8; the radius of curvature of the cam is h + h″ for a flat
     face, and (R² + R′²)^(3/2) / (R² + 2R′² − R R″) of the pitch curve for a roller.
@@ -97,13 +104,16 @@ class CamFollower(RubbingJoint):
     roller: NumberField = number_field("length", 0.0, sign="not negative")
     flat: bool = False
     clockwise: bool = False
+    one_sided: bool = field(default=False, kw_only=True)
     pin_radius: OptionalNumberField = number_field("length", None, sign="positive")
     rows = "l"
     lifts = True
 
     def _check(self) -> None:
         super()._check()
-        self._check_switches("flat", "clockwise")
+        self._check_switches("flat", "clockwise", "one_sided")
+        if self.one_sided:
+            self._refuse_beside("one_sided", "friction")
         if self.flat and self.roller:
             raise ModelError(
                 f"'{self.name}': a flat face has no roller: leave out roller = {self.roller:g}, or "
@@ -139,6 +149,16 @@ class CamFollower(RubbingJoint):
                 "roller", *bodies, "l", [ix, iy, jx, jy, beta_i, sense, base], law=law
             )
         ]
+
+    @property
+    def lets_go(self) -> bool:
+        """Whether the follower may leave the cam."""
+        return self.one_sided
+
+    def flanks(self, at: Numbers) -> list[Flank]:
+        """The profile, from outside."""
+        (row,) = self.primitives(at)
+        return [Flank(replace(row, switched=True), 1.0)]
 
     def frictions(self, at: Numbers) -> list[FrictionPrimitive]:
         """The follower, or the surface of its roller, along the cam."""

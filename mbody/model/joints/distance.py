@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mbody.core.decorators import inline
-from mbody.errors import ModelError
+from mbody.errors import ModelError, brief
 from mbody.laws import Constant
 from mbody.model.element import LawLike, law_field
 from mbody.model.geometry import between
-from mbody.model.joints._base import Joint
+from mbody.model.joints._striking import Flank, StrikingJoint
 from mbody.model.primitives import ConstraintPrimitive, constraint_physics
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ __all__ = ["Distance", "distance"]
 
 
 @dataclass(frozen=True)
-class Distance(Joint):
+class Distance(StrikingJoint):
     """Massless rod, two-force link: the places on i and j keep their distance.
 
     Φ = |r_j + A_j s_j − r_i − A_i s_i| − l = 0, one row; the reaction is the force along the rod.
@@ -35,6 +35,11 @@ class Distance(Joint):
         The two ends.
     length : float
         Positive [length].
+    one_sided : str, optional
+        ``"push"`` for a strut that keeps its ends apart but does not pull, ``"pull"`` for a bar
+        that does not push: in `simulate` it lets go.
+    restitution : float, optional
+        e of impacts where it holds again, from 0, the default, to 1.
 
     Examples
     --------
@@ -43,6 +48,7 @@ class Distance(Joint):
     """
 
     length: LawLike = law_field("length", sign="positive")
+    one_sided: str = ""
     rows = "l"
     unknowns = ("F",)
 
@@ -60,6 +66,24 @@ class Distance(Joint):
                 "keeps two places together",
                 self.name,
             )
+
+        if self.one_sided not in ("", "push", "pull"):
+            raise ModelError(
+                f"'{self.name}': one_sided is {brief(self.one_sided)}: give \"push\" for a strut, "
+                '"pull" for what does not push',
+                self.name,
+            )
+
+    @property
+    def lets_go(self) -> bool:
+        """Whether it holds in one sense only."""
+        return bool(self.one_sided)
+
+    def flanks(self, at: Numbers) -> list[Flank]:
+        """The distance, one way."""
+        (row,) = self.primitives(at)
+        free = replace(row, kind="clearance", switched=True)
+        return [Flank(free, 1.0 if self.one_sided == "push" else -1.0)]
 
     def distances(self) -> tuple[tuple[str, str], ...]:
         """That of the two places."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -51,6 +51,8 @@ class Gear(ToothedJoint):
     efficiency, friction, pressure_angle, module : float, optional
         What the teeth lose, and how they press the wheels apart, or a wheel to the middle of its
         ring; see `ToothedJoint`.
+    backlash, restitution : float, optional
+        Play between the teeth, and e of their impacts; see `ToothedJoint`.
 
     Notes
     -----
@@ -103,6 +105,13 @@ class Gear(ToothedJoint):
     def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
         """One row; see `without_slip`."""
         return [without_slip(self, at, *self.radii(at))]
+
+    def shifted(self, at: Numbers, by: Value) -> ConstraintPrimitive:
+        """The row of `without_slip`, the phase turned by that arc."""
+        ri, rj = self.radii(at)
+        row = without_slip(self, at, ri, rj)
+        *others, phase = row.parameters
+        return replace(row, parameters=[*others, phase + by / (ri + rj)])
 
     def turn_row(self, at: Numbers, pose: PoseReader) -> TurnRow:
         """See `turns_of_wheels`."""

@@ -9,10 +9,10 @@ import numpy as np
 
 from mbody.core.decorators import inline
 from mbody.errors import ModelError
-from mbody.model.element import OptionalNumberField, number_field
+from mbody.model.element import LimitsField, OptionalNumberField, limits_field, number_field
 from mbody.model.geometry import between, turned
 from mbody.model.joints._base import SLIDING_PAIR
-from mbody.model.joints._friction import RubbingJoint
+from mbody.model.joints._limits import LimitedJoint
 from mbody.model.joints.coordinate import along_axis
 from mbody.model.primitives import ConstraintPrimitive, FrictionPrimitive, constraint_physics
 
@@ -23,7 +23,7 @@ __all__ = ["Prismatic", "prismatic"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Prismatic(RubbingJoint):
+class Prismatic(LimitedJoint):
     """Sliding pair, slider, guide: the place on j stays on the x axis of the marker on i, and the
     two markers keep one direction.
 
@@ -49,6 +49,10 @@ class Prismatic(RubbingJoint):
         guide alone, whatever its torque.
     height : float, optional
         Between the two rails that guide it from both sides [length], by default 0.
+    limits : pair of float, optional
+        The least and the greatest travel of the place on j [length]; see `LimitedJoint`.
+    restitution : float, optional
+        e of impacts at the limits.
 
     Notes
     -----
@@ -67,6 +71,7 @@ class Prismatic(RubbingJoint):
     viscous: OptionalNumberField = number_field("damping", None, sign="not negative")
     length: OptionalNumberField = number_field("length", None, sign="positive")
     height: OptionalNumberField = number_field("length", None, sign="not negative")
+    limits: LimitsField = limits_field("length")
 
     rows = "la"
     coordinates = SLIDING_PAIR
@@ -89,6 +94,10 @@ class Prismatic(RubbingJoint):
         parameters = [*at.arm(self, "i"), *at.arm(self, "j")]
         parameters += [-np.sin(beta_i), np.cos(beta_i), beta_j - beta_i]
         return [ConstraintPrimitive("prismatic", self.i.body, self.j.body, self.rows, parameters)]
+
+    def free_row(self, at: Numbers) -> ConstraintPrimitive:
+        """The travel."""
+        return along_axis(self, at)
 
     def frictions(self, at: Numbers) -> list[FrictionPrimitive]:
         """The slider on its guide."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -46,6 +46,8 @@ class RackPinion(ToothedJoint):
         How far along the rack the pinion is when its angle from the rack's is 0 [length].
     efficiency, friction, pressure_angle, module : float, optional
         What the teeth lose, and how they press the pinion off the rack; see `ToothedJoint`.
+    backlash, restitution : float, optional
+        Play between the teeth, and e of their impacts; see `ToothedJoint`.
 
     Examples
     --------
@@ -75,6 +77,13 @@ class RackPinion(ToothedJoint):
     def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
         """One row; see `along_line`."""
         return [along_line(self, at)]
+
+    def shifted(self, at: Numbers, by: Value) -> ConstraintPrimitive:
+        """The row of `along_line`, the rack moved by that."""
+        row = along_line(self, at)
+        x, y, *others = row.parameters
+        ux, uy = others[2:4]
+        return replace(row, parameters=[x + by * ux, y + by * uy, *others])
 
     def turn_row(self, at: Numbers, pose: PoseReader) -> TurnRow:
         """See `turns_on_line`."""

@@ -7,11 +7,18 @@ from typing import TYPE_CHECKING
 
 from mbody.core.decorators import inline
 from mbody.errors import ModelError
-from mbody.model.element import OptionalNumberField, number_field
+from mbody.laws import Constant
+from mbody.model.element import LimitsField, OptionalNumberField, limits_field, number_field
 from mbody.model.geometry import between
 from mbody.model.joints._base import TURNING_PAIR
-from mbody.model.joints._friction import RubbingJoint
-from mbody.model.primitives import ConstraintPrimitive, FrictionPrimitive, constraint_physics
+from mbody.model.joints._limits import LimitedJoint
+from mbody.model.joints._striking import Flank
+from mbody.model.primitives import (
+    ConstraintPrimitive,
+    FrictionPrimitive,
+    Signal,
+    constraint_physics,
+)
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
@@ -20,7 +27,7 @@ __all__ = ["Revolute", "revolute"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Revolute(RubbingJoint):
+class Revolute(LimitedJoint):
     """Pin joint, hinge, turning pair: the place on i and the place on j coincide.
 
     Φ = r_i + A_i s_i − r_j − A_j s_j = 0 (Haug 1989, section 3.3), two rows.
@@ -37,6 +44,15 @@ class Revolute(RubbingJoint):
         Torque by the rate of turning [force·length·time/rad].
     pin_radius : float, optional
         Of the pin [length].
+    clearance : float, optional
+        By how much the radius of the hole is greater than that of the pin [length]: in `simulate`
+        the pin moves in its hole, a disc in a ring, with impacts and, where there is friction, with
+        that at `pin_radius`. All other analyses keep it in the middle.
+    limits : pair of float, optional
+        The least and the greatest angle of the marker on j from that on i [rad], whole turns
+        counted; see `LimitedJoint`.
+    restitution : float, optional
+        e of impacts at the limits, and of the pin in its hole.
 
     Notes
     -----
@@ -54,14 +70,25 @@ class Revolute(RubbingJoint):
 
     viscous: OptionalNumberField = number_field("torsion damping", None, sign="not negative")
     pin_radius: OptionalNumberField = number_field("length", None, sign="positive")
+    clearance: OptionalNumberField = number_field("length", None, sign="positive")
+    limits: LimitsField = limits_field("angle")
 
     rows = "ll"
     coincident = True
     coordinates = TURNING_PAIR
     unknowns = ("x", "y")
 
+    strikes_by = "limits or clearance"
+
+    @property
+    def lets_go(self) -> bool:
+        """Whether the pin has play."""
+        return self.clearance is not None
+
     def _check(self) -> None:
         super()._check()
+        if self.lets_go:
+            self._refuse_beside("clearance", "viscous", "stribeck")
         if self.friction is not None and self.pin_radius is None:
             raise ModelError(
                 f"'{self.name}': friction is {self.friction:g}, but the pin has no radius at which "
@@ -79,12 +106,28 @@ class Revolute(RubbingJoint):
         if not self.rubs:
             return []
         radius = 0.0 if self.friction is None else at[f"{self.name}.pin_radius"]
-        beta = at.angle(self, "j") - at.angle(self, "i")
-        turning = ConstraintPrimitive("angle", self.i.body, self.j.body, "a", [beta], switched=True)
         slowest = 1.0 if self.stribeck is None else radius
-        return [
-            FrictionPrimitive("pin", turning, 0, [*self.coefficients(at, slowest), radius, 0.0])
-        ]
+        numbers = [*self.coefficients(at, slowest), radius, 0.0]
+        return [FrictionPrimitive("pin", self.free_row(at), 0, numbers)]
+
+    def flanks(self, at: Numbers) -> list[Flank]:
+        """The pin, a disc on j, in the hole, a ring on i."""
+        gap = at[f"{self.name}.clearance"]
+        radius = 0.0 if self.pin_radius is None else at[f"{self.name}.pin_radius"]
+        arms = [*at.arm(self, "i"), *at.arm(self, "j")]
+        law = Signal(Constant(0.0), [gap])
+        normal = ConstraintPrimitive("clearance", *self.bodies, "l", arms, law, switched=True)
+        if self.friction is None:
+            return [Flank(normal, -1.0)]
+        # radii of a ring and a disc in it, as parts of their difference
+        numbers = [*arms, (radius + gap) / gap, -radius / gap, 0.0]
+        tangent = ConstraintPrimitive("slipping", *self.bodies, "l", numbers, switched=True)
+        return [Flank(normal, -1.0, tangent)]
+
+    def free_row(self, at: Numbers) -> ConstraintPrimitive:
+        """The angle."""
+        beta = at.angle(self, "j") - at.angle(self, "i")
+        return ConstraintPrimitive("angle", self.i.body, self.j.body, "a", [beta], switched=True)
 
 
 @constraint_physics()
