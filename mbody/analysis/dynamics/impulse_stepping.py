@@ -14,6 +14,7 @@ import numpy as np
 
 from mbody.analysis.contact.contact_tables import ContactTables, contact_tables, coupled_bodies
 from mbody.analysis.contact.step_by_lemke import impulses_by_lemke
+from mbody.analysis.dynamics.impulse_limits import refuse_what_does_not_fit
 from mbody.analysis.dynamics.impulse_notes import SWEEPS, judged_steps
 from mbody.analysis.dynamics.initial_step import REFINEMENTS
 from mbody.analysis.dynamics.integration import Integration
@@ -21,7 +22,7 @@ from mbody.analysis.dynamics.integrators import FixedSteps, Integrator
 from mbody.analysis.dynamics.options import MotionRequest
 from mbody.analysis.initial.initial_state import state_of
 from mbody.analysis.position.assembly_analysis import raise_user_error
-from mbody.errors import ModelError, SolveError
+from mbody.errors import SolveError
 from mbody.kernels.contact_geometry import FOUND, LACKING
 from mbody.kernels.contact_interior import NEEDED
 from mbody.kernels.contact_search import PRIMES
@@ -52,9 +53,6 @@ from mbody.kernels.moreau import (
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.kernels.residuals import CONSTRAINT, LEFT, RESIDUALS
 from mbody.kernels.step_state import DELIVERED, DONE, NOT_FINITE, STEPS, TIME
-from mbody.model.contact import Contact, Rope
-from mbody.model.element import listed
-from mbody.model.joint_contacts import contacts_of
 from mbody.model.mechanism import without_contacts
 from mbody.solution.certificate import as_reported, changed
 from mbody.solution.checks import residuals
@@ -101,42 +99,6 @@ def impulse_motion(
     refuse_what_does_not_fit(system, request)
     first, q, v = state or state_of(system, start)
     return ImpulseIntegration(system, start, request.way).run(first, q, v, request.times, progress)
-
-
-def refuse_what_does_not_fit(system: System, request: MotionRequest) -> None:
-    """Refuse what this method does not do.
-
-    Raises
-    ------
-    ModelError
-    """
-    machine = system.mechanism
-    if request.events:
-        names = listed(event.name for event in request.events)
-        raise ModelError(
-            f"the method 'moreau' locates no events ({names}): take dop853, or leave them out"
-        )
-    shapeless = [one.described for one in machine.contacts if not isinstance(one, Contact | Rope)]
-    shapeless += [joint.name for joint in machine.joints if contacts_of(joint)]
-    if shapeless:
-        raise ModelError(
-            f"the method 'moreau' has contacts of shapes and ropes, no stops, limits and joints "
-            f"that let go ({listed(dict.fromkeys(shapeless))}): take dop853",
-            shapeless[0],
-        )
-    if request.release:
-        raise ModelError(
-            f"the method 'moreau' releases no drivers ({listed(request.release)}): take dop853"
-        )
-    rough = [
-        one.name for one in (*machine.joints, *machine.couplings) if one.frictions(system.numbers)
-    ]
-    if rough:
-        raise ModelError(
-            f"the method 'moreau' has friction in contacts, not in joints ({listed(rough)}): take "
-            "dop853, or leave out the friction of joints",
-            rough[0],
-        )
 
 
 def joint_rows(layout: Layout) -> list[list[tuple[int, int]]]:
