@@ -54,6 +54,8 @@ if TYPE_CHECKING:
     from mbody.model.event import Event, Stop
     from mbody.model.inputs import Input
     from mbody.model.joints import (
+        BandBrake,
+        Belt,
         CamFollower,
         Clutch,
         CustomJoint,
@@ -112,6 +114,8 @@ __all__ = [
     "BodyHistory",
     "CamFollower",
     "CentrifugalField",
+    "BandBrake",
+    "Belt",
     "Clutch",
     "Contact",
     "Controller",
@@ -255,8 +259,8 @@ _MODULES = {
     "model.element": "Marker number_field",
     "model.event": "Event Stop",
     "model.inputs": "Input",
-    "model.joints": "CamFollower Clutch CustomJoint Distance Fixed FrictionForce Gear PinSlot "
-    "Prismatic RackPinion Revolute Rolling",
+    "model.joints": "BandBrake Belt CamFollower Clutch CustomJoint Distance Fixed FrictionForce "
+    "Gear PinSlot Prismatic RackPinion Revolute Rolling",
     "model.loads": "Actuator CentrifugalField CustomLoad DCMotor Damper Force Gravity "
     "HydraulicCylinder InductionMotor ReciprocatingCylinder Spring Torque TorsionDamper "
     "TorsionSpring",
