@@ -13,7 +13,6 @@ from mbody.laws import Constant
 from mbody.model.element import (
     LawLike,
     NumberField,
-    OptionalNumberField,
     law_field,
     number_field,
 )
@@ -88,7 +87,6 @@ class Belt(GivenFriction):
     distance: NumberField = number_field("length", 0.0, sign="positive")
     friction: NumberField = number_field("number", 0.0, sign="not negative")
     crossed: bool = False
-    stribeck: OptionalNumberField = number_field("velocity", None, sign="positive")
     unknowns = ("F",)
     size, law = "force", "tension"
 
