@@ -55,6 +55,8 @@ if TYPE_CHECKING:
     from mbody.model.freewheel import Freewheel
     from mbody.model.inputs import Input
     from mbody.model.joints import (
+        BandBrake,
+        Belt,
         CamFollower,
         Clutch,
         CustomJoint,
@@ -114,6 +116,8 @@ __all__ = [
     "BodyHistory",
     "CamFollower",
     "CentrifugalField",
+    "BandBrake",
+    "Belt",
     "Clutch",
     "Contact",
     "Controller",
@@ -260,8 +264,8 @@ _MODULES = {
     "model.freewheel": "Freewheel",
     "model.stop": "Stop",
     "model.inputs": "Input",
-    "model.joints": "CamFollower Clutch CustomJoint Distance Fixed FrictionForce Gear PinSlot "
-    "Prismatic RackPinion Revolute Rolling",
+    "model.joints": "BandBrake Belt CamFollower Clutch CustomJoint Distance Fixed FrictionForce "
+    "Gear PinSlot Prismatic RackPinion Revolute Rolling",
     "model.loads": "Actuator CentrifugalField CustomLoad DCMotor Damper Force Gravity "
     "HydraulicCylinder InductionMotor ReciprocatingCylinder Spring Torque TorsionDamper "
     "TorsionSpring",

@@ -11,6 +11,8 @@ import mbody
 from mbody import (
     AngleCoupling,
     AngleDriver,
+    BandBrake,
+    Belt,
     Between,
     Body,
     CamFollower,
@@ -92,6 +94,14 @@ EXAMPLES = {
     PinSlot: PLACES,
     RackPinion: {**PLACES, "radius": 1.0},
     Rolling: {**PLACES, "radius": 1.0},
+    BandBrake: {
+        **PLACES,
+        **{"radius": 1.0, "wrap": 1.0, "friction": 0.1, "lever": 1.0, "arm": 20.0},
+    },
+    Belt: {
+        **PLACES,
+        **{"tension": 1.0, "radius_i": 1.0, "radius_j": 2.0, "distance": 8.0, "friction": 0.1},
+    },
     Clutch: PLACES,
     FrictionForce: PLACES,
     CustomJoint: PLACES,

@@ -18,10 +18,11 @@ every φ_k is positively homogeneous:
                              that pushes the follower
     a torque of wheels       μ |N| + b σ N: rolling resistance, and the loss of teeth, which may
                              depend on which wheel drives
-    a clutch, a packing      the torque, or the force, of its law
+    a clutch, a packing      the torque, or the force, of its law; of a band brake more in one sense
 
-Teeth with a pressure angle press their wheels apart with μ |N|, μ = tan α: the same equation with a
-sense that never changes, and without a loss, as the rate is zero.
+Teeth with a pressure angle press their wheels apart with μ |N|, μ = tan α, and the strands of a
+belt pull its pulleys together: the same equation with a sense that never changes, and without a
+loss, as the rate is zero.
 
 With |B| the Lipschitz constants of φ_k along the columns of B, a spectral radius ϱ(|B|) < 1 means
 that there is one solution: the certificate. Where it is not below 1 the solution is followed from
@@ -40,6 +41,7 @@ from mbody.kernels.friction_laws import (
     APART,
     COUPLE,
     PIN,
+    PULL,
     TORQUE,
     coefficients,
     greatest_slope,
@@ -146,9 +148,9 @@ def senses_by_rates(L, W, w):
 
 @njit
 def lasting_senses(L, W, w):
-    """W.sense ← that of teeth that press apart, which no rate decides."""
+    """W.sense ← that of teeth that press apart and of belts that pull, which no rate decides."""
     for f in range(L.friction_kind.shape[0]):
-        if L.friction_kind[f] == APART:
+        if L.friction_kind[f] in (APART, PULL):
             st(W.sense, f, ld(W.par, L.friction_par[f] + 4, w), w)
 
 

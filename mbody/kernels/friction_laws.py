@@ -19,7 +19,9 @@ __all__ = [
     "COUPLE",
     "FRICTION_KINDS",
     "IMPENDING",
+    "LASTING",
     "PIN",
+    "PULL",
     "SLIDING",
     "TORQUE",
     "coefficients",
@@ -28,8 +30,13 @@ __all__ = [
 ]
 
 #: Kinds of rough pairs; the number of a kind is its place.
-FRICTION_KINDS = ("pin", "guide", "pressed", "couple", "follower", "apart", "torque", "force")
-PIN, GUIDE, _, COUPLE, FOLLOWER, APART, TORQUE, FORCE = range(8)
+FRICTION_KINDS = (
+    *("pin", "guide", "pressed", "couple", "follower"),
+    *("apart", "torque", "force", "pull"),
+)
+PIN, GUIDE, _, COUPLE, FOLLOWER, APART, TORQUE, FORCE, PULL = range(9)
+#: Kinds whose sense lasts, and which lose nothing.
+LASTING = ("apart", "pull")
 #: What `Layout.senses` means: the rates decide the senses; they are in W.sense, of pairs that
 #: slide; the same, and pairs of the rate zero are about to slide: their coefficient is the static
 #: one.
@@ -83,8 +90,9 @@ def store_arms(L, W, w, f):
         first = on_cam(L, W, w, f)
     elif kind == COUPLE:
         second = ld(W.par, o + 5, w) * ld(W.sense, f, w)
-    elif kind in (TORQUE, FORCE):
-        first = larger(third, mu * ld(W.signal, L.friction_signal[f], w))
+    elif kind in (TORQUE, FORCE, PULL):
+        uneven = 1.0 + ld(W.par, o + 5, w) * ld(W.sense, f, w)
+        first = larger(third, mu * uneven * ld(W.signal, L.friction_signal[f], w))
     st(W.arm, ARMS * f, first, w)
     st(W.arm, ARMS * f + 1, second, w)
     st(W.arm, ARMS * f + 2, third, w)
@@ -109,7 +117,7 @@ def size_of(L, W, w, f, x, y):
     """φ of pair f for multipliers (x, y) of what presses it, and ∂φ by both."""
     zero = 0.0 * x
     arm, kind = ld(W.arm, ARMS * f, w), L.friction_kind[f]
-    if kind in (TORQUE, FORCE):
+    if kind in (TORQUE, FORCE, PULL):
         return arm, zero, zero
     if kind == PIN:
         whole = np.sqrt(x * x + y * y)
@@ -135,7 +143,7 @@ def greatest_slope(L, W, w, f, x, y, close):
     it must be `close`, a bound up to 8 % above it that needs no root.
     """
     arm, kind = ld(W.arm, ARMS * f, w), L.friction_kind[f]
-    if kind in (TORQUE, FORCE):
+    if kind in (TORQUE, FORCE, PULL):
         return 0.0 * x
     along = larger(x, -x)
     if kind == PIN:

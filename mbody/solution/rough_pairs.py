@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbody.kernels.friction_instants import PER_PAIR, StoredMotion, rates_of_pairs
-from mbody.kernels.friction_laws import FRICTION_KINDS
+from mbody.kernels.friction_laws import FRICTION_KINDS, LASTING
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.solution.own_histories import motion_rows
 from mbody.solution.result import Result
@@ -53,8 +53,8 @@ class RoughPair:
 
     @property
     def loses(self) -> bool:
-        """Whether it slides; teeth that press their wheels apart do not."""
-        return self.kind != "apart"
+        """Whether it slides; teeth that press their wheels apart do not, nor a belt that pulls."""
+        return self.kind not in LASTING
 
 
 def rough_pairs(system: System) -> tuple[RoughPair, ...]:

@@ -1,6 +1,8 @@
 """Friction in joints: coefficients that do not fit, and questions without an answer."""
 
 from mbody import (
+    BandBrake,
+    Belt,
     CamFollower,
     Clutch,
     Gear,
@@ -44,6 +46,22 @@ def clutch(**numbers):
     return lambda: Clutch("clutch", *PLACES, torque=5.0, **numbers)
 
 
+def belt(**numbers):
+    own = {"tension": 400.0, "radius_i": 0.1, "radius_j": 0.25, "distance": 0.8, "friction": 0.3}
+    return Belt("belt", *PLACES, **own | numbers)
+
+
+def band(**numbers):
+    own = {"force": 200.0, "radius": 0.15, "wrap": 4.0, "friction": 0.3, "lever": 0.5, "arm": 0.1}
+    return BandBrake("band", *PLACES, **own | numbers)
+
+
+def belted(element):
+    machine = slider_crank()
+    machine.add(element)
+    return machine
+
+
 def clutched():
     machine = slider_crank()
     machine.add(Clutch("clutch", "ground", "crank", torque=5.0, static=1.2))
@@ -67,6 +85,15 @@ O = { revolute = ["ground", "arm.O"], friction = 0.1 }
 """
 
 SCENARIOS = {
+    "a belt between pulleys that touch": lambda: belt(distance=0.3),
+    "a belt between pulleys of another design that touch": changed(
+        lambda: belted(belt()), belt_distance=0.3
+    ),
+    "a belt that is neither crossed nor open": lambda: belt(crossed="yes"),
+    "a band brake that locks itself": lambda: band(helping_arm=0.05),
+    "a band brake of another design that locks itself": changed(
+        lambda: belted(band(helping_arm=0.02)), band_wrap=6.0
+    ),
     "a clutch that holds less than it slips with": clutch(static=0.8),
     "a clutch with a Stribeck rate alone": clutch(stribeck=2.0),
     "a clutch of a design that holds less": changed(clutched, clutch_static=0.5),

@@ -17,7 +17,7 @@ import numpy as np
 
 from mbody.analysis.contact.corners import Corners
 from mbody.errors import ModelError
-from mbody.kernels.friction_laws import FRICTION_KINDS
+from mbody.kernels.friction_laws import FRICTION_KINDS, LASTING
 from mbody.kernels.layout import Work, first_beyond
 from mbody.kernels.loop_closure import violation
 from mbody.kernels.output import PER_PRIMITIVE
@@ -117,9 +117,9 @@ def has_modes(system: System) -> bool:
 
 
 def _may_stick(system: System, f: int) -> bool:
-    """Whether a rough pair can rest: not what damps alone, nor teeth that press apart."""
+    """Whether a rough pair can rest: not what damps alone, nor what has a sense that lasts."""
     L = system.layout
-    if FRICTION_KINDS[int(L.friction_kind[f])] == "apart":
+    if FRICTION_KINDS[int(L.friction_kind[f])] in LASTING:
         return False
     return bool(system.par[int(L.friction_par[f]) + 1, 0] > 0.0)
 
@@ -380,15 +380,15 @@ class Unilateral:
         """
         L, f = self.layout, pair.pair
         kind, node = FRICTION_KINDS[int(L.friction_kind[f])], int(L.friction_node[f])
-        if kind in ("torque", "force"):
-            given = work.signal[int(L.friction_signal[f]), 0]
-            return max(0.0, float(self.system.par[int(L.friction_par[f]) + 1, 0] * given))
-        e = int(np.flatnonzero(L.primitive_node == node)[0])
-        first = 3 * self.system.coordinates + PER_PRIMITIVE * e
-        x, y = page[first], page[first + 1]
         o = int(L.friction_par[f])
         _, static, _, _, a, b = self.system.par[o : o + 6, 0]
         sense = float(np.sign(self.multiplier(page, pair.tangent)))
+        if kind in ("torque", "force"):
+            given = work.signal[int(L.friction_signal[f]), 0]
+            return max(0.0, float(static * (1.0 + b * sense) * given))
+        e = int(np.flatnonzero(L.primitive_node == node)[0])
+        first = 3 * self.system.coordinates + PER_PRIMITIVE * e
+        x, y = page[first], page[first + 1]
         if kind == "pin":
             return float(static * a / np.sqrt(1.0 + static * static) * np.hypot(x, y))
         size = static * abs(x)

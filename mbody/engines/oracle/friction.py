@@ -16,7 +16,10 @@ from typing import Any
 
 import numpy as np
 
+from mbody.engines.oracle.belts import band_torque, pull_of_strands
 from mbody.model.joints import (
+    BandBrake,
+    Belt,
     CamFollower,
     Clutch,
     FrictionForce,
@@ -26,6 +29,9 @@ from mbody.model.joints import (
     Revolute,
     Rolling,
 )
+
+#: Joints whose friction follows a law.
+GIVEN = BandBrake | Belt | Clutch | FrictionForce
 
 __all__ = ["DenseFriction", "DenseForces", "rubs"]
 
@@ -43,7 +49,7 @@ Array = np.ndarray
 
 def rubs(joint: Any) -> bool:
     """Whether a joint has friction, or teeth that press apart."""
-    if isinstance(joint, Clutch | FrictionForce):
+    if isinstance(joint, GIVEN):
         return True
     fields = ("friction", "viscous", "efficiency", "pressure_angle", "resistance")
     return any(getattr(joint, field, None) is not None for field in fields)
@@ -188,9 +194,12 @@ class DenseFriction:
     def _rate(self, joint: Any) -> float:
         """How fast the surfaces slide, or turn, on each other."""
         index = self.reference.index
-        if isinstance(joint, Revolute | Clutch | Gear | RackPinion | Rolling):
+        if isinstance(joint, Revolute | BandBrake | Clutch | Gear | RackPinion | Rolling):
             i, j = (self.v[3 * index[body] + 2] for body in joint.bodies)
             return float(j - i)
+        if isinstance(joint, Belt):
+            i, j = (self.v[3 * index[body] + 2] for body in joint.bodies)
+            return float(joint.radius_i * i - (-1.0 if joint.crossed else 1.0) * joint.radius_j * j)
         place = self._place(joint)
         (ax, ay), (bx, by) = (self._velocity(body, place) for body in joint.bodies)
         ux, uy = self._along(joint)
@@ -245,6 +254,14 @@ class DenseFriction:
             ux, uy = self._along(joint)
             force = -sense * self._given(joint, joint.force)
             return (force * ux, force * uy, 0.0), []
+        if isinstance(joint, BandBrake):
+            torque = band_torque(joint, self._given(joint, joint.force), sense)
+            return (0.0, 0.0, -sense * torque), []
+        if isinstance(joint, Belt):
+            value = self.reference.value(joint.tension, self.t)
+            holds = self._given(joint, joint.tension) / max(value, 1e-300)
+            ends = [self.reference.place(self.q, marker) for marker in (joint.i, joint.j)]
+            return pull_of_strands(joint, ends, max(0.0, value), sense * holds), []
         if isinstance(joint, Gear | RackPinion):
             return self._teeth(joint, lam, own, sense)
         if isinstance(joint, Rolling):

@@ -22,4 +22,6 @@ from mbody.model.joints.clutch import Clutch as Clutch
 from mbody.model.joints.friction_force import FrictionForce as FrictionForce
 from mbody.model.joints.custom import CustomJoint as CustomJoint
 from mbody.model.joints import circles as circles
+from mbody.model.joints.band_brake import BandBrake as BandBrake
+from mbody.model.joints.belt import Belt as Belt
 from mbody.model.primitives import CONSTRAINTS as CONSTRAINTS

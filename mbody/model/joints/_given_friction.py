@@ -37,8 +37,9 @@ class GivenFriction(Joint):
     stribeck: OptionalNumberField = number_field("velocity", None, sign="positive")
     rows = ""
     follows_formulas = True
-    #: The field of the law, "torque" or "force", which is the kind of the pair too.
+    #: The kind of the pair, "torque" or "force", and the field of the law if that is another one.
     size: ClassVar[str]
+    law: ClassVar[str] = ""
 
     def _check(self) -> None:
         super()._check()
@@ -81,9 +82,16 @@ class GivenFriction(Joint):
         """The row whose rate is the rate of slipping."""
         raise NotImplementedError
 
+    def per_value(self, at: Numbers) -> tuple[Any, Any]:
+        """The friction for a law of the value 1, and by which part of it there is more where it
+        slips in the positive sense, and less in the other.
+        """
+        return 1.0, 0.0
+
     def frictions(self, at: Numbers) -> list[FrictionPrimitive]:
         """One pair, of the size that the law gives."""
         stribeck: Any = 0.0 if self.stribeck is None else at[f"{self.name}.stribeck"]
-        numbers = [1.0, at[f"{self.name}.static"], stribeck, 0.0, 0.0, 0.0]
-        law = at.law(self, self.size)
+        part, uneven = self.per_value(at)
+        numbers = [part, part * at[f"{self.name}.static"], stribeck, 0.0, 0.0, uneven]
+        law = at.law(self, self.law or self.size)
         return [FrictionPrimitive(self.size, self.tangent(at), 0, numbers, law)]
