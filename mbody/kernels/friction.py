@@ -26,8 +26,8 @@ loss, as the rate is zero.
 
 With |B| the Lipschitz constants of φ_k along the columns of B, a spectral radius ϱ(|B|) < 1 means
 that there is one solution: the certificate. Where it is not below 1 the solution is followed from
-no friction, x = s φ(λ₀ + B x) with s from 0 to 1; where det(I − s φ′ B) vanishes on the way the
-mechanism jams.
+no friction, with s times all coefficients, s from 0 to 1; where det(I − φ′ B) vanishes on the way
+the mechanism jams, from that part s of its coefficients on.
 
 Pairs whose sense is 0 have no sliding friction: they are open, or stick by a row of their own.
 Pfeiffer, Glocker: Multibody Dynamics with Unilateral Contacts (1996), 5.
@@ -43,6 +43,7 @@ from mbody.kernels.friction_laws import (
     PIN,
     PULL,
     TORQUE,
+    arms,
     coefficients,
     greatest_slope,
     size_of,
@@ -92,7 +93,7 @@ ON_LANES = 1e-12
 LEVELS = 40
 #: The least of them, by which the place where the mechanism jams is known; and what rounding may
 #: make of a size that is zero.
-LEAST_LEVEL, NEGATIVE = 1e-9, 1e-12
+LEAST_LEVEL, NEGATIVE = 1e-11, 1e-12
 #: A bound of the spectral radius below which no closer one is sought.
 CERTIFIED = 1.0 - 1e-9
 #: Powers of |B| for the bound of its spectral radius, and what keeps the vector positive.
@@ -245,10 +246,10 @@ def spectral_bound(L, W, w, close):
 
 
 @njit
-def newton_pass(L, W, w, level, moving):
-    """One pass of Newton's method for x = level · φ(λ + B (x − x′)), where W.lam is the solution
-    with x′ = W.kept_slip among the loads; of lanes that are `moving`, 1 or 0. Returns the greatest
-    change of x, the greatest x and det(I − level · φ′ B).
+def newton_pass(L, W, w, moving):
+    """One pass of Newton's method for x = φ(λ + B (x − x′)), where W.lam is the solution with
+    x′ = W.kept_slip among the loads; of lanes that are `moving`, 1 or 0. Returns the greatest
+    change of x, the greatest x and det(I − φ′ B).
     """
     pairs = L.friction_kind.shape[0]
     m = W.newton
@@ -264,7 +265,7 @@ def newton_pass(L, W, w, level, moving):
             x = x + ld(W.response, o, w) * more
             y = y + ld(W.response, o + 1, w) * more
         size, by_x, by_y = size_of(L, W, w, f, x, y)
-        slides = ld(W.sense, f, w) * ld(W.sense, f, w) * level
+        slides = ld(W.sense, f, w) * ld(W.sense, f, w)
         by_x, by_y = slides * by_x, slides * by_y
         for c in range(pairs):
             o = 2 * L.nodes * c + node
@@ -306,6 +307,7 @@ def friction_sizes(L, W, w):
     jamming into W.friction.
     """
     coefficients(L, W, w)
+    arms(L, W, w, 1.0)
     zero = 0.0 * ld(W.size, 0, w)
     one = zero + 1.0
     radius = certificate(L, W, w)
@@ -320,7 +322,7 @@ def friction_sizes(L, W, w):
         settled = SAME if count(w) == 1 else NEARLY
         moving = select_le(radius, one, one, zero)
         for _ in range(PASSES):
-            change, greatest, determinant = newton_pass(L, W, w, one, moving)
+            change, greatest, determinant = newton_pass(L, W, w, moving)
             moving = select_le(change, settled * greatest, zero, moving)
             if highest(moving) == 0.0:
                 break
@@ -331,8 +333,9 @@ def friction_sizes(L, W, w):
 
 @njit
 def by_levels(L, W, w):
-    """x = s φ(λ₀ + B x) followed from s = 0 to 1; returns the last determinant and the part s that
-    was reached. W.slip is that of the last s. Of one motion: lanes would share s.
+    """x = φ(λ₀ + B x) followed with s times all coefficients, from s = 0 to 1; returns the last
+    determinant and the part s that was reached. W.slip is that of the last s. Of one motion: lanes
+    would share s.
     """
     pairs = L.friction_kind.shape[0]
     one = 0.0 * ld(W.size, 0, w) + 1.0
@@ -342,9 +345,10 @@ def by_levels(L, W, w):
         level = min(1.0, reached + step)
         for f in range(pairs):
             st(W.newton, before + f, ld(W.slip, f, w), w)
+        arms(L, W, w, level)
         good, found = False, one
         for _ in range(PASSES):
-            change, greatest, found = newton_pass(L, W, w, level, one)
+            change, greatest, found = newton_pass(L, W, w, one)
             if not lowest(found) > 0.0:
                 break
             # near where it jams rounding grows as the determinant falls
@@ -399,7 +403,7 @@ def friction_changes(L, W, w):
     if highest(ld(W.friction, REACHED_PART, w)) < 1.0:
         return False
     one = 0.0 * ld(W.size, 0, w) + 1.0
-    change, greatest, _ = newton_pass(L, W, w, one, one)
+    change, greatest, _ = newton_pass(L, W, w, one)
     return highest(change - AGAIN * greatest) > 0.0
 
 

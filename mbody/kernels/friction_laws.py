@@ -24,6 +24,7 @@ __all__ = [
     "PULL",
     "SLIDING",
     "TORQUE",
+    "arms",
     "coefficients",
     "greatest_slope",
     "size_of",
@@ -49,16 +50,13 @@ OCTAGON = 0.41421356237309515
 
 @njit
 def coefficients(L, W, w):
-    """W.coefficient ← the coefficient of friction of every pair at its rate of sliding; W.arm ← by
-    what its size follows from multipliers, ARMS numbers a pair.
-    """
+    """W.coefficient ← the coefficient of friction of every pair at its rate of sliding."""
     for f in range(L.friction_kind.shape[0]):
         o = L.friction_par[f]
         st(W.coefficient, f, ld(W.par, o, w), w)
         if L.senses == IMPENDING or highest(ld(W.par, o + 2, w)) > 0.0:
             for lane in range(count(w)):
                 at_rate(L, W, f, o, lane)
-        store_arms(L, W, w, f)
 
 
 @inline
@@ -72,12 +70,23 @@ def at_rate(L, W, f, o, lane):
         W.coefficient[f, lane] = kinetic + (static - kinetic) * falls
 
 
-@inline
-def store_arms(L, W, w, f):
-    """W.arm of pair f: the radius ρ of a pin's friction circle; μ, 2 μ/ℓ (zero without a length)
-    and μ σ h/2 of a guide; what a clutch or packing has; else what multiplies |λ| and λ.
+@njit
+def arms(L, W, w, part):
+    """W.arm ← by what the sizes of friction follow from multipliers, ARMS numbers a pair, all
+    coefficients being multiplied by `part`.
     """
-    mu, o, kind = ld(W.coefficient, f, w), L.friction_par[f], L.friction_kind[f]
+    for f in range(L.friction_kind.shape[0]):
+        store_arms(L, W, w, f, part)
+
+
+@inline
+def store_arms(L, W, w, f, part):
+    """W.arm of pair f: the radius ρ of a pin's friction circle; μ, 2 μ/ℓ (zero without a length)
+    and μ σ h/2 of a guide; what a clutch or packing has; else what multiplies |λ| and λ. That teeth
+    press apart and belts pull is no friction, of which there may be a part.
+    """
+    o, kind = L.friction_par[f], L.friction_kind[f]
+    mu = ld(W.coefficient, f, w) * (1.0 if kind in (APART, PULL) else part)
     first, second, third = mu, 0.0 * mu, 0.0 * mu
     if kind == PIN:
         first = mu * ld(W.par, o + 4, w) / np.sqrt(1.0 + mu * mu)
@@ -87,9 +96,9 @@ def store_arms(L, W, w, f):
         second = select_le(length, third, third, 2.0 * mu / long)
         third = 0.5 * mu * ld(W.sense, f, w) * ld(W.par, o + 5, w)
     elif kind == FOLLOWER:
-        first = on_cam(L, W, w, f)
+        first = on_cam(L, W, w, f, mu)
     elif kind == COUPLE:
-        second = ld(W.par, o + 5, w) * ld(W.sense, f, w)
+        second = part * ld(W.par, o + 5, w) * ld(W.sense, f, w)
     elif kind in (TORQUE, FORCE, PULL):
         uneven = 1.0 + ld(W.par, o + 5, w) * ld(W.sense, f, w)
         first = larger(third, mu * uneven * ld(W.signal, L.friction_signal[f], w))
@@ -99,14 +108,14 @@ def store_arms(L, W, w, f):
 
 
 @inline
-def on_cam(L, W, w, f):
-    """Friction of follower f on its cam by the multiplier. A roller turns on a pin of some part of
-    its radius: the force on it passes the pin at the radius of the friction circle, so that the
-    part along the cam is to that across it as the sides of that triangle.
+def on_cam(L, W, w, f, mu):
+    """Friction of follower f on its cam by the multiplier, for a coefficient. A roller turns on a
+    pin of some part of its radius: the force on it passes the pin at the radius of the friction
+    circle, so that the part along the cam is to that across it as the sides of that triangle.
     """
     o = 12 * L.friction_node[f] + 6
     x, y = ld(W.block, o, w), ld(W.block, o + 1, w)
-    mu, part = ld(W.coefficient, f, w), ld(W.par, L.friction_par[f] + 4, w)
+    part = ld(W.par, L.friction_par[f] + 4, w)
     sine = part * mu / np.sqrt(1.0 + mu * mu)
     rolls = sine / np.sqrt(1.0 - sine * sine)
     return select_le(part, 0.0 * mu, mu, rolls) * np.sqrt(x * x + y * y)

@@ -27,8 +27,6 @@ Array = np.ndarray
 TOGETHER = 6
 #: A rate, or its change, below this part of the greatest is rounding.
 ROUNDING = 1e-9
-#: Halvings by which the part of friction at which a mechanism jams is found.
-HALVINGS = 50
 #: Jams that are examined, at most.
 EXAMINED = 400
 
@@ -72,7 +70,6 @@ def forces_with(
     motion: StoredMotion,
     design: int = 0,
     *,
-    part: float = 1.0,
     at_rest: bool = True,
 ) -> FrictionForces:
     """Forces at the instants of a motion with these senses (instants, pairs).
@@ -81,19 +78,11 @@ def forces_with(
     ----------
     motion : StoredMotion
         As of `stored_motion`, of the design.
-    part : float
-        By which all coefficients are multiplied.
     at_rest : bool
         Whether pairs of the rate zero have their static coefficient.
     """
     system = solution.system
     work = system.work(designs=design)
-    if part != 1.0:
-        for pair in rough_pairs(system):
-            if pair.loses:
-                work.par[pair.parameter : pair.parameter + 2] *= part
-                if pair.kind == "couple":
-                    work.par[pair.parameter + 5] *= part
     output = np.empty((len(senses), PER_PRIMITIVE * len(system.owners), 1))
     reached = np.empty((len(senses), 2))
     forces_by_senses(
@@ -214,25 +203,19 @@ def jams_at(solution: Result, rates: Array, reached: Array, design: int = 0) -> 
     found = []
     instants = np.flatnonzero(reached < 1.0)[:EXAMINED]
     motion = stored_motion(solution, design, instants)
+    # with as much of friction as there are forces
+    forces = forces_with(solution, rates[instants, :, 2], motion, design, at_rest=False)
     for n, k in enumerate(instants):
-        at = motion.replaced(motion=motion.motion[n : n + 1], t=motion.t[n : n + 1])
-        senses = rates[k : k + 1, :, 2]
-        low, high = 0.0, 1.0
-        for _ in range(HALVINGS):
-            middle = 0.5 * (low + high)
-            one = forces_with(solution, senses, at, design, part=middle, at_rest=False)
-            if one.reached[0] < 1.0:
-                high = middle
-            else:
-                low = middle
-        forces = forces_with(solution, senses, at, design, part=low, at_rest=False).table[0]
         power = [
-            abs(forces[PER_PRIMITIVE * pair.primitive] * rates[k, m, 0]) if pair.loses else 0.0
+            abs(forces.table[n, PER_PRIMITIVE * pair.primitive] * rates[k, m, 0])
+            if pair.loses
+            else 0.0
             for m, pair in enumerate(pairs)
         ]
         worst = pairs[int(np.argmax(power))]
+        part = float(forces.reached[n])
         found.append(
-            Jam(float(solution.t[k]), worst.joint, high * _coefficient(solution, worst, design))
+            Jam(float(solution.t[k]), worst.joint, part * _coefficient(solution, worst, design))
         )
     return found
 

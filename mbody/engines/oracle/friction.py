@@ -95,7 +95,8 @@ class DenseFriction:
     senses : mapping, optional
         Senses of sliding by joint, where its rate does not decide; 0 is without friction.
     part : float
-        By which all coefficients of friction are multiplied.
+        By which all coefficients of friction are multiplied, and what teeth with an efficiency
+        lose.
     impending : bool
         Whether the static coefficients hold.
     """
@@ -313,11 +314,12 @@ class DenseFriction:
         said: list[Any] = []
         torque: Any = 0.0
         if joint.efficiency is not None:
-            (torque,) = own
+            (whole,) = own
+            torque = self.part * whole
             if sense:
-                said = [self._power(joint, force, torque, (px, py), (nx, ny))]
+                said = [self._power(joint, force, whole, (px, py), (nx, ny))]
             else:
-                said = [torque]
+                said = [whole]
         elif joint.friction is not None:
             arm = self._mean_arm(joint)
             mu = joint.friction * self.part
@@ -343,10 +345,9 @@ class DenseFriction:
             carrier = (ri * wi + rj * wj) / (ri + rj)
             to_j = (torque + force * lever) * (wj - carrier)
             to_i = (-torque - force * self._lever(pitch, (ix, iy), normal)) * (wi - carrier)
-        efficiency = 1.0 - self.part * (1.0 - joint.efficiency)
         first = np.real(to_i) < np.real(to_j)
         driven, driving = np.where(first, to_j, to_i), np.where(first, to_i, to_j)
-        return (driven + efficiency * driving) / abs(wj - wi)
+        return (driven + joint.efficiency * driving) / abs(wj - wi)
 
     @staticmethod
     def _lever(place: Any, about: Any, direction: Any) -> float:
