@@ -131,6 +131,11 @@ def _joints(system: System, run: Solution, pose: Array) -> tuple[Array, Array]:
             run.reaction_point(driver.name) if ahead else (np.zeros(len(run)), np.zeros(len(run)))
         )
         act(driver, np.array([fx, fy]), torque, place)
+    for contact in run.system.mechanism.contacts if run.analysis == "simulate" else ():
+        one, body = run.reaction(contact.name), contact.bodies[1]
+        # its torque is about the mass centre of j
+        centre = (0.0, 0.0) if body == "ground" else (run[body].x, run[body].y)
+        act(contact, np.array([one.fx, one.fy]), one.torque, centre)
     for element, _ in acting_on_several(system):
         for k in range(len(run)):
             found[k] += coupled(run, element.name, k)[: pose.shape[1]]

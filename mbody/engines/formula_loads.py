@@ -1,5 +1,5 @@
-"""Loads and drivers by formulas, inputs, own states and friction in joints, which other engines
-lack.
+"""Loads and drivers by formulas, inputs, own states, friction in joints and contacts, which other
+engines lack.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ def follows_formula(element: Element) -> bool:
 
 def without_counterpart(mechanism: Mechanism) -> tuple[Inexpressible, ...]:
     """What another engine's model of a mechanism has no counterpart of: loads and drivers by
-    formulas, inputs, own states, controllers, friction in joints.
+    formulas, inputs, own states, controllers, friction in joints, contacts.
 
     >>> from mbody import makers
     >>> without_counterpart(makers.four_bar(1, 3, 2, 3.5))
@@ -34,7 +34,11 @@ def without_counterpart(mechanism: Mechanism) -> tuple[Inexpressible, ...]:
     rough = (joint.name for joint in mechanism.joints if rubs(joint))
     found = [Inexpressible(name, why) for name in loads] + list(signals_of(mechanism))
     why = "its friction is of the real reaction"
-    return (*found, *(Inexpressible(name, why) for name in rough))
+    found += [Inexpressible(name, why) for name in rough]
+    # theirs are soft, or have a step of their own, and impacts are where steps end
+    why = "it is a contact, whose impacts and sticking the oracle follows"
+    touching = (*mechanism.contacts, *mechanism.groups)
+    return (*found, *(Inexpressible(one.name, why) for one in touching))
 
 
 def signals_of(mechanism: Mechanism) -> tuple[Inexpressible, ...]:

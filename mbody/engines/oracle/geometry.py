@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from mbody.model.body import Body
+from mbody.model.contact import OneSided
 from mbody.model.element import Element, Marker, Polar
 from mbody.model.joints import Fixed, Prismatic
 from mbody.model.mechanism import Mechanism
@@ -64,7 +65,9 @@ class Geometry:
         names = [body.name for body in mechanism.bodies]
         self.n = len(names)
         self.index = {name: k for k, name in enumerate([*names, "ground"])}
-        self.elements: tuple[Any, ...] = mechanism.constraints
+        # contacts have an engine of their own
+        every: tuple[Any, ...] = mechanism.constraints
+        self.elements = tuple(one for one in every if not isinstance(one, OneSided))
         ends = list(itertools.accumulate((len(e.rows) for e in self.elements), initial=0))
         self.rows = {e.name: slice(*ends[k : k + 2]) for k, e in enumerate(self.elements)}
         self.m = ends[-1]

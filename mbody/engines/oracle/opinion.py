@@ -10,6 +10,7 @@ import numpy as np
 from mbody.engines.comparison import Comparison
 from mbody.engines.formula_loads import follows_formula
 from mbody.engines.opinion import Inexpressible, Opinion
+from mbody.engines.oracle.contact_opinion import contact_opinion
 from mbody.engines.oracle.reference import Reference
 from mbody.solution.own_histories import own_history
 from mbody.solution.solution import Solution
@@ -34,7 +35,6 @@ AROUND, JUMP = 1e-7, 1e-4
 
 def opinion(system: System, run: Solution) -> Opinion:
     """The opinion of the dense oracle on a result of kinetostatics, statics or simulate."""
-    check = _OracleCheck(system, run)
     own = assemble(system.mechanism).values
     # the histories of inputs and own states are read from the result
     free = {one.name for one in (*system.mechanism.inputs, *system.mechanism.states)}
@@ -47,7 +47,9 @@ def opinion(system: System, run: Solution) -> Opinion:
         why = f"it reads the description, but the system has another {changed[0]}"
         return Opinion("oracle", (), (Inexpressible("model", why),))
     try:
-        return check.opinion()
+        if system.mechanism.contacts and run.analysis == "simulate":
+            return contact_opinion(system, run)
+        return _OracleCheck(system, run).opinion()
     except NotImplementedError as error:
         return Opinion("oracle", (), (Inexpressible("model", str(error)),))
 
@@ -185,8 +187,12 @@ class _OracleCheck:
                     ours = getattr(run[body.name], key)[instants]
                     comparison.add(kind, f"{body.name}.{key}", ours, table[order][:, 3 * n + part])
         if orders > 1:
-            comparison.size("turning", comparison.top("velocity") / self.system.length)
-            comparison.size("turned", comparison.top("acceleration") / self.system.length)
+            # what turns moves points of its links, though centres may stand still, and the reverse
+            length = self.system.length
+            for moves, turns in (("velocity", "turning"), ("acceleration", "turned")):
+                linear, angular = comparison.top(moves), comparison.top(turns)
+                comparison.size(moves, length * angular)
+                comparison.size(turns, linear / length)
         for joint in self.system.mechanism.joints:
             self._reaction(joint.name, found, instants)
         machine = self.system.mechanism

@@ -1,0 +1,499 @@
+"""The oracle's motion with contacts: every combination of modes is tried, impacts too.
+
+Between events the closed contacts have one mode each, and accelerations and forces are one dense
+system of equations. Which modes follow an event is decided by trying all of them, open, stick, slip
+either way: 4ᵐ systems of m contacts, of which those whose forces press, stay in their cones and
+whose motions part or go against friction are right. An impact is the same with velocities.
+Integration is by DOP853 of SciPy, with its own location of events.
+
+Glocker: Set-Valued Force Laws (2001); Pfeiffer, Glocker (1996), 6 and 8.
+"""
+
+from __future__ import annotations
+
+import functools
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from mbody.engines.oracle.reference import Reference
+from mbody.engines.oracle.touching import Touching
+
+__all__ = ["MOST_CLOSED", "RTOL", "DenseContactMotion", "DenseEvent"]
+
+#: Relative to the greatest gap, velocity, acceleration and force: what rounding leaves of zero.
+CLOSED, STILL, NO_ACCELERATION, NO_FORCE = 1e-9, 1e-8, 1e-9, 1e-9
+#: The gap of what has just parted, in parts of the length; steps of a motion at least, so that no
+#: gap closes and opens within one.
+PARTED, STEPS = 1e-15, 200
+#: Closed contacts at once, of which all combinations are tried; events of one motion.
+MOST_CLOSED, MOST_EVENTS = 6, 1000
+#: Tolerance of the integrator.
+RTOL = 1e-12
+#: A flight shorter than this part of the time of a fall by the model length is the last.
+SHORTEST_FLIGHT = 5e-7
+
+Array = np.ndarray
+OPEN, STICK, FORWARD, BACKWARD = "open", "stick", "slip+", "slip-"
+SENSE = {FORWARD: 1.0, BACKWARD: -1.0}
+
+
+@dataclass(frozen=True)
+class DenseEvent:
+    """An instant at which modes change: impacts by name, or a change of modes alone."""
+
+    t: float
+    impact: tuple[str, ...]
+    modes: tuple[str, ...]
+
+
+@dataclass
+class DenseContactMotion:
+    """The motion of one mechanism with contacts.
+
+    Attributes
+    ----------
+    reference : Reference
+        Of the mechanism without its contacts.
+    touching : Touching
+    drivers : names of drivers that act
+    rtol : float
+        Tolerance of the integrator.
+    events : list of DenseEvent
+        What has happened, the decision at the first instant included.
+    """
+
+    reference: Reference
+    touching: Touching
+    drivers: tuple[str, ...] = ()
+    rtol: float = RTOL
+    events: list[DenseEvent] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.mass = self.reference.mass_matrix()
+        self.rows = self.reference._active(self.drivers)
+        self.size = self.touching.length()
+        self.swift = 0.0
+
+    # -- one instant -----------------------------------------------------------------------------
+
+    def _solve(
+        self, held: Array, forces: Array, right: Array, target: Array
+    ) -> tuple[Array, Array] | None:
+        """x and λ from M x = right + forcesᵀ λ, held x = target, by least squares; None where that
+        has no solution.
+        """
+        size = len(right)
+        matrix = np.block([[self.mass, -forces.T], [held, np.zeros((len(held), len(held)))]])
+        whole = np.concatenate([right, target])
+        found = np.linalg.lstsq(matrix, whole, rcond=1e-12)[0]
+        off = np.abs(matrix @ found - whole).max(initial=0.0)
+        if off > 1e-9 * max(1e-300, np.abs(whole).max(initial=0.0)):
+            return None
+        return found[:size], found[size:]
+
+    def _combined(
+        self, q: Array, closed: Sequence[int], modes: Sequence[str], mu: Array, joints: Array
+    ) -> tuple[Array, Array]:
+        """Rows that are held, and along which the forces of their multipliers act."""
+        W, m = self.touching.rows(q), len(self.touching)
+        held, forces = [joints], [joints]
+        for k, mode in zip(closed, modes, strict=True):
+            if mode == OPEN:
+                continue
+            held.append(W[k : k + 1])
+            slides = SENSE.get(mode, 0.0) * mu[k]
+            forces.append(W[k : k + 1] - slides * W[m + k : m + k + 1])
+        for k, mode in zip(closed, modes, strict=True):
+            if mode == STICK and mu[k] > 0.0:
+                held.append(W[m + k : m + k + 1])
+                forces.append(W[m + k : m + k + 1])
+        return np.concatenate(held), np.concatenate(forces)
+
+    def _forces(
+        self, closed: Sequence[int], modes: Sequence[str], mu: Array, lam: Array
+    ) -> tuple[Array, Array]:
+        """(λ_N, λ_T) of all places, from the multipliers."""
+        m, n = len(self.touching), len(self.rows)
+        normal, along = np.zeros(m), np.zeros(m)
+        for k, mode in zip(closed, modes, strict=True):
+            if mode != OPEN:
+                normal[k], n = lam[n], n + 1
+                along[k] = -SENSE.get(mode, 0.0) * mu[k] * normal[k]
+        for k, mode in zip(closed, modes, strict=True):
+            if mode == STICK and mu[k] > 0.0:
+                along[k], n = lam[n], n + 1
+        return normal, along
+
+    def accelerations(
+        self, t: float, q: Array, v: Array, closed: Sequence[int], modes: Sequence[str], mu: Array
+    ) -> tuple[Array, Array, Array] | None:
+        """Accelerations, pressing forces and friction of closed contacts with given modes."""
+        r = self.reference
+        joints = r.phi_q(q, t)[self.rows]
+        held, forces = self._combined(q, closed, modes, mu, joints)
+        drift, m = self.touching.drift(q, v), len(self.touching)
+        known = [k for k, mode in zip(closed, modes, strict=True) if mode != OPEN]
+        known += [
+            m + k for k, mode in zip(closed, modes, strict=True) if mode == STICK and mu[k] > 0.0
+        ]
+        target = np.concatenate([r.gamma(q, v, t)[self.rows], -drift[known]])
+        found = self._solve(held, forces, r.applied(q, v, t), target)
+        if found is None:
+            return None
+        return found[0], *self._forces(closed, modes, mu, found[1])
+
+    def _mu(self, which: str) -> Array:
+        return np.array([getattr(spot, which) for spot in self.touching.spots])
+
+    def _choices(self, k: int, along: float, fast: float) -> tuple[str, ...]:
+        if self.touching.spots[k].static == 0.0:
+            return STICK, OPEN  # without friction sticking is touching
+        if abs(along) > STILL * fast:
+            return (FORWARD if along > 0.0 else BACKWARD), OPEN
+        return STICK, FORWARD, BACKWARD, OPEN
+
+    def decide(
+        self, t: float, q: Array, v: Array, closed: Sequence[int], ended: Mapping[int, str]
+    ) -> tuple[str, ...]:
+        """The modes with which closed contacts that neither approach nor part go on; where rounding
+        leaves several, that which `ended` names for a contact whose mode has come to its end.
+
+        Raises
+        ------
+        NotImplementedError
+            Where no modes are right, or accelerations are not unique.
+        """
+        self._few(closed)
+        W, m = self.touching.rows(q), len(self.touching)
+        rates, fast = W @ v, self._fast(v)
+        drift = self.touching.drift(q, v)
+        choices = [
+            sorted(self._choices(k, float(rates[m + k]), fast), key=lambda one: one != ended.get(k))
+            for k in closed
+        ]
+        still = np.array([abs(rates[m + k]) <= STILL * fast for k in range(m)])
+        mu = np.where(still, self._mu("static"), self._mu("friction"))
+        free = float(np.abs(self.reference.applied(q, v, t) / np.diag(self.mass)).max(initial=0.0))
+        right: list[tuple[Array, float, tuple[str, ...]]] = []
+        for modes in itertools.product(*choices):
+            found = self.accelerations(t, q, v, closed, modes, mu)
+            if found is None:
+                continue
+            a, normal, along = found
+            change = W @ a + drift
+            size = max(float(np.abs(change).max(initial=0.0)), free, 1e-300) * NO_ACCELERATION
+            press = max(float(np.abs(normal).max(initial=0.0)), 1e-300) * NO_FORCE
+            if all(
+                self._fits(k, mode, change, normal, along, mu, size, press, bool(still[k]))
+                for k, mode in zip(closed, modes, strict=True)
+            ):
+                right.append((a, float(normal.sum()), modes))
+        if not right:
+            raise NotImplementedError(f"no accelerations at t = {t:.6g} fulfil Coulomb's law")
+        first = right[0]
+        top = max(float(np.abs(a).max()) for a, *_ in right) or 1.0
+        if any(np.abs(a - first[0]).max() > 1e-6 * top for a, *_ in right):
+            raise NotImplementedError(f"accelerations at t = {t:.6g} are not unique")
+        return first[2]
+
+    def _fits(
+        self,
+        k: int,
+        mode: str,
+        change: Array,
+        normal: Array,
+        along: Array,
+        mu: Array,
+        size: float,
+        press: float,
+        still: bool,
+    ) -> bool:
+        if mode == OPEN:
+            return bool(change[k] >= -size)
+        if normal[k] < -press:
+            return False
+        if mode == STICK:
+            return bool(abs(along[k]) <= mu[k] * normal[k] + press)
+        m = len(self.touching)
+        return not still or bool(SENSE[mode] * change[m + k] >= -size)
+
+    def _few(self, closed: Sequence[int]) -> None:
+        if len(closed) > MOST_CLOSED:
+            raise NotImplementedError(f"it tries all modes of at most {MOST_CLOSED} contacts")
+
+    def _fast(self, v: Array) -> float:
+        """The greatest velocity so far, or of a fall by the length of the places."""
+        reference = np.tile([1.0, 1.0, self.size], len(v) // 3)
+        self.swift = max(self.swift, float(np.abs(v * reference).max(initial=0.0)))
+        return self.swift
+
+    # -- impacts ---------------------------------------------------------------------------------
+
+    def strike(self, t: float, q: Array, v: Array, closed: Sequence[int], plastic: bool) -> Array:
+        """Velocities after an impact of closed contacts, compression then expansion.
+
+        Raises
+        ------
+        NotImplementedError
+            Where no impulses are right.
+        """
+        self._few(closed)
+        e = np.zeros(len(self.touching)) if plastic else self._mu("restitution")
+        newton = np.array([spot.newton for spot in self.touching.spots])
+        before = (self.touching.rows(q) @ v)[: len(e)]
+        shift = np.where(newton, e * np.minimum(before, 0.0), 0.0)
+        after, impulse = self._phase(t, q, v, closed, shift, np.zeros(len(e)))
+        least = np.where(newton, 0.0, e) * impulse
+        if not least.any():
+            return after
+        return self._phase(t, q, after, closed, shift, least)[0]
+
+    def _phase(
+        self, t: float, q: Array, v: Array, closed: Sequence[int], shift: Array, least: Array
+    ) -> tuple[Array, Array]:
+        """Velocities and normal impulses after one phase, in which each contact has an impulse of
+        at least `least`, more only where its rate plus `shift` is zero.
+        """
+        r, m, mu = self.reference, len(self.touching), self._mu("friction")
+        W, joints = self.touching.rows(q), r.phi_q(q, t)[self.rows]
+        still = np.zeros(len(joints))
+        fast, push = self._fast(v), float(np.abs(self.mass @ v).max(initial=0.0)) or 1.0
+        kept = joints @ v
+        for modes in itertools.product((STICK, FORWARD, BACKWARD, OPEN), repeat=len(closed)):
+            for rests in self._rests(closed, modes, mu):
+                # rows: rates that are known; columns: impulses, of which `least` acts in any case
+                held, forces, target = [joints], [joints], [kept + still]
+                fixed = np.zeros(len(v))
+                for k, mode in zip(closed, modes, strict=True):
+                    n, s = W[k : k + 1], W[m + k : m + k + 1]
+                    way = n - SENSE.get(mode, SENSE.get(rests.get(k, ""), 0.0)) * mu[k] * s
+                    fixed += least[k] * way[0]
+                    if mode != OPEN:
+                        held.append(n)
+                        forces.append(way)
+                        target.append(np.array([-shift[k]]))
+                for k, mode in zip(closed, modes, strict=True):
+                    if mu[k] > 0.0 and (mode == STICK or rests.get(k) == STICK):
+                        held.append(W[m + k : m + k + 1])
+                        forces.append(W[m + k : m + k + 1])
+                        target.append(np.zeros(1))
+                found = self._solve(
+                    np.concatenate(held),
+                    np.concatenate(forces),
+                    self.mass @ v + fixed,
+                    np.concatenate(target),
+                )
+                if found is None:
+                    continue
+                after, lam = found
+                normal, along = least.copy(), np.zeros(m)
+                at = len(joints)
+                for k, mode in zip(closed, modes, strict=True):
+                    if mode != OPEN:
+                        normal[k], at = normal[k] + lam[at], at + 1
+                for k, mode in zip(closed, modes, strict=True):
+                    if mu[k] > 0.0 and (mode == STICK or rests.get(k) == STICK):
+                        along[k], at = lam[at], at + 1
+                rates = W @ after
+                if self._strikes(
+                    closed, modes, rests, rates, shift, normal, least, along, mu, fast, push
+                ):
+                    return after, normal
+        raise NotImplementedError(f"no impulses at t = {t:.6g} fulfil the law of impact")
+
+    def _rests(
+        self, closed: Sequence[int], modes: Sequence[str], mu: Array
+    ) -> Iterator[dict[int, str]]:
+        """Friction of contacts that get no more than the least impulse, which may stick or slip."""
+        which = [k for k, mode in zip(closed, modes, strict=True) if mode == OPEN and mu[k] > 0.0]
+        for choice in itertools.product((STICK, FORWARD, BACKWARD), repeat=len(which)):
+            yield dict(zip(which, choice, strict=True))
+
+    def _strikes(
+        self,
+        closed: Sequence[int],
+        modes: Sequence[str],
+        rests: dict[int, str],
+        rates: Array,
+        shift: Array,
+        normal: Array,
+        least: Array,
+        along: Array,
+        mu: Array,
+        fast: float,
+        push: float,
+    ) -> bool:
+        m = len(self.touching)
+        for k, mode in zip(closed, modes, strict=True):
+            if mode == OPEN and rates[k] + shift[k] < -STILL * fast:
+                return False
+            if normal[k] - least[k] < -NO_FORCE * push:
+                return False
+            how = rests.get(k, mode)
+            if how == STICK and abs(along[k]) > mu[k] * normal[k] + NO_FORCE * push:
+                return False
+            if how in SENSE and mu[k] > 0.0 and SENSE[how] * rates[m + k] < -STILL * fast:
+                return False
+        return True
+
+    # -- the motion ------------------------------------------------------------------------------
+
+    def motion(self, q: Array, v: Array, times: Array) -> tuple[Array, Array]:
+        """Coordinates and velocities (instants, 3n) at ascending times, from the first on."""
+        t, end, n = float(times[0]), float(times[-1]), len(q)
+        ended: dict[int, str] = {}
+        wanted = np.asarray(times, float)
+        loads = np.abs(self.reference.applied(q, v, t) / np.diag(self.mass)).max(initial=0.0)
+        self.swift = float(np.sqrt(loads * self.size))
+        found = np.full((len(wanted), 2 * n), np.nan)
+        at = np.searchsorted(wanted, t, side="right")
+        found[:at] = np.concatenate([q, v])
+        while t < end:
+            if len(self.events) > MOST_EVENTS:
+                raise NotImplementedError(f"more than {MOST_EVENTS} events")
+            q, v, closed, modes = self._transition(t, q, v, ended)
+            guards = self._guards(q, closed, modes)
+            span = solve_ivp(
+                functools.partial(self._derivative, closed=closed, modes=modes),
+                (t, end),
+                np.concatenate([q, v]),
+                method="DOP853",
+                rtol=self.rtol,
+                atol=0.1 * self.rtol * self.size,
+                events=guards,
+                max_step=(float(times[-1]) - float(times[0])) / STEPS,
+                dense_output=True,
+            )
+            if not span.success:
+                raise NotImplementedError(f"its integrator ends at t = {span.t[-1]:.6g}")
+            stop = float(span.t[-1])
+            while at < len(wanted) and wanted[at] <= stop:
+                found[at] = span.sol(wanted[at])
+                at += 1
+            y = span.y[:, -1]
+            t, q, v = stop, y[:n], y[n:]
+            ended = dict(
+                guard.next
+                for guard, when in zip(guards, span.t_events, strict=True)
+                if len(when) and guard.next[1]
+            )
+            if span.status == 0:
+                break
+        return found[:, :n], found[:, n:]
+
+    def _transition(
+        self, t: float, q: Array, v: Array, ended: Mapping[int, str]
+    ) -> tuple[Array, Array, tuple[int, ...], tuple[str, ...]]:
+        """Impacts until nothing approaches, then the modes of what is closed."""
+        struck: list[str] = []
+        for attempt in range(20):
+            gaps, rates = self.touching.gaps(q), self.touching.rows(q) @ v
+            near = [k for k in range(len(gaps)) if gaps[k] <= CLOSED * self.size]
+            fast = self._fast(v)
+            hits = [k for k in near if rates[k] < -STILL * fast]
+            if not hits:
+                break
+            struck += [self.touching.spots[k].name for k in hits]
+            v = self.strike(t, q, v, near, self._last_flight(q, v, near) or attempt > 10)
+        closed = tuple(k for k in near if rates[k] <= STILL * fast)
+        modes = self.decide(t, q, v, closed, ended)
+        lasting = tuple(k for k, mode in zip(closed, modes, strict=True) if mode != OPEN)
+        kept = tuple(mode for mode in modes if mode != OPEN)
+        every = [OPEN] * len(self.touching)
+        for k, mode in zip(lasting, kept, strict=True):
+            every[k] = mode
+        self.events.append(DenseEvent(t, tuple(struck), tuple(every)))
+        return q, v, lasting, kept
+
+    def _last_flight(self, q: Array, v: Array, near: Sequence[int]) -> bool:
+        """Whether rebounds are so slow that all that follow are one instant."""
+        e, rates = self._mu("restitution"), self.touching.rows(q) @ v
+        r = self.reference
+        free = np.abs(r.applied(q, v, 0.0) / np.diag(self.mass)).max(initial=0.0) or 1.0
+        slow = max((-e[k] * rates[k] for k in near), default=0.0)
+        return bool(2.0 * slow / free < SHORTEST_FLIGHT * np.sqrt(2.0 * self.size / free))
+
+    def _derivative(self, t: float, y: Array, closed: Sequence[int], modes: Sequence[str]) -> Array:
+        n = len(y) // 2
+        found = self.accelerations(t, y[:n], y[n:], closed, modes, self._sliding(modes, closed))
+        if found is None:
+            raise NotImplementedError(f"no accelerations at t = {t:.6g}")
+        return np.concatenate([y[n:], found[0]])
+
+    def _sliding(self, modes: Sequence[str], closed: Sequence[int]) -> Array:
+        """Kinetic coefficients, static ones of what sticks."""
+        mu = self._mu("friction")
+        for k, mode in zip(closed, modes, strict=True):
+            if mode == STICK:
+                mu[k] = self.touching.spots[k].static
+        return mu
+
+    def _guards(self, q: Array, closed: Sequence[int], modes: Sequence[str]) -> list[_Guard]:
+        """Functions whose zeros end the modes that begin at q."""
+        n, m = 3 * self.reference.n, len(self.touching)
+        mu = self._sliding(modes, closed)
+
+        last: dict[bytes, tuple[Array, Array, Array]] = {}
+
+        def forces(t: float, y: Array) -> tuple[Array, Array, Array]:
+            key = np.append(y, t).tobytes()  # all guards are read at the same places
+            if key not in last:
+                found = self.accelerations(t, y[:n], y[n:], closed, modes, mu)
+                assert found is not None
+                last.clear()
+                last[key] = found
+            return last[key]
+
+        guards: list[_Guard] = []
+
+        def add(guard: _Guard, k: int, following: str = "") -> None:
+            guard.next = k, following
+            guards.append(guard)
+
+        # what parts begins with a gap that counts as one, or its first zero would be the start
+        first = self.touching.gaps(q)
+        beyond = np.where(first <= CLOSED * self.size, PARTED * self.size - first, 0.0)
+
+        def gap(t: float, y: Array, k: int) -> float:
+            return float(self.touching.gaps(y[:n])[k] + max(0.0, beyond[k]))
+
+        def pressing(t: float, y: Array, k: int) -> float:
+            return float(forces(t, y)[1][k])
+
+        def reserve(t: float, y: Array, k: int, way: float) -> float:
+            _, normal, along = forces(t, y)
+            return float(mu[k] * normal[k] - way * along[k])
+
+        def sliding(t: float, y: Array, k: int, sense: float) -> float:
+            return float(sense * self.touching.rates(y[:n], y[n:])[m + k])
+
+        for k in range(m):
+            if k not in closed:
+                add(_Guard(gap, k), k)
+        for k, mode in zip(closed, modes, strict=True):
+            add(_Guard(pressing, k), k, OPEN)
+            if mode == STICK and mu[k] > 0.0:
+                # friction at its limit forwards: it begins to slide backwards
+                add(_Guard(reserve, k, 1.0), k, BACKWARD)
+                add(_Guard(reserve, k, -1.0), k, FORWARD)
+            elif mode in SENSE:
+                add(_Guard(sliding, k, SENSE[mode]), k)
+        return guards
+
+
+class _Guard:
+    """A function whose zero ends the modes, as the integrator takes it."""
+
+    terminal, direction = True, -1.0
+    next: tuple[int, str] = (0, "")
+
+    def __init__(self, function: Any, *more: Any) -> None:
+        self.function, self.more = function, more
+
+    def __call__(self, t: float, y: Array) -> float:
+        return float(self.function(t, y, *self.more))
