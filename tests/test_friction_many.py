@@ -1,8 +1,5 @@
 """Friction in batches, on lanes, in sweeps, in cross-checks, and in random linkages."""
 
-import itertools
-import warnings
-
 import numpy as np
 import pytest
 

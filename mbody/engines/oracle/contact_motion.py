@@ -18,7 +18,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from scipy.integrate import solve_ivp
 
 from mbody.engines.oracle.reference import Reference
 from mbody.engines.oracle.touching import Touching
@@ -345,6 +344,8 @@ class DenseContactMotion:
 
     def motion(self, q: Array, v: Array, times: Array) -> tuple[Array, Array]:
         """Coordinates and velocities (instants, 3n) at ascending times, from the first on."""
+        from scipy.integrate import solve_ivp
+
         t, end, n = float(times[0]), float(times[-1]), len(q)
         ended: dict[int, str] = {}
         wanted = np.asarray(times, float)
