@@ -67,7 +67,7 @@ def differences(output, shown):
         ("README.md", 6),
         ("docs/control.md", 4),
         ("docs/motors.md", 4),
-        ("docs/friction.md", 3),
+        ("docs/friction.md", 6),
         ("docs/many_contacts.md", 3),
         ("docs/centres.md", 1),
     ],

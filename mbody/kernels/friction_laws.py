@@ -32,8 +32,15 @@ __all__ = [
 
 #: Kinds of rough pairs; the number of a kind is its place.
 FRICTION_KINDS = (
-    *("pin", "guide", "pressed", "couple", "follower"),
-    *("apart", "torque", "force", "pull"),
+    "pin",
+    "guide",
+    "pressed",
+    "couple",
+    "follower",
+    "apart",
+    "torque",
+    "force",
+    "pull",
 )
 PIN, GUIDE, _, COUPLE, FOLLOWER, APART, TORQUE, FORCE, PULL = range(9)
 #: Kinds whose sense lasts, and which lose nothing.
