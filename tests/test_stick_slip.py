@@ -8,9 +8,6 @@ from scipy.integrate import solve_ivp
 
 import mbody
 from mbody import Body, Gravity, Mechanism, Prismatic, Revolute, SimulationSettings, Spring
-from mbody.analysis.dynamics.contact_decision import by_enumeration, decide
-from mbody.analysis.dynamics.contact_motion import ContactIntegration
-from mbody.solution.restart import Way
 
 G = 9.81
 
@@ -153,25 +150,6 @@ def chain(rng: np.random.Generator, count: int, mu: float) -> Mechanism:
         before = f"l{n}"
     machine.add(Gravity("gravity", y=-G))
     return machine
-
-
-@pytest.mark.parametrize("seed", range(12))
-def test_modes_of_several_pins_are_those_of_enumeration(seed):
-    """From rest: the search and all 3ᵐ modes give the same accelerations, and these one."""
-    rng = np.random.default_rng(seed)
-    machine = chain(rng, 3, float(rng.uniform(0.1, 1.2)))
-    start = mbody.analysis.initial.close_loops.close_loops(mbody.assemble(machine))
-    way = Way("dop853", 1e-10, 1e-10)
-    motion = ContactIntegration(start.system, start, way, {})
-    n = start.system.coordinates
-    q, v = (start.record.table(slice(k * n, (k + 1) * n))[-1] for k in range(2))
-    motion.begin(0.0, q, v, 1.0)
-    y = motion.y.copy()
-    assert decide(motion) == ""
-    modes, found = list(motion.pairs), motion.K[0].copy()
-    assert by_enumeration(motion, y, ["stick"] * 3, [0, 1, 2]) == ""
-    assert motion.K[0] == pytest.approx(found, abs=1e-9 * np.abs(found).max() + 1e-9)
-    assert motion.pairs == modes
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from mbody.analysis.contact.joint_friction import JointFriction
 from mbody.analysis.contact.unilateral import SENSES
+from mbody.analysis.dynamics.friction_model import force_size
 from mbody.analysis.dynamics.located import Guard
 from mbody.analysis.dynamics.modal_motion import ModalMotion
 from mbody.kernels.friction import DETERMINANT
@@ -18,6 +20,8 @@ Array = np.ndarray
 def guards_of(motion: ModalMotion) -> list[Guard]:
     """What is to be watched in the present modes."""
     found, touches = list[Guard](), motion.uni.touches
+    shared = motion.shared.members if motion.shared is not None else frozenset[int]()
+    pressing = motion.shared.pressing if motion.shared is not None else frozenset[int]()
     followers = {n for group in motion.groups.values() for n in group[1:]}
     for n, (touch, mode) in enumerate(zip(touches, motion.modes, strict=True)):
         if mode == "open":
@@ -25,18 +29,23 @@ def guards_of(motion: ModalMotion) -> list[Guard]:
             continue
         if mode == "idle":
             continue
-        found.append(Guard("open", n))
+        if n not in pressing:
+            found.append(Guard("open", n))
         edge = touch.spot.edge
         if edge is not None and np.isfinite(edge[2]):
             found.append(Guard("edge", n))
         if touch.static == 0.0:
             continue
-        if mode == "stick" and n not in followers:
-            found.append(Guard("slip", n))
+        if mode == "stick":
+            if n not in followers and n not in shared:
+                found.append(Guard("slip", n))
         elif mode in SENSES:
             found.append(Guard("stop", n))
     for m, mode in enumerate(motion.pairs, start=len(touches)):
-        found.append(Guard("stop" if mode in SENSES else "slip", m))
+        if mode in SENSES or m not in shared:
+            found.append(Guard("stop" if mode in SENSES else "slip", m))
+    if shared or pressing:
+        found.append(Guard("share", min(shared | pressing)))
     if motion.work.sense[: len(motion.layout.friction_kind), 0].any():
         found.append(Guard("paradox"))
     return found
@@ -65,6 +74,8 @@ def guard_values(motion: ModalMotion, t: Array, pages: Array, guards: list[Guard
                 found[k, m] = sense * rows.rate[tangent]
             elif kind == "slip":
                 found[k, m] = _reserve(motion, page, number)
+            elif kind == "share" and motion.shared is not None:
+                found[k, m] = motion.shared.reserve(motion, page, probe).least
             else:
                 found[k, m] = page[motion.system.friction_rows.start + DETERMINANT]
     return found
@@ -84,8 +95,10 @@ def _reserve(motion: ModalMotion, page: Array, number: int) -> float:
     uni, touches = motion.uni, motion.uni.touches
     if number >= len(touches):
         pair = uni.rough[number - len(touches)]
-        force = abs(uni.multiplier(page, pair.tangent))
-        return uni.limit(page, pair, motion.probe) - float(force)
+        force = float(uni.multiplier(page, pair.tangent))
+        law = JointFriction(motion.system, motion.probe, pair.pair)
+        x, y = uni.pressing_pair(page, pair)
+        return law.size(x, y, float(np.sign(force)))[0] - abs(force)
     group = motion.groups.get(number, [number])
     most = sum(touches[k].static * uni.pressing(page, touches[k]) for k in group)
     return float(most - abs(uni.multiplier(page, touches[number].tangent)))
@@ -93,10 +106,7 @@ def _reserve(motion: ModalMotion, page: Array, number: int) -> float:
 
 def guard_sizes(motion: ModalMotion) -> list[float]:
     """What the values of the guards are compared with."""
-    system, n = motion.system, motion.system.coordinates
-    inertia = system.mass[:n, 0] * motion.K[0, n : 2 * n] / motion.scale[:n]
-    forces = motion.page[3 * n : system.friction_rows.start]
-    force = max(float(np.abs(part).max(initial=0.0)) for part in (inertia, forces))
-    lengths = dict.fromkeys(("close", "edge", "enter"), system.length)
+    force = force_size(motion)
+    lengths = dict.fromkeys(("close", "edge", "enter"), motion.system.length)
     kinds = {**lengths, "stop": motion.speed, "paradox": 1.0}
     return [kinds.get(guard.kind, force) for guard in motion.guards]

@@ -21,7 +21,7 @@ from mbody.analysis.dynamics.contact_guards import guard_sizes, guard_values, gu
 from mbody.analysis.dynamics.contact_impacts import Impact, first_overlap, strike
 from mbody.analysis.dynamics.events import EventIntegration
 from mbody.analysis.dynamics.located import Guard, LocatedZero, Saved
-from mbody.analysis.dynamics.modal_motion import Closing
+from mbody.analysis.dynamics.modal_motion import Closing, SharedForces
 from mbody.kernels.layout import Layout
 from mbody.kernels.loop_closure import laws_of_time
 from mbody.kernels.step_state import MORE, NEAR_SINGULAR, NEXT, TIME
@@ -76,6 +76,7 @@ class ContactIntegration(EventIntegration):
         #: When contacts were struck last, by the number of the touch.
         self.struck: dict[int, float] = {}
         self.groups: dict[int, list[int]] = {}
+        self.shared: SharedForces | None = None
         self.fresh: dict[Guard, float] = {}
         #: By which rows are on.
         self.layouts: dict[bytes, Layout] = {}
@@ -154,6 +155,10 @@ class ContactIntegration(EventIntegration):
             self.beyond.discard(n)
         elif guard.kind == "slip":
             closing.sliding = {n: self._impending(n)}
+        elif guard.kind == "share" and self.shared is not None:
+            self.load()
+            reserve = self.shared.reserve(self, self.page[:, 0], self.work)
+            closing.sliding, closing.opened = reserve.sliding, reserve.opened
         elif guard.kind == "stop":
             closing.stopped = {n}
         return self._settle()
@@ -196,9 +201,9 @@ class ContactIntegration(EventIntegration):
         `before` and `page`: the modes, None at the beginning, and the page before.
         """
         verdict = decide(self)
-        if verdict == "inconsistent":
+        if not verdict.consistent:
             return False
-        if verdict:
+        if verdict.several:
             self._note_several(page)
         self._begin_anew()
         if before is not None:
@@ -216,8 +221,10 @@ class ContactIntegration(EventIntegration):
         """Gaps up to this are none [length]."""
         return NEAR * self.system.length
 
-    def set_modes(self, modes: list[str], pairs: list[str], on: Array) -> None:
-        """Set the modes of touches and rough joints; `on` (touches, 2): which of their rows."""
+    def set_modes(self, modes: list[str], pairs: list[str], on: Array, held: Array) -> None:
+        """Set the modes of touches and rough joints; which of their rows are on: `on` (touches, 2),
+        and `held` (rough joints,) of those that stick.
+        """
         uni, work = self.uni, self.work
         rows = np.zeros(len(uni))
         senses = np.zeros(len(self.layout.friction_kind))
@@ -238,9 +245,10 @@ class ContactIntegration(EventIntegration):
                 rows[touch.tangent] = 1.0
                 if not self.on[touch.tangent]:
                     self._anchor(n, touch, found, off)
-        for pair, mode in zip(uni.rough, pairs, strict=True):
+        for pair, mode, holds in zip(uni.rough, pairs, held, strict=True):
             if mode in SENSES:
                 senses[pair.pair] = SENSES[mode]
+            if mode in SENSES or not holds:
                 continue
             rows[pair.tangent] = 1.0
             if not self.on[pair.tangent]:
@@ -338,6 +346,8 @@ class ContactIntegration(EventIntegration):
         n, t = self.system.coordinates, float(self.state[TIME])
         self.load()
         closed = near_touches(self, self.uni.read(self.work))
+        if not closed:
+            return self._undecided()
         page, velocities = self.page.copy(), self.y[n : 2 * n].copy()
         found = strike(self.uni, self.work, closed, without_collision=True)
         names = ", ".join(dict.fromkeys(f"'{self.uni.touches[k].name}'" for k in closed))
@@ -360,6 +370,13 @@ class ContactIntegration(EventIntegration):
             return self._ended(f"no accelerations are consistent at {names}")
         return ""
 
+    def _undecided(self) -> str:
+        """No modes of rough joints are consistent, and no contact can be struck."""
+        names = ", ".join(f"'{one.name}'" for one in self.uni.rough)
+        name, page = self.uni.rough[0].name, self.page
+        self._record_contact("inconsistent", float(self.state[TIME]), name, page, page)
+        return self._ended(f"no accelerations are consistent with the friction at {names}")
+
     def _note_several(self, page: Array) -> None:
         """Several accelerations are consistent: an event and a note."""
         t = float(self.state[TIME])
@@ -369,10 +386,16 @@ class ContactIntegration(EventIntegration):
         names = [self.uni.touches[k].name for k in who] or [p.name for p in self.uni.rough]
         shown = ", ".join(dict.fromkeys(f"'{name}'" for name in names))
         self._record_contact("indeterminate", t, names[0] if names else "", page, page)
+        why = "Painlevé's paradox): that of the least contact force was taken"
+        idle = "idle" in self.modes or any(
+            mode == "stick" and not self.on[pair.tangent]
+            for pair, mode in zip(self.uni.rough, self.pairs, strict=True)
+        )
+        if idle:
+            why = "nothing decides the forces of what rests): one of them was taken"
         self.contact_notes.append(
             f"at t = {t:.6g} {self.system.mechanism.units.time} several accelerations are "
-            f"consistent with the friction at {shown} (Painlevé's paradox): that of the least "
-            "contact force was taken"
+            f"consistent with the friction at {shown} ({why}"
         )
 
     def _paradox(self) -> str:

@@ -37,7 +37,7 @@ class Guard:
     Attributes
     ----------
     kind : str
-        "close", "open", "edge", "enter", "slip", "stop" or "paradox".
+        "close", "open", "edge", "enter", "slip", "share", "stop" or "paradox".
     number : int
         Of what it guards.
     """
