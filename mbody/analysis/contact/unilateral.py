@@ -309,6 +309,13 @@ class Unilateral:
             found[n] = math.remainder(math.atan2(dy, dx) - psi, 2.0 * math.pi)
         return found
 
+    @functools.cached_property
+    def phase_rows(self) -> list[int]:
+        """Parameters of the phases of the rows along touches of two circles."""
+        L = self.layout
+        circles = [t for t in self.touches if t.tangent >= 0 and t.spot.solid == "circle"]
+        return [int(L.primitive_par[int(L.switched[t.tangent])]) + 6 for t in circles]
+
     def turn_phase(self, work: Work, n: int, angle: float) -> None:
         """Add to ψ of the row along touch n, of two circles."""
         e = int(self.layout.switched[self.touches[n].tangent])
@@ -325,12 +332,12 @@ class Unilateral:
         """λ_N ≥ 0 of a touch."""
         return -touch.spot.sense * self.multiplier(pages, touch.normal)
 
-    def pressing_pair(self, page: Array, pair: JointPair) -> tuple[float, float]:
-        """The multipliers of what presses a rough joint, by a page (rows,)."""
+    def pressing_pair(self, pages: Array, pair: JointPair) -> tuple[Any, Any]:
+        """Both multipliers of what presses a rough joint, by pages (…, rows)."""
         node = int(self.layout.friction_node[pair.pair])
         e = int(np.flatnonzero(self.layout.primitive_node == node)[0])
         first = 3 * self.system.coordinates + PER_PRIMITIVE * e
-        return float(page[first]), float(page[first + 1])
+        return pages[..., first], pages[..., first + 1]
 
     def presses_apart(self, f: int) -> bool:
         """Whether pair f is of teeth that press their wheels apart."""

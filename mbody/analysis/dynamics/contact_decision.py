@@ -110,9 +110,7 @@ def _instant(motion: ModalMotion) -> _Instant:
     rows = uni.read(motion.work)
     slow, approach = STILL * motion.speed, uni.approach(rows)
     closed = [
-        k
-        for k in near_touches(motion, rows)
-        if abs(approach[k]) <= slow or k in closing.closed
+        k for k in near_touches(motion, rows) if abs(approach[k]) <= slow or k in closing.closed
     ]
     tangents = [t.tangent for t in uni.touches] + [p.tangent for p in uni.rough]
     speeds = _speeds(motion, tangents, rows.rate)

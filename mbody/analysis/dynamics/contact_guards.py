@@ -10,11 +10,15 @@ from mbody.analysis.dynamics.friction_model import force_size
 from mbody.analysis.dynamics.located import Guard
 from mbody.analysis.dynamics.modal_motion import ModalMotion
 from mbody.kernels.friction import DETERMINANT
+from mbody.kernels.friction_laws import FRICTION_KINDS
 from mbody.kernels.loop_closure import laws_of_time
 
 __all__ = ["guard_sizes", "guard_values", "guards_of"]
 
 Array = np.ndarray
+
+#: Guards that follow from positions and rates.
+PLACES = ("close", "edge", "enter", "stop")
 
 
 def guards_of(motion: ModalMotion) -> list[Guard]:
@@ -55,18 +59,27 @@ def guard_values(motion: ModalMotion, t: Array, pages: Array, guards: list[Guard
     """Values (guards, instants) by times and pages (instants, rows, 1)."""
     n, uni, probe = motion.system.coordinates, motion.uni, motion.probe
     found = np.empty((len(guards), len(pages)))
-    for m, page in enumerate(pages[:, :, 0]):
+    by_position = list[int]()
+    for k, guard in enumerate(guards):
+        if _follows_from_pages(motion, guard):
+            found[k] = _by_pages(motion, pages[:, :, 0], guard)
+        else:
+            by_position.append(k)
+    # while nothing moves what follows from the position alone is as it was
+    still = not motion.system.drivers and all(guards[k].kind in PLACES for k in by_position)
+    for m, page in enumerate(pages[:, :, 0] if by_position else ()):
+        if still and m > 0 and (page[: 2 * n] == pages[m - 1, : 2 * n, 0]).all():
+            found[by_position, m] = found[by_position, m - 1]
+            continue
         probe.q[:n, 0], probe.v[:n, 0] = page[:n], page[n : 2 * n]
         probe.time[0, 0] = t[m]
         laws_of_time(motion.layout, probe)
         rows = uni.read(probe)
         gaps, along = uni.gaps(rows), uni.along(probe).min(axis=1, initial=np.inf)
-        for k, guard in enumerate(guards):
-            kind, number = guard.kind, guard.number
+        for k in by_position:
+            kind, number = guards[k].kind, guards[k].number
             if kind == "close":
                 found[k, m] = gaps[number]
-            elif kind == "open":
-                found[k, m] = uni.pressing(page, uni.touches[number])
             elif kind in ("edge", "enter"):
                 found[k, m] = along[number] if kind == "edge" else -along[number]
             elif kind == "stop":
@@ -74,11 +87,27 @@ def guard_values(motion: ModalMotion, t: Array, pages: Array, guards: list[Guard
                 found[k, m] = sense * rows.rate[tangent]
             elif kind == "slip":
                 found[k, m] = _reserve(motion, page, number)
-            elif kind == "share" and motion.shared is not None:
+            elif motion.shared is not None:
                 found[k, m] = motion.shared.reserve(motion, page, probe).least
-            else:
-                found[k, m] = page[motion.system.friction_rows.start + DETERMINANT]
     return found
+
+
+def _follows_from_pages(motion: ModalMotion, guard: Guard) -> bool:
+    """Whether the value needs nothing but what is kept of an instant."""
+    if guard.kind != "slip" or guard.number < len(motion.uni.touches):
+        return guard.kind in ("open", "slip", "paradox")
+    f = motion.uni.rough[guard.number - len(motion.uni.touches)].pair
+    kind = FRICTION_KINDS[int(motion.layout.friction_kind[f])]
+    return kind not in ("torque", "force", "follower")
+
+
+def _by_pages(motion: ModalMotion, pages: Array, guard: Guard) -> Array:
+    """Values by pages (instants, rows)."""
+    if guard.kind == "paradox":
+        return np.asarray(pages[:, motion.system.friction_rows.start + DETERMINANT])
+    if guard.kind == "open":
+        return np.asarray(motion.uni.pressing(pages, motion.uni.touches[guard.number]))
+    return np.asarray(_reserve(motion, pages, guard.number))
 
 
 def _sliding_row(motion: ModalMotion, number: int) -> tuple[int, float]:
@@ -90,18 +119,19 @@ def _sliding_row(motion: ModalMotion, number: int) -> tuple[int, float]:
     return motion.uni.rough[m].tangent, SENSES[motion.pairs[m]]
 
 
-def _reserve(motion: ModalMotion, page: Array, number: int) -> float:
-    """How much more friction what sticks could have."""
+def _reserve(motion: ModalMotion, pages: Array, number: int) -> Array:
+    """How much more friction what sticks could have, by pages (…, rows)."""
     uni, touches = motion.uni, motion.uni.touches
     if number >= len(touches):
         pair = uni.rough[number - len(touches)]
-        force = float(uni.multiplier(page, pair.tangent))
+        force = uni.multiplier(pages, pair.tangent)
         law = JointFriction(motion.system, motion.probe, pair.pair)
-        x, y = uni.pressing_pair(page, pair)
-        return law.size(x, y, float(np.sign(force)))[0] - abs(force)
+        x, y = uni.pressing_pair(pages, pair)
+        most = np.where(force >= 0.0, law.size(x, y, 1.0)[0], law.size(x, y, -1.0)[0])
+        return np.asarray(most - np.abs(force))
     group = motion.groups.get(number, [number])
-    most = sum(touches[k].static * uni.pressing(page, touches[k]) for k in group)
-    return float(most - abs(uni.multiplier(page, touches[number].tangent)))
+    most = np.sum([touches[k].static * uni.pressing(pages, touches[k]) for k in group], axis=0)
+    return np.asarray(most - np.abs(uni.multiplier(pages, touches[number].tangent)))
 
 
 def guard_sizes(motion: ModalMotion) -> list[float]:

@@ -19,16 +19,17 @@ from mbody.analysis.contact.unilateral import SENSES, Rows, Touch, Unilateral
 from mbody.analysis.dynamics.contact_decision import STILL, decide, near_touches
 from mbody.analysis.dynamics.contact_guards import guard_sizes, guard_values, guards_of
 from mbody.analysis.dynamics.contact_impacts import Impact, first_overlap, strike
-from mbody.analysis.dynamics.events import EventIntegration
+from mbody.analysis.dynamics.events import OF_A_STEP, EventIntegration
 from mbody.analysis.dynamics.located import Guard, LocatedZero, Saved
 from mbody.analysis.dynamics.modal_motion import Closing, SharedForces
+from mbody.analysis.dynamics.modal_restart import fresh_guards, set_switched, shared_of
 from mbody.kernels.layout import Layout
 from mbody.kernels.loop_closure import laws_of_time
 from mbody.kernels.step_state import MORE, NEAR_SINGULAR, NEXT, TIME
 from mbody.model.event import Event, Stop
 from mbody.solution.certificate import as_reported, changed
 from mbody.solution.event_record import EventRecord
-from mbody.solution.restart import Restart, Way
+from mbody.solution.restart import ModalState, Restart, Way
 from mbody.solution.solution import Solution
 from mbody.system.partial_elimination import without_nodes
 from mbody.system.system import System
@@ -53,6 +54,8 @@ FLIGHT = 1.2
 AT_ZERO = 1e-9
 ROUNDING = {"close": 1e-14, "edge": 1e-14, "enter": 1e-14, "stop": 1e-13}
 FORCES = 1e-12
+#: What cubics of reserves do not show, as a part of the least of them near by, or of the greatest.
+UNSEEN, RESOLVED = 0.25, 1e-3
 
 
 class ContactIntegration(EventIntegration):
@@ -86,10 +89,17 @@ class ContactIntegration(EventIntegration):
         self.closing = Closing()
         self.kept_modes: list[dict[str, str]] = []
         self.contact_notes: list[str] = []
+        #: The state before the step that ends in time, and that which it went on from.
+        self.before_end: Restart | None = None
+        self.resumed: ModalState | None = None
+        #: The page with which a step begins, as it is kept for who goes on from there.
+        self.begun = np.empty((0, 1))
 
     # -- the motion ---------------------------------------------------------------------------
 
     def _integrate(self, times: Array, progress: Callable[[float], None] | None) -> tuple[int, str]:
+        if self.resumed is not None:
+            return super()._integrate(times, progress)
         self.load()
         touching = first_overlap(self.uni, self.work, TOUCHES * self.system.length)
         self.closing = Closing(set(touching))
@@ -105,6 +115,13 @@ class ContactIntegration(EventIntegration):
         n = self.system.coordinates
         self.work.q[:n, 0], self.work.v[:n, 0] = self.y[:n], self.y[n : 2 * n]
         self.work.time[0, 0] = self.state[TIME]
+
+    def _resolve_impacts(self) -> str:
+        """What the motion that this one continues took before its last instant it takes again."""
+        if self.resumed is not None:
+            self.lost = np.array(self.resumed.lost)
+            self.page = np.array(self.resumed.page)[:, None]
+        return super()._resolve_impacts()
 
     def _keep(self, t: float, page: Array, work: Array) -> None:
         if self.instants and self.instants[-1] == t:
@@ -439,6 +456,34 @@ class ContactIntegration(EventIntegration):
                 found[k] = np.where(np.abs(found[k]) <= least, least, found[k])
         return found, rising
 
+    def _sample_count(self, h: float) -> int:
+        """Of a motion without events of its own: independent of its end, so that one that goes on
+        takes the same steps.
+        """
+        return super()._sample_count(h) if self.events else OF_A_STEP
+
+    def _sample_times(self, t: float, h: float, count: int, wanted: Array) -> Array:
+        return super()._sample_times(t, h, count, wanted if self.events else wanted[:0])
+
+    def _resolved(self, times: Array, found: Array, rising: Array) -> bool:
+        """Whether cubics over two samples show the forces at the one between: loads may swing while
+        nothing moves, so that steps know nothing of them.
+        """
+        which = [
+            k
+            for k, guard in enumerate(self.guards, start=len(self.events))
+            if guard.kind in ("open", "slip", "share")
+        ]
+        g, r, h = found[which], rising[which], times[2:] - times[:-2]
+        x = (times[1:-1] - times[:-2]) / h
+        low, high, change = g[:, :-2], g[:, 2:], g[:, 2:] - g[:, :-2]
+        p, q = h * r[:, :-2], h * r[:, 2:]
+        shown = low + x * (p + x * (3.0 * change - 2.0 * p - q + x * (p + q - 2.0 * change)))
+        error = np.abs(shown - g[:, 1:-1])
+        far = np.minimum(np.minimum(low, high), g[:, 1:-1])
+        size = np.abs(g).max(axis=1, initial=0.0, keepdims=True)
+        return bool((error <= np.maximum(UNSEEN * far, RESOLVED * size)).all())
+
     def _crossings(
         self, saved: Saved, times: Array, found: Array, rising: Array
     ) -> list[LocatedZero]:
@@ -460,6 +505,8 @@ class ContactIntegration(EventIntegration):
 
     def _record_contact(self, kind: str, t: float, name: str, page: Array, after: Array) -> None:
         now = float(self.state[TIME])
+        if self.resumed is not None and now <= self.first:
+            return  # reported by the motion that this one continues
         states = [self._instant(now, one) for one in (page, after)]
         self.occurred.append(EventRecord(kind, t, states[0], states[1], name))
 
@@ -473,9 +520,62 @@ class ContactIntegration(EventIntegration):
             kind = "open" if new == "open" else "slip" if new in SENSES else "stick"
             self._record_contact(kind, t, name, page, self.page)
 
+    # -- restarts -----------------------------------------------------------------------------
+
+    def _save(self) -> Saved:
+        self.begun = self.page
+        return super()._save()
+
+    def _restart_state(self, work_done: Array) -> Restart:
+        """With the modes. The first one before the end counts: what happens in a step that ends
+        there happens again, in the whole of it.
+        """
+        if self.before_end is None:
+            self.before_end = replace(super()._restart_state(work_done), modal=self._modal_state())
+        return self.before_end
+
+    def _modal_state(self) -> ModalState:
+        shared = self.shared
+        parts = shared.parts if shared is not None else ()
+        return ModalState(
+            modes=tuple(self.modes),
+            pairs=tuple(self.pairs),
+            on=tuple(self.on.tolist()),
+            anchor=tuple(self.work.anchor[: len(self.on), 0].tolist()),
+            phases=tuple(float(self.work.par[row, 0]) for row in self.uni.phase_rows),
+            groups=tuple(map(tuple, self.groups.values())),
+            shared=parts,
+            closed=tuple(sorted(self.closing.closed)),
+            beyond=tuple(sorted(self.beyond)),
+            fresh=tuple((one.kind, one.number, least) for one, least in self.fresh.items()),
+            struck=tuple(self.struck.items()),
+            page=tuple(self.begun[:, 0].tolist()),
+            lost=tuple(self.lost.tolist()),
+        )
+
+    def _resume(self, restart: Restart) -> None:
+        found = restart.modal
+        assert found is not None
+        self.modes, self.pairs = list(found.modes), list(found.pairs)
+        self.on = set_switched(self.uni, self.work, found)
+        self.motion = replace(self.motion, layout=self._eliminating(self.on))
+        self.groups = {group[0]: list(group) for group in found.groups}
+        self.shared, self.fresh = shared_of(found), fresh_guards(found)
+        self.closing, self.beyond = Closing(set(found.closed)), set(found.beyond)
+        self.struck = dict(found.struck)
+        # the first instant, with what is on
+        self.evaluate()
+        super()._resume(restart)
+        self.guards = guards_of(self)
+        self.resumed = found
+
     def _restart(self, work_done: Array) -> Restart | None:
-        """None: a motion that goes on decides its modes anew."""
-        return None
+        """Where to continue, with what contacts took since the last instant, too."""
+        found = super()._restart(work_done)
+        if found is None or found.modal is None:
+            return None
+        lost = tuple((np.array(found.modal.lost) - work_done[-1, self.causes :]).tolist())
+        return replace(found, modal=replace(found.modal, lost=lost))
 
     def _solution(self, status: str) -> Solution:
         found = super()._solution(status)

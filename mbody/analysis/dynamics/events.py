@@ -49,12 +49,15 @@ from mbody.solution.restart import Way
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
-__all__ = ["EventIntegration"]
+__all__ = ["OF_A_STEP", "EventIntegration"]
 
 Array = np.ndarray
 
 #: Samples of a step, and of the whole motion, at least.
 OF_A_STEP, OF_ALL = 4, 400
+#: Where these do not resolve what is watched they become so many times more, up to so many a step,
+#: which is made shorter then.
+FINER, MOST_OF_A_STEP = 4, 4**8
 #: Where a rate follows from two samples only: how far the second sample is, as a part of the time
 #: between samples.
 BESIDE = 1e-4
@@ -176,19 +179,26 @@ class EventIntegration(Integration):
         self.step = (t, end)
         first, last = np.searchsorted(self.wanted, [t, end], side="right")
         wanted = self.wanted[first:last]
-        count = max(OF_A_STEP, math.ceil(OF_ALL * h / (self.until - self.first)))
-        even = t + np.arange(1, count) / count * h
-        times = np.unique(np.concatenate([even, wanted, [end]]))
-        times = np.append(t, times[(times > t) & (times <= end)])
-        marks = self._marks(times[1:], times)
-        code, pages, work_done = self._run(self.target, 1, marks)
-        if state[TIME] == t:
-            return code, ""
-        self.page = pages[-1].copy()
-        after = self._save()
-        found, rising = self._sampled(
-            times, np.append(t, marks), np.concatenate([saved.page[None], pages])
-        )
+        count = self._sample_count(h)
+        while True:
+            times = self._sample_times(t, h, count, wanted)
+            times = np.append(t, np.unique(np.append(times[(times > t) & (times < end)], end)))
+            marks = np.union1d(self._marks(times[1:], times), wanted)
+            code, pages, work_done = self._run(self.target, 1, marks)
+            if state[TIME] == t:
+                return code, ""
+            self.page = pages[-1].copy()
+            after = self._save()
+            found, rising = self._sampled(
+                times, np.append(t, marks), np.concatenate([saved.page[None], pages])
+            )
+            if self._resolved(times, found, rising):
+                break
+            self._restore(saved)
+            count *= FINER
+            if count > MOST_OF_A_STEP:
+                state[NEXT] = h / FINER**2
+                return MORE, ""
         came_back, touching = self._check_touching(found[:, 1])
         if came_back:
             self._restore(saved)
@@ -227,6 +237,18 @@ class EventIntegration(Integration):
     def _passed(self, guard: Guard) -> str:
         """Go on from where a guard is zero; a status where the motion ends there."""
         raise NotImplementedError
+
+    def _sample_count(self, h: float) -> int:
+        """Samples of a step of length h."""
+        return max(OF_A_STEP, math.ceil(OF_ALL * h / (self.until - self.first)))
+
+    def _sample_times(self, t: float, h: float, count: int, wanted: Array) -> Array:
+        """Where a step from t on is sampled."""
+        return np.concatenate([t + np.arange(1, count) / count * h, wanted])
+
+    def _resolved(self, times: Array, found: Array, rising: Array) -> bool:
+        """Whether samples, values and rates (events, times), are near enough to each other."""
+        return True
 
     def _values(self, which: list[int], t: Array, pages: Array) -> Array:
         """Values (events, instants) of some of the events."""

@@ -76,6 +76,10 @@ class SharedForces(Protocol):
         """See above."""
 
     @property
+    def parts(self) -> tuple[tuple[int, ...], ...]:
+        """All of it, to be kept."""
+
+    @property
     def members(self) -> frozenset[int]:
         """See above."""
 

@@ -123,6 +123,8 @@ def _restart(
         return None
     if len(found.state) != PROGRESS:  # of another version
         return None
+    if has_modes(released(system, list(gone)) if gone else system) != (found.modal is not None):
+        return None
     ours, theirs = system.values, start.system.values
     same = start.system is system or (
         all(getattr(start.mechanism, part) == getattr(system.mechanism, part) for part in PARTS)

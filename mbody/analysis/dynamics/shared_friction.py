@@ -64,6 +64,12 @@ class SharedFriction:
     members: frozenset[int] = frozenset()
     pressing: frozenset[int] = frozenset()
 
+    @property
+    def parts(self) -> tuple[tuple[int, ...], ...]:
+        """All of it, to be kept."""
+        every = (self.normals, self.sticking, self.joints, self.members, self.pressing)
+        return tuple(tuple(sorted(part)) for part in every)
+
     def _columns(self, motion: ModalMotion, page: Array, work: Work) -> tuple[Array, Array]:
         """Generalised forces by every force, (coordinates, forces), and these: joints', normal,
         tangential, of rough joints; without units.
