@@ -21,7 +21,8 @@ from mbody.analysis.dynamics.contact_impacts import Impact, first_overlap, strik
 from mbody.analysis.dynamics.located import Guard
 from mbody.analysis.dynamics.modal_integration import ModalIntegration
 from mbody.analysis.dynamics.modal_motion import Closing
-from mbody.kernels.step_state import MORE, NEAR_SINGULAR, NEXT, TIME
+from mbody.kernels.friction import DETERMINANT
+from mbody.kernels.step_state import MORE, NEAR_SINGULAR, NEXT, NOT_FINITE, STEP_VANISHED, TIME
 from mbody.solution.certificate import as_reported, changed
 from mbody.solution.event_record import EventRecord
 from mbody.solution.solution import Solution
@@ -37,6 +38,8 @@ TOUCHES = 1e-9
 SHORTEST = 2e-6
 #: Impacts at one instant, at most; changes of modes within this part of the motion.
 STRIKES, CHANGES, AT_ONCE = 500, 200, 1e-14
+#: det(I − φ′ B) of sliding friction below this, where steps vanish, is zero.
+SINGULAR = 1e-3
 #: The first step after a rebound is this much longer than the flight.
 FLIGHT = 1.2
 #: A guard begins at zero where it is less than this part of its size; until the modes change
@@ -63,6 +66,15 @@ class ContactIntegration(ModalIntegration):
         if status := self._settle(begins=True):
             return MORE, status
         return super()._integrate(times, progress)
+
+    def _step(self) -> tuple[int, str]:
+        """Where forces of what slides grow without bound the steps vanish before that is met."""
+        code, status = super()._step()
+        if code in (STEP_VANISHED, NOT_FINITE) and Guard("paradox") in self.guards:
+            found = self.page[self.system.friction_rows.start + DETERMINANT, 0]
+            if abs(found) < SINGULAR:
+                return MORE, self._paradox()
+        return code, status
 
     # -- changes of modes ---------------------------------------------------------------------
 

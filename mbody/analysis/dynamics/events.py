@@ -326,7 +326,8 @@ class EventIntegration(Integration):
             own = ~carried
             beside = np.searchsorted(marks, self._beside(times))
             change = found[own][:, beside] - found[own][:, at]
-            rising[own] = change / (marks[beside] - times)
+            apart = marks[beside] - times
+            rising[own] = change / np.where(apart == 0.0, 1.0, apart)
         return found[:, at], rising
 
     def _crossings(
