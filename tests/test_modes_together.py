@@ -14,7 +14,7 @@ from tests.test_braking_vehicle import MODEL, braked
 G = 9.81
 
 
-@pytest.mark.parametrize("seed", range(300, 336))
+@pytest.mark.parametrize("seed", range(300, 324))
 def test_modes_are_those_of_enumeration(seed):
     """Random linkages at random states: every jam, every other solution, all accelerations."""
     rng = np.random.default_rng(seed)
@@ -86,7 +86,7 @@ def test_it_begins_to_move_where_no_forces_keep_it():
     text = mbody.to_toml(machine)
     machine = mbody.from_toml(text)
     machine.add(Force("push", "slider.B", "-50 N/s*t"))
-    run = mbody.simulate(machine, 2.0, rtol=1e-9)
+    run = mbody.simulate(machine, 1.2, rtol=1e-9)
     start = next(float(one.t) for one in run.events if one.name == "slip")
 
     held = mbody.from_toml(text)
