@@ -6,7 +6,7 @@ import json
 import math
 import os
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import asdict, fields
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,7 @@ from mbody.files.arrays import Unreadable, packed, unpacked
 from mbody.files.model import Limits
 from mbody.files.model.read import from_json
 from mbody.files.model.write import to_json
-from mbody.files.saved_parts import array, check_header, pages, want
+from mbody.files.saved_parts import array, check_header, modal_state, pages, want
 from mbody.files.writing import writing
 from mbody.kernels.step_state import PROGRESS
 from mbody.solution.doubts import as_doubt
@@ -58,7 +58,8 @@ OTHERWISE_KEPT = ("by", "lost", "rounding")
 ENERGIES = tuple(part.name for part in fields(Energy) if part.name not in OTHERWISE_KEPT)
 #: What a motion with controllers or inputs that jump goes on with; a file does not keep it.
 SAMPLED = ("inputs", "sampled")
-ARRAYS = tuple(part.name for part in fields(Restart) if part.name not in ("way", "own", *SAMPLED))
+ELSEWHERE = ("way", "own", "modal", *SAMPLED)
+ARRAYS = tuple(part.name for part in fields(Restart) if part.name not in ELSEWHERE)
 
 
 def save_run(run: Solution, path: str | os.PathLike[str]) -> None:
@@ -129,6 +130,8 @@ def save_run(run: Solution, path: str | os.PathLike[str]) -> None:
     if run.restart is not None and not run.restart.sampled and not run.restart.inputs:
         way = run.restart.way
         header["way"] = [way.method, way.rtol, way.atol, way.step]
+        if run.restart.modal is not None:
+            header["modal"] = asdict(run.restart.modal)
         arrays |= {f"restart.{name}": getattr(run.restart, name) for name in ARRAYS}
         arrays |= {f"own.{n}": part for n, part in enumerate(run.restart.own)}
     arrays["header"] = np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)
@@ -227,7 +230,8 @@ def _solution(
         want(bool(fits), "'restart.state' holds what is no finite number")
         way = Way(header["way"][0], *map(float, header["way"][1:]))
         fixed: dict[str, Any] = {**parts, "own": own}
-        restart = Restart(way, **fixed)
+        modal = modal_state(header["modal"]) if "modal" in header else None
+        restart = Restart(way, **fixed, modal=modal)
         _check_restart(system, list(header["released_at"]), restart, float(t[-1]))
     if "given" in arrays:
         given = array(arrays, "given", (n, len(system.drivers), 3), open=True)

@@ -116,6 +116,8 @@ def _restart(system: System, start: Solution, way: Way, gone: tuple[str, ...]) -
         return None
     if len(found.state) != PROGRESS:  # of another version
         return None
+    if has_modes(released(system, list(gone)) if gone else system) != (found.modal is not None):
+        return None
     ours, theirs = system.values, start.system.values
     same = start.system is system or (
         all(getattr(start.mechanism, part) == getattr(system.mechanism, part) for part in PARTS)

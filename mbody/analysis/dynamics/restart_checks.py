@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from mbody.analysis.dynamics.integrators import integrator
+from mbody.analysis.dynamics.modal_restart import unfit_modes
 from mbody.analysis.singular.nearby_singularity import unpacked_positions
 from mbody.errors import ModelError
 from mbody.kernels.step_state import NEXT, PROGRESS, TIME, UNLIMITED
@@ -83,6 +84,8 @@ def _unfit(system: System, restart: Restart, last: float) -> str | None:
             return "'own' is of other sizes"
         if not (np.isfinite(part).all() or np.isnan(part).all()):
             return "'own' holds what is no finite number"
+    if restart.modal is not None and (why := unfit_modes(system, restart.modal)) is not None:
+        return why
     if not (restart.scale > 0.0).all():
         return "'scale' holds sizes that are not positive"
     t, step = float(restart.state[TIME]), float(restart.state[NEXT])
