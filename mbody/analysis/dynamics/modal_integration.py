@@ -138,8 +138,7 @@ class ModalIntegration(EventIntegration):
                 continue
             rows[touch.normal] = 1.0
             if uni.one_way[n] and not self.on[touch.normal]:
-                held = found.value[touch.normal] / uni.unit_of(n)
-                work.anchor[touch.normal, 0] = held
+                work.anchor[touch.normal, 0] = found.value[touch.normal] / uni.unit_of(n)
             if mode in SENSES and touch.pair >= 0:
                 senses[touch.pair] = SENSES[mode]
             if on[n, 1]:
