@@ -44,12 +44,14 @@ __all__ = [
     "DEEPEST_AT",
     "DEEPEST_PART",
     "DELIVER",
+    "ELSEWHERE",
     "IMPULSE_SLOTS",
     "ITERATIONS_DONE",
     "KEEP",
     "LENGTH",
     "LOST",
     "NEARER",
+    "NOWHERE",
     "NOW",
     "PAIRS",
     "PART_AT",
@@ -80,8 +82,9 @@ __all__ = [
 #: The deepest overlap, when, and the greatest as a part of the size of its shapes, and when.
 DEEPEST, DEEPEST_AT, DEEPEST_PART, PART_AT = range(7, 11)
 #: Steps whose impulses did not converge: how many, the last change of the worst, and when first;
-#: of the present step; and whether its impulses were found elsewhere.
+#: of the present step; and whether its impulses were found elsewhere, or not there either.
 UNSOLVED_COUNT, UNSOLVED_MOST, UNSOLVED_AT, CHANGE, SOLVED = range(11, 16)
+ELSEWHERE, NOWHERE = 1.0, 2.0
 #: Iterations of the interior-point method, and how far, in parts of its size, a contact came nearer
 #: or left in a step because its sliding changed.
 ITERATIONS_DONE, NEARER = range(16, 18)
@@ -120,9 +123,13 @@ def moreau(
             return REACHED
         clipped = t + M.length >= until - SHORTEST * M.length
         h = until - t if clipped else M.length
-        if state[SOLVED] > 0.5:
+        if state[SOLVED] == ELSEWHERE:
             state[SOLVED] = 0.0
             apply_all(B)
+        elif state[SOLVED] == NOWHERE:
+            if not as_many(W, B, N, M, h):
+                return CROWDED
+            state[SOLVED] = 0.0
         else:
             state[LENGTH] = h
             begin(L, W, B, M, t, h)
@@ -165,6 +172,13 @@ def impulses(L, W, C, B, N, M, h):
         sweeps, state[CHANGE] = solve_few(B, M.tolerance, M.sweeps)
         state[SWEEPS_DONE] += sweeps
         return True
+    return as_many(W, B, N, M, h)
+
+
+@njit
+def as_many(W, B, N, M, h):
+    """The impulses of a step as those of many contacts; returns False where there is no memory."""
+    state = M.state
     sweeps, iterations, change, nearer = solve_many(W, B, N, M.tolerance, any_tied(B), h)
     if iterations < 0:
         return False

@@ -34,6 +34,7 @@ from mbody.kernels.moreau import (
     CROWDED,
     DEEPEST_PART,
     DELIVER,
+    ELSEWHERE,
     IMPULSE_SLOTS,
     ITERATIONS_DONE,
     KEEP,
@@ -41,6 +42,7 @@ from mbody.kernels.moreau import (
     LOST,
     NEARER,
     NOW,
+    NOWHERE,
     PAIRS,
     REACHED,
     SOLVED,
@@ -303,16 +305,16 @@ class ImpulseIntegration(Integration):
         return code
 
     def _solve(self) -> None:
-        """The impulses of the step that is under way, by Lemke's method; as they are where it finds
-        none.
+        """The impulses of the step that is under way, by Lemke's method; where it finds none, as of
+        many contacts.
         """
         state = self.impulses.state
         found = impulses_by_lemke(self.contacts)
-        state[SOLVED] = 1.0
+        state[SOLVED] = NOWHERE
         if found is not None:
             count = int(self.contacts.counts[FOUND])
             self.contacts.impulse[:count] = found
-            state[CHANGE] = 0.0
+            state[SOLVED], state[CHANGE] = ELSEWHERE, 0.0
             self.by_lemke += 1
 
     def _check_start(self) -> None:
