@@ -84,7 +84,7 @@ def test_every_contact_of_a_pile_that_collapses_obeys_coulomb(friction):
     assert sticks.any() and not sticks.all()
     # what presses closes its gap, but for what sliding has changed
     assert np.abs(normal + np.maximum(places.gap, 0.0) / h).max() * h <= (
-        run.stats["nearer"] * RADIUS + rounding * h
+        run.stepped.nearer * RADIUS + rounding * h
     )
 
 

@@ -48,6 +48,7 @@ __all__ = [
     "IMPULSE_SLOTS",
     "ITERATIONS_DONE",
     "KEEP",
+    "LAST",
     "LENGTH",
     "LOST",
     "NEARER",
@@ -88,12 +89,14 @@ ELSEWHERE, NOWHERE = 1.0, 2.0
 #: Iterations of the interior-point method, and how far, in parts of its size, a contact came nearer
 #: or left in a step because its sliding changed.
 ITERATIONS_DONE, NEARER = range(16, 18)
+#: Whether it was said that the next step is the last one, cut to end in time.
+CUT = 18
 #: How many slots there are.
-IMPULSE_SLOTS = 18
+IMPULSE_SLOTS = 19
 #: What `moreau` returns: the end is reached; an instant is to be kept; more is to do; there is no
 #: memory for so many contacts; a number is not finite, or loops do not close; the impulses of the
-#: step that is under way did not converge.
-REACHED, KEEP, UNDERWAY, CROWDED, LOST, UNSOLVED = range(6)
+#: step that is under way did not converge; the next step is the last one, and is cut.
+REACHED, KEEP, UNDERWAY, CROWDED, LOST, UNSOLVED, LAST = range(7)
 
 #: A last change of impulses above which those of few contacts are found elsewhere.
 RESCUED = 1e-4
@@ -123,6 +126,9 @@ def moreau(
             return REACHED
         clipped = t + M.length >= until - SHORTEST * M.length
         h = until - t if clipped else M.length
+        if clipped and state[CUT] == 0.0:
+            state[CUT] = 1.0
+            return LAST
         if state[SOLVED] == ELSEWHERE:
             state[SOLVED] = 0.0
             apply_all(B)
@@ -156,6 +162,7 @@ def moreau(
         if not good or not math.isfinite(M.y[0] + M.y[n3]):
             return LOST
         state[NOW] = now
+        state[CUT] = 0.0
         state[STEPS_DONE] += 1
         if now >= state[DELIVER] - SHORTEST * M.length:
             return KEEP
