@@ -44,7 +44,7 @@ def integrate_phases(
     were released there stay so. `state`: time, positions and rates of that instant.
     """
     if request.way.method == "moreau":
-        going_on = _restart(system, start, request.way, (), False)
+        going_on = _restart(system, start, request.way, ())
         return impulse_motion(system, start, state, request, progress, going_on)
     own = {driver.name for driver in system.drivers}
     free_since = {name: t for name, t in start.released.items() if name in own}
