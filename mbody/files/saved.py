@@ -19,6 +19,7 @@ from mbody.files.model import Limits
 from mbody.files.model.read import from_json
 from mbody.files.model.write import to_json
 from mbody.files.saved_parts import array, check_header, modal_state, pages, want
+from mbody.files.saved_stepped import stepped_arrays, stepped_contacts, stepped_header
 from mbody.files.writing import writing
 from mbody.kernels.step_state import PROGRESS
 from mbody.solution.doubts import as_doubt
@@ -121,6 +122,9 @@ def save_run(run: Solution, path: str | os.PathLike[str]) -> None:
     if run.modes:
         header["modes"] = {name: list(modes) for name, modes in run.modes.items()}
         header["contacts"] = [one.contact for one in run.events]
+    if run.stepped is not None:
+        header["stepped"] = stepped_header(run.stepped)
+        arrays |= stepped_arrays(run.stepped)
     header["events"] = [[one.name, one.t, one.after is not None] for one in run.events]
     for n, one in enumerate(run.events):
         arrays[f"event.{n}"] = one.state.record.table(slice(None))
@@ -192,7 +196,7 @@ def _system(header: Mapping[str, Any]) -> System:
     model, values = header["model"], header["values"]
     want(isinstance(model, str), "its model is no text")
     try:
-        system = assemble(from_json(model, limits=UNLIMITED))
+        system = assemble(from_json(model, limits=UNLIMITED), groups="stepped" in header)
         numbers = isinstance(values, dict) and all(type(v) is float for v in values.values())
         want(numbers and values.keys() == system.values.keys(), "its numbers are not of its model")
         return with_numbers_of(system, values)
@@ -272,6 +276,7 @@ def _solution(
         events=events,
         restart=restart,
         modes=header.get("modes", {}),
+        stepped=stepped_contacts(header["stepped"], arrays, n) if "stepped" in header else None,
     )
 
 

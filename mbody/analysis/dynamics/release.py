@@ -44,7 +44,8 @@ def integrate_phases(
     were released there stay so. `state`: time, positions and rates of that instant.
     """
     if request.way.method == "moreau":
-        return impulse_motion(system, start, state, request, progress)
+        going_on = _restart(system, start, request.way, ())
+        return impulse_motion(system, start, state, request, progress, going_on)
     own = {driver.name for driver in system.drivers}
     free_since = {name: t for name, t in start.released.items() if name in own}
     for name, t in request.release.items():
