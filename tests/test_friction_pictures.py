@@ -17,12 +17,12 @@ from mbody import (
     SimulationSettings,
 )
 from mbody.laws import ConstantSpeed
+from mbody.solution.touch_places import touches_of
 from mbody.views.film_frames import FilmSet
 from mbody.views.friction_symbols import sense_history
 from mbody.views.mode_bars import MODES, mode_rows
 from mbody.views.page_data import scene_data
 from mbody.views.scene import scene
-from mbody.views.touch_places import touches_of
 from tests.picture_reader import arrow, artists
 
 G = 9.81
@@ -330,14 +330,14 @@ def test_marks_move_with_the_place_that_touches():
         way = np.column_stack([run[body].x, run[body].y]) - centre
         u = way / np.hypot(*way.T)[:, None]
         assert one.place == pytest.approx(centre + far * u, abs=1e-8)
-        # the force on j: the ring is j of the groove and is pressed outwards, as the disc of the hill
+        # the force on j: the ring is pressed outwards, as is the disc
         assert ((one.normal * u).sum(axis=1) > 0.999999).all()
         assert ((one.force * one.normal).sum(axis=1) > 0.0).all()
     base = [one for one in touches_of(run, machine["base"]) if one.closed.any()]
     assert len(base) == 2
     weight = sum(one.force for one in base)
     assert weight[:, 1] == pytest.approx(np.full(len(run), -G), rel=1e-8)
-    assert sum((one.normal for one in base))[:, 1] == pytest.approx(np.full(len(run), -2.0))
+    assert sum(one.normal for one in base)[:, 1] == pytest.approx(np.full(len(run), -2.0))
 
 
 def test_a_joint_that_sticks_is_marked_while_it_does():
@@ -403,3 +403,56 @@ def test_films_show_marks_and_with_forces_cones():
         assert all("contact:road" in found for found in names[:20])
         assert "contact:road" not in names[-1]
         assert bool([one for one in film.arrows if one.text == "road"]) == there
+
+
+# -- free bodies and reports -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("instant", [0, 10, 20])
+def test_free_bodies_have_the_forces_of_contacts(instant):
+    """Newton's laws of the ladder with the forces at both its ends."""
+    run = ladder()
+    free = mbody.free_body(run, "ladder", instant)
+    causes = [one.cause for one in free]
+    closed = [name for name in ("foot", "top") if run.mode(name)[instant] != "open"]
+    assert causes == [*closed, "g", "inertia"]
+    x, y = run["ladder"].x[instant], run["ladder"].y[instant]
+    greatest = max(one.force for one in free)
+    moment = sum(w.torque + (w.x - x) * w.fy - (w.y - y) * w.fx for w in free)
+    # rounding of sums of a handful of terms
+    assert abs(sum(w.fx for w in free)) < 1e-12 * greatest
+    assert abs(sum(w.fy for w in free)) < 1e-12 * greatest
+    assert abs(moment) < 1e-12 * greatest * 2.0
+
+
+def test_free_bodies_have_the_pull_of_ropes():
+    machine = Mechanism("hangs", ground={"O": (0.0, 1.0)})
+    machine.add(
+        Body("bob", mass=2.0, inertia=0.1, points={"A": (0, 0)}),
+        Rope("rope", "ground.O", "bob.A", length=0.8),
+        Gravity("g", y=-G),
+    )
+    machine.simulation = SimulationSettings(until=0.1, start={"bob": {"y": 0.2}}, instants=3)
+    pull, *_ = mbody.free_body(mbody.simulate(machine), "bob", 1)
+    assert (pull.cause, pull.fy) == ("rope", pytest.approx(2.0 * G))
+    assert (pull.x, pull.y) == pytest.approx((0.0, 0.2))
+
+
+def reported(run, folder):
+    mbody.report(run, without=["opinions"]).save(folder / "report.md")
+    return (folder / "report.md").read_text()
+
+
+def test_a_report_has_modes_shapes_and_contacts(tmp_path):
+    text = reported(wheel(), tmp_path)
+    assert "Contacts press and do not pull" in text
+    assert "ground.top" in text and "wheel.rim" in text
+    rows = [line for line in text.splitlines() if line.startswith("| road")]
+    # 0.4531 s of 0.8 s slide, then 0.1149 s roll, and the rest, to a tenth of a percent
+    assert any("56.6" in row and "14.4" in row for row in rows), rows
+
+
+def test_a_report_of_rough_joints_says_where_friction_acts(tmp_path):
+    text = reported(crank(), tmp_path)
+    assert "Coulomb friction acts in O, A," in text
+    assert "no friction, other than" not in text

@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 
 from mbody.sheets.names import force_names
+from mbody.solution.places import Place, moved
 from mbody.solution.solution import Solution
 from mbody.views.acting import notation
-from mbody.views.carriers import Carrier, Place, moved
+from mbody.views.carriers import Carrier
 from mbody.views.frame import nice, rounded_number
 from mbody.views.friction_symbols import (
     CONSTRUCTION,

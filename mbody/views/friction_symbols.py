@@ -12,7 +12,8 @@ from mbody.model.contact import Rope
 from mbody.model.joints import Joint, Prismatic, Revolute
 from mbody.solution.measures import measured
 from mbody.solution.places import place as end_place
-from mbody.views.carriers import between, on
+from mbody.solution.touch_places import Touch, touches_at, touches_of
+from mbody.views.carriers import Carrier, between, on
 from mbody.views.frame import nice
 from mbody.views.labels import symbolic
 from mbody.views.mode_bars import MODES
@@ -20,7 +21,6 @@ from mbody.views.mode_marks import mark
 from mbody.views.pose import heading
 from mbody.views.shapes import arc, direction
 from mbody.views.style import FORCE, INK, SOFT, Z
-from mbody.views.touch_places import Touch, touches_at, touches_of
 
 if TYPE_CHECKING:
     from mbody.solution.solution import Solution
@@ -100,11 +100,11 @@ def _lasting(element: Any, sketch: Sketch) -> None:
     if not _decided(run, element) or run.stepped is not None:
         return
     for n, one in enumerate(touches_of(run, element)):
-        if not one.closed.any() or one.carrier is None or _many(run):
+        if not one.closed.any() or one.axes is None or _many(run):
             continue
-        k = int(np.argmax(one.closed))
-        with sketch.carried(one.carrier):
-            origin, u, _ = (part for part in one.carrier.axes(run))
+        k, carrier = int(np.argmax(one.closed)), Carrier(*one.axes)
+        with sketch.carried(carrier):
+            origin, u, _ = carrier.axes(run)
             place, normal = _brought(one, k, sketch.pose.k, origin, u)
             for mode in dict.fromkeys(one.mode):
                 if mode == "open":
@@ -220,13 +220,6 @@ def contact_forces(pose: Pose) -> list[tuple[str, Array, Array, str, str]]:
     elements = (*run.mechanism.contacts, *run.mechanism.groups)
     for element in elements:
         if not _decided(run, element):
-            continue
-        if isinstance(element, Rope) and run.stepped is None:
-            if run.mode(element.name)[pose.k] != "open":
-                reaction = run.reaction(element.name)
-                vector = np.array([reaction.fx[pose.k], reaction.fy[pose.k]])
-                place = pose.place(element, "j")
-                found.append((element.name, place, vector, FORCE, element.j.body))
             continue
         for one in touches_at(run, pose.k, element.name):
             if one.mode[0] != "open":

@@ -16,9 +16,10 @@ from mbody.quantities.units import DIMENSIONS
 from mbody.sheets.names import force_floor, force_names
 from mbody.sheets.text_table import unit_text
 from mbody.solution.measures import found_by, measured
+from mbody.solution.places import Place, moved
 from mbody.solution.solution import Solution
 from mbody.views.acting import notation
-from mbody.views.carriers import Carrier, Place, moved
+from mbody.views.carriers import Carrier
 from mbody.views.cycle import label_of_angle, one_way
 from mbody.views.friction_symbols import contact_arrows, line_of_action, sense_history
 from mbody.views.labels import symbolic
@@ -285,9 +286,9 @@ def _forces(run: Solution, bodies: Sequence[str], enlarged: float) -> list[dict[
     pose, found = Pose(run, 0), []
     for load in run.mechanism.loads:
         if isinstance(load, Force):
-            where = {"at": _place(pose.site(load, "at"), bodies)}
+            at = {"at": _place(pose.site(load, "at"), bodies)}
             shown = {"n": f"force:{load.name}", "of": load.name, "sign": 1, "load": 1}
-            found.append({**shown, "t": text_runs(symbolic(load.name)), **where})
+            found.append({**shown, "t": text_runs(symbolic(load.name)), **at})
     if not run.has_forces:
         return found
     names = force_names(run.mechanism)
@@ -295,15 +296,20 @@ def _forces(run: Solution, bodies: Sequence[str], enlarged: float) -> list[dict[
         name, on = names[joint.name]
         sign = -1 if on == joint.i.body and on != joint.j.body else 1
         x, y = run.reaction_point(joint.name)
-        aside = line_of_action(run, joint, enlarged).T
-        x, y = x + aside[0], y + aside[1]
         site = pose.site(joint, "j")
         fixed = moved(run, site)
-        where = {"at": _place(site, bodies)}
+        where: dict[str, Any] = {"at": _place(site, bodies)}
         if max(np.abs(fixed[:, 0] - x).max(), np.abs(fixed[:, 1] - y).max()) > (
             1e-9 * run.system.length
         ):
-            where["places"] = {"x": x.tolist(), "y": y.tolist()}  # type: ignore[assignment]  # a contact
+            where["places"] = {"x": x.tolist(), "y": y.tolist()}  # a contact
+        aside = line_of_action(run, joint, enlarged).T
+        if aside.any():
+            # where the arrow is drawn, at the friction circle; forces are about the pin
+            where["drawn"] = {
+                axis: numbers((part + more).tolist())
+                for axis, part, more in zip("xy", (x, y), aside, strict=True)
+            }
         text = text_runs(notation(name))
         found.append({"n": f"force:{name}", "of": joint.name, "sign": sign, "t": text, **where})
     for name, place, force in contact_arrows(run):

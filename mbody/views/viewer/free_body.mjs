@@ -12,9 +12,9 @@ const WIDE = 460, SIDE = 300, TALL = 380, REACH = 108, ARROW = 80, LONG_SIDE = 1
 const LARGER = 2.6;
 /** Pixels: a polygon that is narrower has its sides beside each other, so far apart. */
 const FLAT = 6, APART = 8;
-const COLORS = { joint: "force", coupling: "force", driver: "drive", load: "load", inertia: "ink" };
+const COLORS = { joint: "force", contact: "force", coupling: "force", driver: "drive", load: "load", inertia: "ink" };
 /** Shapes that are signs of loads, drivers and supports, or pins, which the diagram draws itself. */
-const SIGNS = /^(driver|torque|force|support|load|gravity|spring|damper|path|pin|motor|rail|hatch)/;
+const SIGNS = /^(contact|rope|cone|friction|sticks|driver|torque|force|support|load|gravity|spring|damper|path|pin|motor|rail|hatch)/;
 const SCALES = ["of the whole motion", "of this instant"];
 
 /** Everything that acts on a body: cause, kind, place in the world, force and torque about the place. */

@@ -13,7 +13,7 @@ const ARROWS = [["forces", "force", "force"], ["velocities", "speed", "v"], ["ac
 /** The arrows of a motion: kind, components over the instants, place, name. */
 function arrowsOf(motion) {
   const { scene } = motion, q = (name) => motion.history(name);
-  const forces = scene.forces.map((f) => ({ kind: "forces", name: f.n, x: f.own ? f.own.x : q(`${f.of}.fx`), y: f.own ? f.own.y : q(`${f.of}.fy`), sign: f.sign, at: f.at, places: f.places, label: scene.forces.length > 30 ? null : f.t, color: f.load ? "load" : "force" }));
+  const forces = scene.forces.map((f) => ({ kind: "forces", name: f.n, x: f.own ? f.own.x : q(`${f.of}.fx`), y: f.own ? f.own.y : q(`${f.of}.fy`), sign: f.sign, at: f.at, places: f.drawn ?? f.places, label: scene.forces.length > 30 ? null : f.t, color: f.load ? "load" : "force" }));
   const of = (kind, letter, x, y, color) => scene.movers.map((p) => ({ kind, name: `${letter}:${p.n}`, x: q(`${p.n}.${x}`), y: q(`${p.n}.${y}`), sign: 1, at: p.at, color }));
   return [...forces, ...of("velocities", "v", "vx", "vy", "speed"), ...(scene.rates ? of("accelerations", "a", "ax", "ay", "change") : [])];
 }

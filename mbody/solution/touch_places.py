@@ -9,7 +9,7 @@ import numpy as np
 
 from mbody.model.contact import Contact, OneSided, Rope
 from mbody.model.contact_spots import Spot
-from mbody.views.carriers import Carrier, Place, moved, placed
+from mbody.solution.places import Place, moved, place
 
 if TYPE_CHECKING:
     from mbody.solution.solution import Solution
@@ -18,6 +18,8 @@ __all__ = ["Touch", "touches_of", "touches_at"]
 
 Array = np.ndarray
 
+#: Origin, the body whose angle they have, and where they point to.
+Axes = tuple[Place, str, Place | None]
 #: Nearer than this, in model lengths, is closed.
 NEAR = 1e-8
 
@@ -43,8 +45,9 @@ class Touch:
         Coefficients of what slides and of what sticks.
     mode : list of str
         Of its contact at every instant, "open" where this place is.
-    carrier : Carrier or None
-        Axes in which place and normal do not change while it is closed.
+    axes : (Place, body, Place or None), or None
+        Axes in which place and normal do not change while it is closed: their origin, and the body
+        whose angle they have, or the place to which they point.
     round : bool
         Whether a circle is in it.
     """
@@ -60,7 +63,7 @@ class Touch:
     friction: float
     static: float
     mode: list[str]
-    carrier: Carrier | None
+    axes: Axes | None
     round: bool
 
     @property
@@ -80,17 +83,47 @@ def touches_of(run: Solution, contact: Any) -> list[Touch]:
 
 
 def touches_at(run: Solution, k: int, name: str) -> list[Touch]:
-    """The same of one contact or group at one instant, its arrays of that instant alone, and only
-    what is closed or, of an open contact, nearest; of steps with impulses what touches.
+    """The same of one contact, group or rope at one instant, its arrays of that instant alone, and
+    only what is closed or, of an open contact, nearest; of steps with impulses what touches.
     """
     if run.stepped is not None:
         return _stepped(run, k, name)
     element: Any = run.mechanism[name]
+    if isinstance(element, Rope):
+        return _rope(run, k, element)
     own = [_instant(one, k) for one in touches_of(run, element)]
     closed = [one for one in own if one.closed[0]]
     if closed or not own:
         return closed
     return [min(own, key=lambda one: _away(one))]
+
+
+def _rope(run: Solution, k: int, rope: Rope) -> list[Touch]:
+    """The end of a rope on j, where it is taut; its normal points along the pull."""
+    if rope.name not in run.modes or run.mode(rope.name)[k] == "open":
+        return []
+    i, j = (np.column_stack(place(run, rope, side))[k] for side in "ij")
+    own = run.reaction(rope.name)
+    force = np.array([[own.fx[k], own.fy[k]]])
+    normal = (i - j) / max(float(np.hypot(*(i - j))), 1e-300)
+    zero, closed = np.zeros(1), np.ones(1, dtype=bool)
+    ends = (rope.i.body, rope.j.body)
+    return [
+        Touch(
+            rope.name,
+            *ends,
+            j[None],
+            normal[None],
+            force,
+            zero,
+            closed,
+            0.0,
+            0.0,
+            ["stick"],
+            None,
+            False,
+        )
+    ]
 
 
 def _away(one: Touch) -> float:
@@ -103,7 +136,7 @@ def _instant(one: Touch, k: int) -> Touch:
     arrays = {
         key: getattr(one, key)[k : k + 1] for key in ("place", "normal", "force", "gap", "closed")
     }
-    rest = ("contact", "i", "j", "friction", "static", "carrier", "round")
+    rest = ("contact", "i", "j", "friction", "static", "axes", "round")
     return Touch(**arrays, mode=[one.mode[k]], **{key: getattr(one, key) for key in rest})
 
 
@@ -114,9 +147,9 @@ def _touch(run: Solution, contact: OneSided, spots: list[Spot], n: int) -> Touch
     arm = float(spot.arm[0]), float(spot.arm[1])
     tip: Place = (second, *arm)
     if spot.edge is None:
-        place, normal, gap, along, carrier = _round(run, spot, first, tip)
+        place, normal, gap, along, axes = _round(run, spot, first, tip)
     else:
-        place, normal, gap, along, carrier = _edge(run, spot, first, tip)
+        place, normal, gap, along, axes = _edge(run, spot, first, tip)
     if spot.swapped:
         place, normal = place - gap[:, None] * normal, -normal
     force = np.zeros((len(run), 2))
@@ -131,13 +164,13 @@ def _touch(run: Solution, contact: OneSided, spots: list[Spot], n: int) -> Touch
     mu, static = contact.coefficients(run.system.numbers)
     numbers = float(mu), float(static)
     return Touch(
-        contact.name, *own, place, normal, force, gap, closed, *numbers, mode, carrier, spot.round
+        contact.name, *own, place, normal, force, gap, closed, *numbers, mode, axes, spot.round
     )
 
 
 def _edge(
     run: Solution, spot: Spot, first: str, tip: Place
-) -> tuple[Array, Array, Array, Array, Carrier]:
+) -> tuple[Array, Array, Array, Array, Axes]:
     """A corner or circle on a straight edge."""
     assert spot.edge is not None
     (ax, ay), (ux, uy), length = spot.edge
@@ -153,12 +186,12 @@ def _edge(
     near = NEAR * run.system.length
     endless = not np.isfinite(length)
     along = endless | ((way >= -near) & (way <= float(length) + near))
-    return centre - reach * normal, normal, gap, along, placed(tip, first)
+    return centre - reach * normal, normal, gap, along, (tip, first, None)
 
 
 def _round(
     run: Solution, spot: Spot, first: str, tip: Place
-) -> tuple[Array, Array, Array, Array, Carrier]:
+) -> tuple[Array, Array, Array, Array, Axes]:
     """Two circles, of which one may be hollow."""
     x, y = (float(part) for part in spot.normal.parameters[:2])
     assert spot.normal.signal is not None and spot.tangent is not None
@@ -173,7 +206,7 @@ def _round(
     normal = spot.sense * d
     place = here + ri * d + gap[:, None] * normal
     always = np.ones(len(run), dtype=bool)
-    return place, normal, gap, always, Carrier(start, "", tip)
+    return place, normal, gap, always, (start, "", tip)
 
 
 def _stepped(run: Solution, k: int, name: str) -> list[Touch]:
