@@ -91,21 +91,57 @@ class ContactIntegration(EventIntegration):
         self.closing = Closing()
         self.kept_modes: list[dict[str, str]] = []
         self.contact_notes: list[str] = []
+        #: The status of a motion that ended where forces jumped.
+        self.ending = ""
 
     # -- the motion ---------------------------------------------------------------------------
 
     def _integrate(self, times: Array, progress: Callable[[float], None] | None) -> tuple[int, str]:
+        self.wanted, self.instants = times, list[float]()
+        self.pages, self.works = list[Array](), list[Array]()
+        self.total = self.initial_work.copy()
+        if status := self.begin_modes():
+            return MORE, status
+        return super()._integrate(times, progress)
+
+    def begin_modes(self) -> str:
+        """Decide the first modes; a status where the motion ends there.
+
+        Raises
+        ------
+        SolveError
+            Where shapes overlap.
+        """
         self.load()
         touching = first_overlap(self.uni, self.work, TOUCHES * self.system.length)
         approach = self.uni.approach(self.uni.read(self.work))
         # what moves apart is closed no longer
         self.closing = Closing({n for n in touching if approach[n] <= STILL * self.speed})
-        self.wanted, self.instants = times, list[float]()
-        self.pages, self.works = list[Array](), list[Array]()
-        self.total = self.initial_work.copy()
-        if status := self._settle(begins=True):
-            return MORE, status
-        return super()._integrate(times, progress)
+        return self._settle(begins=True)
+
+    def settle_jump(self) -> str:
+        """Decide the modes anew where forces have jumped, as those of inputs do, beyond what the
+        present modes allow; a status where the motion ends there.
+        """
+        here = np.array([self.state[TIME]])
+        found = guard_values(self, here, self.page[None], self.guards)[:, 0]
+        if all(value >= -AT_ZERO * size for value, size in zip(found, guard_sizes(self))):
+            return ""
+        self.closing = Closing({n for n, mode in enumerate(self.modes) if mode != "open"})
+        return self._settle()
+
+    def _interrupt(self, t: float) -> None:
+        super()._interrupt(t)
+        if self.guards:  # the first modes follow later
+            self.ending = self.settle_jump()
+
+    def _step(self) -> tuple[int, str]:
+        t = float(self.state[TIME])
+        if self.target <= t < self.until:
+            self._interrupt(t)
+        if self.ending:
+            return MORE, self.ending
+        return super()._step()
 
     def load(self) -> None:
         """The present state into the workspace."""
@@ -117,9 +153,9 @@ class ContactIntegration(EventIntegration):
         if self.instants and self.instants[-1] == t:
             self.kept_modes.pop()
         super()._keep(t, page, work)
-        self.kept_modes.append(self._named_modes())
+        self.kept_modes.append(self.named_modes())
 
-    def _named_modes(
+    def named_modes(
         self, modes: list[str] | None = None, pairs: list[str] | None = None
     ) -> dict[str, str]:
         """The mode of every contact and rough joint, by default the present one: of several
@@ -461,8 +497,8 @@ class ContactIntegration(EventIntegration):
         """What was closed before and has another mode now; what takes hold without an impact."""
         touches = self.uni.touches
         free = {touches[n].name for n in np.flatnonzero(self.uni.one_way)}
-        t, now = float(self.state[TIME]), self._named_modes()
-        for name, old in self._named_modes(*before).items():
+        t, now = float(self.state[TIME]), self.named_modes()
+        for name, old in self.named_modes(*before).items():
             new = now[name]
             if old == new or (old == "open" and name not in free):
                 continue
@@ -475,6 +511,6 @@ class ContactIntegration(EventIntegration):
 
     def _solution(self, status: str) -> Solution:
         found = super()._solution(status)
-        names = {name: [each[name] for each in self.kept_modes] for name in self._named_modes()}
+        names = {name: [each[name] for each in self.kept_modes] for name in self.named_modes()}
         notes = (*as_reported(found).notes, *self.contact_notes)
         return changed(found, notes=notes, modes=names)
