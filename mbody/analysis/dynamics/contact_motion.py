@@ -18,7 +18,13 @@ import numpy as np
 from mbody.analysis.contact.unilateral import SENSES, Rows, Touch, Unilateral
 from mbody.analysis.dynamics.contact_decision import STILL, decide, near_touches
 from mbody.analysis.dynamics.contact_guards import guard_sizes, guard_values, guards_of
-from mbody.analysis.dynamics.contact_impacts import Impact, first_overlap, refuse_led, strike
+from mbody.analysis.dynamics.contact_impacts import (
+    Impact,
+    arrest,
+    first_overlap,
+    refuse_led,
+    strike,
+)
 from mbody.analysis.dynamics.events import EventIntegration
 from mbody.analysis.dynamics.located import Guard, LocatedZero, Saved
 from mbody.analysis.dynamics.modal_motion import Closing
@@ -356,7 +362,8 @@ class ContactIntegration(EventIntegration):
         flight = -2.0 * up / pull if flies else 0.0
         short = SHORTEST * np.sqrt(self.system.length / max(abs(pull), 1e-300))
         # what joints that slip and stick again throw back comes sooner each time, too
-        soon = t - self.struck.get(first, -np.inf) < short and len(stuck) > 0
+        again = t - self.struck.get(first, -np.inf) < short
+        soon = again and len(stuck) > 0
         self.struck[first] = t
         if flies or soon:
             if soon or flight < short:
@@ -371,6 +378,14 @@ class ContactIntegration(EventIntegration):
                 self.evaluate()
             else:
                 self.state[NEXT] = min(self.state[NEXT], FLIGHT * flight)
+        elif again and len(closed) > 1:
+            # what rocks from one place to another strikes ever sooner, too, without a flight
+            kind = "rest"
+            self.y[n : 2 * n] = before
+            self.load()
+            found = arrest(self.uni, self.work, closed)
+            self.y[n : 2 * n] = before + found.jump
+            self.evaluate()
         self._add_losses(found, closed)
         self._record_contact(kind, when, touch.name, page, self.page)
         self.closing.closed -= set(closed)
