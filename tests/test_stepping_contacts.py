@@ -264,3 +264,30 @@ def test_designs_of_a_batch_have_their_own_friction():
     sims.until(1.0)
     a = np.maximum(5.0 - np.array([0.1, 0.5, 2.0]) * G, 0.0)
     assert sims["stone"].vx == pytest.approx(a, rel=1e-9, abs=1e-12)
+
+
+def test_sweeps_of_motions_have_rows_for_designs_that_fail():
+    """What slides at first rolls with v₀ m r²/(m r² + J), whatever its friction; a wheel that is
+    too large overlaps the floor.
+    """
+    machine = Mechanism("thrown", ground={"O": (0, 0)}, ground_shapes=FLOOR)
+    rim = {"rim": {"disc": "C", "radius": 0.2}}
+    machine.add(
+        Body("wheel", mass=1.0, inertia=0.1, points={"C": (0, 0)}, shapes=rim),
+        Contact("floor", "ground.floor", "wheel.rim", friction=0.5),
+        Gravity("g", y=-G),
+    )
+    start = {"wheel": {"x": 0.0, "y": 0.2, "vx": 1.0}}
+    machine.simulation = SimulationSettings(until=1.0, start=start, instants=3, rtol=1e-11)
+    found = mbody.sweep(
+        machine,
+        {"floor.friction": [0.1, 0.5], "wheel.rim.radius": [0.2, 0.25]},
+        "simulate",
+        ["last(wheel.vx)", "last(floor.contact)"],
+    )
+    rolls = 0.04 / (0.04 + 0.1)
+    assert found["last(wheel.vx)"][:, 0] == pytest.approx(np.full(2, rolls), rel=1e-9)
+    assert found["last(floor.contact)"][:, 0] == pytest.approx(np.full(2, G), rel=1e-9)
+    assert np.isnan(found["last(wheel.vx)"][:, 1]).all()
+    assert sorted(found.failures) == [1, 3]
+    assert all("overlap by 0.05 m" in why for why in found.failures.values())
