@@ -29,7 +29,9 @@ FEW = 41
 NEAR = 1e-12
 REFUSED = ("bouncing_ball",)
 MODELS = tuple(name for name in gallery.names() if name not in REFUSED)
-DRIVEN = tuple(name for name in MODELS if gallery.load(name).drivers)
+#: Over a whole turn it jams: mbody has no forces there, an image does not look at that.
+JAMS = ("toggle_press",)
+DRIVEN = tuple(name for name in MODELS if gallery.load(name).drivers and name not in JAMS)
 FREE = ("norton_fourbar", "free_fourbar", "double_pendulum", "andrews_squeezer")
 
 every = pytest.mark.parametrize("name", MODELS)
@@ -54,9 +56,8 @@ def loaded(name):
 
 def apart(found, wanted, size=None):
     """The greatest difference as a part of the greatest number."""
-    size = np.nanmax(np.abs(wanted), initial=0.0) if size is None else size
-    assert np.array_equal(np.isnan(found), np.isnan(wanted))  # where it jams
-    return float(np.nanmax(np.abs(found - wanted), initial=0.0)) / (size or 1.0)
+    size = np.abs(wanted).max(initial=0.0) if size is None else size
+    return float(np.abs(found - wanted).max(initial=0.0)) / (size or 1.0)
 
 
 def others(image, seed=0):
@@ -201,11 +202,8 @@ def test_a_turn_has_the_bits_of_kinetostatics(name):
     else:
         assert image.call("turn") == 0
     pages, measured = image.output("turn")
-    wanted = run.record.table(slice(None))
-    free = np.isfinite(wanted).all(axis=1)  # a mechanism that jams has no forces there
-    assert free.mean() > 0.9
-    assert np.array_equal(pages[: len(run)][free], wanted[free])
-    forces = max(np.nanmax(run.reaction(one.name).magnitude) for one in run.mechanism.joints)
+    assert np.array_equal(pages[: len(run)], run.record.table(slice(None)))
+    forces = max(np.abs(run.reaction(one.name).magnitude).max() for one in run.mechanism.joints)
     for key, found in measured.items():
         if key.endswith(".misfit"):
             assert np.abs(found).max() < 1e-12 * system(name).length
