@@ -62,6 +62,7 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
         self.work.par[:] = self.probe.par
         self.on = np.zeros(len(self.on))
         self.uni.set_rows(self.work, self.on, np.zeros(len(self.layout.friction_kind)))
+        self.eliminate_rows_that_are_on()
 
     def _forget(self) -> None:
         super()._forget()
@@ -117,6 +118,7 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
         for part, was in zip(self._rows_of(self.work), given.rows, strict=True):
             part[:] = was
         self.on = self.work.on[: len(self.on), 0].copy()
+        self.eliminate_rows_that_are_on()
         self.groups = {key: list(one) for key, one in given.groups.items()}
         self.struck, self.beyond = dict(given.struck), set(given.beyond)
         self.closing = Closing(set(given.closed))

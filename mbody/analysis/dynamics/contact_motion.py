@@ -142,12 +142,9 @@ class ContactIntegration(EventIntegration):
             self.ending = self.settle_jump()
 
     def _step(self) -> tuple[int, str]:
-        t = float(self.state[TIME])
-        if self.target <= t < self.until:
+        if self.target <= (t := float(self.state[TIME])) < self.until:
             self._interrupt(t)
-        if self.ending:
-            return MORE, self.ending
-        return super()._step()
+        return (MORE, self.ending) if self.ending else super()._step()
 
     def load(self) -> None:
         """The present state into the workspace."""
@@ -300,16 +297,16 @@ class ContactIntegration(EventIntegration):
                 work.anchor[pair.tangent, 0] = found.value[pair.tangent]
         self.on = rows
         uni.set_rows(work, rows, senses)
-        self.motion = replace(self.motion, layout=self._eliminating(rows))
+        self.eliminate_rows_that_are_on()
 
-    def _eliminating(self, on: Array) -> Layout:
-        """The layout without the blocks of rows that are off."""
-        key = on.tobytes()
+    def eliminate_rows_that_are_on(self) -> None:
+        """Steps leave out the blocks of rows that are off."""
+        key = self.on.tobytes()
         if key not in self.layouts:
             off = np.zeros(self.layout.nodes, dtype=bool)
-            off[self.layout.primitive_node[self.layout.switched]] = on == 0.0
+            off[self.layout.primitive_node[self.layout.switched]] = self.on == 0.0
             self.layouts[key] = without_nodes(self.layout, off)
-        return self.layouts[key]
+        self.motion = replace(self.motion, layout=self.layouts[key])
 
     def _anchor(self, n: int, touch: Touch, rows: Rows, off: Array) -> None:
         """Sticking begins where the touch is."""
@@ -365,27 +362,24 @@ class ContactIntegration(EventIntegration):
         again = t - self.struck.get(first, -np.inf) < short
         soon = again and len(stuck) > 0
         self.struck[first] = t
-        if flies or soon:
-            if soon or flight < short:
-                kind, when = "rest", t + (0.0 if soon else flight / (1.0 - touch.restitution))
-                self.y[n : 2 * n] = before
-                self.load()
-                held = stuck if soon else None
-                found = strike(self.uni, self.work, closed, still=True, held=held)
-                if found is None:
-                    return self._ended("an impact has no solution")
-                self.y[n : 2 * n] = before + found.jump
-                self.evaluate()
-            else:
-                self.state[NEXT] = min(self.state[NEXT], FLIGHT * flight)
-        elif again and len(closed) > 1:
-            # what rocks from one place to another strikes ever sooner, too, without a flight
-            kind = "rest"
+        # what rocks from one place to another strikes ever sooner without a flight
+        rocks = again and not (flies or soon) and len(closed) > 1
+        if rocks or soon or (flies and flight < short):
+            last = flight / (1.0 - touch.restitution) if flies and not soon else 0.0
+            kind, when = "rest", t + last
             self.y[n : 2 * n] = before
             self.load()
-            found = arrest(self.uni, self.work, closed)
+            if rocks:
+                found = arrest(self.uni, self.work, closed)
+            else:
+                held = stuck if soon else None
+                found = strike(self.uni, self.work, closed, still=True, held=held)
+            if found is None:
+                return self._ended("an impact has no solution")
             self.y[n : 2 * n] = before + found.jump
             self.evaluate()
+        elif flies:
+            self.state[NEXT] = min(self.state[NEXT], FLIGHT * flight)
         self._add_losses(found, closed)
         self._record_contact(kind, when, touch.name, page, self.page)
         self.closing.closed -= set(closed)
