@@ -41,6 +41,8 @@ class CarriedModes:
     changes : pair
         When modes changed last, and how often at that instant.
     notes : tuple of str
+    lost : array (contacts,)
+        Energy that impacts of each took.
     """
 
     modes: tuple[str, ...]
@@ -55,3 +57,4 @@ class CarriedModes:
     fresh: dict[Guard, float]
     changes: tuple[float, int]
     notes: tuple[str, ...]
+    lost: Array

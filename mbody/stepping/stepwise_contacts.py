@@ -11,7 +11,7 @@ from mbody.analysis.contact.unilateral import has_modes, refuse_modes
 from mbody.analysis.dynamics.contact_motion import ContactIntegration
 from mbody.analysis.dynamics.modal_motion import Closing
 from mbody.kernels.layout import Work
-from mbody.model.event import Event, Stop
+from mbody.model.event import Event
 from mbody.solution.restart import Way
 from mbody.solution.solution import Solution
 from mbody.stepping.carried_modes import CarriedModes
@@ -40,6 +40,7 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
             Where shapes overlap.
         """
         self._open_all()
+        self.lost[:] = 0.0
         super().start_at(t, q, v, own)
         self.ending = self.begin_modes()
         self.first_modes = self.named_modes()
@@ -104,6 +105,7 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
             fresh=dict(self.fresh),
             changes=(self.changed_at, self.changes),
             notes=tuple(self.contact_notes),
+            lost=self.lost.copy(),
         )
 
     def go_on_from(self, given: Carried) -> None:
@@ -124,6 +126,7 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
         self.closing = Closing(set(given.closed))
         self.guards, self.fresh = list(given.guards), dict(given.fresh)
         self.changed_at, self.changes = given.changes
+        self.lost[:] = given.lost
         self.contact_notes, self.ending = list(given.notes), ""
 
     def unfit(self, given: Carried, inputs: Array) -> str:
@@ -140,6 +143,11 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
         finally:
             self._take_modes(before[0])
             self.ending = before[1]
+
+    def _works(self) -> Array:
+        works = np.zeros((2, self.causes + len(self.stops)))
+        works[1] = np.concatenate([self.total, self.lost])
+        return works
 
     # -- what is shown ------------------------------------------------------------------------
 
@@ -161,10 +169,8 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
             self.kept_modes = kept
 
 
-def stepwise(
-    system: System, start: Solution, way: Way, events: dict[Event | Stop, float]
-) -> Stepwise:
-    """The integration of a system; `events` with the restitution of each stop.
+def stepwise(system: System, start: Solution, way: Way, events: tuple[Event, ...]) -> Stepwise:
+    """The integration of a system.
 
     Raises
     ------

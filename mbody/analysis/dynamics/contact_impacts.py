@@ -197,7 +197,8 @@ def arrest(uni: Unilateral, work: Work, closed: list[int]) -> Impact:
     jump = Y @ impulse
     work_done = np.zeros(2 * m)
     work_done[rows] = impulse * (rates[rows] + 0.5 * (W[rows] @ jump))
-    return Impact(jump, rates[:m], work_done[:m] + work_done[m:])
+    # what stops that move and drivers give is rounding by then
+    return Impact(jump, rates[:m], work_done[:m] + work_done[m:], np.zeros(m), {})
 
 
 def first_overlap(uni: Unilateral, work: Work, near: float) -> list[int]:

@@ -25,7 +25,7 @@ from mbody.analysis.dynamics.contact_impacts import (
     refuse_led,
     strike,
 )
-from mbody.analysis.dynamics.events import EventIntegration
+from mbody.analysis.dynamics.jumping_forces import AT_ZERO, JumpIntegration
 from mbody.analysis.dynamics.located import Guard, LocatedZero, Saved
 from mbody.analysis.dynamics.modal_motion import Closing
 from mbody.kernels.layout import Layout
@@ -57,12 +57,11 @@ STRIKES, CHANGES, AT_ONCE = 500, 200, 1e-14
 FLIGHT = 1.2
 #: A guard begins at zero where it is less than this part of its size; until the modes change
 #: again what is less than rounding of it is taken for a little more.
-AT_ZERO = 1e-9
 ROUNDING = {"close": 1e-14, "edge": 1e-14, "enter": 1e-14, "stop": 1e-13, "lock": 1e-13}
 FORCES = 1e-12
 
 
-class ContactIntegration(EventIntegration):
+class ContactIntegration(JumpIntegration):
     """Integrates one system with rows that can be on or off."""
 
     decides_modes = True
@@ -97,8 +96,6 @@ class ContactIntegration(EventIntegration):
         self.closing = Closing()
         self.kept_modes: list[dict[str, str]] = []
         self.contact_notes: list[str] = []
-        #: The status of a motion that ended where forces jumped.
-        self.ending = ""
 
     # -- the motion ---------------------------------------------------------------------------
 
@@ -111,13 +108,7 @@ class ContactIntegration(EventIntegration):
         return super()._integrate(times, progress)
 
     def begin_modes(self) -> str:
-        """Decide the first modes; a status where the motion ends there.
-
-        Raises
-        ------
-        SolveError
-            Where shapes overlap.
-        """
+        """Decide the first modes, refusing what overlaps; a status where the motion ends there."""
         self.load()
         touching = first_overlap(self.uni, self.work, TOUCHES * self.system.length)
         approach = self.uni.approach(self.uni.read(self.work))
@@ -125,26 +116,17 @@ class ContactIntegration(EventIntegration):
         self.closing = Closing({n for n in touching if approach[n] <= STILL * self.speed})
         return self._settle(begins=True)
 
-    def settle_jump(self) -> str:
-        """Decide the modes anew where forces have jumped, as those of inputs do, beyond what the
-        present modes allow; a status where the motion ends there.
-        """
+    def _guarded(self) -> tuple[Array, list[float]]:
+        """Present values of the guards, and their sizes."""
         here = np.array([self.state[TIME]])
-        found = guard_values(self, here, self.page[None], self.guards)[:, 0]
-        if all(value >= -AT_ZERO * size for value, size in zip(found, guard_sizes(self))):
-            return ""
+        return guard_values(self, here, self.page[None], self.guards)[:, 0], guard_sizes(self)
+
+    def _broken(self) -> bool:
+        return any(value < -AT_ZERO * size for value, size in zip(*self._guarded(), strict=True))
+
+    def _settle_anew(self) -> str:
         self.closing = Closing({n for n, mode in enumerate(self.modes) if mode != "open"})
         return self._settle()
-
-    def _interrupt(self, t: float) -> None:
-        super()._interrupt(t)
-        if self.guards:  # the first modes follow later
-            self.ending = self.settle_jump()
-
-    def _step(self) -> tuple[int, str]:
-        if self.target <= (t := float(self.state[TIME])) < self.until:
-            self._interrupt(t)
-        return (MORE, self.ending) if self.ending else super()._step()
 
     def load(self) -> None:
         """The present state into the workspace."""
@@ -323,8 +305,7 @@ class ContactIntegration(EventIntegration):
         self.closing = Closing({n for n, mode in enumerate(self.modes) if mode != "open"})
         self.guards = guards_of(self)
         self._check_finite(self.K, float(state[TIME]))
-        found = guard_values(self, np.array([state[TIME]]), self.page[None], self.guards)[:, 0]
-        sizes = guard_sizes(self)
+        found, sizes = self._guarded()
         self.fresh = {
             guard: ROUNDING.get(guard.kind, FORCES) * size
             for guard, value, size in zip(self.guards, found, sizes, strict=True)

@@ -40,7 +40,7 @@ class HeldModes:
 
     def __init__(self, system: System, given: Solution, t: float, q: Array, v: Array) -> None:
         way = Way("dop853", 1e-9, 1e-9)
-        engine = ContactIntegration(system, given, way, {})
+        engine = ContactIntegration(system, given, way, ())
         engine.begin(t, q, v, t + 1.0)
         engine.wanted, engine.instants = np.array([t]), []
         engine.pages, engine.works = [], []
