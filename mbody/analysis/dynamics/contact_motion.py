@@ -18,13 +18,8 @@ import numpy as np
 from mbody.analysis.contact.unilateral import SENSES, Rows, Touch, Unilateral
 from mbody.analysis.dynamics.contact_decision import STILL, decide, near_touches
 from mbody.analysis.dynamics.contact_guards import guard_sizes, guard_values, guards_of
-from mbody.analysis.dynamics.contact_impacts import (
-    Impact,
-    arrest,
-    first_overlap,
-    refuse_led,
-    strike,
-)
+from mbody.analysis.dynamics import contact_impacts
+from mbody.analysis.dynamics.contact_impacts import Impact, first_overlap, refuse_led, strike
 from mbody.analysis.dynamics.jumping_forces import AT_ZERO, JumpIntegration
 from mbody.analysis.dynamics.located import Guard, LocatedZero, Saved
 from mbody.analysis.dynamics.modal_motion import Closing
@@ -117,9 +112,8 @@ class ContactIntegration(JumpIntegration):
         return self._settle(begins=True)
 
     def _guarded(self) -> tuple[Array, list[float]]:
-        """Present values of the guards, and their sizes."""
-        here = np.array([self.state[TIME]])
-        return guard_values(self, here, self.page[None], self.guards)[:, 0], guard_sizes(self)
+        found = guard_values(self, self.state[[TIME]], self.page[None], self.guards)[:, 0]
+        return found, guard_sizes(self)
 
     def _broken(self) -> bool:
         return any(value < -AT_ZERO * size for value, size in zip(*self._guarded(), strict=True))
@@ -351,7 +345,7 @@ class ContactIntegration(JumpIntegration):
             self.y[n : 2 * n] = before
             self.load()
             if rocks:
-                found = arrest(self.uni, self.work, closed)
+                found = contact_impacts.arrest(self.uni, self.work, closed)
             else:
                 held = stuck if soon else None
                 found = strike(self.uni, self.work, closed, still=True, held=held)
