@@ -16,9 +16,9 @@ from dataclasses import replace
 import numpy as np
 
 from mbody.analysis.contact.unilateral import SENSES, Rows, Touch, Unilateral
+from mbody.analysis.dynamics import contact_impacts
 from mbody.analysis.dynamics.contact_decision import STILL, decide, near_touches
 from mbody.analysis.dynamics.contact_guards import guard_sizes, guard_values, guards_of
-from mbody.analysis.dynamics import contact_impacts
 from mbody.analysis.dynamics.contact_impacts import Impact, first_overlap, refuse_led, strike
 from mbody.analysis.dynamics.jumping_forces import AT_ZERO, JumpIntegration
 from mbody.analysis.dynamics.located import Guard, LocatedZero, Saved
