@@ -15,9 +15,11 @@ from collections.abc import Callable
 import numpy as np
 
 from mbody.analysis.contact.unilateral import SENSES
+from mbody.analysis.dynamics import contact_impacts
 from mbody.analysis.dynamics.contact_decision import STILL, decide, near_touches
 from mbody.analysis.dynamics.contact_guards import guard_sizes, guard_values, guards_of
 from mbody.analysis.dynamics.contact_impacts import Impact, first_overlap, refuse_led, strike
+from mbody.analysis.dynamics.jumping_forces import AT_ZERO
 from mbody.analysis.dynamics.located import Guard
 from mbody.analysis.dynamics.modal_integration import ModalIntegration
 from mbody.analysis.dynamics.modal_motion import Closing
@@ -44,7 +46,6 @@ SINGULAR = 1e-3
 FLIGHT = 1.2
 #: A guard begins at zero where it is less than this part of its size; until the modes change
 #: again what is less than rounding of it is taken for a little more.
-AT_ZERO = 1e-9
 ROUNDING = {"close": 1e-14, "edge": 1e-14, "enter": 1e-14, "stop": 1e-13, "lock": 1e-13}
 FORCES = 1e-12
 
@@ -57,17 +58,32 @@ class ContactIntegration(ModalIntegration):
     def _integrate(self, times: Array, progress: Callable[[float], None] | None) -> tuple[int, str]:
         if self.resumed is not None:
             return super()._integrate(times, progress)
+        self.wanted, self.instants = times, list[float]()
+        self.pages, self.works = list[Array](), list[Array]()
+        self.total = self.initial_work.copy()
+        if status := self.begin_modes():
+            return MORE, status
+        return super()._integrate(times, progress)
+
+    def begin_modes(self) -> str:
+        """Decide the first modes, refusing what overlaps; a status where the motion ends there."""
         self.load()
         touching = first_overlap(self.uni, self.work, TOUCHES * self.system.length)
         approach = self.uni.approach(self.uni.read(self.work))
         # what moves apart is closed no longer
         self.closing = Closing({n for n in touching if approach[n] <= STILL * self.speed})
-        self.wanted, self.instants = times, list[float]()
-        self.pages, self.works = list[Array](), list[Array]()
-        self.total = self.initial_work.copy()
-        if status := self._settle(begins=True):
-            return MORE, status
-        return super()._integrate(times, progress)
+        return self._settle(begins=True)
+
+    def _guarded(self) -> tuple[Array, list[float]]:
+        found = guard_values(self, self.state[[TIME]], self.page[None], self.guards)[:, 0]
+        return found, guard_sizes(self)
+
+    def _broken(self) -> bool:
+        return any(value < -AT_ZERO * size for value, size in zip(*self._guarded(), strict=True))
+
+    def _settle_anew(self) -> str:
+        self.closing = Closing({n for n, mode in enumerate(self.modes) if mode != "open"})
+        return self._settle()
 
     def _step(self) -> tuple[int, str]:
         """Where forces of what slides grow without bound the steps vanish before that is met."""
@@ -165,8 +181,7 @@ class ContactIntegration(ModalIntegration):
         self.closing = Closing({n for n, mode in enumerate(self.modes) if mode != "open"})
         self.guards = guards_of(self)
         self._check_finite(self.K, float(state[TIME]))
-        found = guard_values(self, np.array([state[TIME]]), self.page[None], self.guards)[:, 0]
-        sizes = guard_sizes(self)
+        found, sizes = self._guarded()
         self.fresh = {
             guard: ROUNDING.get(guard.kind, FORCES) * size
             for guard, value, size in zip(self.guards, found, sizes, strict=True)
@@ -201,21 +216,27 @@ class ContactIntegration(ModalIntegration):
         flight = -2.0 * up / pull if flies else 0.0
         short = SHORTEST * np.sqrt(self.system.length / max(abs(pull), 1e-300))
         # what joints that slip and stick again throw back comes sooner each time, too
-        soon = t - self.struck.get(first, -np.inf) < short and len(stuck) > 0
+        again = t - self.struck.get(first, -np.inf) < short
+        soon = again and len(stuck) > 0
         self.struck[first] = t
-        if flies or soon:
-            if soon or flight < short:
-                kind, when = "rest", t + (0.0 if soon else flight / (1.0 - touch.restitution))
-                self.y[n : 2 * n] = before
-                self.load()
+        # what rocks from one place to another strikes ever sooner without a flight
+        rocks = again and not (flies or soon) and len(closed) > 1
+        if rocks or soon or (flies and flight < short):
+            last = flight / (1.0 - touch.restitution) if flies and not soon else 0.0
+            kind, when = "rest", t + last
+            self.y[n : 2 * n] = before
+            self.load()
+            if rocks:
+                found = contact_impacts.arrest(self.uni, self.work, closed)
+            else:
                 held = stuck if soon else None
                 found = strike(self.uni, self.work, closed, still=True, held=held)
-                if found is None:
-                    return self._ended("an impact has no solution")
-                self.y[n : 2 * n] = before + found.jump
-                self.evaluate()
-            else:
-                self.state[NEXT] = min(self.state[NEXT], FLIGHT * flight)
+            if found is None:
+                return self._ended("an impact has no solution")
+            self.y[n : 2 * n] = before + found.jump
+            self.evaluate()
+        elif flies:
+            self.state[NEXT] = min(self.state[NEXT], FLIGHT * flight)
         self._add_losses(found, closed)
         self._record_contact(kind, when, touch.name, page, self.page)
         self.closing.closed -= set(closed)
@@ -322,8 +343,8 @@ class ContactIntegration(ModalIntegration):
         """What was closed before and has another mode now; what takes hold without an impact."""
         touches = self.uni.touches
         free = {touches[n].name for n in np.flatnonzero(self.uni.one_way)}
-        t, now = float(self.state[TIME]), self._named_modes()
-        for name, old in self._named_modes(*before).items():
+        t, now = float(self.state[TIME]), self.named_modes()
+        for name, old in self.named_modes(*before).items():
             new = now[name]
             if old == new or (old == "open" and name not in free):
                 continue
@@ -332,6 +353,6 @@ class ContactIntegration(ModalIntegration):
 
     def _solution(self, status: str) -> Solution:
         found = super()._solution(status)
-        names = {name: [each[name] for each in self.kept_modes] for name in self._named_modes()}
+        names = {name: [each[name] for each in self.kept_modes] for name in self.named_modes()}
         notes = (*as_reported(found).notes, *self.contact_notes)
         return changed(found, notes=notes, modes=names)

@@ -11,7 +11,8 @@ import numpy as np
 from mbody.analysis.contact.unilateral import SENSES, Rows, Touch, Unilateral
 from mbody.analysis.dynamics.contact_decision import STILL
 from mbody.analysis.dynamics.contact_guards import guard_values, guards_of
-from mbody.analysis.dynamics.events import OF_A_STEP, EventIntegration
+from mbody.analysis.dynamics.events import OF_A_STEP
+from mbody.analysis.dynamics.jumping_forces import JumpIntegration
 from mbody.analysis.dynamics.located import Guard, LocatedZero, Saved
 from mbody.analysis.dynamics.modal_motion import Closing, SharedForces
 from mbody.analysis.dynamics.modal_restart import fresh_guards, set_switched, shared_of
@@ -35,7 +36,7 @@ NEAR = 1e-10
 UNSEEN, RESOLVED = 0.25, 1e-3
 
 
-class ModalIntegration(EventIntegration):
+class ModalIntegration(JumpIntegration):
     """Integrates one system with rows that can be on or off, in given modes."""
 
     decides_modes = True
@@ -87,9 +88,9 @@ class ModalIntegration(EventIntegration):
         if self.instants and self.instants[-1] == t:
             self.kept_modes.pop()
         super()._keep(t, page, work)
-        self.kept_modes.append(self._named_modes())
+        self.kept_modes.append(self.named_modes())
 
-    def _named_modes(
+    def named_modes(
         self, modes: list[str] | None = None, pairs: list[str] | None = None
     ) -> dict[str, str]:
         """The mode of every contact and rough joint, by default the present one: of several
@@ -155,16 +156,16 @@ class ModalIntegration(EventIntegration):
                 work.anchor[pair.tangent, 0] = found.value[pair.tangent]
         self.on = rows
         uni.set_rows(work, rows, senses)
-        self.motion = replace(self.motion, layout=self._eliminating(rows))
+        self.eliminate_rows_that_are_on()
 
-    def _eliminating(self, on: Array) -> Layout:
-        """The layout without the blocks of rows that are off."""
-        key = on.tobytes()
+    def eliminate_rows_that_are_on(self) -> None:
+        """Steps leave out the blocks of rows that are off."""
+        key = self.on.tobytes()
         if key not in self.layouts:
             off = np.zeros(self.layout.nodes, dtype=bool)
-            off[self.layout.primitive_node[self.layout.switched]] = on == 0.0
+            off[self.layout.primitive_node[self.layout.switched]] = self.on == 0.0
             self.layouts[key] = without_nodes(self.layout, off)
-        return self.layouts[key]
+        self.motion = replace(self.motion, layout=self.layouts[key])
 
     def _anchor(self, n: int, touch: Touch, rows: Rows, off: Array) -> None:
         """Sticking begins where the touch is."""
@@ -276,7 +277,7 @@ class ModalIntegration(EventIntegration):
         assert found is not None
         self.modes, self.pairs = list(found.modes), list(found.pairs)
         self.on = set_switched(self.uni, self.work, found)
-        self.motion = replace(self.motion, layout=self._eliminating(self.on))
+        self.eliminate_rows_that_are_on()
         self.groups = {group[0]: list(group) for group in found.groups}
         self.shared, self.fresh = shared_of(found), fresh_guards(found)
         self.closing, self.beyond = Closing(set(found.closed)), set(found.beyond)
