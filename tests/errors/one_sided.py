@@ -8,7 +8,6 @@ from mbody import (
     Prismatic,
     Revolute,
     SimulationSettings,
-    Simulator,
     Stop,
     assemble,
     simulate,
@@ -91,7 +90,6 @@ SCENARIOS = {
     "a start beyond a limit": lambda: simulate(limited(-1.5), 1.0),
     "a body by the name of a limit": lambda: simulate(limited(0.0, "A_low"), 1.0),
     "limits by steps with impulses": lambda: simulate(limited(), 1.0, method="moreau", step=0.01),
-    "a simulator of limits": lambda: Simulator(limited()),
     "limits by an implicit method": lambda: simulate(limited(), 1.0, method="radau5"),
     "limits of a file that are no pair": file(
         "[joints.A]\nrevolute = ['ground', 'bob']\nlimits = 3\n"
