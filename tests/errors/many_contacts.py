@@ -39,10 +39,11 @@ def stepped(*more, until=0.1, options=None, **body):
 
 def of_other_sizes():
     """A motion that goes on from a state of another size."""
-    run = simulate(floored(UNDER), 0.1, method="moreau", step=1e-2)
+    machine = floored(UNDER)
+    run = simulate(machine, 0.1, method="moreau", step=1e-2)
     contacts, pull, *rest = run.restart.own
     restart = replace(run.restart, own=(contacts, np.append(pull, 0.0), *rest))
-    simulate(floored(UNDER), 0.2, start=replace(run, restart=restart))
+    simulate(machine, 0.2, start=replace(run, restart=restart), method="moreau", step=1e-2)
 
 
 def released():
