@@ -291,3 +291,27 @@ def test_sweeps_of_motions_have_rows_for_designs_that_fail():
     assert np.isnan(found["last(wheel.vx)"][:, 1]).all()
     assert sorted(found.failures) == [1, 3]
     assert all("overlap by 0.05 m" in why for why in found.failures.values())
+
+
+def test_limits_and_stops_act_step_by_step_too():
+    """A pendulum between its limits and a ball over a stop, against simulate."""
+    swing = Mechanism("limits", ground={"O": (0.0, 0.0)})
+    swing.add(
+        Body("bob", mass=1.0, inertia=0.1, cg=(0.5, 0.0), points={"O": (0.0, 0.0)}),
+        Revolute("O", "ground.O", "bob.O", limits=("-100 deg", "-20 deg"), restitution=0.5),
+        Gravity("gravity", y=-G),
+    )
+    swing.simulation = SimulationSettings(until=2.0, start={"bob": {"angle": "-30 deg"}})
+    ball = Mechanism("ball")
+    ball.add(Body("bob", mass=1.0, inertia=0.1), Gravity("gravity", y=-G))
+    ball.add(mbody.Stop("floor", "bob.y", restitution=0.5))
+    start = {"bob": {"x": 0.0, "y": 1.0, "angle": 0.0}}
+    ball.simulation = SimulationSettings(until=0.7, start=start)
+    for machine, contact in ((swing, "O_low"), (ball, "floor")):
+        run, sim = mbody.simulate(machine), Simulator(machine)
+        assert [one.contact for one in run.events if one.name == "impact"][:1] == [contact]
+        sim.until(float(run.t[-1]))
+        # both steps at the default tolerance, of other lengths
+        assert sim["bob"].angle == pytest.approx(run["bob"].angle[-1], abs=1e-7)
+        assert sim["bob"].y == pytest.approx(run["bob"].y[-1], abs=1e-7)
+        assert sim.mode(contact) == "open"

@@ -10,11 +10,12 @@ from typing import Any, NoReturn
 
 import numpy as np
 
+from mbody.analysis.contact.unilateral import with_contacts_of_joints
 from mbody.analysis.dynamics.branch_choice import choose_branch
 from mbody.analysis.dynamics.input_histories import with_inputs
 from mbody.analysis.dynamics.options import motion_request, tolerances
 from mbody.analysis.dynamics.own_states import first_own_states
-from mbody.analysis.dynamics.simulate import first_instant
+from mbody.analysis.dynamics.simulate import first_instant_with_contacts
 from mbody.analysis.dynamics.singular_start import singular_start
 from mbody.analysis.freedom.single_design import released
 from mbody.analysis.initial.initial_state import state_of
@@ -98,7 +99,8 @@ class Simulator(MechanicsNow):
         if whole.batch is not None:
             raise ModelError("a Simulator takes one design: choose one of the batch with design(n)")
         errors = tolerances(whole, rtol, atol)
-        self._start = first_instant(whole, start, guess, rates)
+        held, whole = whole, with_contacts_of_joints(whole)
+        self._start = first_instant_with_contacts(held, whole, start, guess, rates)
         t, q, v = state_of(whole, self._start)
         self._request = motion_request(
             whole,

@@ -28,7 +28,7 @@ from mbody.solution.solution import Solution
 from mbody.system.assembler import assemble
 from mbody.system.system import System
 
-__all__ = ["first_instant", "judged", "simulate"]
+__all__ = ["first_instant", "first_instant_with_contacts", "judged", "simulate"]
 
 
 def simulate(
@@ -152,7 +152,7 @@ def simulate(
         first = 0.0 if start is None else float(start.t[-1])
         system = with_inputs(system, inputs, first, last)
     held, system = system, with_contacts_of_joints(system)
-    start = _begun(held, system, start, guess, rates)
+    start = first_instant_with_contacts(held, system, start, guess, rates)
     state = state_of(system, start)
     request = motion_request(
         system,
@@ -187,7 +187,7 @@ def _as_system(model: Mechanism | System, method: str | None) -> System:
     return as_system(model)
 
 
-def _begun(
+def first_instant_with_contacts(
     held: System,
     system: System,
     start: Solution | None,
