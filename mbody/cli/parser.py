@@ -477,16 +477,10 @@ def _driven(command: argparse.ArgumentParser) -> None:
 
 def _sensitivity(command: argparse.ArgumentParser) -> None:
     _model(command)
-    command.add_argument(
-        "measure", metavar="MEASURE", help="a measure or a formula, such as 'peak(A.force)'"
-    )
-    command.add_argument(
-        "--by",
-        action="append",
-        default=[],
-        metavar="NAMES",
-        help="numbers such as crank.A.x, with commas; by default all",
-    )
+    what = "a measure or a formula, such as 'peak(A.force)'"
+    command.add_argument("measure", metavar="MEASURE", help=what)
+    names = "numbers such as crank.A.x, with commas; by default all"
+    command.add_argument("--by", action="append", default=[], metavar="NAMES", help=names)
     _driven(command)
     _instants(command)
     _json(command)
