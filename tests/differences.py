@@ -8,7 +8,7 @@ PLACES = np.array([-4.0, -3.0, -2.0, -1.0, 1.0, 2.0, 3.0, 4.0])
 #: Fornberg, Generation of finite difference formulas (1988): the error is of the eighth power.
 WEIGHTS = np.array([1 / 280, -4 / 105, 1 / 5, -4 / 5, 4 / 5, -1 / 5, 4 / 105, -1 / 280])
 #: Part of a number: longer steps of a pump cross the corners of its valves.
-STEP = 1e-4
+STEP = 2e-5
 
 
 def step_of(system, name):
