@@ -27,7 +27,7 @@ SHOWN = {
     "flyball_governor": {"at": {"arm_l": "60 deg"}},
     "hoekens": {"paths": ["coupler.P"]},
     "mud_pump": {"at": {"crank": "60 deg"}},
-    "mud_pump_motor": {"after": 12.15},
+    "mud_pump_motor": {"after": 12.25},
     "norton_fourbar": {"forces": True},
     "peaucellier": {"at": {"crank": "60 deg"}, "paths": ["QA.Q"]},
     "planetary_train": {"at": {"sun": "90 deg"}},
@@ -35,6 +35,7 @@ SHOWN = {
     "scissor_lift": {"at": {"t": 5.0}},
     "static_fourbar": {"forces": True},
     "stephenson_sixbar": {"at": {"crank": "120 deg"}, "paths": ["coupler.P"]},
+    "toggle_press": {"at": {"t": 7.0}, "forces": True},
     "watt_sixbar": {"at": {"crank": "60 deg"}},
 }
 

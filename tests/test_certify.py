@@ -230,7 +230,7 @@ def test_the_command_ends_with_1_on_doubt(doubtful, monkeypatch):
 def test_the_command_ends_with_0_where_an_event_ends_the_motion(tmp_path):
     machine = mbody.gallery.load("bouncing_ball")
     machine.simulation = replace(
-        machine.simulation, events=[mbody.Event("ball.vy", direction=-1, stop=True)]
+        machine.simulation, events=[mbody.Event("ball.vy", -1, stop=True, name="top")]
     )
     file = tmp_path / "ball.toml"
     mbody.save(machine, file)

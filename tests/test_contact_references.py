@@ -182,6 +182,24 @@ def test_a_rod_of_painleve_may_do_two_things():
     assert run.mode("end")[-1] == "open"
 
 
+@pytest.mark.parametrize(("before", "slower"), [(0.1, 1.0), (0.05, 0.5), (0.2, 1.8)])
+def test_a_rod_ends_in_the_point_of_genot_and_brogliato(before, slower):
+    """Above μ = 8/(3 √3) what slides towards the paradox meets it where the end would lift, too:
+    A(θ) = 0 and ω² sin θ = g. The approach is singular: the rate is known to far fewer digits than
+    the angle.
+    """
+    mu = 1.7
+    angle = math.atan((3.0 * mu - math.sqrt(9.0 * mu * mu - 16.0)) / 2.0)
+    rate = math.sqrt(G / math.sin(angle))
+    text = models.ROD.replace("friction = 1.4", f"friction = {mu}")
+    run = simulated(text, rod(angle - before, rate - slower, -8.0), until=0.3)
+    assert [one.name for one in run.events] == ["paradox"]
+    assert run.status.startswith("ended: ")
+    assert "grow without bound" in run.status
+    assert float(run["rod"].angle[-1]) == pytest.approx(angle, abs=1e-9)
+    assert float(run["rod"].omega[-1]) == pytest.approx(rate, abs=1e-4)
+
+
 def rocking(count: int) -> tuple[list[float], list[float]]:
     """Times of the impacts of a block that rocks, and rates after them: quarter periods by
     quadrature, Housner's ratio 1 − 3/2 sin²α.

@@ -309,7 +309,7 @@ def test_efficiency_is_that_of_a_motion_over_time(name):
     machine = MACHINES[name]()
     output = next(load.name for load in machine.loads if load.name in ("load", "cylinder"))
     until = 2.0 * math.pi / abs(machine.drivers[0].law.derivatives(0.0)[1])
-    motion = mbody.simulate(machine, until, rtol=1e-10)
+    motion = mbody.simulate(machine, until, rtol=1e-12)
     run = mbody.kinetostatics(machine, np.linspace(0.0, until, 7201))
     found, wanted = motion.efficiency(output), run.efficiency(output)
     assert found.given == pytest.approx(wanted.given, rel=1e-6)

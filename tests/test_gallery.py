@@ -27,7 +27,7 @@ NAMES = (
     *("n_windows_40", "norton_fourbar", "norton_fourbar_printed", "parallel_cranks"),
     *("peaucellier", "planetary_train", "porter_governor", "quick_return", "rotating_mass"),
     *("scissor_lift", "simple_pendulum", "slider_crank", "static_fourbar", "stephenson_sixbar"),
-    *("vehicle", "watt_sixbar"),
+    *("toggle_press", "vehicle", "watt_sixbar"),
 )
 
 

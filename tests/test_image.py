@@ -29,7 +29,9 @@ FEW = 41
 NEAR = 1e-12
 REFUSED = ("bouncing_ball",)
 MODELS = tuple(name for name in gallery.names() if name not in REFUSED)
-DRIVEN = tuple(name for name in MODELS if gallery.load(name).drivers)
+#: Over a whole turn it jams: mbody has no forces there, an image does not look at that.
+JAMS = ("toggle_press",)
+DRIVEN = tuple(name for name in MODELS if gallery.load(name).drivers and name not in JAMS)
 FREE = ("norton_fourbar", "free_fourbar", "double_pendulum", "andrews_squeezer")
 
 every = pytest.mark.parametrize("name", MODELS)

@@ -44,8 +44,10 @@ def test_one_step_of_a_pile_is_the_nearest_motion_that_its_cones_allow(friction)
     M = np.tile([1.0, 1.0, 0.5 * RADIUS**2], len(q))
     after = least_distance(M, free, C, np.tile(-np.maximum(gap, 0.0) / h, 2))
     found = np.array([getattr(run[name], part)[-1] for name in run for part in PARTS])
-    # the greatest impulse, 8 N s, to 1e-10, on 1 kg and, at 0.1 m, on 5 g m²
-    assert np.abs(found - after).max() < 1e-7
+    # impulses of at most 1 N s; what is left of them is 1e-10 as a rule and 1e-8 where the method
+    # stalls, on 1 kg, or on half of that at the rim
+    rim = np.tile([1.0, 1.0, RADIUS], len(q))
+    assert np.abs(rim * (found - after)).max() < 1e-7
     assert np.abs(after).max() > 1e-3
 
 
@@ -53,7 +55,7 @@ def test_one_step_of_a_pile_is_the_nearest_motion_that_its_cones_allow(friction)
 def test_every_contact_of_a_pile_that_collapses_obeys_coulomb(friction):
     """190 discs, by the velocities of bodies and the forces of places alone."""
     h, steps = 2e-3, 100
-    run = stepped(pile(19, friction), steps * h, h, instants=steps + 1)
+    run = stepped(pile(19, friction), steps * h, h, rtol=1e-6, instants=steps + 1)
     assert run.status == "completed"
     q, v, u = (
         np.array([[getattr(run[name], part)[n] for part in parts] for name in run] + [[0.0] * 3])
@@ -74,9 +76,9 @@ def test_every_contact_of_a_pile_that_collapses_obeys_coulomb(friction):
     most = p.max()
     assert len(p) > 200
     assert p.min() >= 0.0
-    # rates to what the impulses, to 1e-8 of the greatest, give discs of 1 kg; tenfold for what all
+    # rates to what the impulses, to 1e-6 of the greatest, give discs of 1 kg; tenfold for what all
     # neighbours of a disc leave together
-    rounding = 10 * 1e-8 * most * h
+    rounding = 10 * 1e-6 * most * h
     assert (np.abs(t) - friction * p).max() < 1e-12 * most
     sticks = np.abs(t) < friction * p * (1.0 - 1e-6)
     assert np.abs(along[sticks]).max(initial=0.0) < rounding
@@ -84,7 +86,7 @@ def test_every_contact_of_a_pile_that_collapses_obeys_coulomb(friction):
     assert sticks.any() and not sticks.all()
     # what presses closes its gap, but for what sliding has changed
     assert np.abs(normal + np.maximum(places.gap, 0.0) / h).max() * h <= (
-        run.stats["nearer"] * RADIUS + rounding * h
+        run.stepped.nearer * RADIUS + rounding * h
     )
 
 

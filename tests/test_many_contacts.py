@@ -105,10 +105,9 @@ def test_the_coulomb_oscillator_stays_where_it_should_with_order_one():
         assert run.reaction("under").fx[-1] == pytest.approx(60.0 * run["block"].x[-1], rel=1e-6)
         # what opened while it slid closes step by step
         assert run.contact("under")[-1] == pytest.approx(1.5 * G, rel=1e-7)
-    # where it turns within a step is by chance: the order is that of the bound
-    slope = np.polyfit(np.log(steps), np.log(errors), 1)[0]
-    assert 0.8 < slope < 2.2
-    assert all(error < 0.02 * step for error, step in zip(errors, steps, strict=True))
+    # six turns, each between the ends of a step, at most a h²/8 beyond the nearer one, where the
+    # block turns with a ≤ k x/m + μ g = 30.5 m/s²
+    assert all(error < 23.0 * step**2 for error, step in zip(errors, steps, strict=True))
 
 
 def test_modes_follow_the_sliding():
@@ -135,9 +134,11 @@ def test_a_ball_comes_to_rest_by_impacts():
     for step in (1e-3, 2.5e-4):
         run = stepped(bouncing(0.8), 5.0, step, instants=5001)
         moving = np.flatnonzero(np.abs(run["ball"].vy) > 5 * G * step)
-        assert run.t[moving[-1]] == pytest.approx(exact, abs=60 * step)
+        # at 5 g h there are 2·5 h/(1 − e) = 50 steps left; each of some 25 impacts is a step late
+        assert -50 * step < run.t[moving[-1]] - exact < 25 * step
         assert run["ball"].y[-1] == pytest.approx(RADIUS, abs=1e-6)
-        assert run.energy.lost["hit"][-1] == pytest.approx(G, rel=10 * step)
+        # an impact half a step late takes v h/2 more of the fall: Σ 4.43 · 0.8ⁿ/2 = 11 m/s
+        assert run.energy.lost["hit"][-1] == pytest.approx(G, rel=11 * step)
 
 
 def test_a_disc_that_slides_comes_to_roll():
@@ -148,13 +149,15 @@ def test_a_disc_that_slides_comes_to_roll():
     )
     machine.simulation = mbody.SimulationSettings(1.0, {"disc": {"vx": 2.0}})
     run = stepped(machine, 1.0, 1e-3, rtol=1e-12, instants=1001)
-    assert run["disc"].vx[-1] == pytest.approx(4.0 / 3.0, rel=1e-3)
+    # momentum about the place of contact is kept, whatever the steps
+    assert run["disc"].vx[-1] == pytest.approx(4.0 / 3.0, rel=1e-9)
     assert run["disc"].omega[-1] * -RADIUS == pytest.approx(run["disc"].vx[-1], rel=1e-9)
     rolls = run.t[np.flatnonzero(np.array(run.mode("rim")) == "stick")[0]]
+    # within a step, at instants one step apart
     assert rolls == pytest.approx(2.0 / (3 * 0.15 * G), abs=2e-3)
     late = run.energy.lost["rim"][run.t > rolls]
     assert np.ptp(late) < 1e-12
-    assert late[-1] == pytest.approx(2.0 - 0.75 * (4.0 / 3.0) ** 2, rel=5e-3)
+    assert late[-1] == pytest.approx(2.0 - 0.75 * (4.0 / 3.0) ** 2, rel=1e-9)
 
 
 def test_a_disc_swings_in_a_ring():
@@ -174,13 +177,17 @@ def test_a_disc_swings_in_a_ring():
         mbody.Gravity("gravity", y=-G),
     )
     exact = mbody.simulate(pendulum, 2.0)
-    errors = []
+    errors, forces = [], []
     for step in (2e-3, 1e-3, 5e-4):
         run = stepped(machine, 2.0, step)
         errors.append(np.abs(run["disc"].x - exact["bob"].x).max())
         force = exact.reaction("O").magnitude[1:-1]
-        assert run.contact("touch")[1:-1] == pytest.approx(force, rel=20 * step)
-    assert errors[2] < errors[1] < errors[0] < 0.02
+        forces.append(np.abs(run.contact("touch")[1:-1] / force - 1.0).max())
+    # order one: each is half of the one before, but for what is of order two
+    for found in (errors, forces):
+        assert np.array(found[:-1]) / np.array(found[1:]) == pytest.approx(2.0, rel=1e-2)
+    assert errors[0] < 2e-4
+    assert forces[0] < 1e-3
 
 
 def test_a_rope_holds_a_ball():
@@ -201,15 +208,16 @@ def test_a_rope_holds_a_ball():
 
 def test_a_chain_falls_on_the_floor_and_comes_to_rest():
     run = stepped(chain(8), 3.0, 1e-3, rtol=1e-10)
-    # some steps with impacts do not reach that tolerance, which is a doubt of the solver
-    assert {doubt.kind for doubt in run.doubts} <= {"solver"}
+    assert run.status == "completed"
     speeds = [abs(getattr(run[name], part)[-1]) for name in run for part in ("vx", "vy", "omega")]
     assert max(speeds) < 1e-9
     assert run.contact("floor")[-1] == pytest.approx(0.8 * G, rel=1e-9)
     # joints hold at every instant: they are projected onto their rows
     assert run.checks.constraint < 1e-12
-    assert run.energy.error < 5e-3
-    assert run.energy.lost["floor"][-1] > 0.0
+    # what projections onto the joints change
+    assert run.energy.error < 1e-3
+    # all of the fall is lost: of level mass centres 0.5 m and more above the floor
+    assert run.energy.lost["floor"][-1] > 0.8 * G * 0.5
     # the floor and the joints carry each link: its own balance at rest
     for n in range(8):
         fy = -0.1 * G + sum(

@@ -133,7 +133,8 @@ def _figure(args: Any, run: Solution) -> Figure:
         return hodograph(run, *joints, axes=args.axes or "ground")
     if args.path:
         return path_plot(run, *args.path)
-    return plotted(run, *args.quantities, x=args.x or "", log=args.log or "")
+    bars = not args.no_modes
+    return plotted(run, *args.quantities, x=args.x or "", log=args.log or "", modes=bars)
 
 
 def _cycled(args: Any, mechanism: Mechanism) -> Solution:

@@ -409,6 +409,11 @@ def _plot(command: argparse.ArgumentParser) -> None:
     command.add_argument("--x", metavar="QUANTITY", help="what it is plotted over")
     command.add_argument("--log", metavar="AXES", help="logarithmic axes: x, y or xy")
     command.add_argument(
+        "--no-modes",
+        action="store_true",
+        help="without the bars that say what is open, sticks, slides or rolls",
+    )
+    command.add_argument(
         "--vary",
         action="append",
         default=[],

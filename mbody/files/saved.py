@@ -6,7 +6,7 @@ import json
 import math
 import os
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import asdict, fields
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,8 @@ from mbody.files.arrays import Unreadable, packed, unpacked
 from mbody.files.model import Limits
 from mbody.files.model.read import from_json
 from mbody.files.model.write import to_json
-from mbody.files.saved_parts import array, check_header, pages, want
+from mbody.files.saved_parts import array, check_header, modal_state, pages, want
+from mbody.files.saved_stepped import stepped_arrays, stepped_contacts, stepped_header
 from mbody.files.writing import writing
 from mbody.kernels.step_state import PROGRESS
 from mbody.solution.doubts import as_doubt
@@ -58,7 +59,8 @@ OTHERWISE_KEPT = ("by", "lost", "rounding")
 ENERGIES = tuple(part.name for part in fields(Energy) if part.name not in OTHERWISE_KEPT)
 #: What a motion with controllers or inputs that jump goes on with; a file does not keep it.
 SAMPLED = ("inputs", "sampled")
-ARRAYS = tuple(part.name for part in fields(Restart) if part.name not in ("way", "own", *SAMPLED))
+ELSEWHERE = ("way", "own", "modal", *SAMPLED)
+ARRAYS = tuple(part.name for part in fields(Restart) if part.name not in ELSEWHERE)
 
 
 def save_run(run: Solution, path: str | os.PathLike[str]) -> None:
@@ -120,6 +122,9 @@ def save_run(run: Solution, path: str | os.PathLike[str]) -> None:
     if run.modes:
         header["modes"] = {name: list(modes) for name, modes in run.modes.items()}
         header["contacts"] = [one.contact for one in run.events]
+    if run.stepped is not None:
+        header["stepped"] = stepped_header(run.stepped)
+        arrays |= stepped_arrays(run.stepped)
     header["events"] = [[one.name, one.t, one.after is not None] for one in run.events]
     for n, one in enumerate(run.events):
         arrays[f"event.{n}"] = one.state.record.table(slice(None))
@@ -129,6 +134,8 @@ def save_run(run: Solution, path: str | os.PathLike[str]) -> None:
     if run.restart is not None and not run.restart.sampled and not run.restart.inputs:
         way = run.restart.way
         header["way"] = [way.method, way.rtol, way.atol, way.step]
+        if run.restart.modal is not None:
+            header["modal"] = asdict(run.restart.modal)
         arrays |= {f"restart.{name}": getattr(run.restart, name) for name in ARRAYS}
         arrays |= {f"own.{n}": part for n, part in enumerate(run.restart.own)}
     arrays["header"] = np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)
@@ -189,7 +196,7 @@ def _system(header: Mapping[str, Any]) -> System:
     model, values = header["model"], header["values"]
     want(isinstance(model, str), "its model is no text")
     try:
-        system = assemble(from_json(model, limits=UNLIMITED))
+        system = assemble(from_json(model, limits=UNLIMITED), groups="stepped" in header)
         numbers = isinstance(values, dict) and all(type(v) is float for v in values.values())
         want(numbers and values.keys() == system.values.keys(), "its numbers are not of its model")
         return with_numbers_of(system, values)
@@ -227,7 +234,8 @@ def _solution(
         want(bool(fits), "'restart.state' holds what is no finite number")
         way = Way(header["way"][0], *map(float, header["way"][1:]))
         fixed: dict[str, Any] = {**parts, "own": own}
-        restart = Restart(way, **fixed)
+        modal = modal_state(header["modal"]) if "modal" in header else None
+        restart = Restart(way, **fixed, modal=modal)
         _check_restart(system, list(header["released_at"]), restart, float(t[-1]))
     if "given" in arrays:
         given = array(arrays, "given", (n, len(system.drivers), 3), open=True)
@@ -268,6 +276,7 @@ def _solution(
         events=events,
         restart=restart,
         modes=header.get("modes", {}),
+        stepped=stepped_contacts(header["stepped"], arrays, n) if "stepped" in header else None,
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -10,12 +11,13 @@ import numpy as np
 from mbody.analysis.driven.requests import ANALYSES
 from mbody.files.arrays import Unreadable
 from mbody.solution.doubts import KINDS
+from mbody.solution.restart import ModalState
 from mbody.system.system import System
 
 #: Numbers that a float can have.
 MOST = 1e300
 
-__all__ = ["array", "check_header", "pages", "want"]
+__all__ = ["array", "check_header", "modal_state", "pages", "want"]
 
 
 def want(sound: bool, what: str) -> None:
@@ -98,6 +100,52 @@ def check_header(header: Mapping[str, Any], system: System) -> None:
         want(all(_number(part) for part in way[1:]), "'way' holds what is no number")
         drivers = {driver.name for driver in system.drivers}
         want(drivers >= {*gone}, "'released_at' names what is no driver")
+
+
+#: Of the parts of a `ModalState` what each has in a row: words, numbers, numbers of elements.
+MODAL: dict[str, tuple[Any, ...]] = {
+    "modes": (str,),
+    "pairs": (str,),
+    "on": (float,),
+    "anchor": (float,),
+    "phases": (float,),
+    "closed": (int,),
+    "beyond": (int,),
+    "page": (float,),
+    "lost": (float,),
+    "fresh": (str, int, float),
+    "struck": (int, float),
+}
+
+
+def modal_state(found: Any) -> ModalState:
+    """The modes that a motion goes on with; refuses what is of another kind."""
+    names = {part.name for part in fields(ModalState)}
+    want(isinstance(found, dict) and found.keys() == names, "'modal' has other parts")
+    parts: dict[str, Any] = {}
+    for name, kinds in MODAL.items():
+        rows = found[name]
+        if len(kinds) == 1 and isinstance(rows, list):
+            rows = [[row] for row in rows]
+        sound = isinstance(rows, list) and all(_row(row, kinds) for row in rows)
+        want(sound, f"'modal.{name}' is of another kind")
+        parts[name] = tuple(row[0] if len(kinds) == 1 else tuple(row) for row in rows)
+    for name in ("groups", "shared"):
+        rows = found[name]
+        sound = isinstance(rows, list) and all(
+            isinstance(row, list) and all(type(one) is int for one in row) for row in rows
+        )
+        want(sound and (name == "shared" or all(rows)), f"'modal.{name}' is of another kind")
+        parts[name] = tuple(map(tuple, rows))
+    return ModalState(**parts)
+
+
+def _row(row: Any, kinds: tuple[Any, ...]) -> bool:
+    return (
+        isinstance(row, list)
+        and len(row) == len(kinds)
+        and all(type(one) is kind for one, kind in zip(row, kinds, strict=True))
+    )
 
 
 def _number(value: Any) -> bool:

@@ -44,12 +44,15 @@ __all__ = [
     "DEEPEST_AT",
     "DEEPEST_PART",
     "DELIVER",
+    "ELSEWHERE",
     "IMPULSE_SLOTS",
     "ITERATIONS_DONE",
     "KEEP",
+    "LAST",
     "LENGTH",
     "LOST",
     "NEARER",
+    "NOWHERE",
     "NOW",
     "PAIRS",
     "PART_AT",
@@ -80,17 +83,20 @@ __all__ = [
 #: The deepest overlap, when, and the greatest as a part of the size of its shapes, and when.
 DEEPEST, DEEPEST_AT, DEEPEST_PART, PART_AT = range(7, 11)
 #: Steps whose impulses did not converge: how many, the last change of the worst, and when first;
-#: of the present step; and whether its impulses were found elsewhere.
+#: of the present step; and whether its impulses were found elsewhere, or not there either.
 UNSOLVED_COUNT, UNSOLVED_MOST, UNSOLVED_AT, CHANGE, SOLVED = range(11, 16)
+ELSEWHERE, NOWHERE = 1.0, 2.0
 #: Iterations of the interior-point method, and how far, in parts of its size, a contact came nearer
 #: or left in a step because its sliding changed.
 ITERATIONS_DONE, NEARER = range(16, 18)
+#: Whether it was said that the next step is the last one, cut to end in time.
+CUT = 18
 #: How many slots there are.
-IMPULSE_SLOTS = 18
+IMPULSE_SLOTS = 19
 #: What `moreau` returns: the end is reached; an instant is to be kept; more is to do; there is no
 #: memory for so many contacts; a number is not finite, or loops do not close; the impulses of the
-#: step that is under way did not converge.
-REACHED, KEEP, UNDERWAY, CROWDED, LOST, UNSOLVED = range(6)
+#: step that is under way did not converge; the next step is the last one, and is cut.
+REACHED, KEEP, UNDERWAY, CROWDED, LOST, UNSOLVED, LAST = range(7)
 
 #: A last change of impulses above which those of few contacts are found elsewhere.
 RESCUED = 1e-4
@@ -120,9 +126,16 @@ def moreau(
             return REACHED
         clipped = t + M.length >= until - SHORTEST * M.length
         h = until - t if clipped else M.length
-        if state[SOLVED] > 0.5:
+        if clipped and state[CUT] == 0.0:
+            state[CUT] = 1.0
+            return LAST
+        if state[SOLVED] == ELSEWHERE:
             state[SOLVED] = 0.0
             apply_all(B)
+        elif state[SOLVED] == NOWHERE:
+            if not as_many(W, B, N, M, h):
+                return CROWDED
+            state[SOLVED] = 0.0
         else:
             state[LENGTH] = h
             begin(L, W, B, M, t, h)
@@ -149,6 +162,7 @@ def moreau(
         if not good or not math.isfinite(M.y[0] + M.y[n3]):
             return LOST
         state[NOW] = now
+        state[CUT] = 0.0
         state[STEPS_DONE] += 1
         if now >= state[DELIVER] - SHORTEST * M.length:
             return KEEP
@@ -165,6 +179,13 @@ def impulses(L, W, C, B, N, M, h):
         sweeps, state[CHANGE] = solve_few(B, M.tolerance, M.sweeps)
         state[SWEEPS_DONE] += sweeps
         return True
+    return as_many(W, B, N, M, h)
+
+
+@njit
+def as_many(W, B, N, M, h):
+    """The impulses of a step as those of many contacts; returns False where there is no memory."""
+    state = M.state
     sweeps, iterations, change, nearer = solve_many(W, B, N, M.tolerance, any_tied(B), h)
     if iterations < 0:
         return False

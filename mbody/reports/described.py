@@ -70,8 +70,11 @@ def inputs(subject: Subject) -> list[Block]:
     if data.get("inputs"):
         blocks.append(_signals(subject, data["inputs"]))
     blocks += first_rows(_bodies(subject, data))
+    if shapes := _shapes(data):
+        blocks += first_rows(shapes)
     for section, title in (
         ("joints", "Joints"),
+        ("contacts", "Contacts"),
         ("couplings", "Couplings"),
         ("drivers", "Drivers"),
         ("states", "States"),
@@ -148,6 +151,21 @@ def _bodies(subject: Subject, data: dict[str, Any]) -> Grid:
     return Grid("Links", columns)
 
 
+def _shapes(data: dict[str, Any]) -> Grid | None:
+    """Shapes of the ground and of links that may touch."""
+    owners = {"ground": data.get("ground", {}), **data["bodies"]}
+    rows = [
+        (f"{body}.{name}", _flat(table))
+        for body, own in owners.items()
+        for name, table in own.get("shapes", {}).items()
+    ]
+    if not rows:
+        return None
+    names, words = zip(*rows, strict=True)
+    columns = [Cells("shape", list(names), text=True), Cells("of", list(words), text=True)]
+    return Grid("Shapes", columns)
+
+
 def _points(given: Any) -> str:
     return "; ".join(f"{name} {_place(place)}" for name, place in given.items())
 
@@ -214,11 +232,8 @@ def _flat(value: Any) -> str:
 
 def method(subject: Subject) -> list[Block]:
     """What is assumed, and how the numbers were computed."""
-    assumed = [
-        "All links are rigid, and the motion is plane.",
-        "Joints have no clearance and no friction, other than the loads above describe.",
-    ]
     run = subject.run
+    assumed = ["All links are rigid, and the motion is plane.", *_rubbing(subject)]
     if not any(type(load).__name__ == "Gravity" for load in subject.mechanism.loads):
         assumed.append("Weights do not act: the model has no gravity.")
     weightless = [
@@ -235,6 +250,27 @@ def method(subject: Subject) -> list[Block]:
         Text("**Method**"),
         Items(list(_steps(subject))),
     ]
+
+
+def _rubbing(subject: Subject) -> Iterator[str]:
+    """What is assumed of clearance, friction and contact."""
+    run, machine = subject.run, subject.mechanism
+    rough = [name for name in run.losses if name not in {one.name for one in machine.contacts}]
+    if rough:
+        names = ", ".join(rough[:12]) + (", …" if len(rough) > 12 else "")
+        yield (
+            f"Joints have no clearance. Coulomb friction acts in {names}, from the whole reaction, "
+            "other joints have none."
+        )
+    elif machine.joints:
+        yield "Joints have no clearance and no friction, other than the loads above describe."
+    if machine.contacts or machine.groups:
+        yield (
+            "Contacts press and do not pull; what sticks is a constraint, what slides has Coulomb "
+            "friction; impacts take no time."
+            if run.modes or run.stepped is not None
+            else "Contacts are left out of this analysis."
+        )
 
 
 def _steps(subject: Subject) -> Iterator[str]:

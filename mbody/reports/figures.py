@@ -48,7 +48,10 @@ def plots(subject: Subject) -> list[Block]:
                 ("Motion", [f"{body}.{key}" for key in ("angle", "omega") for body in bodies])
             ]
     return [
-        Picture(f"plot-{n}", untitled(plot(run, *names)), f"{title}: {', '.join(names)}")
+        # the bars of modes are below the first
+        Picture(
+            f"plot-{n}", untitled(plot(run, *names, modes=n == 1)), f"{title}: {', '.join(names)}"
+        )
         for n, (title, names) in enumerate(groups, 1)
     ]
 

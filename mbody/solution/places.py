@@ -15,9 +15,11 @@ from mbody.model.joints import Joint
 from mbody.solution.result import Result
 
 __all__ = [
+    "Place",
     "column",
     "ends",
     "link_poses",
+    "moved",
     "place",
     "reaction_point",
     "reaction_torque",
@@ -25,6 +27,9 @@ __all__ = [
 ]
 
 Array = np.ndarray
+
+#: A body, and a place on it from its mass centre, in the axes of the link.
+Place = tuple[str, float, float]
 
 
 class _DesignColumns:
@@ -48,6 +53,14 @@ def place(solution: Result, element: Element, side: str) -> tuple[Array, Array]:
     ax, ay = (column(part) for part in solution.system.numbers.arm(element, side))
     c, s = np.cos(body.angle), np.sin(body.angle)
     return body.x + c * ax - s * ay, body.y + s * ax + c * ay
+
+
+def moved(run: Any, place: Place) -> Array:
+    """World places (instants, 2) of a place on a body."""
+    name, x, y = place
+    body = run[name]
+    c, s = np.cos(body.angle), np.sin(body.angle)
+    return np.column_stack([body.x + c * x - s * y, body.y + s * x + c * y])
 
 
 def velocity(solution: Result, element: Element, side: str) -> tuple[Array, Array]:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["Restart", "Way"]
+__all__ = ["ModalState", "Restart", "Way"]
 
 Array = np.ndarray
 
@@ -20,6 +20,50 @@ class Way:
     rtol: float
     atol: float
     step: float = 0.0
+
+
+@dataclass(frozen=True)
+class ModalState:
+    """What a motion with contacts and rough joints goes on with, in numbers and words that a file
+    can have.
+
+    Attributes
+    ----------
+    modes, pairs : tuples of str
+        Of the touches and of the rough joints.
+    on, anchor : tuples of float
+        Of the rows that can be on or off, whether they are and where sticking began.
+    phases : tuple of float
+        Of the rows along touches of two circles.
+    groups : tuple of tuples of int
+        Touches that stick by the row of the first of them.
+    shared : tuple of tuples of int
+        Those of `mbody.analysis.dynamics.shared_friction`; empty where there are none.
+    closed, beyond : tuples of int
+        Touches.
+    fresh : tuple of (str, int, float)
+        Guards that begin at zero.
+    struck : tuple of (int, float)
+        When touches were struck last.
+    page : tuple of float
+        What is kept of that instant, with which guards begin.
+    lost : tuple of float
+        Energy that impacts took since the last instant of the result (before it: negative).
+    """
+
+    modes: tuple[str, ...]
+    pairs: tuple[str, ...]
+    on: tuple[float, ...]
+    anchor: tuple[float, ...]
+    phases: tuple[float, ...]
+    groups: tuple[tuple[int, ...], ...]
+    shared: tuple[tuple[int, ...], ...]
+    closed: tuple[int, ...]
+    beyond: tuple[int, ...]
+    fresh: tuple[tuple[str, int, float], ...]
+    struck: tuple[tuple[int, float], ...]
+    page: tuple[float, ...]
+    lost: tuple[float, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +88,8 @@ class Restart:
         The controllers with their memories (`mbody.analysis.dynamics.interruptions`).
     met : array
         Singular positions that were met (`mbody.analysis.singular.nearby_singularity`).
+    modal : ModalState, optional
+        Of a motion with contacts or rough joints.
     """
 
     way: Way
@@ -57,3 +103,4 @@ class Restart:
     inputs: dict[str, float] = field(default_factory=dict)
     sampled: tuple[Any, ...] = ()
     met: Array = field(default_factory=lambda: np.zeros(0))
+    modal: ModalState | None = None

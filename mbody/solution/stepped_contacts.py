@@ -73,6 +73,9 @@ class SteppedContacts:
         Place (x, y), normal, pressing force, friction, gap.
     residuals : array (1, instants, 5)
         See `mbody.kernels.residuals`, of the equation of a step.
+    nearer : float
+        How far, at most, a contact came nearer or left in a step by what its sliding changed, in
+        parts of its size.
     """
 
     laws: tuple[str, ...]
@@ -81,6 +84,7 @@ class SteppedContacts:
     which: Array
     numbers: Array
     residuals: Array
+    nearer: float
 
     def __post_init__(self) -> None:
         lock(self)

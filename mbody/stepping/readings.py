@@ -20,6 +20,7 @@ from mbody.solution.restart import Way
 from mbody.solution.solution import Solution
 from mbody.stepping.present import BodyNow, PointNow, ReactionNow
 from mbody.stepping.stepwise import Stepwise
+from mbody.stepping.stepwise_contacts import StepwiseContacts
 from mbody.system.system import System
 
 __all__ = ["Readings"]
@@ -120,6 +121,29 @@ class Readings:
                 return lambda: float(getattr(self._instant().reaction(joint, on), key)[-1])
 
         return ReactionNow(joint, own.on, own.by, unique, make)
+
+    def mode(self, name: str) -> str:
+        """Present mode of a contact, a rope or a rough joint: "open", "stick", "slip+", "slip-" or
+        "roll"; see `mbody.Solution.mode`.
+
+        Raises
+        ------
+        ModelError
+            For what has none.
+        """
+        engine = self._integration
+        known = engine.named_modes() if isinstance(engine, StepwiseContacts) else {}
+        if name not in known:
+            raise ModelError(
+                f"{brief(name)} is no contact, rope or joint with friction (there are: "
+                f"{listed(known)}): give a joint friction, as in friction=0.1",
+                str(name),
+            )
+        return known[name]
+
+    def contact(self, name: str) -> float:
+        """Present pressing force of a contact, or pull of a rope [force]."""
+        return float(self.measure(f"{name}.contact"))
 
     def effort(self, name: str) -> float:
         """Present effort of a driver or a coupling [force·length, or force]."""

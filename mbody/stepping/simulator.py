@@ -33,7 +33,7 @@ from mbody.stepping.input_values import Inputs
 from mbody.stepping.mechanics_now import MechanicsNow
 from mbody.stepping.reset import nearest_state, prescribed_values
 from mbody.stepping.simulator_state import SimulatorState
-from mbody.stepping.stepwise_events import stepwise
+from mbody.stepping.stepwise_contacts import StepwiseContacts, stepwise
 from mbody.stepping.watched import Watched
 from mbody.system.driver_formulas import followed_inputs
 from mbody.system.system import System
@@ -177,7 +177,8 @@ class Simulator(MechanicsNow):
         engine = self._integration
         self._origin, self._before = None, None
         self._ended, self._notes, self._beyond, self._stale = "", notes, (), False
-        if choose_branch(self.system, self._start, (t, q, v)) is None:
+        decides = isinstance(engine, StepwiseContacts)
+        if decides or choose_branch(self.system, self._start, (t, q, v)) is None:
             engine.start_at(t, q, v, own)
             self._changed()
             return

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from mbody.analysis.contact.unilateral import has_modes
 from mbody.analysis.driven.contacts import one_sided
 from mbody.analysis.dynamics.batch_integration import TABLES
 from mbody.analysis.dynamics.interruptions import tables_of_time
@@ -65,6 +66,7 @@ class SinglyLed(LaneReadings):
             or (own is not None and (own.events or own.release))
             or system.has_user_code
             or one_sided(system)
+            or has_modes(system)
             or tables_of_time(system)
             or any(list(one.distances()) for one in system.mechanism.constraints)
         )

@@ -44,6 +44,7 @@ from mbody.kernels.step_state import (
 from mbody.laws import Constant
 from mbody.solution.restart import Restart
 from mbody.solution.solution import Solution
+from mbody.stepping.carried_modes import CarriedModes
 
 __all__ = ["Carried", "Stepwise"]
 
@@ -76,6 +77,8 @@ class Carried:
         the present one.
     extremes : dict
         Of contacts and ropes the least force and the largest by size.
+    modes : CarriedModes or None
+        What is open, sticks and slides.
     """
 
     restart: Restart
@@ -86,6 +89,7 @@ class Carried:
     reference: Array
     page: Array
     extremes: dict[str, OneSidedForce]
+    modes: CarriedModes | None = None
 
 
 class Stepwise(Integration):

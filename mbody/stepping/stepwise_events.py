@@ -8,13 +8,9 @@ import numpy as np
 
 from mbody.analysis.dynamics.events import EventIntegration
 from mbody.kernels.step_state import DONE, LAST_STEP_ALLOWED, MORE, NEXT, STEPS, TIME
-from mbody.model.event import Event
-from mbody.solution.restart import Way
-from mbody.solution.solution import Solution
 from mbody.stepping.stepwise import Carried, Stepwise
-from mbody.system.system import System
 
-__all__ = ["StepwiseEvents", "stepwise"]
+__all__ = ["StepwiseEvents"]
 
 Array = np.ndarray
 #: What reads one number.
@@ -150,10 +146,3 @@ class StepwiseEvents(Stepwise, EventIntegration):
     @property
     def _gained(self) -> Array:
         return self.total
-
-
-def stepwise(system: System, start: Solution, way: Way, events: tuple[Event, ...]) -> Stepwise:
-    """The integration of a system."""
-    if events:
-        return StepwiseEvents(system, start, way, events)
-    return Stepwise(system, start, way)

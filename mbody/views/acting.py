@@ -23,7 +23,8 @@ __all__ = ["ROUNDING", "Acting", "acting_on", "notation", "wrench_names"]
 
 Array = np.ndarray
 
-COLORS = {"joint": FORCE, "coupling": FORCE, "driver": DRIVE, "load": LOAD, "inertia": INK}
+COLORS = {"joint": FORCE, "contact": FORCE, "coupling": FORCE, "driver": DRIVE, "load": LOAD}
+COLORS["inertia"] = INK
 #: What of the drawn scale is rounding.
 ROUNDING = 1e-9
 

@@ -11,12 +11,11 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["GROUND_CARRIER", "Carrier", "Place", "between", "moved", "on", "placed"]
+from mbody.solution.places import Place, moved
+
+__all__ = ["GROUND_CARRIER", "Carrier", "between", "on", "placed"]
 
 Array = np.ndarray
-
-#: A body, and a place on it from its mass centre, in the axes of the link.
-Place = tuple[str, float, float]
 
 
 @dataclass(frozen=True)
@@ -75,14 +74,6 @@ class Carrier:
 
 
 GROUND_CARRIER = Carrier()
-
-
-def moved(run: Any, place: Place) -> Array:
-    """World places (instants, 2) of a place on a body."""
-    name, x, y = place
-    body = run[name]
-    c, s = np.cos(body.angle), np.sin(body.angle)
-    return np.column_stack([body.x + c * x - s * y, body.y + s * x + c * y])
 
 
 def on(body: str) -> Carrier:

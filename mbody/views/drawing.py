@@ -26,6 +26,15 @@ from mbody.views.bounds import bounds, wheels
 from mbody.views.coupling_symbols import coupling_symbol
 from mbody.views.cycle import SMOOTH, times
 from mbody.views.frame import framed, rounded_number
+from mbody.views.friction_symbols import (
+    circle_scale,
+    contact_forces,
+    contact_symbol,
+    friction_circles,
+    line_of_action,
+    modes_shown,
+    sticking_symbol,
+)
 from mbody.views.joint_symbols import joint_symbol, outward
 from mbody.views.labels import symbolic, together
 from mbody.views.links import link, link_label, points
@@ -283,12 +292,14 @@ def _longest(poses: Sequence[Pose], forces: bool, shown: Shown) -> float:
 
 def _shown_forces(pose: Pose, forces: bool, shown: Shown) -> list[Any]:
     every = forces_shown(pose, forces)
+    if forces and pose.run.has_forces:
+        every += contact_forces(pose)
     if not shown.only:
         return every
     own = {joint.name for joint in shown.between(pose.mechanism.joints)}
     books = {force_names(pose.mechanism)[name][0] for name in own}
-    loads = {load.name for load in shown.between(pose.mechanism.loads)}
-    return [row for row in every if row[0] in books | loads]
+    more = shown.between((*pose.mechanism.loads, *pose.mechanism.contacts))
+    return [row for row in every if row[0] in books | {one.name for one in more}]
 
 
 def _solved(model: Mechanism | System, forces: bool) -> Solution:
@@ -394,16 +405,36 @@ def _mechanism(
         load_symbol(load, sketch)
     for driver in shown.between(mechanism.drivers):
         driver_symbol(driver, sketch, _driven(pose, driver) if forces else symbolic(driver.name))
+    rows = _shown_forces(pose, forces, shown)
+    if longest is None:
+        longest = max((float(np.hypot(*vector)) for _, _, vector, _, _ in rows), default=0.0)
+    if longest > 0.0:
+        sketch.force_scale = SIZE["arrow"] * sketch.unit / longest
+    _rubbing(sketch, forces and pose.run.has_forces, shown)
     for body in shown.bodies:
         points(sketch, body)
     if len(joints) <= 2 * NAMED:
         _pin_labels(sketch)
-    arrows = _arrows(sketch, _shown_forces(pose, forces, shown), forces, longest)
+    arrows = _arrows(sketch, rows, forces, longest)
     if len(shown.bodies) <= NAMED:
         for body in shown.bodies:
             link_label(sketch, body)
     sketch.write()
     return arrows
+
+
+def _rubbing(sketch: Sketch, forces: bool, shown: Shown) -> None:
+    """Marks of modes, with forces the cones and circles of friction too."""
+    pose, mechanism = sketch.pose, sketch.pose.mechanism
+    joints = shown.between(mechanism.joints)
+    for contact in (*shown.between(mechanism.contacts), *(() if shown.only else mechanism.groups)):
+        contact_symbol(contact, sketch, forces=forces)
+    for joint in joints:
+        sticking_symbol(joint, sketch)
+    if forces:
+        sketch.enlarged = circle_scale(pose, sketch.unit, joints)
+        friction_circles(sketch, joints, sketch.enlarged)
+    sketch.modes = modes_shown(pose)
 
 
 def _pin_labels(sketch: Sketch) -> None:
@@ -422,21 +453,27 @@ def _pin_labels(sketch: Sketch) -> None:
 
 
 def _arrows(
-    sketch: Sketch, shown: list[Any], forces: bool, longest: float | None
+    sketch: Sketch, shown: list[Any], forces: bool, greatest: float
 ) -> tuple[float, float, str] | None:
     """All forces at one scale: the length of a unit of force, the greatest one, and a colour."""
     sizes = [float(np.hypot(*vector)) for _, _, vector, _, _ in shown]
-    greatest = max(sizes, default=0.0) if longest is None else longest
     if not greatest > 0.0:
         return None
-    scale = SIZE["arrow"] * sketch.unit / greatest
+    scale = sketch.force_scale
     unit = sketch.pose.mechanism.units.of("force")
+    pose = sketch.pose
+    books = {force_names(pose.mechanism)[one.name][0]: one for one in pose.mechanism.joints}
+    touching = {one.name for one in (*pose.mechanism.contacts, *pose.mechanism.groups)}
     for (name, place, vector, color, _), size in zip(shown, sizes, strict=True):
         # of very many the arrows alone can be read
         text = (
             f"{symbolic(name)} = {rounded_number(size)} {unit}" if len(shown) <= 2 * NAMED else ""
         )
-        force_arrow(sketch, name, place, vector, color, text, scale)
+        if name in books and forces and pose.run.has_forces:
+            # a pin that slides is touched by its reaction at the friction circle
+            place = place + line_of_action(pose.run, books[name], sketch.enlarged)[pose.k]
+        begins = name in touching
+        force_arrow(sketch, name, place, vector, color, text, scale, begins=begins)
     # a label on an arrow could be read as its name
     for line in sketch.axes.lines:
         if str(line.get_gid()).startswith("force:"):

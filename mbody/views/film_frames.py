@@ -10,11 +10,17 @@ from typing import Any
 import numpy as np
 
 from mbody.sheets.names import force_names
-from mbody.solution.measures import measured
+from mbody.solution.places import Place, moved
 from mbody.solution.solution import Solution
 from mbody.views.acting import notation
-from mbody.views.carriers import Carrier, Place, moved
+from mbody.views.carriers import Carrier
 from mbody.views.frame import nice, rounded_number
+from mbody.views.friction_symbols import (
+    CONSTRUCTION,
+    contact_arrows,
+    line_of_action,
+    sense_history,
+)
 from mbody.views.labels import symbolic
 from mbody.views.load_symbols import forces_shown
 from mbody.views.page_data import coupler_points
@@ -204,18 +210,25 @@ class FilmSet:
     def shapes(self, frame: int, n: int = 0) -> Iterator[tuple[KeptShape, Array]]:
         """The shapes of a frame from the lowest to the highest, with their points in pixels."""
         for shape in self.scenes[n].shapes:
-            if "centres" not in self.show and shape.look.name.startswith(CENTRES):
+            if self.left_out(shape):
                 continue
             if shape.sense and not self.there(shape, n)[frame]:
                 continue
             axes = self.carried[n][shape.carrier]
             yield shape, self.pixels(shape.carrier.shown(shape.points, axes, frame))
 
+    def left_out(self, shape: KeptShape) -> bool:
+        """Whether a shape is of a kind that is not shown."""
+        name, show = shape.look.name, self.show
+        return ("centres" not in show and name.startswith(CENTRES)) or (
+            "forces" not in show and name.startswith(CONSTRUCTION)
+        )
+
     def there(self, shape: KeptShape, n: int) -> Array:
         """In which frames a shape is there that depends on the sign of a quantity."""
         quantity, sign = shape.sense or ("t", 1.0)
         if (n, quantity) not in self._signs:
-            history = measured(self.scenes[n].run, quantity)[0]
+            history = sense_history(self.scenes[n].run, quantity)
             self._signs[n, quantity] = self.stretches[n].value(history)
         return np.asarray(sign * self._signs[n, quantity] > 0.0)
 
@@ -291,10 +304,16 @@ class FilmSet:
             for joint in run.mechanism.joints:
                 name, on = force_names(run.mechanism)[joint.name]
                 own, at = run.reaction(joint.name, on), run.reaction_point(joint.name)
-                place = np.column_stack([stretch.value(part) for part in at])
+                aside = line_of_action(run, joint, self.main.enlarged).T
+                pairs = zip(at, aside, strict=True)
+                place = np.column_stack([stretch.value(part + more) for part, more in pairs])
                 vector = np.column_stack([stretch.value(own.fx), stretch.value(own.fy)])
                 text = notation(name) if len(run.mechanism.joints) <= FORCES else ""
                 found.append(FilmArrow("forces", text, FORCE, place, vector))
+        for name, where, force in contact_arrows(run):
+            place = np.column_stack([stretch.value(part) for part in where.T])
+            vector = np.column_stack([stretch.value(part) for part in force.T])
+            found.append(FilmArrow("forces", symbolic(name), FORCE, place, vector))
         return found
 
     def _rates(self, kind: str, color: str, keys: tuple[str, str]) -> list[FilmArrow]:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.views.film_frames import CENTRES, MARGIN, FilmSet
+from mbody.views.film_frames import MARGIN, FilmSet
 from mbody.views.film_names import FilmName, film_names
 from mbody.views.film_raster import arrow_corners
 from mbody.views.page_data import text_runs
@@ -94,7 +94,7 @@ def _shapes(film: FilmSet, n: int, order: list[int], timing: str) -> list[str]:
     scene, found = film.scenes[n], []
     last: Any = None
     for shape in scene.shapes:
-        if "centres" not in film.show and shape.look.name.startswith(CENTRES):
+        if film.left_out(shape):
             continue
         carrier = shape.carrier
         axes = film.carried[n][carrier]

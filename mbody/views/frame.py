@@ -11,7 +11,9 @@ import numpy as np
 from mbody.model.driver import AngleDriver
 from mbody.model.loads import Gravity
 from mbody.views.labels import Label
-from mbody.views.style import INK, LOAD, SIZE, SOFT, Z
+from mbody.views.mode_bars import MODES
+from mbody.views.mode_marks import mark
+from mbody.views.style import FORCE, INK, LOAD, SIZE, SOFT, Z
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -22,6 +24,9 @@ if TYPE_CHECKING:
 __all__ = ["captions", "framed", "key_row", "nice", "rounded_number"]
 
 Array = np.ndarray
+
+#: Modes that have one word in the key of a picture, where the mark has the way.
+SLIDES = ("slip+", "slip-")
 
 
 def nice(value: float) -> float:
@@ -125,7 +130,9 @@ def key_row(
     sketch: Sketch, axes: Any, y: float, wide: float, arrows: tuple[float, float, str] | None
 ) -> None:
     """Scale and key of a sketch on other axes of the same scale, from their left edge."""
-    _key(type(sketch)(axes, sketch.pose, sketch.unit, sketch.small), 0.0, y, wide, arrows)
+    key = type(sketch)(axes, sketch.pose, sketch.unit, sketch.small)
+    key.modes, key.enlarged = sketch.modes, sketch.enlarged
+    _key(key, 0.0, y, wide, arrows)
 
 
 def _key(
@@ -156,6 +163,24 @@ def _key(
                 name = f"gravity:{load.name}"
                 sketch.arrow(middle - half, middle + half, LOAD, width=1.6, name=name)
                 x = _key_text(sketch, x + abs(half[0]), y, "$g$", LOAD)
+    return _modes(sketch, x, y)
+
+
+def _modes(sketch: Sketch, x: float, y: float) -> float:
+    """The marks of modes with their words, and by how much friction circles are drawn larger."""
+    if sketch.enlarged != 1.0:
+        x += 16.0 * sketch.unit
+        size = 4.5 * sketch.unit
+        sketch.disc((x, y), size, "none", FORCE, 0.9, Z["text"], name="key:circles", weight=0.0)
+        words = f"friction circles {rounded_number(sketch.enlarged)} : 1"
+        x = _key_text(sketch, x + size, y, words, FORCE)
+    words_of = {mode: look[0] for mode, look in MODES.items()} | dict.fromkeys(SLIDES, "slides")
+    shown = dict.fromkeys("slip+" if mode in SLIDES else mode for mode in sketch.modes)
+    for mode in shown:
+        x += 16.0 * sketch.unit
+        mark(sketch, np.array([x, y]), mode, np.array([0.0, 1.0]), f"key:{mode}")
+        gap = 3.0 * sketch.size("pin") if mode in SLIDES else sketch.size("pin")
+        x = _key_text(sketch, x + gap, y, words_of[mode], SOFT)
     return x
 
 

@@ -412,7 +412,7 @@ def _at(one: Acting, pose: Pose) -> str:
     """Where it acts, in a word."""
     if one.dashed or one.wrench.kind == "coupling":
         return "at G"
-    if one.wrench.kind == "joint":
+    if one.wrench.kind in ("joint", "contact"):
         return f"at {one.cause}"
     element: Any = pose.mechanism[one.cause]
     if isinstance(element, Gravity):

@@ -75,16 +75,29 @@ def forces_shown(pose: Any, joints: bool) -> list[tuple[str, Array, Array, str, 
 
 
 def force_arrow(
-    sketch: Sketch, name: str, place: Array, vector: Array, color: str, text: str, scale: float
+    sketch: Sketch,
+    name: str,
+    place: Array,
+    vector: Array,
+    color: str,
+    text: str,
+    scale: float,
+    *,
+    begins: bool = False,
 ) -> None:
-    """An arrow that begins or ends at the place, on the side with fewer obstacles."""
+    """An arrow that begins or ends at the place, on the side with fewer obstacles; one that
+    `begins` there in any case.
+    """
     way = scale * vector
     if np.hypot(*way) < 2.5 * sketch.unit:
         return
     u = way / np.hypot(*way)
     clear = _clear(sketch, place, u) * u
     pulls, pushes = place + clear + way, place - clear - way
-    if _covered(sketch, place + clear, pulls) <= _covered(sketch, place - clear, pushes):
+    beside = begins or (
+        _covered(sketch, place + clear, pulls) <= _covered(sketch, place - clear, pushes)
+    )
+    if beside:
         free = pulls
         sketch.arrow(place + clear, free, color, name=f"force:{name}")
     else:

@@ -50,7 +50,17 @@ STILL = 48
 #: The file of the web component that is written beside a document in JSON.
 MODULE = "mbody-viewer.mjs"
 #: The files of the web component, each after those that it imports.
-PARTS = ("elements", "motion", "drawing", "names", "picture", "plot", "free_body", "viewer")
+PARTS = (
+    "elements",
+    "motion",
+    "drawing",
+    "names",
+    "picture",
+    "plot",
+    "modes",
+    "free_body",
+    "viewer",
+)
 #: What a page shows in the beginning beside what it always shows.
 SHOWN = ("names", "forces", "velocities", "accelerations", "paths", "centres", "ghosts")
 

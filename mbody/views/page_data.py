@@ -16,11 +16,14 @@ from mbody.quantities.units import DIMENSIONS
 from mbody.sheets.names import force_floor, force_names
 from mbody.sheets.text_table import unit_text
 from mbody.solution.measures import found_by, measured
+from mbody.solution.places import Place, moved
 from mbody.solution.solution import Solution
 from mbody.views.acting import notation
-from mbody.views.carriers import Carrier, Place, moved
+from mbody.views.carriers import Carrier
 from mbody.views.cycle import label_of_angle, one_way
+from mbody.views.friction_symbols import contact_arrows, line_of_action, sense_history
 from mbody.views.labels import symbolic
+from mbody.views.mode_bars import mode_rows
 from mbody.views.pose import Pose
 from mbody.views.scene import Scene
 from mbody.views.style import (
@@ -150,7 +153,7 @@ def scene_data(
         "shapes": [_shape(one, carriers, digits) for one in scene.shapes],
         "labels": [_label(one, carriers) for one in scene.labels],
         "axis": axis(run),
-        "forces": _forces(run, bodies),
+        "forces": _forces(run, bodies, scene.enlarged),
         "movers": movers,
         "rates": run.analysis != "close_loops",
         "paths": list(_known_paths(run, paths)),
@@ -172,8 +175,11 @@ def scene_data(
             "a": units.of("acceleration"),
             "omega": units.of("angular velocity"),
             "alpha": units.of("angular acceleration"),
+            "power": units.of("power"),
         },
         "floors": _floors(run),
+        **_senses(scene),
+        "modes": _modes(run),
         "notes": scene.notes,
         **({"on": list(on)} if on is not None else {}),
     }
@@ -251,14 +257,38 @@ def _label(one: Any, carriers: dict[Carrier, int]) -> dict[str, Any]:
     return found | ({"turns": 1} if one.turns else {})
 
 
-def _forces(run: Solution, bodies: Sequence[str]) -> list[dict[str, Any]]:
+def _senses(scene: Scene) -> dict[str, Any]:
+    """When marks are there whose quantity is no history of the result: 1 or −1 an instant."""
+    quantities = dict.fromkeys(shape.sense[0] for shape in scene.shapes if shape.sense)
+    own = [name for name in quantities if ":" in name]
+    found = {name: sense_history(scene.run, name).astype(int).tolist() for name in own}
+    return {"senses": found} if found else {}
+
+
+def _modes(run: Solution) -> list[dict[str, Any]]:
+    """The bars of modes below the diagrams, over their axis."""
+    if len(run) < 2:
+        return []
+    own = axis(run)["values"]
+    x = np.asarray(run.t if own is None else own, dtype=float)
+    rows, left_out = mode_rows(run, x) if bool(np.ptp(x) > 0.0) else ([], 0)
+    found: list[dict[str, Any]] = []
+    for row in rows:
+        spans = [[span.low, span.high, span.mode] for span in row.spans]
+        found.append({"name": row.name, "spans": spans, "impacts": list(row.impacts)})
+    if left_out:
+        found.append({"left_out": left_out})
+    return found
+
+
+def _forces(run: Solution, bodies: Sequence[str], enlarged: float) -> list[dict[str, Any]]:
     """Forces that can be shown as arrows: of joints by the names of the books, and applied ones."""
     pose, found = Pose(run, 0), []
     for load in run.mechanism.loads:
         if isinstance(load, Force):
-            where = {"at": _place(pose.site(load, "at"), bodies)}
+            at = {"at": _place(pose.site(load, "at"), bodies)}
             shown = {"n": f"force:{load.name}", "of": load.name, "sign": 1, "load": 1}
-            found.append({**shown, "t": text_runs(symbolic(load.name)), **where})
+            found.append({**shown, "t": text_runs(symbolic(load.name)), **at})
     if not run.has_forces:
         return found
     names = force_names(run.mechanism)
@@ -268,13 +298,28 @@ def _forces(run: Solution, bodies: Sequence[str]) -> list[dict[str, Any]]:
         x, y = run.reaction_point(joint.name)
         site = pose.site(joint, "j")
         fixed = moved(run, site)
-        where = {"at": _place(site, bodies)}
+        where: dict[str, Any] = {"at": _place(site, bodies)}
         if max(np.abs(fixed[:, 0] - x).max(), np.abs(fixed[:, 1] - y).max()) > (
             1e-9 * run.system.length
         ):
-            where["places"] = {"x": x.tolist(), "y": y.tolist()}  # type: ignore[assignment]  # a contact
+            where["places"] = {"x": x.tolist(), "y": y.tolist()}  # a contact
+        aside = line_of_action(run, joint, enlarged).T
+        if aside.any():
+            # where the arrow is drawn, at the friction circle; forces are about the pin
+            where["drawn"] = {
+                axis: numbers((part + more).tolist())
+                for axis, part, more in zip("xy", (x, y), aside, strict=True)
+            }
         text = text_runs(notation(name))
         found.append({"n": f"force:{name}", "of": joint.name, "sign": sign, "t": text, **where})
+    for name, place, force in contact_arrows(run):
+        keys = {"places": place, "own": force}
+        parts = {
+            key: {axis: numbers(own.tolist()) for axis, own in zip("xy", both.T, strict=True)}
+            for key, both in keys.items()
+        }
+        text = text_runs(symbolic(name))
+        found.append({"n": f"force:{name}", "of": name, "sign": 1, "t": text, **parts})
     return found
 
 

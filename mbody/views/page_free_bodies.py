@@ -12,9 +12,9 @@ from mbody.analysis.driven.free_body import Wrench, acting_on_several, coupled, 
 from mbody.model.loads import Force, Gravity
 from mbody.sheets.names import forces_on
 from mbody.solution.checks import each_load_of
+from mbody.solution.places import Place, moved
 from mbody.solution.solution import Solution
 from mbody.views.acting import wrench_names
-from mbody.views.carriers import Place, moved
 from mbody.views.page_data import numbers, text_runs
 from mbody.views.pose import Pose
 
@@ -103,6 +103,8 @@ class _FreeBodies:
                 place = {"f": drawn.index((joint.name, None))}
                 parts = np.array([own.fx, own.fy, own.torque])
                 yield entry(joint.name, "joint", f"at {joint.name}", place, parts)
+        for name, place, force in self._touches(body):
+            yield entry(name, "contact", f"at {name}", place, np.vstack([force, 0.0 * force[:1]]))
         for one, bodies in acting_on_several(self.system):
             if body in bodies:
                 each = [coupled(run, one.name, k) for k in range(len(run))]
@@ -131,6 +133,16 @@ class _FreeBodies:
                 "m": {"by": -1, "inertia": body, "of": f"{body}.alpha"},
             }
             yield found
+
+    def _touches(self, body: str) -> Iterator[tuple[str, dict[str, Any], Array]]:
+        """Forces of contacts and ropes on a body, at the places of their arrows: (2, instants)."""
+        for n, one in enumerate(self.shown["forces"]):
+            if "own" in one:
+                ends = self.machine[one["of"]].bodies  # type: ignore[attr-defined]  # a contact
+                if body in ends:
+                    sign = 1.0 if body == ends[1] else -1.0
+                    force = sign * np.array([one["own"]["x"], one["own"]["y"]], dtype=float)
+                    yield one["of"], {"f": n}, force
 
     def _load(self, load: Any, body: str, parts: Array) -> tuple[str, dict[str, Any], Array]:
         """A load at its place on the body, where it has one; the torque is about that place."""

@@ -19,6 +19,7 @@ from mbody.solution.measures import found_by, measured
 from mbody.views.backend import blank, styled
 from mbody.views.cycle import label_of_angle, one_way
 from mbody.views.labels import extent
+from mbody.views.mode_bars import BAR, mode_bars, mode_key, mode_rows
 from mbody.views.style import CURVES, INK, PAPER, SIZE, SOFT
 
 if TYPE_CHECKING:
@@ -34,6 +35,8 @@ Array = np.ndarray
 #: Inches: the width of the axes, the height of one panel and of each of several, gaps and margins.
 WIDE, ALONE, STACKED = 5.0, 2.9, 1.75
 LEFT, BELOW, ABOVE, BETWEEN, RIGHT = 0.85, 0.55, 0.62, 0.22, 0.2
+#: Inches for the key of the modes.
+KEY = 0.27
 
 
 #: Results that have a curve each; more are a band.
@@ -75,13 +78,15 @@ def plot(
     x: str = "",
     log: str = "",
     labels: Sequence[str] = (),
+    modes: bool = True,
 ) -> Figure:
     """Quantities over the angle of the driver in degrees, over time, or over any other quantity.
 
     Quantities of one unit share a panel, in which each has its name at its right end; panels are
     stacked above one axis. Of several results every quantity has its panel, and every result its
     curve; more than `SEVERAL` are a band from the least to the greatest value, with the median.
-    Events of a motion are vertical lines.
+    Events of a motion are vertical lines. Below the panels every contact and rough joint has a bar
+    that says when it is open, sticks, slides or rolls.
 
     Parameters
     ----------
@@ -97,6 +102,9 @@ def plot(
         Axes of a logarithmic scale: ``"x"``, ``"y"``, ``"xy"``.
     labels : list of str
         Names of several results.
+    modes : bool
+        Whether one result with contacts or rough joints has the bars of their modes, where it is
+        not plotted over another quantity.
 
     Returns
     -------
@@ -157,8 +165,9 @@ def plot(
             together.setdefault(curve.unit, []).append(curve)
         panels = list(together.values())
     _check_log(log, panels, abscissa)
+    bars = modes and len(runs) == 1 and not x and "x" not in log
     with styled():
-        return _figure(first, panels, abscissa[0], log, [] if x else _events(first))
+        return _figure(first, panels, abscissa[0], log, [] if x else _events(first), bars=bars)
 
 
 def plot_curves(run: Solution, panels: Sequence[list[PlottedCurve]]) -> Figure:
@@ -184,6 +193,9 @@ def all_measures(run: Solution) -> list[str]:
     names = [name for name, measure in machine.measures.items() if found_by(run, measure)]
     if not names and run.has_forces:
         names = [f"{driver.name}.effort" for driver in machine.drivers]
+    if not names and run.modes:
+        names = [f"{contact.name}.contact" for contact in machine.contacts]
+        names = names or [f"{name}.loss" for name in run.losses]
     if not names:
         raise ModelError(
             f"'{machine.name}' has no measures: name what is to be plotted, as in 'crank.omega'"
@@ -238,7 +250,11 @@ def _events(run: Solution) -> list[tuple[float, str]]:
     """When events occurred, with their names."""
     if run.mechanism.drivers and run.analysis != "simulate":
         return []
-    return [(event.t, event.name) for event in run.events]
+    several = len({event.contact for event in run.events if event.contact}) > 1
+    return [
+        (event.t, f"{event.contact}: {event.name}" if several and event.contact else event.name)
+        for event in run.events
+    ]
 
 
 def _over(run: Solution, x: str) -> Abscissa:
@@ -269,14 +285,18 @@ def _figure(
     abscissa: Abscissa,
     log: str,
     events: Sequence[tuple[float, str]],
+    *,
+    bars: bool = False,
 ) -> Figure:
-    """Panels of equal height, with space for the names on the right."""
+    """Panels of equal height, with space for the names on the right, above bars of modes."""
     figure, x = blank(), abscissa.values
+    rows, left_out = mode_rows(run, x) if bars else ([], 0)
+    below = BELOW + (BAR * len(rows) + BETWEEN + KEY if rows else 0.0)
     names = [curve.name for curves in panels if named(curves) for curve in curves]
     space = max((extent(_name(name), SIZE["text"])[0] for name in names), default=0.0) / 72.0
     high = ALONE if len(panels) == 1 else STACKED
     wide = LEFT + WIDE + RIGHT + (space + 0.1 if names else 0.0)
-    tall = ABOVE + len(panels) * high + (len(panels) - 1) * BETWEEN + BELOW
+    tall = ABOVE + len(panels) * high + (len(panels) - 1) * BETWEEN + below
     figure.set_size_inches(wide, tall)
     first: Axes | None = None
     for n, curves in enumerate(panels):
@@ -287,7 +307,14 @@ def _figure(
         _panel(axes, curves, x, high, log)
         if abscissa.name == "t":
             _marked(axes, events, x, names_them=n == 0)
-        axes.tick_params(labelbottom=n == len(panels) - 1)
+        axes.tick_params(labelbottom=n == len(panels) - 1 and not rows)
+    if rows:
+        assert first is not None
+        size = (WIDE / wide, BAR * len(rows) / tall)
+        axes = figure.add_axes((LEFT / wide, (BELOW + KEY) / tall, *size), sharex=first)
+        mode_bars(axes, rows, left_out)
+        key = figure.add_axes((LEFT / wide, 0.08 / tall, WIDE / wide, 0.17 / tall), label="modes")
+        mode_key(key, rows, WIDE)
     axes.set_xlabel(abscissa.label, color=INK)
     own = [curve.x for curves in panels for curve in curves if curve.x is not None]
     every = np.concatenate([x, *own])

@@ -12,7 +12,8 @@ from mbody.laws import MeasuredFormula
 from mbody.model.joints import Joint, Revolute
 from mbody.solution.checks import whole_instant
 from mbody.solution.formula_histories import formula_history
-from mbody.views.carriers import Place, on
+from mbody.solution.places import Place
+from mbody.views.carriers import on
 
 if TYPE_CHECKING:
     from mbody.model.element import Element

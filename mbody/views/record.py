@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from mbody.views.carriers import GROUND_CARRIER, Carrier, moved
+from mbody.solution.places import moved
+from mbody.views.carriers import GROUND_CARRIER, Carrier
 from mbody.views.labels import Label, Places
 from mbody.views.pose import Pose
 from mbody.views.sketch import Sketch

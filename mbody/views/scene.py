@@ -13,6 +13,12 @@ from mbody.views.body_shapes import body_shapes
 from mbody.views.bounds import bounds, wheels
 from mbody.views.carriers import GROUND_CARRIER, Carrier
 from mbody.views.coupling_symbols import coupling_symbol
+from mbody.views.friction_symbols import (
+    circle_scale,
+    contact_symbol,
+    friction_circles,
+    sticking_symbol,
+)
 from mbody.views.joint_symbols import joint_symbol
 from mbody.views.labels import symbolic
 from mbody.views.links import link, points
@@ -55,6 +61,8 @@ class Scene:
         Corners of the rectangle that the whole motion needs.
     notes : list of str
         What was left out.
+    enlarged : float
+        By how much friction circles are drawn larger than they are.
     """
 
     run: Solution
@@ -65,6 +73,7 @@ class Scene:
     low: Array
     high: Array
     notes: list[str] = field(default_factory=list)
+    enlarged: float = 1.0
 
     @property
     def carriers(self) -> list[Carrier]:
@@ -109,7 +118,9 @@ def scene(run: Solution, *, moves: bool = True) -> Scene:
     unit, small = _scale(pose, low, high, own)
     sketch = sketched(pose, unit, small)
     shapes = sorted(sketch.record.shapes, key=lambda shape: shape.look.z)
-    found = Scene(shown, shapes, [], unit, small, low, high, notes)
+    found = Scene(shown, shapes, [], unit, small, low, high, notes, sketch.enlarged)
+    if sketch.enlarged != 1.0:
+        notes.append(f"friction circles are drawn {sketch.enlarged:g} times as large as they are")
     found.low, found.high = _reach(found)
     found.labels = named(sketch, shapes)
     return found
@@ -132,6 +143,13 @@ def sketched(pose: Pose, unit: float, small: float) -> SceneSketch:
         load_symbol(load, sketch)
     for driver in mechanism.drivers:
         driver_symbol(driver, sketch, symbolic(driver.name))
+    for contact in mechanism.contacts:
+        contact_symbol(contact, sketch)
+    for joint in mechanism.joints:
+        sticking_symbol(joint, sketch)
+    if pose.run.has_forces:
+        sketch.enlarged = circle_scale(pose, unit, mechanism.joints)
+        friction_circles(sketch, mechanism.joints, sketch.enlarged)
     for body in mechanism.bodies:
         points(sketch, body.name)
     return sketch

@@ -69,6 +69,10 @@ class Sketch:
         self.edges: dict[str, Array] = {}
         self.centres: list[Array] = []
         self.low, self.high = np.full(2, np.inf), np.full(2, -np.inf)
+        #: Length of a unit of force; how much larger friction circles are drawn; modes that have
+        #: marks: for the key.
+        self.force_scale, self.enlarged = 0.0, 1.0
+        self.modes: list[str] = []
 
     def size(self, name: str) -> float:
         """A size of the style, in the units of the mechanism."""

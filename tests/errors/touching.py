@@ -13,6 +13,7 @@ from mbody import (
     from_toml,
     simulate,
 )
+from mbody.engineering import linearize
 
 SQUARE = {"A": (0.0, 0.0), "B": (1.0, 0.0), "C": (1.0, 1.0), "D": (0.0, 1.0)}
 
@@ -55,6 +56,13 @@ def many():
         made.add(Body(f"stone{n}", mass=1.0, points={"C": (0.0, 0.0)}, shapes=shape))
     made.add(Between("pile", "stone*.rim", "stone*.rim"))
     assemble(made)
+
+
+def striking():
+    """A wheel a hair above the floor."""
+    made = resting(y=1.5)
+    run = simulate(made, (2.0 / 9.81) ** 0.5 * (1.0 - 1e-12))
+    linearize(made, at=run)
 
 
 def designs(**values):
@@ -115,7 +123,9 @@ SCENARIOS = {
         Fixed("weld", "ground.O", "wheel.C"), y=0.0, radius=0.01, i="ground.wall", j="wheel.E"
     ),
     "a contact by a method without events": followed(method="radau5"),
-    "a contact led step by step": lambda: Simulator(resting()),
+    "a contact led step by step by another method": lambda: Simulator(resting(), method="radau5"),
+    "a mode of what has none": lambda: Simulator(resting()).mode("door"),
+    "linear equations where something strikes": striking,
     "the mode of a contact that there is not": lambda: simulate(resting(), 0.01).mode("hand"),
     "the reaction of a contact on another body": lambda: simulate(resting(), 0.01).reaction(
         "foot", on="car"

@@ -19,18 +19,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbody.analysis.contact.complementarity import MOST_UNKNOWNS, every_solution, lemke
+from mbody.analysis.contact.complementarity import lemke
 
-__all__ = ["ClosedContacts", "ModeDecision", "decide_modes", "impact_impulses"]
+__all__ = ["ClosedContacts", "impact_impulses"]
 
 Array = np.ndarray
 
-#: Part of the greatest acceleration, and of the greatest force, below which one is none.
-NO_ACCELERATION, NO_FORCE = 1e-11, 1e-12
-#: Accelerations without contact forces below this part of the greatest are zero.
-ROUNDING = 1e-13
-#: Decimals by which accelerations of several solutions differ.
-SAME_KIND = 7
+#: Part of the greatest impulse below which one is none.
+NO_FORCE = 1e-12
 #: How far the approach is shifted, in parts of the greatest velocity, where an impact without
 #: collision is sought; the support that is found is solved without the shift.
 SHIFT = 1e-9
@@ -82,15 +78,6 @@ class ClosedContacts:
         )
         return A, np.concatenate([normal, tangential[open_ones], np.zeros(s)]), open_ones
 
-    def accelerations(self, w: Array, z: Array, size: float) -> tuple[float, ...]:
-        """Those of a solution, normal and, of what may stick, tangential, rounded; forces of
-        redundant contacts may differ where accelerations do not.
-        """
-        m, s = len(self), int((self.sliding == 0.0).sum())
-        along = w[m : m + s] - z[m + s : m + 2 * s]
-        found = np.concatenate([np.maximum(w[:m], 0.0), along])
-        return tuple((np.round(found / size, SAME_KIND) + 0.0).tolist())
-
     def forces(self, z: Array) -> Array:
         """(λ_N, λ_T) (2 m,) of a solution."""
         m, mu, along = len(self), self.friction, self.sliding
@@ -98,82 +85,6 @@ class ClosedContacts:
         tangential = -mu * along * z[:m]
         tangential[may_stick] = z[m : m + len(may_stick)] - (mu * z[:m])[may_stick]
         return np.concatenate([z[:m], tangential])
-
-
-@dataclass(frozen=True, eq=False)
-class ModeDecision:
-    """How closed contacts go on.
-
-    Attributes
-    ----------
-    modes : tuple of str
-        "open", "stick", "slip+" or "slip-" each.
-    pressing : array (m,)
-        Normal forces of this solution.
-    verdict : str
-        "" where the accelerations are unique, "indeterminate" where there are several,
-        "inconsistent" where there are none.
-    """
-
-    modes: tuple[str, ...]
-    pressing: Array
-    verdict: str = ""
-
-
-def decide_modes(contacts: ClosedContacts, normal: Array, tangential: Array) -> ModeDecision:
-    """How contacts that are closed and neither approach nor part go on, by the accelerations.
-
-    Parameters
-    ----------
-    normal, tangential : arrays (m,)
-        Accelerations without contact forces.
-
-    Notes
-    -----
-    Of several solutions that of the least contact force is taken. Up to `MOST_UNKNOWNS` unknowns
-    all supports are tried; of larger problems that Lemke's path solves nothing is known of others.
-
-    Examples
-    --------
-    A block on a floor, pushed by less than its friction, and by more:
-
-    >>> block = ClosedContacts(np.eye(2), np.array([0.3]), np.zeros(1))
-    >>> [decide_modes(block, np.array([-9.81]), np.array([a])).modes for a in (2.0, 4.0)]
-    [('stick',), ('slip+',)]
-    """
-    m = len(contacts)
-    A, b, open_ones = contacts.problem(normal, tangential)
-    size = max(float(np.abs(b).max(initial=0.0)), 1e-300)
-    b = np.where(np.abs(b) < ROUNDING * size, 0.0, b)
-    z, verdict = lemke(A, b), ""
-    found = every_solution(A, b) if len(b) <= MOST_UNKNOWNS else []
-    if z is None and not found:
-        return ModeDecision(("open",) * m, np.zeros(m), "inconsistent")
-    kinds = {contacts.accelerations(A @ one + b, one, size) for one in found}
-    if len(kinds) > 1:
-        verdict = "indeterminate"
-    if z is None or verdict:
-        z = min(found, key=lambda one: float(one[:m].sum()))
-    return ModeDecision(_modes(contacts, A @ z + b, z, open_ones), z[:m], verdict)
-
-
-def _modes(contacts: ClosedContacts, w: Array, z: Array, open_ones: Array) -> tuple[str, ...]:
-    """The modes of a solution."""
-    m, found = len(contacts), list[str]()
-    size = max(float(np.abs(w).max(initial=0.0)), float(np.abs(z[m:]).max(initial=0.0)), 1e-300)
-    big = max(float(z.max(initial=0.0)), 1e-300)
-    place = {int(k): n for n, k in enumerate(open_ones)}
-    for k in range(m):
-        if z[k] <= NO_FORCE * big and w[k] > ROUNDING * size:
-            found.append("open")
-        elif k not in place:
-            found.append("slip+" if contacts.sliding[k] > 0.0 else "slip-")
-        else:
-            n = m + place[k]
-            ahead = w[n] - z[n + len(open_ones)]
-            still = abs(ahead) <= NO_ACCELERATION * size
-            found.append("stick" if still else "slip+" if ahead > 0.0 else "slip-")
-    return tuple(found)
 
 
 def impact_impulses(

@@ -358,6 +358,13 @@ class Unilateral:
             found[n] = math.remainder(math.atan2(dy, dx) - psi, 2.0 * math.pi)
         return found
 
+    @functools.cached_property
+    def phase_rows(self) -> list[int]:
+        """Parameters of the phases of the rows along touches of two circles."""
+        L = self.layout
+        circles = [t for t in self.touches if t.tangent >= 0 and t.spot.solid == "circle"]
+        return [int(L.primitive_par[int(L.switched[t.tangent])]) + 6 for t in circles]
+
     def turn_phase(self, work: Work, n: int, angle: float) -> None:
         """Add to ψ of the row along touch n, of two circles."""
         e = int(self.layout.switched[self.touches[n].tangent])
@@ -374,28 +381,13 @@ class Unilateral:
         """λ_N ≥ 0 of a touch."""
         return -touch.spot.sense * self.multiplier(pages, touch.normal)
 
-    def limit(self, page: Array, pair: JointPair, work: Work) -> float:
-        """The friction that a pair which sticks can have by a page (rows,): φ with the static
-        coefficient, in the sense of what it has. `work` has the rows of that position.
-        """
-        L, f = self.layout, pair.pair
-        kind, node = FRICTION_KINDS[int(L.friction_kind[f])], int(L.friction_node[f])
-        o = int(L.friction_par[f])
-        _, static, _, _, a, b = self.system.par[o : o + 6, 0]
-        sense = float(np.sign(self.multiplier(page, pair.tangent)))
-        if kind in ("torque", "force"):
-            given = work.signal[int(L.friction_signal[f]), 0]
-            return max(0.0, float(static * (1.0 + b * sense) * given))
-        e = int(np.flatnonzero(L.primitive_node == node)[0])
+    def pressing_pair(self, pages: Array, pair: JointPair) -> tuple[Any, Any]:
+        """Both multipliers of what presses a rough joint, by pages (…, rows)."""
+        node = int(self.layout.friction_node[pair.pair])
+        e = int(np.flatnonzero(self.layout.primitive_node == node)[0])
         first = 3 * self.system.coordinates + PER_PRIMITIVE * e
-        x, y = page[first], page[first + 1]
-        if kind == "pin":
-            return float(static * a / np.sqrt(1.0 + static * static) * np.hypot(x, y))
-        size = static * abs(x)
-        if kind == "guide" and a > 0.0:
-            size = max(size, 2.0 * static / a * abs(y + 0.5 * static * sense * b * x))
-        if kind == "couple":
-            size += b * sense * x
-        if kind == "follower":
-            size *= np.hypot(*work.block[12 * node + 6 : 12 * node + 8, 0])
-        return float(size)
+        return pages[..., first], pages[..., first + 1]
+
+    def presses_apart(self, f: int) -> bool:
+        """Whether pair f is of teeth that press their wheels apart."""
+        return FRICTION_KINDS[int(self.layout.friction_kind[f])] == "apart"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +17,7 @@ from mbody.model.element import listed
 from mbody.solution.checks import check_forces, each_load_of, loaded, whole_instant
 from mbody.solution.doubts import Several
 from mbody.solution.solution import Solution, as_solution
+from mbody.solution.touch_places import touches_at
 from mbody.system.driver_formulas import recorded_driver
 from mbody.system.rank import jacobian
 from mbody.system.system import System
@@ -38,9 +40,9 @@ class Wrench:
     Attributes
     ----------
     cause : str
-        Name of the joint, coupling, driver or load; "inertia" of d'Alembert's.
+        Name of the joint, contact, coupling, driver or load; "inertia" of d'Alembert's.
     kind : str
-        "joint", "coupling", "driver", "load" or "inertia".
+        "joint", "contact", "coupling", "driver", "load" or "inertia".
     x, y : float
         The place at which it is given, world axes [length].
     fx, fy : float
@@ -143,8 +145,8 @@ def free_body(solution: Solution, body: str, instant: int = 0) -> FreeBody:
     -------
     FreeBody
         A tuple of `Wrench`, with `status`, `doubts` and `notes` of the solution, and `draw()`. Of
-        the joints at their places, of loads and drivers at the mass centre, then d'Alembert's
-        inertia force and torque; those that are not there are zero.
+        the joints at their places, of contacts where they touch, of loads and drivers at the mass
+        centre, then d'Alembert's inertia force and torque; those that are not there are zero.
 
     Raises
     ------
@@ -236,6 +238,7 @@ def _forces(solution: Solution, body: str, instant: int, loads: np.ndarray) -> A
             place = solution.reaction_point(joint.name)
             parts = (*place, reaction.fx, reaction.fy, reaction.torque)
             yield Wrench(joint.name, "joint", *(float(part[instant]) for part in parts))
+    yield from _touched(solution, body, instant)
     for element, bodies in acting_on_several(solution.system):
         if body in bodies:
             parts = coupled(solution, element.name, instant)[solution.system.bodies[body]].tolist()
@@ -251,6 +254,16 @@ def _forces(solution: Solution, body: str, instant: int, loads: np.ndarray) -> A
     if solution.analysis == "statics":
         fx = fy = torque = 0.0
     yield Wrench("inertia", "inertia", x, y, fx, fy, torque)
+
+
+def _touched(solution: Solution, body: str, instant: int) -> Iterator[Wrench]:
+    """The forces of contacts and ropes on a body, each where it acts."""
+    for contact in (*solution.mechanism.contacts, *solution.mechanism.groups):
+        for one in touches_at(solution, instant, contact.name):
+            if body in (one.i, one.j) and one.mode[0] != "open":
+                (x, y), (fx, fy) = one.place[0].tolist(), one.force[0].tolist()
+                sign = 1.0 if body == one.j else -1.0
+                yield Wrench(contact.name, "contact", x, y, sign * fx, sign * fy, 0.0)
 
 
 def acting_on_several(system: System) -> list[tuple[Constraint, tuple[str, ...]]]:

@@ -1,38 +1,82 @@
 """How closed contacts and rough joints go on: sticking, sliding or open.
 
-The modes of the contacts follow from the complementarity of accelerations, those of rough joints
-that are at rest from a search among their modes that begins with what was, all with the
-accelerations and forces of the kernels: what sticks has less friction than it could, what begins to
-slide does so in the sense of its acceleration. That is the step of a semismooth Newton method on
-τ = proj(τ − r α), the projection onto |τ| ≤ φ(λ); where it cycles all 3ᵐ modes are tried.
-
-Pfeiffer, Glocker (1996), 6; Facchinei, Pang: Finite-Dimensional Variational Inequalities (2003), 7.
+All of them are one problem of complementarity (`mbody.analysis.contact.friction_problem`), whose
+solutions are modes. These are set, and verified by the forces and accelerations of the kernels:
+what presses does so, what is open does not approach, what sticks has less friction than it could,
+what begins to slide does so in the sense of its acceleration. Modes that are not verified are
+changed where they disagree; that is the step of a semismooth Newton method on τ = proj(τ − r α).
 """
 
 from __future__ import annotations
 
-import itertools
+from dataclasses import dataclass
 
 import numpy as np
 
-from mbody.analysis.contact.contact_laws import ClosedContacts, decide_modes
+from mbody.analysis.contact.friction_problem import FrictionSolution, decide_modes
+from mbody.analysis.contact.joint_friction import JointFriction
 from mbody.analysis.contact.unilateral import SENSES, Rows
-from mbody.analysis.dynamics.contact_impacts import responses_to, touch_rows
+from mbody.analysis.dynamics.contact_impacts import responses_to
+from mbody.analysis.dynamics.friction_model import FrictionModel, force_size, model_of
 from mbody.analysis.dynamics.modal_motion import ModalMotion
-from mbody.system.rank import dense, rank_of
+from mbody.analysis.dynamics.shared_friction import shared_friction
+from mbody.kernels.friction import REACHED_PART
+from mbody.system.rank import dense
 
-__all__ = ["STILL", "by_enumeration", "decide", "near_touches"]
+__all__ = ["STILL", "Verdict", "decide", "near_touches"]
 
 Array = np.ndarray
 
-#: Slower than this, as a part of the swiftest motion, does not move.
-STILL = 1e-11
-#: Modes of so many rough joints at rest are all tried.
-MOST_JOINTS = 7
-#: A reserve of friction, and an acceleration, below this part of their size is none.
-ROUNDING = 1e-10
+#: Slower than this, as a part of the swiftest motion, does not move; slower than the other one
+#: rests where what has stopped lets nothing else move.
+STILL, SLOWED = 1e-11, 1e-7
+#: Reserves of friction, forces and accelerations below this part of the greatest are none.
+ROUNDING = 1e-9
 #: Rows that depend on others by less than this part are dependent.
 DEPENDENT = 1e-9
+#: A force below this part of the greatest is none.
+NO_FORCE = 1e-12
+#: Changes of modes that the kernels do not verify, at most.
+CHANGES = 30
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What was found of the modes that go on.
+
+    Attributes
+    ----------
+    consistent : bool
+        Whether there are any.
+    several : bool
+        Whether there are others with other accelerations.
+    complete : bool
+        Whether all sets of modes were tried.
+    """
+
+    consistent: bool
+    several: bool = False
+    complete: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class _Instant:
+    """What is closed and at rest where modes are decided.
+
+    Attributes
+    ----------
+    y : array
+        The state.
+    closed : list of int
+        Touches.
+    sliding, resting : arrays (touches,), (rough joints,)
+        Signs of the rates of what slides, zero of what is at rest.
+    """
+
+    y: Array
+    closed: list[int]
+    sliding: Array
+    resting: Array
 
 
 def near_touches(motion: ModalMotion, rows: Rows) -> list[int]:
@@ -43,185 +87,213 @@ def near_touches(motion: ModalMotion, rows: Rows) -> list[int]:
     return sorted((found | motion.closing.closed) - motion.closing.opened - motion.beyond)
 
 
-def decide(motion: ModalMotion) -> str:
-    """Set the modes that go on from the present state, with its derivative and page; returns the
-    verdict: "", "indeterminate" or "inconsistent".
-    """
-    uni, closing = motion.uni, motion.closing
-    q = motion.y.copy()
-    count = len(uni.touches)
+def decide(motion: ModalMotion) -> Verdict:
+    """Set the modes that go on from the present state, with its derivative and page."""
+    now = _instant(motion)
+    model = _model(motion, now)
+    found, complete = decide_modes(model.problem)
+    several = len(found) > 1
+    for one in found:
+        modes, pairs = _modes(motion, model, one)
+        _set(motion, now, modes, pairs, one)
+        if not _wrong(motion, now, model):
+            return Verdict(True, several, complete)
+    for one in found:
+        if _changed(motion, now, model, one):
+            return Verdict(True, several, complete)
+    return Verdict(False, complete=complete)
+
+
+def _instant(motion: ModalMotion) -> _Instant:
+    uni, closing, count = motion.uni, motion.closing, len(motion.uni.touches)
     motion.load()
     rows = uni.read(motion.work)
-    slow = STILL * motion.speed
-    pairs, undecided = list[str](), list[int]()
-    for m, pair in enumerate(uni.rough):
-        rate = rows.rate[pair.tangent]
-        # rates of pins are angular
-        unit = motion.system.length if uni.angular[pair.tangent] else 1.0
-        if count + m in closing.sliding:
-            pairs.append(_slip(closing.sliding[count + m]))
-            undecided.append(m)
-        elif count + m in closing.stopped or abs(rate) * unit <= slow:
-            pairs.append("stick")
-            undecided.append(m)
-        else:
-            pairs.append(_slip(rate))
-    for m, sense in _led(motion, undecided, pairs).items():
-        pairs[m] = _slip(sense)
-        undecided.remove(m)
-    tried: set[tuple[str, ...]] = set()
-    while tuple(pairs) not in tried:
-        tried.add(tuple(pairs))
-        verdict = _with_pairs(motion, q, pairs)
-        if verdict == "inconsistent":
-            return verdict
-        wrong = _wrong(motion, undecided)
-        if not wrong:
-            return verdict
-        for m, mode in wrong.items():
-            pairs[m] = mode
-    return by_enumeration(motion, q, pairs, undecided)
+    slow, approach = STILL * motion.speed, uni.approach(rows)
+    closed = [
+        k for k in near_touches(motion, rows) if abs(approach[k]) <= slow or k in closing.closed
+    ]
+    tangents = [t.tangent for t in uni.touches] + [p.tangent for p in uni.rough]
+    speeds = _speeds(motion, tangents, rows.rate)
+    still = np.abs(speeds) <= slow
+    still[list(closing.stopped)] = True
+    if closing.stopped:
+        rests = [k for k in np.flatnonzero(still) if k >= count or k in closed]
+        left = _speeds(motion, tangents, _held_rates(motion, rows, [tangents[k] for k in rests]))
+        still |= (np.abs(speeds) <= SLOWED * motion.speed) & (
+            np.abs(left) <= np.maximum(slow, SLOWED * np.abs(speeds))
+        )
+    senses = np.where(still, 0.0, np.sign(speeds))
+    for n, sense in closing.sliding.items():
+        senses[n] = sense
+    return _Instant(motion.y.copy(), closed, senses[:count], senses[count:])
 
 
-def _led(motion: ModalMotion, undecided: list[int], pairs: list[str]) -> dict[int, float]:
-    """Senses in which rough joints at rest go on that drivers lead: their accelerations do not
-    depend on friction. A row that keeps one at rest would contradict those of the drivers.
+def _speeds(motion: ModalMotion, tangents: list[int], rates: Array) -> Array:
+    """Rates along the tangents, those of pins, which are angular, by the model length; zero of
+    ropes.
     """
-    uni, system, n = motion.uni, motion.system, motion.system.coordinates
-    if not (system.drivers and undecided):
-        return {}
-    free = rank_of(dense(system, motion.work)[1]).motions
-    moving = ["slip+" if m in undecided else mode for m, mode in enumerate(pairs)]
-    touches = len(uni.touches)
-    motion.set_modes(["open"] * touches, moving, np.zeros((touches, 2), dtype=bool))
+    unit = np.where(motion.uni.angular, motion.system.length, 1.0)
+    return np.array([rates[row] * unit[row] if row >= 0 else 0.0 for row in tangents])
+
+
+def _held_rates(motion: ModalMotion, rows: Rows, held: list[int]) -> Array:
+    """Rates of all rows that would be left if some were stopped: what was located as stopped moves
+    by rounding, and others with it.
+    """
+    held = [row for row in held if row >= 0]
+    W = rows.block[held]
+    Y = responses_to(motion.uni, motion.work, W)
+    stops = np.linalg.pinv(W @ Y, rcond=DEPENDENT, hermitian=True) @ rows.rate[held]
+    return np.asarray(rows.rate - rows.block @ (Y @ stops))
+
+
+def _model(motion: ModalMotion, now: _Instant) -> FrictionModel:
+    """The problem, from what the kernels find with all contacts open and no joint stuck."""
+    pairs = [_mode(sense) for sense in now.resting]
+    motion.y[:] = now.y
+    none = np.zeros(len(motion.uni.touches), dtype=bool)
+    open_ones = ["open"] * len(motion.uni.touches)
+    motion.set_modes(open_ones, pairs, np.column_stack([none, none]), np.zeros(len(pairs)))
     motion.evaluate()
+    return model_of(motion, now.closed, now.sliding, now.resting)
+
+
+def _mode(sense: float) -> str:
+    return "slip+" if sense > 0.0 else "slip-" if sense < 0.0 else "stick"
+
+
+def _modes(
+    motion: ModalMotion, model: FrictionModel, one: FrictionSolution
+) -> tuple[list[str], list[str]]:
+    """Modes of all touches and rough joints by a solution."""
+    count = len(motion.uni.touches)
+    normal, tangential = one.modes()
+    found = {number: mode for number, mode in zip(model.owners, tangential, strict=True)}
+    modes = ["open"] * count
+    for number, state in zip(model.closed, normal, strict=True):
+        if state == "closed":
+            modes[number] = found.get(number, "slip+")  # smooth: its sense changes nothing
+    return modes, [found[count + m] for m in range(len(motion.uni.rough))]
+
+
+def _set(
+    motion: ModalMotion,
+    now: _Instant,
+    modes: list[str],
+    pairs: list[str],
+    one: FrictionSolution,
+) -> None:
+    """Set modes, with the rows that do not depend on others, and evaluate."""
+    pressing = dict(zip(now.closed, one.forces, strict=False))
+    motion.y[:] = now.y
     motion.load()
-    rows, a = uni.read(motion.work), motion.K[0, n : 2 * n]
-    found = {}
-    for m in undecided:
-        tangent = uni.rough[m].tangent
-        row = rows.block[tangent] * system.coordinate_units
-        if np.linalg.norm(free @ row) > DEPENDENT * np.linalg.norm(row):
-            continue
-        ahead, size = _acceleration(rows, tangent, a)
-        if abs(ahead) > ROUNDING * size:
-            found[m] = ahead
-    return found
+    on, held = _independent(motion, now, modes, pairs, pressing)
+    motion.set_modes(modes, pairs, on, held)
+    motion.evaluate()
 
 
-def _acceleration(rows: Rows, tangent: int, a: Array) -> tuple[float, float]:
-    """The acceleration of sliding along a row, and the size of its parts."""
-    row, gamma = rows.block[tangent], float(rows.gamma[tangent])
-    return float(row @ a) - gamma, float(np.abs(row * a).max()) + abs(gamma)
+def _changed(
+    motion: ModalMotion, now: _Instant, model: FrictionModel, one: FrictionSolution
+) -> bool:
+    """Change modes that forces and accelerations disagree with until none does."""
+    modes, pairs = _modes(motion, model, one)
+    tried = set[tuple[str, ...]]()
+    for _ in range(CHANGES):
+        if (*modes, *pairs) in tried:
+            return False
+        tried.add((*modes, *pairs))
+        _set(motion, now, modes, pairs, one)
+        wrong = _wrong(motion, now, model)
+        if not wrong:
+            return True
+        for n, mode in wrong.items():
+            if n < len(modes):
+                modes[n] = mode
+            elif n - len(modes) < len(pairs):
+                pairs[n - len(modes)] = mode
+    return False
 
 
-def by_enumeration(motion: ModalMotion, y: Array, pairs: list[str], undecided: list[int]) -> str:
-    """All modes of the rough joints at rest, where the search has come back to where it was."""
-    if len(undecided) > MOST_JOINTS:
-        return "inconsistent"
-    found = []
-    for modes in itertools.product(("stick", "slip+", "slip-"), repeat=len(undecided)):
-        trial = list(pairs)
-        for m, mode in zip(undecided, modes, strict=True):
-            trial[m] = mode
-        if _with_pairs(motion, y, trial) != "inconsistent" and not _wrong(motion, undecided):
-            found.append((trial, motion.K[0].copy()))
-    if not found:
-        return "inconsistent"
-    verdict = _with_pairs(motion, y, found[0][0])
-    size = max(float(np.abs(found[0][1]).max()), 1e-300)
-    several = any(np.abs(one[1] - found[0][1]).max() > 1e-7 * size for one in found)
-    return "indeterminate" if several else verdict
-
-
-def _wrong(motion: ModalMotion, undecided: list[int]) -> dict[int, str]:
-    """Rough joints whose mode is not consistent with forces and accelerations, and a better one."""
-    uni, n = motion.uni, motion.system.coordinates
+def _wrong(motion: ModalMotion, now: _Instant, model: FrictionModel) -> dict[int, str]:
+    """Touches and, after these, rough joints whose modes are not consistent with the forces and
+    accelerations of the kernels, and better ones.
+    """
+    uni, n, count = motion.uni, motion.system.coordinates, len(motion.uni.touches)
     page, a = motion.page[:, 0], motion.K[0, n : 2 * n]
     motion.load()
-    rows = uni.read(motion.work)
-    found: dict[int, str] = {}
-    for m in undecided:
-        pair, mode = uni.rough[m], motion.pairs[m]
-        force = float(uni.multiplier(page, pair.tangent))
-        if mode == "stick":
-            most = float(uni.limit(page, pair, motion.work))
-            if abs(force) > most * (1.0 + ROUNDING):
-                found[m] = _slip(force)
+    rows, found = uni.read(motion.work), dict[int, str]()
+    reached = motion.system.friction_rows.start + REACHED_PART
+    if len(motion.layout.friction_kind) and page[reached] < 1.0:
+        return {count + len(uni.rough): "jams"}
+    force = ROUNDING * force_size(motion)
+    followers = {k for group in motion.groups.values() for k in group[1:]}
+
+    def ahead(row: int, sense: float = 1.0) -> bool:
+        """Whether the acceleration along a row is that way, or none."""
+        parts = np.append(rows.block[row] * a, rows.gamma[row])
+        along = float(parts[:-1].sum() - parts[-1])
+        unit = motion.system.length if uni.angular[row] else 1.0
+        size = max(float(np.abs(parts).max()), model.problem.greatest / unit)
+        return sense * along >= -ROUNDING * size
+
+    for k in now.closed:
+        touch, mode = uni.touches[k], motion.modes[k]
+        if mode == "open":
+            if not ahead(touch.normal, touch.spot.sense):
+                found[k] = "stick" if touch.static > 0.0 and not now.sliding[k] else "slip+"
+                if now.sliding[k]:
+                    found[k] = _mode(now.sliding[k])
             continue
-        ahead, size = _acceleration(rows, pair.tangent, a)
-        if SENSES[mode] * ahead < -ROUNDING * size:
-            found[m] = "stick"
+        if mode == "idle" or touch.static == 0.0:
+            if uni.pressing(page, touch) < -force:
+                found[k] = "open"
+            continue
+        if uni.pressing(page, touch) < -force:
+            found[k] = "open"
+        elif mode == "stick" and k not in followers:
+            group = motion.groups.get(k, [k])
+            most = sum(uni.touches[j].static * uni.pressing(page, uni.touches[j]) for j in group)
+            own = float(uni.multiplier(page, touch.tangent))
+            if abs(own) > most + force:
+                found.update(dict.fromkeys(group, _mode(own)))
+        elif mode in SENSES and not now.sliding[k] and not ahead(touch.tangent, SENSES[mode]):
+            found[k] = "stick"
+    for m, pair in enumerate(uni.rough):
+        mode = motion.pairs[m]
+        if mode == "stick":
+            own = float(uni.multiplier(page, pair.tangent))
+            unit = motion.system.length if uni.angular[pair.tangent] else 1.0
+            law = JointFriction(motion.system, motion.work, pair.pair)
+            x, y = uni.pressing_pair(page, pair)
+            if abs(own) > law.size(x, y, float(np.sign(own)))[0] + force * unit:
+                found[count + m] = _mode(own)
+        elif not now.resting[m] and not ahead(pair.tangent, SENSES[mode]):
+            found[count + m] = "stick"
+    motion.shared = shared_friction(motion)
+    if motion.shared is not None and found:
+        open_ones = motion.shared.members | motion.shared.pressing
+        motion.load()
+        if (
+            found.keys() & open_ones
+            and motion.shared.reserve(motion, page, motion.work).least >= -force
+        ):
+            found = {k: mode for k, mode in found.items() if k not in open_ones}
     return found
-
-
-def _slip(sense: float) -> str:
-    return "slip+" if sense > 0.0 else "slip-"
-
-
-def _with_pairs(motion: ModalMotion, y: Array, pairs: list[str]) -> str:
-    """Modes of the contacts for given modes of the rough joints, all set and evaluated."""
-    uni, closing, n = motion.uni, motion.closing, motion.system.coordinates
-    motion.y[:] = y
-    motion.set_modes(["open"] * len(uni.touches), pairs, np.zeros(len(uni.touches), dtype=bool))
-    motion.evaluate()
-    motion.load()
-    rows = uni.read(motion.work)
-    closed = near_touches(motion, rows)
-    slow = STILL * motion.speed
-    approach = uni.approach(rows)
-    closed = [k for k in closed if abs(approach[k]) <= slow or k in closing.closed]
-    if not closed:
-        return ""
-    held = [
-        rows.block[p.tangent] for p, mode in zip(uni.rough, pairs, strict=True) if mode == "stick"
-    ]
-    W, rates = touch_rows(uni, rows, closed)
-    Y = responses_to(uni, motion.work, W, np.array(held).reshape(-1, n))
-    m, a = len(closed), motion.K[0, n : 2 * n]
-    touches = [uni.touches[k] for k in closed]
-    gamma = np.array(
-        [t.spot.sense * rows.gamma[t.normal] for t in touches]
-        + [rows.gamma[t.tangent] if t.tangent >= 0 else 0.0 for t in touches]
-    )
-    free = W @ a - gamma
-    sliding = np.where(np.abs(rates[m:]) <= slow, 0.0, np.sign(rates[m:]))
-    for k, number in enumerate(closed):
-        sliding[k] = closing.sliding.get(number, sliding[k])
-        if number in closing.stopped:
-            sliding[k] = 0.0
-    friction = np.array(
-        [t.friction if s else t.static for t, s in zip(touches, sliding, strict=True)]
-    )
-    smooth = friction == 0.0
-    senses = np.where(smooth & (sliding == 0.0), 1.0, sliding)
-    found = decide_modes(ClosedContacts(W @ Y, friction, senses), free[:m], free[m:])
-    if found.verdict == "inconsistent":
-        return found.verdict
-    modes = ["open"] * len(uni.touches)
-    for k, number in enumerate(closed):
-        modes[number] = found.modes[k]
-    on = _independent(motion, W, closed, found.modes, found.pressing, held)
-    motion.y[:] = y
-    motion.set_modes(modes, pairs, on)
-    motion.evaluate()
-    return found.verdict
 
 
 def _independent(
     motion: ModalMotion,
-    W: Array,
-    closed: list[int],
-    modes: tuple[str, ...],
-    pressing: Array,
-    held: list[Array],
-) -> Array:
-    """Which touches have rows that do not depend on others: (touches, 2), normal and tangent; those
-    that press first. Sets the groups of touches that stick by one row, and what is idle.
+    now: _Instant,
+    modes: list[str],
+    pairs: list[str],
+    pressing: dict[int, float],
+) -> tuple[Array, Array]:
+    """Which rows do not depend on others: of touches (touches, 2), normal and tangent, those that
+    press first, then of rough joints that stick, last of touches without force. Sets the groups of
+    touches that stick by one row.
     """
-    system, m = motion.system, len(closed)
-    scale = system.coordinate_units
-    base = [*dense(system, motion.work)[1], *(row * scale for row in held)]
+    uni, system = motion.uni, motion.system
+    scale, rows = system.coordinate_units, motion.uni.read(motion.work)
     kept: list[Array] = []
 
     def independent(row: Array) -> bool:
@@ -238,25 +310,31 @@ def _independent(
         kept.append(left / part)
         return True
 
-    for row in base:
+    for row in dense(system, motion.work)[1]:
         independent(row)
-    on = np.zeros((len(motion.uni.touches), 2), dtype=bool)
+    on = np.zeros((len(uni.touches), 2), dtype=bool)
+    held = np.zeros(len(uni.rough), dtype=bool)
     motion.groups = {}
-    for k in sorted(range(m), key=lambda k: -pressing[k]):
-        if modes[k] != "open":
-            on[closed[k], 0] = independent(W[k] * scale)
-    for k in range(m):
-        if modes[k] != "stick" or not on[closed[k], 0]:
+    closed = sorted((k for k in now.closed if modes[k] != "open"), key=lambda k: -pressing[k])
+    least = NO_FORCE * max(pressing.values(), default=0.0)
+    for k in closed:
+        if pressing[k] > least:
+            on[k, 0] = independent(rows.block[uni.touches[k].normal] * scale)
+    for k in sorted(closed):
+        if modes[k] != "stick" or not on[k, 0]:
             continue
-        number = closed[k]
-        if independent(W[m + k] * scale):
-            on[number, 1] = True
-            motion.groups[number] = [number]
+        if independent(rows.block[uni.touches[k].tangent] * scale):
+            on[k, 1] = True
+            motion.groups[k] = [k]
         else:
-            pair = set(motion.uni.bodies[number])
-            leader = next(
-                (one for one in motion.groups if set(motion.uni.bodies[one]) == pair), None
-            )
+            pair = set(uni.bodies[k])
+            leader = next((one for one in motion.groups if set(uni.bodies[one]) == pair), None)
             if leader is not None:
-                motion.groups[leader].append(number)
-    return on
+                motion.groups[leader].append(k)
+    for m, mode in enumerate(pairs):
+        if mode == "stick":
+            held[m] = independent(rows.block[uni.rough[m].tangent] * scale)
+    for k in closed:
+        if pressing[k] <= least:
+            on[k, 0] = independent(rows.block[uni.touches[k].normal] * scale)
+    return on, held

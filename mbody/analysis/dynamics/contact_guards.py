@@ -4,20 +4,28 @@ from __future__ import annotations
 
 import numpy as np
 
+from mbody.analysis.contact.joint_friction import JointFriction
 from mbody.analysis.contact.unilateral import SENSES
+from mbody.analysis.dynamics.friction_model import force_size
 from mbody.analysis.dynamics.located import Guard
 from mbody.analysis.dynamics.modal_motion import ModalMotion
 from mbody.kernels.friction import DETERMINANT
+from mbody.kernels.friction_laws import FRICTION_KINDS
 from mbody.kernels.loop_closure import laws_of_time
 
 __all__ = ["guard_sizes", "guard_values", "guards_of"]
 
 Array = np.ndarray
 
+#: Guards that follow from positions and rates.
+PLACES = ("close", "lock", "edge", "enter", "stop")
+
 
 def guards_of(motion: ModalMotion) -> list[Guard]:
     """What is to be watched in the present modes."""
     found, touches = list[Guard](), motion.uni.touches
+    shared = motion.shared.members if motion.shared is not None else frozenset[int]()
+    pressing = motion.shared.pressing if motion.shared is not None else frozenset[int]()
     followers = {n for group in motion.groups.values() for n in group[1:]}
     for n, (touch, mode) in enumerate(zip(touches, motion.modes, strict=True)):
         if mode == "open":
@@ -26,18 +34,23 @@ def guards_of(motion: ModalMotion) -> list[Guard]:
             continue
         if mode == "idle":
             continue
-        found.append(Guard("open", n))
+        if n not in pressing:
+            found.append(Guard("open", n))
         edge = touch.spot.edge
         if edge is not None and np.isfinite(edge[2]):
             found.append(Guard("edge", n))
         if touch.static == 0.0:
             continue
-        if mode == "stick" and n not in followers:
-            found.append(Guard("slip", n))
+        if mode == "stick":
+            if n not in followers and n not in shared:
+                found.append(Guard("slip", n))
         elif mode in SENSES:
             found.append(Guard("stop", n))
     for m, mode in enumerate(motion.pairs, start=len(touches)):
-        found.append(Guard("stop" if mode in SENSES else "slip", m))
+        if mode in SENSES or m not in shared:
+            found.append(Guard("stop" if mode in SENSES else "slip", m))
+    if shared or pressing:
+        found.append(Guard("share", min(shared | pressing)))
     if motion.work.sense[: len(motion.layout.friction_kind), 0].any():
         found.append(Guard("paradox"))
     return found
@@ -47,24 +60,30 @@ def guard_values(motion: ModalMotion, t: Array, pages: Array, guards: list[Guard
     """Values (guards, instants) by times and pages (instants, rows, 1)."""
     n, uni, probe = motion.system.coordinates, motion.uni, motion.probe
     found = np.empty((len(guards), len(pages)))
-    for m, page in enumerate(pages[:, :, 0]):
+    by_position = list[int]()
+    for k, guard in enumerate(guards):
+        if _follows_from_pages(motion, guard):
+            found[k] = _by_pages(motion, pages[:, :, 0], guard)
+        else:
+            by_position.append(k)
+    # while nothing moves what follows from the position alone is as it was
+    still = not motion.system.drivers and all(guards[k].kind in PLACES for k in by_position)
+    for m, page in enumerate(pages[:, :, 0] if by_position else ()):
+        if still and m > 0 and (page[: 2 * n] == pages[m - 1, : 2 * n, 0]).all():
+            found[by_position, m] = found[by_position, m - 1]
+            continue
         probe.q[:n, 0], probe.v[:n, 0] = page[:n], page[n : 2 * n]
         probe.time[0, 0] = t[m]
         laws_of_time(motion.layout, probe)
         rows = uni.read(probe)
-        gaps, approach, along = (
-            uni.gaps(rows),
-            uni.approach(rows),
-            uni.along(probe).min(axis=1, initial=np.inf),
-        )
-        for k, guard in enumerate(guards):
-            kind, number = guard.kind, guard.number
+        gaps, approach = uni.gaps(rows), uni.approach(rows)
+        along = uni.along(probe).min(axis=1, initial=np.inf)
+        for k in by_position:
+            kind, number = guards[k].kind, guards[k].number
             if kind == "close":
                 found[k, m] = gaps[number]
             elif kind == "lock":
                 found[k, m] = approach[number]
-            elif kind == "open":
-                found[k, m] = uni.pressing(page, uni.touches[number])
             elif kind in ("edge", "enter"):
                 found[k, m] = along[number] if kind == "edge" else -along[number]
             elif kind == "stop":
@@ -72,9 +91,27 @@ def guard_values(motion: ModalMotion, t: Array, pages: Array, guards: list[Guard
                 found[k, m] = sense * rows.rate[tangent]
             elif kind == "slip":
                 found[k, m] = _reserve(motion, page, number)
-            else:
-                found[k, m] = page[motion.system.friction_rows.start + DETERMINANT]
+            elif motion.shared is not None:
+                found[k, m] = motion.shared.reserve(motion, page, probe).least
     return found
+
+
+def _follows_from_pages(motion: ModalMotion, guard: Guard) -> bool:
+    """Whether the value needs nothing but what is kept of an instant."""
+    if guard.kind != "slip" or guard.number < len(motion.uni.touches):
+        return guard.kind in ("open", "slip", "paradox")
+    f = motion.uni.rough[guard.number - len(motion.uni.touches)].pair
+    kind = FRICTION_KINDS[int(motion.layout.friction_kind[f])]
+    return kind not in ("torque", "force", "follower")
+
+
+def _by_pages(motion: ModalMotion, pages: Array, guard: Guard) -> Array:
+    """Values by pages (instants, rows)."""
+    if guard.kind == "paradox":
+        return np.asarray(pages[:, motion.system.friction_rows.start + DETERMINANT])
+    if guard.kind == "open":
+        return np.asarray(motion.uni.pressing(pages, motion.uni.touches[guard.number]))
+    return np.asarray(_reserve(motion, pages, guard.number))
 
 
 def _sliding_row(motion: ModalMotion, number: int) -> tuple[int, float]:
@@ -86,24 +123,24 @@ def _sliding_row(motion: ModalMotion, number: int) -> tuple[int, float]:
     return motion.uni.rough[m].tangent, SENSES[motion.pairs[m]]
 
 
-def _reserve(motion: ModalMotion, page: Array, number: int) -> float:
-    """How much more friction what sticks could have."""
+def _reserve(motion: ModalMotion, pages: Array, number: int) -> Array:
+    """How much more friction what sticks could have, by pages (…, rows)."""
     uni, touches = motion.uni, motion.uni.touches
     if number >= len(touches):
         pair = uni.rough[number - len(touches)]
-        force = abs(uni.multiplier(page, pair.tangent))
-        return uni.limit(page, pair, motion.probe) - float(force)
+        force = uni.multiplier(pages, pair.tangent)
+        law = JointFriction(motion.system, motion.probe, pair.pair)
+        x, y = uni.pressing_pair(pages, pair)
+        most = np.where(force >= 0.0, law.size(x, y, 1.0)[0], law.size(x, y, -1.0)[0])
+        return np.asarray(most - np.abs(force))
     group = motion.groups.get(number, [number])
-    most = sum(touches[k].static * uni.pressing(page, touches[k]) for k in group)
-    return float(most - abs(uni.multiplier(page, touches[number].tangent)))
+    most = np.sum([touches[k].static * uni.pressing(pages, touches[k]) for k in group], axis=0)
+    return np.asarray(most - np.abs(uni.multiplier(pages, touches[number].tangent)))
 
 
 def guard_sizes(motion: ModalMotion) -> list[float]:
     """What the values of the guards are compared with."""
-    system, n = motion.system, motion.system.coordinates
-    inertia = system.mass[:n, 0] * motion.K[0, n : 2 * n] / motion.scale[:n]
-    forces = motion.page[3 * n : system.friction_rows.start]
-    force = max(float(np.abs(part).max(initial=0.0)) for part in (inertia, forces))
-    lengths = dict.fromkeys(("close", "edge", "enter"), system.length)
+    force = force_size(motion)
+    lengths = dict.fromkeys(("close", "edge", "enter"), motion.system.length)
     kinds = {**lengths, "stop": motion.speed, "lock": motion.speed, "paradox": 1.0}
     return [kinds.get(guard.kind, force) for guard in motion.guards]

@@ -12,7 +12,15 @@ from mbody.errors import SolveError
 from mbody.kernels.layout import Work
 from mbody.system.rank import dense, dense_rates, rank_of
 
-__all__ = ["Impact", "first_overlap", "refuse_led", "responses_to", "strike", "touch_rows"]
+__all__ = [
+    "Impact",
+    "arrest",
+    "first_overlap",
+    "refuse_led",
+    "responses_to",
+    "strike",
+    "touch_rows",
+]
 
 Array = np.ndarray
 
@@ -20,6 +28,8 @@ Array = np.ndarray
 MASSLESS = 1e-14
 #: A touch that moves so little by an impulse, as a part of what its body would, is led.
 LED = 1e-9
+#: Impulses of touches that depend on others to this part are shared.
+DEPENDENT = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,6 +181,24 @@ def refuse_led(uni: Unilateral, work: Work, hit: list[int]) -> None:
                 "them off, or record when it is reached by an Event",
                 name,
             )
+
+
+def arrest(uni: Unilateral, work: Work, closed: list[int]) -> Impact:
+    """The gaps of closed touches neither open nor close any more, nor does what stuck begin to
+    slide: impulses of least norm where touches depend on each other.
+    """
+    W, rates = touch_rows(uni, uni.read(work), closed)
+    m = len(closed)
+    # what slides faster than it strikes goes on to
+    stuck = [k for k in range(m, 2 * m) if abs(rates[k]) <= np.abs(rates[:m]).max()]
+    rows = [*range(m), *stuck]
+    Y = responses_to(uni, work, W[rows])
+    impulse = np.linalg.lstsq(W[rows] @ Y, -rates[rows], rcond=DEPENDENT)[0]
+    jump = Y @ impulse
+    work_done = np.zeros(2 * m)
+    work_done[rows] = impulse * (rates[rows] + 0.5 * (W[rows] @ jump))
+    # what stops that move and drivers give is rounding by then
+    return Impact(jump, rates[:m], work_done[:m] + work_done[m:], np.zeros(m), {})
 
 
 def first_overlap(uni: Unilateral, work: Work, near: float) -> list[int]:

@@ -11,35 +11,28 @@ then complementarity of accelerations decides how all go on (`contact_decision`)
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 
-from mbody.analysis.contact.unilateral import SENSES, Rows, Touch, Unilateral
+from mbody.analysis.contact.unilateral import SENSES
+from mbody.analysis.dynamics import contact_impacts
 from mbody.analysis.dynamics.contact_decision import STILL, decide, near_touches
 from mbody.analysis.dynamics.contact_guards import guard_sizes, guard_values, guards_of
 from mbody.analysis.dynamics.contact_impacts import Impact, first_overlap, refuse_led, strike
-from mbody.analysis.dynamics.events import EventIntegration
-from mbody.analysis.dynamics.located import Guard, LocatedZero, Saved
+from mbody.analysis.dynamics.jumping_forces import AT_ZERO
+from mbody.analysis.dynamics.located import Guard
+from mbody.analysis.dynamics.modal_integration import ModalIntegration
 from mbody.analysis.dynamics.modal_motion import Closing
-from mbody.kernels.layout import Layout
-from mbody.kernels.loop_closure import laws_of_time
-from mbody.kernels.step_state import MORE, NEAR_SINGULAR, NEXT, TIME
-from mbody.model.event import Event
+from mbody.kernels.friction import DETERMINANT
+from mbody.kernels.step_state import MORE, NEAR_SINGULAR, NEXT, NOT_FINITE, STEP_VANISHED, TIME
 from mbody.solution.certificate import as_reported, changed
-from mbody.solution.energy import causes, works_of_moving
 from mbody.solution.event_record import EventRecord
-from mbody.solution.restart import Restart, Way
 from mbody.solution.solution import Solution
-from mbody.system.partial_elimination import without_nodes
-from mbody.system.system import System
 
 __all__ = ["ContactIntegration"]
 
 Array = np.ndarray
 
-#: Nearer than this, in model lengths, is closed.
-NEAR = 1e-10
 #: What touches at the beginning may be so far apart, or overlap so much, in model lengths.
 TOUCHES = 1e-9
 #: A flight shorter than this, in parts of the time in which what is pulled back goes a model
@@ -47,96 +40,59 @@ TOUCHES = 1e-9
 SHORTEST = 2e-6
 #: Impacts at one instant, at most; changes of modes within this part of the motion.
 STRIKES, CHANGES, AT_ONCE = 500, 200, 1e-14
+#: det(I − φ′ B) of sliding friction below this, where steps vanish, is zero.
+SINGULAR = 1e-3
 #: The first step after a rebound is this much longer than the flight.
 FLIGHT = 1.2
 #: A guard begins at zero where it is less than this part of its size; until the modes change
 #: again what is less than rounding of it is taken for a little more.
-AT_ZERO = 1e-9
 ROUNDING = {"close": 1e-14, "edge": 1e-14, "enter": 1e-14, "stop": 1e-13, "lock": 1e-13}
 FORCES = 1e-12
 
 
-class ContactIntegration(EventIntegration):
-    """Integrates one system with rows that can be on or off."""
-
-    decides_modes = True
-
-    def __init__(
-        self, system: System, start: Solution, way: Way, events: tuple[Event, ...]
-    ) -> None:
-        super().__init__(system, start, way, events)
-        self.uni = Unilateral(system)
-        self.probe = self.work.copied()
-        self.stops = [one.name for one in system.mechanism.contacts]
-        self.lost = np.zeros(len(self.stops))
-        self.work_names = causes(system)
-        #: Where the work of stops that move is accounted.
-        self.moving = {
-            one.removesuffix(".moving"): self.work_names.index(one)
-            for one in works_of_moving(system)
-        }
-        #: Modes of the touches and of the rough joints, and which rows are on.
-        self.modes = ["open"] * len(self.uni.touches)
-        self.pairs = ["slip+"] * len(self.uni.rough)
-        self.on = np.zeros(len(self.uni))
-        #: When contacts were struck last, by the number of the touch.
-        self.struck: dict[int, float] = {}
-        self.groups: dict[int, list[int]] = {}
-        self.fresh: dict[Guard, float] = {}
-        #: By which rows are on.
-        self.layouts: dict[bytes, Layout] = {}
-        #: Open touches that have left their edge over its end.
-        self.beyond: set[int] = set()
-        self.changed_at, self.changes = -np.inf, 0
-        self.closing = Closing()
-        self.kept_modes: list[dict[str, str]] = []
-        self.contact_notes: list[str] = []
+class ContactIntegration(ModalIntegration):
+    """Integrates one system with rows that can be on or off, and decides which are."""
 
     # -- the motion ---------------------------------------------------------------------------
 
     def _integrate(self, times: Array, progress: Callable[[float], None] | None) -> tuple[int, str]:
+        if self.resumed is not None:
+            return super()._integrate(times, progress)
+        self.wanted, self.instants = times, list[float]()
+        self.pages, self.works = list[Array](), list[Array]()
+        self.total = self.initial_work.copy()
+        if status := self.begin_modes():
+            return MORE, status
+        return super()._integrate(times, progress)
+
+    def begin_modes(self) -> str:
+        """Decide the first modes, refusing what overlaps; a status where the motion ends there."""
         self.load()
         touching = first_overlap(self.uni, self.work, TOUCHES * self.system.length)
         approach = self.uni.approach(self.uni.read(self.work))
         # what moves apart is closed no longer
         self.closing = Closing({n for n in touching if approach[n] <= STILL * self.speed})
-        self.wanted, self.instants = times, list[float]()
-        self.pages, self.works = list[Array](), list[Array]()
-        self.total = self.initial_work.copy()
-        if status := self._settle(begins=True):
-            return MORE, status
-        return super()._integrate(times, progress)
+        return self._settle(begins=True)
 
-    def load(self) -> None:
-        """The present state into the workspace."""
-        n = self.system.coordinates
-        self.work.q[:n, 0], self.work.v[:n, 0] = self.y[:n], self.y[n : 2 * n]
-        self.work.time[0, 0] = self.state[TIME]
+    def _guarded(self) -> tuple[Array, list[float]]:
+        found = guard_values(self, self.state[[TIME]], self.page[None], self.guards)[:, 0]
+        return found, guard_sizes(self)
 
-    def _keep(self, t: float, page: Array, work: Array) -> None:
-        if self.instants and self.instants[-1] == t:
-            self.kept_modes.pop()
-        super()._keep(t, page, work)
-        self.kept_modes.append(self._named_modes())
+    def _broken(self) -> bool:
+        return any(value < -AT_ZERO * size for value, size in zip(*self._guarded(), strict=True))
 
-    def _named_modes(
-        self, modes: list[str] | None = None, pairs: list[str] | None = None
-    ) -> dict[str, str]:
-        """The mode of every contact and rough joint, by default the present one: of several
-        touches that which holds most.
-        """
-        modes, pairs = modes or self.modes, pairs or self.pairs
-        found = {pair.name: mode for pair, mode in zip(self.uni.rough, pairs, strict=True)}
-        order = ("open", "idle", "slip-", "slip+", "stick", "roll")
-        for touch, mode in zip(self.uni.touches, modes, strict=True):
-            named = "roll" if mode == "stick" and touch.spot.round else mode
-            if touch.static == 0.0 and mode in SENSES:
-                named = "slip+"  # smooth: its sense changes nothing
-            if touch.tangent < 0 and mode != "open":
-                named = "stick"
-            held = found.get(touch.name, "open")
-            found[touch.name] = max((held, named), key=order.index)
-        return {name: "stick" if mode == "idle" else mode for name, mode in found.items()}
+    def _settle_anew(self) -> str:
+        self.closing = Closing({n for n, mode in enumerate(self.modes) if mode != "open"})
+        return self._settle()
+
+    def _step(self) -> tuple[int, str]:
+        """Where forces of what slides grow without bound the steps vanish before that is met."""
+        code, status = super()._step()
+        if code in (STEP_VANISHED, NOT_FINITE) and Guard("paradox") in self.guards:
+            found = self.page[self.system.friction_rows.start + DETERMINANT, 0]
+            if abs(found) < SINGULAR:
+                return MORE, self._paradox()
+        return code, status
 
     # -- changes of modes ---------------------------------------------------------------------
 
@@ -162,6 +118,10 @@ class ContactIntegration(EventIntegration):
             self.beyond.discard(n)
         elif guard.kind == "slip":
             closing.sliding = {n: self._impending(n)}
+        elif guard.kind == "share" and self.shared is not None:
+            self.load()
+            reserve = self.shared.reserve(self, self.page[:, 0], self.work)
+            closing.sliding, closing.opened = reserve.sliding, reserve.opened
         elif guard.kind == "stop":
             closing.stopped = {n}
         return self._settle()
@@ -204,77 +164,14 @@ class ContactIntegration(EventIntegration):
         `before` and `page`: the modes, None at the beginning, and the page before.
         """
         verdict = decide(self)
-        if verdict == "inconsistent":
+        if not verdict.consistent:
             return False
-        if verdict:
+        if verdict.several:
             self._note_several(page)
         self._begin_anew()
         if before is not None:
             self._record_changes(before, page)
         return True
-
-    @property
-    def speed(self) -> float:
-        """The swiftest motion in model lengths a time."""
-        n = self.system.coordinates
-        return float((self.scale[n : 2 * n] / self.scale[:n]).max()) * self.system.length
-
-    @property
-    def near(self) -> float:
-        """Gaps up to this are none [length]."""
-        return NEAR * self.system.length
-
-    def set_modes(self, modes: list[str], pairs: list[str], on: Array) -> None:
-        """Set the modes of touches and rough joints; `on` (touches, 2): which of their rows."""
-        uni, work = self.uni, self.work
-        rows = np.zeros(len(uni))
-        senses = np.zeros(len(self.layout.friction_kind))
-        self.modes, self.pairs = list(modes), list(pairs)
-        self.load()
-        found = uni.read(work)
-        off = uni.turned_from(work)
-        for n, (touch, mode) in enumerate(zip(uni.touches, modes, strict=True)):
-            if mode == "open":
-                continue
-            if not on[n, 0]:
-                self.modes[n] = "idle"
-                continue
-            rows[touch.normal] = 1.0
-            if uni.one_way[n] and not self.on[touch.normal]:
-                held = found.value[touch.normal] / uni.unit_of(n)
-                work.anchor[touch.normal, 0] = held
-            if mode in SENSES and touch.pair >= 0:
-                senses[touch.pair] = SENSES[mode]
-            if on[n, 1]:
-                rows[touch.tangent] = 1.0
-                if not self.on[touch.tangent]:
-                    self._anchor(n, touch, found, off)
-        for pair, mode in zip(uni.rough, pairs, strict=True):
-            if mode in SENSES:
-                senses[pair.pair] = SENSES[mode]
-                continue
-            rows[pair.tangent] = 1.0
-            if not self.on[pair.tangent]:
-                work.anchor[pair.tangent, 0] = found.value[pair.tangent]
-        self.on = rows
-        uni.set_rows(work, rows, senses)
-        self.motion = replace(self.motion, layout=self._eliminating(rows))
-
-    def _eliminating(self, on: Array) -> Layout:
-        """The layout without the blocks of rows that are off."""
-        key = on.tobytes()
-        if key not in self.layouts:
-            off = np.zeros(self.layout.nodes, dtype=bool)
-            off[self.layout.primitive_node[self.layout.switched]] = on == 0.0
-            self.layouts[key] = without_nodes(self.layout, off)
-        return self.layouts[key]
-
-    def _anchor(self, n: int, touch: Touch, rows: Rows, off: Array) -> None:
-        """Sticking begins where the touch is."""
-        if touch.spot.solid == "circle":
-            self.uni.turn_phase(self.work, n, float(off[n]))
-        else:
-            self.work.anchor[touch.tangent, 0] = rows.value[touch.tangent]
 
     def _begin_anew(self) -> None:
         """Steps begin at the modes that were decided."""
@@ -284,8 +181,7 @@ class ContactIntegration(EventIntegration):
         self.closing = Closing({n for n, mode in enumerate(self.modes) if mode != "open"})
         self.guards = guards_of(self)
         self._check_finite(self.K, float(state[TIME]))
-        found = guard_values(self, np.array([state[TIME]]), self.page[None], self.guards)[:, 0]
-        sizes = guard_sizes(self)
+        found, sizes = self._guarded()
         self.fresh = {
             guard: ROUNDING.get(guard.kind, FORCES) * size
             for guard, value, size in zip(self.guards, found, sizes, strict=True)
@@ -320,21 +216,27 @@ class ContactIntegration(EventIntegration):
         flight = -2.0 * up / pull if flies else 0.0
         short = SHORTEST * np.sqrt(self.system.length / max(abs(pull), 1e-300))
         # what joints that slip and stick again throw back comes sooner each time, too
-        soon = t - self.struck.get(first, -np.inf) < short and len(stuck) > 0
+        again = t - self.struck.get(first, -np.inf) < short
+        soon = again and len(stuck) > 0
         self.struck[first] = t
-        if flies or soon:
-            if soon or flight < short:
-                kind, when = "rest", t + (0.0 if soon else flight / (1.0 - touch.restitution))
-                self.y[n : 2 * n] = before
-                self.load()
+        # what rocks from one place to another strikes ever sooner without a flight
+        rocks = again and not (flies or soon) and len(closed) > 1
+        if rocks or soon or (flies and flight < short):
+            last = flight / (1.0 - touch.restitution) if flies and not soon else 0.0
+            kind, when = "rest", t + last
+            self.y[n : 2 * n] = before
+            self.load()
+            if rocks:
+                found = contact_impacts.arrest(self.uni, self.work, closed)
+            else:
                 held = stuck if soon else None
                 found = strike(self.uni, self.work, closed, still=True, held=held)
-                if found is None:
-                    return self._ended("an impact has no solution")
-                self.y[n : 2 * n] = before + found.jump
-                self.evaluate()
-            else:
-                self.state[NEXT] = min(self.state[NEXT], FLIGHT * flight)
+            if found is None:
+                return self._ended("an impact has no solution")
+            self.y[n : 2 * n] = before + found.jump
+            self.evaluate()
+        elif flies:
+            self.state[NEXT] = min(self.state[NEXT], FLIGHT * flight)
         self._add_losses(found, closed)
         self._record_contact(kind, when, touch.name, page, self.page)
         self.closing.closed -= set(closed)
@@ -355,6 +257,8 @@ class ContactIntegration(EventIntegration):
         n, t = self.system.coordinates, float(self.state[TIME])
         self.load()
         closed = near_touches(self, self.uni.read(self.work))
+        if not closed:
+            return self._undecided()
         page, velocities = self.page.copy(), self.y[n : 2 * n].copy()
         found = strike(self.uni, self.work, closed, without_collision=True)
         names = ", ".join(dict.fromkeys(f"'{self.uni.touches[k].name}'" for k in closed))
@@ -377,6 +281,13 @@ class ContactIntegration(EventIntegration):
             return self._ended(f"no accelerations are consistent at {names}")
         return ""
 
+    def _undecided(self) -> str:
+        """No modes of rough joints are consistent, and no contact can be struck."""
+        names = ", ".join(f"'{one.name}'" for one in self.uni.rough)
+        name, page = self.uni.rough[0].name, self.page
+        self._record_contact("inconsistent", float(self.state[TIME]), name, page, page)
+        return self._ended(f"no accelerations are consistent with the friction at {names}")
+
     def _note_several(self, page: Array) -> None:
         """Several accelerations are consistent: an event and a note."""
         t = float(self.state[TIME])
@@ -386,10 +297,16 @@ class ContactIntegration(EventIntegration):
         names = [self.uni.touches[k].name for k in who] or [p.name for p in self.uni.rough]
         shown = ", ".join(dict.fromkeys(f"'{name}'" for name in names))
         self._record_contact("indeterminate", t, names[0] if names else "", page, page)
+        why = "Painlevé's paradox): that of the least contact force was taken"
+        idle = "idle" in self.modes or any(
+            mode == "stick" and not self.on[pair.tangent]
+            for pair, mode in zip(self.uni.rough, self.pairs, strict=True)
+        )
+        if idle:
+            why = "nothing decides the forces of what rests): one of them was taken"
         self.contact_notes.append(
             f"at t = {t:.6g} {self.system.mechanism.units.time} several accelerations are "
-            f"consistent with the friction at {shown} (Painlevé's paradox): that of the least "
-            "contact force was taken"
+            f"consistent with the friction at {shown} ({why}"
         )
 
     def _paradox(self) -> str:
@@ -413,47 +330,12 @@ class ContactIntegration(EventIntegration):
         self.on = np.zeros(len(self.on))
         self.uni.set_rows(self.work, self.on, senses)
 
-    # -- guards -------------------------------------------------------------------------------
-
-    def _values(self, which: list[int], t: Array, pages: Array) -> Array:
-        count = len(self.events)
-        own = [n for n in which if n < count]
-        found = np.empty((len(which), len(t)))
-        if own:
-            found[: len(own)] = super()._values(own, t, pages)
-        if len(own) < len(which):
-            chosen = [self.guards[n - count] for n in which if n >= count]
-            found[len(own) :] = guard_values(self, t, pages, chosen)
-        return found
-
-    def _sampled(self, times: Array, marks: Array, pages: Array) -> tuple[Array, Array]:
-        found, rising = super()._sampled(times, marks, pages)
-        for k, guard in enumerate(self.guards, start=len(self.events)):
-            if (least := self.fresh.get(guard)) is not None:
-                found[k] = np.where(np.abs(found[k]) <= least, least, found[k])
-        return found, rising
-
-    def _crossings(
-        self, saved: Saved, times: Array, found: Array, rising: Array
-    ) -> list[LocatedZero]:
-        crossings = super()._crossings(saved, times, found, rising)
-        return [one for one in crossings if self._counts(one)]
-
-    def _counts(self, one: LocatedZero) -> bool:
-        """Whether a gap that closes does so within the ends of its edge."""
-        if not isinstance(one.event, Guard) or one.event.kind != "close":
-            return True
-        n, page, probe = self.system.coordinates, one.saved.page[:, 0], self.probe
-        probe.q[:n, 0], probe.v[:n, 0], probe.time[0, 0] = page[:n], page[n : 2 * n], one.t
-        laws_of_time(self.layout, probe)
-        rows = self.uni.read(probe)
-        within = self.uni.within_edges(rows, probe, self.near, STILL * self.speed)
-        return bool(within[one.event.number])
-
     # -- what is recorded ---------------------------------------------------------------------
 
     def _record_contact(self, kind: str, t: float, name: str, page: Array, after: Array) -> None:
         now = float(self.state[TIME])
+        if self.resumed is not None and now <= self.first:
+            return  # reported by the motion that this one continues
         states = [self._instant(now, one) for one in (page, after)]
         self.occurred.append(EventRecord(kind, t, states[0], states[1], name))
 
@@ -461,20 +343,16 @@ class ContactIntegration(EventIntegration):
         """What was closed before and has another mode now; what takes hold without an impact."""
         touches = self.uni.touches
         free = {touches[n].name for n in np.flatnonzero(self.uni.one_way)}
-        t, now = float(self.state[TIME]), self._named_modes()
-        for name, old in self._named_modes(*before).items():
+        t, now = float(self.state[TIME]), self.named_modes()
+        for name, old in self.named_modes(*before).items():
             new = now[name]
             if old == new or (old == "open" and name not in free):
                 continue
             kind = "open" if new == "open" else "slip" if new in SENSES else "stick"
             self._record_contact(kind, t, name, page, self.page)
 
-    def _restart(self, work_done: Array) -> Restart | None:
-        """None: a motion that goes on decides its modes anew."""
-        return None
-
     def _solution(self, status: str) -> Solution:
         found = super()._solution(status)
-        names = {name: [each[name] for each in self.kept_modes] for name in self._named_modes()}
+        names = {name: [each[name] for each in self.kept_modes] for name in self.named_modes()}
         notes = (*as_reported(found).notes, *self.contact_notes)
         return changed(found, notes=notes, modes=names)

@@ -36,12 +36,15 @@ from mbody.solution.restart import Way
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
-__all__ = ["EventIntegration"]
+__all__ = ["OF_A_STEP", "EventIntegration"]
 
 Array = np.ndarray
 
 #: Samples of a step, and of the whole motion, at least.
 OF_A_STEP, OF_ALL = 4, 400
+#: Where these do not resolve what is watched they become so many times more, up to so many a step,
+#: which is made shorter then.
+FINER, MOST_OF_A_STEP = 4, 4**8
 #: Where a rate follows from two samples only: how far the second sample is, as a part of the time
 #: between samples.
 BESIDE = 1e-4
@@ -78,6 +81,7 @@ class EventIntegration(Integration):
         if times[0] <= self.first:
             self._keep(self.first, self.page, self.total)
         self.total = self.initial_work.copy()
+        self._begin()
         code, status = MORE, ""
         while code == MORE and not status:
             code, status = self._step()
@@ -85,6 +89,9 @@ class EventIntegration(Integration):
             if progress is not None:
                 progress(float(self.state[TIME]))
         return (MORE if status else code), status or "completed"
+
+    def _begin(self) -> None:
+        """Before the first step, the first instant being kept."""
 
     def _kept(self) -> tuple[Array, Array, Array]:
         count = len(self.instants)
@@ -149,19 +156,26 @@ class EventIntegration(Integration):
         self.step = (t, end)
         first, last = np.searchsorted(self.wanted, [t, end], side="right")
         wanted = self.wanted[first:last]
-        count = max(OF_A_STEP, math.ceil(OF_ALL * h / (self.until - self.first)))
-        even = t + np.arange(1, count) / count * h
-        times = np.unique(np.concatenate([even, wanted, [end]]))
-        times = np.append(t, times[(times > t) & (times <= end)])
-        marks = self._marks(times[1:], times)
-        code, pages, work_done = self._run(self.target, 1, marks)
-        if state[TIME] == t:
-            return code, ""
-        self.page = pages[-1].copy()
-        after = self._save()
-        found, rising = self._sampled(
-            times, np.append(t, marks), np.concatenate([saved.page[None], pages])
-        )
+        count = self._sample_count(h)
+        while True:
+            times = self._sample_times(t, h, count, wanted)
+            times = np.append(t, np.unique(np.append(times[(times > t) & (times < end)], end)))
+            marks = np.union1d(self._marks(times[1:], times), wanted)
+            code, pages, work_done = self._run(self.target, 1, marks)
+            if state[TIME] == t:
+                return code, ""
+            self.page = pages[-1].copy()
+            after = self._save()
+            found, rising = self._sampled(
+                times, np.append(t, marks), np.concatenate([saved.page[None], pages])
+            )
+            if self._resolved(times, found, rising):
+                break
+            self._restore(saved)
+            count *= FINER
+            if count > MOST_OF_A_STEP:
+                state[NEXT] = h / FINER**2
+                return MORE, ""
         crossings = self._crossings(saved, times, found, rising)
         cut = next((one for one in crossings if one.event.stop), None)
         self._record_forces(np.append(t, marks), np.concatenate([saved.page[None], pages]), cut)
@@ -186,6 +200,18 @@ class EventIntegration(Integration):
     def _passed(self, guard: Guard) -> str:
         """Go on from where a guard is zero; a status where the motion ends there."""
         raise NotImplementedError
+
+    def _sample_count(self, h: float) -> int:
+        """Samples of a step of length h."""
+        return max(OF_A_STEP, math.ceil(OF_ALL * h / (self.until - self.first)))
+
+    def _sample_times(self, t: float, h: float, count: int, wanted: Array) -> Array:
+        """Where a step from t on is sampled."""
+        return np.concatenate([t + np.arange(1, count) / count * h, wanted])
+
+    def _resolved(self, times: Array, found: Array, rising: Array) -> bool:
+        """Whether samples, values and rates (events, times), are near enough to each other."""
+        return True
 
     def _values(self, which: list[int], t: Array, pages: Array) -> Array:
         """Values (events, instants) of some of the events."""
@@ -256,7 +282,8 @@ class EventIntegration(Integration):
             own = ~carried
             beside = np.searchsorted(marks, self._beside(times))
             change = found[own][:, beside] - found[own][:, at]
-            rising[own] = change / (marks[beside] - times)
+            apart = marks[beside] - times
+            rising[own] = change / np.where(apart == 0.0, 1.0, apart)
         return found[:, at], rising
 
     def _crossings(

@@ -7,14 +7,15 @@ groups are tables beside it (`mbody.analysis.contact.contact_tables`).
 from __future__ import annotations
 
 from collections.abc import Callable
-from itertools import combinations
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from mbody.analysis.contact.contact_tables import ContactTables, contact_tables, coupled_bodies
+from mbody.analysis.contact.contact_tables import ContactTables, contact_tables
 from mbody.analysis.contact.step_by_lemke import impulses_by_lemke
 from mbody.analysis.dynamics.impulse_limits import refuse_what_does_not_fit
+from mbody.analysis.dynamics.impulse_memory import ImpulseMemory
 from mbody.analysis.dynamics.impulse_notes import SWEEPS, judged_steps
 from mbody.analysis.dynamics.initial_step import REFINEMENTS
 from mbody.analysis.dynamics.integration import Integration
@@ -22,25 +23,25 @@ from mbody.analysis.dynamics.integrators import FixedSteps, Integrator
 from mbody.analysis.dynamics.options import MotionRequest
 from mbody.analysis.initial.initial_state import state_of
 from mbody.analysis.position.assembly_analysis import raise_user_error
-from mbody.errors import SolveError
-from mbody.kernels.contact_geometry import FOUND, LACKING
-from mbody.kernels.contact_interior import NEEDED
-from mbody.kernels.contact_search import PRIMES
-from mbody.kernels.contact_shapes import ContactWork, ImpulseSteps, InteriorWork
-from mbody.kernels.layout import Layout, inverse_masses
+from mbody.errors import ModelError, SolveError
+from mbody.kernels.contact_geometry import FOUND
+from mbody.kernels.contact_shapes import ImpulseSteps
 from mbody.kernels.moreau import (
     CHANGE,
     CONTACTS,
     CROWDED,
     DEEPEST_PART,
     DELIVER,
+    ELSEWHERE,
     IMPULSE_SLOTS,
     ITERATIONS_DONE,
     KEEP,
+    LAST,
     LENGTH,
     LOST,
     NEARER,
     NOW,
+    NOWHERE,
     PAIRS,
     REACHED,
     SOLVED,
@@ -52,12 +53,12 @@ from mbody.kernels.moreau import (
 )
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.kernels.residuals import CONSTRAINT, LEFT, RESIDUALS
-from mbody.kernels.step_state import DELIVERED, DONE, NOT_FINITE, STEPS, TIME
+from mbody.kernels.step_state import DELIVERED, DONE, NEXT, NOT_FINITE, STEPS, TIME
 from mbody.model.mechanism import without_contacts
 from mbody.solution.certificate import as_reported, changed
 from mbody.solution.checks import residuals
 from mbody.solution.histories import Record
-from mbody.solution.restart import Way
+from mbody.solution.restart import Restart, Way
 from mbody.solution.solution import Solution
 from mbody.solution.stepped_contacts import SteppedContacts
 from mbody.system.assembler import assemble, with_numbers_of
@@ -76,10 +77,6 @@ BY_LEMKE = 30
 OVERLAP = 0.05
 #: Friction within this part of its limit slides.
 SLIDES = 1e-9
-#: Contacts for which there is memory at first, and columns of bodies that joints tie.
-ROOM, COLUMNS = 64, 16
-#: What a contact has in `ContactWork`: width by name.
-WIDTHS = {"who": 6, "old": 3, "geometry": 8, "effect": 7}
 
 
 def impulse_motion(
@@ -88,8 +85,9 @@ def impulse_motion(
     state: tuple[float, Array, Array] | None,
     request: MotionRequest,
     progress: Callable[[float], None] | None,
+    restart: Restart | None,
 ) -> Solution:
-    """The motion from the last instant of `start`; as `integrate_phases`.
+    """The motion from the last instant of `start`, or from `restart` on; as `integrate_phases`.
 
     Raises
     ------
@@ -98,26 +96,8 @@ def impulse_motion(
     """
     refuse_what_does_not_fit(system, request)
     first, q, v = state or state_of(system, start)
-    return ImpulseIntegration(system, start, request.way).run(first, q, v, request.times, progress)
-
-
-def joint_rows(layout: Layout) -> list[list[tuple[int, int]]]:
-    """Of every row of joints its moving bodies, and where the numbers of each are among blocks."""
-    sides: list[list[tuple[int, int]]] = [[] for _ in range(2 * layout.nodes)]
-    for k in range(layout.nodes):
-        for side in range(2):
-            column = int(layout.node_column[2 * k + side])
-            for row in range(2):
-                sides[2 * k + row].append((column, 12 * k + 6 * side + 3 * row))
-    for n, (k, column) in enumerate(layout.more):
-        sides[2 * int(k)].append((int(column), 12 * layout.nodes + 6 * n))
-    bodies = [*layout.slot_body, layout.bodies]
-    found = [[(int(bodies[column // 3]), block) for column, block in row] for row in sides]
-    # welds of the slots of one body are no rows of bodies
-    return [
-        [one for one in row if one[0] < layout.bodies] if len({body for body, _ in row}) > 1 else []
-        for row in found
-    ]
+    motion = ImpulseIntegration(system, start, request.way)
+    return motion.run(first, q, v, request.times, progress, restart)
 
 
 class ImpulseIntegration(Integration):
@@ -132,9 +112,7 @@ class ImpulseIntegration(Integration):
         super().__init__(bare, start, way)
         self.tables: ContactTables = contact_tables(system)
         self.stops = list(self.tables.laws)
-        self.room, self.columns = ROOM, COLUMNS
-        self.contacts = self._contacts()
-        self.interior = self._interior(0)
+        self.memory = ImpulseMemory(bare, self.layout, self.work, len(self.tables.names))
         loads = np.zeros((self._load_causes() + 1, bare.coordinates))
         self.impulses = ImpulseSteps(
             length=way.step,
@@ -159,7 +137,14 @@ class ImpulseIntegration(Integration):
         self.numbers: list[Array] = []
         self.modes: list[list[str]] = []
         self.residuals: list[Array] = []
-        self.by_lemke = 0
+        self.by_lemke, self.started = 0, False
+
+    def begin(
+        self, first: float, q: Array, v: Array, until: float, own: Array | None = None
+    ) -> None:
+        """As of other methods, with the first step from there."""
+        super().begin(first, q, v, until, own)
+        self.impulses.state[NOW] = first
 
     @staticmethod
     def integrator(method: str, layout: Any, work: Any, step: float) -> Integrator:
@@ -169,110 +154,45 @@ class ImpulseIntegration(Integration):
     def _load_causes(self) -> int:
         return self.causes - len(self.system.drivers)
 
-    def _contacts(self) -> ContactWork:
-        """Memory for contacts."""
-        L, shapes, most = self.layout, len(self.tables.names), self.room
-        bodies, n = L.bodies, 3 * L.bodies + 3
-        coupled = {self.system.bodies[name] for name in coupled_bodies(self.system.mechanism)}
-        coordinates = [3 * b + k for b in sorted(coupled) for k in range(3)]
-        masses = inverse_masses(L, self.system.mass, self.system.length)[:, 0]
-        inverse = np.zeros(n)
-        for b in range(bodies):
-            s = int(L.body_slot[b])
-            share = float(self.work.share[s, 0])
-            inverse[3 * b : 3 * b + 3] = masses[3 * s : 3 * s + 3] * share
-        is_coupled = np.zeros(bodies + 1, dtype=np.int64)
-        is_coupled[list(coupled)] = 1
-        wide = {name: np.zeros((most, width)) for name, width in WIDTHS.items()}
-        names = ("impulse", "kept", "ahead", "rate", "old_impulse")
-        places = 1 << (4 * most - 1).bit_length()
-        return ContactWork(
-            who=wide["who"].astype(np.int64),
-            geometry=wide["geometry"],
-            effect=wide["effect"],
-            **{name: np.zeros((most, 2)) for name in names},
-            shift=np.zeros(most),
-            column=np.full(most, -1),
-            response=np.zeros((2 * self.columns, max(1, len(coordinates)))),
-            coupled=np.array(coordinates, dtype=np.int64),
-            is_coupled=is_coupled,
-            inverse=inverse,
-            **{name: np.zeros(n) for name in ("velocity", "free", "start", "moved")},
-            row_rate=np.zeros(2 * max(1, L.nodes)),
-            row_impulse=np.zeros(2 * max(1, L.nodes)),
-            old=wide["old"].astype(np.int64),
-            old_slot=np.full(places, -1),
-            place=np.zeros((max(1, shapes), 2)),
-            margin=np.zeros(max(1, shapes)),
-            turning=np.zeros(max(1, shapes)),
-            cell=np.zeros((max(1, shapes), 2), dtype=np.int64),
-            following=np.full(max(1, shapes), -1),
-            bucket=np.full(1 << (2 * max(4, shapes) - 1).bit_length(), -1),
-            progress=np.zeros(2),
-            counts=np.zeros(3, dtype=np.int64),
-        )
+    # -- restarts -----------------------------------------------------------------------------
 
-    def _interior(self, numbers: int) -> InteriorWork:
-        """Memory for the interior-point method, with a matrix of so many numbers."""
-        L, most = self.layout, self.room
-        rows = joint_rows(L)
-        pairs = {
-            (min(i, j), max(i, j))
-            for row in rows
-            for (i, _), (j, _) in combinations(row, 2)
-            if i != j
-        }
-        parts = [part for row in rows for part in row]
-        sides = ("dual", "slack", "dual_step", "slack_step", "target", "lack")
-        return InteriorWork(
-            matrix=np.zeros(numbers),
-            **{name: np.zeros(L.bodies, dtype=np.int64) for name in ("place", "order", "first")},
-            **{name: np.zeros(L.bodies + 1, dtype=np.int64) for name in ("offset", "start")},
-            neighbour=np.zeros(2 * (most + len(pairs)), dtype=np.int64),
-            tied=np.array(sorted(pairs), dtype=np.int64).reshape(-1, 2),
-            row_start=np.concatenate([[0], np.cumsum([len(row) for row in rows])]).astype(np.int64),
-            row_body=np.array([body for body, _ in parts], dtype=np.int64),
-            row_block=np.array([block for _, block in parts], dtype=np.int64),
-            **{name: np.zeros(len(rows)) for name in ("stiffness", "pull", "old_pull", "rate")},
-            **{name: np.zeros((most, 2)) for name in sides},
-            **{name: np.zeros(3 * L.bodies + 3) for name in ("rest", "step")},
-            sorted=np.zeros(3 * L.bodies),
-            count=np.zeros(2, dtype=np.int64),
-        )
+    def _restart_state(self, work_done: Array) -> Restart:
+        """All that the next step depends on."""
+        M = self.impulses
+        found = super()._restart_state(np.zeros(self.causes))
+        found.state[TIME], found.state[NEXT] = M.state[NOW], M.length
+        contacts, pull, waiting = self.memory.kept()
+        return replace(found, own=(contacts, pull, work_done.copy(), waiting))
 
-    def _more_room(self) -> None:
-        """More memory, with the impulses of the step before."""
-        old, before = self.contacts, self.interior
-        needed = int(before.count[NEEDED])
-        if needed > len(before.matrix):
-            self.interior = self._interior(needed + needed // 2)
-            self.interior.old_pull[:], self.interior.count[:] = before.old_pull, before.count
-            return
-        lacking = int(old.counts[FOUND] + old.counts[LACKING]) > self.room
-        if lacking:
-            self.room *= 2
-        self.columns = 2 * self.columns if not lacking else max(self.columns, COLUMNS)
-        self.contacts = self._contacts()
-        self.interior = self._interior(len(before.matrix))
-        self.interior.old_pull[:], self.interior.count[:] = before.old_pull, before.count
-        count = len(old.old)
-        self.contacts.old[:count], self.contacts.old_impulse[:count] = old.old, old.old_impulse
-        kept = np.unique(old.old_slot[old.old_slot >= 0])
-        places = self.contacts.old_slot
-        mask = len(places) - 1
-        for n in kept:
-            k = int(np.bitwise_xor.reduce(old.old[n] * np.array(PRIMES))) & mask
-            while places[k] >= 0:
-                k = (k + 1) & mask
-            places[k] = n
+    def _take(self, restart: Restart) -> None:
+        """Set all that the next step depends on."""
+        M, N = self.impulses, self.memory.interior
+        contacts, pull, work, waiting = restart.own
+        if (pull.shape, work.shape) != (N.old_pull.shape, M.work.shape):
+            raise ModelError(
+                f"the state that the motion of '{self.system.mechanism.name}' is to go on from is "
+                "damaged: 'own' is of other sizes; simulate anew, from its beginning"
+            )
+        self.y[:] = restart.y
+        M.state[NOW] = restart.state[TIME]
+        self.memory.begin_with(contacts, pull, waiting)
+        M.work[:] = work
+        self.started = True
+
+    def _restart(self, work_done: Array) -> Restart | None:
+        """Where to continue, with the work since the last instant that was kept."""
+        found = self.restart_point
+        if found is None or not len(work_done):
+            return None
+        contacts, pull, work, waiting = found.own
+        return replace(found, own=(contacts, pull, work - work_done[-1], waiting))
 
     # -- the motion ---------------------------------------------------------------------------
 
     def _integrate(self, times: Array, progress: Callable[[float], None] | None) -> tuple[int, str]:
         """The whole motion, its instants kept: the last code, and the status."""
         M = self.impulses
-        M.state[NOW] = self.first
-        self.times, self.started = times, False
+        self.times = times
         code = REACHED if self.first >= self.until else KEEP
         while M.state[NOW] < self.until and code != LOST:
             met = len(self.instants)
@@ -292,33 +212,36 @@ class ImpulseIntegration(Integration):
     def _steps(self) -> int:
         """Some steps towards the next set time; a code of `mbody.kernels.moreau`."""
         M, code = self.impulses, CROWDED
-        while code in (CROWDED, UNSOLVED):
-            bundles = self.layout, self.work, self.tables.shapes, self.contacts, self.interior, M
-            code = int(moreau(*bundles, self.target, AT_ONCE if self.started else 1))
+        while code in (CROWDED, UNSOLVED, LAST):
+            contacts, interior = self.memory.contacts, self.memory.interior
+            tables = self.layout, self.work, self.tables.shapes, contacts, interior, M
+            code = int(moreau(*tables, self.target, AT_ONCE if self.started else 1))
             raise_user_error(self.system)
-            if code == CROWDED:
-                self._more_room()
+            if code == LAST:
+                self.restart_point = self._restart_state(M.work)
+            elif code == CROWDED:
+                self.memory.extend()
             elif code == UNSOLVED:
                 self._solve()
         return code
 
     def _solve(self) -> None:
-        """The impulses of the step that is under way, by Lemke's method; as they are where it finds
-        none.
+        """The impulses of the step that is under way, by Lemke's method; where it finds none, as of
+        many contacts.
         """
         state = self.impulses.state
-        found = impulses_by_lemke(self.contacts)
-        state[SOLVED] = 1.0
+        found = impulses_by_lemke(self.memory.contacts)
+        state[SOLVED] = NOWHERE
         if found is not None:
-            count = int(self.contacts.counts[FOUND])
-            self.contacts.impulse[:count] = found
-            state[CHANGE] = 0.0
+            count = int(self.memory.contacts.counts[FOUND])
+            self.memory.contacts.impulse[:count] = found
+            state[SOLVED], state[CHANGE] = ELSEWHERE, 0.0
             self.by_lemke += 1
 
     def _check_start(self) -> None:
         """Refuse shapes that overlap at the beginning."""
         self.started = True
-        state, B = self.impulses.state, self.contacts
+        state, B = self.impulses.state, self.memory.contacts
         if not state[DEEPEST_PART] > OVERLAP:
             return
         count = int(B.counts[FOUND])
@@ -352,7 +275,7 @@ class ImpulseIntegration(Integration):
 
     def _keep(self, t: float, named: float, h: float) -> None:
         """Keep an instant within the last step."""
-        M, B = self.impulses, self.contacts
+        M, B = self.impulses, self.memory.contacts
         page = np.empty((self.system.page_rows, 1))
         kept_instant(self.layout, self.work, B, M, t, page)
         part = min(1.0, max(0.0, (t - (float(M.state[NOW]) - h)) / h))
@@ -373,7 +296,7 @@ class ImpulseIntegration(Integration):
     def _modes(self, acting: Array, force: Array) -> list[str]:
         """The mode of every contact and rope at the last step."""
         found = ["open"] * len(self.stops)
-        B = self.contacts
+        B = self.memory.contacts
         for k, c in enumerate(acting):
             law = int(B.who[c, 2])
             limit = B.effect[c, 3] * force[k, 0]
@@ -386,7 +309,10 @@ class ImpulseIntegration(Integration):
     def _keep_now(self) -> None:
         """Keep the instant that a motion has reached."""
         now = float(self.impulses.state[NOW])
-        if self.impulses.state[STEPS_DONE] and (not self.instants or self.instants[-1] < now):
+        if not self.impulses.state[STEPS_DONE]:
+            return
+        self.restart_point = self._restart_state(self.impulses.work)
+        if not self.instants or self.instants[-1] < now:
             self._keep(now, now, float(self.impulses.state[LENGTH]))
 
     def _kept(self) -> tuple[Array, Array, Array]:
@@ -407,6 +333,7 @@ class ImpulseIntegration(Integration):
             which=np.concatenate([np.empty((0, 3), dtype=np.int64), *self.which]),
             numbers=np.concatenate([np.empty((0, 7)), *self.numbers]),
             residuals=self._residuals(found),
+            nearer=float(self.impulses.state[NEARER]),
         )
         contacts = [one.name for one in self.whole.mechanism.contacts]
         modes = {name: [row[n] for row in self.modes] for n, name in enumerate(contacts)}
@@ -418,7 +345,6 @@ class ImpulseIntegration(Integration):
             "contacts": int(state[CONTACTS]),
             "iterations": int(state[ITERATIONS_DONE]),
             "by_lemke": self.by_lemke,
-            "nearer": float(state[NEARER]),
         }
         notes, doubts = judged_steps(self.whole, self.impulses, self.way)
         pages = self._whole_pages(found, stepped)

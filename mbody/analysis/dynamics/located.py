@@ -37,7 +37,7 @@ class Guard:
     Attributes
     ----------
     kind : str
-        "close", "lock", "open", "edge", "enter", "slip", "stop" or "paradox".
+        "close", "lock", "open", "edge", "enter", "slip", "share", "stop" or "paradox".
     number : int
         Of what it guards.
     """

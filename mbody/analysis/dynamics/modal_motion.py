@@ -12,7 +12,7 @@ from mbody.analysis.dynamics.located import Guard
 from mbody.kernels.layout import Layout, Work
 from mbody.system.system import System
 
-__all__ = ["Closing", "ModalMotion"]
+__all__ = ["Closing", "ModalMotion", "Reserve", "SharedForces"]
 
 Array = np.ndarray
 
@@ -40,6 +40,53 @@ class Closing:
     stopped: set[int] = field(default_factory=set)
 
 
+@dataclass(frozen=True)
+class Reserve:
+    """How far forces that no equation decides are from their limits.
+
+    Attributes
+    ----------
+    least : float
+        The greatest reserve that all can have [force].
+    sliding : dict
+        The senses in which what has no more would slide, by the number of the touch or, after
+        these, of the rough joint.
+    opened : set of int
+        Touches that would open.
+    """
+
+    least: float
+    sliding: dict[int, float]
+    opened: set[int]
+
+
+class SharedForces(Protocol):
+    """Forces of what sticks that no equation decides (`mbody.analysis.dynamics.shared_friction`).
+
+    Attributes
+    ----------
+    members : frozenset of int
+        What sticks, touches and, after these, rough joints, whose forces are open.
+    pressing : frozenset of int
+        Touches whose normal forces are open.
+    """
+
+    @property
+    def pressing(self) -> frozenset[int]:
+        """See above."""
+
+    @property
+    def parts(self) -> tuple[tuple[int, ...], ...]:
+        """All of it, to be kept."""
+
+    @property
+    def members(self) -> frozenset[int]:
+        """See above."""
+
+    def reserve(self, motion: ModalMotion, page: Array, work: Work) -> Reserve:
+        """The greatest reserve by a page (rows,), with the rows of that position."""
+
+
 class ModalMotion(Protocol):
     """A motion with rows that can be on or off.
 
@@ -52,6 +99,8 @@ class ModalMotion(Protocol):
     closing : Closing
     groups : dict
         Touches that stick by the row of one of them, by its number.
+    shared : SharedForces, optional
+        What sticks with forces that no equation decides.
     beyond : set of int
         Open touches that have left their edge over its end.
     guards : list of Guard
@@ -69,6 +118,7 @@ class ModalMotion(Protocol):
     pairs: list[str]
     closing: Closing
     groups: dict[int, list[int]]
+    shared: SharedForces | None
     beyond: set[int]
     guards: list[Guard]
     y: Array
@@ -92,5 +142,5 @@ class ModalMotion(Protocol):
     def evaluate(self) -> bool:
         """Project the state, evaluate its derivative and its page."""
 
-    def set_modes(self, modes: list[str], pairs: list[str], on: Array) -> None:
-        """Set the modes, and which rows of the touches are on."""
+    def set_modes(self, modes: list[str], pairs: list[str], on: Array, held: Array) -> None:
+        """Set the modes, and which rows of touches and rough joints are on."""

@@ -44,7 +44,8 @@ def integrate_phases(
     were released there stay so. `state`: time, positions and rates of that instant.
     """
     if request.way.method == "moreau":
-        return impulse_motion(system, start, state, request, progress)
+        going_on = _restart(system, start, request.way, ())
+        return impulse_motion(system, start, state, request, progress, going_on)
     own = {driver.name for driver in system.drivers}
     free_since = {name: t for name, t in start.released.items() if name in own}
     for name, t in request.release.items():
@@ -115,6 +116,8 @@ def _restart(system: System, start: Solution, way: Way, gone: tuple[str, ...]) -
     if found is None or found.way != way or tuple(start.released) != gone:
         return None
     if len(found.state) != PROGRESS:  # of another version
+        return None
+    if has_modes(released(system, list(gone)) if gone else system) != (found.modal is not None):
         return None
     ours, theirs = system.values, start.system.values
     same = start.system is system or (

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from mbody.analysis.dynamics.integrators import integrator
+from mbody.analysis.dynamics.modal_restart import unfit_modes
 from mbody.analysis.singular.nearby_singularity import unpacked_positions
 from mbody.errors import ModelError
 from mbody.kernels.step_state import NEXT, PROGRESS, TIME, UNLIMITED
@@ -60,7 +61,6 @@ def _unfit(system: System, restart: Restart, last: float) -> str | None:
     sound = all(isinstance(x, float) and math.isfinite(x) and x >= 0.0 for x in numbers)
     if not sound or way.rtol <= 0.0 or (way.method in EVEN) != (way.step > 0.0):
         return "its tolerances or its step are no positive numbers"
-    own = integrator(way.method, system.layout, system.work(masses=True), way.step).own
     few, count = len(causes(system)), PROGRESS
     wanted = {"scale": width, "y": width, "slope": width, "powers": few, "gained": few}
     for name, size in (wanted | {"state": count}).items():
@@ -75,6 +75,22 @@ def _unfit(system: System, restart: Restart, last: float) -> str | None:
         return f"'met' holds no singular positions of it: {error}"
     if not np.isfinite(restart.met).all():
         return "'met' holds what is no finite number"
+    modal = restart.modal
+    wrong = None if modal is None else unfit_modes(system, modal)
+    return _unfit_time(restart, last) or _unfit_own(system, restart) or wrong
+
+
+def _unfit_own(system: System, restart: Restart) -> str | None:
+    """What is wrong with the numbers of the method itself."""
+    way = restart.way
+    if way.method == "moreau":
+        widths = [part.shape[1:] for part in restart.own]
+        if widths != [(5,), (), (), ()] or any(p.dtype != np.float64 for p in restart.own):
+            return "'own' is of other sizes"
+        if not all(np.isfinite(part).all() for part in restart.own):
+            return "'own' holds what is no finite number"
+        return None
+    own = integrator(way.method, system.layout, system.work(masses=True), way.step).own
     if len(own) != len(restart.own):
         return f"'own' has {len(restart.own)} parts in place of {len(own)}"
     for part, like in zip(restart.own, own, strict=True):
@@ -83,6 +99,11 @@ def _unfit(system: System, restart: Restart, last: float) -> str | None:
             return "'own' is of other sizes"
         if not (np.isfinite(part).all() or np.isnan(part).all()):
             return "'own' holds what is no finite number"
+    return None
+
+
+def _unfit_time(restart: Restart, last: float) -> str | None:
+    """What is wrong with its sizes and its time."""
     if not (restart.scale > 0.0).all():
         return "'scale' holds sizes that are not positive"
     t, step = float(restart.state[TIME]), float(restart.state[NEXT])

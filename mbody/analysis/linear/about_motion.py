@@ -10,6 +10,7 @@ import numpy as np
 from mbody.analysis.dynamics.initial_step import REFINEMENTS
 from mbody.analysis.dynamics.integrators import stepping
 from mbody.analysis.dynamics.interruptions import without_held
+from mbody.analysis.linear.held_modes import HeldModes
 from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.analysis.position.tangent_space import STEP, Array, Manifold, Place
 from mbody.errors import SolveError
@@ -40,7 +41,7 @@ def _difference(function: Callable[[Array], Array], steps: Array) -> Array:
 class Moving:
     """Accelerations of the leaders at ways y and rates w of theirs near those of an instant: with
     P their parts of the coordinates y = P (q − q₀) and w = P v, exactly. `still`: drivers hold
-    their values.
+    their values. `held`: what is closed, sticks and slides.
     """
 
     def __init__(
@@ -52,6 +53,7 @@ class Moving:
         ways: Array,
         parts: Array,
         still: bool = False,
+        held: HeldModes | None = None,
     ) -> None:
         self.manifold, self.here, self.v, self.regularization = manifold, here, v, regularization
         self.system, self.ways, self.parts = manifold.system, ways, parts
@@ -68,6 +70,10 @@ class Moving:
                 self.work.signal[L.driver_row + more] = 0.0
         self.whole = system.work(masses=True)
         self.whole.signal[:] = self.work.signal
+        self.held = held
+        if held is not None:
+            for work in (self.work, self.whole):
+                held.enter(work)
         self.memory = stepping(system.state_count, len(causes(system)), regularization)
         own = self.work.signal[L.input_row, 0]
         self.own = (
@@ -113,6 +119,8 @@ class Moving:
         n, scale, L, S = self.system.coordinates, self.manifold.scale, self.runtime, self.memory
         q, G = self.position(y)
         nu = dense_rates(self.system, self.work)
+        if self.held is not None:
+            nu = np.append(nu, self.held.rows(self.work)[2])
         v = scale * _solved(np.vstack([G, self.parts]), np.append(nu, w))
         given = self.own if own is None else own
         S.y[:n], S.y[n : 2 * n], S.y[2 * n :] = q, v, given[: L.owns]
@@ -153,6 +161,9 @@ class Moving:
         for _ in range(8):
             self.work.q[:n, 0] = q
             phi, G = dense(self.system, self.work)
+            if self.held is not None:
+                more = self.held.rows(self.work)
+                phi, G = np.append(phi, more[0]), np.vstack([G, more[1]])
             off = np.append(phi, self.parts @ ((q - self.here.q) / scale) - y)
             step = _solved(np.vstack([G, self.parts]), off)
             q = q - scale * step

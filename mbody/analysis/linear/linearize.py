@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -14,18 +14,19 @@ from mbody.analysis.equilibria.search import ZERO
 from mbody.analysis.freedom.free_motions import FreeMotion, free_motions, leading, rates_of
 from mbody.analysis.freedom.single_design import single_design
 from mbody.analysis.linear.about_motion import Moving
+from mbody.analysis.linear.held_modes import held_modes
 from mbody.analysis.linear.state_matrices import StateMatrices, state_matrices
 from mbody.analysis.position.assembly_analysis import closed
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
 from mbody.errors import ModelError, SolveError
 from mbody.model.mechanism import Mechanism
-from mbody.model.remarks import without_friction
+from mbody.model.remarks import left_out, without_friction
 from mbody.model.study import Measure
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.heading import heading, unit_symbols
 from mbody.solution.solution import Solution
 from mbody.system.driver_formulas import followed_states
-from mbody.system.rank import too_large
+from mbody.system.rank import rank_of, too_large
 from mbody.system.read_only import lock
 from mbody.system.system import System
 
@@ -42,6 +43,8 @@ BALANCED, RESTING = 1e-7, 1e-4
 STILL = 1e-9
 #: How far a position beside another is, in model lengths and radians.
 BESIDE = 0.02
+#: Part of the loads that differences of accelerations have as rounding.
+ROUNDING = 1e-8
 #: A loop that is open by more, in model lengths and radians, belongs to another mechanism.
 FITS = 1e-6
 #: A mass matrix whose least eigenvalue is below this part of the greatest has no inverse.
@@ -72,6 +75,9 @@ class Linearization(Inherited):
         The instant.
     nearby : callable
         The motions near it, of which measures are taken.
+    modes : dict
+        What each contact and rough joint does, as of `Solution.mode`: those that stick are
+        constraints, those that slide go on to; empty where the instant has none.
     status, doubts, notes
         As of `Inherited`: those of the instant, and what differences cannot show.
     """
@@ -85,6 +91,7 @@ class Linearization(Inherited):
     motions: tuple[FreeMotion, ...]
     solution: Solution = field(repr=False)
     nearby: Callable[[], Moving] = field(repr=False)
+    modes: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         lock(self)
@@ -162,6 +169,7 @@ class Linearization(Inherited):
             "stiffness": self.stiffness.tolist(),
             "drive": self.drive.tolist(),
             "motions": [motion.data() for motion in self.motions],
+            **({"modes": dict(self.modes)} if self.modes else {}),
         }
 
 
@@ -247,10 +255,18 @@ def linearize(
             f"{system.mechanism.units.time}: its loops do not close there, or a load has no value; "
             "give a position of this mechanism"
         )
+    held = held_modes(system, given, t, here.q, v)
+    if held is not None:
+        work = system.work()
+        work.q[:], work.signal[:], work.time[:] = start.work.q, start.work.signal, t
+        held.enter(work)
+        free_ways = rank_of(np.vstack([here.rows, held.rows(work)[1]])).motions
+        here = replace(here, motions=free_ways, drive=free_ways @ here.force)
     if not len(here.motions):
-        raise SolveError(
-            f"nothing is free in '{name}', there are no small motions: release a driver, with free"
-        )
+        why = "release a driver, with free"
+        if held is not None and held.sticking:
+            why = f"{held.words}; {why}"
+        raise SolveError(f"nothing is free in '{name}', there are no small motions: {why}")
     motions = free_motions(system, np.append(here.q, np.zeros(3)), here.motions)
     top, mass = manifold.scale_of(here), manifold.mass(here.motions)
     balanced = here.size <= (RESTING if resting else BALANCED) * top
@@ -269,17 +285,36 @@ def linearize(
     notes: list[str] = []
     parts = leading(system, motions, ways)
     near = manifold, here, v, start.regularization, ways, parts, resting
-    nearby = functools.partial(Moving, *near)
-    if rest:
+    nearby = functools.partial(Moving, *near, held=held)
+    if held is not None:
+        found = nearby()
+        C, K, drive = found.matrices(M)
+        # drivers may go on: it is at rest where the leaders are
+        slow = float(np.abs(found.rate).max()) <= STILL * natural
+        rest = slow and float(np.abs(drive).max()) <= BALANCED * max(top, natural**2)
+        C, K = (_rounded(part, top, by) for part, by in ((C, natural), (K, 1.0)))
+    elif rest:
         C, K, notes = _at_rest(manifold, here, natural, top)
         C, K, drive = basis @ C @ basis.T, basis @ K @ basis.T, np.zeros(len(M))
     else:
         C, K, drive = nearby().matrices(M)
     notes += branches
-    notes += without_friction(system.mechanism, "linearize")
+    if held is None:
+        notes += without_friction(system.mechanism, "linearize")
+        notes += left_out(system.mechanism, "linearize")
+    else:
+        notes.append(f"about a state in which {held.words}")
     about = "rest" if rest else "motion"
     said = inherited(given, notes=notes)
-    return Linearization(about, t, M, C, K, drive, motions, given, nearby, **said)
+    names = {} if held is None else held.names
+    return Linearization(about, t, M, C, K, drive, motions, given, nearby, names, **said)
+
+
+def _rounded(matrix: Array, top: float, by: float) -> Array:
+    """Without what is rounding of differences beside the loads."""
+    return np.where(
+        np.abs(matrix) > ROUNDING * max(top / by, float(np.abs(matrix).max())), matrix, 0.0
+    )
 
 
 def _instant(at: Any) -> tuple[Solution, bool]:

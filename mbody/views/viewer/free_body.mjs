@@ -12,9 +12,9 @@ const WIDE = 460, SIDE = 300, TALL = 380, REACH = 108, ARROW = 80, LONG_SIDE = 1
 const LARGER = 2.6;
 /** Pixels: a polygon that is narrower has its sides beside each other, so far apart. */
 const FLAT = 6, APART = 8;
-const COLORS = { joint: "force", coupling: "force", driver: "drive", load: "load", inertia: "ink" };
+const COLORS = { joint: "force", contact: "force", coupling: "force", driver: "drive", load: "load", inertia: "ink" };
 /** Shapes that are signs of loads, drivers and supports, or pins, which the diagram draws itself. */
-const SIGNS = /^(driver|torque|force|support|load|gravity|spring|damper|path|pin|motor|rail|hatch)/;
+const SIGNS = /^(contact|rope|cone|friction|sticks|driver|torque|force|support|load|gravity|spring|damper|path|pin|motor|rail|hatch)/;
 const SCALES = ["of the whole motion", "of this instant"];
 
 /** Everything that acts on a body: cause, kind, place in the world, force and torque about the place. */
@@ -51,6 +51,18 @@ function ordered(forces) {
   const after = (one) => (Math.round(1e9 * ((turn(one) - first + 2 * round) % round)) % Math.round(1e9 * round));
   return [...forces].sort((a, b) => after(a) - after(b));
 }
+/** The kind of a member, by the forces on it; a force with its torque is one on another line. */
+function member(forces, torques, shown, unit) {
+  if (torques.some((one) => !forces.includes(one)) || forces.length < 2 || forces.length > 3) return "";
+  const [a, b] = forces, size = (one) => Math.hypot(one.fx, one.fy), list = forces.map((one) => words(one.t)).join(", ");
+  if (forces.length === 2) {
+    const along = b.fx * (b.x - a.x) + b.fy * (b.y - a.y), how = a.k === "joint" && b.k === "joint" && Math.abs(along) > 1e-9 * size(b) * Math.hypot(b.x - a.x, b.y - a.y) ? `, ${along > 0 ? "pulled" : "pressed"} with ${shown(size(b), 4)} ${unit}` : "";
+    return `A two-force member${how}: ${list} act along one line.`;
+  }
+  const sine = (p, q) => Math.abs(p.fx * q.fy - p.fy * q.fx) / (size(p) * size(q)), c = forces[2];
+  const parallel = Math.max(sine(a, b), sine(b, c), sine(a, c)) < 1e-6;
+  return `A three-force member: the lines of ${list} ${parallel ? "are parallel" : "meet in one point"}.`;
+}
 const words = (runs) => runs.map(([part]) => part).join("");
 const html = (runs) => runs.map(([part, how]) => (how ? el("sub", {}, part) : el("i", {}, part)));
 
@@ -66,11 +78,12 @@ export class FreeBodyPanel {
     this.diagram = sv("svg", { role: "img", class: "diagram", "aria-label": "the link alone with its forces", viewBox: `0 0 ${WIDE} ${TALL}` });
     this.polygon = sv("svg", { role: "img", class: "polygon", "aria-label": "force polygon", viewBox: `0 0 ${SIDE} ${TALL}` });
     this.message = el("p", { role: "status" });
+    this.kind = el("p", { class: "kind" });
     this.table = el("table");
     this.closes = el("p", { class: "closes" });
     this.root = el("section", { class: "free", "aria-label": "free-body diagram", hidden: "" },
       el("div", { class: "head" }, el("h2", {}, "Free body of "), this.select, el("label", {}, "Forces to the scale ", this.scale)),
-      this.message, el("div", { class: "figures" }, this.diagram, this.polygon), el("div", { class: "table", tabindex: "0" }, this.table), this.closes);
+      this.message, this.kind, el("div", { class: "figures" }, this.diagram, this.polygon), el("div", { class: "table", tabindex: "0" }, this.table), this.closes);
   }
   get body() { return this.select.value; }
   /** Show a link. */
@@ -123,10 +136,11 @@ export class FreeBodyPanel {
     const open = [...new Set(acting.filter((one) => !Number.isFinite(one.fx + one.fy + one.torque)).map((one) => (one.k === "inertia" ? "inertia" : one.c)))];
     const hidden = open.length > 0;
     this.message.textContent = hidden ? `There is no diagram here: ${open.join(", ")} ${open.length > 1 ? "have" : "has"} no value${motion.recordedNow ? " at this instant" : ", which this page has for the recorded instants and numbers only"}.` : "";
-    for (const one of [this.diagram, this.polygon, this.table, this.closes]) one.toggleAttribute("hidden", hidden);
+    for (const one of [this.diagram, this.polygon, this.table, this.closes, this.kind]) one.toggleAttribute("hidden", hidden);
     if (hidden) return;
     const floor = floors.force ?? 0, turns = (one) => Math.abs(one.torque) > Math.max(floors.torque ?? 0, 0);
     const forces = acting.filter((one) => Math.hypot(one.fx, one.fy) > floor), torques = acting.filter(turns);
+    this.kind.textContent = member(forces, torques, shown, units.force);
     const peak = this.scale.value === SCALES[0] ? Math.max(this.most, force) : force;
     this.#diagram(motion, forces, torques, peak > 0 ? ARROW / peak : 0);
     this.#polygon(forces, peak > 0 ? LONG_SIDE / peak : 0, units.force);

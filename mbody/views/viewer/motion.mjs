@@ -34,10 +34,13 @@ export class Motion {
   #history(name) {
     const { data, scene } = this, full = (list) => list && Float64Array.from(list, (v) => v ?? NaN);
     if (name === "t") return this.t;
+    if (scene.senses?.[name]) return full(scene.senses[name]);
     for (const one of scene.plots) if (one.name === name && one.values) return full(one.values);
     if (data.measures[name]) return full(data.measures[name]);
     const cut = name.lastIndexOf("."), owner = name.slice(0, cut), key = name.slice(cut + 1);
     if (key === "effort") return full(data.efforts[owner]);
+    if (key === "contact" && data.contacts?.[owner]) return full(data.contacts[owner]);
+    if (key === "loss" && data.losses?.[owner]) return full(data.losses[owner]);
     if (scene.driven[owner]?.[key]) return full(scene.driven[owner][key]);
     for (const table of [data.bodies, data.points, data.reactions, data.loads]) {
       const own = table?.[owner];

@@ -11,9 +11,9 @@ const LONGEST = 90;
 const ARROWS = [["forces", "force", "force"], ["velocities", "speed", "v"], ["accelerations", "change", "a"]];
 
 /** The arrows of a motion: kind, components over the instants, place, name. */
-function arrowsOf(motion) {
+function arrowsOf(motion, live = false) {
   const { scene } = motion, q = (name) => motion.history(name);
-  const forces = scene.forces.map((f) => ({ kind: "forces", name: f.n, x: q(`${f.of}.fx`), y: q(`${f.of}.fy`), sign: f.sign, at: f.at, places: f.places, label: scene.forces.length > 30 ? null : f.t, color: f.load ? "load" : "force" }));
+  const forces = scene.forces.map((f) => ({ kind: "forces", name: f.n, x: f.own ? f.own.x : q(`${f.of}.fx`), y: f.own ? f.own.y : q(`${f.of}.fy`), sign: f.sign, at: f.at, places: live ? f.places : f.drawn ?? f.places, label: scene.forces.length > 30 ? null : f.t, color: f.load ? "load" : "force" }));
   const of = (kind, letter, x, y, color) => scene.movers.map((p) => ({ kind, name: `${letter}:${p.n}`, x: q(`${p.n}.${x}`), y: q(`${p.n}.${y}`), sign: 1, at: p.at, color }));
   return [...forces, ...of("velocities", "v", "vx", "vy", "speed"), ...(scene.rates ? of("accelerations", "a", "ax", "ay", "change") : [])];
 }
@@ -63,7 +63,7 @@ export class Picture {
       names.append(text);
       return { ...label, text, wide: 0 };
     });
-    this.arrows = arrowsOf(this.motion).map((one) => {
+    this.arrows = arrowsOf(this.motion, Boolean(this.viewer.live)).map((one) => {
       const path = sv("path", { "data-name": one.name }), text = one.label ? sv("text", { "dominant-baseline": "central" }) : null;
       for (const drawn of [path, text]) if (drawn) drawn.style.fill = `var(--${one.color})`;
       return { ...one, path, text };
@@ -130,6 +130,8 @@ export class Picture {
       this.showedCentres = on.centres;
       for (const one of this.centres) one.style.display = on.centres ? "" : "none";
     }
+    layers.world.classList.toggle("bare", !on.forces);
+    layers.world.classList.toggle("solved", Boolean(viewer.live)); // marks and circles of friction are of the recorded motion
     this.#arrows();
     this.#names();
     this.#scales();

@@ -8,6 +8,7 @@ import { MINUS, clamp, el, shown } from "./elements.mjs";
 import { Motion, locate } from "./motion.mjs";
 import { Picture, longest } from "./picture.mjs";
 import { Plot } from "./plot.mjs";
+import { ModeBars } from "./modes.mjs";
 import { FreeBodyPanel } from "./free_body.mjs";
 
 const CSS = /*css*/"";
@@ -95,6 +96,7 @@ export class Viewer extends HTMLElement {
       ...Object.keys(data.measures).filter((name) => data.measures[name])])]);
     add("drivers", [...Object.keys(data.efforts).map((name) => `${name}.effort`), ...fields(scene.driven, ["value", "rate", "acceleration"])]);
     add("joints", fields(data.reactions, ["force", "fx", "fy", "torque"]));
+    add("friction", [...Object.keys(data.contacts ?? {}).map((name) => `${name}.contact`), ...Object.keys(data.losses ?? {}).map((name) => `${name}.loss`)]);
     add("loads", fields(data.loads, ["force", "fx", "fy", "torque", "length", "angle", "rate"]));
     const bodies = this.main.count * Object.keys(data.bodies).length > 2e5 ? {} : data.bodies;
     add("bodies", fields(bodies, ["angle", "omega", "alpha", "x", "y", "vx", "vy", "ax", "ay"]));
@@ -109,6 +111,8 @@ export class Viewer extends HTMLElement {
     const cut = name.lastIndexOf("."), owner = name.slice(0, cut), key = name.slice(cut + 1);
     const turns = scene.turns[owner];
     if (key === "effort") return turns ? units.torque : units.force;
+    if (key === "contact") return units.force;
+    if (key === "loss") return units.power;
     if (key === "value") return turns ? "deg" : units.length;
     if (key === "rate" || key === "acceleration") {
       const angular = turns ?? Boolean(data.loads[owner]?.angle);
@@ -190,7 +194,9 @@ export class Viewer extends HTMLElement {
       this.plotBox.append(plot.root);
       this.plots.push(plot);
     }
-    if (this.plots.length) this.plotBox.append(el("p", { class: "over" }, over));
+    this.modes = !this.live && scene.modes?.length ? new ModeBars(this) : null;
+    if (this.modes) this.plotBox.append(this.modes.root);
+    if (this.plots.length || this.modes) this.plotBox.append(el("p", { class: "over" }, over));
     this.#theme(null);
     this.#listen();
   }
@@ -312,6 +318,7 @@ export class Viewer extends HTMLElement {
     if (before === this.wide) return;
     this.#fit();
     for (const plot of this.plots) plot.show(plot.name);
+    this.modes?.measure();
     this.draw();
   }
   toggle(key) {
@@ -461,6 +468,7 @@ export class Viewer extends HTMLElement {
     for (const one of this.seen) one.draw();
     if (this.on.free) this.free.draw();
     for (const plot of this.plots) plot.move();
+    this.modes?.move();
     this.scrub.value = Math.round(this.at);
     const text = this.#position();
     if (this.where.textContent !== text) this.where.textContent = text;

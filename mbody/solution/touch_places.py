@@ -1,0 +1,245 @@
+"""Where contacts touch, which way they press and with what force, over a whole motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mbody.model.contact import Contact, OneSided, Rope
+from mbody.model.contact_spots import Spot
+from mbody.solution.places import Place, moved, place
+
+if TYPE_CHECKING:
+    from mbody.solution.solution import Solution
+
+__all__ = ["Touch", "touches_of", "touches_at"]
+
+Array = np.ndarray
+
+#: Origin, the body whose angle they have, and where they point to.
+Axes = tuple[Place, str, Place | None]
+#: Nearer than this, in model lengths, is closed.
+NEAR = 1e-8
+
+
+@dataclass(frozen=True, eq=False)
+class Touch:
+    """One place where a contact may touch, over the instants of a motion.
+
+    Attributes
+    ----------
+    contact, i, j : str
+        Names of the contact, and of its two bodies.
+    place : array (instants, 2)
+        On the surface of j.
+    normal : array (instants, 2)
+        Unit vector from i to j.
+    force : array (instants, 2)
+        On j by i; zero where it is open.
+    gap : array (instants,)
+        Between the surfaces.
+    closed : array (instants,) of bool
+    friction, static : float
+        Coefficients of what slides and of what sticks.
+    mode : list of str
+        Of its contact at every instant, "open" where this place is.
+    axes : (Place, body, Place or None), or None
+        Axes in which place and normal do not change while it is closed: their origin, and the body
+        whose angle they have, or the place to which they point.
+    round : bool
+        Whether a circle is in it.
+    """
+
+    contact: str
+    i: str
+    j: str
+    place: Array
+    normal: Array
+    force: Array
+    gap: Array
+    closed: Array
+    friction: float
+    static: float
+    mode: list[str]
+    axes: Axes | None
+    round: bool
+
+    @property
+    def other(self) -> Array:
+        """The nearest place on i: (instants, 2)."""
+        return np.asarray(self.place - self.gap[:, None] * self.normal)
+
+
+def touches_of(run: Solution, contact: Any) -> list[Touch]:
+    """The places where a contact may touch, of a motion in which its modes were decided; those of
+    a rope are none.
+    """
+    if not isinstance(contact, Contact) or contact.name not in run.modes or run.stepped is not None:
+        return []
+    spots = contact.spots(run.system.numbers)
+    return [_touch(run, contact, spots, n) for n in range(len(spots))]
+
+
+def touches_at(run: Solution, k: int, name: str) -> list[Touch]:
+    """The same of one contact, group or rope at one instant, its arrays of that instant alone, and
+    only what is closed or, of an open contact, nearest; of steps with impulses what touches.
+    """
+    if run.stepped is not None:
+        return _stepped(run, k, name)
+    element: Any = run.mechanism[name]
+    if isinstance(element, Rope):
+        return _rope(run, k, element)
+    own = [_instant(one, k) for one in touches_of(run, element)]
+    closed = [one for one in own if one.closed[0]]
+    if closed or not own:
+        return closed
+    return [min(own, key=lambda one: _away(one))]
+
+
+def _rope(run: Solution, k: int, rope: Rope) -> list[Touch]:
+    """The end of a rope on j, where it is taut; its normal points along the pull."""
+    if rope.name not in run.modes or run.mode(rope.name)[k] == "open":
+        return []
+    i, j = (np.column_stack(place(run, rope, side))[k] for side in "ij")
+    own = run.reaction(rope.name)
+    force = np.array([[own.fx[k], own.fy[k]]])
+    normal = (i - j) / max(float(np.hypot(*(i - j))), 1e-300)
+    zero, closed = np.zeros(1), np.ones(1, dtype=bool)
+    ends = (rope.i.body, rope.j.body)
+    return [
+        Touch(
+            rope.name,
+            *ends,
+            j[None],
+            normal[None],
+            force,
+            zero,
+            closed,
+            0.0,
+            0.0,
+            ["stick"],
+            None,
+            False,
+        )
+    ]
+
+
+def _away(one: Touch) -> float:
+    """How far open a place is; behind an edge it is none."""
+    gap = float(one.gap[0])
+    return gap if gap > 0.0 else np.inf
+
+
+def _instant(one: Touch, k: int) -> Touch:
+    arrays = {
+        key: getattr(one, key)[k : k + 1] for key in ("place", "normal", "force", "gap", "closed")
+    }
+    rest = ("contact", "i", "j", "friction", "static", "axes", "round")
+    return Touch(**arrays, mode=[one.mode[k]], **{key: getattr(one, key) for key in rest})
+
+
+def _touch(run: Solution, contact: OneSided, spots: list[Spot], n: int) -> Touch:
+    spot = spots[n]
+    own: tuple[str, str] = contact.bodies  # type: ignore[assignment]  # a contact has two
+    first, second = own[::-1] if spot.swapped else own
+    arm = float(spot.arm[0]), float(spot.arm[1])
+    tip: Place = (second, *arm)
+    if spot.edge is None:
+        place, normal, gap, along, axes = _round(run, spot, first, tip)
+    else:
+        place, normal, gap, along, axes = _edge(run, spot, first, tip)
+    if spot.swapped:
+        place, normal = place - gap[:, None] * normal, -normal
+    force = np.zeros((len(run), 2))
+    sides = run.system.primitives_of[contact.name]
+    for e in (sides[n], *sides[len(spots) + n : len(spots) + n + 1]):
+        force += np.column_stack([run.primitive_history(e, part) for part in (2, 3)])
+    force = -force if spot.swapped else force
+    words = run.mode(contact.name)
+    near = (np.abs(gap) <= NEAR * run.system.length) & along
+    closed = near & np.array([word != "open" for word in words])
+    mode = [word if shut else "open" for word, shut in zip(words, closed, strict=True)]
+    mu, static = contact.coefficients(run.system.numbers)
+    numbers = float(mu), float(static)
+    return Touch(
+        contact.name, *own, place, normal, force, gap, closed, *numbers, mode, axes, spot.round
+    )
+
+
+def _edge(
+    run: Solution, spot: Spot, first: str, tip: Place
+) -> tuple[Array, Array, Array, Array, Axes]:
+    """A corner or circle on a straight edge."""
+    assert spot.edge is not None
+    (ax, ay), (ux, uy), length = spot.edge
+    begin = moved(run, (first, float(ax), float(ay)))
+    angle = run[first].angle
+    c, s = np.cos(angle), np.sin(angle)
+    u = np.column_stack([c * ux - s * uy, s * ux + c * uy])
+    normal = np.column_stack([-u[:, 1], u[:, 0]])
+    centre, reach = moved(run, tip), float(spot.reach)
+    away = centre - begin
+    gap = (away * normal).sum(axis=1) - reach
+    way = (away * u).sum(axis=1)
+    near = NEAR * run.system.length
+    endless = not np.isfinite(length)
+    along = endless | ((way >= -near) & (way <= float(length) + near))
+    return centre - reach * normal, normal, gap, along, (tip, first, None)
+
+
+def _round(
+    run: Solution, spot: Spot, first: str, tip: Place
+) -> tuple[Array, Array, Array, Array, Axes]:
+    """Two circles, of which one may be hollow."""
+    x, y = (float(part) for part in spot.normal.parameters[:2])
+    assert spot.normal.signal is not None and spot.tangent is not None
+    apart = float(spot.normal.signal.parameters[0])  # the sum of the radii
+    ri = float(spot.tangent.parameters[4]) * apart
+    start: Place = (first, x, y)
+    here, there = moved(run, start), moved(run, tip)
+    way = there - here
+    length = np.hypot(*way.T)
+    d = way / np.maximum(length, 1e-300)[:, None]
+    gap = spot.sense * (length - apart)
+    normal = spot.sense * d
+    place = here + ri * d + gap[:, None] * normal
+    always = np.ones(len(run), dtype=bool)
+    return place, normal, gap, always, (start, "", tip)
+
+
+def _stepped(run: Solution, k: int, name: str) -> list[Touch]:
+    """What touches at an instant of a motion by steps with impulses."""
+    assert run.stepped is not None
+    found = run.stepped.touching(k, name)
+    x, y = found.force
+    element: Any = run.mechanism[name]
+    at = run.system.numbers
+    mu = static = 0.0
+    if not isinstance(element, Rope):
+        mu = float(at[f"{name}.friction"])
+        static = mu if element.static is None else float(at[f"{name}.static"])
+    touches = []
+    for n in range(len(found)):
+        normal = np.array([[found.nx[n], found.ny[n]]])
+        edge = mu * found.normal[n] * (1.0 - 1e-6)
+        slides = abs(found.tangential[n]) >= edge
+        touches.append(
+            Touch(
+                name,
+                found.i[n].partition(".")[0],
+                found.j[n].partition(".")[0],
+                np.array([[found.x[n], found.y[n]]]),
+                normal,
+                np.array([[x[n], y[n]]]),
+                np.zeros(1),
+                np.ones(1, dtype=bool),
+                mu,
+                static,
+                ["slip+" if slides else "stick"],
+                None,
+                False,
+            )
+        )
+    return touches
