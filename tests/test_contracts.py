@@ -184,7 +184,7 @@ def test_every_kind_is_met():
     machine.add(*(dataclasses.replace(e, name=f"{e.name} {n}") for n, e in enumerate(parts)))
     layout = mbody.assemble(machine).layout
     # rates of slipping have no Φ: tests of friction difference them in time
-    slipping = {"face_slip", "roller_slip"}
+    slipping = {"face_slip", "roller_slip", "belt"}
     # those of circles that touch are differenced in tests/test_contact_rows.py
     slipping |= {"clearance", "slipping"}
     assert {KINDS[k] for k in layout.primitive_kind} == {*KINDS} - {"user"} - slipping

@@ -295,7 +295,7 @@ def test_a_report_has_a_chapter_of_friction():
 
     made = report(stroke(0.3), ["friction"])
     (chapter,) = made.document.chapters
-    assert chapter.key == "friction" and "Power lost in joints" in made.html()
+    assert chapter.key == "friction" and "Power lost by sliding, by joint" in made.html()
 
 
 # -- beside other analyses ----------------------------------------------------------------------

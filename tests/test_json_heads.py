@@ -34,6 +34,7 @@ COMMANDS = {
     "modes": [("simple_pendulum", False)],
     "crosscheck": [("norton_fourbar --against pinocchio", False)],
     "models": [("", False)],
+    "poles": [("norton_fourbar", False)],
     "doctor": [("", False)],
 }
 

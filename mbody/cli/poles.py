@@ -27,12 +27,13 @@ def poles(args: Any) -> int:
     run = motion_or_driven(args, model_of(args), forces=False)
     found = instant_centres(run)
     if args.json:
-        data = {
+        from mbody.solution.heading import heading, unit_symbols
+
+        machine = run.mechanism
+        data = heading(machine.name, "poles", unit_symbols(machine.units), found) | {
             "t": run.t.tolist(),
-            "unit": run.mechanism.units.length,
             "centres": found.data(),
             "collinearity": found.collinearity(),
-            "status": found.status,
         }
         print(json.dumps(data, ensure_ascii=False, allow_nan=False))
     else:

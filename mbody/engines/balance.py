@@ -17,9 +17,11 @@ from mbody.engines.gear_contacts import MESHING, constraint_rates
 from mbody.engines.independent_reading import laws_of, reading
 from mbody.engines.load_forces import BodyState, gravity_of, has_force_law, wrenches
 from mbody.engines.opinion import Opinion
+from mbody.engines.pressing_stops import without_pressing_stops
 from mbody.model.driver import AngleDriver
 from mbody.model.element import listed
 from mbody.model.loads import Gravity
+from mbody.model.stop import Stop
 from mbody.solution.checks import each_load_of
 from mbody.solution.solution import Solution
 from mbody.system.system import System
@@ -34,6 +36,7 @@ EXPECTED = 5e-12
 
 def opinion(system: System, run: Solution) -> Opinion:
     """The balance of forces and of power for a result."""
+    run, notes = without_pressing_stops(run)
     loads, taken = _loads(system, run)
     n, count = len(system.mechanism.bodies), len(run)
     mass = reading(system).masses
@@ -65,7 +68,6 @@ def opinion(system: System, run: Solution) -> Opinion:
     rows = comparison.rows(
         dict.fromkeys(comparison.kinds, EXPECTED), dict.fromkeys(comparison.kinds, why)
     )
-    notes = []
     if taken:
         notes.append(f"taken from our result as forces: {listed(taken)}")
     return Opinion("balance", tuple(rows), (), tuple(notes))
@@ -132,6 +134,8 @@ def _joints(system: System, run: Solution, pose: Array) -> tuple[Array, Array]:
         )
         act(driver, np.array([fx, fy]), torque, place)
     for contact in run.system.mechanism.contacts if run.analysis == "simulate" else ():
+        if isinstance(contact, Stop):
+            continue  # it does not press at these instants
         one, body = run.reaction(contact.name), contact.bodies[1]
         # its torque is about the mass centre of j
         centre = (0.0, 0.0) if body == "ground" else (run[body].x, run[body].y)

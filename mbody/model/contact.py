@@ -100,6 +100,11 @@ class OneSided(Constraint):
         ModelError
         """
 
+    @property
+    def described_as(self) -> str:
+        """The element of the description that it belongs to."""
+        return self.name
+
     def overlapping(
         self, depth: float, place: tuple[float, float], values: Mapping[str, Any], units: UnitSystem
     ) -> str:

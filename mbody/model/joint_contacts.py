@@ -133,6 +133,11 @@ class JointLimit(JointContact):
         row = replace(self.joint.free_row(at), signal=limit)
         return [Spot.row(row, 1.0 if self.end == "low" else -1.0)]
 
+    @property
+    def described_as(self) -> str:
+        """The joint."""
+        return self.joint.name
+
     def overlapping(
         self, depth: float, place: tuple[float, float], values: Mapping[str, Any], units: UnitSystem
     ) -> str:

@@ -14,7 +14,7 @@ from mbody.solution.places import Place, moved, place
 if TYPE_CHECKING:
     from mbody.solution.solution import Solution
 
-__all__ = ["Touch", "touches_of", "touches_at"]
+__all__ = ["TouchPlace", "touches_of", "touches_at"]
 
 Array = np.ndarray
 
@@ -25,7 +25,7 @@ NEAR = 1e-8
 
 
 @dataclass(frozen=True, eq=False)
-class Touch:
+class TouchPlace:
     """One place where a contact may touch, over the instants of a motion.
 
     Attributes
@@ -72,7 +72,7 @@ class Touch:
         return np.asarray(self.place - self.gap[:, None] * self.normal)
 
 
-def touches_of(run: Solution, contact: Any) -> list[Touch]:
+def touches_of(run: Solution, contact: Any) -> list[TouchPlace]:
     """The places where a contact may touch, of a motion in which its modes were decided; those of
     a rope are none.
     """
@@ -82,7 +82,7 @@ def touches_of(run: Solution, contact: Any) -> list[Touch]:
     return [_touch(run, contact, spots, n) for n in range(len(spots))]
 
 
-def touches_at(run: Solution, k: int, name: str) -> list[Touch]:
+def touches_at(run: Solution, k: int, name: str) -> list[TouchPlace]:
     """The same of one contact, group or rope at one instant, its arrays of that instant alone, and
     only what is closed or, of an open contact, nearest; of steps with impulses what touches.
     """
@@ -98,7 +98,7 @@ def touches_at(run: Solution, k: int, name: str) -> list[Touch]:
     return [min(own, key=lambda one: _away(one))]
 
 
-def _rope(run: Solution, k: int, rope: Rope) -> list[Touch]:
+def _rope(run: Solution, k: int, rope: Rope) -> list[TouchPlace]:
     """The end of a rope on j, where it is taut; its normal points along the pull."""
     if rope.name not in run.modes or run.mode(rope.name)[k] == "open":
         return []
@@ -109,7 +109,7 @@ def _rope(run: Solution, k: int, rope: Rope) -> list[Touch]:
     zero, closed = np.zeros(1), np.ones(1, dtype=bool)
     ends = (rope.i.body, rope.j.body)
     return [
-        Touch(
+        TouchPlace(
             rope.name,
             *ends,
             j[None],
@@ -126,21 +126,21 @@ def _rope(run: Solution, k: int, rope: Rope) -> list[Touch]:
     ]
 
 
-def _away(one: Touch) -> float:
+def _away(one: TouchPlace) -> float:
     """How far open a place is; behind an edge it is none."""
     gap = float(one.gap[0])
     return gap if gap > 0.0 else np.inf
 
 
-def _instant(one: Touch, k: int) -> Touch:
+def _instant(one: TouchPlace, k: int) -> TouchPlace:
     arrays = {
         key: getattr(one, key)[k : k + 1] for key in ("place", "normal", "force", "gap", "closed")
     }
     rest = ("contact", "i", "j", "friction", "static", "axes", "round")
-    return Touch(**arrays, mode=[one.mode[k]], **{key: getattr(one, key) for key in rest})
+    return TouchPlace(**arrays, mode=[one.mode[k]], **{key: getattr(one, key) for key in rest})
 
 
-def _touch(run: Solution, contact: OneSided, spots: list[Spot], n: int) -> Touch:
+def _touch(run: Solution, contact: OneSided, spots: list[Spot], n: int) -> TouchPlace:
     spot = spots[n]
     own: tuple[str, str] = contact.bodies  # type: ignore[assignment]  # a contact has two
     first, second = own[::-1] if spot.swapped else own
@@ -163,7 +163,7 @@ def _touch(run: Solution, contact: OneSided, spots: list[Spot], n: int) -> Touch
     mode = [word if shut else "open" for word, shut in zip(words, closed, strict=True)]
     mu, static = contact.coefficients(run.system.numbers)
     numbers = float(mu), float(static)
-    return Touch(
+    return TouchPlace(
         contact.name, *own, place, normal, force, gap, closed, *numbers, mode, axes, spot.round
     )
 
@@ -209,7 +209,7 @@ def _round(
     return place, normal, gap, always, (start, "", tip)
 
 
-def _stepped(run: Solution, k: int, name: str) -> list[Touch]:
+def _stepped(run: Solution, k: int, name: str) -> list[TouchPlace]:
     """What touches at an instant of a motion by steps with impulses."""
     assert run.stepped is not None
     found = run.stepped.touching(k, name)
@@ -226,7 +226,7 @@ def _stepped(run: Solution, k: int, name: str) -> list[Touch]:
         edge = mu * found.normal[n] * (1.0 - 1e-6)
         slides = abs(found.tangential[n]) >= edge
         touches.append(
-            Touch(
+            TouchPlace(
                 name,
                 found.i[n].partition(".")[0],
                 found.j[n].partition(".")[0],

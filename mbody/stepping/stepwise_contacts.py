@@ -57,6 +57,7 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
         """Nothing touches, and no joint sticks."""
         self.modes, self.pairs = ["open"] * len(self.modes), ["slip+"] * len(self.pairs)
         self.groups, self.struck, self.fresh, self.beyond = {}, {}, {}, set()
+        self.shared = None
         self.guards, self.closing, self.contact_notes = [], Closing(), []
         self.changed_at, self.changes, self.ending = -np.inf, 0, ""
         self.work.anchor[:] = 0.0
@@ -89,6 +90,7 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
 
     def snapshot(self) -> Carried:
         """See `Stepwise`."""
+        self.before_end = None  # that of the present state
         return replace(super().snapshot(), modes=self._modes_carried())
 
     def _modes_carried(self) -> CarriedModes:

@@ -38,7 +38,7 @@ def recorded_stop(stop: Stop, machine: Mechanism, at: Numbers) -> DriverFormula:
     bodies = tuple(body.name for body in machine.bodies if body.name in named)
 
     def none(state: str) -> Recorded:
-        raise AssertionError(f"'{stop.name}' follows {state}, which was refused")
+        raise AssertionError(stop.name, state)  # refused when it was described
 
     def zero_or(one: Recorded | None, factor: float) -> int:
         if one is None:

@@ -12,7 +12,7 @@ from mbody.model.contact import Rope
 from mbody.model.joints import Joint, Prismatic, Revolute
 from mbody.solution.measures import measured
 from mbody.solution.places import place as end_place
-from mbody.solution.touch_places import Touch, touches_at, touches_of
+from mbody.solution.touch_places import TouchPlace, touches_at, touches_of
 from mbody.views.carriers import Carrier, between, on
 from mbody.views.frame import nice
 from mbody.views.labels import symbolic
@@ -81,7 +81,7 @@ def _decided(run: Solution, element: Any) -> bool:
     return element.name in run.modes or run.stepped is not None
 
 
-def _gap(sketch: Sketch, one: Touch) -> None:
+def _gap(sketch: Sketch, one: TouchPlace) -> None:
     """What is open: a dashed circle, and a dotted line to the nearest place."""
     gap = float(one.gap[0])
     if not 0.0 < gap < FAR * sketch.pose.system.length:
@@ -116,7 +116,7 @@ def _lasting(element: Any, sketch: Sketch) -> None:
                 _cone_lines(sketch, edges, element.name, "")
 
 
-def _brought(one: Touch, k: int, to: int, origin: Array, u: Array) -> tuple[Array, Array]:
+def _brought(one: TouchPlace, k: int, to: int, origin: Array, u: Array) -> tuple[Array, Array]:
     """Place and normal of an instant, by their places in the carrier, at another instant."""
 
     def turned(vector: Array, by: Array) -> Array:
@@ -248,13 +248,13 @@ def contact_arrows(run: Solution) -> list[tuple[str, Array, Array]]:
     return found
 
 
-def _cone_length(sketch: Sketch, one: Touch) -> float:
+def _cone_length(sketch: Sketch, one: TouchPlace) -> float:
     """Somewhat longer than the arrow of the force."""
     arrow = sketch.force_scale * float(np.hypot(*one.force[0]))
     return max(arrow + BEYOND * sketch.unit, SHORTEST * sketch.unit)
 
 
-def _cone(sketch: Sketch, one: Touch, k: int, length: float) -> None:
+def _cone(sketch: Sketch, one: TouchPlace, k: int, length: float) -> None:
     """The edges of the friction cone at an instant: those of rest where it sticks."""
     rests = one.mode[k] in ("stick", "roll")
     edges = _edges(one.place[k], one.normal[k], one.static if rests else one.friction, length)

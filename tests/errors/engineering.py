@@ -4,13 +4,16 @@ import functools
 
 import numpy as np
 
-from mbody import AngleDriver, Body, Revolute, Torque, assemble, kinetostatics
+from mbody import AngleDriver, Body, Revolute, Torque, assemble, kinetostatics, statics
 from mbody.engineering import (
     energy_fluctuation,
     fluctuation,
     flywheel,
     indicator,
+    inflection_circle,
+    instant_centres,
     shaking_force,
+    velocity_polygon,
 )
 from mbody.laws import ConstantSpeed
 from mbody.model.loads import ReciprocatingCylinder
@@ -24,6 +27,10 @@ TURN = 2.0 * np.pi
 @functools.cache
 def turn(speed=1.0):
     return kinetostatics(four_bar(speed=speed), turn=True, instants=13)
+
+
+def still():
+    return statics(four_bar())
 
 
 def brake():
@@ -85,5 +92,14 @@ SCENARIOS = {
     "a shaking moment about a link": lambda: shaking_force(run(), "crank.A"),
     "a diagram of no cylinder": lambda: indicator(run(), "oil"),
     "a diagram of a batch": lambda: indicator(designs(), "air"),
+    "centres of a batch": lambda: instant_centres(batch()),
+    "centres of statics": lambda: instant_centres(still()),
+    "centres of what does not move": lambda: instant_centres(turn(0.0)),
+    "a centre of one body": lambda: instant_centres(turn())["crank", "piston"],
+    "a polygon of a batch": lambda: velocity_polygon(batch()),
+    "a polygon of statics": lambda: velocity_polygon(still()),
+    "a side of no point": lambda: velocity_polygon(turn()).between("crank.A", "rocker.P"),
+    "an inflection circle of statics": lambda: inflection_circle(still(), "rocker"),
+    "an inflection circle of a batch": lambda: inflection_circle(batch(), "rocker"),
     "a diagram of the other side": lambda: indicator(compressor(), "air", opposite=True),
 }

@@ -1,5 +1,9 @@
 """Motions by steps with impulses: what does not fit, shapes that cannot be, overlap."""
 
+from dataclasses import replace
+
+import numpy as np
+
 from mbody import (
     AngleDriver,
     Between,
@@ -31,6 +35,15 @@ GROUP = Between("group", "ground.floor", "block.C")
 def stepped(*more, until=0.1, options=None, **body):
     machine = floored(*(more or (UNDER,)), **body)
     return lambda: simulate(machine, until, method="moreau", **({"step": 1e-2} | (options or {})))
+
+
+def of_other_sizes():
+    """A motion that goes on from a state of another size."""
+    machine = floored(UNDER)
+    run = simulate(machine, 0.1, method="moreau", step=1e-2)
+    contacts, pull, *rest = run.restart.own
+    restart = replace(run.restart, own=(contacts, np.append(pull, 0.0), *rest))
+    simulate(machine, 0.2, start=replace(run, restart=restart), method="moreau", step=1e-2)
 
 
 def released():
@@ -69,6 +82,7 @@ def other_side():
 
 
 SCENARIOS = {
+    "impulses of another size": of_other_sizes,
     "steps with impulses without a length": stepped(options={"step": None}),
     "steps with impulses of a negative length": stepped(options={"step": -1.0}),
     "steps with impulses and events": stepped(options={"events": [Event("block.y")]}),

@@ -3,12 +3,14 @@
 from mbody import (
     Body,
     CoordinateDriver,
+    Distance,
+    Freewheel,
+    Gear,
     Gravity,
     Mechanism,
     Prismatic,
     Revolute,
     SimulationSettings,
-    Simulator,
     Stop,
     assemble,
     simulate,
@@ -89,9 +91,15 @@ SCENARIOS = {
         "A", "ground", "bob", restitution=0.5
     ),
     "a start beyond a limit": lambda: simulate(limited(-1.5), 1.0),
+    "a freewheel of no sense": lambda: Freewheel("hub", "ground", "bob", clockwise="left"),
+    "a bar that neither pushes nor pulls": lambda: Distance(
+        "bar", "ground.O", "bob.P", length=1.0, one_sided="both"
+    ),
+    "backlash beside losses": lambda: Gear(
+        "mesh", "sun", "planet", radius_i=1.0, radius_j=2.0, backlash=0.1, efficiency=0.9
+    ),
     "a body by the name of a limit": lambda: simulate(limited(0.0, "A_low"), 1.0),
     "limits by steps with impulses": lambda: simulate(limited(), 1.0, method="moreau", step=0.01),
-    "a simulator of limits": lambda: Simulator(limited()),
     "limits by an implicit method": lambda: simulate(limited(), 1.0, method="radau5"),
     "limits of a file that are no pair": file(
         "[joints.A]\nrevolute = ['ground', 'bob']\nlimits = 3\n"

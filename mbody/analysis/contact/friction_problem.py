@@ -277,8 +277,8 @@ class FrictionProblem:
 
     @property
     def _softest(self) -> float:
-        """How far a force moves itself at most."""
-        return max(float(np.diag(self.delassus).max()), 1e-300)
+        """How far a force moves itself at most; 1 where all follows drivers, so that none does."""
+        return float(np.diag(self.delassus).max()) or 1.0
 
     def _newton(self, closed: Array, senses: Array, start: Array) -> tuple[Array, Array]:
         """Forces (sets, forces) that fulfil the equations of modes, and where they do."""

@@ -60,7 +60,7 @@ class Verdict:
 
 
 @dataclass(frozen=True, eq=False)
-class _Instant:
+class _DecisionState:
     """What is closed and at rest where modes are decided.
 
     Attributes
@@ -104,7 +104,7 @@ def decide(motion: ModalMotion) -> Verdict:
     return Verdict(False, complete=complete)
 
 
-def _instant(motion: ModalMotion) -> _Instant:
+def _instant(motion: ModalMotion) -> _DecisionState:
     uni, closing, count = motion.uni, motion.closing, len(motion.uni.touches)
     motion.load()
     rows = uni.read(motion.work)
@@ -125,7 +125,7 @@ def _instant(motion: ModalMotion) -> _Instant:
     senses = np.where(still, 0.0, np.sign(speeds))
     for n, sense in closing.sliding.items():
         senses[n] = sense
-    return _Instant(motion.y.copy(), closed, senses[:count], senses[count:])
+    return _DecisionState(motion.y.copy(), closed, senses[:count], senses[count:])
 
 
 def _speeds(motion: ModalMotion, tangents: list[int], rates: Array) -> Array:
@@ -147,7 +147,7 @@ def _held_rates(motion: ModalMotion, rows: Rows, held: list[int]) -> Array:
     return np.asarray(rows.rate - rows.block @ (Y @ stops))
 
 
-def _model(motion: ModalMotion, now: _Instant) -> FrictionModel:
+def _model(motion: ModalMotion, now: _DecisionState) -> FrictionModel:
     """The problem, from what the kernels find with all contacts open and no joint stuck."""
     pairs = [_mode(sense) for sense in now.resting]
     motion.y[:] = now.y
@@ -178,7 +178,7 @@ def _modes(
 
 def _set(
     motion: ModalMotion,
-    now: _Instant,
+    now: _DecisionState,
     modes: list[str],
     pairs: list[str],
     one: FrictionSolution,
@@ -193,7 +193,7 @@ def _set(
 
 
 def _changed(
-    motion: ModalMotion, now: _Instant, model: FrictionModel, one: FrictionSolution
+    motion: ModalMotion, now: _DecisionState, model: FrictionModel, one: FrictionSolution
 ) -> bool:
     """Change modes that forces and accelerations disagree with until none does."""
     modes, pairs = _modes(motion, model, one)
@@ -214,7 +214,7 @@ def _changed(
     return False
 
 
-def _wrong(motion: ModalMotion, now: _Instant, model: FrictionModel) -> dict[int, str]:
+def _wrong(motion: ModalMotion, now: _DecisionState, model: FrictionModel) -> dict[int, str]:
     """Touches and, after these, rough joints whose modes are not consistent with the forces and
     accelerations of the kernels, and better ones.
     """
@@ -283,7 +283,7 @@ def _wrong(motion: ModalMotion, now: _Instant, model: FrictionModel) -> dict[int
 
 def _independent(
     motion: ModalMotion,
-    now: _Instant,
+    now: _DecisionState,
     modes: list[str],
     pairs: list[str],
     pressing: dict[int, float],

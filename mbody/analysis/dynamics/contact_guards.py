@@ -131,8 +131,9 @@ def _reserve(motion: ModalMotion, pages: Array, number: int) -> Array:
         force = uni.multiplier(pages, pair.tangent)
         law = JointFriction(motion.system, motion.probe, pair.pair)
         x, y = uni.pressing_pair(pages, pair)
-        most = np.where(force >= 0.0, law.size(x, y, 1.0)[0], law.size(x, y, -1.0)[0])
-        return np.asarray(most - np.abs(force))
+        # limits differ with the sense, as of band brakes: the nearer one, without a jump at zero
+        ahead, back = law.size(x, y, 1.0)[0] - force, law.size(x, y, -1.0)[0] + force
+        return np.asarray(np.minimum(ahead, back))
     group = motion.groups.get(number, [number])
     most = np.sum([touches[k].static * uni.pressing(pages, touches[k]) for k in group], axis=0)
     return np.asarray(most - np.abs(uni.multiplier(pages, touches[number].tangent)))

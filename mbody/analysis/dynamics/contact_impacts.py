@@ -256,4 +256,5 @@ def _overlap(uni: Unilateral, work: Work, name: str, gap: float, n: int) -> Solv
     )
     depth = -gap / uni.unit_of(n)
     (one,) = (one for one in machine.contacts if one.name == name)
-    return SolveError(one.overlapping(depth, place, uni.system.values, machine.units), name)
+    sentence = one.overlapping(depth, place, uni.system.values, machine.units)
+    return SolveError(sentence, one.described_as)

@@ -63,6 +63,11 @@ class HeldModes:
         return ", ".join(f"{name} {WORDS[mode]}" for name, mode in self.names.items())
 
     @property
+    def note(self) -> str:
+        """The state that small motions are about."""
+        return f"about a state in which {self.words}"
+
+    @property
     def sticking(self) -> bool:
         """Whether anything sticks."""
         return bool({"stick", "roll"} & set(self.names.values()))

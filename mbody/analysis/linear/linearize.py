@@ -303,7 +303,7 @@ def linearize(
         notes += without_friction(system.mechanism, "linearize")
         notes += left_out(system.mechanism, "linearize")
     else:
-        notes.append(f"about a state in which {held.words}")
+        notes.append(held.note)
     about = "rest" if rest else "motion"
     said = inherited(given, notes=notes)
     names = {} if held is None else held.names

@@ -11,6 +11,7 @@ from mbody.engines.mujoco.forces import force_rows
 from mbody.engines.mujoco.motion import motion_rows
 from mbody.engines.mujoco.replay import Replay
 from mbody.engines.opinion import Inexpressible, Opinion, Row
+from mbody.engines.pressing_stops import without_pressing_stops
 from mbody.errors import ModelError, SolveError
 from mbody.model.coupling import Coupling
 from mbody.model.joints import Joint
@@ -90,17 +91,17 @@ def _opinion(system: System, run: Solution) -> Opinion:
         )
     notes += [note for note in made.notes if "angles" in note]
     most = max(FEWEST, int(MOST * min(1.0, (LARGE / len(made.columns)) ** 3)))
-    if len(run) > most:
-        run_seen = run.take(np.unique(np.linspace(0, len(run) - 1, most).astype(int)))
-        notes.append(f"forces are compared at {most} of {len(run)} instants")
-    else:
-        run_seen = run
+    run_seen, said = without_pressing_stops(run)
+    notes += said
+    if (count := len(run_seen)) > most:
+        run_seen = run_seen.take(np.unique(np.linspace(0, count - 1, most).astype(int)))
+        notes.append(f"forces are compared at {most} of {count} instants")
     rows: list[Row]
     rows, more = force_rows(Replay(made, run_seen))
     refused += more
     if run.analysis == "simulate":
-        moved, cannot, said = motion_rows(made, run, run_seen)
-        rows, refused, notes = rows + moved, refused + cannot, notes + said
+        moved, cannot, more_notes = motion_rows(made, run, run_seen)
+        rows, refused, notes = rows + moved, refused + cannot, notes + more_notes
     return Opinion(engine, tuple(rows), _once(refused), tuple(notes))
 
 

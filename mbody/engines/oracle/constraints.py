@@ -76,7 +76,7 @@ class Constraints(Geometry):
 
     def phi(self, q: Any, t: Any) -> np.ndarray:
         """Φ (m,), or (m, k) for q (3n, k); takes floats, complex numbers and jets."""
-        return self._phi(self._all(q), t)
+        return self._phi(self.with_ground(q), t)
 
     def _phi(self, q_all: Any, t: Any) -> np.ndarray:
         return np.array([row for e in self.elements for row in self._rows(e, q_all, t)])
@@ -217,7 +217,7 @@ class Constraints(Geometry):
 
     def phi_q_all(self, q: Any, t: float) -> np.ndarray:
         """Φ_q (m, 3n + 3) by complex step, the ground's columns last."""
-        q_all = self._all(np.asarray(q, dtype=float))
+        q_all = self.with_ground(np.asarray(q, dtype=float))
         steps = q_all[:, None] + 1j * STEP * np.eye(len(q_all))
         return self._phi(steps, t).reshape(self.m, len(q_all)).imag / STEP
 

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from mbody.engines.oracle.reference import Reference
-from mbody.engines.oracle.touching import Touching
+from mbody.engines.oracle.touching import OracleTouching
 
 __all__ = ["MOST_CLOSED", "RTOL", "DenseContactMotion", "DenseEvent"]
 
@@ -58,7 +58,7 @@ class DenseContactMotion:
     ----------
     reference : Reference
         Of the mechanism without its contacts.
-    touching : Touching
+    touching : OracleTouching
     drivers : names of drivers that act
     rtol : float
         Tolerance of the integrator.
@@ -67,14 +67,14 @@ class DenseContactMotion:
     """
 
     reference: Reference
-    touching: Touching
+    touching: OracleTouching
     drivers: tuple[str, ...] = ()
     rtol: float = RTOL
     events: list[DenseEvent] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.mass = self.reference.mass_matrix()
-        self.rows = self.reference._active(self.drivers)
+        self.rows = self.reference.active_rows(self.drivers)
         self.size = self.touching.length()
         self.swift = 0.0
 

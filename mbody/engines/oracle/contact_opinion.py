@@ -11,7 +11,7 @@ from mbody.engines.opinion import Opinion
 from mbody.engines.oracle.contact_motion import RTOL, DenseContactMotion
 from mbody.engines.oracle.friction import rubs
 from mbody.engines.oracle.reference import Reference
-from mbody.engines.oracle.touching import Touching
+from mbody.engines.oracle.touching import OracleTouching
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
@@ -84,7 +84,7 @@ def _motion(system: System, run: Solution, rtol: float) -> tuple[Array, Array]:
     reference = Reference(system.mechanism)
     dense = DenseContactMotion(
         reference,
-        Touching(reference, system.mechanism.contacts),
+        OracleTouching(reference, system.mechanism.contacts),
         tuple(driver.name for driver in system.drivers),
         rtol,
     )

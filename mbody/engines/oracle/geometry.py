@@ -99,14 +99,14 @@ class Geometry:
 
     def point(self, q: Any, marker: Marker) -> np.ndarray:
         """World place (2,) of a marker at q (3n,)."""
-        return np.array(self.place(self._all(q), marker))
+        return np.array(self.place(self.with_ground(q), marker))
 
     def side(self, q_all: Any, v_all: Any, body: str) -> tuple[Any, ...]:
         """(x, y, θ, cos θ, sin θ, vx, vy, ω), the arguments of users' physics."""
         x, y, theta = self.pose(q_all, body)
         return x, y, theta, np.cos(theta), np.sin(theta), *self.pose(v_all, body)
 
-    def _all(self, q: Any) -> np.ndarray:
+    def with_ground(self, q: Any) -> np.ndarray:
         """q with the three zeros of the ground at the end."""
         q = np.asarray(q)
         return np.concatenate([q, np.zeros((3, *q.shape[1:]), q.dtype)])
@@ -114,7 +114,7 @@ class Geometry:
     def pose_of_axes(self, q: Any, body: str) -> np.ndarray:
         """(x, y, θ) of a body's link axes at q (3n,), instead of its mass centre."""
         x, y = self.point(q, Marker(body, (0.0, 0.0)))
-        return np.array([x, y, self._all(q)[3 * self.index[body] + 2]])
+        return np.array([x, y, self.with_ground(q)[3 * self.index[body] + 2]])
 
     def guess(self) -> np.ndarray:
         """Initial guess q (3n,) from the descriptions; missing poses follow from the joints."""

@@ -68,7 +68,7 @@ class Loads(ReferenceMotion):
     def applied(self, q: Any, v: Any, t: float, only: str | None = None) -> np.ndarray:
         """f (3n,): forces and torques at the mass centres, of all loads or of the one named."""
         f = np.zeros((self.n + 1, 3))
-        q_all, v_all = self._all(q), self._all(v)
+        q_all, v_all = self.with_ground(q), self.with_ground(v)
         self.now = q_all, v_all, float(t)
         for load in self.mechanism.loads:
             if only is None or load.name == only:

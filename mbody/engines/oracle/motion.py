@@ -17,7 +17,7 @@ __all__ = ["ReferenceMotion"]
 class ReferenceMotion(Constraints):
     """Driven motion of one mechanism."""
 
-    def _active(self, drive: Iterable[str] | None) -> np.ndarray:
+    def active_rows(self, drive: Iterable[str] | None) -> np.ndarray:
         """Indices of rows of all joints and of the drivers named (None or a mapping: all)."""
         if drive is None or isinstance(drive, Mapping):
             active = {d.name for d in self.mechanism.drivers}

@@ -42,7 +42,7 @@ class Reference(Loads):
             body j by body i in world axes and torque at the marker on j; "unique" {joint: (3,)
             bool}; "efforts" {driver: effort}; "residual", the largest |Φ_qᵀ λ − f + M a|.
         """
-        rows = self._active(drive)
+        rows = self.active_rows(drive)
         rough = any(rubs(joint) for joint in self.mechanism.joints)
         if rough and len(rows) == self.m == 3 * self.n:
             return self._with_friction(q, v, a, t)
@@ -89,7 +89,7 @@ class Reference(Loads):
 
     def reaction_matrices(self, q: Any, t: float) -> dict[str, np.ndarray]:
         """(3, m) of every joint: its (Fx, Fy, T) at the reaction point is that matrix times λ."""
-        q_all, g = self._all(q), self.phi_q_all(q, t)
+        q_all, g = self.with_ground(q), self.phi_q_all(q, t)
         found = {}
         for joint in self.mechanism.joints:
             k = 3 * self.index[joint.j.body]
@@ -119,7 +119,7 @@ class Reference(Loads):
         """
         if any(rubs(joint) for joint in self.mechanism.joints):
             raise NotImplementedError("it has no friction of joints in motions over time")
-        rows, size = self._active(drive), 3 * self.n
+        rows, size = self.active_rows(drive), 3 * self.n
         every = self.phi_q(q, t)
         f = self.applied(q, v, t)
         for name, effort in (efforts or {}).items():

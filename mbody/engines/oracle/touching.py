@@ -17,7 +17,7 @@ from mbody.model.contact import Contact, Rope
 from mbody.model.element import Marker
 from mbody.model.touching_shapes import Disc, Line, Polygon, Ring, Segment, Vertex
 
-__all__ = ["STEP", "Spot", "Touching", "spots_of"]
+__all__ = ["STEP", "OracleSpot", "OracleTouching", "spots_of"]
 
 #: Of the complex step.
 STEP = 1e-30
@@ -28,7 +28,7 @@ Array = np.ndarray
 
 
 @dataclass(frozen=True)
-class Spot:
+class OracleSpot:
     """A place where two bodies may touch: a circle on one of them, and on the other a line that
     begins at a place with a direction (or ends at another place), a circle, or a ring.
     """
@@ -46,7 +46,7 @@ class Spot:
     newton: bool = False
 
 
-def spots_of(contact: Any) -> list[Spot]:
+def spots_of(contact: Any) -> list[OracleSpot]:
     """The places of a contact.
 
     Raises
@@ -56,7 +56,7 @@ def spots_of(contact: Any) -> list[Spot]:
     """
     if isinstance(contact, Rope):
         length = float(contact.length)
-        return [Spot(contact.name, contact.j, 0.0, contact.i, "rope", reach=length)]
+        return [OracleSpot(contact.name, contact.j, 0.0, contact.i, "rope", reach=length)]
     if not isinstance(contact, Contact):
         raise NotImplementedError(f"'{contact.name}': it has no contacts between groups")
     mu = float(contact.friction)
@@ -73,15 +73,15 @@ def spots_of(contact: Any) -> list[Spot]:
         corners = isinstance(shape, Polygon | Segment)
         if circles and straight and not (corners and isinstance(flat, Segment)):
             place, kind, end = _straight(other, flat)
-            return [Spot(contact.name, c, r, place, kind, end, **more) for c, r in circles]
+            return [OracleSpot(contact.name, c, r, place, kind, end, **more) for c, r in circles]
         if circles and isinstance(flat, Ring) and not corners:
             ((c, r),) = circles
             hole, size = Marker(other, flat.ring), float(flat.radius)
-            return [Spot(contact.name, c, r, hole, "ring", reach=size, **more)]
+            return [OracleSpot(contact.name, c, r, hole, "ring", reach=size, **more)]
     rounds = [_circles(body, shape) for body, shape in sides if isinstance(shape, Disc | Vertex)]
     if len(rounds) == 2:
         ((i, ri),), ((j, rj),) = rounds
-        return [Spot(contact.name, j, rj, i, "circle", reach=ri, **more)]
+        return [OracleSpot(contact.name, j, rj, i, "circle", reach=ri, **more)]
     raise NotImplementedError(f"'{contact.name}': it has no contacts of corners with edges")
 
 
@@ -102,7 +102,7 @@ def _straight(body: str, shape: Any) -> tuple[Marker, str, Marker | None]:
     return Marker(body, first), "segment", Marker(body, last)
 
 
-class Touching:
+class OracleTouching:
     """All places of a mechanism where bodies may touch."""
 
     def __init__(self, reference: Reference, contacts: Any) -> None:
@@ -112,7 +112,7 @@ class Touching:
     def __len__(self) -> int:
         return len(self.spots)
 
-    def _frame(self, q: Any, spot: Spot) -> tuple[Any, ...]:
+    def _frame(self, q: Any, spot: OracleSpot) -> tuple[Any, ...]:
         """Gap, normal from the other body to that of the circle, and the point of contact."""
         r = self.reference
         cx, cy = r.place(q, spot.circle)
@@ -152,13 +152,13 @@ class Touching:
 
     def gaps(self, q: Array) -> Array:
         """Gaps (spots,) at q (3n,)."""
-        every = self.reference._all(q)
+        every = self.reference.with_ground(q)
         return np.array([np.real(self._frame(every, spot)[0]) for spot in self.spots], dtype=float)
 
     def rates(self, q: Array, v: Array) -> Array:
         """Rates of gaps, then of sliding (2 spots,), for velocities v (3n,)."""
         r = self.reference
-        every, moves = r._all(q), r._all(v)
+        every, moves = r.with_ground(q), r.with_ground(v)
         across, along = [], []
         for spot in self.spots:
             _, nx, ny, px, py = self._frame(every, spot)
