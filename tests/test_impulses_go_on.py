@@ -79,3 +79,30 @@ def test_another_step_begins_anew():
     later = onward(first, 0.2, 5e-4)
     assert later.status == "completed"
     assert later.t[0] == 0.1
+
+
+def test_contacts_of_their_own_names_go_on_too():
+    """Their friction is accounted by name, which the steps without their rows do not know."""
+    machine = dropped()
+    whole = mbody.simulate(machine, 0.2, method="moreau", step=1e-2)
+    half = mbody.simulate(machine, 0.1, method="moreau", step=1e-2)
+    later = mbody.simulate(machine, 0.2, start=half, method="moreau", step=1e-2)
+    assert later["box"].y[-1] == whole["box"].y[-1]
+    assert later["box"].vx[-1] == whole["box"].vx[-1]
+
+
+def dropped() -> mbody.Mechanism:
+    """A box thrown on a floor, with a contact that is no group."""
+    made = mbody.Mechanism(
+        "thrown", ground={"O": (0.0, 0.0)}, ground_shapes={"floor": {"line": {"point": "O"}}}
+    )
+    corners = {"A": (-0.1, -0.1), "B": (0.1, -0.1), "C": (0.1, 0.1), "D": (-0.1, 0.1)}
+    box = {"s": {"polygon": ("A", "B", "C", "D")}}
+    made.add(
+        mbody.Body("box", mass=1.0, inertia=0.01, points=corners, shapes=box),
+        mbody.Contact("foot", "ground.floor", "box.s", friction=0.3),
+        mbody.Gravity("gravity", y=-9.81),
+    )
+    start = {"box": {"x": 0.0, "y": 0.11, "angle": 0.02, "vx": 0.5}}
+    made.simulation = mbody.SimulationSettings(until=0.2, start=start)
+    return made

@@ -21,6 +21,7 @@ from mbody.analysis.dynamics.initial_step import REFINEMENTS
 from mbody.analysis.dynamics.integration import Integration
 from mbody.analysis.dynamics.integrators import FixedSteps, Integrator
 from mbody.analysis.dynamics.options import MotionRequest
+from mbody.analysis.dynamics.restart_checks import check_restart
 from mbody.analysis.initial.initial_state import state_of
 from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.errors import ModelError, SolveError
@@ -97,6 +98,8 @@ def impulse_motion(
     refuse_what_does_not_fit(system, request)
     first, q, v = state or state_of(system, start)
     motion = ImpulseIntegration(system, start, request.way)
+    if restart is not None:
+        check_restart(motion.system, restart, float(start.t[-1]))
     return motion.run(first, q, v, request.times, progress, restart)
 
 
