@@ -44,7 +44,6 @@ LAYERS = (
     ("sheets",),
     ("gallery", "makers", "testing", "engineering"),
     ("views", "engines", "sweeps", "image"),
-    ("derivatives",),
     ("live", "reports", "stepping"),
     ("envs",),
     ("cli",),

@@ -15,8 +15,6 @@ COMPILED = (
     "core/bundle.py",
     "core/callbacks.py",
     "core/decorators.py",
-    "core/dual_number.py",
-    "core/duals.py",
     "core/stack.py",
     "core/interface.py",
     "core/lanes.py",

@@ -1,1 +1,0 @@
-"""Exact derivatives of measured quantities by the numbers of a mechanism."""
