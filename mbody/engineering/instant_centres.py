@@ -8,10 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from mbody.engineering.relative_motion import relative_motion
+from mbody.engineering.relative_motion import check_moving, relative_motion
 from mbody.errors import ModelError
 from mbody.model.joints import Prismatic, Revolute
-from mbody.solution.checks import one_design
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution, as_solution
 from mbody.system.read_only import lock
@@ -157,7 +156,7 @@ def instant_centres(run: Solution) -> InstantCentres:
     (13.148531, 22.773924)
     """
     run = as_solution(run)
-    _moving(run, "instant centres")
+    check_moving(run, "instant centres are")
     names = [*run, "ground"]
     omega = {name: run[name].omega for name in names}
     u = {
@@ -195,12 +194,6 @@ def instant_centres(run: Solution) -> InstantCentres:
             )
         )
     return InstantCentres(tuple(pairs), **inherited(run))
-
-
-def _moving(run: Solution, what: str) -> None:
-    one_design(run, f"{what} are of one design")
-    if run.analysis == "statics":
-        raise ModelError(f"statics computes no velocities for {what}: use kinematics")
 
 
 def _pins(run: Solution) -> dict[frozenset[str], str]:
@@ -268,9 +261,8 @@ def centrodes(run: Solution, body: str, relative_to: str = "ground") -> Centrode
     (3,)
     """
     run = as_solution(run)
-    _moving(run, "centrodes")
+    check_moving(run, "centrodes are")
     m = relative_motion(run, body, relative_to)
-    fast = np.abs(m.omega) > NO_MOTION * np.abs(m.omega).max(initial=0.0)
-    pole = m.place + 1j * m.velocity / np.where(fast, m.omega, np.nan)
+    pole = m.instant_centre(NO_MOTION)
     moving = np.exp(-1j * m.angle) * (pole - m.place)
     return Centrodes(pole.real, pole.imag, moving.real, moving.imag, **inherited(run))

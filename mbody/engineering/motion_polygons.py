@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from mbody.engineering.relative_motion import check_moving
 from mbody.errors import ModelError
 from mbody.model.element import listed
-from mbody.solution.checks import one_design
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution, as_solution
 from mbody.system.read_only import lock
@@ -136,9 +136,7 @@ def acceleration_polygon(run: Solution, points: Sequence[str] | None = None) -> 
 
 def _polygon(run: Solution, points: Sequence[str] | None, quantity: str) -> MotionPolygon:
     run = as_solution(run)
-    one_design(run, f"a {quantity} polygon is of one design")
-    if run.analysis == "statics":
-        raise ModelError(f"statics computes no motion for a {quantity} polygon: use kinematics")
+    check_moving(run, f"a {quantity} polygon is")
     names = list(dict.fromkeys(points if points is not None else _joined(run)))
     letter = "v" if quantity == "velocity" else "a"
     histories = {name: run.point(name) for name in names}

@@ -6,10 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbody.engineering.relative_motion import relative_motion
-from mbody.errors import ModelError
+from mbody.engineering.relative_motion import check_moving, relative_motion, relative_path
 from mbody.model.element import Marker
-from mbody.solution.checks import one_design
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution, as_solution
 from mbody.system.read_only import lock
@@ -81,22 +79,15 @@ def path_curvature(
     array([1., 1.])
     """
     run = as_solution(run)
-    _accelerated(run, "the curvature of a path is")
-    point, seen = run.point(place), run[relative_to]
-    into = np.exp(-1j * seen.angle)
-    apart = point.x - seen.x + 1j * (point.y - seen.y)
-    rate = point.vx - seen.vx + 1j * (point.vy - seen.vy)
-    second = point.ax - seen.ax + 1j * (point.ay - seen.ay)
-    turning = 1j * seen.omega
-    v = into * (rate - turning * apart)
-    a = into * (second - 2.0 * turning * rate - (1j * seen.alpha + seen.omega**2) * apart)
+    check_moving(run, "the curvature of a path is")
+    apart, v, a = relative_path(run, run.point(place), relative_to)
     speed = np.abs(v)
     speed = np.where(speed > CUSP * speed.max(initial=0.0), speed, np.nan)
     curvature = (np.conj(v) * a).imag / speed**3
     bent = np.where(np.abs(curvature) * run.system.length > STRAIGHT, curvature, np.nan)
     # numbers that are none stand for cusps and straight paths
     with np.errstate(divide="ignore", invalid="ignore"):
-        centre = into * apart + 1j * v / speed / bent
+        centre = apart + 1j * v / speed / bent
         radius = 1.0 / np.abs(curvature)
     return PathCurvature(curvature, radius, centre.real, centre.imag, **inherited(run))
 
@@ -169,12 +160,10 @@ def inflection_circle(run: Solution, body: str, relative_to: str = "ground") -> 
     True
     """
     run = as_solution(run)
-    _accelerated(run, "an inflection circle is")
+    check_moving(run, "an inflection circle is")
     m = relative_motion(run, body, relative_to)
-    fast = np.abs(m.omega) > CUSP * np.abs(m.omega).max(initial=0.0)
-    omega = np.where(fast, m.omega, np.nan)
-    turning = 1j * m.alpha - m.omega**2
-    pole = m.place + 1j * m.velocity / omega
+    turning, pole = 1j * m.alpha - m.omega**2, m.instant_centre(CUSP)
+    omega = np.where(np.isnan(pole.real), np.nan, m.omega)
     opposite = pole + (m.acceleration + turning * (pole - m.place)) / omega**2
     still = m.place - m.acceleration / np.where(turning != 0.0, turning, np.nan)
     return InflectionCircle(
@@ -187,9 +176,3 @@ def inflection_circle(run: Solution, body: str, relative_to: str = "ground") -> 
         still.imag,
         **inherited(run),
     )
-
-
-def _accelerated(run: Solution, what: str) -> None:
-    one_design(run, f"{what} of one design")
-    if run.analysis == "statics":
-        raise ModelError(f"statics computes no accelerations: {what} of kinematics")

@@ -1,7 +1,6 @@
-"""The motion of one body in the axes of another: places, velocities and accelerations.
+"""The motion of bodies and points in the axes of a body: places, velocities and accelerations.
 
-In complex numbers: z is the place of the moving body's mass centre in the axes of the other body,
-from its mass centre, and θ the angle between both bodies' axes.
+Places are complex numbers in the axes of that body, from its mass centre.
 """
 
 from __future__ import annotations
@@ -10,9 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mbody.errors import ModelError
+from mbody.solution.checks import one_design
+from mbody.solution.histories import BodyHistory, PointHistory
 from mbody.solution.solution import Solution
 
-__all__ = ["RelativeMotion", "relative_motion"]
+__all__ = ["RelativeMotion", "check_moving", "relative_motion", "relative_path"]
 
 Array = np.ndarray
 
@@ -36,6 +38,43 @@ class RelativeMotion:
     omega: Array
     alpha: Array
 
+    def instant_centre(self, least: float) -> Array:
+        """The instant centre, complex; NaN where the rate is below `least` of its greatest."""
+        turns = np.abs(self.omega) > least * np.abs(self.omega).max(initial=0.0)
+        return self.place + 1j * self.velocity / np.where(turns, self.omega, np.nan)
+
+
+def check_moving(run: Solution, what: str) -> None:
+    """Refuse what has no motion of one design, in a sentence that begins with `what` there is.
+
+    Raises
+    ------
+    ModelError
+    """
+    one_design(run, f"{what} of one design")
+    if run.analysis == "statics":
+        raise ModelError(f"{what} of a motion, and statics computes no velocities: use kinematics")
+
+
+def relative_path(
+    run: Solution, moving: BodyHistory | PointHistory, relative_to: str
+) -> tuple[Array, Array, Array]:
+    """Place, velocity and acceleration of a point, or of a body's mass centre, in the axes of a
+    body; "ground" is one of them.
+
+    Raises
+    ------
+    ModelError
+        For a body that does not exist.
+    """
+    seen = run[relative_to]
+    into, turning = np.exp(-1j * seen.angle), 1j * seen.omega
+    apart = moving.x - seen.x + 1j * (moving.y - seen.y)
+    rate = moving.vx - seen.vx + 1j * (moving.vy - seen.vy)
+    second = moving.ax - seen.ax + 1j * (moving.ay - seen.ay)
+    second = second - 2.0 * turning * rate - (1j * seen.alpha + seen.omega**2) * apart
+    return into * apart, into * (rate - turning * apart), into * second
+
 
 def relative_motion(run: Solution, body: str, relative_to: str) -> RelativeMotion:
     """How one body moves in the axes of another; "ground" is one of them.
@@ -46,16 +85,5 @@ def relative_motion(run: Solution, body: str, relative_to: str) -> RelativeMotio
         For a body that does not exist.
     """
     a, b = run[body], run[relative_to]
-    into = np.exp(-1j * b.angle)
-    apart = a.x - b.x + 1j * (a.y - b.y)
-    rate = a.vx - b.vx + 1j * (a.vy - b.vy)
-    second = a.ax - b.ax + 1j * (a.ay - b.ay)
-    turning = 1j * b.omega
-    return RelativeMotion(
-        into * apart,
-        into * (rate - turning * apart),
-        into * (second - 2.0 * turning * rate - (1j * b.alpha + b.omega**2) * apart),
-        a.angle - b.angle,
-        a.omega - b.omega,
-        a.alpha - b.alpha,
-    )
+    path = relative_path(run, a, relative_to)
+    return RelativeMotion(*path, a.angle - b.angle, a.omega - b.omega, a.alpha - b.alpha)
