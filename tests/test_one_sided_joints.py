@@ -1,4 +1,4 @@
-"""Joints that let go and freewheels, against closed forms and independent computations."""
+"""Joints that separate and freewheels, against closed forms and independent computations."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Contacts between shapes of bodies, and ropes: what holds in one sense only, and may let go."""
+"""Contacts between shapes of bodies, and ropes: what holds in one sense only, and may separate."""
 
 from __future__ import annotations
 

@@ -25,8 +25,8 @@ class Freewheel(OneSided):
     behind it.
 
     ω_j − ω_i ≥ 0 and the torque T ≥ 0 of i on j with T (ω_j − ω_i) = 0: it holds without play at
-    whatever angle it is, and lets go as soon as it would have to hold back. Pins keep the bodies in
-    place. Where it is turned the wrong way by an impact it holds without rebound.
+    whatever angle it is, and separates as soon as it would have to hold back. Pins keep the bodies
+    in place. Where it is turned the wrong way by an impact it holds without rebound.
 
     Parameters
     ----------

@@ -28,7 +28,7 @@ __all__ = ["JointContact", "JointLimit", "contacts_of", "with_joint_contacts"]
 
 @dataclass(frozen=True)
 class JointContact(OneSided):
-    """A joint that can let go, as a contact.
+    """A joint that can separate, as a contact.
 
     Parameters
     ----------
@@ -162,20 +162,20 @@ def _spot(flank: Any) -> Spot:
 
 def contacts_of(joint: Joint) -> list[OneSided]:
     """The contacts that a joint brings."""
-    found: list[OneSided] = [JointContact(joint.name, joint)] if joint.lets_go else []
+    found: list[OneSided] = [JointContact(joint.name, joint)] if joint.can_separate else []
     return found + [JointLimit(f"{joint.name}_{end}", joint, end) for end in joint.limited]
 
 
 def with_joint_contacts(machine: Mechanism) -> Mechanism:
     """The mechanism with the contacts that its joints bring, closed to additions: limits beside
-    them, what can let go in their place.
+    them, what can separate in their place.
 
     Raises
     ------
     ModelError
         Where the name of one is taken.
     """
-    gone = {joint.name for joint in machine.joints if joint.lets_go}
+    gone = {joint.name for joint in machine.joints if joint.can_separate}
     found: list[OneSided] = []
     for joint in machine.joints:
         for one in contacts_of(joint):

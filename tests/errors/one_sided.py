@@ -1,4 +1,4 @@
-"""Stops, limits of joints, and joints that let go."""
+"""Stops, limits of joints, and joints that separate."""
 
 from mbody import (
     Body,

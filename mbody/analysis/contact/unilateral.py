@@ -125,7 +125,7 @@ def _may_stick(system: System, f: int) -> bool:
 
 
 def with_contacts_of_joints(system: System) -> System:
-    """The system with the contacts that its joints bring: limits, and what can let go."""
+    """The system with the contacts that its joints bring: limits, and what can separate."""
     machine = system.mechanism
     there = {one.name for one in machine.contacts}
     wanted = {one.name for joint in machine.joints for one in contacts_of(joint)}

@@ -30,7 +30,7 @@ def refuse_what_does_not_fit(system: System, request: MotionRequest) -> None:
     if shapeless:
         raise ModelError(
             f"the method 'moreau' has contacts of shapes and ropes, no stops, limits and joints "
-            f"that let go ({listed(dict.fromkeys(shapeless))}): take dop853",
+            f"that separate ({listed(dict.fromkeys(shapeless))}): take dop853",
             shapeless[0],
         )
     if request.release:

@@ -194,10 +194,10 @@ def first_instant_with_contacts(
     guess: Guesses | None,
     rates: Mapping[str, Number] | None,
 ) -> Solution:
-    """The first instant with the joints that can let go closed, as in `held`; where what is given
+    """The first instant with the joints that can separate closed, as in `held`; where what is given
     does not agree with that, with them as they are in `system`.
     """
-    if not any(joint.lets_go for joint in held.mechanism.joints):
+    if not any(joint.can_separate for joint in held.mechanism.joints):
         return first_instant(system, start, guess, rates)
     try:
         found = first_instant(held, start, guess, rates)

@@ -94,7 +94,7 @@ class Joint(Constraint):
         return False
 
     @property
-    def lets_go(self) -> bool:
+    def can_separate(self) -> bool:
         """Whether it holds in one sense only, or has play: `simulate` has contacts in its place."""
         return False
 

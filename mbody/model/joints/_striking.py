@@ -1,4 +1,4 @@
-"""Joints in which something may strike: at the ends of their travel, or where they let go."""
+"""Joints in which something may strike: at the ends of their travel, or where they separate."""
 
 from __future__ import annotations
 
@@ -40,10 +40,10 @@ class Flank:
 class StrikingJoint(Joint):
     """Base of joints with impacts.
 
-    A joint that can let go holds its bodies in one sense only, or between two flanks: in `simulate`
-    contacts stand in its place, under its name. All other analyses keep it as an ordinary joint,
-    and a note says where it would have to pull. A motion begins with the joint closed, unless what
-    is given of its bodies at the beginning says otherwise.
+    A joint that can separate holds its bodies in one sense only, or between two flanks: in
+    `simulate` contacts stand in its place, under its name. All other analyses keep it as an
+    ordinary joint, and a note says where it would have to pull. A motion begins with the joint
+    closed, unless what is given of its bodies at the beginning says otherwise.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ class StrikingJoint(Joint):
         super()._check()
         if self.restitution is None:
             return
-        if not self.lets_go and not self.limited:
+        if not self.can_separate and not self.limited:
             raise ModelError(
                 f"'{self.name}': restitution is {self.restitution:g}, but nothing strikes in it: "
                 f"give {self.strikes_by} too, or leave it out",
@@ -93,5 +93,5 @@ class StrikingJoint(Joint):
                 )
 
     def flanks(self, at: Numbers) -> list[Flank]:
-        """Where it holds, each in one sense, of a joint that can let go."""
+        """Where it holds, each in one sense, of a joint that can separate."""
         raise NotImplementedError

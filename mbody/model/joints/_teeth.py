@@ -38,7 +38,7 @@ class ToothedJoint(StrikingJoint):
         the fewest teeth which are not undercut, r sin²α of the smaller wheel.
     backlash : float, optional
         Play between the teeth along the pitch lines [length], half of it on both sides: in
-        `simulate` either flank lets go, and strikes; without losses and pressure angle.
+        `simulate` either flank separates, and strikes; without losses and pressure angle.
     restitution : float, optional
         e of impacts of the teeth, with `backlash`.
 
@@ -59,7 +59,7 @@ class ToothedJoint(StrikingJoint):
 
     def _check(self) -> None:
         super()._check()
-        if self.lets_go:
+        if self.can_separate:
             self._refuse_beside("backlash", "efficiency", "friction", "pressure_angle")
         if self.efficiency is not None and self.friction is not None:
             raise ModelError(
@@ -85,7 +85,7 @@ class ToothedJoint(StrikingJoint):
             self._refuse_angle(float(self.pressure_angle))
 
     @property
-    def lets_go(self) -> bool:
+    def can_separate(self) -> bool:
         """Whether the teeth have play."""
         return self.backlash is not None
 

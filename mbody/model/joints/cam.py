@@ -151,7 +151,7 @@ class CamFollower(RubbingJoint, StrikingJoint):
         ]
 
     @property
-    def lets_go(self) -> bool:
+    def can_separate(self) -> bool:
         """Whether the follower may leave the cam."""
         return self.one_sided
 

@@ -37,7 +37,7 @@ class Distance(StrikingJoint):
         Positive [length].
     one_sided : str, optional
         ``"push"`` for a strut that keeps its ends apart but does not pull, ``"pull"`` for a bar
-        that does not push: in `simulate` it lets go.
+        that does not push: in `simulate` it separates.
     restitution : float, optional
         e of impacts where it holds again, from 0, the default, to 1.
 
@@ -75,7 +75,7 @@ class Distance(StrikingJoint):
             )
 
     @property
-    def lets_go(self) -> bool:
+    def can_separate(self) -> bool:
         """Whether it holds in one sense only."""
         return bool(self.one_sided)
 

@@ -73,11 +73,11 @@ class PinSlot(LimitedJoint):
         self._check_switches("one_sided")
         if self.one_sided:
             self._refuse_beside("one_sided", "clearance")
-        if self.lets_go:
+        if self.can_separate:
             self._refuse_beside("clearance or one_sided", "viscous", "stribeck")
 
     @property
-    def lets_go(self) -> bool:
+    def can_separate(self) -> bool:
         """Whether the pin may leave its flank, or has play."""
         return self.one_sided or self.clearance is not None
 

@@ -81,13 +81,13 @@ class Revolute(LimitedJoint):
     strikes_by = "limits or clearance"
 
     @property
-    def lets_go(self) -> bool:
+    def can_separate(self) -> bool:
         """Whether the pin has play."""
         return self.clearance is not None
 
     def _check(self) -> None:
         super()._check()
-        if self.lets_go:
+        if self.can_separate:
             self._refuse_beside("clearance", "viscous", "stribeck")
         if self.friction is not None and self.pin_radius is None:
             raise ModelError(
