@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from mbody.analysis.inverse.answers import Answer
     from mbody.analysis.inverse.solve_for import solve_for
     from mbody.analysis.linear.modes import Modes, modes
+    from mbody.derivatives.gradient import Gradient, gradient
     from mbody.engines.crosscheck import crosscheck
     from mbody.errors import ModelError, SolveError
     from mbody.files.model import from_toml, load, save, to_toml
@@ -139,6 +140,7 @@ __all__ = [
     "Freewheel",
     "FrictionForce",
     "Gear",
+    "Gradient",
     "Gravity",
     "HydraulicCylinder",
     "InductionMotor",
@@ -179,6 +181,7 @@ __all__ = [
     "equilibrium",
     "free_body",
     "from_toml",
+    "gradient",
     "kinematics",
     "kinetostatics",
     "load",
@@ -230,6 +233,7 @@ presentation.register("columns", Solution="mbody.files.tables:columns")
 presentation.register("dataframe", Solution="mbody.files.tables:dataframe")
 presentation.register("at", Solution="mbody.analysis.dynamics.repeated:repeated_at")
 presentation.register("efficiency", Solution="mbody.analysis.driven.efficiency:efficiency")
+presentation.register("sensitivity", Solution="mbody.derivatives.sensitivity:sensitivity")
 presentation.register("then", Solution="mbody.analysis.dynamics.joining:then")
 presentation.register("xarray", Solution="mbody.files.tables:dataset")
 presentation.register("csv", Solution="mbody.files.tables:write_csv")
@@ -250,6 +254,7 @@ _MODULES = {
     "analysis.inverse.answers": "Answer",
     "analysis.inverse.solve_for": "solve_for",
     "analysis.linear.modes": "Modes modes",
+    "derivatives.gradient": "Gradient gradient",
     "engines.crosscheck": "crosscheck",
     "errors": "ModelError SolveError",
     "files.model": "from_toml load save to_toml",

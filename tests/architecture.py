@@ -44,6 +44,7 @@ LAYERS = (
     ("sheets",),
     ("gallery", "makers", "testing", "engineering"),
     ("views", "engines", "sweeps", "image"),
+    ("derivatives",),
     ("live", "reports", "stepping"),
     ("envs",),
     ("cli",),

@@ -23,6 +23,7 @@ examples:
   mbody statics mine.toml --set load=120 --json   as data, for scripts
   mbody simulate mine.toml --to 10 --csv run.csv  free motion over time
   mbody sweep mine.toml --vary load=1:9:50 --measure 'peak(A.force)'
+  mbody sensitivity mine.toml 'peak(A.force)' --over turn   which length changes it most
   mbody solve mine.toml brake                     the unknowns of its table [solve.brake]
   mbody report mine.toml -o mine.html             the engineer's document
   mbody freebody mine.toml --at crank=60          every link alone, with its forces
@@ -94,6 +95,8 @@ def parser() -> argparse.ArgumentParser:
     _json(run)
     _tables(run)
     _sweep(command("sweep", "one analysis of many designs", "sweep.sweep"))
+    ranked = "which number changes a measured quantity most"
+    _sensitivity(command("sensitivity", ranked, "sensitivity.sensitivity"))
     solve = command(
         "solve", "the questions of a model: unknowns that meet conditions", "solve.solve"
     )
@@ -463,17 +466,28 @@ def _sweep(command: argparse.ArgumentParser) -> None:
         metavar="FORMULA",
         help="what is measured of each, such as 'peak(A.force)'; by default the model's measures",
     )
-    command.add_argument(
-        "--analysis",
-        metavar="NAME",
-        default="kinetostatics",
-        help="kinetostatics (default), kinematics, statics",
-    )
+    _driven(command)
     _instants(command)
     command.add_argument(
         "--to", metavar="FOLDER", help="keep the answers there, to be continued later"
     )
     command.add_argument("--csv", metavar="FILE", help="write a line for each design")
+    _json(command)
+
+
+def _driven(command: argparse.ArgumentParser) -> None:
+    names = "kinetostatics (default), kinematics, statics"
+    command.add_argument("--analysis", metavar="NAME", default="kinetostatics", help=names)
+
+
+def _sensitivity(command: argparse.ArgumentParser) -> None:
+    _model(command)
+    what = "a measure or a formula, such as 'peak(A.force)'"
+    command.add_argument("measure", metavar="MEASURE", help=what)
+    names = "numbers such as crank.A.x, with commas; by default all"
+    command.add_argument("--by", action="append", default=[], metavar="NAMES", help=names)
+    _driven(command)
+    _instants(command)
     _json(command)
 
 

@@ -1,6 +1,7 @@
 """The numba half of `mbody.core`: decorators, bundles, lanes, callbacks."""
 
 from mbody.compiler import numba_callbacks as numba_callbacks
+from mbody.compiler import numba_duals as numba_duals
 from mbody.compiler import numba_lanes as numba_lanes
 from mbody.compiler import numba_stack as numba_stack
 from mbody.compiler.jit import compilations, inline, kernel, njit

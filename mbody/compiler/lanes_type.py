@@ -25,13 +25,18 @@ from mbody.core.interface import FASTMATH
 
 __all__ = [
     "Lanes",
+    "common",
     "elementwise",
     "extreme",
     "if_odd",
+    "intrinsic",
     "is_plain",
+    "is_rows",
     "lane_count",
+    "llvm_type",
     "negate_if_two",
     "reduction",
+    "row_address",
     "row_load",
     "row_store",
     "select_ordered",
@@ -48,13 +53,21 @@ F = TypeVar("F", bound=Callable[..., Any])
 class Lanes(types.Type):
     """Numba's type of ``lanes`` float64 numbers that are computed in parallel."""
 
+    #: Whether the lanes are one number with its derivatives (`mbody.compiler.dual_type`).
+    dual = False
+
     def __init__(self, lanes: int) -> None:
         self.lanes = lanes
-        super().__init__(f"Lanes({lanes})")
+        super().__init__(f"{type(self).__name__}({lanes})")
 
     @property
     def key(self) -> int:
         return self.lanes
+
+    @property
+    def positions(self) -> int:
+        """How many positions a number is of."""
+        return 1 if self.dual else self.lanes
 
     def can_convert_from(self, typing_context: Any, other: Any) -> Any:
         return Conversion.safe if is_plain(other) else None
@@ -66,7 +79,7 @@ class Lanes(types.Type):
 @register_model(Lanes)
 class _LanesModel(models.PrimitiveModel):
     def __init__(self, manager: Any, kind: Lanes) -> None:
-        super().__init__(manager, kind, _llvm_type(kind))
+        super().__init__(manager, kind, llvm_type(kind))
 
 
 def is_plain(kind: Any) -> bool:
@@ -74,13 +87,13 @@ def is_plain(kind: Any) -> bool:
     return isinstance(kind, types.Float | types.Integer)
 
 
-def _llvm_type(kind: Any) -> Any:
+def llvm_type(kind: Any) -> Any:
     if isinstance(kind, Lanes):
         return ir.VectorType(ir.DoubleType(), kind.lanes)
     return ir.DoubleType()
 
 
-def _common(*kinds: Any) -> Any:
+def common(*kinds: Any) -> Any:
     """The type to compute in: the Lanes among the operands, or float64; None if they do not
     match.
     """
@@ -95,7 +108,7 @@ def _common(*kinds: Any) -> Any:
 def _broadcast(context: Any, builder: Any, source: Any, target: Any, value: Any) -> Any:
     """Copy one ordinary number to all lanes."""
     number = context.cast(builder, value, source, types.float64)
-    vector = _llvm_type(target)
+    vector = llvm_type(target)
     index = ir.IntType(32)
     undefined = ir.Constant(vector, ir.Undefined)
     first = builder.insert_element(undefined, number, ir.Constant(index, 0))
@@ -126,7 +139,7 @@ def _binary(function: Any, instruction: str) -> None:
     @type_callable(function)
     def _typer(context: Any) -> Any:
         def typer(a: Any, b: Any) -> Any:
-            kind = _common(a, b)
+            kind = common(a, b)
             return signature(kind, kind, kind) if isinstance(kind, Lanes) else None
 
         return typer
@@ -136,7 +149,7 @@ def _binary(function: Any, instruction: str) -> None:
         return getattr(builder, instruction)(*arguments, flags=tuple(FASTMATH))
 
 
-def _intrinsic(name: str) -> Callable[[Any, Any], Any]:
+def intrinsic(name: str) -> Callable[[Any, Any], Any]:
     """Generator of a call of LLVM's function ``llvm.<name>`` of one number."""
 
     def generate(builder: Any, x: Any) -> Any:
@@ -162,36 +175,36 @@ for _function, _instruction in (
     _binary(_function, _instruction)
 
 _unary(operator.neg, lambda builder, x: builder.fneg(x))
-_unary(np.sqrt, _intrinsic("sqrt"))
-_unary(np.abs, _intrinsic("fabs"))
-_unary(abs, _intrinsic("fabs"))
+_unary(np.sqrt, intrinsic("sqrt"))
+_unary(np.abs, intrinsic("fabs"))
+_unary(abs, intrinsic("fabs"))
 
 
 # ---------------------------------------------------------------------------------------------
 # Rows of arrays
 
 
-def witness(lanes: int) -> Callable[[F], F]:
+def witness(lanes: int, kind: type[Lanes] = Lanes) -> Callable[[F], F]:
     """Decorator of the function without arguments that returns this many zeros."""
 
     def decorate(function: F) -> F:
         @type_callable(function)
         def _typer(context: Any) -> Any:
             def typer() -> Any:
-                return Lanes(lanes)
+                return kind(lanes)
 
             return typer
 
         @lower_builtin(function)
         def _lower(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-            return ir.Constant(_llvm_type(sig.return_type), None)
+            return ir.Constant(llvm_type(sig.return_type), None)
 
         return function
 
     return decorate
 
 
-def _is_rows(array: Any, row: Any, w: Any) -> bool:
+def is_rows(array: Any, row: Any, w: Any) -> bool:
     return (
         isinstance(array, types.Array)
         and array.dtype == types.float64
@@ -206,14 +219,14 @@ def _is_column(array: Any, w: Any) -> bool:
     return w == types.float64 and array.ndim in (1, 2)
 
 
-def _address(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+def row_address(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
     """Address of a row, from the arguments (array, row, ...) of a load or a store."""
     kind = sig.args[-1]
     array = context.make_array(sig.args[0])(context, builder, arguments[0])
     row = context.cast(builder, arguments[1], sig.args[1], types.intp)
     if isinstance(kind, Lanes):
         row = builder.mul(row, ir.Constant(row.type, kind.lanes), flags=("nsw",))
-    return builder.bitcast(builder.gep(array.data, [row]), _llvm_type(kind).as_pointer())
+    return builder.bitcast(builder.gep(array.data, [row]), llvm_type(kind).as_pointer())
 
 
 def row_load(function: F) -> F:
@@ -222,14 +235,14 @@ def row_load(function: F) -> F:
     @type_callable(function)
     def _typer(context: Any) -> Any:
         def typer(array: Any, row: Any, w: Any) -> Any:
-            return w if _is_rows(array, row, w) else None
+            return w if is_rows(array, row, w) else None
 
         return typer
 
     @lower_builtin(function, types.Array, types.Integer, Lanes)
     @lower_builtin(function, types.Array, types.Integer, types.float64)
     def _lower(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-        value = builder.load(_address(context, builder, sig, arguments))
+        value = builder.load(row_address(context, builder, sig, arguments))
         value.align = 8  # LLVM would assume the alignment of a whole row
         return value
 
@@ -245,7 +258,7 @@ def row_store(*, constants: bool) -> Callable[[F], F]:
         @type_callable(function)
         def _typer(context: Any) -> Any:
             def typer(array: Any, row: Any, value: Any, w: Any) -> Any:
-                if not _is_rows(array, row, w) or not array.mutable or _common(value, w) != w:
+                if not is_rows(array, row, w) or not array.mutable or common(value, w) != w:
                     return None
                 left = not constants and isinstance(w, Lanes) and is_plain(value)
                 return signature(types.none, array, row, types.float64 if left else w, w)
@@ -255,7 +268,7 @@ def row_store(*, constants: bool) -> Callable[[F], F]:
         @lower_builtin(function, types.Array, types.Integer, Lanes, Lanes)
         @lower_builtin(function, types.Array, types.Integer, types.float64, types.float64)
         def _lower(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-            store = builder.store(arguments[2], _address(context, builder, sig, arguments))
+            store = builder.store(arguments[2], row_address(context, builder, sig, arguments))
             store.align = 8
             return context.get_dummy_value()
 
@@ -269,19 +282,19 @@ def row_store(*, constants: bool) -> Callable[[F], F]:
 
 
 def lane_count(function: F) -> F:
-    """Decorator of the function that returns the number of lanes."""
+    """Decorator of the function that returns the number of positions."""
 
     @type_callable(function)
     def _typer(context: Any) -> Any:
         def typer(w: Any) -> Any:
-            return types.intp if _common(w) is not None else None
+            return types.intp if common(w) is not None else None
 
         return typer
 
     @lower_builtin(function, types.Any)
     def _lower(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-        lanes = sig.args[0].lanes if isinstance(sig.args[0], Lanes) else 1
-        return context.get_constant(types.intp, lanes)
+        kind = sig.args[0]
+        return context.get_constant(types.intp, kind.positions if isinstance(kind, Lanes) else 1)
 
     return function
 
@@ -294,7 +307,7 @@ def elementwise(operands: int, generate: Callable[..., Any]) -> Callable[[F], F]
     """Decorator of a function of several numbers, of lanes or of float64."""
 
     def typed(*kinds: Any) -> Any:
-        kind = _common(*kinds)
+        kind = common(*kinds)
         return None if kind is None else signature(kind, *[kind] * operands)
 
     def lower(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
@@ -365,7 +378,7 @@ def reduction(combine: Callable[[Any, Any, Any], Any]) -> Callable[[F], F]:
         @type_callable(function)
         def _typer(context: Any) -> Any:
             def typer(a: Any) -> Any:
-                kind = _common(a)
+                kind = common(a)
                 return None if kind is None else signature(types.float64, kind)
 
             return typer

@@ -117,5 +117,5 @@ def _overload_sincos(x: Any) -> Any:
         return _sincos(number)
 
     if isinstance(x, Lanes):
-        return lanes
+        return None if x.dual else lanes
     return scalar if is_plain(x) else None

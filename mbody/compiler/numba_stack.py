@@ -13,6 +13,7 @@ from numba.core import cgutils
 from numba.core.typing.templates import signature
 from numba.extending import lower_builtin, type_callable
 
+from mbody.compiler.lanes_type import Lanes, llvm_type
 from mbody.core.stack import FRAME_NUMBERS, numbers_in_frame
 
 __all__: list[str] = []
@@ -20,13 +21,14 @@ __all__: list[str] = []
 
 @type_callable(numbers_in_frame)
 def _typer(context: Any) -> Any:
-    def typer() -> Any:
-        return signature(types.CPointer(types.float64))
+    def typer(like: Any) -> Any:
+        kind = like if isinstance(like, Lanes) else types.float64
+        return signature(types.CPointer(kind), kind)
 
     return typer
 
 
-@lower_builtin(numbers_in_frame)
+@lower_builtin(numbers_in_frame, types.Any)
 def _lower(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
     size = ir.Constant(ir.IntType(32), FRAME_NUMBERS)
-    return cgutils.alloca_once(builder, ir.DoubleType(), size=size)
+    return cgutils.alloca_once(builder, llvm_type(sig.args[0]), size=size)

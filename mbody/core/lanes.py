@@ -31,6 +31,8 @@ from typing import Any
 
 import numpy as np
 
+from mbody.core.dual_number import DualNumber, value
+
 __all__ = [
     "LANES",
     "aligned",
@@ -78,25 +80,37 @@ def ld(array: np.ndarray, row: int, w: Number) -> Number:
     """
     if array.ndim == 1:
         return array[row]
+    if isinstance(w, DualNumber):
+        return DualNumber(float(array[row, 0]), array[row, 1:].copy())
     return array[row, 0] if array.shape[1] == 1 else array[row].copy()
 
 
-def st(array: np.ndarray, row: int, value: Number, w: Number) -> None:
-    """Set a row of an array, shaped as for `ld`, to a value, which may be a plain constant."""
-    array[row] = value
+def st(array: np.ndarray, row: int, number: Number, w: Number) -> None:
+    """Set a row of an array, shaped as for `ld`, to a number, which may be a plain constant."""
+    if isinstance(w, DualNumber):
+        array[row, 0] = value(number)
+        array[row, 1:] = number.tangents if isinstance(number, DualNumber) else 0.0
+    else:
+        array[row] = number
 
 
-def st_varying(array: np.ndarray, row: int, value: Number, w: Number) -> None:
-    """As `st`, but with many lanes a value that is a constant in the source is not stored: the row
+def st_varying(array: np.ndarray, row: int, number: Number, w: Number) -> None:
+    """As `st`, but with many lanes a number that is a constant in the source is not stored: the row
     must contain it already. Stores are the slowest part of wide kernels.
     """
-    if array.shape[1] == 1 or np.ndim(value):
-        array[row] = value
+    if array.shape[1] == 1 or np.ndim(number) or isinstance(number, DualNumber):
+        st(array, row, number, w)
 
 
 def count(w: Number) -> int:
-    """Number of lanes of a number; a constant to the compiler."""
-    return int(np.size(w))
+    """Number of positions that a number is of: its lanes, one of a float or a dual number; a
+    constant to the compiler.
+    """
+    return 1 if isinstance(w, DualNumber) else int(np.size(w))
+
+
+def _any_dual(*numbers: Number) -> bool:
+    return any(isinstance(number, DualNumber) for number in numbers)
 
 
 def _where(condition: Any, x: Number, y: Number) -> Number:
@@ -106,27 +120,33 @@ def _where(condition: Any, x: Number, y: Number) -> Number:
 
 def select_le(a: Number, b: Number, x: Number, y: Number) -> Number:
     """Lane by lane, x where a <= b, else y (also where a or b is NaN).  Both are evaluated."""
+    if _any_dual(a, b, x, y):
+        return x if value(a) <= value(b) else y
     return _where(np.real(a) <= np.real(b), x, y)
 
 
 def smaller(a: Number, b: Number) -> Number:
     """Lane by lane the smaller of two; NaN where either is NaN."""
+    if _any_dual(a, b):
+        return a if np.isnan(value(a)) or value(a) < value(b) else b
     return _where(np.isnan(a) | (np.real(a) < np.real(b)), a, b)
 
 
 def larger(a: Number, b: Number) -> Number:
     """Lane by lane the larger of two; NaN where either is NaN."""
+    if _any_dual(a, b):
+        return a if np.isnan(value(a)) or value(a) > value(b) else b
     return _where(np.isnan(a) | (np.real(a) > np.real(b)), a, b)
 
 
 def lowest(a: Number) -> float:
     """The least of all lanes as one float; NaN if any lane is NaN."""
-    return float(np.min(np.real(a)))
+    return float(np.min(np.real(value(a))))
 
 
 def highest(a: Number) -> float:
     """The greatest of all lanes as one float; NaN if any lane is NaN."""
-    return float(np.max(np.real(a)))
+    return float(np.max(np.real(value(a))))
 
 
 def sincos(x: Number) -> tuple[Number, Number]:

@@ -15,6 +15,8 @@ COMPILED = (
     "core/bundle.py",
     "core/callbacks.py",
     "core/decorators.py",
+    "core/dual_number.py",
+    "core/duals.py",
     "core/stack.py",
     "core/interface.py",
     "core/lanes.py",

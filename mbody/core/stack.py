@@ -10,6 +10,8 @@ __all__ = ["FRAME_NUMBERS", "numbers_in_frame"]
 FRAME_NUMBERS = 99
 
 
-def numbers_in_frame() -> Any:
-    """`FRAME_NUMBERS` numbers of any value; in compiled code in the frame of the caller."""
+def numbers_in_frame(like: Any) -> Any:
+    """`FRAME_NUMBERS` numbers of any value, of the type of another; in compiled code in the frame
+    of the caller.
+    """
     return [0.0] * FRAME_NUMBERS

@@ -5,13 +5,11 @@ from __future__ import annotations
 import functools
 from typing import Any
 
-import numpy as np
-
-from mbody.core.callbacks import call_user
 from mbody.core.decorators import inline, njit
-from mbody.core.lanes import count, ld, sincos, st, st_varying
+from mbody.core.lanes import count, highest, ld, sincos, st, st_varying
 from mbody.kernels.law_values import law_of_direction
 from mbody.kernels.measured_formulas import formula_rows
+from mbody.kernels.user_calls import user_numbers
 from mbody.model.joints import CONSTRAINTS
 from mbody.model.joints.angle import angle
 from mbody.model.joints.coordinate import coordinate
@@ -45,20 +43,21 @@ def switch(L, W, w, position, velocity):
         e = L.switched[s]
         k, m = L.primitive_node[e], L.written_node[e]
         # a row that is off may be no number, as where two centres coincide
-        on = W.on[s, 0] != 0.0
+        on = highest(ld(W.on, s, w)) != 0.0
         if position is not None:
-            W.phi[2 * k, 0] = W.phi[2 * m, 0] - W.anchor[s, 0] if on else 0.0
-            W.nu[2 * k, 0] = W.nu[2 * m, 0] if on else 0.0
+            phi = ld(W.phi, 2 * m, w) - ld(W.anchor, s, w)
+            st(W.phi, 2 * k, phi if on else 0.0, w)
+            st(W.nu, 2 * k, ld(W.nu, 2 * m, w) if on else 0.0, w)
             for n in range(3):
-                W.block[12 * k + n, 0] = W.block[12 * m + n, 0] if on else 0.0
-                W.block[12 * k + 6 + n, 0] = W.block[12 * m + 6 + n, 0] if on else 0.0
+                st(W.block, 12 * k + n, ld(W.block, 12 * m + n, w) if on else 0.0, w)
+                st(W.block, 12 * k + 6 + n, ld(W.block, 12 * m + 6 + n, w) if on else 0.0, w)
             for side in range(L.more.shape[0]):
                 if L.more[side, 0] == k:
                     o, own = 12 * L.nodes + 6 * side, further_block(L, side)
                     for n in range(3):
-                        W.block[o + n, 0] = W.block[own + n, 0] if on else 0.0
+                        st(W.block, o + n, ld(W.block, own + n, w) if on else 0.0, w)
         if velocity is not None:
-            W.gamma[2 * k, 0] = W.gamma[2 * m, 0] if on else 0.0
+            st(W.gamma, 2 * k, ld(W.gamma, 2 * m, w) if on else 0.0, w)
 
 
 @inline
@@ -203,7 +202,8 @@ def add_part(L, W, w, k, n, position, velocity, part):
 @inline
 def custom(L, W, w, e):
     """Rows of a user's joint, lane by lane through the hook."""
-    user_rows(L, W, count(w), e)
+    i, j, first = L.primitive_i[e], L.primitive_j[e], L.primitive_par[e]
+    user_numbers(W, w, L.primitive_handle[e], i, j, first, L.primitive_count[e], 18)
     s = W.scratch
     phi = (ld(s, 0, w), ld(s, 1, w))
     blocks = (
@@ -221,37 +221,6 @@ def custom(L, W, w, e):
         ld(s, 13, w),
     )
     return phi, blocks, (ld(s, 14, w), ld(s, 15, w)), (ld(s, 16, w), ld(s, 17, w))
-
-
-@njit
-def user_rows(L, W, lanes, e):
-    """Instants the user's function; NaN where it raised, the caller finds the exception."""
-    for lane in range(lanes):
-        size = L.primitive_count[e]
-        user_state(W, L.primitive_i[e], L.primitive_j[e], L.primitive_par[e], size, lane)
-        bad = (
-            call_user(L.primitive_handle[e], W.user_arguments[: 17 + size], W.user_results[:18])
-            != 0
-        )
-        for n in range(18):
-            W.scratch[n, lane] = np.nan if bad else W.user_results[n]
-
-
-@inline
-def user_state(W, i, j, first, size, lane):
-    """W.user_arguments ← (t, side i, side j, parameters), as the hook takes them."""
-    x = W.user_arguments
-    x[0] = W.time[0, lane]
-    for end in range(2):
-        b = i if end == 0 else j
-        o = 1 + 8 * end
-        for n in range(3):
-            x[o + n] = W.q[3 * b + n, lane]
-            x[o + 5 + n] = W.v[3 * b + n, lane]
-        x[o + 3] = W.turn[2 * b, lane]
-        x[o + 4] = W.turn[2 * b + 1, lane]
-    for n in range(size):
-        x[17 + n] = W.par[first + n, lane]
 
 
 @njit

@@ -5,14 +5,13 @@ from __future__ import annotations
 import functools
 from typing import Any
 
-import numpy as np
-
-from mbody.core.callbacks import call_user
 from mbody.core.decorators import inline, njit
+from mbody.core.duals import entry, lane_at, put_entry
 from mbody.core.lanes import count, ld, st
-from mbody.kernels.constraints import side, user_state
+from mbody.kernels.constraints import side
 from mbody.kernels.law_values import law_at
 from mbody.kernels.measured_formulas import driver_formulas, measured_formulas
+from mbody.kernels.user_calls import user_numbers
 from mbody.laws.kernels import POLYNOMIAL
 from mbody.model.loads import LOADS
 from mbody.model.loads.centrifugal_field import centrifugal, spin
@@ -38,11 +37,12 @@ def signals(L, W, w, number):
         if L.law_kind[m] == POLYNOMIAL:
             polynomial(L, W, w, m, o)
             continue
-        for lane in range(count(w)):
-            f, f1, f2 = law_at(L, W, m, lane, W.time[0, lane])
-            W.signal[o, lane] = f
-            W.signal[o + 1, lane] = f1
-            W.signal[o + 2, lane] = f2
+        for k in range(count(w)):
+            lane = lane_at(k, w)
+            f, f1, f2 = law_at(L, W, m, lane, entry(W.time, 0, lane))
+            put_entry(W.signal, o, f, lane)
+            put_entry(W.signal, o + 1, f1, lane)
+            put_entry(W.signal, o + 2, f2, lane)
     driver_formulas(L, W, w)
 
 
@@ -119,14 +119,14 @@ def press(L, W, w, e, kind):
         s, rate = travel(first, second, u, arm, d)
         st(W.scratch, 0, s, w)
         st(W.scratch, 2, rate, w)
-        chamber(L, W, L.action_par[e] + 6, count(w))
+        chamber(W, w, L.action_par[e] + 6)
     else:
         n = L.action_law[e]
         if n < 0:
             st(W.scratch, 1, ld(W.signal, signal_of(n), w), w)
         else:
             st(W.scratch, 0, ld(W.q, 3 * L.action_by[e] + 2, w) + p[5], w)
-            cycle_law(L, W, n, count(w))
+            cycle_law(L, W, w, n)
     f = p[4] * ld(W.scratch, 1, w)
     fx, fy = f * u[0], f * u[1]
     add(W, w, i, -fx, -fy, d[1] * fx - d[0] * fy)
@@ -134,31 +134,34 @@ def press(L, W, w, e, kind):
 
 
 @inline
-def cycle_law(L, W, n, lanes):
+def cycle_law(L, W, w, n):
     """Law n of an angle within one turn: scratch row 0, into row 1."""
-    for lane in range(lanes):
-        f, _, _ = law_at(L, W, n, lane, within_cycle(W.scratch[0, lane]))
-        W.scratch[1, lane] = f
+    for m in range(count(w)):
+        lane = lane_at(m, w)
+        f, _, _ = law_at(L, W, n, lane, within_cycle(entry(W.scratch, 0, lane)))
+        put_entry(W.scratch, 1, f, lane)
 
 
 @inline
-def chamber(L, W, o, lanes):
+def chamber(W, w, o):
     """Pressure at coordinate and rate in scratch rows 0 and 2, into row 1; par from o on."""
     p = W.par
-    for lane in range(lanes):
-        sense = p[o + 1, lane]
-        W.scratch[1, lane] = charge(
-            sense * (W.scratch[0, lane] - p[o, lane]),
-            sense * W.scratch[2, lane],
-            p[o + 2, lane],
-            p[o + 3, lane],
-            p[o + 4, lane],
-            p[o + 5, lane],
-            p[o + 6, lane],
-            p[o + 7, lane],
-            p[o + 8, lane],
+    for m in range(count(w)):
+        lane = lane_at(m, w)
+        sense = entry(p, o + 1, lane)
+        pressure = charge(
+            sense * (entry(W.scratch, 0, lane) - entry(p, o, lane)),
+            sense * entry(W.scratch, 2, lane),
+            entry(p, o + 2, lane),
+            entry(p, o + 3, lane),
+            entry(p, o + 4, lane),
+            entry(p, o + 5, lane),
+            entry(p, o + 6, lane),
+            entry(p, o + 7, lane),
+            entry(p, o + 8, lane),
             1.0,
         )
+        put_entry(W.scratch, 1, pressure, lane)
 
 
 @inline
@@ -199,7 +202,7 @@ def own_law(L, W, w, e, x):
     if n < 0:
         return ld(W.signal, signal_of(n), w)
     st(W.scratch, 0, x, w)
-    lanes_law(L, W, n, count(w))
+    lanes_law(L, W, w, n)
     return ld(W.scratch, 1, w)
 
 
@@ -212,31 +215,22 @@ def signal_of(n):
 
 
 @inline
-def lanes_law(L, W, n, lanes):
+def lanes_law(L, W, w, n):
     """Law n at scratch row 0, into row 1."""
-    for lane in range(lanes):
-        f, _, _ = law_at(L, W, n, lane, W.scratch[0, lane])
-        W.scratch[1, lane] = f
-
-
-@njit
-def user_force(L, W, lanes, e):
-    """Instants the user's function for (Fx, Fy, T) on i and j; NaN where it raised."""
-    for lane in range(lanes):
-        size = L.action_count[e]
-        user_state(W, L.action_i[e], L.action_j[e], L.action_par[e], size, lane)
-        bad = call_user(L.action_handle[e], W.user_arguments[: 17 + size], W.user_results[:6]) != 0
-        for n in range(6):
-            W.scratch[n, lane] = np.nan if bad else W.user_results[n]
+    for m in range(count(w)):
+        lane = lane_at(m, w)
+        f, _, _ = law_at(L, W, n, lane, entry(W.scratch, 0, lane))
+        put_entry(W.scratch, 1, f, lane)
 
 
 @njit(forceinline=True)
 def last_kind(L, W, w, e, kind):
     """What no load's physics is: a user's own."""
-    user_force(L, W, count(w), e)
+    i, j, first = L.action_i[e], L.action_j[e], L.action_par[e]
+    user_numbers(W, w, L.action_handle[e], i, j, first, L.action_count[e], 6)
     s = W.scratch
-    add(W, w, L.action_i[e], ld(s, 0, w), ld(s, 1, w), ld(s, 2, w))
-    add(W, w, L.action_j[e], ld(s, 3, w), ld(s, 4, w), ld(s, 5, w))
+    add(W, w, i, ld(s, 0, w), ld(s, 1, w), ld(s, 2, w))
+    add(W, w, j, ld(s, 3, w), ld(s, 4, w), ld(s, 5, w))
 
 
 #: Loads that act otherwise than by a wrench on i and on j.

@@ -36,6 +36,7 @@ Pfeiffer, Glocker: Multibody Dynamics with Unilateral Contacts (1996), 5.
 from __future__ import annotations
 
 from mbody.core.decorators import inline, njit
+from mbody.core.duals import constant, passes_more
 from mbody.core.lanes import count, highest, larger, ld, lowest, select_le, smaller, st
 from mbody.kernels.friction_laws import (
     APART,
@@ -320,12 +321,16 @@ def friction_sizes(L, W, w):
         part = part * reached
     else:
         settled = SAME if count(w) == 1 else NEARLY
-        moving = select_le(radius, one, one, zero)
-        for _ in range(PASSES):
+        moving, left = select_le(radius, one, one, zero), passes_more(w)
+        for _ in range(PASSES + left):
             change, greatest, determinant = newton_pass(L, W, w, moving)
-            moving = select_le(change, settled * greatest, zero, moving)
-            if highest(moving) == 0.0:
+            rest = select_le(change, settled * greatest, zero, moving)
+            if highest(rest) > 0.0:
+                moving = rest
+            elif left == 0:
                 break
+            else:
+                left -= 1
     st(W.friction, CERTIFICATE, radius, w)
     st(W.friction, REACHED_PART, part, w)
     st(W.friction, DETERMINANT, determinant, w)
@@ -346,15 +351,17 @@ def by_levels(L, W, w):
         for f in range(pairs):
             st(W.newton, before + f, ld(W.slip, f, w), w)
         arms(L, W, w, level)
-        good, found = False, one
-        for _ in range(PASSES):
+        good, found, left = False, one, passes_more(w)
+        for _ in range(PASSES + left):
             change, greatest, found = newton_pass(L, W, w, one)
             if not lowest(found) > 0.0:
                 break
             # near where it jams rounding grows as the determinant falls
             if highest(smaller(found, one) * change - SAME * greatest) <= 0.0:
                 good = True
-                break
+                if left == 0:
+                    break
+                left -= 1
         for f in range(pairs):
             good = good and lowest(ld(W.slip, f, w)) >= -NEGATIVE * highest(greatest)
         if good:
@@ -413,7 +420,7 @@ def viscous_friction(L, W, w):
     sliding_rates(L, W, w)
     for f in range(L.friction_kind.shape[0]):
         damping = ld(W.par, L.friction_par[f] + 3, w)
-        if highest(damping) != 0.0:
+        if highest(damping) != 0.0 or not constant(damping):
             k, i, j = tangent(L, W, w, f)
             add_row(W, w, k, i, j, damping * ld(W.rate, f, w))
     lasting_senses(L, W, w)

@@ -5,11 +5,10 @@ See `mbody.kernels.friction` for the equations that they stand in.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from mbody.core.decorators import inline, njit
+from mbody.core.duals import entry, lane_at, put_entry
 from mbody.core.lanes import count, highest, larger, ld, select_le, smaller, st
 
 __all__ = [
@@ -62,19 +61,21 @@ def coefficients(L, W, w):
         o = L.friction_par[f]
         st(W.coefficient, f, ld(W.par, o, w), w)
         if L.senses == IMPENDING or highest(ld(W.par, o + 2, w)) > 0.0:
-            for lane in range(count(w)):
-                at_rate(L, W, f, o, lane)
+            for n in range(count(w)):
+                at_rate(L, W, f, o, lane_at(n, w))
 
 
 @inline
 def at_rate(L, W, f, o, lane):
     """The coefficient of pair f, parameters from o on, by its rate in one lane."""
-    kinetic, static, speed = W.par[o, lane], W.par[o + 1, lane], W.par[o + 2, lane]
-    if L.senses == IMPENDING and W.rate[f, lane] == 0.0:
-        W.coefficient[f, lane] = static
+    kinetic, static = entry(W.par, o, lane), entry(W.par, o + 1, lane)
+    speed, rate = entry(W.par, o + 2, lane), entry(W.rate, f, lane)
+    if L.senses == IMPENDING and rate == 0.0:
+        put_entry(W.coefficient, f, static, lane)
     elif speed > 0.0:
-        falls = math.exp(-((W.rate[f, lane] / speed) ** 2))
-        W.coefficient[f, lane] = kinetic + (static - kinetic) * falls
+        part = rate / speed
+        falls = np.exp(-(part * part))
+        put_entry(W.coefficient, f, kinetic + (static - kinetic) * falls, lane)
 
 
 @njit

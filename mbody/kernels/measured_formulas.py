@@ -16,6 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from mbody.core.decorators import njit
+from mbody.core.duals import entry, lane_at, put_entry
 from mbody.core.lanes import count, larger, ld, sincos, smaller, st, st_varying
 from mbody.kernels.law_values import law_at
 from mbody.laws.bicubic import surface
@@ -121,7 +122,7 @@ def steps(L, W, w, first, end):
         elif code == OWN:
             st(W.formula, place, ld(W.own, a, w), w)
         elif code <= LAW + 2:
-            law_of_number(L, W, b, code - LAW, a, place, count(w))
+            law_of_number(L, W, w, b, code - LAW, a, place)
         elif code == TO_SIGNAL:
             st(W.signal, place, ld(W.formula, a, w), w)
         elif code == TO_RATE:
@@ -135,7 +136,7 @@ def steps(L, W, w, first, end):
         elif code == TO_GAMMA:
             st_varying(W.gamma, place, ld(W.formula, a, w), w)
         else:
-            surface_of_numbers(L, W, L.law_table[code - SURFACE], a, b, place, count(w))
+            surface_of_numbers(L, W, w, L.law_table[code - SURFACE], a, b, place)
 
 
 @njit
@@ -179,32 +180,36 @@ def operate(W, w, code, a, b, place):
         else:
             st(F, place, c, w)
     else:
-        others(W, code, a, b, place, count(w))
+        others(W, w, code, a, b, place)
 
 
 @njit
-def others(W, code, a, b, place, lanes):
+def others(W, w, code, a, b, place):
     """An operation that lanes do not have, one after the other."""
     F = W.formula
-    for lane in range(lanes):
+    for m in range(count(w)):
+        lane = lane_at(m, w)
+        x, y = entry(F, a, lane), entry(F, b, lane)
         if code <= LOG:
-            value, _, _ = unary(code, F[a, lane], 0.0, 0.0)
+            found, _, _ = unary(code, x, 0.0, 0.0)
         else:
-            value, _, _ = binary(code, F[a, lane], 0.0, 0.0, F[b, lane], 0.0, 0.0)
-        F[place, lane] = value
+            found, _, _ = binary(code, x, 0.0, 0.0, y, 0.0, 0.0)
+        put_entry(F, place, found, lane)
 
 
 @njit
-def law_of_number(L, W, n, order, a, place, lanes):
+def law_of_number(L, W, w, n, order, a, place):
     """Law n, or its first or second derivative, at the number at place a."""
-    for lane in range(lanes):
-        f, f1, f2 = law_at(L, W, n, lane, W.formula[a, lane])
-        W.formula[place, lane] = f if order == 0 else f1 if order == 1 else f2
+    for m in range(count(w)):
+        lane = lane_at(m, w)
+        f, f1, f2 = law_at(L, W, n, lane, entry(W.formula, a, lane))
+        put_entry(W.formula, place, f if order == 0 else f1 if order == 1 else f2, lane)
 
 
 @njit
-def surface_of_numbers(L, W, k, a, b, place, lanes):
+def surface_of_numbers(L, W, w, k, a, b, place):
     """The table of two variables that begins at k, at the numbers at places a and b."""
-    for lane in range(lanes):
-        f, _, _ = surface(L.table, k, W.formula[a, lane], W.formula[b, lane])
-        W.formula[place, lane] = f
+    for m in range(count(w)):
+        lane = lane_at(m, w)
+        f, _, _ = surface(L.table, k, entry(W.formula, a, lane), entry(W.formula, b, lane))
+        put_entry(W.formula, place, f, lane)

@@ -10,10 +10,12 @@ from __future__ import annotations
 
 from mbody.core.bundle import Bundle, Floats, Ints, Rows, Stacks, Tables
 from mbody.core.decorators import kernel, njit
+from mbody.core.duals import dual
+from mbody.core.lanes import ld, st
 from mbody.kernels.layout import Layout, Work
 from mbody.laws.postfix import LOG, binary, unary
 
-__all__ = ["NumberProgram", "measures", "run", "set_numbers"]
+__all__ = ["NumberProgram", "measures", "number_duals", "run", "set_numbers"]
 
 
 class NumberProgram(Bundle):
@@ -49,6 +51,27 @@ def run(P):
         else:
             value, _, _ = binary(code, a, 0.0, 0.0, b, 0.0, 0.0)
         slots[operations[n, 3]] = value
+
+
+@kernel
+def number_duals(P: NumberProgram, slots: Rows, found: Rows) -> None:
+    """The targets of P with derivatives, found (outputs, lanes) as dual numbers, from those of its
+    inputs in the first rows of slots (slots, lanes).
+    """
+    w = dual()
+    operations = P.operations
+    for n in range(P.lowest.shape[0], P.slots.shape[0]):
+        st(slots, n, P.slots[n], w)
+    for n in range(operations.shape[0]):
+        code = operations[n, 0]
+        a, b = ld(slots, operations[n, 1], w), ld(slots, operations[n, 2], w)
+        if code <= LOG:
+            number, _, _ = unary(code, a, 0.0, 0.0)
+        else:
+            number, _, _ = binary(code, a, 0.0, 0.0, b, 0.0, 0.0)
+        st(slots, operations[n, 3], number, w)
+    for n in range(found.shape[0]):
+        st(found, n, ld(slots, P.targets[n], w), w)
 
 
 @kernel

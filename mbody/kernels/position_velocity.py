@@ -20,6 +20,7 @@ from __future__ import annotations
 import numpy as np
 
 from mbody.core.decorators import inline, njit
+from mbody.core.duals import passes_more
 from mbody.core.lanes import highest, ld, st
 from mbody.kernels.constraints import rows, turns
 from mbody.kernels.friction import (
@@ -99,12 +100,15 @@ def least_motion(L, W, w, c, checked):
         return
     # rows of c beyond those of the nodes are no equations
     terms = sum_of_squares(c, 2 * L.nodes, w)
-    for _ in range(REFINEMENTS):
+    left = passes_more(w)
+    for _ in range(REFINEMENTS + left):
         apply_g(L, W, w, W.u, W.x)
         for n in range(2 * L.nodes):
             st(W.x, n, ld(c, n, w) - ld(W.x, n, w), w)
         if highest(sum_of_squares(W.x, 2 * L.nodes, w) - ROUNDING * ROUNDING * terms) <= 0.0:
-            break
+            if left == 0:
+                break
+            left -= 1
         solve(L, W, w)
         clear(W.r, w)
         apply_gt(L, W, w, W.x, W.r)
@@ -250,11 +254,14 @@ def multipliers(L, W, w):
         senses_by_rates(L, W, w)
     responses(L, W, w)
     friction_sizes(L, W, w)
-    for _ in range(REFINEMENTS):
+    left = passes_more(w)
+    for _ in range(REFINEMENTS + left):
         add_sliding(L, W, w)
         rest = balancing_multipliers(L, W, w)
         if not friction_changes(L, W, w):
-            break
+            if left == 0:
+                break
+            left -= 1
     store_sliding(L, W, w)
     return rest
 
@@ -270,7 +277,8 @@ def balancing_multipliers(L, W, w):
         st(W.r, n, 0.0, w)
     rest = 0.0 * ld(W.size, 0, w)
     terms = rest
-    for _ in range(REFINEMENTS):
+    left = passes_more(w)
+    for _ in range(REFINEMENTS + left):
         weigh(L, W, w, W.r)
         apply_g(L, W, w, W.r, W.x)
         solve(L, W, w)
@@ -278,5 +286,7 @@ def balancing_multipliers(L, W, w):
             st(W.lam, n, ld(W.lam, n, w) + ld(W.x, n, w), w)
         rest, terms = force_residual(L, W, w)
         if highest(rest - ROUNDING * ROUNDING * terms) <= 0.0:
-            break
+            if left == 0:
+                break
+            left -= 1
     return np.sqrt(rest / (terms + 1e-300))

@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbody.core.decorators import njit
+from mbody.core.dual_number import value
+from mbody.core.lanes import larger, smaller
 from mbody.laws.kernels import TOLERANCE, interval
 
 __all__ = ["HEAD", "PATCH", "surface"]
@@ -35,12 +37,12 @@ def surface(tab: FloatArray, k: int, x: float, y: float) -> tuple[float, float, 
     y0, y1 = tab[of_y], tab[of_y + n - 1]
     p, q = x, y
     if outside > 0:
-        p, q = min(max(x, x0), x1), min(max(y, y0), y1)
+        p, q = smaller(larger(x, x0), x1), smaller(larger(y, y0), y1)
     wide, high = TOLERANCE * (x1 - x0), TOLERANCE * (y1 - y0)
     within = p >= x0 - wide and p <= x1 + wide and q >= y0 - high and q <= y1 + high
     if not within or x != x or y != y:
         return math.nan, math.nan, math.nan
-    i, j = interval(tab, of_x, m, p), interval(tab, of_y, n, q)
+    i, j = interval(tab, of_x, m, value(p)), interval(tab, of_y, n, value(q))
     u, v = p - tab[of_x + i], q - tab[of_y + j]
     c = of_y + n + PATCH * (i * (n - 1) + j)
     f = fx = fy = 0.0

@@ -18,6 +18,9 @@ from numpy.typing import NDArray
 
 from mbody.core.bundle import Floats, Rows
 from mbody.core.decorators import kernel, njit
+from mbody.core.dual_number import value
+from mbody.core.duals import entry
+from mbody.core.lanes import larger, smaller
 from mbody.laws.postfix import expression
 
 __all__ = [
@@ -53,7 +56,8 @@ PI = math.pi
 
 FloatArray: TypeAlias = NDArray[np.float64]
 Three: TypeAlias = tuple[float, float, float]
-#: f, f′, f″ by (par, o, n, lane, tab, k, x).
+#: f, f′, f″ by (par, o, n, lane, tab, k, x). With dual numbers `lane` is one, as x is, so that the
+#: derivatives of all three by numbers and by x come with them (`mbody.core.duals`).
 LawKernel: TypeAlias = Callable[[FloatArray, int, int, int, FloatArray, int, float], Three]
 
 
@@ -68,7 +72,7 @@ def polynomial(
     for i in range(o + n - 1, o - 1, -1):
         f2 = f2 * x + 2.0 * f1
         f1 = f1 * x + f
-        f = f * x + par[i, lane]
+        f = f * x + entry(par, i, lane)
     return f, f1, f2
 
 
@@ -77,12 +81,12 @@ def harmonic(
     par: FloatArray, o: int, n: int, lane: int, tab: FloatArray, k: int, x: float
 ) -> Three:
     """Sinusoid f = mean + amplitude sin(frequency x + phase)."""
-    amplitude = par[o + 1, lane]
-    frequency = par[o + 2, lane]
-    angle = frequency * x + par[o + 3, lane]
-    s = amplitude * math.sin(angle)
-    c = amplitude * math.cos(angle)
-    return par[o, lane] + s, frequency * c, -frequency * frequency * s
+    amplitude = entry(par, o + 1, lane)
+    frequency = entry(par, o + 2, lane)
+    angle = frequency * x + entry(par, o + 3, lane)
+    s = amplitude * np.sin(angle)
+    c = amplitude * np.cos(angle)
+    return entry(par, o, lane) + s, frequency * c, -frequency * frequency * s
 
 
 @njit
@@ -114,12 +118,12 @@ def spline(par: FloatArray, o: int, n: int, lane: int, tab: FloatArray, k: int, 
     high = tab[first + count - 1]
     span = high - low
     if outside == 3:
-        x = x - span * np.floor((x - low) / span)
+        x = x - span * np.floor(value((x - low) / span))
     margin = TOLERANCE * span if outside == 0 or outside == 3 else 0.0
-    r = min(max(x, low), high) if outside == 1 or outside == 2 else x
+    r = smaller(larger(x, low), high) if outside == 1 or outside == 2 else x
     if not (r >= low - margin and r <= high + margin) or x != x:
         return math.nan, math.nan, math.nan
-    i = interval(tab, first, count, r)
+    i = interval(tab, first, count, value(r))
     c = first + count + 4 * i
     w = r - tab[first + i]
     f = tab[c] + w * (tab[c + 1] + w * (tab[c + 2] + w * tab[c + 3]))
@@ -140,11 +144,11 @@ def half(shape: int, u: float) -> Three:
     """
     if shape == 0:  # cycloidal: s″ = 2π sin 2πu
         a = 2.0 * PI * u
-        return u - math.sin(a) / (2.0 * PI), 1.0 - math.cos(a), 2.0 * PI * math.sin(a)
+        return u - np.sin(a) / (2.0 * PI), 1.0 - np.cos(a), 2.0 * PI * np.sin(a)
     if shape == 1:  # simple harmonic: s = (1 − cos πu)/2
         a = PI * u
-        h = math.sin(0.5 * a)
-        return h * h, 0.5 * PI * math.sin(a), 0.5 * PI * PI * math.cos(a)
+        h = np.sin(0.5 * a)
+        return h * h, 0.5 * PI * np.sin(a), 0.5 * PI * PI * np.cos(a)
     if shape == 2:  # 3-4-5: s = 10u³ − 15u⁴ + 6u⁵
         v = 1.0 - u
         return (
@@ -166,7 +170,7 @@ def half(shape: int, u: float) -> Three:
         b = 1.0 / (4.0 * PI)
         if u < 0.125:
             a = u / b
-            return c * b * (u - b * math.sin(a)), c * b * (1.0 - math.cos(a)), c * math.sin(a)
+            return c * b * (u - b * np.sin(a)), c * b * (1.0 - np.cos(a)), c * np.sin(a)
         if u < 0.375:
             w = u - 0.125
             return c * (b * (0.125 - b) + w * (b + 0.5 * w)), c * (b + w), c
@@ -174,24 +178,24 @@ def half(shape: int, u: float) -> Three:
         a = w / b
         start = b * (0.125 - b) + 0.25 * (b + 0.125)
         return (
-            c * (start + w * (0.25 + b) + b * b * (1.0 - math.cos(a))),
-            c * (0.25 + b + b * math.sin(a)),
-            c * math.cos(a),
+            c * (start + w * (0.25 + b) + b * b * (1.0 - np.cos(a))),
+            c * (0.25 + b + b * np.sin(a)),
+            c * np.cos(a),
         )
     # modified sine: s″ = C sin 4πu, then C sin(4πu/3 + π/3)
     c = 1.0 / (4.0 + PI)
     if u < 0.125:
         a = 4.0 * PI * u
         return (
-            c * (PI * u - 0.25 * math.sin(a)),
-            c * PI * (1.0 - math.cos(a)),
-            c * 4.0 * PI * PI * math.sin(a),
+            c * (PI * u - 0.25 * np.sin(a)),
+            c * PI * (1.0 - np.cos(a)),
+            c * 4.0 * PI * PI * np.sin(a),
         )
     a = (4.0 * u + 1.0) * PI / 3.0
     return (
-        c * (2.0 + PI * u - 2.25 * math.sin(a)),
-        c * PI * (1.0 - 3.0 * math.cos(a)),
-        c * 4.0 * PI * PI * math.sin(a),
+        c * (2.0 + PI * u - 2.25 * np.sin(a)),
+        c * PI * (1.0 - 3.0 * np.cos(a)),
+        c * 4.0 * PI * PI * np.sin(a),
     )
 
 
@@ -222,9 +226,10 @@ def pieces(par: FloatArray, o: int, n: int, lane: int, tab: FloatArray, k: int, 
     """
     if n == 4:
         shape = int(tab[k])
-        return rise(shape, par[o + 3, lane], par[o, lane], par[o + 1, lane], par[o + 2, lane], x)
+        base, height = entry(par, o + 3, lane), entry(par, o, lane)
+        return rise(shape, base, height, entry(par, o + 1, lane), entry(par, o + 2, lane), x)
     period = tab[k]
-    r = x - period * np.floor(x / period)
+    r = x - period * np.floor(value(x / period))
     i = k + 2
     for _ in range(1, int(tab[k + 1])):
         if r < tab[i + 7]:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbody.core.decorators import PLAIN, inline, njit
+from mbody.core.duals import constant, entry
 from mbody.core.stack import FRAME_NUMBERS, numbers_in_frame
 
 __all__ = ["MAX_STACK", "MAX_OPERATIONS", "OPERATIONS", "expression"]
@@ -75,7 +76,7 @@ def expression(par: FloatArray, o: int, lane: int, tab: FloatArray, k: int, x: f
 
     tab = (length, operations), par = the constants in the order in which the program takes them.
     """
-    stack = numbers_in_frame()
+    stack = numbers_in_frame(x)
     depth = 0
     c = o
     f, f1, f2 = 0.0, 0.0, 0.0
@@ -87,10 +88,10 @@ def expression(par: FloatArray, o: int, lane: int, tab: FloatArray, k: int, x: f
             if code == VARIABLE:
                 f, f1, f2 = x, 1.0, 0.0
             else:
-                f, f1, f2 = par[c, lane], 0.0, 0.0
+                f, f1, f2 = entry(par, c, lane), 0.0, 0.0
                 c += 1
         elif code <= POWER_CONSTANT:
-            f, f1, f2 = with_constant(code, f, f1, f2, par[c, lane])
+            f, f1, f2 = with_constant(code, f, f1, f2, entry(par, c, lane))
             c += 1
         elif code <= LOG:
             f, f1, f2 = unary(code, f, f1, f2)
@@ -168,7 +169,7 @@ def unary(code: int, a: float, a1: float, a2: float) -> Three:
 @inline
 def second_term(slope: float, a2: float) -> float:
     """g′ a″, or 0 where a″ = 0, also where g′ is infinite: then g″ a′² alone counts."""
-    return slope * a2 if a2 != 0.0 else 0.0
+    return 0.0 if a2 == 0.0 and constant(a2) else slope * a2
 
 
 @inline
@@ -219,11 +220,11 @@ def length(a: float, a1: float, a2: float, b: float, b1: float, b2: float) -> Th
 @njit
 def constant_power(a: float, a1: float, a2: float, p: float) -> Three:
     """a ^ p:  g′ = p a^(p−1), g″ = p (p − 1) a^(p−2), or 0 where the factor before is 0."""
-    if p == 2.0:
+    if p == 2.0 and constant(p):
         return a * a, 2.0 * a * a1, 2.0 * (a1 * a1 + a * a2)
-    if p == 1.0:
+    if p == 1.0 and constant(p):
         return a, a1, a2
-    if p == 0.0:
+    if p == 0.0 and constant(p):
         return 1.0, 0.0, 0.0
     g = np.power(a, p)
     second = np.power(a, p - 2.0)
@@ -234,7 +235,7 @@ def constant_power(a: float, a1: float, a2: float, p: float) -> Three:
 @njit
 def power(a: float, a1: float, a2: float, b: float, b1: float, b2: float) -> Three:
     """a ^ b = exp u, u = b log a:  f′ = f u′, f″ = f (u″ + u′²)."""
-    if b1 == 0.0 and b2 == 0.0:
+    if b1 == 0.0 and b2 == 0.0 and constant(b1) and constant(b2):
         return constant_power(a, a1, a2, b)
     if a == 0.0 and (b > 2.0 or (b > 0.0 and a1 == 0.0 and a2 == 0.0)):
         return 0.0, 0.0, 0.0

@@ -64,6 +64,12 @@ class Record:
         lanes, instants, width = block.shape  # no rows where there are no joints
         return np.ascontiguousarray(block.reshape(lanes * instants, width)[: self.count])
 
+    def load_on(self, cause: int, first: int) -> tuple[Array, Array, Array] | None:
+        """Force and torque of a load at the coordinates of a body from `first` on, where they are
+        kept; None where kernels compute them, as for all that analyses give.
+        """
+        return None
+
     @staticmethod
     def _pieces(block: Array) -> Array:
         return block if block.shape[2] == 1 else block[:-1]

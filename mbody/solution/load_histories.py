@@ -47,7 +47,7 @@ def load_history(solution: Result, name: str, on: str | None = None) -> LoadHist
     if load.along_line:
         length, rate, (ux, uy) = stretched(solution, load)
         sign = 1.0 if sides[body] == "i" else -1.0
-        force, torque = sign * (fx * ux + fy * uy), np.zeros_like(torque)
+        force, torque = sign * (fx * ux + fy * uy), 0.0 * torque
     elif load.by_angle:
         angle, rate = turned(solution, load)
     return LoadHistory(name, body, other, fx, fy, torque, force, length, angle, rate)
@@ -102,10 +102,13 @@ def _on_all(solution: Result, load: Load, on: str | None) -> LoadHistory:
 def _forces(solution: Result, load: Load, body: str) -> tuple[Array, Array, Array]:
     """Force and torque about the mass centre on a moving body, as the kernels have them."""
     system = solution.system
-    motion, batch = motion_rows(solution), solution.record.batch
-    pages = motion if batch else motion[None]
     cause = [each.name for each in system.mechanism.loads].index(load.name)
     column = 3 * system.bodies[body]
+    kept = solution.record.load_on(cause, column)
+    if kept is not None:
+        return kept
+    motion, batch = motion_rows(solution), solution.record.batch
+    pages = motion if batch else motion[None]
     found = np.empty((len(pages), len(solution.t), 3))
     t = np.array(solution.t)
     for design, page in enumerate(pages):

@@ -99,8 +99,8 @@ def valued(solution: Result, measure: Measure) -> tuple[Any, Dimension, str]:
     names["t"] = Valued(solution.t, DIMENSIONS["time"])
     for name in solution.mechanism.parameters:
         # as the system has it, a column where it differs between designs
-        own = np.asarray(solution.system.values[name])
-        names[name] = replace(names[name], value=own[:, None] if own.ndim else own[()])
+        own = column(solution.system.values[name])
+        names[name] = replace(names[name], value=own)
     return _valued(measure, names)
 
 
@@ -309,47 +309,47 @@ def _bodies(mechanism: Mechanism) -> str:
     return listed(["ground", *(body.name for body in mechanism.bodies)])
 
 
-def _coordinate(run: Result, joint: Joint, key: str) -> np.ndarray:
+def _coordinate(run: Result, joint: Joint, key: str) -> Any:
     """The history of what measures the freedom of a joint."""
     i, j = (run[body] for body in joint.bodies)
     _, (dx, dy), angle_i, angle_j = ends(run, joint)
     if "angle" in joint.coordinates:
-        return np.asarray(angle_j - angle_i if key == "angle" else j.omega - i.omega)
+        return angle_j - angle_i if key == "angle" else j.omega - i.omega
     ux, uy = np.cos(angle_i), np.sin(angle_i)
     if key == "travel":
-        return np.asarray(ux * dx + uy * dy)
+        return ux * dx + uy * dy
     (vix, viy), (vjx, vjy) = (velocity(run, joint, side) for side in ("i", "j"))
     turning = i.omega * (ux * dy - uy * dx)
-    return np.asarray(ux * (vjx - vix) + uy * (vjy - viy) + turning)
+    return ux * (vjx - vix) + uy * (vjy - viy) + turning
 
 
-def _history(run: Result, owner: str, key: str) -> np.ndarray:
+def _history(run: Result, owner: str, key: str) -> Any:
     """The history of a body, a point, a joint, a load or a driver; of an input or an own state,
     which has no owner.
     """
     if not owner:
-        return np.asarray(own_history(run, key))
+        return own_history(run, key)
     element, _, point = owner.partition(".")
     if point:
         body: Any = run.mechanism[element]
         at_origin = point == ORIGIN and point not in body.points
-        return np.asarray(getattr(run.point(element if at_origin else owner), key))
+        return getattr(run.point(element if at_origin else owner), key)
     if element in run.system.bodies:
-        return np.asarray(getattr(run[element], key))
+        return getattr(run[element], key)
     owned: Any = run.mechanism[element]
     if owned.role == "joint" and key in owned.coordinates:
         return _coordinate(run, owned, key)
     if owned.role == "joint" and key == "loss":
-        return np.asarray(run.losses[element])
+        return run.losses[element]
     if owned.role == "contact" and key == "contact":
         return run.contact(element)
     if owned.role in ("joint", "contact"):
         reaction = run.reaction(element)
-        return np.asarray(reaction.magnitude if key == "force" else getattr(reaction, key))
+        return reaction.magnitude if key == "force" else getattr(reaction, key)
     if owned.role == "load" and any(one.name == f"{element}.{key}" for one in owned.own_states()):
-        return np.asarray(own_history(run, f"{element}.{key}"))
+        return own_history(run, f"{element}.{key}")
     if owned.role == "load":
-        return np.asarray(getattr(run.load(element), key))
+        return getattr(run.load(element), key)
     if key in DRIVEN:
         return run.driven(element)[DRIVEN.index(key)]
     effort = run.effort(element)

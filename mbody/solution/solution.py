@@ -388,6 +388,12 @@ class Solution(FrictionResults):
         own = self.mechanism.measures.get(of, of) if isinstance(of, str) else of
         return measured(self, own)[0]
 
+    def sensitivity(self, measure: str | Measure, by: Sequence[str] | None = None) -> Any:
+        """Which number changes a measured quantity most, in per cent per per cent: a table of the
+        derivatives by all numbers, or by some; see `mbody.gradient`. The instants are held.
+        """
+        return present("sensitivity", self, measure, by)
+
     def inertia(self, body: str) -> tuple[Array, Array, Array]:
         """D'Alembert's inertia force and torque of a body: (−m ax, −m ay, −I α)."""
         history, b = self[body], self.system.bodies[body]

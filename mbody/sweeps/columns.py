@@ -65,8 +65,11 @@ MeasureLike: TypeAlias = "str | Measure | tuple[str | Measure, str]"
 Measures: TypeAlias = "MeasureLike | Iterable[MeasureLike] | Mapping[str, MeasureLike]"
 
 
-def columns_of(mechanism: Mechanism, given: Measures | None) -> tuple[MeasuredColumn, ...]:
-    """The requested quantities; by default the measures of the mechanism.
+def columns_of(
+    mechanism: Mechanism, given: Measures | None, verb: str = "sweep"
+) -> tuple[MeasuredColumn, ...]:
+    """The requested quantities; by default the measures of the mechanism. Sentences begin with the
+    verb.
 
     Raises
     ------
@@ -82,29 +85,29 @@ def columns_of(mechanism: Mechanism, given: Measures | None) -> tuple[MeasuredCo
         given = list(mechanism.measures)
         if not given:
             raise ModelError(
-                'sweep: name a measure, such as measure="peak(A.force)": '
+                f'{verb}: name a measure, such as measure="peak(A.force)": '
                 f"'{mechanism.name}' has no measures of its own"
             )
     if isinstance(given, str | Measure):
         given = [given]
     if isinstance(given, Mapping):
-        found = [_column(mechanism, of, str(name)) for name, of in given.items()]
+        found = [_column(mechanism, of, str(name), verb) for name, of in given.items()]
     elif isinstance(given, Iterable):
-        found = [_column(mechanism, of, "") for of in given]
+        found = [_column(mechanism, of, "", verb) for of in given]
     else:
-        raise ModelError(f"sweep: measure must be text, a list or a dict, not {brief(given)}")
+        raise ModelError(f"{verb}: measure must be text, a list or a dict, not {brief(given)}")
     names = [column.name for column in found]
     if not names or len(set(names)) < len(names):
-        raise ModelError(f"sweep: measures [{', '.join(names)}]: give each once, at least one")
+        raise ModelError(f"{verb}: measures [{', '.join(names)}]: give each once, at least one")
     if taken := next((name for name in names if name in TAKEN), ""):
         raise ModelError(
-            f"sweep: a measure cannot have the name '{taken}', which is a column of every "
+            f"{verb}: a measure cannot have the name '{taken}', which is a column of every "
             "table: choose another"
         )
     return tuple(found)
 
 
-def _column(mechanism: Mechanism, of: Any, name: str) -> MeasuredColumn:
+def _column(mechanism: Mechanism, of: Any, name: str, verb: str) -> MeasuredColumn:
     reduction, unit = "", ""
     if isinstance(of, tuple) and len(of) == 2 and of[1] in REDUCTIONS:
         of, reduction = of
@@ -112,10 +115,10 @@ def _column(mechanism: Mechanism, of: Any, name: str) -> MeasuredColumn:
         of, unit = of.of, of.unit
     if not isinstance(of, str):
         raise ModelError(
-            "sweep: a measure is text, a Measure, or a pair of one and of "
+            f"{verb}: a measure is text, a Measure, or a pair of one and of "
             f"{', '.join(REDUCTIONS)}, not {brief(of)}"
         )
-    by, inner, instant = (reduction, of.strip(), 0) if reduction else _outermost(of)
+    by, inner, instant = (reduction, of.strip(), 0) if reduction else _outermost(of, verb)
     own = mechanism.measures.get(inner)
     measure = Measure(inner, unit) if own is None else own
     check_measure(mechanism, measure)
@@ -124,7 +127,7 @@ def _column(mechanism: Mechanism, of: Any, name: str) -> MeasuredColumn:
     )
 
 
-def _outermost(text: str) -> tuple[str, str, int]:
+def _outermost(text: str, verb: str) -> tuple[str, str, int]:
     """The reduction of a formula, the formula, and the instant of "at"."""
     match = re.fullmatch(r"\s*(\w+)\s*\((.*)\)\s*", text, re.DOTALL)
     if match is None or match[1] not in (*REDUCTIONS, "at"):
@@ -143,7 +146,7 @@ def _outermost(text: str) -> tuple[str, str, int]:
     if match[1] == "at":
         if len(parts) != 2 or not re.fullmatch(r"-?\d{1,9}", parts[1]):
             raise ModelError(
-                f"sweep: {brief(text)}: at takes a quantity and the number of an instant, as in "
+                f"{verb}: {brief(text)}: at takes a quantity and the number of an instant, as in "
                 "at(A.force, 0)"
             )
         return "at", parts[0], int(parts[1])

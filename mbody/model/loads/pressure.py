@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from mbody.core.decorators import inline
+from mbody.core.dual_number import value
 from mbody.errors import ModelError
 from mbody.laws import Cam, Table
 from mbody.model.element import (
@@ -196,5 +197,5 @@ def piston(i, j, p):
 @inline
 def within_cycle(x):
     """x mod 2π, 0 ≤ x < 2π: rounding may make a whole turn of what is just below none."""
-    r = x - TURN * np.floor(x / TURN)
+    r = x - TURN * np.floor(value(x / TURN))
     return 0.0 if r >= TURN else r

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from mbody.core.decorators import inline, njit
+from mbody.core.lanes import larger, smaller
 from mbody.errors import ModelError
 from mbody.model.element import (
     NumberField,
@@ -215,12 +215,12 @@ def charge(way, rate, stroke, clearance, suction, delivery, stiff, gas, ambient,
     Growing: from p_d at h = c; else from p_s at h = H. A liquid: p + K ln(h₀/h); a gas:
     (p + p₀)(h₀/h)ⁿ − p₀.
     """
-    h = clearance + min(max(way, 0.0), stroke)
+    h = clearance + smaller(larger(way, 0.0), stroke)
     p, last = suction, clearance + stroke
     if rate > 0.0:
         p, last = delivery, clearance
     if gas > 0.0:
-        p = (p + ambient) * (last / h) ** stiff - ambient
+        p = (p + ambient) * np.power(last / h, stiff) - ambient
     else:
-        p = p + stiff * math.log(last / h)
-    return p if valves == 0.0 else min(max(p, suction), delivery)
+        p = p + stiff * np.log(last / h)
+    return p if valves == 0.0 else smaller(larger(p, suction), delivery)

@@ -1,0 +1,1 @@
+"""Exact derivatives of measured quantities by the numbers of a mechanism."""

@@ -1,0 +1,125 @@
+"""Instants of a driven result in dual numbers: motion and forces with derivatives by numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from mbody.analysis.position.assembly_analysis import raise_user_error
+from mbody.core.duals import TANGENTS
+from mbody.core.lanes import LANES
+from mbody.derivatives.dual_solution import DualRecord, dual_solution
+from mbody.derivatives.number_tangents import dual_values, number_tangents
+from mbody.kernels.driven_duals import (
+    BY_LAW,
+    BY_TIME,
+    BY_VALUE,
+    DualInstants,
+    FoundDuals,
+    driven_duals,
+)
+from mbody.kernels.layout import Work
+from mbody.solution.solution import Solution
+from mbody.system.system import System
+
+__all__ = ["DrivenInstants"]
+
+#: What may be left of a tangent of Φ beside the greatest, where redundant rows close.
+CLOSED = 1e-6
+
+
+class DrivenInstants:
+    """Derivatives of the instants of one result by some numbers.
+
+    Parameters
+    ----------
+    run : Solution
+        Of a driven analysis of one design.
+    names : sequence of str
+        Dotted names of numbers.
+    turning : str
+        The driver whose turn it is, where the instants are those of equal angles by its law and so
+        depend on the numbers of the law.
+    """
+
+    def __init__(self, run: Solution, names: Sequence[str], turning: str = "") -> None:
+        self.run, self.names = run, list(names)
+        drivers = [one.name for one in run.system.drivers]
+        self.leader = drivers.index(turning) if turning else -1
+        self.mode = BY_TIME if run.given is None else BY_VALUE
+        if turning and run.given is None:
+            self.mode = BY_LAW
+        #: Numbers by which there is no derivative: with others alone redundant loops do not close.
+        self.unclosed: set[str] = set()
+        self.values = dual_values(run.system, self.names)
+        self.par, self.mass = number_tangents(run.system, self.names)
+
+    def at(self, instants: np.ndarray, with_loads: bool) -> Any:
+        """The result at some of its instants with derivatives, a `DualSolution`.
+
+        Raises
+        ------
+        SolveError
+            Where a user's function failed.
+        """
+        system, count = self.run.system, len(self.names)
+        bundle = self._instants(instants, with_loads)
+        loads = system.page_rows + 1 + 3 * len(system.drivers)
+        rows = loads + bundle.loads * system.coordinates
+        values = np.empty((len(instants), rows))
+        tangents = np.zeros((len(instants), rows, max(count, 1)))
+        for first in range(0, max(count, 1), TANGENTS):
+            part = slice(first, min(first + TANGENTS, count))
+            output = np.zeros((len(instants), rows, LANES))
+            unclosed = np.zeros((len(instants), LANES))
+            found = FoundDuals(output=output, unclosed=unclosed)
+            driven_duals(system.runtime(), self._work(part), bundle, found)
+            self._check(system, found, part)
+            values[:] = output[:, :, 0]
+            width = part.stop - part.start
+            tangents[:, :, part] = output[:, :, 1 : 1 + width]
+        record = DualRecord(values, tangents, loads, system.coordinates)
+        return dual_solution(self.run, self.values, record)
+
+    def _instants(self, instants: np.ndarray, with_loads: bool) -> DualInstants:
+        run, system = self.run, self.run.system
+        places = run.record.table(slice(0, system.coordinates))[instants]
+        given = np.zeros((len(instants), max(1, len(system.drivers)), 3))
+        if run.given is not None:
+            given = np.array(run.given[instants])
+        return DualInstants(
+            mode=self.mode,
+            leader=max(self.leader, 0),
+            t=np.array(run.t[instants]),
+            given=given,
+            q=np.ascontiguousarray(places),
+            rows=system.page_rows,
+            regularization=run.regularization,
+            with_forces=run.has_forces,
+            at_rest=run.analysis == "statics",
+            loads=len(system.mechanism.loads) if with_loads else 0,
+        )
+
+    def _work(self, part: slice) -> Work:
+        """A workspace of dual numbers: values, and tangents of some of the numbers."""
+        work = self.run.system.work(LANES)
+        work.memory[:, 1:] = 0.0
+        width = part.stop - part.start
+        work.par[:, 1 : 1 + width] = self.par[:, part]
+        work.mass[: len(self.mass), 1 : 1 + width] = self.mass[:, part]
+        return work
+
+    def _check(self, system: System, found: FoundDuals, part: slice) -> None:
+        """Collect the numbers with which redundant loops do not close."""
+        raise_user_error(system)
+        if self.run.regularization == 0.0:
+            return
+        names = self.names[part]
+        left = np.asarray(found.unclosed)[:, 1 : 1 + len(names)].max(axis=0)
+        moved = np.abs(np.asarray(found.output)[:, : system.coordinates, 1 : 1 + len(names)])
+        most = np.maximum(moved.max(axis=(0, 1)), 1e-300)
+        self.unclosed |= {
+            n for n, rest, m in zip(names, left, most, strict=True) if rest > CLOSED * m
+        }

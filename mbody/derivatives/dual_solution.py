@@ -1,0 +1,87 @@
+"""A result whose histories are dual numbers: values with their derivatives."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from mbody.core.dual_number import DualNumber
+from mbody.solution.histories import Record
+from mbody.solution.solution import Solution
+from mbody.system.system import System
+
+__all__ = ["DualRecord", "DualSolution", "dual_solution"]
+
+
+class DualRecord(Record):
+    """Rows of values (instants, rows) and of tangents (instants, rows, numbers)."""
+
+    def __init__(self, values: np.ndarray, tangents: np.ndarray, loads: int, size: int) -> None:
+        super().__init__([values[:, :, None]], len(values), batch=False)
+        self.values, self.tangents = values, tangents
+        #: Row of the first load, and rows of each.
+        self.loads, self.size = loads, size
+
+    def take(self, row: int) -> Any:
+        """One row as a dual number."""
+        return DualNumber(self.values[:, row], self.tangents[:, row])
+
+    def some(self, first: int, count: int) -> list[Any]:
+        """Rows that follow each other."""
+        return [self.take(row) for row in range(first, first + count)]
+
+    def table(self, rows: slice) -> np.ndarray:
+        """What compiled code would take."""
+        raise TypeError("compiled code computes it without derivatives")
+
+    def load_on(self, cause: int, first: int) -> tuple[Any, Any, Any]:
+        """Force and torque of a load on a body."""
+        row = self.loads + self.size * cause + first
+        fx, fy, torque = self.some(row, 3)
+        return fx, fy, torque
+
+
+class DualSolution(Solution):
+    """A result with derivatives. What has none is refused."""
+
+    def part(self, instants: np.ndarray) -> DualSolution:
+        """Only some of the instants."""
+        whole: Any = self.record
+        values, tangents = whole.values[instants], whole.tangents[instants]
+        return _made(self, self.system, DualRecord(values, tangents, whole.loads, whole.size))
+
+    def driven(self, driver: str) -> tuple[Any, Any, Any]:
+        """Value, rate and acceleration of what a driver drives, as its law has them."""
+        names = [one.name for one in self.mechanism.drivers]
+        if driver not in names:
+            return super().driven(driver)
+        value, rate, change = self.record.some(
+            self.system.page_rows + 1 + 3 * names.index(driver), 3
+        )
+        return value, rate, change
+
+    def effort(self, driver: str) -> Any:
+        """Effort of a driver or a coupling."""
+        if driver not in self.system.primitives_of:
+            return super().effort(driver)
+        return -self.primitive_history(self.system.primitives_of[driver][0], 0)
+
+
+def dual_solution(run: Solution, values: dict[str, Any], record: DualRecord) -> DualSolution:
+    """A result of the analysis of `run` with the numbers `values` and the histories of `record`."""
+    return _made(run, dataclasses.replace(run.system, values=values), record)
+
+
+def _made(run: Solution, system: System, record: DualRecord) -> DualSolution:
+    t: Any = record.take(system.page_rows)
+    return DualSolution(
+        system=system,
+        analysis=run.analysis,
+        t=t,
+        record=record,
+        given=None,
+        regularization=run.regularization,
+        dependencies=run.dependencies,
+    )

@@ -1,0 +1,262 @@
+"""Exact derivatives of measured quantities of a driven analysis."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from mbody.analysis.driven.requests import ANALYSES, analyse_system_at
+from mbody.analysis.position.assembly_analysis import as_system
+from mbody.derivatives.driven_instants import DrivenInstants
+from mbody.derivatives.named_numbers import changed, checked_names, unit_of
+from mbody.derivatives.reduced_measures import Derived, derived, instants_of
+from mbody.errors import ModelError, SolveError, brief
+from mbody.model.element import listed
+from mbody.model.mechanism import Mechanism
+from mbody.model.study import Instants
+from mbody.solution.solution import Solution
+from mbody.sweeps.columns import MeasuredColumn, Measures, columns_of
+from mbody.system.read_only import lock
+from mbody.system.system import System
+
+__all__ = ["Gradient", "gradient", "gradient_at", "gradient_of"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Gradient:
+    """Measured quantities with their derivatives.
+
+    Attributes
+    ----------
+    value : dict
+        By measure: a float, or an array (instants,).
+    by : tuple of str
+        The numbers.
+    jacobian : array (measures, numbers), or (measures, instants, numbers)
+        Derivatives in the units of the mechanism and of the measures; NaN where redundant loops do
+        not close with another number, which a note says.
+    units : dict
+        By measure, then by number: the unit of the derivative.
+    at : dict
+        By measure the time of the instant that was taken, of a greatest or least value and of one
+        instant; None where all instants count.
+    measured : dict
+        By measure its unit.
+    notes : tuple of str
+        Where there is no derivative, and measures that no number changes.
+    """
+
+    value: dict[str, Any]
+    by: tuple[str, ...]
+    jacobian: np.ndarray
+    units: dict[str, dict[str, str]]
+    at: dict[str, float | None]
+    measured: dict[str, str]
+    notes: tuple[str, ...] = ()
+    _rows: dict[str, int] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "_rows", {name: n for n, name in enumerate(self.value)})
+        lock(self)
+
+    def __getitem__(self, measure: str) -> dict[str, Any]:
+        """The derivatives of one measure by name: floats, or arrays (instants,)."""
+        if measure not in self._rows:
+            raise ModelError(
+                f"there is no measure {measure!r} here (there are: {listed(self.value)})",
+                str(measure),
+            )
+        row = self.jacobian[self._rows[measure]]
+        parts = row if row.ndim == 1 else row.T
+        whole = (float(part) if row.ndim == 1 else part for part in parts)
+        return dict(zip(self.by, whole, strict=True))
+
+    def __repr__(self) -> str:
+        shape = " × ".join(str(size) for size in self.jacobian.shape)
+        return f"Gradient({listed(self.value)} by {len(self.by)} numbers: {shape})"
+
+
+def gradient(
+    model: Mechanism | System,
+    measure: Measures | None = None,
+    by: Sequence[str] | str | None = None,
+    analysis: str = "kinetostatics",
+    **options: Any,
+) -> Gradient:
+    """Exact derivatives of measured quantities by numbers of the description.
+
+    Parameters
+    ----------
+    model : Mechanism or System
+        Of one design.
+    measure : str, Measure, list or dict of them
+        As of `sweep`: formulas of histories such as ``"A.force"``, or measures of the mechanism by
+        name; in ``peak(…)``, ``max(…)``, ``min(…)``, ``rms(…)``, ``mean(…)``, ``first(…)``,
+        ``last(…)`` or ``at(…, instant)`` the instants become one number. By default the measures
+        of the mechanism.
+    by : list of str, optional
+        Dotted names of numbers (``"crank.A.x"``, ``"coupler.mass"``, ``"motor.law.speed"``) and
+        parameters; by default all that have no formula.
+    analysis : str
+        "kinetostatics", "kinematics" or "statics".
+    **options
+        The instants: ``t``, ``drive``, ``turn``, ``instants``, ``guess`` as of the analysis, or
+        ``at``, ``over`` as of `Instants`; by default those of the mechanism itself.
+
+    Returns
+    -------
+    Gradient
+        Values and derivatives by name, with units; notes where there is no derivative.
+
+    Raises
+    ------
+    ModelError
+        For a number that there is not, or that a formula makes of others; for measures of which
+        some are histories and others are not; for a batch.
+    SolveError
+        As of the analysis; where redundant loops do not close with other numbers.
+
+    Notes
+    -----
+    The equations of the analysis are solved once more in dual numbers, which carry derivatives
+    through every operation: no differences are taken, so there is no step to choose. Only users'
+    own functions are differenced, which a note says. The derivative of a greatest value is that at
+    its instant (envelope theorem); where two instants share the greatest value a note says so.
+    The model length, by which errors are made dimensionless, is held.
+
+    Source: A. Griewank and A. Walther, *Evaluating Derivatives*, SIAM 2008, chapter 3 (forward
+    mode), chapter 15 (implicit functions).
+
+    Examples
+    --------
+    >>> import mbody
+    >>> machine = mbody.gallery.load("norton_fourbar")
+    >>> g = mbody.gradient(machine, {"pin": "peak(A.force)"}, ["crank.A.x"], turn="motor")
+    >>> round(g.value["pin"], 4), round(g["pin"]["crank.A.x"], 4), g.units["pin"]["crank.A.x"]
+    (169.5841, 23.6128, 'lbf/in')
+    """
+    system = as_system(model)
+    if system.batch is not None:
+        raise ModelError("gradient takes one design: choose one of the batch with design(n)")
+    if analysis not in ANALYSES:
+        raise ModelError(
+            f"gradient: there is no analysis {brief(analysis)} with derivatives (there are: "
+            f"{listed(ANALYSES)})"
+        )
+    checked_names(system, by)
+    columns_of(system.mechanism, measure, "gradient")
+    run = _analysed(system, analysis, options)
+    turning = options.get("turn") or options.get("over") or ""
+    if not options and system.mechanism.ask is not None:
+        turning = system.mechanism.ask.over
+    return gradient_at(run, measure, by, turning)
+
+
+def gradient_at(
+    run: Solution, measure: Measures | None, by: Sequence[str] | str | None, turn: Any = ""
+) -> Gradient:
+    """The gradient of measures of a result; `turn` as of the analysis, or of `Instants.over`."""
+    names = checked_names(run.system, by)
+    columns = columns_of(run.mechanism, measure, "gradient")
+    return gradient_of(run, columns, names, _turned(run.system, turn))
+
+
+def _analysed(system: System, analysis: str, options: Mapping[str, Any]) -> Solution:
+    known = ("t", "drive", "turn", "instants", "guess", "at", "over")
+    for name in options:
+        if name not in known:
+            raise ModelError(f"gradient: there is no option {name!r} (there are: {listed(known)})")
+    if not options or "at" in options or "over" in options:
+        ask = Instants(**options) if options else system.mechanism.ask or Instants()
+        return analyse_system_at(system, analysis, ask)
+    return ANALYSES[analysis](system, **options)
+
+
+def _turned(system: System, turn: Any) -> str:
+    """The driver whose turn it is; empty where none turns."""
+    if not turn:
+        return ""
+    if turn is True or turn == "turn":
+        return str(system.drivers[0].name)
+    found = [d for d in system.drivers if turn in (d.name, getattr(d, "body", None))]
+    return str(found[0].name)
+
+
+def gradient_of(
+    run: Solution, columns: Iterable[MeasuredColumn], by: Mapping[str, str], turning: str = ""
+) -> Gradient:
+    """Derivatives of the measures `columns` of a result by numbers, as `checked_names` has them."""
+    columns, names = tuple(columns), list(by.values())
+    histories = [one.name for one in columns if not one.by and len(run.t) > 1]
+    if histories and len(histories) < len(columns):
+        reduced = next(one.name for one in columns if one.by)
+        raise ModelError(
+            f"gradient: '{histories[0]}' is a history of {len(run.t)} instants, '{reduced}' one "
+            "number: give each a reduction such as peak(…) or mean(…), or none"
+        )
+    instants = DrivenInstants(run, names, turning)
+    choices = [instants_of(run, one) for one in columns]
+    needed = np.unique(np.concatenate([choice.needed for choice in choices]))
+    whole = instants.at(needed, any(choice.loads for choice in choices))
+    found = {
+        column.name: derived(whole, needed, column, choice)
+        for column, choice in zip(columns, choices, strict=True)
+    }
+    notes = [note for one in found.values() for note in one.notes]
+    for name, one in found.items():
+        if not changed(run.system, names, np.asarray(one.value), one.row).any():
+            notes.append(f"none of the numbers changes '{name}': its row is zero")
+            found[name] = replace(one, row=0.0 * one.row)
+    own = [name for name, function in run.system.functions if function is not None]
+    if own:
+        notes.append(
+            f"functions of your own, of {listed(dict.fromkeys(own))}, are differenced: derivatives "
+            "through them have some 9 figures"
+        )
+    notes += _without(run, by, instants.unclosed, found)
+    units = {name: unit_of(run.mechanism, number) for name, number in by.items()}
+    return Gradient(
+        value={name: one.value for name, one in found.items()},
+        by=tuple(by),
+        jacobian=np.array([one.row for one in found.values()]),
+        units={
+            name: {number: _per(one.unit, unit) for number, unit in units.items()}
+            for name, one in found.items()
+        },
+        at={name: one.at for name, one in found.items()},
+        measured={name: one.unit for name, one in found.items()},
+        notes=tuple(dict.fromkeys(notes)),
+    )
+
+
+def _without(
+    run: Solution, by: Mapping[str, str], unclosed: set[str], found: dict[str, Derived]
+) -> list[str]:
+    """Leave numbers out with which redundant loops do not close; refuse to where all are such."""
+    gone = [name for name, number in by.items() if number in unclosed]
+    if not gone:
+        return []
+    sentence = (
+        f"'{run.mechanism.name}' closes its redundant loops only with the numbers that it has of "
+        f"{listed(gone)}: there is no derivative by one of them alone; vary those that fit "
+        "together by a parameter"
+    )
+    if len(gone) == len(by):
+        raise SolveError(sentence, gone[0])
+    places = [n for n, name in enumerate(by) if name in gone]
+    for name, one in found.items():
+        row = one.row.copy()
+        row[..., places] = np.nan
+        found[name] = replace(one, row=row)
+    return [sentence]
+
+
+def _per(unit: str, by: str) -> str:
+    """Unit of a quotient."""
+    if not by:
+        return unit
+    below = f"({by})" if any(letter in by for letter in "·/ ") else by
+    return f"{unit or '1'}/{below}"

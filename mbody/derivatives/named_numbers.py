@@ -1,0 +1,109 @@
+"""The numbers by which derivatives are taken: which there are, and their units."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from mbody.errors import ModelError, brief
+from mbody.model.element import listed
+from mbody.model.mechanism import Mechanism
+from mbody.model.numbers import dimension_named
+from mbody.system.system import System
+
+__all__ = ["changed", "checked_names", "unit_of"]
+
+#: What is this small a part of a quantity is rounding.
+ROUNDING = 1e-12
+
+
+def checked_names(
+    system: System, by: Sequence[str] | str | None, verb: str = "gradient"
+) -> dict[str, str]:
+    """Dotted names of the requested numbers by the names that were given; by default of all that
+    have no formula. Sentences begin with the verb.
+
+    Raises
+    ------
+    ModelError
+        For a name that there is not, one that is given twice, a number that a formula makes, and a
+        parameter that a system cannot change.
+    """
+    if by is None:
+        left = {*system.mechanism.fixed_parameters, *system.formulas}
+        left |= {f"ground.{key}" for key in ("mass", "inertia", "cg.x", "cg.y")}
+        return {name: name for name in system.values if name not in left}
+    if not isinstance(by, str | Sequence):
+        raise ModelError(f'{verb}: by must be names such as ["crank.A.x"], not {brief(by)}')
+    found: dict[str, str] = {}
+    for name in [by] if isinstance(by, str) else by:
+        own = _checked(system, name, verb)
+        if own in found.values():
+            raise ModelError(f"{verb}: '{name}' is given twice in by: give it once", name)
+        found[name] = own
+    if not found:
+        raise ModelError(f"{verb}: by is empty: name at least one number, or leave it out")
+    return found
+
+
+def _checked(system: System, given: Any, verb: str) -> str:
+    if not isinstance(given, str):
+        raise ModelError(
+            f'{verb}: by must be names such as ["crank.A.x"], not {brief(given)}', str(given)
+        )
+    name = system.number_name(given)
+    if name not in system.values:
+        raise ModelError(_unknown(system, name), name)
+    if name in system.mechanism.fixed_parameters:
+        raise ModelError(
+            f"parameter '{name}' is used in a table, a program, a guess or g of "
+            f"'{system.mechanism.name}', which a system cannot change: there is no derivative by "
+            "it; describe the mechanism with another value",
+            name,
+        )
+    formula = system.formulas.get(name)
+    if formula is not None:
+        used = listed(sorted(system.mechanism.parameters.used_by(formula)))
+        raise ModelError(
+            f"'{name}' is made by the formula '{formula.text}': take the derivative by {used}, or "
+            f"give '{name}' a number of its own by with_values",
+            name,
+        )
+    if np.ndim(system.values[name]):
+        raise ModelError(f"'{name}' is not one number", name)
+    return name
+
+
+def _unknown(system: System, name: str) -> str:
+    known = list(system.values)
+    owner = name.partition(".")[0]
+    own = [one for one in known if one.partition(".")[0] == owner and "." in one]
+    close = difflib.get_close_matches(name, own or known, n=6, cutoff=0.5 if own else 0.6)
+    there = close or own[:12] or known[:12]
+    return f"there is no number {brief(name)} (there are: {listed(there)})"
+
+
+def changed(system: System, names: Sequence[str], value: np.ndarray, row: np.ndarray) -> np.ndarray:
+    """Which of the numbers change a quantity by more than rounding, if they change by their own
+    size, (names,): from its values and derivatives (…, names).
+    """
+    sizes = np.array([abs(float(system.values[name])) for name in names])
+    lengths = [unit_of(system.mechanism, name) == system.mechanism.units.length for name in names]
+    sizes = np.where(lengths, np.maximum(sizes, system.length), sizes)
+    effect = np.abs(np.nan_to_num(row)) * sizes
+    greatest = np.abs(value).max(initial=0.0)
+    most = effect.reshape(-1, len(names)).max(axis=0, initial=0.0)
+    # a number that is zero has no size: its derivative beside those of the others
+    plain = np.abs(np.nan_to_num(row)).reshape(-1, len(names)).max(axis=0, initial=0.0)
+    return np.where(
+        sizes == 0.0, plain > ROUNDING * plain.max(initial=0.0), most > ROUNDING * greatest
+    )
+
+
+def unit_of(mechanism: Mechanism, name: str) -> str:
+    """Unit of a number, empty of a plain one."""
+    dimension = dimension_named(mechanism, name)
+    return "" if dimension is None else mechanism.units.of(dimension)

@@ -1,0 +1,83 @@
+"""Derivatives: of what, by which numbers, where there are none."""
+
+import mbody
+from mbody import Mechanism, Torque
+from tests.errors.command import said
+from tests.errors.models import four_bar
+
+
+def gradient(measure="A.force", by="crank.A.x", analysis="kinetostatics", **options):
+    return mbody.gradient(four_bar(), measure, by, analysis, **options)
+
+
+def with_parameters():
+    """A four-bar one of whose lengths a formula makes."""
+    machine = Mechanism("four-bar", parameters={"a": 0.5}, ground={"O2": (0, 0), "O4": (3.5, 0)})
+    machine.add(
+        mbody.Body("crank", points={"A": ("2*a", 0)}),
+        mbody.Body("coupler", points={"B": (3.0, 0)}, guess="30 deg"),
+        mbody.Body("rocker", points={"B": (2.0, 0)}, guess="80 deg"),
+        mbody.Revolute("O2", "ground.O2", "crank"),
+        mbody.Revolute("A", "crank.A", "coupler"),
+        mbody.Revolute("B", "coupler.B", "rocker.B"),
+        mbody.Revolute("O4", "ground.O4", "rocker"),
+        mbody.AngleDriver("motor", "crank", mbody.laws.ConstantSpeed(0.5, 10.0)),
+    )
+    return machine
+
+
+def of_a_batch():
+    system = mbody.assemble(four_bar()).with_values({"crank.A.x": [0.9, 1.1]})
+    return mbody.gradient(system, "A.force", ["crank.mass"])
+
+
+def sensitivity(**options):
+    run = mbody.kinetostatics(four_bar(), t=[0.0, 0.01])
+    return run.sensitivity("A.force", **options)
+
+
+def of_a_motion():
+    run = mbody.simulate(mbody.gallery.load("simple_pendulum"), 0.1)
+    return run.sensitivity("pendulum.angle")
+
+
+def of_redundant_loops():
+    """Three parallel cranks on one coupler: the third closes by its length alone."""
+    machine = mbody.gallery.load("parallel_cranks")
+    return mbody.gradient(machine, "motor.effort", "coupler.A2.x")
+
+
+def braked():
+    return four_bar(Torque("brake", "rocker", value=1.0))
+
+
+SCENARIOS = {
+    "a gradient by a number that there is not": lambda: gradient(by="crank.A.z"),
+    "a gradient by one number twice": lambda: mbody.gradient(
+        braked(), "A.force", ["brake", "brake.value"]
+    ),
+    "a gradient by nothing": lambda: gradient(by=[]),
+    "a gradient by what is no list": lambda: gradient(by=3),
+    "a gradient by what is no name": lambda: gradient(by=[3]),
+    "a gradient by a number that a formula makes": lambda: mbody.gradient(
+        with_parameters(), "A.force", "crank.A.x"
+    ),
+    "a gradient by a parameter of a table": lambda: mbody.gradient(
+        mbody.gallery.load("cam_follower"), "contact.force", "lift"
+    ),
+    "a gradient of a batch": of_a_batch,
+    "a gradient of another analysis": lambda: gradient(analysis="simulate"),
+    "a gradient with an option that there is not": lambda: gradient(until=3.0),
+    "a gradient of histories and numbers": lambda: gradient(
+        ["A.force", "peak(B.force)"], t=[0.0, 0.01]
+    ),
+    "a gradient at an instant that there is not": lambda: gradient("at(A.force, 3)"),
+    "a gradient by a length of redundant loops": of_redundant_loops,
+    "a measure that a gradient has not": lambda: gradient()["B.force"],
+    "a sensitivity of a history": sensitivity,
+    "a sensitivity of a free motion": of_a_motion,
+    "a sensitivity by a number that there is not": lambda: sensitivity(by=["crank.z"]),
+    "a sensitivity in the command by a number that there is not": said(
+        ["sensitivity", "norton_fourbar", "A.force", "--by", "crank.z"]
+    ),
+}
