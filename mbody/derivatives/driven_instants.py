@@ -42,9 +42,17 @@ class DrivenInstants:
     turning : str
         The driver whose turn it is, where the instants are those of equal angles by its law and so
         depend on the numbers of the law.
+    tangents : arrays (parameters, names), (masses, names), optional
+        Derivatives of the rows of `par` and `mass`, where they are known.
     """
 
-    def __init__(self, run: Solution, names: Sequence[str], turning: str = "") -> None:
+    def __init__(
+        self,
+        run: Solution,
+        names: Sequence[str],
+        turning: str = "",
+        tangents: tuple[np.ndarray, np.ndarray] | None = None,
+    ) -> None:
         self.run, self.names = run, list(names)
         drivers = [one.name for one in run.system.drivers]
         self.leader = drivers.index(turning) if turning else -1
@@ -53,11 +61,22 @@ class DrivenInstants:
             self.mode = BY_LAW
         #: Numbers by which there is no derivative: with others alone redundant loops do not close.
         self.unclosed: set[str] = set()
-        self.values = dual_values(run.system, self.names)
-        self.par, self.mass = number_tangents(run.system, self.names)
+        known = number_tangents(run.system, self.names) if tangents is None else tangents
+        self.par, self.mass = known
 
     def at(self, instants: np.ndarray, with_loads: bool) -> Any:
         """The result at some of its instants with derivatives, a `DualSolution`.
+
+        Raises
+        ------
+        SolveError
+            Where a user's function failed.
+        """
+        values = dual_values(self.run.system, self.names)
+        return dual_solution(self.run, values, self.rows_at(instants, with_loads))
+
+    def rows_at(self, instants: np.ndarray, with_loads: bool) -> DualRecord:
+        """Rows of values and tangents of some instants.
 
         Raises
         ------
@@ -80,8 +99,7 @@ class DrivenInstants:
             values[:] = output[:, :, 0]
             width = part.stop - part.start
             tangents[:, :, part] = output[:, :, 1 : 1 + width]
-        record = DualRecord(values, tangents, loads, system.coordinates)
-        return dual_solution(self.run, self.values, record)
+        return DualRecord(values, tangents, loads, system.coordinates)
 
     def _instants(self, instants: np.ndarray, with_loads: bool) -> DualInstants:
         run, system = self.run, self.run.system

@@ -8,15 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.driven.requests import ANALYSES, analyse_system_at
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.derivatives.driven_instants import DrivenInstants
 from mbody.derivatives.named_numbers import changed, checked_names, unit_of
 from mbody.derivatives.reduced_measures import Derived, derived, instants_of
-from mbody.errors import ModelError, SolveError, brief
+from mbody.derivatives.requested_instants import requested_instants, turned_driver
+from mbody.errors import ModelError, SolveError
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
-from mbody.model.study import Instants
 from mbody.solution.solution import Solution
 from mbody.sweeps.columns import MeasuredColumn, Measures, columns_of
 from mbody.system.read_only import lock
@@ -141,18 +140,10 @@ def gradient(
     system = as_system(model)
     if system.batch is not None:
         raise ModelError("gradient takes one design: choose one of the batch with design(n)")
-    if analysis not in ANALYSES:
-        raise ModelError(
-            f"gradient: there is no analysis {brief(analysis)} with derivatives (there are: "
-            f"{listed(ANALYSES)})"
-        )
+    wanted = requested_instants(system, analysis, options)
     checked_names(system, by)
     columns_of(system.mechanism, measure, "gradient")
-    run = _analysed(system, analysis, options)
-    turning = options.get("turn") or options.get("over") or ""
-    if not options and system.mechanism.ask is not None:
-        turning = system.mechanism.ask.over
-    return gradient_at(run, measure, by, turning)
+    return gradient_at(wanted.analysed(system), measure, by, wanted.turning)
 
 
 def gradient_at(
@@ -161,28 +152,7 @@ def gradient_at(
     """The gradient of measures of a result; `turn` as of the analysis, or of `Instants.over`."""
     names = checked_names(run.system, by)
     columns = columns_of(run.mechanism, measure, "gradient")
-    return gradient_of(run, columns, names, _turned(run.system, turn))
-
-
-def _analysed(system: System, analysis: str, options: Mapping[str, Any]) -> Solution:
-    known = ("t", "drive", "turn", "instants", "guess", "at", "over")
-    for name in options:
-        if name not in known:
-            raise ModelError(f"gradient: there is no option {name!r} (there are: {listed(known)})")
-    if not options or "at" in options or "over" in options:
-        ask = Instants(**options) if options else system.mechanism.ask or Instants()
-        return analyse_system_at(system, analysis, ask)
-    return ANALYSES[analysis](system, **options)
-
-
-def _turned(system: System, turn: Any) -> str:
-    """The driver whose turn it is; empty where none turns."""
-    if not turn:
-        return ""
-    if turn is True or turn == "turn":
-        return str(system.drivers[0].name)
-    found = [d for d in system.drivers if turn in (d.name, getattr(d, "body", None))]
-    return str(found[0].name)
+    return gradient_of(run, columns, names, turned_driver(run.system, turn))
 
 
 def gradient_of(

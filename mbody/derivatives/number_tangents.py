@@ -8,7 +8,7 @@ runs on dual numbers itself, some hundred times slower.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,7 +21,13 @@ from mbody.image.changeable import Changeable, changeable_numbers
 from mbody.kernels.number_program import NumberProgram, number_duals
 from mbody.system.system import System
 
-__all__ = ["dual_values", "number_tangents", "tangents_by_elements"]
+__all__ = [
+    "RecordedNumbers",
+    "dual_values",
+    "number_tangents",
+    "recorded_numbers",
+    "tangents_by_elements",
+]
 
 
 def dual_values(system: System, names: Sequence[str]) -> dict[str, Any]:
@@ -45,21 +51,11 @@ def dual_values(system: System, names: Sequence[str]) -> dict[str, Any]:
 
 def number_tangents(system: System, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
     """Derivatives of the rows of `par` and `mass` by the named numbers: (rows, names) each."""
-    recorded = _recorded(system)
-    if recorded is None or not all(name in recorded.place for name in names):
+    recorded = recorded_numbers(system)
+    if not recorded.has(names):
         return tangents_by_elements(system, dual_values(system, names), len(names))
-    rows = len(system.par) + len(system.mass)
-    whole = np.zeros((rows, len(names)))
-    found, slots = aligned(rows, LANES), aligned(len(recorded.program.slots), LANES)
-    values = system.values
-    slots[: len(recorded.place), 0] = [values[name] for name in recorded.place]
-    for first in range(0, len(names), TANGENTS):
-        part = names[first : first + TANGENTS]
-        slots[: len(recorded.place), 1:] = 0.0
-        slots[[recorded.place[name] for name in part], range(1, 1 + len(part))] = 1.0
-        number_duals(recorded.program, slots, found)
-        whole[:, first : first + len(part)] = found[:, 1 : 1 + len(part)]
-    return whole[: len(system.par)], whole[len(system.par) :]
+    rows, (_, tangents) = len(system.par), recorded.evaluated(system.values, names)
+    return tangents[:rows], tangents[rows:]
 
 
 def tangents_by_elements(
@@ -81,7 +77,7 @@ def _tangents(rows: list[Any], count: int) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class _Recorded:
+class RecordedNumbers:
     """The operations from the numbers of a description to those of the kernels.
 
     Attributes
@@ -90,26 +86,51 @@ class _Recorded:
         Place of every input by name.
     fixed : dict
         Numbers that are constants in it, with their values.
+    outputs : int
+        Rows of par and mass; what follows them is looked at by others.
     """
 
     program: NumberProgram
     place: dict[str, int]
     fixed: dict[str, float]
+    outputs: int
+
+    def has(self, names: Sequence[str]) -> bool:
+        """Whether all of these are inputs."""
+        return all(name in self.place for name in names)
+
+    def evaluated(
+        self, values: Mapping[str, Any], names: Sequence[str]
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """The rows of par, then of mass, (rows,), and their derivatives by the named numbers,
+        (rows, names).
+        """
+        tangents = np.zeros((self.outputs, len(names)))
+        found, slots = aligned(self.outputs, LANES), aligned(len(self.program.slots), LANES)
+        slots[: len(self.place), 0] = [values[name] for name in self.place]
+        for first in range(0, max(len(names), 1), TANGENTS):
+            part = names[first : first + TANGENTS]
+            slots[: len(self.place), 1:] = 0.0
+            slots[[self.place[name] for name in part], range(1, 1 + len(part))] = 1.0
+            number_duals(self.program, slots, found)
+            tangents[:, first : first + len(part)] = found[:, 1 : 1 + len(part)]
+        return found[:, 0].copy(), tangents
 
 
-def _recorded(system: System) -> _Recorded | None:
+def recorded_numbers(system: System) -> RecordedNumbers:
     """What is recorded of this topology for these constants; made once."""
     key = ("number tangents", frozenset(system.formulas))
     plans: dict[Any, Any] = system.plans
-    found: _Recorded | None = plans.get(key)
+    found: RecordedNumbers | None = plans.get(key)
     if found is not None and all(system.values[n] == x for n, x in found.fixed.items()):
         return found
     found = plans[key] = _record(system, changeable_numbers(system))
     return found
 
 
-def _record(system: System, changeable: Changeable) -> _Recorded:
+def _record(system: System, changeable: Changeable) -> RecordedNumbers:
     place = {name: n for n, name in enumerate(changeable.rules)}
     others = system.values.keys() - place.keys() - changeable.follows.keys()
     fixed = {name: system.values[name] for name in others}
-    return _Recorded(changeable.program(), place, fixed)
+    outputs = len(system.par) + len(system.mass)
+    return RecordedNumbers(changeable.program(), place, fixed, outputs)
