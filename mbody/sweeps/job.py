@@ -15,7 +15,7 @@ from mbody.analysis.driven.runner import Runner
 from mbody.analysis.driven.time_grid import TimeGrid, check_reach, time_grid
 from mbody.analysis.dynamics.batch_integration import LaneMotions, integrate_lanes, lane_motions
 from mbody.analysis.dynamics.simulate import simulate
-from mbody.analysis.position.assembly_analysis import check_determined, closed
+from mbody.analysis.position.assembly_analysis import check_determined, closed, closed_near
 from mbody.core.lanes import LANES
 from mbody.errors import ModelError, SolveError
 from mbody.model.element import listed
@@ -33,6 +33,8 @@ __all__ = ["Job", "PieceResult", "analyse_piece", "prepared"]
 #: Most designs that are computed in parallel, most numbers stored for them at once, and most
 #: designs in parallel for free motions.
 BLOCK, NUMBERS, FREE = 16 * LANES, 4_000_000, 4 * LANES
+#: Designs of a block whose smallest gap is looked for where they do not close.
+EXPLAINED = 8
 #: Options for the instants of a driven analysis, and for a motion.
 INSTANTS = ("t", "drive", "turn", "instants", "guess", "at", "over")
 MOTION = (
@@ -306,9 +308,10 @@ def analyse_piece(job: Job, values: np.ndarray) -> PieceResult:
 def _block(job: Job, values: np.ndarray) -> PieceResult:
     """The results of designs that are computed in parallel."""
     result, alone = PieceResult(job.empty(len(values))), np.ones(len(values), dtype=bool)
+    way, open_loops = np.ones(len(values)), 0
     if job.course is not None:
         try:
-            found, alone = _together(job, job.course, values)
+            found, alone, way = _together(job, job.course, values)
         except ModelError:  # one of them has an invalid number
             pass
         else:
@@ -316,6 +319,9 @@ def _block(job: Job, values: np.ndarray) -> PieceResult:
                 column[~alone] = history.reshape(column.shape)[~alone]
     for design in np.flatnonzero(alone).tolist():
         try:
+            if way[design] < 1.0 and not _closes(job, values[design]):
+                open_loops += 1
+                raise _open(job, values[design], float(way[design]), open_loops <= EXPLAINED)
             run, found = _alone(job, values[design])
             for column, value in zip(result.columns, found, strict=True):
                 column[design] = value
@@ -332,31 +338,65 @@ def _block(job: Job, values: np.ndarray) -> PieceResult:
 
 def _together(
     job: Job, course: BatchSetup | LaneMotions, values: np.ndarray
-) -> tuple[list[np.ndarray], np.ndarray]:
-    """Columns of the designs on lanes, and which designs must be analysed one by one."""
+) -> tuple[list[np.ndarray], np.ndarray, np.ndarray]:
+    """Columns of the designs on lanes, which designs must be analysed one by one, and how much of
+    the way from the description's numbers closes, 1 of all.
+    """
     own = dict(zip(job.names, np.ascontiguousarray(values.T), strict=True))
     system, given = job.system.with_values(own), None
+    way = np.ones(len(values))
     if isinstance(course, LaneMotions):
         times = course.request.times
         rows, sound = integrate_lanes(system, course, own, job.wanted)
     else:
         times = course.grid.t
         check_reach(system, times, job.how.get("drive") or {})
-        poses, good = closed_poses(system, course.grid, course.pose, course.small)
-        rows, sound = on_lanes(system, course, poses, job.wanted)
-        sound &= good
+        closed_at = closed_poses(system, course.grid, course.pose, course.origin, course.small)
+        rows, sound = on_lanes(system, course, closed_at.poses, job.wanted)
+        sound &= closed_at.good
+        way = closed_at.way
         if len(course.grid.given) == len(times):
             given = course.grid.take(np.arange(job.before, len(times))).given
     kept = _SelectedRows(job.wanted, rows[:, :, job.before :])
     run = Solution(system, job.analysis, times[job.before :], kept, given)
     with np.errstate(all="ignore"):
         found = [reduced(c, measured(run, c.measure)[0]) for c in job.columns]
-        return found, ~sound | unfit(run)
+        return found, ~sound | unfit(run), way
+
+
+def _design(job: Job, values: np.ndarray) -> System:
+    """One design as a system."""
+    return job.system.with_values(dict(zip(job.names, values.tolist(), strict=True)))
+
+
+def _closes(job: Job, values: np.ndarray) -> bool:
+    """Whether a design closes from the guesses of the description."""
+    assert job.grid is not None
+    system, t = _design(job, values), float(job.grid.t[0])
+    return closed_near(system, t, job.how.get("guess"), job.grid.first(system)) is not None
+
+
+def _open(job: Job, values: np.ndarray, way: float, explained: bool) -> SolveError:
+    """The error of a design that does not close, with the smallest gap where it is `explained`,
+    which takes some hundred times as long.
+    """
+    assert job.grid is not None
+    units, t = job.system.mechanism.units, float(job.grid.t[0])
+    if explained:
+        try:
+            system = _design(job, values)
+            closed(system, t, job.grid.first(system), job.how.get("guess"))
+        except SolveError as error:
+            return error
+    return SolveError(
+        f"loops do not close at t = {t:g} {units.time}: from the numbers of the description to "
+        f"those of this design they do for {way:.1%} of the way; analyse it alone to see the gap"
+    )
 
 
 def _alone(job: Job, values: np.ndarray) -> tuple[Solution, list[Any]]:
     """One design, and its columns."""
-    system = job.system.with_values(dict(zip(job.names, values.tolist(), strict=True)))
+    system = _design(job, values)
     if job.analysis == "simulate":
         run = simulate(system, **job.how)
     elif job.ask is not None:

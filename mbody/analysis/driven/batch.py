@@ -75,7 +75,9 @@ def _poses(runner: Runner, start: ClosedPosition, grid: TimeGrid) -> np.ndarray:
     pose = start.work.q[:, 0].copy()
     poses, good = np.tile(pose, (designs, 1)), np.zeros(designs, dtype=bool)
     if not (start.regularization or system.has_user_code):
-        poses, good = closed_poses(system, grid, pose, rounding(system, pose))
+        origin = system.par[:, 0].copy()
+        found = closed_poses(system, grid, pose, origin, rounding(system, pose))
+        poses, good = found.poses, found.good
     elsewhere = []
     for design in np.flatnonzero(~good).tolist():
         try:

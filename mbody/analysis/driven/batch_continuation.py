@@ -15,8 +15,8 @@ import numpy as np
 from mbody.analysis.driven.runner import Runner, followed_lanes
 from mbody.analysis.driven.time_grid import BY_DRIVER, TimeGrid
 from mbody.analysis.position.assembly_analysis import SUSPICIOUS, rounding
-from mbody.analysis.position.closed_designs import close_batch
 from mbody.analysis.position.closed_position import ClosedPosition
+from mbody.analysis.position.staged_closing import ClosedDesigns, close_in_stages
 from mbody.core.lanes import LANES, aligned
 from mbody.kernels.continuation_lanes import Designs, follow_designs
 from mbody.kernels.output import PER_PRIMITIVE
@@ -37,6 +37,8 @@ class BatchSetup:
         The instants.
     pose : array (coordinates + 3,)
         Closed position of the description at the first instant, from which all designs are closed.
+    origin : array (parameters,)
+        The numbers of the description, as kernels take them.
     small, reach : float
         Rounding of a closed position, and the greatest coordinate, in model lengths and radians.
     pivots : PivotChoices
@@ -45,6 +47,7 @@ class BatchSetup:
     analysis: str
     grid: TimeGrid
     pose: np.ndarray
+    origin: np.ndarray
     small: float
     reach: float
     pivots: PivotChoices
@@ -61,6 +64,7 @@ def batch_setup(runner: Runner, start: ClosedPosition, grid: TimeGrid) -> BatchS
         runner.analysis,
         grid,
         start.work.q[:, 0].copy(),
+        runner.system.par[:, 0].copy(),
         float(rounding(runner.system, start.work.q[:, 0])),
         runner.reach(start, grid),
         pivots,
@@ -68,16 +72,15 @@ def batch_setup(runner: Runner, start: ClosedPosition, grid: TimeGrid) -> BatchS
 
 
 def closed_poses(
-    system: System, grid: TimeGrid, pose: np.ndarray, small: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Every design closed at the first instant from one pose, to corrections below `small`:
-    (designs, coordinates + 3), and whether it is; see `close_batch`.
+    system: System, grid: TimeGrid, pose: np.ndarray, origin: np.ndarray, small: float
+) -> ClosedDesigns:
+    """Every design closed at the first instant from the one pose of the numbers `origin`, to
+    corrections below `small`; see `close_in_stages`.
     """
     designs = int(system.batch or 0)
     first = grid.first(system)
     values = np.tile([first.get(d.name, np.nan) for d in system.drivers], (designs, 1))
-    poses = np.tile(pose, (designs, 1))
-    return poses, close_batch(system, float(grid.t[0]), values, poses, small, SUSPICIOUS)
+    return close_in_stages(system, float(grid.t[0]), values, pose, origin, small, SUSPICIOUS)
 
 
 def in_all_lanes(grid: TimeGrid) -> np.ndarray:

@@ -148,12 +148,17 @@ def closed(
     return found
 
 
-def closed_near(system: System, t: float, guess: Guesses) -> ClosedPosition | None:
+def closed_near(
+    system: System,
+    t: float,
+    guess: Guesses | None,
+    drive: Mapping[str, float] | None = None,
+) -> ClosedPosition | None:
     """Close the loops of one design from the guesses alone: no other starts are tried, and a
     failure, None, is not explained. It is for searches, most of whose failures nobody reads.
     """
     work = system.work()
-    values = set_drive(system, work, t, {})
+    values = set_drive(system, work, t, drive or {})
     result = _from(system, work, _guessed(system, guess, values)[:, None])
     if result is not None:
         check_fit(system, work.q[:, 0], 0)
