@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.driven.requests import ANALYSES, analyse_system_at
+from mbody.analysis.driven.requests import ANALYSES, analyse_with
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.derivatives.driven_instants import DrivenInstants
 from mbody.derivatives.named_numbers import changed, checked_names, unit_of
@@ -16,7 +16,6 @@ from mbody.derivatives.reduced_measures import Derived, derived, instants_of
 from mbody.errors import ModelError, SolveError, brief
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
-from mbody.model.study import Instants
 from mbody.solution.solution import Solution
 from mbody.sweeps.columns import MeasuredColumn, Measures, columns_of
 from mbody.system.read_only import lock
@@ -136,7 +135,7 @@ def gradient(
     >>> machine = mbody.gallery.load("norton_fourbar")
     >>> g = mbody.gradient(machine, {"pin": "peak(A.force)"}, ["crank.A.x"], turn="motor")
     >>> round(g.value["pin"], 4), round(g["pin"]["crank.A.x"], 4), g.units["pin"]["crank.A.x"]
-    (169.5841, 23.6128, 'lbf/in')
+    (169.5305, 187.5089, 'lbf/in')
     """
     system = as_system(model)
     if system.batch is not None:
@@ -148,7 +147,7 @@ def gradient(
         )
     checked_names(system, by)
     columns_of(system.mechanism, measure, "gradient")
-    run = _analysed(system, analysis, options)
+    run = analyse_with(system, analysis, options, "gradient")
     turning = options.get("turn") or options.get("over") or ""
     if not options and system.mechanism.ask is not None:
         turning = system.mechanism.ask.over
@@ -162,17 +161,6 @@ def gradient_at(
     names = checked_names(run.system, by)
     columns = columns_of(run.mechanism, measure, "gradient")
     return gradient_of(run, columns, names, _turned(run.system, turn))
-
-
-def _analysed(system: System, analysis: str, options: Mapping[str, Any]) -> Solution:
-    known = ("t", "drive", "turn", "instants", "guess", "at", "over")
-    for name in options:
-        if name not in known:
-            raise ModelError(f"gradient: there is no option {name!r} (there are: {listed(known)})")
-    if not options or "at" in options or "over" in options:
-        ask = Instants(**options) if options else system.mechanism.ask or Instants()
-        return analyse_system_at(system, analysis, ask)
-    return ANALYSES[analysis](system, **options)
 
 
 def _turned(system: System, turn: Any) -> str:

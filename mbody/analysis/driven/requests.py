@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -27,12 +28,16 @@ __all__ = [
     "ANALYSES",
     "analyse_at",
     "analyse_system_at",
+    "analyse_with",
     "dimension_of_instants",
     "check_instants",
     "arguments_at",
 ]
 
 ANALYSES = {"kinematics": kinematics, "kinetostatics": kinetostatics, "statics": statics}
+
+#: What says the instants.
+OPTIONS = ("t", "drive", "turn", "instants", "guess", "at", "over")
 
 #: Part of a turn within which a value is where the law begins, not a turn later.
 HERE = 1e-12
@@ -83,6 +88,25 @@ def analyse_system_at(system: System, analysis: str, ask: Instants) -> Solution:
         if "t" in how:
             return verb(system, t=how["t"][before:])
         return verb(system, drive={name: v[before:] for name, v in how["drive"].items()})
+
+
+def analyse_with(system: System, analysis: str, options: Mapping[str, Any], verb: str) -> Solution:
+    """The same by the options of a function that analyses: the instants of the analysis (``t``,
+    ``drive``, ``turn``, ``instants``, ``guess``) or those of `Instants` (``at``, ``over``); without
+    any those of the mechanism. Sentences begin with the verb.
+
+    Raises
+    ------
+    ModelError
+        For an option that there is not, and as of the analysis.
+    """
+    for name in options:
+        if name not in OPTIONS:
+            raise ModelError(f"{verb}: there is no option {name!r} (there are: {listed(OPTIONS)})")
+    if not options or "at" in options or "over" in options:
+        ask = Instants(**options) if options else system.mechanism.ask or Instants()
+        return analyse_system_at(system, analysis, ask)
+    return ANALYSES[analysis](system, **options)
 
 
 def arguments_at(system: System, ask: Instants) -> tuple[dict[str, Any], int]:
