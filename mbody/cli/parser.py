@@ -9,11 +9,18 @@ import argparse
 from typing import NoReturn
 
 from mbody._version import __version__
+from mbody.cli.design_options import balance_options, sensitivity_options
+from mbody.cli.options import (
+    MODEL,
+    angle_option,
+    driven_option,
+    instants_options,
+    json_option,
+    model_options,
+)
 from mbody.cli.usage import UsageError
 
 __all__ = ["parser"]
-
-MODEL = "a model file (TOML, or JSON by its ending), or the name of a gallery model"
 
 EXAMPLES = """\
 examples:
@@ -28,6 +35,7 @@ examples:
   mbody report mine.toml -o mine.html             the engineer's document
   mbody freebody mine.toml --at crank=60          every link alone, with its forces
   mbody poles mine.toml --at crank=60             instant centres of all pairs of bodies
+  mbody balance mine.toml --on 'crank=3 in' -o balanced.toml   counterweights
   mbody crosscheck mine.toml --against pinocchio  a second opinion, by another engine
   mbody draw mine.toml --forces -o mine.svg       a picture with its forces
   mbody plot mine.toml motor.effort -o effort.png over the cycle
@@ -70,7 +78,7 @@ def parser() -> argparse.ArgumentParser:
     ):
         _analysis(command(name, description, "analyse.analyse"))
     run = command("simulate", "free motion under loads, over time", "simulate.simulate")
-    _model(run)
+    model_options(run)
     run.add_argument("--to", metavar="TIME", help="the last time, such as 10 or '2 min'")
     run.add_argument("--rtol", metavar="R", help="error of a step, as a part (1e-8)")
     run.add_argument(
@@ -91,63 +99,68 @@ def parser() -> argparse.ArgumentParser:
     )
     run.add_argument("--from", dest="begun", metavar="FILE", help="go on from a saved result")
     run.add_argument("--save", metavar="FILE", help="keep the whole result, to go on from")
-    _angle(run)
-    _json(run)
+    angle_option(run)
+    json_option(run)
     _tables(run)
     _sweep(command("sweep", "one analysis of many designs", "sweep.sweep"))
     ranked = "which number changes a measured quantity most"
-    _sensitivity(command("sensitivity", ranked, "sensitivity.sensitivity"))
+    sensitivity_options(command("sensitivity", ranked, "sensitivity.sensitivity"))
     solve = command(
         "solve", "the questions of a model: unknowns that meet conditions", "solve.solve"
     )
-    _model(solve)
+    model_options(solve)
     solve.add_argument("name", metavar="NAME", nargs="?", help="one question; all without it")
-    _angle(solve)
-    _json(solve)
+    angle_option(solve)
+    json_option(solve)
     check = command(
         "check", "count degrees of freedom, find redundant rows and free motions", "about.check"
     )
-    _model(check)
-    _json(check)
+    model_options(check)
+    json_option(check)
     rest = command(
         "equilibrium",
         "rest positions of what is free, and whether they are stable",
         "about.equilibrium",
     )
     _resting(rest)
-    _angle(rest)
-    _json(rest)
+    angle_option(rest)
+    json_option(rest)
     modes = command(
         "modes", "frequencies, damping and shapes of small motions about rest", "about.modes"
     )
     _resting(modes)
-    _json(modes)
+    json_option(modes)
     cut_free = "free-body diagrams: every link alone with its forces"
     _freebody(command("freebody", cut_free, "freebody.freebody"))
     _poles(command("poles", "instant centres of all pairs of bodies", "poles.poles"))
+    balance_options(
+        command("balance", "counterweights and springs that balance", "balance.balance")
+    )
     _report(command("report", "the engineer's document, for screen and paper", "report.report"))
     cross = command(
         "crosscheck",
         "results compared with those of other engines",
         "crosscheck.crosscheck",
     )
-    _model(cross)
+    model_options(cross)
     cross.add_argument(
         "--against",
         metavar="ENGINES",
         help="which, such as pinocchio,pymunk; by default all that are installed",
     )
-    _json(cross)
+    json_option(cross)
     _draw(command("draw", "a picture of the mechanism at one instant", "draw.draw"))
     _plot(command("plot", "diagrams of quantities over the cycle", "draw.plot"))
     _view(command("view", "a page on which the mechanism moves", "moving.view"))
     _animate(command("animate", "a film of the mechanism in motion", "moving.animate"))
     _export(command("export", "the model for another program", "export.export"))
-    _json(command("models", "the models of the gallery", "about.models"))
+    json_option(command("models", "the models of the gallery", "about.models"))
     show = command("show", "print the file of a model", "about.show")
     show.add_argument("model", metavar="MODEL", help=MODEL)
     command("schema", "print the JSON Schema of model files, for editors", "about.schema")
-    _json(command("doctor", "what is installed, and where the kernels are kept", "doctor.doctor"))
+    json_option(
+        command("doctor", "what is installed, and where the kernels are kept", "doctor.doctor")
+    )
     command("demo", "a textbook four-bar: all forces, and the book's answers beside", "demo.demo")
     libraries = command(
         "compile",
@@ -179,45 +192,17 @@ def parser() -> argparse.ArgumentParser:
     return root
 
 
-def _model(command: argparse.ArgumentParser) -> None:
-    command.add_argument("model", metavar="MODEL", help=MODEL)
-    command.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        help="another value for a parameter of the model, such as --set 'load=12 lbf'",
-    )
-    command.add_argument(
-        "--units",
-        metavar="SYSTEM",
-        help="units of the results: SI, mm-N-s, in-lbf-s, ft-lbf-s, or such as cm-kN-s",
-    )
-
-
 def _resting(command: argparse.ArgumentParser) -> None:
-    _model(command)
+    model_options(command)
     command.add_argument(
         "--free", action="append", default=[], metavar="DRIVER", help="a driver to release"
     )
     command.add_argument("--t", metavar="TIME", help="when laws are model_of, by default 0")
 
 
-def _json(command: argparse.ArgumentParser) -> None:
-    command.add_argument("--json", action="store_true", help="print data instead of text")
-
-
-def _angle(command: argparse.ArgumentParser) -> None:
-    command.add_argument(
-        "--angle",
-        choices=("deg", "rad"),
-        help="unit of angles, without it deg in --json and rad in --csv",
-    )
-
-
 def _freebody(command: argparse.ArgumentParser) -> None:
-    _model(command)
-    _instants(command)
+    model_options(command)
+    instants_options(command)
     command.add_argument("--to", metavar="TIME", help="of the free motion until that time")
     command.add_argument(
         "--bodies",
@@ -232,15 +217,15 @@ def _freebody(command: argparse.ArgumentParser) -> None:
 
 
 def _poles(command: argparse.ArgumentParser) -> None:
-    _model(command)
-    _instants(command)
+    model_options(command)
+    instants_options(command)
     command.add_argument("--to", metavar="TIME", help="of the free motion until that time")
-    _json(command)
+    json_option(command)
 
 
 def _report(command: argparse.ArgumentParser) -> None:
-    _model(command)
-    _instants(command)
+    model_options(command)
+    instants_options(command)
     command.add_argument("--to", metavar="TIME", help="of the free motion until that time")
     for option, names, text in (
         ("sections", "NAMES", "what it contains, in order, with commas; by default everything"),
@@ -258,23 +243,6 @@ def _report(command: argparse.ArgumentParser) -> None:
     )
 
 
-def _instants(command: argparse.ArgumentParser) -> None:
-    command.add_argument(
-        "--at",
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        help="position of a driver or its body (crank=60, in degrees; rates by its law), or t=0.1; "
-        "several values with commas",
-    )
-    command.add_argument(
-        "--over", metavar="WHAT", help="a whole turn: 'turn', or which driver is to make it"
-    )
-    command.add_argument(
-        "--instants", metavar="N", help="how many of a turn, both ends included (361)"
-    )
-
-
 def _output(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "-o", "--output", metavar="FILE", required=True, help="ends in .svg, .png or .pdf"
@@ -282,8 +250,8 @@ def _output(command: argparse.ArgumentParser) -> None:
 
 
 def _draw(command: argparse.ArgumentParser) -> None:
-    _model(command)
-    _instants(command)
+    model_options(command)
+    instants_options(command)
     command.add_argument("--forces", action="store_true", help="draw the joint forces too")
     command.add_argument(
         "--path",
@@ -313,8 +281,8 @@ def _draw(command: argparse.ArgumentParser) -> None:
 
 
 def _moving(command: argparse.ArgumentParser) -> None:
-    _model(command)
-    _instants(command)
+    model_options(command)
+    instants_options(command)
     command.add_argument("--to", metavar="TIME", help="the last time, such as 10 or '2 min'")
     command.add_argument(
         "--vary",
@@ -379,7 +347,7 @@ def _animate(command: argparse.ArgumentParser) -> None:
 
 
 def _export(command: argparse.ArgumentParser) -> None:
-    _model(command)
+    model_options(command)
     command.add_argument(
         "--to",
         choices=("mjcf", "image", "fmu"),
@@ -396,7 +364,7 @@ def _export(command: argparse.ArgumentParser) -> None:
 
 
 def _plot(command: argparse.ArgumentParser) -> None:
-    _model(command)
+    model_options(command)
     command.add_argument(
         "quantities",
         nargs="*",
@@ -404,7 +372,7 @@ def _plot(command: argparse.ArgumentParser) -> None:
         help="a measure of the model, or a formula such as motor.effort, B.force, coupler.P.y; "
         "without any, all measures; a unit in brackets behind it, as in 'B.force [kN]'",
     )
-    _instants(command)
+    instants_options(command)
     command.add_argument("--to", metavar="TIME", help="the free motion until that time")
     command.add_argument("--x", metavar="QUANTITY", help="what it is plotted over")
     command.add_argument("--log", metavar="AXES", help="logarithmic axes: x, y or xy")
@@ -432,9 +400,9 @@ def _plot(command: argparse.ArgumentParser) -> None:
 
 
 def _analysis(command: argparse.ArgumentParser) -> None:
-    _model(command)
-    _instants(command)
-    _angle(command)
+    model_options(command)
+    instants_options(command)
+    angle_option(command)
     if not command.prog.endswith("kinematics"):
         command.add_argument(
             "--equations",
@@ -446,12 +414,12 @@ def _analysis(command: argparse.ArgumentParser) -> None:
             metavar="OUTPUT",
             help="work given, useful on that load or driver, and lost in joints",
         )
-    _json(command)
+    json_option(command)
     _tables(command)
 
 
 def _sweep(command: argparse.ArgumentParser) -> None:
-    _model(command)
+    model_options(command)
     command.add_argument(
         "--vary",
         action="append",
@@ -466,29 +434,13 @@ def _sweep(command: argparse.ArgumentParser) -> None:
         metavar="FORMULA",
         help="what is measured of each, such as 'peak(A.force)'; by default the model's measures",
     )
-    _driven(command)
-    _instants(command)
+    driven_option(command)
+    instants_options(command)
     command.add_argument(
         "--to", metavar="FOLDER", help="keep the answers there, to be continued later"
     )
     command.add_argument("--csv", metavar="FILE", help="write a line for each design")
-    _json(command)
-
-
-def _driven(command: argparse.ArgumentParser) -> None:
-    names = "kinetostatics (default), kinematics, statics"
-    command.add_argument("--analysis", metavar="NAME", default="kinetostatics", help=names)
-
-
-def _sensitivity(command: argparse.ArgumentParser) -> None:
-    _model(command)
-    what = "a measure or a formula, such as 'peak(A.force)'"
-    command.add_argument("measure", metavar="MEASURE", help=what)
-    names = "numbers such as crank.A.x, with commas; by default all"
-    command.add_argument("--by", action="append", default=[], metavar="NAMES", help=names)
-    _driven(command)
-    _instants(command)
-    _json(command)
+    json_option(command)
 
 
 def _place(path: str) -> str:

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from mbody.analysis.driven.requested_instants import requested_instants, turned_driver
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.derivatives.driven_instants import DrivenInstants
 from mbody.derivatives.named_numbers import changed, checked_names, unit_of
 from mbody.derivatives.reduced_measures import Derived, derived, instants_of
-from mbody.derivatives.requested_instants import requested_instants, turned_driver
 from mbody.errors import ModelError, SolveError
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
@@ -140,7 +140,7 @@ def gradient(
     system = as_system(model)
     if system.batch is not None:
         raise ModelError("gradient takes one design: choose one of the batch with design(n)")
-    wanted = requested_instants(system, analysis, options)
+    wanted = requested_instants(system, analysis, options, "gradient")
     checked_names(system, by)
     columns_of(system.mechanism, measure, "gradient")
     return gradient_at(wanted.analysed(system), measure, by, wanted.turning)

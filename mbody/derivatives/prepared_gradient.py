@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
+from mbody.analysis.driven.requested_instants import requested_instants
 from mbody.derivatives.driven_instants import DrivenInstants
 from mbody.derivatives.dual_solution import DualRecord, dual_solution
 from mbody.derivatives.measure_program import MeasureProgram, recorded_measure
 from mbody.derivatives.named_numbers import checked_names
 from mbody.derivatives.number_tangents import dual_values, recorded_numbers
 from mbody.derivatives.reduced_measures import derived, instants_of
-from mbody.derivatives.requested_instants import requested_instants
 from mbody.errors import ModelError
 from mbody.solution.solution import Solution
 from mbody.sweeps.columns import Measures, columns_of
@@ -72,7 +72,7 @@ class PreparedGradient:
         self.columns = columns_of(system.mechanism, measure, "gradient")
         self.measures = tuple(column.name for column in self.columns)
         self.start = np.array([float(system.values[name]) for name in self.names])
-        self.wanted = requested_instants(system, analysis, options)
+        self.wanted = requested_instants(system, analysis, options, "gradient")
         machine, parameters = system.mechanism, system.mechanism.parameters
         self._recorded = recorded_numbers(system)
         self._signs = {name: system.rule(name)[0] for name in self.names}

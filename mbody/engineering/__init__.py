@@ -3,8 +3,10 @@
 from mbody.analysis.equilibria.equilibrium_curve import equilibrium_curve
 from mbody.analysis.initial.close_loops import close_loops
 from mbody.analysis.linear.linearize import linearize
+from mbody.engineering.balance_of_forces import ForceBalance
 from mbody.engineering.fluctuation import Fluctuation, energy_fluctuation, fluctuation
 from mbody.engineering.flywheel import flywheel
+from mbody.engineering.force_balance import force_balance
 from mbody.engineering.indicator import Indicator, indicator
 from mbody.engineering.instant_centres import (
     Centrodes,
@@ -25,11 +27,13 @@ from mbody.engineering.path_curvature import (
     path_curvature,
 )
 from mbody.engineering.shaking import ShakingForce, shaking_force
+from mbody.engineering.spring_balance import SpringBalance, spring_balance
 from mbody.solution.momentum import momentum
 
 __all__ = [
     "Centrodes",
     "Fluctuation",
+    "ForceBalance",
     "Indicator",
     "InflectionCircle",
     "InstantCentre",
@@ -37,6 +41,7 @@ __all__ = [
     "MotionPolygon",
     "PathCurvature",
     "ShakingForce",
+    "SpringBalance",
     "acceleration_polygon",
     "centrodes",
     "close_loops",
@@ -44,6 +49,7 @@ __all__ = [
     "equilibrium_curve",
     "fluctuation",
     "flywheel",
+    "force_balance",
     "indicator",
     "inflection_circle",
     "instant_centres",
@@ -51,5 +57,6 @@ __all__ = [
     "momentum",
     "path_curvature",
     "shaking_force",
+    "spring_balance",
     "velocity_polygon",
 ]

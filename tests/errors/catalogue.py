@@ -14,6 +14,7 @@ from mbody.errors import ModelError, ModelWarning, SolveError
 from mbody.quantities import FormulaError
 from tests.errors import (
     assembling,
+    balancing,
     bridges_pymunk,
     command,
     controlling,
@@ -70,6 +71,7 @@ SUBJECTS = (
         own_code,
         results,
         engineering,
+        balancing,
         opinions,
         questions,
         unknowns,

@@ -1,4 +1,4 @@
-"""The instants that a gradient is requested at, as options of an analysis."""
+"""The instants that a function which analyses is called with, as options of the analysis."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from mbody.model.study import Instants
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
-__all__ = ["RequestedInstants", "requested_instants", "turned_driver"]
+__all__ = ["RequestedInstants", "analyse_with", "requested_instants", "turned_driver"]
 
-#: Options of a gradient: those of an analysis, then those of `Instants`.
+#: Those of an analysis, then those of `Instants`.
 KNOWN = ("t", "drive", "turn", "instants", "guess", "at", "over")
 
 
@@ -45,9 +45,10 @@ class RequestedInstants:
 
 
 def requested_instants(
-    system: System, analysis: str, options: Mapping[str, Any]
+    system: System, analysis: str, options: Mapping[str, Any], verb: str
 ) -> RequestedInstants:
-    """What was requested; by default the instants of the mechanism itself.
+    """What was requested; by default the instants of the mechanism itself. Sentences begin with
+    the verb.
 
     Raises
     ------
@@ -56,17 +57,22 @@ def requested_instants(
     """
     if analysis not in ANALYSES:
         raise ModelError(
-            f"gradient: there is no analysis {brief(analysis)} with derivatives (there are: "
+            f"{verb}: there is no analysis {brief(analysis)} with derivatives (there are: "
             f"{listed(ANALYSES)})"
         )
     for name in options:
         if name not in KNOWN:
-            raise ModelError(f"gradient: there is no option {name!r} (there are: {listed(KNOWN)})")
+            raise ModelError(f"{verb}: there is no option {name!r} (there are: {listed(KNOWN)})")
     ask = None
     if not options or "at" in options or "over" in options:
         ask = Instants(**options) if options else system.mechanism.ask or Instants()
     turn = options.get("turn") if ask is None else ask.over
     return RequestedInstants(analysis, options, ask, turned_driver(system, turn))
+
+
+def analyse_with(system: System, analysis: str, options: Mapping[str, Any], verb: str) -> Solution:
+    """The result at the instants that `requested_instants` finds in the options."""
+    return requested_instants(system, analysis, options, verb).analysed(system)
 
 
 def turned_driver(system: System, turn: Any) -> str:

@@ -1,0 +1,86 @@
+"""Balance: counterweights and springs."""
+
+import mbody
+from mbody import AngleDriver, Body, Fixed, Gravity, Mechanism, Revolute, Spring
+from mbody.engineering import force_balance, spring_balance
+from mbody.laws import Constant, ConstantSpeed
+from tests.errors.command import said
+from tests.errors.models import four_bar
+
+
+def counterweights(on, machine=None, **options):
+    return force_balance(machine or four_bar(), on, **options)
+
+
+def frame():
+    machine = Mechanism("frame")
+    machine.add(Body("frame", mass=1.0), Fixed("weld", "ground", "frame"))
+    return machine
+
+
+def batch():
+    return mbody.assemble(four_bar()).with_values({"crank.A.x": [0.9, 1.1]})
+
+
+def arm(*more, driver=True, gravity=True, law=None):
+    machine = Mechanism("arm", ground={"top": (0, 0.4)})
+    machine.add(
+        Body("arm", mass=2.0, cg=(0.5, 0), points={"P": (0.3, 0)}),
+        Revolute("O", "ground", "arm"),
+        *more,
+    )
+    if driver:
+        machine.add(AngleDriver("hold", "arm", law or ConstantSpeed(0.0, 1.0)))
+    if gravity:
+        machine.add(Gravity("g", y=-9.81))
+    return machine
+
+
+def spring(name="spring", **more):
+    return Spring(name, "ground.top", "arm.P", **(more or {"stiffness": 1.0}))
+
+
+def springs(which, machine=None, **options):
+    return spring_balance(machine or arm(spring()), which, **(options or {"turn": True}))
+
+
+SCENARIOS = {
+    "counterweights of a batch": lambda: counterweights({"crank": 1.0}, batch()),
+    "counterweights on nothing": lambda: counterweights({}),
+    "counterweights without radii": lambda: counterweights(["crank"]),
+    "a counterweight on no link": lambda: counterweights({"wheel": 1.0}),
+    "a counterweight on the ground": lambda: counterweights({"ground": 1.0}),
+    "a counterweight from no point": lambda: counterweights({"crank.Z": 1.0}),
+    "a counterweight at no radius": lambda: counterweights({"crank": 0.0}),
+    "a counterweight at a mass": lambda: counterweights({"crank": "3 kg"}),
+    "two counterweights on a link": lambda: counterweights({"crank": 1.0, "crank.A": 1.0}),
+    "counterweights at one position": lambda: counterweights({"crank": 1.0}, t=0.0),
+    "counterweights with another option": lambda: counterweights({"crank": 1.0}, about="O"),
+    "counterweights without mass": lambda: counterweights(
+        {"crank": 1.0}, mbody.gallery.load("hoekens")
+    ),
+    "counterweights of what is free": lambda: counterweights(
+        {"pendulum": 1.0}, mbody.gallery.load("simple_pendulum")
+    ),
+    "counterweights of what is fixed": lambda: counterweights(
+        {"frame": 1.0}, frame(), t=[0.0, 1.0]
+    ),
+    "springs of a batch": lambda: spring_balance(
+        mbody.assemble(arm(spring())).with_values({"arm.mass": [1.0, 2.0]}), ["spring"]
+    ),
+    "no springs": lambda: springs([]),
+    "a spring that there is not": lambda: springs(["string"]),
+    "a spring where there is none": lambda: springs(["spring"], arm()),
+    "a spring twice": lambda: springs(["spring", "spring"]),
+    "a spring with a law": lambda: springs([spring("other", law=lambda x: x**3)]),
+    "springs against no load": lambda: springs(["spring"], against=["wind"], turn=True),
+    "springs without loads": lambda: springs(["spring"], arm(spring(), gravity=False)),
+    "springs of what is free": lambda: springs(["spring"], arm(spring(), driver=False), t=0.0),
+    "springs of what stands still": lambda: springs(
+        ["spring"], arm(spring(), law=Constant(0.0)), t=0.0
+    ),
+    "more springs than positions": lambda: springs(
+        [spring(), spring("b"), spring("c")], arm(), t=[0.0, 0.1]
+    ),
+    "a balance by nothing": said(["balance", "norton_fourbar"]),
+}
