@@ -207,6 +207,17 @@ def _unchained(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
 # One lane at a time
 
 
+@overload(plain.rounds, jit_options=OPTIONS)
+def _overload_rounds(array: Any, w: Any) -> Any:
+    def one(array: Any, w: Any) -> int:
+        return 1
+
+    def all_lanes(array: Any, w: Any) -> Any:
+        return array.shape[1]
+
+    return one if isinstance(w, Dual) else all_lanes
+
+
 @type_callable(plain.lane_at)
 def _typed_lane(context: Any) -> Any:
     def typer(n: Any, w: Any) -> Any:

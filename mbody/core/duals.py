@@ -13,7 +13,7 @@ one pass more than the values do, as tangents lag by one: :func:`passes_more` sa
 What computes lane by lane, since it has branches that lanes cannot take together, is written as a
 loop that reads by :func:`entry`, one lane at a time, or one dual number::
 
-    for n in range(count(w)):
+    for n in range(rounds(W.scratch, w)):
         lane = lane_at(n, w)
         put_entry(W.scratch, 1, g(entry(W.scratch, 0, lane)), lane)
 
@@ -39,6 +39,7 @@ __all__ = [
     "lane_at",
     "passes_more",
     "put_entry",
+    "rounds",
     "tangent",
     "tangents",
     "value",
@@ -93,6 +94,13 @@ def chained(f: float, slope: float, x: Number) -> Number:
 def lane_at(n: int, w: Number) -> Any:
     """What round n of a loop over `count` takes: lane n, or the dual number."""
     return w if isinstance(w, DualNumber) else n
+
+
+def rounds(array: np.ndarray, w: Number) -> int:
+    """How many positions the rows of an array are of. It is read from the array: a number that the
+    compiler knew would have it write the loop out, 16 copies of all laws wherever one is called.
+    """
+    return 1 if isinstance(w, DualNumber) else array.shape[1]
 
 
 def entry(array: np.ndarray, row: int, lane: Any) -> Number:

@@ -6,8 +6,8 @@ import functools
 from typing import Any
 
 from mbody.core.decorators import inline, njit
-from mbody.core.duals import entry, lane_at, put_entry
-from mbody.core.lanes import count, ld, st
+from mbody.core.duals import entry, lane_at, put_entry, rounds
+from mbody.core.lanes import ld, st
 from mbody.kernels.constraints import side
 from mbody.kernels.law_values import law_at
 from mbody.kernels.measured_formulas import driver_formulas, measured_formulas
@@ -37,7 +37,7 @@ def signals(L, W, w, number):
         if L.law_kind[m] == POLYNOMIAL:
             polynomial(L, W, w, m, o)
             continue
-        for k in range(count(w)):
+        for k in range(rounds(W.time, w)):
             lane = lane_at(k, w)
             f, f1, f2 = law_at(L, W, m, lane, entry(W.time, 0, lane))
             put_entry(W.signal, o, f, lane)
@@ -136,7 +136,7 @@ def press(L, W, w, e, kind):
 @inline
 def cycle_law(L, W, w, n):
     """Law n of an angle within one turn: scratch row 0, into row 1."""
-    for m in range(count(w)):
+    for m in range(rounds(W.scratch, w)):
         lane = lane_at(m, w)
         f, _, _ = law_at(L, W, n, lane, within_cycle(entry(W.scratch, 0, lane)))
         put_entry(W.scratch, 1, f, lane)
@@ -146,7 +146,7 @@ def cycle_law(L, W, w, n):
 def chamber(W, w, o):
     """Pressure at coordinate and rate in scratch rows 0 and 2, into row 1; par from o on."""
     p = W.par
-    for m in range(count(w)):
+    for m in range(rounds(W.scratch, w)):
         lane = lane_at(m, w)
         sense = entry(p, o + 1, lane)
         pressure = charge(
@@ -217,7 +217,7 @@ def signal_of(n):
 @inline
 def lanes_law(L, W, w, n):
     """Law n at scratch row 0, into row 1."""
-    for m in range(count(w)):
+    for m in range(rounds(W.scratch, w)):
         lane = lane_at(m, w)
         f, _, _ = law_at(L, W, n, lane, entry(W.scratch, 0, lane))
         put_entry(W.scratch, 1, f, lane)

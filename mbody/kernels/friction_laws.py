@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 
 from mbody.core.decorators import inline, njit
-from mbody.core.duals import entry, lane_at, put_entry
-from mbody.core.lanes import count, highest, larger, ld, select_le, smaller, st
+from mbody.core.duals import entry, lane_at, put_entry, rounds
+from mbody.core.lanes import highest, larger, ld, select_le, smaller, st
 
 __all__ = [
     "APART",
@@ -61,7 +61,7 @@ def coefficients(L, W, w):
         o = L.friction_par[f]
         st(W.coefficient, f, ld(W.par, o, w), w)
         if L.senses == IMPENDING or highest(ld(W.par, o + 2, w)) > 0.0:
-            for n in range(count(w)):
+            for n in range(rounds(W.rate, w)):
                 at_rate(L, W, f, o, lane_at(n, w))
 
 

@@ -9,8 +9,8 @@ import numpy as np
 from mbody.core.callbacks import call_user
 from mbody.core.decorators import inline, njit
 from mbody.core.dual_number import value
-from mbody.core.duals import chained, constant, entry, lane_at, put_entry
-from mbody.core.lanes import count, ld, st
+from mbody.core.duals import chained, constant, entry, lane_at, put_entry, rounds
+from mbody.core.lanes import ld, st
 from mbody.laws.kernels import USER, built_in
 
 __all__ = ["STEP", "law_at", "law_of_direction"]
@@ -43,7 +43,7 @@ def law_of_direction(L, W, w, n, x, y):
 @njit
 def around(L, W, w, n):
     """Law n at the angle of scratch rows (0, 1), into rows 2 to 4."""
-    for m in range(count(w)):
+    for m in range(rounds(W.scratch, w)):
         lane = lane_at(m, w)
         x = np.arctan2(entry(W.scratch, 1, lane), entry(W.scratch, 0, lane))
         f, f1, f2 = law_at(L, W, n, lane, x + TURN if x < 0.0 else x)

@@ -16,8 +16,8 @@ from __future__ import annotations
 import numpy as np
 
 from mbody.core.decorators import njit
-from mbody.core.duals import entry, lane_at, put_entry
-from mbody.core.lanes import count, larger, ld, sincos, smaller, st, st_varying
+from mbody.core.duals import entry, lane_at, put_entry, rounds
+from mbody.core.lanes import larger, ld, sincos, smaller, st, st_varying
 from mbody.kernels.law_values import law_at
 from mbody.laws.bicubic import surface
 from mbody.laws.postfix import (
@@ -187,7 +187,7 @@ def operate(W, w, code, a, b, place):
 def others(W, w, code, a, b, place):
     """An operation that lanes do not have, one after the other."""
     F = W.formula
-    for m in range(count(w)):
+    for m in range(rounds(W.formula, w)):
         lane = lane_at(m, w)
         x, y = entry(F, a, lane), entry(F, b, lane)
         if code <= LOG:
@@ -200,7 +200,7 @@ def others(W, w, code, a, b, place):
 @njit
 def law_of_number(L, W, w, n, order, a, place):
     """Law n, or its first or second derivative, at the number at place a."""
-    for m in range(count(w)):
+    for m in range(rounds(W.formula, w)):
         lane = lane_at(m, w)
         f, f1, f2 = law_at(L, W, n, lane, entry(W.formula, a, lane))
         put_entry(W.formula, place, f if order == 0 else f1 if order == 1 else f2, lane)
@@ -209,7 +209,7 @@ def law_of_number(L, W, w, n, order, a, place):
 @njit
 def surface_of_numbers(L, W, w, k, a, b, place):
     """The table of two variables that begins at k, at the numbers at places a and b."""
-    for m in range(count(w)):
+    for m in range(rounds(W.formula, w)):
         lane = lane_at(m, w)
         f, _, _ = surface(L.table, k, entry(W.formula, a, lane), entry(W.formula, b, lane))
         put_entry(W.formula, place, f, lane)

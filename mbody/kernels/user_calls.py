@@ -12,8 +12,7 @@ import numpy as np
 from mbody.core.callbacks import call_user
 from mbody.core.decorators import inline, njit
 from mbody.core.dual_number import value
-from mbody.core.duals import entry, lane_at, put_entry, tangent, tangents, with_tangent
-from mbody.core.lanes import count
+from mbody.core.duals import entry, lane_at, put_entry, rounds, tangent, tangents, with_tangent
 from mbody.kernels.law_values import STEP
 
 __all__ = ["user_numbers"]
@@ -27,7 +26,7 @@ def user_numbers(W, w, handle, i, j, first, size, results):
     """Scratch rows ← what a user's function gives for its parameters from row `first` on; NaN where
     it raised, the caller finds the exception.
     """
-    for m in range(count(w)):
+    for m in range(rounds(W.scratch, w)):
         lane = lane_at(m, w)
         called(W, handle, i, j, first, size, results, lane, 0, 0.0)
         for n in range(results):
