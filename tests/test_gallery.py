@@ -20,14 +20,16 @@ SWEEP = 1e-11
 
 
 NAMES = (
-    *("andrews_squeezer", "bouncing_ball", "cam_follower", "cart_pole", "double_pendulum"),
-    *("flyball_governor", "free_fourbar"),
+    *("andrews_squeezer", "bouncing_ball", "braking_vehicle", "cam_follower", "cart_pole"),
+    *("double_pendulum", "flyball_governor", "free_fourbar"),
     *("hoekens", "mud_pump", "mud_pump_motor", "mud_pump_sixbar", "mud_pump_sixbar_as_scanned"),
     "n_windows_2",
     *("n_windows_40", "norton_fourbar", "norton_fourbar_printed", "parallel_cranks"),
-    *("peaucellier", "planetary_train", "porter_governor", "quick_return", "rotating_mass"),
-    *("scissor_lift", "simple_pendulum", "slider_crank", "static_fourbar", "stephenson_sixbar"),
-    *("toggle_press", "vehicle", "watt_sixbar"),
+    *("peaucellier", "pile_of_discs", "planetary_train", "porter_governor", "quick_return"),
+    *("rolling_ball", "rotating_mass"),
+    *("scissor_lift", "simple_pendulum", "slider_crank", "sliding_ladder", "static_fourbar"),
+    *("stephenson_sixbar", "stick_slip"),
+    *("toggle_press", "vehicle", "watt_sixbar", "woodpecker"),
 )
 
 
@@ -58,6 +60,8 @@ def test_parameters_are_checked():
 #: Lines of the models that do not go on a page of 66: cylinders have ten numbers each.
 PAGES = {"n_windows_40": 230, "andrews_squeezer": 90, "mud_pump": 90, "mud_pump_sixbar": 80}
 PAGES["mud_pump_motor"] = 95  # the pump's bodies and the motor's numbers
+PAGES["braking_vehicle"] = 85  # bodies, brakes and tyres of two axles
+PAGES["pile_of_discs"] = 75  # six bodies
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -99,7 +103,7 @@ def test_measures_name_what_is_there(name):
             assert first in machine
             assert all(point in machine[first].points for point in middle)
             known = {"x", "y", "vx", "ax", "angle", "force", "effort", "fx", "fy", "acceleration"}
-            known |= {"omega", "torque", "current", "resistance"}
+            known |= {"omega", "torque", "current", "resistance", "contact", "vy"}
             assert last in known
 
 

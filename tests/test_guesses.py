@@ -12,7 +12,7 @@ from mbody.engineering import close_loops
 from mbody.laws import ConstantSpeed
 from mbody.model.mechanism import snapshot, with_element
 
-FREE = ("bouncing_ball", "double_pendulum", "simple_pendulum")
+FREE = ("bouncing_ball", "double_pendulum", "simple_pendulum", "sliding_ladder", "woodpecker")
 
 
 def without_guesses(machine, names):

@@ -60,7 +60,9 @@ def opinion(system: System, run: Solution) -> Opinion:
         for part, key in enumerate(("fx", "fy", "torque")):
             kind = "torque" if part == 2 else "force"
             comparison.add(kind, f"{body.name}: sum of {key}", np.zeros(count), left[:, b, part])
-    if run.analysis != "statics":
+    if run.stepped is not None:
+        notes.append("power is not compared: forces are means of steps, rates are of their ends")
+    elif run.analysis != "statics":
         _power(system, run, (loads, inertia), motion[1], comparison)
     _laws(system, run, comparison)
     _meshing(system, run, comparison)

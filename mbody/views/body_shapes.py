@@ -21,9 +21,7 @@ __all__ = ["body_shapes", "covered", "hatched_circle", "outlines"]
 
 Array = np.ndarray
 
-#: An endless line on a moving body is drawn so long, in model lengths, either way.
-ON_BODY = 1.5
-#: An endless line of the ground goes beyond what moves by this part of the way along it.
+#: An endless line goes beyond what moves by this part of the way along it.
 BEYOND = 0.06
 
 
@@ -151,29 +149,50 @@ def _(shape: Line, sketch: Sketch, body: str, name: str) -> None:
     place = pose.point(f"{body}.{shape.point}")
     own = float(pose.system.values[f"{body}.{name.rpartition('.')[2]}.angle"])
     u = direction(own + (0.0 if body == "ground" else pose.angle(body)))
-    if body != "ground":
-        half = ON_BODY * pose.system.length
-        sketch.line([place - half * u, place + half * u], 2.4, INK, Z["link"], name=name)
-        return
-    low, high = _along(sketch, place, u)
+    low, high = _along(sketch, body, place, u)
     margin = BEYOND * (high - low) + 2.0 * sketch.size("block")
-    sketch.rail(place + (low - margin) * u, place + (high + margin) * u, name, math.inf)
+    ends = place + (low - margin) * u, place + (high + margin) * u
+    if body != "ground":
+        sketch.line(ends, 2.4, INK, Z["link"], name=name)
+        return
+    sketch.rail(*ends, name, math.inf)
 
 
-def _along(sketch: Sketch, place: Array, u: Array) -> tuple[float, float]:
-    """From where to where bodies are along a line of the ground, in the whole motion if that is
-    drawn.
+def _along(sketch: Sketch, carrier: str, place: Array, u: Array) -> tuple[float, float]:
+    """From where to where bodies are along an endless line, seen from the body that carries it; in
+    the whole motion if that is drawn.
     """
     pose = sketch.pose
-    low = high = 0.0
-    instants = slice(None) if sketch.lasting else slice(pose.k, pose.k + 1)
     corners, circles = outlines(pose)
     every = [*corners, *(centre for centre, _ in circles)]
     widest = max((radius for _, radius in circles), default=0.0)
-    for body in pose.mechanism.bodies:
-        history, centre = pose.body(body.name), pose.centre(body.name)
-        reach = max((float(np.hypot(*(n - centre))) for n in pose.nodes[body.name]), default=0.0)
-        way = np.column_stack([history.x, history.y])[instants] @ u - place @ u
-        low, high = min(low, way.min() - reach), max(high, way.max() + reach)
     ends = [float((point - place) @ u) for point in every]
-    return min([low, *(e - widest for e in ends)]), max([high, *(e + widest for e in ends)])
+    low, high = min([0.0, *(e - widest for e in ends)]), max([0.0, *(e + widest for e in ends)])
+    instants = slice(None) if sketch.lasting else slice(pose.k, pose.k + 1)
+    origin, turn = _carried(pose, carrier, instants)
+    for body in pose.mechanism.bodies:
+        nodes = np.array(pose.nodes[body.name] or [pose.centre(body.name)]) @ (1.0, 1.0j)
+        centre, turned = _carried(pose, body.name, instants)
+        places = centre[:, None] + turned[:, None] * (nodes - complex(*pose.centre(body.name)))
+        seen = (places - origin[:, None]) / turn[:, None] + complex(*_centre(pose, carrier))
+        ahead = ((seen - complex(*place)) * complex(u[0], -u[1])).real
+        own = [one for one in body.shapes.items() if isinstance(one[1], Disc | Ring)]
+        wide = max((_circle(pose, body.name, *one)[1] for one in own), default=0.0)
+        low, high = min(low, float(ahead.min()) - wide), max(high, float(ahead.max()) + wide)
+    return low, high
+
+
+def _carried(pose: Pose, body: str, instants: slice) -> tuple[Array, Array]:
+    """The mass centre of a body in the complex plane, and how it has turned since the instant that
+    is drawn, as factors.
+    """
+    if body == "ground":
+        count = len(pose.run.t[instants])
+        return np.zeros(count, complex), np.ones(count, complex)
+    own = pose.body(body)
+    turned = np.exp(1j * (own.angle[instants] - pose.angle(body)))
+    return own.x[instants] + 1j * own.y[instants], turned
+
+
+def _centre(pose: Pose, body: str) -> Array:
+    return np.zeros(2) if body == "ground" else pose.centre(body)

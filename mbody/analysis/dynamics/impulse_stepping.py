@@ -196,7 +196,9 @@ class ImpulseIntegration(Integration):
         """The whole motion, its instants kept: the last code, and the status."""
         M = self.impulses
         self.times = times
-        code = REACHED if self.first >= self.until else KEEP
+        if self.first >= self.until:
+            return self._beginning(times), "completed"
+        code = KEEP
         while M.state[NOW] < self.until and code != LOST:
             met = len(self.instants)
             M.state[DELIVER] = times[met] if met < len(times) else np.inf
@@ -211,6 +213,17 @@ class ImpulseIntegration(Integration):
             if progress is not None:
                 progress(float(self.state[TIME]))
         return (NOT_FINITE if code == LOST else DONE), "completed"
+
+    def _beginning(self, times: Array) -> int:
+        """The first instant alone: of the first step, whose end is not kept."""
+        self.target = self.first + self.impulses.length
+        self.impulses.state[DELIVER] = times[0]
+        code = self._steps()
+        if not self.started and self.impulses.state[STEPS_DONE]:
+            self._check_start()
+        self._deliver()
+        self.restart_point = None
+        return NOT_FINITE if code == LOST else DONE
 
     def _steps(self) -> int:
         """Some steps towards the next set time; a code of `mbody.kernels.moreau`."""

@@ -74,10 +74,9 @@ def build(given: Any) -> tuple[Mechanism | None, list[Problem]]:
         add(("inputs", name), Input, {"value": value})
     for name, body in given.bodies.items():
         add(("bodies", name), Body, _set(body))
+    for name, state in given.states.items():  # clutches, drivers and loads measure them
+        add(("states", name), State, _set(state))
     for section, kinds in SECTIONS.items():
-        if section == "drivers":  # these may follow them, and loads measure them
-            for name, state in given.states.items():
-                add(("states", name), State, _set(state))
         for name, entry in getattr(given, section).items():
             kind = next(kind for kind in kinds if kind in type(entry).model_fields)
             add((section, name), kinds[kind], _arguments(kind, kinds[kind], entry))
