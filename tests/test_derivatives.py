@@ -73,7 +73,7 @@ def test_a_weight_that_nothing_feels_has_a_row_of_zeros(norton):
 @pytest.mark.parametrize("model", GALLERY)
 def test_gallery_against_differences(model):
     """All numbers of the motion and of all reactions, by all numbers of the description."""
-    system, t = mbody.assemble(mbody.gallery.load(model)), np.array([0.013, 0.05])
+    system, t = mbody.assemble(mbody.gallery.load(model)), np.array([0.013, 0.0467])
     run = mbody.kinetostatics(system, t=t)
     names = [
         name
@@ -129,7 +129,8 @@ def test_more_numbers_than_a_pass_has_are_those_of_single_passes(norton):
     whole = mbody.gradient(system, "A.fx", names)
     for name in names[::5]:
         alone = mbody.gradient(system, "A.fx", name)
-        assert whole["A.fx"][name] == alone["A.fx"][name]
+        # lanes beside others may be rounded otherwise
+        assert whole["A.fx"][name] == pytest.approx(alone["A.fx"][name], rel=1e-13, abs=1e-13)
 
 
 @pytest.mark.parametrize("model", ["norton_fourbar", "mud_pump", "cam_follower", "hoekens"])

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.position.assembly_analysis import raise_user_error
+from mbody.core.dual_number import DualNumber
 from mbody.core.duals import TANGENTS
 from mbody.core.lanes import LANES
 from mbody.derivatives.dual_solution import DualRecord, dual_solution
@@ -21,13 +22,20 @@ from mbody.kernels.driven_duals import (
     driven_duals,
 )
 from mbody.kernels.layout import Work
+from mbody.solution.places import ends
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
 __all__ = ["DrivenInstants"]
 
-#: What may be left of a tangent of Φ beside the greatest, where redundant rows close.
+#: What may be left of a tangent of Φ beside the greatest, where redundant rows close; of distances
+#: of wheels likewise.
 CLOSED = 1e-6
+
+
+def _tangents(x: Any) -> Any:
+    """Derivatives (instants, numbers) or (1, numbers); 0 of what no number changes."""
+    return np.atleast_2d(x.tangents) if isinstance(x, DualNumber) else np.zeros((1, 1))
 
 
 class DrivenInstants:
@@ -73,7 +81,20 @@ class DrivenInstants:
             Where a user's function failed.
         """
         values = dual_values(self.run.system, self.names)
-        return dual_solution(self.run, values, self.rows_at(instants, with_loads))
+        found = dual_solution(self.run, values, self.rows_at(instants, with_loads))
+        self.unclosed |= self._unfit(found)
+        return found
+
+    def _unfit(self, found: Any) -> set[str]:
+        """Numbers with which wheels no longer fit, whose centres other joints hold."""
+        unfit: set[str] = set()
+        for joint in self.run.mechanism.joints:
+            if joint.spaced:
+                sides = [_tangents(side) for side in joint.fit(*ends(found, joint))]
+                most = max(float(np.abs(side).max(initial=0.0)) for side in sides)
+                off = np.abs(sides[0] - sides[1]) > CLOSED * most
+                unfit |= {n for k, n in enumerate(self.names) if off[..., k].any()}
+        return unfit
 
     def rows_at(self, instants: np.ndarray, with_loads: bool) -> DualRecord:
         """Rows of values and tangents of some instants.
