@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from mbody.analysis.inverse.solve_for import solve_for
     from mbody.analysis.linear.modes import Modes, modes
     from mbody.derivatives.gradient import Gradient, gradient
+    from mbody.derivatives.tolerance_study import tolerances
     from mbody.engines.crosscheck import crosscheck
     from mbody.errors import ModelError, SolveError
     from mbody.files.model import from_toml, load, save, to_toml
@@ -199,6 +200,7 @@ __all__ = [
     "statics",
     "sweep",
     "to_toml",
+    "tolerances",
     "view",
 ]
 
@@ -255,6 +257,7 @@ _MODULES = {
     "analysis.inverse.solve_for": "solve_for",
     "analysis.linear.modes": "Modes modes",
     "derivatives.gradient": "Gradient gradient",
+    "derivatives.tolerance_study": "tolerances",
     "engines.crosscheck": "crosscheck",
     "errors": "ModelError SolveError",
     "files.model": "from_toml load save to_toml",
