@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from mbody.analysis.inverse.answers import Answer
     from mbody.analysis.inverse.solve_for import solve_for
     from mbody.analysis.linear.modes import Modes, modes
+    from mbody.derivatives.fit import fit
     from mbody.derivatives.gradient import Gradient, gradient
     from mbody.derivatives.tolerance_study import tolerances
     from mbody.engines.crosscheck import crosscheck
@@ -180,6 +181,7 @@ __all__ = [
     "draw",
     "driver_range",
     "equilibrium",
+    "fit",
     "free_body",
     "from_toml",
     "gradient",
@@ -256,6 +258,7 @@ _MODULES = {
     "analysis.inverse.answers": "Answer",
     "analysis.inverse.solve_for": "solve_for",
     "analysis.linear.modes": "Modes modes",
+    "derivatives.fit": "fit",
     "derivatives.gradient": "Gradient gradient",
     "derivatives.tolerance_study": "tolerances",
     "engines.crosscheck": "crosscheck",
