@@ -41,7 +41,9 @@ if TYPE_CHECKING:
     from mbody.analysis.inverse.answers import Answer
     from mbody.analysis.inverse.solve_for import solve_for
     from mbody.analysis.linear.modes import Modes, modes
+    from mbody.derivatives.fit import fit
     from mbody.derivatives.gradient import Gradient, gradient
+    from mbody.derivatives.tolerance_study import tolerances
     from mbody.engines.crosscheck import crosscheck
     from mbody.errors import ModelError, SolveError
     from mbody.files.model import from_toml, load, save, to_toml
@@ -179,6 +181,7 @@ __all__ = [
     "draw",
     "driver_range",
     "equilibrium",
+    "fit",
     "free_body",
     "from_toml",
     "gradient",
@@ -199,6 +202,7 @@ __all__ = [
     "statics",
     "sweep",
     "to_toml",
+    "tolerances",
     "view",
 ]
 
@@ -254,7 +258,9 @@ _MODULES = {
     "analysis.inverse.answers": "Answer",
     "analysis.inverse.solve_for": "solve_for",
     "analysis.linear.modes": "Modes modes",
+    "derivatives.fit": "fit",
     "derivatives.gradient": "Gradient gradient",
+    "derivatives.tolerance_study": "tolerances",
     "engines.crosscheck": "crosscheck",
     "errors": "ModelError SolveError",
     "files.model": "from_toml load save to_toml",

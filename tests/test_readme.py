@@ -71,6 +71,8 @@ def differences(output, shown):
         ("docs/many_contacts.md", 3),
         ("docs/centres.md", 1),
         ("docs/balancing.md", 3),
+        ("docs/tolerances.md", 2),
+        ("docs/identification.md", 2),
     ],
 )
 def test_the_code_of_a_page_prints_what_it_shows(page, least):

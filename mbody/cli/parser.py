@@ -9,7 +9,12 @@ import argparse
 from typing import NoReturn
 
 from mbody._version import __version__
-from mbody.cli.design_options import balance_options, sensitivity_options
+from mbody.cli.design_options import (
+    balance_options,
+    fit_options,
+    sensitivity_options,
+    tolerances_options,
+)
 from mbody.cli.options import (
     MODEL,
     angle_option,
@@ -31,6 +36,8 @@ examples:
   mbody simulate mine.toml --to 10 --csv run.csv  free motion over time
   mbody sweep mine.toml --vary load=1:9:50 --measure 'peak(A.force)'
   mbody sensitivity mine.toml 'peak(A.force)' --over turn   which length changes it most
+  mbody tolerances mine.toml 'peak(A.force)' --over turn --scatter 'crank.A.x=0.1 mm'
+  mbody fit mine.toml run.csv --by crank.A.x,rod.mass   from measured histories
   mbody solve mine.toml brake                     the unknowns of its table [solve.brake]
   mbody report mine.toml -o mine.html             the engineer's document
   mbody freebody mine.toml --at crank=60          every link alone, with its forces
@@ -105,6 +112,9 @@ def parser() -> argparse.ArgumentParser:
     _sweep(command("sweep", "one analysis of many designs", "sweep.sweep"))
     ranked = "which number changes a measured quantity most"
     sensitivity_options(command("sensitivity", ranked, "sensitivity.sensitivity"))
+    spread = "the band of a measured quantity whose numbers scatter"
+    tolerances_options(command("tolerances", spread, "tolerances.tolerances"))
+    fit_options(command("fit", "numbers of a model from measured histories", "fit.fit"))
     solve = command(
         "solve", "the questions of a model: unknowns that meet conditions", "solve.solve"
     )

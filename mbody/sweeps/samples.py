@@ -15,7 +15,7 @@ from mbody.model.numbers import dimension_named
 from mbody.quantities import Formula, FormulaError
 from mbody.quantities.number import float_or_formula
 from mbody.quantities.types import Number
-from mbody.sweeps.tolerances import Scatter
+from mbody.sweeps.tolerances import Scatter, Uniform
 from mbody.system.system import System
 
 __all__ = [
@@ -26,6 +26,7 @@ __all__ = [
     "grid",
     "latin_hypercube",
     "monte_carlo",
+    "scatter_of",
     "sobol",
     "together",
 ]
@@ -206,7 +207,7 @@ def _changeable(system: System, name: str) -> str:
     return name
 
 
-def _number(system: System, name: str, value: Any) -> float:
+def _number(system: System, name: str, value: Any, verb: str = "sweep") -> float:
     """One number in the units of the mechanism."""
     machine = system.mechanism
     try:
@@ -216,7 +217,7 @@ def _number(system: System, name: str, value: Any) -> float:
         dimension, scope = dimension_named(machine, name), machine.parameters.scope()
         return float((made if dimension is None else made.of(dimension)).value(scope))
     except FormulaError as error:
-        raise ModelError(f"sweep: '{name}': {error}", name) from None
+        raise ModelError(f"{verb}: '{name}': {error}", name) from None
 
 
 def _row(system: System, name: str, values: Any) -> np.ndarray:
@@ -272,21 +273,37 @@ def _parts(samples: Samples, width: int) -> np.ndarray:
 
 def _spread(system: System, name: str, how: Any, part: np.ndarray) -> np.ndarray:
     """Random values of one parameter."""
+    scatter, middle, width = scatter_of(system, name, how)
+    return np.asarray(middle + scatter.at(part, width))
+
+
+def scatter_of(
+    system: System, name: str, how: Any, verb: str = "sweep"
+) -> tuple[Scatter, float, float]:
+    """Distribution, mean and width of one number, in the units of the mechanism; (low, high) is a
+    uniform one. Sentences begin with the verb.
+
+    Raises
+    ------
+    ModelError
+        For what is no distribution, a negative width, and high below low.
+    """
     if isinstance(how, Scatter):
-        width = _number(system, name, how.spread())
-        middle = system.values[name] if how.mean is None else _number(system, name, how.mean)
+        width = _number(system, name, how.spread(), verb)
+        middle = system.values[name] if how.mean is None else _number(system, name, how.mean, verb)
         if not width >= 0.0:
-            raise ModelError(f"sweep: the width of '{name}' is {width:g}: give 0 or more", name)
-        return np.asarray(middle + how.at(part, width))
+            raise ModelError(f"{verb}: the width of '{name}' is {width:g}: give 0 or more", name)
+        return how, float(middle), width
     if not isinstance(how, list | tuple) or len(how) != 2:
         raise ModelError(
-            f"sweep: '{name}' needs (low, high), or a Normal, Uniform or Triangular "
+            f"{verb}: '{name}' needs (low, high), or a Normal, Uniform or Triangular "
             f"distribution, not {brief(how)}",
             name,
         )
-    low, high = (_number(system, name, one) for one in how)
+    low, high = (_number(system, name, one, verb) for one in how)
     if not low <= high:
         raise ModelError(
-            f"sweep: '{name}' goes from {low:g} to {high:g}: give low, then high", name
+            f"{verb}: '{name}' goes from {low:g} to {high:g}: give low, then high", name
         )
-    return low + (high - low) * part
+    width = 0.5 * (high - low)
+    return Uniform(width, low + width), low + width, width

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from mbody.errors import ModelError
 from mbody.quantities.types import Number
 
-__all__ = ["Normal", "Scatter", "Triangular", "Uniform"]
+__all__ = ["SIGMAS", "Normal", "Scatter", "Triangular", "Uniform"]
 
 #: Standard deviations in the tolerance of a normal distribution: 99.73 % of the values are within.
 SIGMAS = 3.0
@@ -38,6 +38,13 @@ class Scatter:
     def spread(self) -> Any:
         """The width as it was given."""
         return self.tolerance
+
+    #: Fourth cumulant by the fourth power of the standard deviation: 0 of a normal distribution.
+    excess: ClassVar[float] = 0.0
+
+    def deviation_of(self, width: float) -> float:
+        """The standard deviation, of a width in the units of the mechanism."""
+        raise NotImplementedError
 
     def at(self, part: np.ndarray, width: float) -> np.ndarray:
         """Deviations from the mean at these probabilities (the quantile function).
@@ -79,12 +86,15 @@ class Normal(Scatter):
         """The tolerance, or the standard deviation."""
         return self.deviation if self.tolerance is None else self.tolerance
 
+    def deviation_of(self, width: float) -> float:
+        """A third of the tolerance, or the width itself."""
+        return width if self.tolerance is None else width / SIGMAS
+
     def at(self, part: np.ndarray, width: float) -> np.ndarray:
         """σ Φ⁻¹(part)."""
         from scipy.special import ndtri
 
-        sigma = width if self.tolerance is None else width / SIGMAS
-        return np.asarray(sigma * ndtri(part))
+        return np.asarray(self.deviation_of(width) * ndtri(part))
 
 
 @dataclass(frozen=True)
@@ -94,6 +104,12 @@ class Uniform(Scatter):
     >>> Uniform(2.0).at(np.array([0.25]), 2.0)
     array([-1.])
     """
+
+    excess: ClassVar[float] = -1.2
+
+    def deviation_of(self, width: float) -> float:
+        """Width / √3."""
+        return width / 3.0**0.5
 
     def at(self, part: np.ndarray, width: float) -> np.ndarray:
         """Width · (2 part − 1)."""
@@ -107,6 +123,12 @@ class Triangular(Scatter):
     >>> Triangular(2.0).at(np.array([0.125, 0.5]), 2.0)
     array([-1.,  0.])
     """
+
+    excess: ClassVar[float] = -0.6
+
+    def deviation_of(self, width: float) -> float:
+        """Width / √6."""
+        return width / 6.0**0.5
 
     def at(self, part: np.ndarray, width: float) -> np.ndarray:
         """±width · (1 − √(2 part′)), part′ from the nearer end."""

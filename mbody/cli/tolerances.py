@@ -1,0 +1,68 @@
+"""`mbody tolerances MODEL MEASURE`: the band of a quantity whose numbers scatter."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from mbody.cli.analyse import question
+from mbody.cli.models import model_of, named_values
+from mbody.cli.usage import UsageError
+
+__all__ = ["tolerances"]
+
+KINDS = ("normal", "uniform", "triangular")
+
+
+def tolerances(args: Any) -> int:
+    """Find the bands, the contributions and the loosest tolerances, and print them."""
+    from mbody.derivatives.tolerance_study import tolerances as solved
+    from mbody.solution.heading import heading, unit_symbols
+
+    if not args.scatter:
+        raise UsageError("choose what scatters: --scatter NAME=WIDTH")
+    mechanism = model_of(args)
+    scatter = {n: _scatter(text) for n, text in named_values(args.scatter, "--scatter").items()}
+    ask = question(args, mechanism.ask)
+    options: dict[str, Any] = {}
+    if ask is not None:
+        options = {"over": ask.over, "instants": ask.instants} if ask.over else {"at": ask.at}
+    within = None
+    if args.within is not None:
+        low, sign, high = args.within.partition(":")
+        if not sign:
+            raise UsageError(f"--within takes LOW:HIGH, not {args.within[:60]!r}")
+        within = low.strip(), high.strip()
+    count, seed = (_whole(getattr(args, name), name) for name in ("count", "seed"))
+    found = solved(
+        mechanism,
+        args.measure,
+        scatter,
+        args.analysis,
+        count=count,
+        seed=seed,
+        within=within,
+        **options,
+    )
+    if args.json:
+        head = heading(mechanism.name, "tolerances", unit_symbols(mechanism.units), found)
+        print(json.dumps(head | found.data(), ensure_ascii=False, allow_nan=False))
+    else:
+        print(found)
+    return 0
+
+
+def _scatter(text: str) -> Any:
+    """A distribution from its name and its width."""
+    from mbody.sweeps import Normal, Triangular, Uniform
+
+    kind, _, width = text.partition(" ")
+    if kind not in KINDS:
+        return Normal(text)
+    return {"normal": Normal, "uniform": Uniform, "triangular": Triangular}[kind](width.strip())
+
+
+def _whole(text: str, name: str) -> int:
+    if not (text.isascii() and text.isdigit()) or len(text) > 9:
+        raise UsageError(f"--{name} takes a whole number, not {text[:40]!r}")
+    return int(text)

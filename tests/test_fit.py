@@ -1,0 +1,339 @@
+"""Numbers from measured histories: beside other least squares, coverage, what stays open."""
+
+import csv
+import json
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.integrate import solve_ivp
+from scipy.optimize import curve_fit
+
+import mbody
+from mbody import AngleDriver, Body, Gravity, Mechanism, Revolute, TorsionDamper
+from mbody.cli import main
+from mbody.derivatives.identifiability import identified
+from mbody.laws import ConstantSpeed
+from tests import fit_coverage
+
+G = 9.81
+ANGLES = np.linspace(0.1, 6.3, 40)
+
+
+def stroke(angle, r, length, zero=0.0):
+    return r * np.cos(angle) + np.sqrt(length**2 - (r * np.sin(angle)) ** 2) + zero
+
+
+def encoder(noise=1e-4, seed=0, zero=0.003):
+    rng = np.random.default_rng(seed)
+    x = stroke(ANGLES, 0.1, 0.3, zero) + noise * rng.normal(size=len(ANGLES))
+    return {"motor [deg]": np.degrees(ANGLES), "slider.x [mm]": 1e3 * x}
+
+
+def engine(r=0.103, length=0.295, **more):
+    return mbody.makers.slider_crank(r, length, **more)
+
+
+def fitted(data, by=("crank.A.x", "rod.B.x"), **options):
+    options = {"analysis": "kinematics", "offsets": ["slider.x"], **options}
+    return mbody.fit(engine(), data, list(by), **options)
+
+
+# -- geometry -------------------------------------------------------------------------------------
+
+
+def test_exact_data():
+    found = fitted(encoder(noise=0.0))
+    assert found["crank.A.x"] == pytest.approx(0.1, rel=1e-10)
+    assert found["rod.B.x"] == pytest.approx(0.3, rel=1e-8)
+    assert found.offsets["slider.x offset"] == pytest.approx(3.0, rel=1e-6)
+    assert found.undetermined == () and found.status == "completed"
+    assert found.system.values["rod.B.x"] == found["rod.B.x"]
+
+
+def test_covariance_and_values_beside_curve_fit():
+    """Another program's least squares of the closed form, by differences."""
+    data = encoder()
+    found = fitted(data)
+    best, covariance = curve_fit(
+        lambda a, r, l, z: 1e3 * stroke(a, r, l) + z,
+        ANGLES,
+        data["slider.x [mm]"],
+        p0=[0.103, 0.295, 0.0],
+        xtol=1e-14,
+        ftol=1e-14,
+    )
+    mine = [*found.values.values(), *found.offsets.values()]
+    deviation = np.sqrt(np.diag(covariance))
+    # both stop where the sum of squares no longer falls: within 1e-5 of a deviation
+    assert np.abs((mine - best) / deviation).max() < 1e-4
+    assert_allclose(found.covariance, covariance, rtol=1e-4, atol=1e-12 * covariance.max())
+    assert [found.deviations[k] for k in found.deviations] == pytest.approx(deviation, rel=1e-4)
+    low, high = found.intervals["rod.B.x"]
+    # Student's t of 37 degrees of freedom
+    assert (high - low) / 2.0 == pytest.approx(2.026192 * deviation[1], rel=1e-4)
+
+
+def test_intervals_contain_the_truth():
+    """120 of the trials of `python -m tests.fit_coverage`: within four standard errors of 95 %."""
+    counts = fit_coverage.campaign(0, 120)
+    assert counts["settled"] == 120
+    error = math.sqrt(0.95 * 0.05 / 120)
+    for name in fit_coverage.UNKNOWNS:
+        assert abs(counts[name] / 120 - 0.95) < 4.0 * error
+
+
+def test_gaps_and_several_runs():
+    """NaN is no datum; each run has an offset of its own; two runs are one longer one."""
+    one, two = encoder(seed=1), encoder(seed=2, zero=-0.001)
+    one["slider.x [mm]"][3] = np.nan
+    found = fitted([one, two])
+    assert found.count == 79
+    assert found.offsets["slider.x offset, run 1"] == pytest.approx(3.0, abs=4.0)
+    gap = found.offsets["slider.x offset, run 1"] - found.offsets["slider.x offset, run 2"]
+    # what both share falls out of the difference: noise 0.1 mm over √40
+    assert gap == pytest.approx(4.0, abs=5.0 * 0.1 * math.sqrt(2.0 / 40.0))
+    assert np.isnan(found.residuals[0]["slider.x"][3])
+    assert fitted(one).deviations["rod.B.x"] > found.deviations["rod.B.x"]
+
+
+def test_a_number_that_is_known_in_a_run():
+    """Runs with a rod of 0.3 and one of 0.4 m, of which the crank is common."""
+    longer = {"motor": ANGLES, "slider.x": stroke(ANGLES, 0.1, 0.4), "rod.B.x": 0.4}
+    plain = {"motor": ANGLES, "slider.x": stroke(ANGLES, 0.1, 0.3), "rod.B.x": 0.3}
+    found = mbody.fit(engine(), [plain, longer], ["crank.A.x"], "kinematics")
+    assert found["crank.A.x"] == pytest.approx(0.1, rel=1e-10)
+    assert max(np.abs(one["slider.x"]).max() for one in found.residuals) < 1e-10
+
+
+# -- forces ---------------------------------------------------------------------------------------
+
+
+def arm(mass=2.0, x=0.4, inertia=0.05, friction=None):
+    machine = Mechanism("arm")
+    rough = {} if friction is None else {"friction": friction, "pin_radius": 0.05}
+    machine.add(
+        Body("arm", mass=mass, cg=(x, 0.0), inertia=inertia),
+        Revolute("O", "ground", "arm", **rough),
+        AngleDriver("motor", "arm", ConstantSpeed(0.0, 1.0)),
+        Gravity("g", y=-G),
+    )
+    return machine
+
+
+def motion(seed=3, noise=0.02):
+    rng = np.random.default_rng(seed)
+    t = np.linspace(0.0, 3.0, 80)
+    angle, rate, change = np.sin(2 * t), 2 * np.cos(2 * t), -4 * np.sin(2 * t)
+    torque = (0.05 + 2.0 * 0.16) * change + 2.0 * G * 0.4 * np.cos(angle)
+    torque = torque + noise * rng.normal(size=len(t))
+    return {
+        "motor": angle,
+        "motor.rate": rate,
+        "motor.acceleration": change,
+        "motor.effort": torque,
+    }
+
+
+def test_base_parameters():
+    """T = (I + m x²) α + m x g cos θ: of m, x and I two sums are determined, by linear least
+    squares; the third direction is m, −x/m, x².
+    """
+    data = motion()
+    found = mbody.fit(arm(1.8, 0.45, 0.06), data, ["arm.mass", "arm.cg.x", "arm.inertia"])
+    m, x, inertia = found.values.values()
+    linear = np.column_stack([data["motor.acceleration"], G * np.cos(data["motor"])])
+    best, rest, *_ = np.linalg.lstsq(linear, data["motor.effort"])
+    assert inertia + m * x * x == pytest.approx(best[0], rel=1e-9)
+    assert m * x == pytest.approx(best[1], rel=1e-9)
+    (one,) = found.undetermined
+    wanted = {"arm.mass": 1.0, "arm.cg.x": -x / m, "arm.inertia": x * x}
+    for name, part in one.direction.items():
+        scale = one.direction["arm.mass"]
+        assert part / scale == pytest.approx(wanted[name], rel=1e-6)
+    assert "changes no datum" in str(one) and f"not determined: {one}" in found.notes
+    assert all(low == -np.inf for low, _ in found.intervals.values())
+    # deviations of the sums, by derivatives of the base parameters
+    inverse = np.linalg.inv(linear.T @ linear) * rest[0] / 78.0
+    slopes = {
+        "arm.mass": np.array([x * x, x]),
+        "arm.cg.x": np.array([2 * m * x, m]),
+        "arm.inertia": np.array([1.0, 0.0]),
+    }
+    matrix = np.column_stack(list(slopes.values()))
+    for sum_ in found.combinations:
+        row = np.array([sum_.terms.get(name, 0.0) for name in slopes])
+        base = np.linalg.lstsq(matrix.T, row)[0]
+        assert matrix.T @ base == pytest.approx(row, abs=1e-6)
+        assert sum_.deviation == pytest.approx(math.sqrt(base @ inverse @ base), rel=1e-5)
+
+
+def test_a_number_that_changes_nothing():
+    """The inertia of a shaft at constant speed: it stays as it was, and is named."""
+    machine = engine(0.1, 0.3, masses=(0.5, 1.0, 2.0), speed=30.0)
+    run = mbody.kinetostatics(machine, drive={"motor": (ANGLES, 30.0)})
+    data = {"motor": ANGLES, "motor.rate": np.full(40, 30.0), "motor.effort": run.effort("motor")}
+    start = mbody.assemble(machine).with_values({"slider.mass": 1.5})
+    found = mbody.fit(start, data, ["slider.mass", "crank.inertia"])
+    assert found["slider.mass"] == pytest.approx(2.0, rel=1e-9)
+    assert found["crank.inertia"] == machine["crank"].inertia
+    assert [str(one) for one in found.undetermined] == ["'crank.inertia' changes no datum"]
+    assert np.isfinite(found.deviations["slider.mass"])
+    assert found.deviations["crank.inertia"] == np.inf
+    assert "open" in str(found)
+    json.dumps(found.data(), allow_nan=False)
+
+
+def test_friction():
+    """The coefficient of a pin, from the torque of a motor; the equations have it implicitly."""
+    data = motion()
+    run = mbody.kinetostatics(
+        arm(friction=0.2),
+        drive={"motor": tuple(data[f"motor{k}"] for k in ("", ".rate", ".acceleration"))},
+    )
+    moving = np.abs(data["motor.rate"]) > 0.05
+    data["motor.effort"] = np.where(moving, run.effort("motor"), np.nan)
+    found = mbody.fit(arm(friction=0.1), data, ["O.friction", "arm.mass"])
+    assert found["O.friction"] == pytest.approx(0.2, rel=1e-8)
+    assert found["arm.mass"] == pytest.approx(2.0, rel=1e-9)
+
+
+def test_sensors_of_different_noise():
+    """Weights by the residuals of each column: those of the truth but for chance."""
+    data, rng = motion(), np.random.default_rng(8)
+    data["O.fx"] = -mbody.kinetostatics(
+        arm(), drive={"motor": tuple(data[f"motor{k}"] for k in ("", ".rate", ".acceleration"))}
+    ).reaction("O", on="ground").fx + 2.0 * rng.normal(size=80)
+    found = mbody.fit(arm(1.8, 0.45), data, ["arm.mass", "arm.cg.x"])
+    # a deviation of 80 residuals is known to 1/√160
+    assert found.residual["motor.effort"] == pytest.approx(0.02, rel=4.0 / math.sqrt(160.0))
+    assert found.residual["O.fx"] == pytest.approx(2.0, rel=4.0 / math.sqrt(160.0))
+    given = mbody.fit(
+        arm(1.8, 0.45),
+        data,
+        ["arm.mass", "arm.cg.x"],
+        deviations={"motor.effort": 0.02, "O.fx": 2.0},
+    )
+    assert given.deviations["arm.mass"] == pytest.approx(found.deviations["arm.mass"], rel=0.5)
+
+
+# -- free motion ----------------------------------------------------------------------------------
+
+
+def pendulum(inertia=0.02, damping=0.05):
+    machine = Mechanism("pendulum")
+    machine.add(
+        Body("bob", mass=1.5, cg=(0.5, 0.0), inertia=inertia, guess="-40 deg"),
+        Revolute("O", "ground", "bob"),
+        TorsionDamper("d", "ground", "bob", coefficient=damping),
+        Gravity("g", y=-G),
+    )
+    return machine
+
+
+def swing(t, inertia, damping):
+    """By another integrator."""
+    whole = inertia + 1.5 * 0.25
+
+    def rates(_, y):
+        return [y[1], (-damping * y[1] - 1.5 * G * 0.5 * np.cos(y[0])) / whole]
+
+    begun = [math.radians(-40.0), 0.0]
+    return solve_ivp(rates, (0.0, t[-1]), begun, t_eval=t, rtol=1e-11, atol=1e-12).y[0]
+
+
+def test_a_free_motion():
+    """Beside curve_fit with another integrator; differences, which a note says."""
+    t = np.linspace(0.1, 4.0, 60)
+    rng = np.random.default_rng(1)
+    data = {"t": t, "bob.angle [deg]": np.degrees(swing(t, 0.05, 0.1)) + 0.2 * rng.normal(size=60)}
+    found = mbody.fit(pendulum(), data, ["bob.inertia", "d.coefficient"])
+    best, covariance = curve_fit(
+        lambda t, i, d: np.degrees(swing(t, i, d)), t, data["bob.angle [deg]"], p0=[0.04, 0.08]
+    )
+    deviation = np.sqrt(np.diag(covariance))
+    assert np.abs((np.array(list(found.values.values())) - best) / deviation).max() < 1e-2
+    # curve_fit differences by 1e-8 what solve_ivp integrates to 1e-11
+    assert list(found.deviations.values()) == pytest.approx(deviation, rel=2e-2)
+    assert any("differences" in note for note in found.notes)
+
+
+# -- what is said ---------------------------------------------------------------------------------
+
+
+def test_a_model_that_lacks_something():
+    """With a rod that is held too long what is left is a curve, no noise."""
+    found = fitted(encoder(noise=1e-6), ["crank.A.x"])
+    assert any("is no noise" in note for note in found.notes)
+    assert not any("is no noise" in note for note in fitted(encoder()).notes)
+
+
+def test_bounds():
+    found = mbody.fit(
+        engine(), encoder(), {"crank.A.x": (0.102, "11 cm"), "rod.B.x": None}, "kinematics"
+    )
+    assert found["crank.A.x"] == pytest.approx(0.102, rel=1e-9)
+    assert any("'crank.A.x' is at its bound" in note for note in found.notes)
+
+
+def test_as_many_data_as_unknowns():
+    found = mbody.fit(
+        engine(), {"motor": [0.4], "slider.x": [stroke(0.4, 0.1, 0.295)]}, "crank.A.x", "kinematics"
+    )
+    assert found["crank.A.x"] == pytest.approx(0.1, rel=1e-9)
+    assert found.intervals["crank.A.x"] == (-np.inf, np.inf)
+    assert any("as many unknowns" in note for note in found.notes)
+
+
+def test_data_beyond_a_table():
+    """A motor that follows a table: data after its end are in doubt, as the analysis is."""
+    machine = Mechanism("rotor")
+    machine.add(
+        Body("rotor", mass=1.0, points={"P": (0.2, 0.0)}),
+        Revolute("O", "ground", "rotor"),
+        AngleDriver(
+            "motor", "rotor", mbody.laws.Table([0.0, 0.5, 1.0], [0.0, 1.0, 1.5], outside="line")
+        ),
+    )
+    t = np.array([0.1, 0.5, 0.9, 1.4])
+    found = mbody.fit(machine, {"t": t, "rotor.P.x": 0.1 + 0.0 * t}, "rotor.P.x", "kinematics")
+    assert found.status.startswith("doubtful") and found.doubts[0].kind == "extrapolation"
+
+
+def test_null_directions():
+    """Of a matrix with known dependent columns: c = 2 a − b, and d has no effect."""
+    rng = np.random.default_rng(0)
+    a, b, e = rng.normal(size=(3, 50))
+    jacobian = np.column_stack([a, b, 2.0 * a - b, 0.0 * a, e])
+    names, units = list("abcde"), dict.fromkeys("abcde", "m")
+    found = identified(jacobian, names, units, np.ones(5), 1e-9)
+    assert found.rank == 3 and len(found.undetermined) == 2
+    for one in found.undetermined:
+        row = np.array([one.direction.get(name, 0.0) for name in names])
+        assert np.abs(jacobian @ row).max() < 1e-12
+    assert found.open.tolist() == [True, True, True, True, False]
+    for terms in found.terms:
+        row = np.array([terms.get(name, 0.0) for name in names])
+        # a sum that is determined is a sum of rows of J
+        assert jacobian.T @ np.linalg.lstsq(jacobian.T, row)[0] == pytest.approx(row, abs=1e-9)
+
+
+def test_the_command(capsys, tmp_path):
+    model, file = tmp_path / "engine.toml", tmp_path / "run.csv"
+    mbody.save(engine(), model)
+    data = encoder()
+    with file.open("w", newline="") as stream:
+        rows = csv.writer(stream)
+        rows.writerow(data)
+        rows.writerows(zip(*data.values(), strict=True))
+    words = ["fit", str(model), str(file), "--by", "crank.A.x,rod.B.x", "--offset", "slider.x"]
+    words += ["--analysis", "kinematics"]
+    assert main(words) == 0
+    out = capsys.readouterr().out
+    assert "rod.B.x" in out and "40 data; low and high of 95 % confidence" in out
+    assert main([*words, "--json"]) == 0
+    got = json.loads(capsys.readouterr().out)
+    assert got["analysis"] == "fit" and got["status"] == "completed"
+    assert got["values"]["crank.A.x"] == pytest.approx(fitted(data)["crank.A.x"], rel=1e-12)
+    assert len(got["covariance"]) == 3 and got["undetermined"] == []
