@@ -9,7 +9,7 @@ import argparse
 from typing import NoReturn
 
 from mbody._version import __version__
-from mbody.cli.design_options import balance_options, sensitivity_options
+from mbody.cli.design_options import balance_options, optimize_options, sensitivity_options
 from mbody.cli.options import (
     MODEL,
     angle_option,
@@ -105,6 +105,8 @@ def parser() -> argparse.ArgumentParser:
     _sweep(command("sweep", "one analysis of many designs", "sweep.sweep"))
     ranked = "which number changes a measured quantity most"
     sensitivity_options(command("sensitivity", ranked, "sensitivity.sensitivity"))
+    best = "the numbers at which a quantity is least or greatest, within limits"
+    optimize_options(command("optimize", best, "optimize.optimize"))
     solve = command(
         "solve", "the questions of a model: unknowns that meet conditions", "solve.solve"
     )

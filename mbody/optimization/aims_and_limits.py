@@ -162,7 +162,7 @@ def aim_of(mechanism: Mechanism, given: object, greatest: bool, instants: int) -
         verb = "maximize" if greatest else "minimize"
         raise ModelError(
             f"optimize: '{column.name}' is a history of {instants} instants: say what of it is to "
-            f"be {'greatest' if greatest else 'least'}, such as {verb}=\"peak({column.name})\""
+            f'be {"greatest" if greatest else "least"}, such as {verb}="peak({column.name})"'
         )
     return Aim(column.name, column, greatest)
 

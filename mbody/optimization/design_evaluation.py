@@ -46,11 +46,14 @@ class Evaluation:
     run : Solution
     whole : DualSolution
         The same histories in dual numbers.
+    pose : array (coordinates + 3,)
+        Its first position.
     """
 
     x: np.ndarray
     run: Solution
     whole: Any
+    pose: np.ndarray
     kept: dict[Measure, tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
 
     def history(self, measure: Measure) -> tuple[np.ndarray, np.ndarray]:
@@ -125,6 +128,8 @@ class Evaluator:
         start = closed(system, float(self.grid.t[0]), first, job.how.get("guess"))
         check_determined(system, start, job.analysis)
         self.pose, self.regular = start.work.q[:, 0].copy(), not start.regularization
+        #: Closed position of the last design that was analysed, and its numbers.
+        self.last = self.pose, system.par[:, 0]
         loads = {load.name for load in system.mechanism.loads}
         texts = [parse(column.measure.of, curves=True).names for column in job.columns]
         #: Whether a quantity has what loads do.
@@ -179,12 +184,13 @@ class Evaluator:
         if self.regular and not system.has_user_code:
             values = np.array([[first.get(d.name, np.nan) for d in system.drivers]])
             small = float(rounding(system, self.pose))
-            origin = self.system.par[:, 0]
-            found = close_in_stages(system, t, values, self.pose, origin, small, SUSPICIOUS)
-            if found.good[0]:
-                start = ClosedPosition(system.work())
-                start.work.q[:, 0] = found.poses[0]
-                return start
+            # from the last design, which is near as a rule, else from the description
+            for pose, origin in (self.last, (self.pose, self.system.par[:, 0])):
+                found = close_in_stages(system, t, values, pose, origin, small, SUSPICIOUS)
+                if found.good[0]:
+                    start = ClosedPosition(system.work())
+                    start.work.q[:, 0] = found.poses[0]
+                    return start
             units = system.mechanism.units
             raise SolveError(
                 f"loops do not close at t = {t:g} {units.time}: from the numbers of the "
@@ -200,6 +206,7 @@ class Evaluator:
             system = self.design(x)
             grid = self._grid(system)
             start = self._closed(system, grid)
+            pose = start.work.q[:, 0].copy()
             run = self._followed(Runner(system, self.analysis), start, grid)
             instants = DrivenInstants(run, self.names, self.turning)
             whole = instants.at(np.arange(len(run)), self.loads)
@@ -208,4 +215,5 @@ class Evaluator:
         record = whole.record
         if not (np.isfinite(record.values).all() and np.isfinite(record.tangents).all()):
             return None
-        return Evaluation(np.array(x), run, whole)
+        self.last = pose, system.par[:, 0]
+        return Evaluation(np.array(x), run, whole, pose)

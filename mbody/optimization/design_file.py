@@ -47,14 +47,12 @@ def with_numbers(run: Solution, values: Mapping[str, float]) -> Mechanism:
             "name a parameter for it; run.system has the numbers of the optimum",
             missing[0],
         )
-    texts = [
-        repr(float(next(given[name] for name in number.factors))) for number in cut.numbers
-    ]
+    texts = [repr(float(next(given[name] for name in number.factors))) for number in cut.numbers]
     text = "".join(
         part + (number or "") for part, number in itertools.zip_longest(cut.parts, texts)
     )
     tree = tomllib.loads(text)
-    for name, (x, y, angle) in link_poses(run).items():
+    for name, (x, y, angle) in link_poses(run.take([0])).items():
         if name in tree["bodies"]:
             shown = f"{math.degrees(angle)!r} deg"
             tree["bodies"][name]["guess"] = {"x": x, "y": y, "angle": shown}

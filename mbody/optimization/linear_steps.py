@@ -51,9 +51,7 @@ class Linearized:
         return float(self.aims.max()) + weight * (broken + float(np.abs(self.equal).sum()))
 
 
-def linear_steps(
-    start: Linearized, look: Callable[[np.ndarray], Linearized | None]
-) -> Linearized:
+def linear_steps(start: Linearized, look: Callable[[np.ndarray], Linearized | None]) -> Linearized:
     """The end of linear steps from a design; `look` gives the rows about a place, None where the
     design cannot be analysed.
     """
@@ -96,7 +94,9 @@ def _step(at: Linearized, box: float) -> tuple[np.ndarray, float, float] | None:
     # unknowns: the step, z above all aims, s ≥ 0 by which limits may stay broken, ± of equations
     free = len(at.equal)
     cost = np.concatenate([np.zeros(n), [1.0, 1e4], np.full(2 * free, 1e4)])
-    above = np.column_stack([by_aims, -np.ones((len(aims), 1)), np.zeros((len(aims), 1 + 2 * free))])
+    above = np.column_stack(
+        [by_aims, -np.ones((len(aims), 1)), np.zeros((len(aims), 1 + 2 * free))]
+    )
     below = np.column_stack(
         [-slopes, np.zeros((len(own), 1)), -np.ones((len(own), 1)), np.zeros((len(own), 2 * free))]
     )

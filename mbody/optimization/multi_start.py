@@ -71,7 +71,7 @@ class MultiStart:
     def mark(self) -> None:
         """Where a search may be stopped."""
         if self.seen is not None:
-            self.seen(self.done, self.count)
+            self.seen(self.done, self.count * len(self.screen.aims))
 
     def program(self, aim: Aim, limits: Sequence[Limit]) -> Program:
         """What is to be least, within the ranges."""

@@ -22,7 +22,7 @@ from mbody.optimization.linear_steps import Linearized, linear_steps
 __all__ = ["Program", "Found"]
 
 #: Rows of a limit with which the search begins, rounds of exchange, and steps of each.
-ROWS, ROUNDS, STEPS = 40, 6, 60
+ROWS, ROUNDS, STEPS = 40, 8, 100
 #: What is broken by less, as a part of the size of a limit, holds.
 HOLDS = 1e-6
 #: A design moves no faster than so many times the description, by unit rate of its drivers.
@@ -31,6 +31,8 @@ FASTEST = 50.0
 WALL = 1e4
 #: A round that gains less than this part is the last.
 GAIN = 1e-9
+#: A round without new rows that gains more than this part is followed by another.
+SLIGHT = 1e-3
 
 
 @dataclass(frozen=True)
@@ -126,7 +128,7 @@ class Program:
                 best = found
             else:
                 idle += 1
-            if not more or idle > 1:
+            if (not more and gain <= SLIGHT * abs(best.value)) or idle > 1:
                 break
         return self._polished(best)
 
@@ -158,8 +160,14 @@ class Program:
         margin = np.log(least / max(self.mobile, 1e-300))
         own[False].append(Rows(np.array([margin]), slope[None] / max(least, 1e-300), np.array([k])))
         empty = np.zeros((0, len(u)))
-        values = {kind: np.concatenate([np.zeros(0), *(r.values for r in rows)]) for kind, rows in own.items()}
-        slopes = {kind: np.vstack([empty, *(r.slopes * self.width for r in rows)]) for kind, rows in own.items()}
+        values = {
+            kind: np.concatenate([np.zeros(0), *(r.values for r in rows)])
+            for kind, rows in own.items()
+        }
+        slopes = {
+            kind: np.vstack([empty, *(r.slopes * self.width for r in rows)])
+            for kind, rows in own.items()
+        }
         return Linearized(
             u=u,
             aims=aims.values,
@@ -178,6 +186,9 @@ class Program:
         from scipy.optimize import minimize
 
         n, each = len(self.width), self.aim.each
+        # the square of a root of squares bends as a quadratic does
+        squared = self.aim.column.by == "rms" and not self.aim.greatest
+        size = abs(self.value(start)) or self.scale
         last = [start]
 
         def design(y: np.ndarray) -> tuple[Evaluation, bool]:
@@ -190,14 +201,16 @@ class Program:
             at, good = design(y)
             if each:
                 return float(y[n]) + (0.0 if good else WALL)
-            own = self.aim.rows(at).values[0] / self.scale
-            return float(own) + (0.0 if good else WALL)
+            own = float(self.aim.rows(at).values[0]) / size
+            return (own * own if squared else own) + (0.0 if good else WALL)
 
         def slope(y: np.ndarray) -> np.ndarray:
             if each:
                 return np.eye(n + 1)[n]
             at, _ = design(y)
-            return np.asarray(self.aim.rows(at).slopes[0] * self.width / self.scale)
+            rows = self.aim.rows(at)
+            factor = 2.0 * rows.values[0] / size if squared else 1.0
+            return np.asarray(factor * rows.slopes[0] * self.width / size)
 
         def rows(y: np.ndarray) -> np.ndarray:
             at, good = design(y)

@@ -10,7 +10,7 @@ import numpy as np
 from mbody.analysis.driven.requests import ANALYSES
 from mbody.analysis.dynamics.progress import counted
 from mbody.analysis.position.assembly_analysis import as_system
-from mbody.derivatives.requested_instants import turned_driver
+from mbody.analysis.driven.requested_instants import turned_driver
 from mbody.errors import ModelError, brief
 from mbody.files.model.optimize_table import optimization_tasks
 from mbody.model.element import listed

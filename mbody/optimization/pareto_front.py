@@ -76,7 +76,7 @@ def pareto_front(
     ended = replace(
         found[knee][1],
         starts=sum(end.starts for end in ends),
-        agreeing=min(end.agreeing for end in ends),
+        agreeing=sum(end.agreeing for end in ends),
     )
     return optimum_of(search, ended, first, limits, loss, front, aims)
 

@@ -57,7 +57,9 @@ def ranges_of(
             f"{brief(by)}"
         )
     names = checked_names(system, list(by), "optimize")
-    low, high = (np.array([_bounds(system, g, n, by[g])[k] for g, n in names.items()]) for k in (0, 1))
+    low, high = (
+        np.array([_bounds(system, g, n, by[g])[k] for g, n in names.items()]) for k in (0, 1)
+    )
     if start is not None and not isinstance(start, Mapping):
         raise ModelError(f"optimize: start must be a dict of numbers, not {brief(start)}")
     strange = [name for name in start or {} if name not in by]

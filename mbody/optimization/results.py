@@ -36,7 +36,7 @@ def optimum_of(
     """The result of searches; of two `aims` with their front."""
     at, program, ranges = ended.best.at, ended.program, search.ranges
     system = search.evaluator.system
-    run = search.evaluator.run(at.x)
+    run = at.run
     found, rest = binding(program, at)
     unit = measured(run, aim.column.measure)[2]
     active = tuple(_active(one, program, at, search, unit) for one in found)
@@ -56,7 +56,7 @@ def optimum_of(
     begin = None if starting is None else tuple(one.value(starting) for one in goals)
     values = tuple(one.value(at) for one in goals)
     sizes = np.array([abs(value) for value in values] + list(program.sizes or []))
-    band = tolerance_band(search.screen, at.x, (ranges.low, ranges.high), sizes, loss)
+    band = tolerance_band(search.screen.about(at), at.x, (ranges.low, ranges.high), sizes, loss)
     words = [f"{'greatest' if one.greatest else 'least'} {one.text}" for one in goals]
     own = inherited(run, notes=tuple(notes))
     if ended.status != "completed" and own["status"] == "completed":

@@ -38,8 +38,9 @@ def sheet(found: Optimum, name: str = "") -> str:
     lines += [
         "",
         *paragraph(
-            f"{found.agreeing} of {found.starts} searches ended here; {found.evaluations} analyses "
-            "with derivatives"
+            f"{found.agreeing} of {found.starts} searches ended "
+            + ("at the ends of the front" if found.pareto else "here")
+            + f"; {found.evaluations} analyses with derivatives"
         ),
     ]
     if found.status != "completed":

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from mbody.analysis.driven.batch_continuation import BatchSetup
 from mbody.model.study import Measure
 from mbody.optimization.aims_and_limits import Aim, Limit
-from mbody.optimization.design_evaluation import Evaluator
+from mbody.optimization.design_evaluation import Evaluation, Evaluator
 from mbody.sweeps.columns import MeasuredColumn
 from mbody.sweeps.job import Job, side_by_side
 
@@ -44,6 +45,14 @@ class Screen:
         self, job: Job, evaluator: Evaluator, aims: Sequence[Aim], limits: Sequence[Limit]
     ) -> None:
         self.job, self.evaluator, self.aims, self.limits = job, evaluator, aims, limits
+
+    def about(self, at: Evaluation) -> Screen:
+        """The same, designs closed from the position of one of them."""
+        job = self.job
+        if isinstance(job.course, BatchSetup):
+            near = replace(job.course, pose=at.pose, origin=at.run.system.par[:, 0].copy())
+            job = replace(job, course=near)
+        return Screen(job, self.evaluator, self.aims, self.limits)
 
     @staticmethod
     def columns(aims: Sequence[Aim], limits: Sequence[Limit]) -> tuple[MeasuredColumn, ...]:
@@ -80,13 +89,11 @@ class Screen:
         return made
 
 
-def spread_designs(
-    low: np.ndarray, high: np.ndarray, count: int, seed: int
-) -> np.ndarray:
+def spread_designs(low: np.ndarray, high: np.ndarray, count: int, seed: int) -> np.ndarray:
     """Designs within bounds, one in each of so many slices of every number (McKay 1979): (count,
     numbers).
     """
-    from scipy.stats import qmc
-
-    parts = qmc.LatinHypercube(len(low), seed=np.random.default_rng(seed)).random(count)
+    rng = np.random.default_rng(seed)
+    slices = rng.permuted(np.tile(np.arange(count), (len(low), 1)), axis=1).T
+    parts = (slices + rng.random((count, len(low)))) / count
     return np.asarray(low + (high - low) * parts)
