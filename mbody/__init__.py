@@ -94,6 +94,7 @@ if TYPE_CHECKING:
     from mbody.model.states import State
     from mbody.model.stop import Stop
     from mbody.model.study import Instants
+    from mbody.optimization.optimize import optimize
     from mbody.reports.mechanism_report import report
     from mbody.solution.doubts import Doubt
     from mbody.solution.energy import Energy
@@ -193,6 +194,7 @@ __all__ = [
     "mobility",
     "modes",
     "number_field",
+    "optimize",
     "plot",
     "report",
     "save",
@@ -216,6 +218,7 @@ presentation.register(
     EquilibriumCurve="mbody.sheets.equilibrium:curve_sheet",
     Mobility="mbody.sheets.mobility:sheet",
     Modes="mbody.sheets.modes:sheet",
+    Optimum="mbody.optimization.sheet:sheet",
     Solution="mbody.sheets.instant:sheet",
 )
 presentation.register(
@@ -284,6 +287,7 @@ _MODULES = {
     "model.simulation": "SimulationSettings",
     "model.states": "State",
     "model.study": "Instants",
+    "optimization.optimize": "optimize",
     "reports.mechanism_report": "report",
     "solution.doubts": "Doubt",
     "solution.energy": "Energy",

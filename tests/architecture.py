@@ -46,6 +46,7 @@ LAYERS = (
     ("views", "engines", "sweeps", "image"),
     ("derivatives",),
     ("live", "reports", "stepping"),
+    ("optimization",),
     ("envs",),
     ("cli",),
     ("__main__", "__init__"),

@@ -21,6 +21,14 @@ motor = { angle = "bar", law = 0.5 }
 [loads]
 push = { torque = { table = { x = [1, 2], y = [0, 1], outside = "hold" } }, body = "bar" }
 """
+OPTIMIZED = """
+[optimize.torque]
+minimize = "peak(motor.effort)"
+by = { "coupler.cg.r" = [2, 12] }
+over = "turn"
+instants = 37
+starts = 1
+"""
 #: Arguments of every command, and whether its answer is in doubt.
 COMMANDS = {
     "kinematics": [("norton_fourbar", False)],
@@ -29,6 +37,7 @@ COMMANDS = {
     "simulate": [("simple_pendulum --to 0.1", False)],
     "sweep": [("norton_fourbar --vary crank.weight=1,2 --measure peak(motor.effort)", False)],
     "solve": [("vehicle", False)],
+    "optimize": [("torque.toml", False)],
     "check": [("norton_fourbar", False)],
     "equilibrium": [("simple_pendulum", False)],
     "modes": [("simple_pendulum", False)],
@@ -63,6 +72,8 @@ def test_every_command_is_here():
 def test_heads(command, arguments, doubtful, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "doubtful.toml").write_text(DOUBTFUL, encoding="utf-8")
+    described = mbody.to_toml(mbody.gallery.load("norton_fourbar"))
+    (tmp_path / "torque.toml").write_text(described + OPTIMIZED, encoding="utf-8")
     status = cli.main([command, *arguments.split(), "--json"])
     told = json.loads(capsys.readouterr().out)
     assert list(told)[: len(HEAD)] == HEAD and "mechanism" not in told

@@ -1,4 +1,4 @@
-"""Options of the commands for designers: what changes a quantity, what balances."""
+"""Options of the commands for designers: what changes a quantity, what is best, what balances."""
 
 from __future__ import annotations
 
@@ -6,7 +6,13 @@ import argparse
 
 from mbody.cli.options import driven_option, instants_options, json_option, model_options
 
-__all__ = ["balance_options", "fit_options", "sensitivity_options", "tolerances_options"]
+__all__ = [
+    "balance_options",
+    "fit_options",
+    "optimize_options",
+    "sensitivity_options",
+    "tolerances_options",
+]
 
 
 def sensitivity_options(command: argparse.ArgumentParser) -> None:
@@ -18,6 +24,15 @@ def sensitivity_options(command: argparse.ArgumentParser) -> None:
     command.add_argument("--by", action="append", default=[], metavar="NAMES", help=names)
     driven_option(command)
     instants_options(command)
+    json_option(command)
+
+
+def optimize_options(command: argparse.ArgumentParser) -> None:
+    """Of `mbody optimize`."""
+    model_options(command)
+    command.add_argument("name", metavar="NAME", nargs="?", help="one task; all without it")
+    command.add_argument("-o", "--output", metavar="FILE", help="write the best model (.toml)")
+    command.add_argument("--csv", metavar="FILE", help="write the numbers as a table")
     json_option(command)
 
 

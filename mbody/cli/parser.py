@@ -12,6 +12,7 @@ from mbody._version import __version__
 from mbody.cli.design_options import (
     balance_options,
     fit_options,
+    optimize_options,
     sensitivity_options,
     tolerances_options,
 )
@@ -112,6 +113,8 @@ def parser() -> argparse.ArgumentParser:
     _sweep(command("sweep", "one analysis of many designs", "sweep.sweep"))
     ranked = "which number changes a measured quantity most"
     sensitivity_options(command("sensitivity", ranked, "sensitivity.sensitivity"))
+    best = "the numbers at which a quantity is least or greatest, within limits"
+    optimize_options(command("optimize", best, "optimize.optimize"))
     spread = "the band of a measured quantity whose numbers scatter"
     tolerances_options(command("tolerances", spread, "tolerances.tolerances"))
     fit_options(command("fit", "numbers of a model from measured histories", "fit.fit"))

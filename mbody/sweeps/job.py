@@ -28,7 +28,7 @@ from mbody.solution.solution import Solution
 from mbody.sweeps.columns import MeasuredColumn, reduced
 from mbody.system.system import System
 
-__all__ = ["Job", "PieceResult", "analyse_piece", "prepared"]
+__all__ = ["Job", "PieceResult", "analyse_piece", "prepared", "side_by_side"]
 
 #: Most designs that are computed in parallel, most numbers stored for them at once, and most
 #: designs in parallel for free motions.
@@ -334,6 +334,25 @@ def _block(job: Job, values: np.ndarray) -> PieceResult:
         for design in np.flatnonzero(~finite).tolist():
             result.failures.setdefault(design, f"'{of.name}' has no finite value")
     return result
+
+
+def side_by_side(job: Job, values: np.ndarray) -> tuple[list[np.ndarray], np.ndarray] | None:
+    """Columns of designs, values (designs, names), and which of them can be trusted, without a look
+    at why others fail; None where designs must go one by one.
+
+    Raises
+    ------
+    ModelError
+        For a number that the mechanism cannot have.
+    """
+    if job.course is None:
+        return None
+    parts = [
+        _together(job, job.course, values[low : low + job.block])
+        for low in range(0, len(values), job.block)
+    ]
+    columns = [np.concatenate(pieces) for pieces in zip(*(part[0] for part in parts), strict=True)]
+    return columns, ~np.concatenate([part[1] for part in parts])
 
 
 def _together(

@@ -11,6 +11,7 @@ from mbody.analysis.inverse.conditions import check_question
 from mbody.errors import ModelError
 from mbody.files.model.kinds import SECTIONS
 from mbody.files.model.problems import ENOUGH, Path, Problem
+from mbody.files.model.optimize_table import keep_task
 from mbody.files.model.report_table import keep_settings
 from mbody.model.body import Body
 from mbody.model.compiled_formulas import compiled_state, compiled_stop
@@ -211,6 +212,11 @@ def _questions(given: Any, mechanism: Mechanism) -> list[Problem]:
             check_question(mechanism, question)
         except ModelError as error:
             problems.append(Problem(("solve", name), str(error).removeprefix("question: ")))
+    for name, entry in given.optimize.items():
+        try:
+            keep_task(mechanism, name, entry, given.angle)
+        except ModelError as error:
+            problems.append(Problem(("optimize", name), str(error)))
     return problems
 
 

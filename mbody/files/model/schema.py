@@ -23,6 +23,7 @@ from mbody.files.model import fields as of
 from mbody.files.model.curve_fields import curve
 from mbody.files.model.kinds import LAWS, SECTIONS, written_fields
 from mbody.files.model.law_fields import law
+from mbody.files.model.optimize_table import OptimizeIn
 from mbody.files.model.report_table import ReportIn
 from mbody.model.body import Body
 from mbody.model.element import Element
@@ -33,7 +34,7 @@ from mbody.quantities.units import DIMENSIONS, UNIT_SYSTEMS, dimension_of
 __all__ = ["Used", "everything", "json_schema", "model", "used_by"]
 
 
-STUDIES = ("measures", "solve", "gravity", "ask", "simulate", "report")
+STUDIES = ("measures", "solve", "optimize", "gravity", "ask", "simulate", "report")
 TABLES = ("parameters", "curves", "inputs", "bodies", *SECTIONS, "states", *STUDIES)
 
 
@@ -330,6 +331,7 @@ def model(used: Used) -> Any:
         "states": dict[of.name_in, OwnStateIn],
         "measures": dict[of.name_in, measure],
         "solve": dict[of.name_in, SolveIn],
+        "optimize": dict[of.name_in, OptimizeIn],
         "gravity": _gravity(used.laws),
         "ask": AskIn,
         "simulate": SimulateIn,
@@ -351,6 +353,7 @@ def model(used: Used) -> Any:
         "loads": "Forces, torques, springs and dampers, by name.",
         "measures": "Quantities to be measured on every result, by name.",
         "solve": "Questions that `mbody solve` answers, by name.",
+        "optimize": "What `mbody optimize` is to make least or greatest, by name.",
     }
     systems = ", ".join(UNIT_SYSTEMS)
     columns: dict[str, Any] = {

@@ -1,0 +1,114 @@
+"""`mbody optimize MODEL [NAME]`: the tasks [optimize.NAME] of a model, carried out."""
+
+from __future__ import annotations
+
+import csv
+import json
+from typing import TYPE_CHECKING, Any
+
+from mbody.cli.interrupts import interrupt
+from mbody.cli.models import model_of
+from mbody.cli.streams import message
+from mbody.errors import ModelError, SolveError
+from mbody.model.element import listed
+
+if TYPE_CHECKING:
+    from mbody.optimization.optimum import Optimum
+
+__all__ = ["optimize"]
+
+
+def optimize(args: Any) -> int:
+    """Carry out one task of a model, or all of them; 1 where one has no answer, or a doubt."""
+    from mbody.files.model.optimize_table import optimization_tasks
+    from mbody.files.results import error_data
+    from mbody.optimization.optimize import optimize as solved
+    from mbody.optimization.sheet import sheet
+    from mbody.solution.doubts import Doubt, Inherited, inherited
+    from mbody.solution.heading import heading, unit_symbols
+
+    mechanism = model_of(args)
+    tasks = optimization_tasks(mechanism)
+    if not tasks:
+        raise ModelError(
+            f"'{mechanism.name}' has nothing to optimize: give its file a table [optimize.NAME] "
+            "with minimize, by and subject_to"
+        )
+    if args.name and args.name not in tasks:
+        raise ModelError(
+            f"'{mechanism.name}' has no optimization '{args.name[:60]}' (it has: {listed(tasks)})",
+            args.name,
+        )
+    names = [args.name] if args.name else list(tasks)
+    if (args.csv or args.output) and len(names) > 1:
+        raise ModelError(
+            f"'{mechanism.name}' has {len(names)} optimizations ({listed(names)}): name the one "
+            "that is to be written"
+        )
+    cases: dict[str, Any] = {}
+    texts: list[str] = []
+    doubts: list[Doubt] = []
+    notes: list[str] = []
+    stopped = ""
+    for name in names:
+        try:
+            found = solved(mechanism, name, progress=_progress(name))
+        except SolveError as error:
+            doubts.append(Doubt("incomplete", f"{name}: {error}"))
+            cases[name] = {"values": {}, **error_data(error)}
+            texts.append("\n".join([f"{mechanism.name}: {name}", "", "no optimum:", str(error)]))
+            continue
+        doubts += found.doubts
+        notes += found.notes
+        cases[name] = found.data()
+        texts.append(sheet(found, name))
+        if args.csv:
+            _write(found, args.csv)
+        if args.output:
+            found.save(args.output)
+            message(f"wrote {args.output}")
+        if found.status.startswith("stopped"):
+            stopped = found.status
+            break
+    interrupt.done()
+    whole = Inherited(**inherited(Inherited(doubts=tuple(doubts)), notes=tuple(notes)))
+    if args.json:
+        head = heading(mechanism.name, "optimize", unit_symbols(mechanism.units), whole)
+        if stopped and not doubts:
+            head["status"] = stopped
+        print(json.dumps(head | {"cases": cases}, ensure_ascii=False, allow_nan=False))
+    else:
+        print("\n\n\n".join(texts))
+    return 1 if doubts or stopped else 0
+
+
+def _progress(name: str) -> Any:
+    """Where Ctrl-C may stop a task; it says how many searches have ended."""
+    said = [-1]
+
+    def seen(done: int, of: int) -> None:
+        interrupt.mark()
+        if done != said[0] and done:
+            message(f"{name}: {done} of {of} searches")
+        said[0] = done
+
+    return seen
+
+
+def _write(found: Optimum, path: str) -> None:
+    """A line for each number: before, at the optimum, unit, band; or the designs of a front."""
+    from mbody.files.writing import writing
+
+    with writing(path) as file:
+        rows = csv.writer(file)
+        if found.pareto:
+            aims = found.aim.split(", ")
+            rows.writerow([*aims, *found.values])
+            rows.writerows([*one.objective, *one.values.values()] for one in found.pareto)
+        else:
+            rows.writerow(["number", "before", "optimum", "unit", "band from", "band to"])
+            for name, value in found.values.items():
+                low, high = found.band[name]
+                before = found.start_values[name]
+                rows.writerow([name, before, value, found.units[name], low, high])
+    message(f"wrote {path}")

@@ -1,0 +1,219 @@
+"""One design analysed over all instants with derivatives by its numbers, again and again."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from mbody.analysis.driven.runner import PathEnded, Runner
+from mbody.analysis.driven.time_grid import TimeGrid, time_grid
+from mbody.analysis.position.assembly_analysis import (
+    SUSPICIOUS,
+    check_determined,
+    closed,
+    rounding,
+)
+from mbody.analysis.position.closed_position import ClosedPosition
+from mbody.analysis.position.staged_closing import close_in_stages
+from mbody.core.dual_number import DualNumber
+from mbody.derivatives.driven_instants import DrivenInstants
+from mbody.errors import ModelError, SolveError
+from mbody.model.numbers import varied
+from mbody.model.study import Measure
+from mbody.quantities import parse
+from mbody.solution.histories import Record
+from mbody.solution.measures import valued
+from mbody.solution.solution import Solution
+from mbody.sweeps.job import Job
+from mbody.system.system import System
+
+__all__ = ["Evaluation", "Evaluator"]
+
+#: Rates of drivers below this part of their greatest do not tell how far a dead centre is.
+SLOW = 1e-3
+
+
+@dataclass(eq=False)
+class Evaluation:
+    """A design with the derivatives of its histories.
+
+    Attributes
+    ----------
+    x : array (numbers,)
+    run : Solution
+    whole : DualSolution
+        The same histories in dual numbers.
+    pose : array (coordinates + 3,)
+        Its first position.
+    """
+
+    x: np.ndarray
+    run: Solution
+    whole: Any
+    pose: np.ndarray
+    kept: dict[Measure, tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
+
+    def history(self, measure: Measure) -> tuple[np.ndarray, np.ndarray]:
+        """A quantity, (instants,), and its derivatives, (instants, numbers)."""
+        found = self.kept.get(measure)
+        if found is None:
+            found = self.kept[measure] = self._history(measure)
+        return found
+
+    def _history(self, measure: Measure) -> tuple[np.ndarray, np.ndarray]:
+        count, numbers = len(self.run), len(self.x)
+        try:
+            history, _, _ = valued(self.whole, measure)
+        except TypeError as error:
+            raise ModelError(
+                f"optimize: '{measure.of}' has no exact derivatives: {error}; choose another "
+                "quantity, or vary the numbers by sweep"
+            ) from None
+        if isinstance(history, DualNumber):
+            value, slope = history.value, history.tangents
+        else:
+            value, slope = np.asarray(history, dtype=float), np.zeros(numbers)
+        return (
+            np.array(np.broadcast_to(value, (count,))),
+            np.array(np.broadcast_to(slope, (count, numbers))),
+        )
+
+    def mobility(self) -> tuple[float, np.ndarray, int]:
+        """How far the motion is from a singular position: the square of the rate of the drivers by
+        that of what moves most, in model lengths and radians, where it is least; its derivatives,
+        and the instant. It falls to zero like the way that is left to a dead centre.
+        """
+        system, record = self.run.system, self.whole.record
+        n = system.coordinates
+        rates = record.values[:, n : 2 * n] / system.coordinate_units
+        units = np.array([one.unit(system.length) for one in system.drivers])
+        first = system.page_rows + 1
+        speeds = record.values[:, first + 1 : first + 3 * len(units) : 3] / units
+        driving = np.abs(speeds).max(axis=1)
+        moving = driving > SLOW * driving.max(initial=0.0)
+        if not moving.any():
+            return 1.0, np.zeros(len(self.x)), 0
+        part = np.where(moving[:, None], np.abs(rates) / np.maximum(driving, 1e-300)[:, None], 0.0)
+        k, j = np.unravel_index(int(part.argmax()), part.shape)
+        d = int(np.abs(speeds[k]).argmax())
+        top = max(float(part[k, j]), 1e-300)
+        slope = record.tangents[k, n + j] / rates[k, j] / system.coordinate_units[j]
+        slope = slope - record.tangents[k, first + 1 + 3 * d] / (speeds[k, d] * units[d])
+        return top**-2.0, -2.0 * top**-2.0 * slope, int(k)
+
+
+class Evaluator:
+    """Analyses of the designs of one system that differ in some numbers.
+
+    Attributes
+    ----------
+    count : int
+        How many designs were analysed.
+    """
+
+    def __init__(self, job: Job, names: Sequence[str], turning: str) -> None:
+        assert job.grid is not None
+        system = job.system
+        self.system, self.names, self.analysis = system, list(names), job.analysis
+        self.before, self.turning, self.count = job.before, turning, 0
+        self.how = [job.how.get(key) for key in ("t", "drive", "turn", "instants")]
+        two = system.with_values({name: [system.values[name]] * 2 for name in names})
+        #: Whether the instants depend on the numbers.
+        self.timed = any(varied(two.values, driver) for driver in system.drivers)
+        self.grid: TimeGrid = job.grid
+        first = self.grid.first(system)
+        start = closed(system, float(self.grid.t[0]), first, job.how.get("guess"))
+        check_determined(system, start, job.analysis)
+        self.pose, self.regular = start.work.q[:, 0].copy(), not start.regularization
+        #: Closed position of the last design that was analysed, and its numbers.
+        self.last = self.pose, system.par[:, 0]
+        loads = {load.name for load in system.mechanism.loads}
+        texts = [parse(column.measure.of, curves=True).names for column in job.columns]
+        #: Whether a quantity has what loads do.
+        self.loads = any(name.partition(".")[0] in loads for names in texts for name in names)
+
+    @property
+    def instants(self) -> int:
+        """How many instants are requested."""
+        return len(self.grid.t) - self.before
+
+    def present(self) -> np.ndarray:
+        """The numbers of the description: (numbers,)."""
+        return np.array([float(self.system.values[name]) for name in self.names])
+
+    def design(self, x: np.ndarray) -> System:
+        """A design as a system."""
+        return self.system.with_values(dict(zip(self.names, x.tolist(), strict=True)))
+
+    def run(self, x: np.ndarray) -> Solution:
+        """The analysis of a design on the branch of the description.
+
+        Raises
+        ------
+        ModelError
+            For numbers that the mechanism cannot have.
+        SolveError
+            Where its loops do not close, or it cannot go through all instants.
+        """
+        system = self.design(x)
+        grid = self._grid(system)
+        start = self._closed(system, grid)
+        runner = Runner(system, self.analysis)
+        try:
+            return self._followed(runner, start, grid)
+        except PathEnded as stuck:
+            raise runner.explain(stuck, start, grid) from None
+
+    def _grid(self, system: System) -> TimeGrid:
+        return time_grid(system, *self.how) if self.timed else self.grid
+
+    def _followed(self, runner: Runner, start: ClosedPosition, grid: TimeGrid) -> Solution:
+        """All instants from a closed position; `PathEnded` where it cannot go on."""
+        self.count += 1
+        block = runner.lanes(start, grid)
+        if block is None:
+            block = runner.scalar(start, grid)
+        run = runner.solution(start, grid, Record([block], len(grid.s), batch=False))
+        return run.take(np.arange(self.before, len(run))) if self.before else run
+
+    def _closed(self, system: System, grid: TimeGrid) -> ClosedPosition:
+        t, first = float(grid.t[0]), grid.first(system)
+        if self.regular and not system.has_user_code:
+            values = np.array([[first.get(d.name, np.nan) for d in system.drivers]])
+            small = float(rounding(system, self.pose))
+            # from the last design, which is near as a rule, else from the description
+            for pose, origin in (self.last, (self.pose, self.system.par[:, 0])):
+                found = close_in_stages(system, t, values, pose, origin, small, SUSPICIOUS)
+                if found.good[0]:
+                    start = ClosedPosition(system.work())
+                    start.work.q[:, 0] = found.poses[0]
+                    return start
+            units = system.mechanism.units
+            raise SolveError(
+                f"loops do not close at t = {t:g} {units.time}: from the numbers of the "
+                f"description they do for {found.way[0]:.1%} of the way"
+            )
+        start = closed(system, t, first, None, 0, self.pose)
+        check_determined(system, start, self.analysis)
+        return start
+
+    def __call__(self, x: np.ndarray) -> Evaluation | None:
+        """A design with derivatives; None where it cannot be analysed."""
+        try:
+            system = self.design(x)
+            grid = self._grid(system)
+            start = self._closed(system, grid)
+            pose = start.work.q[:, 0].copy()
+            run = self._followed(Runner(system, self.analysis), start, grid)
+            instants = DrivenInstants(run, self.names, self.turning)
+            whole = instants.at(np.arange(len(run)), self.loads)
+        except (ModelError, SolveError, PathEnded):
+            return None
+        record = whole.record
+        if not (np.isfinite(record.values).all() and np.isfinite(record.tangents).all()):
+            return None
+        self.last = pose, system.par[:, 0]
+        return Evaluation(np.array(x), run, whole, pose)

@@ -1,0 +1,338 @@
+"""One search for the best design from one start: sequential quadratic programming.
+
+A greatest value over the cycle is no smooth function of the numbers, each instant is: the search
+minimises a bound z of all instants (epigraph form), with the limits at instants as constraints. It
+takes some instants of each limit, then adds those that are broken between them (exchange method;
+Hettich and Kortanek, SIAM Review 35, 1993). The search itself is SLSQP (Kraft 1988) of SciPy.
+Designs that cannot be analysed are behind a wall from which its line search comes back; before it
+stands the limit of mobility, which is differentiable.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbody.optimization.aims_and_limits import Aim, Limit, Rows
+from mbody.optimization.design_evaluation import Evaluation, Evaluator
+from mbody.optimization.linear_steps import Linearized, linear_steps
+
+__all__ = ["Program", "Found"]
+
+#: Rows of a limit with which the search begins, rounds of exchange, and steps of each.
+ROWS, ROUNDS, STEPS = 40, 8, 100
+#: What is broken by less, as a part of the size of a limit, holds.
+HOLDS = 1e-6
+#: A design moves no faster than so many times the description, by unit rate of its drivers.
+FASTEST = 50.0
+#: How bad a design is that cannot be analysed, in sizes of what is minimised.
+WALL = 1e4
+#: A round that gains less than this part is the last.
+GAIN = 1e-9
+#: A round without new rows that gains more than this part is followed by another.
+SLIGHT = 1e-3
+
+
+@dataclass(frozen=True)
+class Found:
+    """Where a search ended.
+
+    Attributes
+    ----------
+    at : Evaluation
+    value : float
+        What is least, with the sign that makes it so.
+    broken : float
+        How much the worst limit is broken, as a part of its size.
+    """
+
+    at: Evaluation
+    value: float
+    broken: float
+
+
+class Program:
+    """What is to be least within limits and bounds, for searches from many starts.
+
+    Parameters
+    ----------
+    evaluator : Evaluator
+    low, high : array (numbers,)
+    aim : Aim
+    limits : sequence of Limit
+    """
+
+    def __init__(
+        self,
+        evaluator: Evaluator,
+        bounds: tuple[np.ndarray, np.ndarray],
+        aim: Aim,
+        limits: Sequence[Limit],
+        mark: Callable[[], None],
+    ) -> None:
+        self.evaluator, self.aim, self.limits, self.mark = evaluator, aim, list(limits), mark
+        self.low, self.high = bounds
+        self.width = self.high - self.low
+        self.sizes: list[float] | None = None
+        self.scale, self.mobile = 1.0, 0.0
+        self._place, self._at = np.empty(0), None
+
+    # -- sizes ----------------------------------------------------------------------------------
+
+    def measure_by(self, at: Evaluation) -> None:
+        """Take the sizes of everything from one design."""
+        self.sizes = [_size(limit.rows(at)) for limit in self.limits]
+        rows = self.aim.rows(at).values
+        self.scale = float(np.abs(rows).max()) or 1.0
+        self.mobile = at.mobility()[0] / FASTEST**2
+
+    def broken(self, at: Evaluation) -> float:
+        """How much the worst limit is broken, as a part of its size; 0 where all hold."""
+        assert self.sizes is not None
+        parts = [limit.margin(at) / s for limit, s in zip(self.limits, self.sizes, strict=True)]
+        return max(0.0, -min(parts, default=0.0))
+
+    def value(self, at: Evaluation) -> float:
+        """What is least, with the sign that makes it so."""
+        return float(self.aim.rows(at).values.max())
+
+    # -- the search -----------------------------------------------------------------------------
+
+    def at(self, x: np.ndarray) -> Evaluation | None:
+        """A design with derivatives, the last one kept."""
+        if not np.array_equal(x, self._place):
+            self.mark()
+            self._place, self._at = x.copy(), self.evaluator(np.clip(x, self.low, self.high))
+        return self._at
+
+    def search(self, x: np.ndarray) -> Found | None:
+        """The end of a search from a design; None where that cannot be analysed."""
+        at = self.at(x)
+        if at is None:
+            return None
+        if self.sizes is None:
+            self.measure_by(at)
+        best = self._found(at)
+        chosen, idle = _Chosen(self, at), 0
+        for _ in range(ROUNDS):
+            end = self._round(at, chosen)
+            if end is None:
+                break
+            found, at = self._found(end), end
+            more = chosen.add(end)
+            gain = best.value - found.value if found.broken <= HOLDS else 0.0
+            if _better(found, best):
+                idle = 0 if gain > GAIN * self.scale or best.broken > HOLDS else idle + 1
+                best = found
+            else:
+                idle += 1
+            if (not more and gain <= SLIGHT * abs(best.value)) or idle > 1:
+                break
+        return self._polished(best)
+
+    def _polished(self, best: Found) -> Found:
+        """The end of linear steps with all rows, where it is better."""
+        found = [best]
+
+        def look(u: np.ndarray) -> Linearized | None:
+            at = self.at(self.low + self.width * u)
+            if at is None:
+                return None
+            found.append(self._found(at))
+            return self._linearized(u, at)
+
+        linear_steps(self._linearized((best.at.x - self.low) / self.width, best.at), look)
+        for one in found[1:]:
+            if _better(one, best):
+                best = one
+        return best
+
+    def _linearized(self, u: np.ndarray, at: Evaluation) -> Linearized:
+        """All rows about a design."""
+        assert self.sizes is not None
+        aims = self.aim.rows(at).times(1.0 / self.scale)
+        own: dict[bool, list[Rows]] = {True: [], False: []}
+        for limit, size in zip(self.limits, self.sizes, strict=True):
+            own[limit.equal].append(limit.rows(at).times(1.0 / size))
+        least, slope, k = at.mobility()
+        margin = np.log(least / max(self.mobile, 1e-300))
+        own[False].append(Rows(np.array([margin]), slope[None] / max(least, 1e-300), np.array([k])))
+        empty = np.zeros((0, len(u)))
+        values = {
+            kind: np.concatenate([np.zeros(0), *(r.values for r in rows)])
+            for kind, rows in own.items()
+        }
+        slopes = {
+            kind: np.vstack([empty, *(r.slopes * self.width for r in rows)])
+            for kind, rows in own.items()
+        }
+        return Linearized(
+            u=u,
+            aims=aims.values,
+            by_aims=aims.slopes * self.width,
+            limits=values[False],
+            by_limits=slopes[False],
+            equal=values[True],
+            by_equal=slopes[True],
+        )
+
+    def _found(self, at: Evaluation) -> Found:
+        return Found(at, self.value(at), self.broken(at))
+
+    def _round(self, start: Evaluation, chosen: _Chosen) -> Evaluation | None:
+        """One search with the rows that are chosen."""
+        from scipy.optimize import minimize
+
+        n, each = len(self.width), self.aim.each
+        # the square of a root of squares bends as a quadratic does
+        squared = self.aim.column.by == "rms" and not self.aim.greatest
+        size = abs(self.value(start)) or self.scale
+        last = [start]
+
+        def design(y: np.ndarray) -> tuple[Evaluation, bool]:
+            at = self.at(self.low + self.width * np.clip(y[:n], 0.0, 1.0))
+            if at is not None:
+                last[0] = at
+            return last[0], at is not None
+
+        def value(y: np.ndarray) -> float:
+            at, good = design(y)
+            if each:
+                return float(y[n]) + (0.0 if good else WALL)
+            own = float(self.aim.rows(at).values[0]) / size
+            return (own * own if squared else own) + (0.0 if good else WALL)
+
+        def slope(y: np.ndarray) -> np.ndarray:
+            if each:
+                return np.eye(n + 1)[n]
+            at, _ = design(y)
+            rows = self.aim.rows(at)
+            factor = 2.0 * rows.values[0] / size if squared else 1.0
+            return np.asarray(factor * rows.slopes[0] * self.width / size)
+
+        def rows(y: np.ndarray) -> np.ndarray:
+            at, good = design(y)
+            found = chosen.values(at, y[n] if each else None)
+            return found if good else found - WALL
+
+        def slopes(y: np.ndarray) -> np.ndarray:
+            at, _ = design(y)
+            return chosen.slopes(at, each)
+
+        first = (start.x - self.low) / self.width
+        bounds = [(0.0, 1.0)] * n
+        if each:
+            first = np.append(first, self.value(start) / self.scale)
+            bounds.append((None, None))
+        equal = chosen.equal()
+        conditions = [
+            {
+                "type": kind,
+                "fun": lambda y, own=own: rows(y)[own],
+                "jac": lambda y, own=own: slopes(y)[own],
+            }
+            for kind, own in (("eq", equal), ("ineq", ~equal))
+            if own.any()
+        ]
+        with np.errstate(all="ignore"):
+            found = minimize(
+                value,
+                first,
+                jac=slope,
+                bounds=bounds,
+                constraints=conditions,
+                method="SLSQP",
+                options={"maxiter": STEPS, "ftol": 1e-10},
+            )
+        if not np.isfinite(found.x).all():
+            return None
+        return self.at(self.low + self.width * np.clip(found.x[:n], 0.0, 1.0))
+
+
+class _Chosen:
+    """The rows of every limit that a search looks at; the last group is what is minimised."""
+
+    def __init__(self, program: Program, at: Evaluation) -> None:
+        self.program = program
+        self.picked: list[np.ndarray] = []
+        for rows in self._all(at):
+            count = len(rows.values)
+            some = np.unique(np.linspace(0, count - 1, min(count, ROWS)).astype(int))
+            self.picked.append(np.union1d(some, _lowest(rows.values)))
+
+    def _all(self, at: Evaluation) -> list[Rows]:
+        """All limits as parts of their sizes, then the rows that z is to be above, negative."""
+        program = self.program
+        assert program.sizes is not None
+        found = [
+            limit.rows(at).times(1.0 / size)
+            for limit, size in zip(program.limits, program.sizes, strict=True)
+        ]
+        if program.aim.each:
+            found.append(program.aim.rows(at).times(-1.0 / program.scale))
+        return found
+
+    def add(self, at: Evaluation) -> bool:
+        """Add the rows that are worse than all that were looked at; whether there are any."""
+        more = False
+        for n, rows in enumerate(self._all(at)):
+            own = rows.values
+            floor = own[self.picked[n]].min()
+            if n < len(self.program.limits):
+                floor = min(floor, 0.0)
+            new = [k for k in _lowest(own) if own[k] < floor - HOLDS]
+            if new:
+                self.picked[n] = np.union1d(self.picked[n], new)
+                more = True
+        return more
+
+    def equal(self) -> np.ndarray:
+        """Which of all rows are to be zero."""
+        limits = self.program.limits
+        parts = [
+            np.full(len(own), n < len(limits) and limits[n].equal)
+            for n, own in enumerate(self.picked)
+        ]
+        return np.concatenate([*parts, [False]])
+
+    def values(self, at: Evaluation, z: float | None) -> np.ndarray:
+        """The rows that are picked, none to be negative; the last one is mobility."""
+        found = [rows.values[own] for rows, own in zip(self._all(at), self.picked, strict=True)]
+        if z is not None:
+            found[-1] = found[-1] + z
+        own = at.mobility()[0]
+        return np.concatenate([*found, [np.log(own / max(self.program.mobile, 1e-300))]])
+
+    def slopes(self, at: Evaluation, with_z: bool) -> np.ndarray:
+        """Their derivatives by the numbers, each as a part of its range, and by z."""
+        found = [rows.slopes[own] for rows, own in zip(self._all(at), self.picked, strict=True)]
+        own, slope, _ = at.mobility()
+        whole = np.vstack([*found, slope[None] / max(own, 1e-300)]) * self.program.width
+        if not with_z:
+            return whole
+        by_z = np.zeros(len(whole))
+        by_z[len(whole) - 1 - len(found[-1]) : -1] = 1.0
+        return np.column_stack([whole, by_z])
+
+
+def _lowest(values: np.ndarray) -> np.ndarray:
+    """Where a row is lower than both neighbours, and the lowest of all."""
+    if len(values) < 3:
+        return np.arange(len(values))
+    inner = np.flatnonzero((values[1:-1] <= values[:-2]) & (values[1:-1] <= values[2:])) + 1
+    order = inner[np.argsort(values[inner])][:12]
+    return np.union1d(order, [int(values.argmin())])
+
+
+def _size(rows: Rows) -> float:
+    """What the rows of a limit are measured by."""
+    return max(float(np.abs(rows.values).max(initial=0.0)), 1e-300)
+
+
+def _better(one: Found, other: Found) -> bool:
+    """Whether an end is better than another: limits first."""
+    if one.broken > HOLDS or other.broken > HOLDS:
+        return one.broken < other.broken
+    return one.value < other.value
