@@ -40,15 +40,15 @@ class Group:
     pairs: tuple[int, ...]
 
 
-def assur_groups(linkage: Linkage) -> list[Group]:
-    """The groups of a linkage, in the order of solution.
+def assur_groups(linkage: Linkage, known: int = -1) -> list[Group]:
+    """The groups of a linkage, in the order of solution, one angle taken as known.
 
     Raises
     ------
     Undetermined
         Where rows are too few for the unknowns.
     """
-    names, rows = _pattern(linkage)
+    names, rows = _pattern(linkage, known)
     if not names:
         return []
     pattern = np.zeros((len(rows), len(names)), dtype=np.int8)
@@ -73,16 +73,18 @@ def assur_groups(linkage: Linkage) -> list[Group]:
     return _ordered(linkage, names, rows, pattern, match, graph)
 
 
-def _pattern(linkage: Linkage) -> tuple[list[tuple[str, int]], list[tuple[int, list[int]]]]:
+def _pattern(
+    linkage: Linkage, known: int
+) -> tuple[list[tuple[str, int]], list[tuple[int, list[int]]]]:
     """Names of the unknowns, and of every row its pair and the unknowns in it."""
-    angles = sorted({v for v in linkage.variable if v >= 0})
+    angles = sorted({v for v in linkage.variable if v not in (-1, known)})
     names = [(axis, b) for b in range(linkage.bodies) for axis in "xy"]
     names += [("angle", v) for v in angles if _turns(linkage, v)]
     column = {name: k for k, name in enumerate(names)}
     rows = []
     for p, pair in enumerate(linkage.pairs):
         ends = [b for b in (pair.i, pair.j) if b < linkage.bodies]
-        turning = {linkage.variable[b] for b in ends} - {-1}
+        turning = {linkage.variable[b] for b in ends} - {-1, known}
         angular = [column["angle", v] for v in sorted(turning)]
         for axes in ("x", "y") if pair.kind == "pin" else ("xy",):
             places = [column[axis, b] for b in ends for axis in axes]

@@ -56,21 +56,19 @@ class Roots:
     spent: bool = False
 
 
-def all_roots(rows: Rows, most: int, reach: float | None = None) -> Roots:
-    """All real roots, angles within their turns, displacements up to `reach`, by default `REACH`
-    times the size of the rows; after `most` boxes the rest is left open.
+def all_roots(rows: Rows, most: int, reach: np.ndarray | None = None) -> Roots:
+    """All real roots, angles within their turns, displacements up to `reach` (slides,), by default
+    `REACH` times the size of the rows; after `most` boxes the rest is left open.
     """
     return _Search(rows, most, reach).run()
 
 
 class _Search:
-    def __init__(self, rows: Rows, most: int, reach: float | None) -> None:
+    def __init__(self, rows: Rows, most: int, reach: np.ndarray | None) -> None:
         self.rows, self.most = rows, most
-        self.reach = REACH * rows.scale if reach is None else reach
+        self.reach = np.full(rows.slides, REACH * rows.scale) if reach is None else reach
         n = rows.unknowns
-        self.weight = np.concatenate(
-            [np.ones(rows.angles), np.full(rows.slides, REACH / self.reach)]
-        )
+        self.weight = np.concatenate([np.ones(rows.angles), REACH / self.reach])
         self.points = np.empty((0, n))
         self.open: list[Box] = []
 
@@ -79,7 +77,7 @@ class _Search:
         if not n:
             closes = np.abs(rows.values(np.zeros((1, 0)))).max(initial=0.0) <= OPEN * rows.scale
             return Roots(np.zeros((int(closes), 0)), np.empty((0, 0)), np.empty((0, 0)), 0)
-        half = np.concatenate([np.pi * rows.turns, np.full(rows.slides, self.reach)])[None]
+        half = np.concatenate([np.pi * rows.turns, self.reach])[None]
         lo, hi, count, spent = -half, half.copy(), 0, False
         while len(lo):
             count += len(lo)

@@ -66,7 +66,7 @@ class Pair:
 
 
 class Linkage:
-    """Directions and pairs of one design.
+    """Directions and pairs of one design, its drivers at given values but for one released.
 
     Attributes
     ----------
@@ -89,8 +89,10 @@ class Linkage:
         For cams, own joints, rolling on lines, couplings of lengths, formulas of positions.
     """
 
-    def __init__(self, system: System, drive: dict[str, float], t: float = 0.0) -> None:
-        self.system = system
+    def __init__(
+        self, system: System, drive: dict[str, float], t: float = 0.0, released: str = ""
+    ) -> None:
+        self.system, self.released = system, released
         self.names = [*(body.name for body in system.mechanism.bodies), "ground"]
         self.bodies = len(self.names) - 1
         self.pairs: list[Pair] = []
@@ -125,7 +127,7 @@ class Linkage:
                 raise NotCovered(f"driver '{element.name}' follows positions")
             own = made.get(element.name, [])
             # beyond those of the element are rows of friction and of contacts, which begin off
-            if part < len(own) and not own[part].switched:
+            if part < len(own) and not own[part].switched and element.name != self.released:
                 found[e] = element, own[part]
         return found
 

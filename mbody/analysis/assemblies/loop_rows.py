@@ -12,6 +12,7 @@ nothing but the sum.
 from __future__ import annotations
 
 import cmath
+from copy import copy
 from dataclasses import dataclass
 from fractions import Fraction
 from math import lcm
@@ -80,6 +81,13 @@ class Rows:
                 raise NotCovered(f"a ratio of angles, {ratio:.6g}, has no small numbers of teeth")
             found.setdefault(int(v), []).append(part)
         return found
+
+    def extended(self, P: np.ndarray, Q: np.ndarray, B: np.ndarray, along: list[int]) -> Rows:
+        """Other rows of the same angles: coefficients by row, not by loop."""
+        made = copy(self)
+        made.P, made.Q, made.B, made.along = P, Q, B, along
+        made.slides = Q.shape[1]
+        return made
 
     @property
     def unknowns(self) -> int:
@@ -256,8 +264,12 @@ class GroupRows:
         Unknown angles, by the names of `Linkage.variable`.
     """
 
-    def __init__(self, linkage: Linkage, group: Group, state: State) -> None:
+    def __init__(
+        self, linkage: Linkage, group: Group, state: State, stages: tuple[int, ...] = ()
+    ) -> None:
         self.linkage, self.group, self.state = linkage, group, state
+        # how many pairs are used at most for the tree, stage by stage
+        self.stages = stages or (len(group.pairs),)
         self.names = list(group.angles)
         for p in group.pairs:
             pair = linkage.pairs[p]
@@ -333,19 +345,20 @@ class GroupRows:
         paths: dict[int, dict[int, float]] = {-1: {}}
         order: list[tuple[int, int, int, float]] = []
         used: set[int] = set()
-        going = True
-        while going:
-            going = False
-            for k, edge in enumerate(self.edges):
-                if k in used or (edge.i in paths) == (edge.j in paths):
-                    continue
-                new, old, sign = (edge.j, edge.i, -1.0) if edge.i in paths else (edge.i, edge.j, 1.0)
-                path = dict(paths[old])
-                path[k] = path.get(k, 0.0) + sign
-                paths[new] = path
-                order.append((new, old, k, sign))
-                used.add(k)
-                going = True
+        for last in self.stages:
+            going = True
+            while going:
+                going = False
+                for k, edge in enumerate(self.edges[:last]):
+                    if k in used or (edge.i in paths) == (edge.j in paths):
+                        continue
+                    ahead = edge.i in paths
+                    new, old, sign = (edge.j, edge.i, -1.0) if ahead else (edge.i, edge.j, 1.0)
+                    paths[new] = dict(paths[old])
+                    paths[new][k] = paths[new].get(k, 0.0) + sign
+                    order.append((new, old, k, sign))
+                    used.add(k)
+                    going = True
         loops = []
         for k, edge in enumerate(self.edges):
             if k in used:
