@@ -27,6 +27,7 @@ examples:
   mbody solve mine.toml brake                     the unknowns of its table [solve.brake]
   mbody report mine.toml -o mine.html             the engineer's document
   mbody freebody mine.toml --at crank=60          every link alone, with its forces
+  mbody assemblies mine.toml --at crank=60        every way in which it closes
   mbody poles mine.toml --at crank=60             instant centres of all pairs of bodies
   mbody crosscheck mine.toml --against pinocchio  a second opinion, by another engine
   mbody draw mine.toml --forces -o mine.svg       a picture with its forces
@@ -124,6 +125,8 @@ def parser() -> argparse.ArgumentParser:
     _json(modes)
     cut_free = "free-body diagrams: every link alone with its forces"
     _freebody(command("freebody", cut_free, "freebody.freebody"))
+    every = "every way in which it closes, circuits and dead centres"
+    _assemblies(command("assemblies", every, "assemblies.assemblies"))
     _poles(command("poles", "instant centres of all pairs of bodies", "poles.poles"))
     _report(command("report", "the engineer's document, for screen and paper", "report.report"))
     cross = command(
@@ -235,6 +238,25 @@ def _poles(command: argparse.ArgumentParser) -> None:
     _model(command)
     _instants(command)
     command.add_argument("--to", metavar="TIME", help="of the free motion until that time")
+    _json(command)
+
+
+def _assemblies(command: argparse.ArgumentParser) -> None:
+    _model(command)
+    command.add_argument(
+        "--at",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="position of a driver or its body (crank=60, in degrees), or t=0.1",
+    )
+    command.add_argument(
+        "--driver", metavar="NAME", help="of several, the one whose circuits are followed"
+    )
+    command.add_argument(
+        "-o", "--output", metavar="FILE", help="draw all of them; ends in .svg, .png or .pdf"
+    )
+    _angle(command)
     _json(command)
 
 

@@ -2,9 +2,9 @@
 
 With the driver fixed, the position is determined group by group, and a dead centre is where the
 Jacobian of one group is singular: f(α, s) = 0 for the groups up to it and ∂f/∂x n = 0 for its own
-unknowns x, n ≠ 0, the driver's value unknown too. In ∂f/∂α n the components of n multiply cosines of
-single angles, as displacements on slides do, so that the search of assembly modes solves these rows
-as well. n is scaled in patches, one component 1 and no other beyond ±1.
+unknowns x, n ≠ 0, the driver's value unknown too. In ∂f/∂α n the components of n multiply cosines
+of single angles, as displacements on slides do, so that the search of assembly modes solves these
+rows as well. n is scaled in patches, one component 1 and no other beyond ±1.
 """
 
 from __future__ import annotations
@@ -200,6 +200,10 @@ def _all(system: System, driver: Driver) -> DeadCentres:
             boxes += found.boxes
             if len(found.low):
                 reason = "positions stay open, as where branches cross (a change point)"
+            if len(rows.B) > rows.unknowns and len(found.points):
+                # a root with rows to spare need not be one where the driver turns back
+                reason = "joints are redundant, and branches may cross"
+                continue
             for x in found.points:
                 angles = x[: rows.angles]
                 key = np.concatenate([np.cos(angles), np.sin(angles)])
@@ -235,10 +239,10 @@ def _patches(
         raise NotCovered("a slide turns with its guide")
     if len(set(rows.of.tolist())) < len(rows.of):
         raise NotCovered("gears turn inside a loop")
-    if len(rows.B) != rows.unknowns - 1:
-        raise NotCovered("joints are redundant")
     earlier = {v for group in groups[:-1] for v in group.angles} | {own}
-    earlier |= {v for n, v in enumerate(made.names) if n >= len(whole.angles) and _early(made, v, groups)}
+    earlier |= {
+        v for n, v in enumerate(made.names) if n >= len(whole.angles) and _early(made, v, groups)
+    }
     turning = [d for d in range(len(rows.of)) if made.names[rows.of[d]] not in earlier]
     slides = _own_slides(linkage, pairs, ends)
     columns = [rows.ratio[d] * 1j * rows.P[:, d] for d in turning]

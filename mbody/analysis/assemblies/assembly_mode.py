@@ -100,6 +100,8 @@ class AssemblyModes(Inherited):
         Bodies of each Assur group, in the order of solution; empty without a certificate.
     boxes : int
         How many boxes the search examined.
+    meshed : frozenset of int
+        Indices of bodies that gears or couplings turn: their angles count up to turns of the teeth.
     """
 
     mechanism: Mechanism = field(repr=False)
@@ -110,6 +112,7 @@ class AssemblyModes(Inherited):
     unresolved: tuple[Unresolved, ...] = ()
     groups: tuple[tuple[str, ...], ...] = field(default=(), repr=False)
     boxes: int = 0
+    meshed: frozenset[int] = field(default=frozenset(), repr=False)
 
     def __len__(self) -> int:
         return len(self.modes)

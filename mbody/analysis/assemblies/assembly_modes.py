@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Collection, Mapping
 
 import numpy as np
 
@@ -239,7 +238,7 @@ class _Search:
                 )
         notes = []
         if meshed:
-            wheels = listed(f"'{linkage.names[b]}'" for b in sorted(meshed))
+            wheels = listed(linkage.names[b] for b in sorted(meshed))
             notes.append(f"which teeth of {wheels} mesh is not counted as another mode")
         return _made(
             system,
@@ -325,7 +324,7 @@ def _made(
     *,
     certificate: str,
     unresolved: tuple[Unresolved, ...],
-    meshed: set[int] | None = None,
+    meshed: Collection[int] = (),
     groups: tuple[tuple[str, ...], ...] = (),
     boxes: int = 0,
     notes: list[str] | None = None,
@@ -348,6 +347,7 @@ def _made(
         unresolved=unresolved,
         groups=groups,
         boxes=boxes,
+        meshed=frozenset(meshed),
         status=status_of("completed", doubts),
         doubts=tuple(doubts),
         notes=(*(notes or ()), *(doubt.message for doubt in doubts)),

@@ -12,7 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import breadth_first_order, connected_components, maximum_bipartite_matching
+from scipy.sparse.csgraph import (
+    breadth_first_order,
+    connected_components,
+    maximum_bipartite_matching,
+)
 
 from mbody.analysis.assemblies.linkage import Linkage
 
@@ -59,17 +63,16 @@ def assur_groups(linkage: Linkage, known: int = -1) -> list[Group]:
     if len(matched) < len(names):
         raise Undetermined
     graph = np.zeros((len(names), len(names)), dtype=np.int8)
-    for r in matched:
-        graph[match[r]] |= pattern[r]
+    graph[match[matched]] |= pattern[matched]
     spare = np.flatnonzero(match < 0)
     if spare.size:
         _join(graph, _exchangeable(pattern, match, spare))
     # x and y of a body, and both rows of a pin, are solved at one time
     for n in range(0, 2 * linkage.bodies, 2):
         _join(graph, np.array([n, n + 1]))
-    for r, (p, _) in enumerate(rows[1:], 1):
-        if rows[r - 1][0] == p and match[r] >= 0 and match[r - 1] >= 0:
-            _join(graph, match[r - 1 : r + 1])
+    for k, (p, _) in enumerate(rows[1:], 1):
+        if rows[k - 1][0] == p and match[k] >= 0 and match[k - 1] >= 0:
+            _join(graph, match[k - 1 : k + 1])
     return _ordered(linkage, names, rows, pattern, match, graph)
 
 

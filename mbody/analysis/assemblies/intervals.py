@@ -47,7 +47,7 @@ def first_within(start: np.ndarray, near: np.ndarray, far: np.ndarray) -> np.nda
 def products(
     a: tuple[np.ndarray, np.ndarray], b: tuple[np.ndarray, np.ndarray]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Least and greatest product of a number between the two of `a` and one between those of `b`."""
+    """Least and greatest product of a number in the range `a` and one in the range `b`."""
     every = a[0] * b[0], a[0] * b[1], a[1] * b[0], a[1] * b[1]
     least = np.minimum(np.minimum(every[0], every[1]), np.minimum(every[2], every[3]))
     greatest = np.maximum(np.maximum(every[0], every[1]), np.maximum(every[2], every[3]))

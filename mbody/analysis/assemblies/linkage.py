@@ -207,9 +207,9 @@ class Linkage:
         others = {v: -c / row[pivot] for v, c in row.items() if v != pivot}
         own = value / row[pivot]
         for k, (terms, rest) in enumerate(self._forms):
-            factor = terms.get(pivot)
-            if factor is None:
+            if pivot not in terms:
                 continue
+            factor = terms[pivot]
             new = {v: c for v, c in terms.items() if v != pivot}
             for v, c in others.items():
                 new[v] = new.get(v, 0.0) + factor * c

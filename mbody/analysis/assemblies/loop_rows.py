@@ -273,7 +273,11 @@ class GroupRows:
         self.names = list(group.angles)
         for p in group.pairs:
             pair = linkage.pairs[p]
-            if pair.kind == "rod" and linkage.variable[pair.rod] not in (*self.names, *state[0], -1):
+            if pair.kind == "rod" and linkage.variable[pair.rod] not in (
+                *self.names,
+                *state[0],
+                -1,
+            ):
                 self.names.append(linkage.variable[pair.rod])
         self.directions: dict[tuple[int, float], int] = {}
         self.along: list[int] = []
@@ -295,9 +299,7 @@ class GroupRows:
         of = [position[v] for v, _ in self.directions]
         missing = sorted(set(range(len(self.names))) - set(of))
         if missing:
-            raise NotCovered(
-                f"no loop says the angle of '{linkage.names[self.names[missing[0]]]}'"
-            )
+            raise NotCovered(f"no loop says the angle of '{linkage.names[self.names[missing[0]]]}'")
         ratio = [r for _, r in self.directions]
         self.rows = Rows(A, S, B, of, ratio, self.along)
 
@@ -375,9 +377,7 @@ class GroupRows:
         angles = dict(self.state[0]) | {v: float(x[n]) for n, v in enumerate(self.names)}
         places = dict(self.state[1])
         slides = x[len(self.names) :]
-        units = {
-            d: cmath.exp(1j * ratio * angles[v]) for (v, ratio), d in self.directions.items()
-        }
+        units = {d: cmath.exp(1j * ratio * angles[v]) for (v, ratio), d in self.directions.items()}
         found = {-1: 0j}
         for new, old, k, sign in self.order:
             edge = self.edges[k]
@@ -388,5 +388,3 @@ class GroupRows:
             found[new] = found[old] + sign * total
         places |= {b: p for b, p in found.items() if b >= 0}
         return angles, places
-
-

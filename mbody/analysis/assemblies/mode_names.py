@@ -24,10 +24,8 @@ NAMES = {True: "open", False: "crossed"}
 def mode_names(
     linkage: Linkage, groups: list[Group], choices: list[tuple[int, ...]], poses: np.ndarray
 ) -> list[str]:
-    """A name for each pose (modes, coordinates + 3); `choices` is which root of every group it has."""
-    free = [
-        n for n, group in enumerate(groups) if group.angles or any(c[n] for c in choices)
-    ]
+    """A name for each pose (modes, coordinates + 3); `choices` are its roots of every group."""
+    free = [n for n, group in enumerate(groups) if group.angles or any(c[n] for c in choices)]
     distances = _distances(linkage)
     found = []
     for choice, pose in zip(choices, poses, strict=True):

@@ -5,6 +5,8 @@ The poses are always the same ones, so that results are. Modes may be missing.
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 
 from mbody.analysis.position.assembly_analysis import raise_user_error, set_drive
@@ -39,7 +41,9 @@ def modes_by_random_starts(system: System, drive: dict[str, float], t: float) ->
             off[-3:] = 0.0
             start = start + off
         work.q[:, 0] = start
-        good, _, _ = close(system.runtime(), work, 0.0, ROUNDING * (1.0 + float(system.extent(start))))
+        good, _, _ = close(
+            system.runtime(), work, 0.0, ROUNDING * (1.0 + float(system.extent(start)))
+        )
         raise_user_error(system)
         if not good or not np.isfinite(work.q).all():
             continue
@@ -52,13 +56,13 @@ def modes_by_random_starts(system: System, drive: dict[str, float], t: float) ->
 
 
 def same_pose(
-    system: System, one: np.ndarray, other: np.ndarray, meshed: set[int] | None = None
+    system: System, one: np.ndarray, other: np.ndarray, meshed: Collection[int] = ()
 ) -> bool:
     """Whether two poses are one, whole turns aside; angles of `meshed` bodies do not count."""
     n = system.coordinates
     apart = (one - other)[:n] / system.coordinate_units
     apart[2::3] = np.remainder(apart[2::3] + np.pi, 2.0 * np.pi) - np.pi
-    for body in meshed or ():
+    for body in meshed:
         if 3 * body + 2 < n:
             apart[3 * body + 2] = 0.0
     return bool(np.abs(apart).max(initial=0.0) < ONE)
