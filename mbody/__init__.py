@@ -30,6 +30,10 @@ if TYPE_CHECKING:
     from mbody import makers as makers
     from mbody import sweeps as sweeps
     from mbody import testing as testing
+    from mbody.analysis.assemblies.all_dead_centres import dead_centres
+    from mbody.analysis.assemblies.assembly_mode import AssemblyModes
+    from mbody.analysis.assemblies.assembly_modes import assembly_modes
+    from mbody.analysis.assemblies.circuits import circuits
     from mbody.analysis.driven.driver_range import driver_range
     from mbody.analysis.driven.free_body import free_body, member_forces
     from mbody.analysis.driven.kinematics import kinematics
@@ -115,6 +119,7 @@ __all__ = [
     "AngleCoupling",
     "AngleDriver",
     "Answer",
+    "AssemblyModes",
     "Between",
     "Body",
     "BodyHistory",
@@ -178,7 +183,10 @@ __all__ = [
     "TorsionSpring",
     "animate",
     "assemble",
+    "assembly_modes",
+    "circuits",
     "crosscheck",
+    "dead_centres",
     "draw",
     "driver_range",
     "equilibrium",
@@ -213,6 +221,9 @@ registered.compiler, registered.builder = "mbody.compiler.install", "mbody.compi
 presentation.register(
     "sheet",
     Answer="mbody.sheets.answers:sheet",
+    AssemblyModes="mbody.sheets.assemblies:sheet",
+    Circuits="mbody.sheets.assemblies:circuits_sheet",
+    DeadCentres="mbody.sheets.assemblies:dead_centres_sheet",
     Equations="mbody.sheets.equation_lines:sheet",
     Equilibria="mbody.sheets.equilibrium:sheet",
     EquilibriumCurve="mbody.sheets.equilibrium:curve_sheet",
@@ -250,6 +261,10 @@ presentation.register("npz", Solution="mbody.files.results:write_npz")
 #: Folders that need no import of their own.
 _FOLDERS = ("engineering", "envs", "gallery", "laws", "makers", "sweeps", "testing")
 _MODULES = {
+    "analysis.assemblies.all_dead_centres": "dead_centres",
+    "analysis.assemblies.assembly_mode": "AssemblyModes",
+    "analysis.assemblies.assembly_modes": "assembly_modes",
+    "analysis.assemblies.circuits": "circuits",
     "analysis.driven.driver_range": "driver_range",
     "analysis.driven.free_body": "free_body member_forces",
     "analysis.driven.kinematics": "kinematics",

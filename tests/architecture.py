@@ -31,6 +31,7 @@ LAYERS = (
     ("system",),
     ("solution",),
     ("analysis", "analysis.position"),
+    ("analysis.assemblies",),
     ("analysis.contact",),
     ("analysis.singular",),
     ("analysis.driven",),

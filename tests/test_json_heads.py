@@ -44,6 +44,7 @@ COMMANDS = {
     "crosscheck": [("norton_fourbar --against pinocchio", False)],
     "models": [("", False)],
     "poles": [("norton_fourbar", False)],
+    "assemblies": [("norton_fourbar", False), ("flyball_governor", True)],
     "doctor": [("", False)],
 }
 

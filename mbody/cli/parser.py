@@ -42,6 +42,7 @@ examples:
   mbody solve mine.toml brake                     the unknowns of its table [solve.brake]
   mbody report mine.toml -o mine.html             the engineer's document
   mbody freebody mine.toml --at crank=60          every link alone, with its forces
+  mbody assemblies mine.toml --at crank=60        every way in which it closes
   mbody poles mine.toml --at crank=60             instant centres of all pairs of bodies
   mbody balance mine.toml --on 'crank=3 in' -o balanced.toml   counterweights
   mbody crosscheck mine.toml --against pinocchio  a second opinion, by another engine
@@ -145,6 +146,8 @@ def parser() -> argparse.ArgumentParser:
     json_option(modes)
     cut_free = "free-body diagrams: every link alone with its forces"
     _freebody(command("freebody", cut_free, "freebody.freebody"))
+    every = "every way in which it closes, circuits and dead centres"
+    _assemblies(command("assemblies", every, "assemblies.assemblies"))
     _poles(command("poles", "instant centres of all pairs of bodies", "poles.poles"))
     balance_options(
         command("balance", "counterweights and springs that balance", "balance.balance")
@@ -234,6 +237,25 @@ def _poles(command: argparse.ArgumentParser) -> None:
     instants_options(command)
     command.add_argument("--to", metavar="TIME", help="of the free motion until that time")
     json_option(command)
+
+
+def _assemblies(command: argparse.ArgumentParser) -> None:
+    _model(command)
+    command.add_argument(
+        "--at",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="position of a driver or its body (crank=60, in degrees), or t=0.1",
+    )
+    command.add_argument(
+        "--driver", metavar="NAME", help="of several, the one whose circuits are followed"
+    )
+    command.add_argument(
+        "-o", "--output", metavar="FILE", help="draw all of them; ends in .svg, .png or .pdf"
+    )
+    _angle(command)
+    _json(command)
 
 
 def _report(command: argparse.ArgumentParser) -> None:

@@ -47,7 +47,7 @@ from mbody.views.style import FORCE, LOAD, SIZE, SOFT, Z
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["draw", "draw_series"]
+__all__ = ["draw", "draw_cells", "draw_series"]
 
 Array = np.ndarray
 
@@ -128,19 +128,37 @@ def draw(
     tracks = _paths(run, paths)
     with styled():
         figure = blank()
-        in_cells = strip and len(poses) > 1
-        scale = _scale(poses, shown, list(tracks.values()), CELL if in_cells else 1.0)
-        if in_cells:
-            sketches, longest = [], _longest(poses, forces, shown)
-            for pose in poses:
-                sketches.append(Sketch(_axes(figure), pose, *scale))
-                arrows = _mechanism(sketches[-1], forces, tracks, shown, longest)
-            in_strip(figure, sketches, arrows)
-            return figure
+        if strip and len(poses) > 1:
+            return _in_cells(figure, poses, forces, shown, tracks)
+        scale = _scale(poses, shown, list(tracks.values()), 1.0)
         sketch = Sketch(_axes(figure), poses[0], *scale)
         for n, pose in enumerate(poses[1:]):
             _faded(sketch, pose, shown, FADED * (1.0 - 0.5 * n / len(poses)))
         framed(figure, sketch, _mechanism(sketch, forces, tracks, shown))
+    return figure
+
+
+def draw_cells(run: Solution, texts: Sequence[str]) -> Figure:
+    """All positions of a run beside each other, at one scale, each with a caption of its own."""
+    poses = [_posed(run, k, False) for k in range(len(run))]
+    with styled():
+        return _in_cells(blank(), poses, False, Shown(run.mechanism, ()), {}, texts)
+
+
+def _in_cells(
+    figure: Figure,
+    poses: Sequence[Pose],
+    forces: bool,
+    shown: Shown,
+    tracks: dict[str, Array],
+    texts: Sequence[str] = (),
+) -> Figure:
+    scale = _scale(poses, shown, list(tracks.values()), CELL)
+    sketches, longest, arrows = [], _longest(poses, forces, shown), None
+    for pose in poses:
+        sketches.append(Sketch(_axes(figure), pose, *scale))
+        arrows = _mechanism(sketches[-1], forces, tracks, shown, longest)
+    in_strip(figure, sketches, arrows, texts)
     return figure
 
 

@@ -23,7 +23,10 @@ PAGE, GAP, CAPTION = 760.0, 18.0, 18.0
 
 
 def in_strip(
-    figure: Figure, sketches: Sequence[Sketch], arrows: tuple[float, float, str] | None
+    figure: Figure,
+    sketches: Sequence[Sketch],
+    arrows: tuple[float, float, str] | None,
+    texts: Sequence[str] = (),
 ) -> None:
     """Lay out drawings that are finished.
 
@@ -34,6 +37,8 @@ def in_strip(
         Each on axes of its own, all of one scale.
     arrows : (length of a unit of force, greatest force, colour), optional
         As of `framed`.
+    texts : sequence of str, optional
+        Captions; by default their instants.
     """
     first, unit = sketches[0], sketches[0].unit
     low = np.min([sketch.low for sketch in sketches], axis=0)
@@ -54,7 +59,7 @@ def in_strip(
         row, column = divmod(n, columns)
         x = margin + column * (wide + GAP)
         y = height - margin - head - row * (tall + CAPTION + GAP) - CAPTION
-        text = captions(sketch)[1]
+        text = texts[n] if texts else captions(sketch)[1]
         figure.text(x / whole, (y + 5.0) / height, text, size=SIZE["text"], color=SOFT, **look)
         sketch.axes.set_position((x / whole, (y - tall) / height, wide / whole, tall / height))
         sketch.axes.set_xlim(low[0], high[0])

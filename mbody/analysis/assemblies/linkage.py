@@ -1,0 +1,274 @@
+"""A mechanism at given driver values as arms, slides and rods between directions.
+
+A direction is the angle of a body or of a massless rod. Drivers of angles, slides, welds, gears and
+couplings of angles are linear rows between directions; they are solved first, so that every
+direction is ρ α + offset with one unknown angle α, or known. What is left are pairs: two places
+that coincide, a place on a line of another body, or two places at a distance.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mbody.analysis.position.assembly_analysis import set_drive
+from mbody.model.primitives import ConstraintPrimitive
+from mbody.system.system import System
+
+__all__ = ["Linkage", "NotCovered", "Pair"]
+
+#: Of a factor or a rest in rows between angles: zero.
+ZERO = 1e-12
+#: Two angles that rows say are one direction [rad].
+SAME = 1e-9
+
+
+class NotCovered(Exception):
+    """What the search with a certificate has no equations for: a clause naming it."""
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Places of two bodies, from the mass centres in link axes as complex numbers.
+
+    Attributes
+    ----------
+    kind : str
+        "pin", "slide" or "rod".
+    i, j : int
+        Bodies; the ground is the last.
+    arm_i, arm_j : complex
+    value : float
+        Length of a rod; of a slide the coordinate of the place on j along `axis`.
+    axis : complex
+        Unit vector on i across which the place on j slides.
+    rod : int
+        Direction of a rod.
+    """
+
+    kind: str
+    i: int
+    j: int
+    arm_i: complex
+    arm_j: complex
+    value: float = 0.0
+    axis: complex = 0j
+    rod: int = -1
+
+    @property
+    def rows(self) -> int:
+        """How many equations it is."""
+        return 2 if self.kind == "pin" else 1
+
+
+class Linkage:
+    """Directions and pairs of one design, its drivers at given values but for one released.
+
+    Attributes
+    ----------
+    bodies : int
+        Number of moving bodies; index of the ground.
+    pairs : list of Pair
+    names : list of str
+        Of the bodies, the ground last.
+    variable : list of int
+        By direction: the unknown angle that it follows, named by one of its directions; -1 where it
+        is known.
+    ratio, offset : list of float
+        ρ, and the rest [rad].
+    meshed : set of int
+        Directions that gears or couplings turn: their angles count up to turns of the teeth.
+
+    Raises
+    ------
+    NotCovered
+        For cams, own joints, rolling on lines, couplings of lengths, formulas of positions.
+    """
+
+    def __init__(
+        self, system: System, drive: dict[str, float], t: float = 0.0, released: str = ""
+    ) -> None:
+        self.system, self.released = system, released
+        self.names = [*(body.name for body in system.mechanism.bodies), "ground"]
+        self.bodies = len(self.names) - 1
+        self.pairs: list[Pair] = []
+        self.meshed: set[int] = set()
+        self._forms: list[tuple[dict[int, float], float]] = [
+            ({k: 1.0}, 0.0) for k in range(self.bodies)
+        ]
+        self._forms.append(({}, 0.0))
+        work = system.work()
+        self.drive = set_drive(system, work, t, drive)
+        found = self._primitives()
+        wheels: list[tuple[Any, ConstraintPrimitive]] = []
+        for e, (element, primitive) in found.items():
+            value = float(work.signal[system.layout.primitive_signal[e], 0])
+            if primitive.kind == "gear":
+                wheels.append((element, primitive))
+            else:
+                self._enter(element, primitive, value)
+        points = _CoincidentPlaces(self.pairs, system.length)
+        for element, primitive in wheels:
+            self._mesh(element, primitive, points)
+        self._finish()
+
+    def _primitives(self) -> dict[int, tuple[Any, ConstraintPrimitive]]:
+        """Rows that are always on, with their elements, by their index."""
+        system = self.system
+        made = {one.name: one.primitives(system.numbers) for one in system.mechanism.constraints}
+        follows = {d.name for d in system.drivers} - {d.name for d in system.leaders}
+        found = {}
+        for e, (element, part) in enumerate(system.owners):
+            if element.name in follows:
+                raise NotCovered(f"driver '{element.name}' follows positions")
+            own = made.get(element.name, [])
+            # beyond those of the element are rows of friction and of contacts, which begin off
+            if part < len(own) and not own[part].switched and element.name != self.released:
+                found[e] = element, own[part]
+        return found
+
+    def _enter(self, element: Any, primitive: ConstraintPrimitive, value: float) -> None:
+        kind, p = primitive.kind, [float(number) for number in primitive.parameters]
+        i, j = self.system.bodies[primitive.i], self.system.bodies[primitive.j]
+        if kind == "angle":
+            self._relate({i: -1.0, j: 1.0}, value - p[0], element)
+        elif kind == "sum" and all(part.kind == "angle" for part in primitive.parts):
+            self._couple(element, primitive, p)
+        elif kind in ("revolute", "prismatic", "coordinate", "distance"):
+            arms = complex(p[0], p[1]), complex(p[2], p[3])
+            if kind == "prismatic":
+                self._relate({i: -1.0, j: 1.0}, -p[6], element)
+            if kind == "revolute":
+                self.pairs.append(Pair("pin", i, j, *arms))
+            elif kind == "distance":
+                if value <= 0.0:
+                    raise NotCovered(f"the length of '{element.name}' is {value:g}")
+                self._forms.append(({len(self._forms): 1.0}, 0.0))
+                self.pairs.append(Pair("rod", i, j, *arms, value, rod=len(self._forms) - 1))
+            else:
+                self.pairs.append(Pair("slide", i, j, *arms, value, complex(p[4], p[5])))
+        else:
+            raise NotCovered(f"'{element.name}' is a {type(element).__name__}")
+
+    def _couple(self, element: Any, primitive: ConstraintPrimitive, p: list[float]) -> None:
+        factors: dict[int, float] = {}
+        for n, part in enumerate(primitive.parts):
+            for name, sign in ((part.i, -1.0), (part.j, 1.0)):
+                k = self.system.bodies[name]
+                factors[k] = factors.get(k, 0.0) + sign * p[1 + 7 * n]
+        self._relate(factors, p[0], element, turns=True)
+        self.meshed |= set(factors) - {self.bodies}
+
+    def _mesh(self, wheels: Any, primitive: ConstraintPrimitive, points: _CoincidentPlaces) -> None:
+        """ρ_i θ_i + ρ_j θ_j + phase is the direction of the line of centres."""
+        p = [float(number) for number in primitive.parameters]
+        i, j = self.system.bodies[primitive.i], self.system.bodies[primitive.j]
+        arms = complex(p[0], p[1]), complex(p[2], p[3])
+        rods = [one for one in self.pairs if one.kind == "rod" and (one.i, one.j) == (i, j)]
+        rods = [one for one in rods if abs(one.arm_i - arms[0]) + abs(one.arm_j - arms[1]) == 0.0]
+        if rods:
+            carrier, turned = rods[0].rod, 0.0
+        else:
+            line = points.line((i, arms[0]), (j, arms[1]))
+            if line is None:
+                raise NotCovered(f"no body carries both centres of '{wheels.name}'")
+            carrier, turned = line
+        factors, direction = self._forms[carrier]
+        if not factors:  # the direction is known: within half a turn of the phase, as in closing
+            turned = p[6] + math.remainder(turned + direction - p[6], 2.0 * math.pi) - direction
+        row = {carrier: -1.0}
+        for body, factor in ((i, p[4]), (j, p[5])):
+            row[body] = row.get(body, 0.0) + factor
+        self._relate(row, turned - p[6], wheels, turns=True)
+        self.meshed |= {i, j} - {self.bodies}
+
+    def _relate(
+        self, factors: dict[int, float], value: float, element: Any, turns: bool = False
+    ) -> None:
+        """Solve Σ factor · direction = value for one of the unknowns that it has."""
+        row: dict[int, float] = {}
+        for k, factor in factors.items():
+            terms, rest = self._forms[k]
+            value -= factor * rest
+            for v, c in terms.items():
+                row[v] = row.get(v, 0.0) + factor * c
+        row = {v: c for v, c in row.items() if abs(c) > ZERO}
+        if not row:
+            if abs(math.remainder(value, 2.0 * math.pi)) > SAME and not turns:
+                raise NotCovered(f"'{element.name}' contradicts angles that others impose")
+            if turns:
+                raise NotCovered(f"'{element.name}' repeats angles that others impose")
+            return
+        pivot = min(row, key=lambda v: (abs(abs(row[v]) - 1.0), -v))
+        others = {v: -c / row[pivot] for v, c in row.items() if v != pivot}
+        own = value / row[pivot]
+        for k, (terms, rest) in enumerate(self._forms):
+            if pivot not in terms:
+                continue
+            factor = terms[pivot]
+            new = {v: c for v, c in terms.items() if v != pivot}
+            for v, c in others.items():
+                new[v] = new.get(v, 0.0) + factor * c
+            new = {v: c for v, c in new.items() if abs(c) > ZERO}
+            self._forms[k] = new, rest + factor * own
+
+    def _finish(self) -> None:
+        self.variable, self.ratio, self.offset = [], [], []
+        for k, (terms, rest) in enumerate(self._forms):
+            if len(terms) > 1:
+                raise NotCovered(f"the angle of '{self.names[k]}' is made of two unknown ones")
+            v, ratio = next(iter(terms.items()), (-1, 0.0))
+            self.variable.append(v)
+            self.ratio.append(ratio)
+            self.offset.append(rest)
+
+    def angle(self, direction: int, angles: dict[int, float]) -> float:
+        """A direction [rad] by the unknown angles."""
+        v = self.variable[direction]
+        return self.offset[direction] + (self.ratio[direction] * angles[v] if v >= 0 else 0.0)
+
+    def poses(self, states: list[State]) -> np.ndarray:
+        """Coordinates of the mass centres, the ground last: (states, 3·bodies + 3)."""
+        found = np.zeros((len(states), 3 * self.bodies + 3))
+        for row, (angles, places) in zip(found, states, strict=True):
+            for b in range(self.bodies):
+                turn = math.remainder(self.angle(b, angles), 2.0 * math.pi)
+                row[3 * b : 3 * b + 3] = places[b].real, places[b].imag, turn
+        return found
+
+
+#: Unknown angles by name and places of bodies, as far as they are known.
+State = tuple[dict[int, float], dict[int, complex]]
+
+
+class _CoincidentPlaces:
+    """Places of bodies that pins keep together."""
+
+    def __init__(self, pairs: list[Pair], length: float) -> None:
+        self.step = 1e-9 * length
+        self.of: dict[tuple[int, int, int], set[tuple[int, complex]]] = {}
+        for pair in pairs:
+            if pair.kind == "pin":
+                whole = self._at(pair.i, pair.arm_i) | self._at(pair.j, pair.arm_j)
+                for body, arm in whole:
+                    self.of[self._key(body, arm)] = whole
+
+    def _key(self, body: int, arm: complex) -> tuple[int, int, int]:
+        return body, round(arm.real / self.step), round(arm.imag / self.step)
+
+    def _at(self, body: int, arm: complex) -> set[tuple[int, complex]]:
+        return self.of.get(self._key(body, arm), {(body, arm)})
+
+    def line(
+        self, one: tuple[int, complex], other: tuple[int, complex]
+    ) -> tuple[int, float] | None:
+        """A body that carries both places, and the direction from one to the other in its axes."""
+        theirs = dict(self._at(*other))
+        for body, arm in sorted(self._at(*one), key=lambda place: -place[0]):
+            if body in theirs and abs(theirs[body] - arm) > self.step:
+                return body, cmath.phase(theirs[body] - arm)
+        return None
