@@ -45,7 +45,7 @@ LAYERS = (
     ("gallery", "makers", "testing", "engineering"),
     ("views", "engines", "sweeps", "image"),
     ("derivatives",),
-    ("live", "reports", "stepping"),
+    ("live", "reports", "stepping", "synthesis"),
     ("envs",),
     ("cli",),
     ("__main__", "__init__"),

@@ -9,6 +9,7 @@ import argparse
 from typing import NoReturn
 
 from mbody._version import __version__
+from mbody.cli.synthesis_arguments import synthesize_arguments
 from mbody.cli.usage import UsageError
 
 __all__ = ["parser"]
@@ -24,6 +25,7 @@ examples:
   mbody simulate mine.toml --to 10 --csv run.csv  free motion over time
   mbody sweep mine.toml --vary load=1:9:50 --measure 'peak(A.force)'
   mbody sensitivity mine.toml 'peak(A.force)' --over turn   which length changes it most
+  mbody synthesize path.csv -o design.toml        four-bars whose coupler passes points
   mbody solve mine.toml brake                     the unknowns of its table [solve.brake]
   mbody report mine.toml -o mine.html             the engineer's document
   mbody freebody mine.toml --at crank=60          every link alone, with its forces
@@ -97,6 +99,9 @@ def parser() -> argparse.ArgumentParser:
     _sweep(command("sweep", "one analysis of many designs", "sweep.sweep"))
     ranked = "which number changes a measured quantity most"
     _sensitivity(command("sensitivity", ranked, "sensitivity.sensitivity"))
+    synthesize_arguments(
+        command("synthesize", "mechanisms for a path, a function or poses", "synthesize.synthesize")
+    )
     solve = command(
         "solve", "the questions of a model: unknowns that meet conditions", "solve.solve"
     )

@@ -1,0 +1,6 @@
+"""Dimensional synthesis: mechanisms for paths, functions and poses."""
+
+from mbody.synthesis.design import Design, DesignList
+from mbody.synthesis.request import synthesize
+
+__all__ = ["Design", "DesignList", "synthesize"]
