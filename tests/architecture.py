@@ -45,8 +45,8 @@ LAYERS = (
     ("gallery", "makers", "testing", "engineering"),
     ("views", "engines", "sweeps", "image"),
     ("derivatives",),
-    ("live", "reports", "stepping", "synthesis"),
-    ("envs",),
+    ("live", "reports", "stepping"),
+    ("envs", "synthesis"),
     ("cli",),
     ("__main__", "__init__"),
 )

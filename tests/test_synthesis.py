@@ -139,7 +139,7 @@ def test_least_squares_agree_with_lapack():
     points = rng.normal(size=7) + 1j * rng.normal(size=7)
     low, high = np.full(9, -1e6), np.full(9, 1e6)
     demand = PathDemand(points, np.arange(7) * 0.5, False, low, high)
-    for one in best_shapes(kind, demand, 20, 5, rng):
+    for one in best_shapes(kind, demand, [(1.0, kind.shapes(20, rng))], 5):
         # timing is rounded to instants of 2 deg
         crank = np.exp(1j * one.theta)
         carrier, _ = kind.poses(one.x, one.theta, one.sense)

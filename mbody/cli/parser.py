@@ -9,7 +9,7 @@ import argparse
 from typing import NoReturn
 
 from mbody._version import __version__
-from mbody.cli.synthesis_arguments import synthesize_arguments
+from mbody.cli.synthesis_arguments import atlas_arguments, synthesize_arguments
 from mbody.cli.usage import UsageError
 
 __all__ = ["parser"]
@@ -102,6 +102,7 @@ def parser() -> argparse.ArgumentParser:
     synthesize_arguments(
         command("synthesize", "mechanisms for a path, a function or poses", "synthesize.synthesize")
     )
+    atlas_arguments(command("atlas", "coupler curves to start a synthesis from", "atlas.atlas"))
     solve = command(
         "solve", "the questions of a model: unknowns that meet conditions", "solve.solve"
     )

@@ -6,30 +6,35 @@ import json
 from pathlib import Path
 from typing import Any
 
-from mbody.cli.models import named_values
+from mbody.cli.models import named_values, path_of
 from mbody.cli.streams import message
 from mbody.cli.usage import UsageError
 from mbody.errors import ModelError
 from mbody.solution.heading import heading, unit_symbols
 
-__all__ = ["synthesize"]
+__all__ = ["synthesize", "whole_number"]
 
 
 def synthesize(args: Any) -> int:
     """Find designs, write them as model files, and print them as a table or as data."""
-    from mbody.quantities.units import unit_system
+    from mbody.files.model import load
     from mbody.synthesis import synthesize as designs_for
     from mbody.synthesis.point_files import read_demand
 
     options: dict[str, Any] = dict(read_demand(args.points))
-    options |= {name: _whole(name, getattr(args, name)) for name in ("count", "search", "seed")}
+    options |= {
+        name: whole_number(name, getattr(args, name)) for name in ("count", "search", "seed")
+    }
     if args.ground is not None:
         options["ground"] = args.ground
     by = {name: _bounds(name, text) for name, text in named_values(args.by, "--by").items()}
+    options |= {"kind": args.kind, "units": args.units, "of": args.point, "atlas": args.atlas}
+    if args.span is not None:
+        options["span"] = _bounds("--span", args.span)
+    model = None if args.model is None else load(path_of(args.model))
     found = designs_for(
-        kind=args.kind,
+        model,
         by=by or None,
-        units=args.units,
         subject_to=args.subject_to,
         full_turn=args.full_turn,
         defective=args.defective,
@@ -40,7 +45,7 @@ def synthesize(args: Any) -> int:
         design.save(file)
         message(f"wrote {file}")
     if args.json:
-        units = unit_symbols(unit_system(args.units), "deg")
+        units = unit_symbols(found[0].mechanism.units, "deg")
         head = heading(found[0].mechanism.name, "synthesize", units, found)
         rows = [
             {"file": files[n] if files else None} | design.data("deg")
@@ -59,7 +64,8 @@ def _file(output: str, n: int) -> str:
     return output if n == 0 else str(path.with_name(f"{path.stem}-{n + 1}{path.suffix}"))
 
 
-def _whole(name: str, text: str | None) -> int | None:
+def whole_number(name: str, text: str | None) -> int | None:
+    """A number of an option; None where it is not given."""
     if text is None:
         return None
     if not (text.isascii() and text.isdigit()) or len(text) > 9:
@@ -73,8 +79,8 @@ def _bounds(name: str, text: str) -> tuple[Any, Any]:
 
     low, sign, high = text.partition(":")
     if not sign:
-        raise UsageError(f"--by takes NAME=LOW:HIGH, not '{name}={text[:60]}'")
+        raise UsageError(f"{name}: bounds are LOW:HIGH, not {text[:60]!r}")
     try:
         return read(low, None, "deg"), read(high, None, "deg")
     except FormulaError as error:
-        raise ModelError(f"--by {name}: {error}", name) from None
+        raise ModelError(f"{name}: {error}", name) from None

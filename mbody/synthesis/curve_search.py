@@ -9,13 +9,14 @@ shape and every timing the three numbers are the solution of a linear least-squa
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
 from mbody.synthesis.linkage_kinds import Kind
 
-__all__ = ["PlacedCurve", "PathDemand", "best_shapes", "timings"]
+__all__ = ["INSTANTS", "PathDemand", "PlacedCurve", "best_shapes", "timings"]
 
 #: Positions of the crank in a turn at which curves are known to the search.
 INSTANTS = 180
@@ -62,38 +63,41 @@ class PlacedCurve:
     sense: float
 
 
-def timings(demand: PathDemand) -> np.ndarray:
-    """Timings that are tried, as instants of a turn, (timings, points); they may exceed a turn."""
-    count, whole = len(demand.points), np.arange(INSTANTS)[:, None]
-    if demand.timing is not None:
-        return whole + np.rint(demand.timing / (2.0 * np.pi) * INSTANTS).astype(int)
-    chords = np.abs(np.diff(demand.points, append=demand.points[:1]))
-    if not demand.closed:
+def timings(
+    points: np.ndarray, timing: np.ndarray | None, closed: bool, turn: float = 2.0 * np.pi
+) -> np.ndarray:
+    """Timings that are tried, as instants of a turn, (timings, points); they may exceed the turn,
+    which may be another range of the driver.
+    """
+    count, whole = len(points), np.arange(INSTANTS)[:, None]
+    if timing is not None:
+        return whole + np.rint(timing / turn * INSTANTS).astype(int)
+    chords = np.abs(np.diff(points, append=points[:1]))
+    if not closed:
         chords = chords[:-1]
-    shares = [np.arange(count) / (count if demand.closed else count - 1)]
+    shares = [np.arange(count) / (count if closed else count - 1)]
     shares.append(np.concatenate([[0.0], np.cumsum(chords)])[:count] / chords.sum())
-    spans = (360,) if demand.closed else SPANS
-    first = whole if demand.closed else whole[::STRIDE]
+    spans = (360,) if closed else SPANS
+    first = whole if closed else whole[::STRIDE]
     steps = [np.rint(span / 360 * INSTANTS * share) for span in spans for share in shares]
     rows = np.unique(np.array([sign * row for row in steps for sign in (1, -1)]), axis=0)
     return (first[:, None, :] + rows.astype(int)[None, :, :]).reshape(-1, count)
 
 
 def best_shapes(
-    kind: Kind, demand: PathDemand, count: int, keep: int, rng: np.random.Generator
+    kind: Kind, demand: PathDemand, shapes: Iterable[tuple[float, np.ndarray]], keep: int
 ) -> list[PlacedCurve]:
-    """The best of `count` shapes for each sense, by their errors and by how far their numbers are
-    beyond the bounds.
+    """The best of some shapes, given for each sense, by their errors and by how far their numbers
+    are beyond the bounds.
     """
-    order = timings(demand)
+    order = timings(demand.points, demand.timing, demand.closed)
     s = np.arange(INSTANTS) * (2.0 * np.pi / INSTANTS)
     crank = np.exp(1j * s)[order % INSTANTS]
     block = max(1, BLOCK // order.size)
     found: list[tuple[float, PlacedCurve]] = []
-    for sense in kind.senses:
-        shapes = kind.shapes(count, rng)
-        for low in range(0, count, block):
-            part = shapes[low : low + block]
+    for sense, own in shapes:
+        for low in range(0, len(own), block):
+            part = own[low : low + block]
             carrier = kind.curves(part, sense, s)[:, order % INSTANTS]
             error, fit = _fitted(demand.points, crank, carrier)
             x, frame = kind.placed(part[:, None, :], s, fit)

@@ -15,7 +15,7 @@ from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.quantities import Scope
 from mbody.quantities.number import evaluated, number
-from mbody.quantities.units import UnitSystem
+from mbody.quantities.units import Dimension, UnitSystem
 from mbody.solution.measures import checked_sides, sides
 from mbody.sweeps.columns import MeasuredColumn, columns_of, reduced
 from mbody.synthesis.linkage_kinds import Kind
@@ -125,22 +125,24 @@ def path_of(given: Any, units: UnitSystem) -> tuple[np.ndarray, bool]:
     return points, closed
 
 
-def timing_of(given: Any, count: int, units: UnitSystem) -> np.ndarray | None:
-    """Angles of the driver at the points [rad]."""
+def timing_of(given: Any, count: int, dimension: str, units: UnitSystem) -> np.ndarray | None:
+    """Values of the driver at the points: angles [rad], or lengths."""
     if given is None:
         return None
     if isinstance(given, (str, bytes)) or not isinstance(given, (Iterable, np.ndarray)):
-        raise ModelError(f"synthesize: timing must be a list of angles, not {brief(given)}")
+        raise ModelError(
+            f"synthesize: timing must be a list of values of the driver, not {brief(given)}"
+        )
     scope, cells = Scope(units), [_plain(cell) for cell in given]
     found = np.array(
         [
-            float(evaluated(number(cell, "angle", "timing", f"[{n}]"), scope, "timing", f"[{n}]"))
+            float(evaluated(number(cell, dimension, "timing", f"[{n}]"), scope, "timing", f"[{n}]"))
             for n, cell in enumerate(cells)
         ]
     )
     if len(found) != count:
         raise ModelError(
-            f"synthesize: timing has {len(found)} angles for {count} points: give one for each"
+            f"synthesize: timing has {len(found)} values for {count} points: give one for each"
         )
     steps = np.diff(found)
     if not ((steps > 0.0).all() or (steps < 0.0).all()):
@@ -148,7 +150,7 @@ def timing_of(given: Any, count: int, units: UnitSystem) -> np.ndarray | None:
             "synthesize: timing must rise or fall from point to point: the driver passes the "
             "points in their order"
         )
-    if abs(steps.sum()) > 2.0 * math.pi + 1e-12:
+    if dimension == "angle" and abs(steps.sum()) > 2.0 * math.pi + 1e-12:
         raise ModelError(
             f"synthesize: timing goes over {math.degrees(abs(steps.sum())):.6g} deg: after a turn, "
             "360 deg, the path begins again"
@@ -156,9 +158,11 @@ def timing_of(given: Any, count: int, units: UnitSystem) -> np.ndarray | None:
     return found
 
 
-def pairs_of(given: Any, output: str, units: UnitSystem) -> tuple[np.ndarray, np.ndarray]:
-    """Inputs [rad] and outputs of a function."""
-    table = _table("function", given, ("angle", output), units)
+def pairs_of(
+    given: Any, dimensions: tuple[str, str], units: UnitSystem
+) -> tuple[np.ndarray, np.ndarray]:
+    """Inputs and outputs of a function, of their dimensions."""
+    table = _table("function", given, dimensions, units)
     steps = np.diff(table[:, 0])
     if not ((steps > 0.0).all() or (steps < 0.0).all()):
         raise ModelError(
@@ -184,7 +188,9 @@ def poses_of(given: Any, units: UnitSystem) -> tuple[np.ndarray, np.ndarray]:
     return table[:, 0] + 1j * table[:, 1], table[:, 2]
 
 
-def interval(name: str, given: Any, dimension: str, units: UnitSystem) -> tuple[float, float]:
+def interval(
+    name: str, given: Any, dimension: str | Dimension, units: UnitSystem
+) -> tuple[float, float]:
     """A low and a high bound."""
     pair = list(given) if isinstance(given, (tuple, list, np.ndarray)) else []
     if len(pair) != 2:

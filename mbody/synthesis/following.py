@@ -26,7 +26,7 @@ __all__ = ["Followed", "Positions", "followed"]
 #: Angle of the carrier by which a position is the one that was meant [rad].
 SAME = 1e-6
 #: Instants of the motion of which the transmission angle and conditions are taken.
-INSTANTS = 181
+MOTION = 181
 #: A whole turn less rounding.
 TURN = 2.0 * math.pi - 1e-9
 
@@ -140,8 +140,8 @@ def _points(there: np.ndarray) -> str:
 
 def _motion(positions: Positions, system: System, theta: np.ndarray) -> Any:
     if positions.kind.turns(positions.x):
-        way = theta[0] + np.linspace(0.0, 2.0 * math.pi, INSTANTS)
+        way = theta[0] + np.linspace(0.0, 2.0 * math.pi, MOTION)
     else:
-        whole = np.linspace(0.0, len(theta) - 1.0, INSTANTS)
+        whole = np.linspace(0.0, len(theta) - 1.0, MOTION)
         way = np.interp(whole, np.arange(len(theta)), theta)
     return kinematics(system, drive={"motor": way})

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from mbody.errors import SolveError
 from mbody.synthesis.demands import conditions
 from mbody.synthesis.design import Design
-from mbody.synthesis.following import Followed, Positions, followed
+from mbody.synthesis.following import Followed
 
 __all__ = ["EXACT", "Candidate", "Judge"]
 
@@ -23,28 +23,52 @@ SAME = 1e-4
 EXACT = 1e-9
 
 
-@dataclass(frozen=True, eq=False)
-class Candidate:
-    """A candidate to be judged.
+class Candidate(Protocol):
+    """A design that is to be judged."""
 
-    Attributes
-    ----------
-    positions : Positions
-    misses : array (points,)
-        By the closed form.
-    measured : function
-        The same of a result of the assembled mechanism.
-    zeros : (float, float)
-        What is added to the given input and output of a function.
-    cognate : bool
-        Whether the other mechanism of the same path is wanted.
-    """
+    @property
+    def row(self) -> np.ndarray:
+        """Its numbers."""
+        ...
 
-    positions: Positions
-    misses: np.ndarray
-    measured: Callable[[Any], np.ndarray]
-    zeros: tuple[float, float] | None = None
-    cognate: bool = False
+    @property
+    def misses(self) -> np.ndarray:
+        """How far it is from the points, as it was found (points,)."""
+        ...
+
+    @property
+    def zeros(self) -> tuple[float, float] | None:
+        """Of a function: what is added to the given input and output."""
+        ...
+
+    @property
+    def described(self) -> str:
+        """Which links turn round, in words."""
+        ...
+
+    def turns(self) -> bool:
+        """Whether the crank may turn round."""
+        ...
+
+    def follow(self, units: str, full_turn: bool) -> Followed:
+        """The assembled mechanism goes through the points."""
+        ...
+
+    def measured(self, run: Any) -> np.ndarray:
+        """The misses of a result of the assembled mechanism."""
+        ...
+
+    def values(self, found: Followed) -> dict[str, float]:
+        """The numbers by the names of the description."""
+        ...
+
+    def transmission(self, found: Followed) -> float:
+        """Least transmission angle of the motion; NaN where it is not known."""
+        ...
+
+    def cognate(self) -> Candidate | None:
+        """The other mechanism of the same path and the same crank, where it is wanted."""
+        ...
 
 
 @dataclass
@@ -93,16 +117,16 @@ class Judge:
             self._one(one)
 
     def _one(self, candidate: Candidate) -> None:
-        positions = candidate.positions
-        if any(self._alike(positions.x, other) for other in self._seen):
+        if any(self._alike(candidate.row, other) for other in self._seen):
             return
-        self._seen.append(positions.x)
-        if self.full_turn and not positions.kind.turns(positions.x):
+        self._seen.append(candidate.row)
+        if self.full_turn and not candidate.turns():
             self.refused["a crank that does not turn round"] += 1
             return
         design, why = self._design(candidate)
-        if candidate.cognate:
-            design = replace(design, cognates=self._cognates(candidate))
+        if other := candidate.cognate():
+            self._seen.append(other.row)
+            design = replace(design, cognates=(self._design(other)[0],))
         if not why:
             self.kept.append(design)
             return
@@ -116,8 +140,7 @@ class Judge:
 
     def _design(self, candidate: Candidate) -> tuple[Design, str]:
         """The design, and why it is left out."""
-        positions = candidate.positions
-        found = followed(positions, self.units)
+        found = candidate.follow(self.units, self.full_turn)
         misses = candidate.misses if found.run is None else candidate.measured(found.run)
         margins, why = {}, ""
         if found.defects and not self.defective:
@@ -131,30 +154,18 @@ class Judge:
                     why = condition.text
         design = Design(
             mechanism=found.system.mechanism,
-            values=_values(positions, found),
+            values=candidate.values(found),
             error=float(np.square(misses).sum()),
             misses=tuple(float(one) for one in misses),
             driven=[float(one) for one in found.theta],
             defects=found.defects,
             order=found.order,
-            grashof=positions.kind.described(positions.x),
-            transmission_min=_transmission(positions, found),
+            grashof=candidate.described,
+            transmission_min=candidate.transmission(found),
             margins=margins,
             zeros=candidate.zeros,
         )
         return design, why
-
-    def _cognates(self, candidate: Candidate) -> tuple[Design, ...]:
-        """The cognate with the same turn of the crank, which counts as seen."""
-        positions = candidate.positions
-        other = positions.kind.cognate(positions.x, positions.theta, positions.senses[0])
-        if other is None:
-            return ()
-        x, theta, sense = other
-        self._seen.append(x)
-        senses = np.full(len(theta), sense)
-        same = replace(positions, x=x, theta=theta, senses=senses)
-        return (self._design(replace(candidate, positions=same, cognate=False))[0],)
 
     def best(self, count: int, exact: float) -> list[Design]:
         """The best of the kept ones by their errors, of exact ones by their transmission angles."""
@@ -187,22 +198,3 @@ class Judge:
 
 def _certain(angle: float) -> float:
     return -1.0 if math.isnan(angle) else angle
-
-
-def _values(positions: Positions, found: Followed) -> dict[str, float]:
-    """The numbers by the names of the description."""
-    names = positions.kind.numbers
-    values = {name: float(value) for name, value in zip(names, positions.x, strict=True)}
-    if positions.plane is None:
-        return values
-    carrier = positions.kind.carrier
-    own = [f"{carrier}.{point}.{axis}" for point in "AB" for axis in "xy"]
-    return {k: v for k, v in values.items() if not k.startswith(f"{carrier}.")} | {
-        name: float(found.system.values[name]) for name in own
-    }
-
-
-def _transmission(positions: Positions, found: Followed) -> float:
-    if found.motion is None:
-        return math.nan
-    return float(positions.kind.transmission(found.motion).min())

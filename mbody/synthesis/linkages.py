@@ -12,6 +12,7 @@ import numpy as np
 from mbody.errors import ModelError
 from mbody.model.element import listed
 from mbody.quantities.units import UnitSystem
+from mbody.synthesis.atlas import Atlas
 from mbody.synthesis.curve_search import PathDemand, best_shapes
 from mbody.synthesis.demands import bounds
 from mbody.synthesis.design import DesignList
@@ -23,7 +24,8 @@ from mbody.synthesis.guidance import (
     motion_size,
     pose_candidates,
 )
-from mbody.synthesis.judging import EXACT, Candidate, Judge
+from mbody.synthesis.judging import EXACT, Judge
+from mbody.synthesis.linkage_candidates import LinkageCandidate
 from mbody.synthesis.linkage_kinds import Kind
 from mbody.synthesis.path_refinement import misses, refined
 
@@ -49,13 +51,18 @@ def for_path(
     judge: Judge,
     count: int,
     units: UnitSystem,
+    atlas: Atlas | None = None,
 ) -> DesignList:
     """Designs whose point P passes the points."""
     low, high = bounds(kind, complex(points.mean()), judge.size, by, units)
     demand = PathDemand(points, timing, closed, low, high)
-    rng = np.random.default_rng(effort.seed)
-    tried = max(1, effort.search // len(kind.senses))
-    starts = best_shapes(kind, demand, tried, effort.starts, rng)
+    if atlas is None:
+        rng, each = np.random.default_rng(effort.seed), effort.search // len(kind.senses)
+        shapes = [(sense, kind.shapes(max(each, 1), rng)) for sense in kind.senses]
+    else:
+        shapes = atlas.nearest_shapes(kind, points, closed, effort.search)
+    tried = sum(len(own) for _, own in shapes)
+    starts = best_shapes(kind, demand, shapes, effort.starts)
     found = [one for one in (refined(kind, demand, start) for start in starts) if one]
     found.sort(key=lambda one: one.error)
     exact = len(points) * (EXACT * judge.size) ** 2
@@ -64,12 +71,14 @@ def for_path(
         senses = np.full(len(points), one.sense)
         positions = Positions(kind, one.x, one.theta, senses, fixed=timing is not None)
         off = np.abs(misses(kind, one.x, one.theta, one.sense, points))
-        candidates.append(Candidate(positions, off, _by_points(kind, points), cognate=True))
+        candidates.append(
+            LinkageCandidate(positions, off, _by_points(kind, points), with_cognate=True)
+        )
     judge.take(candidates, count, exact)
     judge.require(f"{kind.name} passes the points without defects within the bounds")
     unknowns = len(low) + (len(points) if timing is None else 1)
     notes = _continuum(2 * len(points), unknowns) if judge.kept[0].error <= exact else []
-    return DesignList(judge.best(count, exact), tried * len(kind.senses), effort.seed, notes)
+    return DesignList(judge.best(count, exact), tried, effort.seed, notes)
 
 
 def for_function(
@@ -127,7 +136,7 @@ def _by_points(kind: Kind, points: np.ndarray) -> Any:
     return lambda run: np.abs(run.measure(x) + 1j * run.measure(y) - points)
 
 
-def _function_candidate(one: FunctionDesign) -> Candidate:
+def _function_candidate(one: FunctionDesign) -> LinkageCandidate:
     positions, angular = one.positions, one.positions.kind.name == "four_bar"
     at = zip(positions.theta, positions.senses, strict=True)
     closed = [positions.kind.poses(positions.x, np.array([a]), s)[1][0] for a, s in at]
@@ -141,10 +150,10 @@ def _function_candidate(one: FunctionDesign) -> Candidate:
         # the guide of the slider is the x axis, its crank turns about the origin
         return off(run["rocker"].angle if angular else run.measure("slider.B.x"))
 
-    return Candidate(positions, off(output), measured, zeros=one.zeros)
+    return LinkageCandidate(positions, off(output), measured, zeros=one.zeros)
 
 
-def _pose_candidate(one: GuidedDesign) -> Candidate:
+def _pose_candidate(one: GuidedDesign) -> LinkageCandidate:
     positions, name = one.positions, one.positions.kind.carrier
     crank = np.exp(1j * positions.theta) * positions.x[positions.kind.crank_number]
     pin = complex(positions.x[0], positions.x[1]) + crank
@@ -161,7 +170,7 @@ def _pose_candidate(one: GuidedDesign) -> Candidate:
         return off(place, run[name].angle)
 
     found = positions.carriers
-    return Candidate(positions, off(pin - own[0] * found, np.angle(found)), measured)
+    return LinkageCandidate(positions, off(pin - own[0] * found, np.angle(found)), measured)
 
 
 def _continuum(equations: int, unknowns: int) -> list[str]:

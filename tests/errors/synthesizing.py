@@ -5,7 +5,10 @@ import tempfile
 from pathlib import Path
 
 import mbody
+from mbody.synthesis import Atlas
 from tests.errors.command import said
+from tests.errors.derivatives import with_parameters
+from tests.errors.models import four_bar
 
 LINE = [(20.0, 20.0 + 5.0 * n) for n in range(6)]
 PAIRS = [(0.7, 1.2), (1.0, 1.4), (1.5, 1.7)]
@@ -29,13 +32,72 @@ def table(text, *words):
     def go():
         with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
             if text is not None:
-                Path("points.csv").write_text(text)
+                content = text if isinstance(text, bytes) else text.encode()
+                Path("points.csv").write_bytes(content)
             said(["synthesize", "points.csv", *words])()
 
     return go
 
 
+def with_atlas(content):
+    """A path with a file of that content as its atlas."""
+
+    def go():
+        with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+            Path("atlas.npz").write_bytes(content)
+            path([*LINE, LINE[0]], atlas="atlas.npz")()
+
+    return go
+
+
+def model(by=None, **options):
+    bounds = {"crank.A.x": (0.8, 1.2)} if by is None else by
+    few = {"path": LINE, "of": "coupler.B", "search": 10, "starts": 1}
+    return lambda: mbody.synthesize(four_bar(), by=bounds, **(few | options))
+
+
+def by_parameter():
+    machine = with_parameters()
+    return mbody.synthesize(machine, path=LINE, of="coupler.B", by={"crank.A.x": (1, 2)})
+
+
+def without_turns():
+    machine = mbody.gallery.load("scissor_lift")
+    place = f"{machine.bodies[0].name}.origin"
+    return mbody.synthesize(machine, path=LINE, of=place, by={"M": (1, 2)})
+
+
+def without_driver():
+    machine = mbody.gallery.load("simple_pendulum")
+    return mbody.synthesize(machine, path=LINE, of="pendulum.origin", by={"pendulum.mass": (1, 2)})
+
+
 SCENARIOS = {
+    "a synthesis of a model that is none": lambda: mbody.synthesize("fourbar.toml", path=LINE),
+    "a synthesis of a model and a kind": model(kind="four_bar"),
+    "a synthesis of a model without a point": model(of=None),
+    "a synthesis of a model by nothing": model(by={}),
+    "a synthesis of a model by a number that there is not": model(by={"crank.Z.x": (1, 2)}),
+    "a synthesis of a model by what a formula makes": by_parameter,
+    "a synthesis of a model that makes no turns": without_turns,
+    "a synthesis of a model without a driver": without_driver,
+    "a synthesis of a model whose output is a force": lambda: mbody.synthesize(
+        four_bar(), function=PAIRS, of="motor.effort", by={"crank.A.x": (0.8, 1.2)}
+    ),
+    "a synthesis of a model that reaches no point": model(tolerance="1 mm"),
+    "a synthesis by a number that is not in the file": lambda: mbody.synthesize(
+        with_parameters(), path=LINE, of="coupler.B", by={"coupler.mass": (1, 2)}
+    ),
+    "a point without a model": path(of="coupler.P"),
+    "a table of bytes": table(b"\xff\xfe\x00"),
+    "an atlas of a kind that there is not": said(["atlas", "--to", "a.npz", "--kind", "six_bar"]),
+    "an atlas that is not there": path([*LINE, LINE[0]], atlas="none.npz"),
+    "an atlas that is none": with_atlas(b"no atlas"),
+    "an atlas of another kind": path(
+        [*LINE, LINE[0]], atlas=Atlas.made(count=8), kind="slider_crank"
+    ),
+    "an atlas for an open path": path(atlas=Atlas.made(count=8)),
+    "an atlas of a function": function(atlas="none.npz"),
     "a synthesis of nothing": lambda: mbody.synthesize(),
     "a synthesis of two demands": lambda: mbody.synthesize(path=LINE, poses=POSES),
     "a synthesis of a kind that there is not": path(kind="five_bar"),
