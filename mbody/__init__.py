@@ -7,7 +7,7 @@
 10.0
 
 These names are for every user, with the folders `mbody.laws`, `mbody.makers`, `mbody.gallery`,
-`mbody.engineering`, `mbody.envs`, `mbody.sweeps` and `mbody.testing`.
+`mbody.engineering`, `mbody.envs`, `mbody.sweeps`, `mbody.synthesis` and `mbody.testing`.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from mbody import laws as laws
     from mbody import makers as makers
     from mbody import sweeps as sweeps
+    from mbody import synthesis as synthesis
     from mbody import testing as testing
     from mbody.analysis.assemblies.all_dead_centres import dead_centres
     from mbody.analysis.assemblies.assembly_mode import AssemblyModes
@@ -108,6 +109,7 @@ if TYPE_CHECKING:
     from mbody.stepping.simulator import Simulator
     from mbody.stepping.simulators import Simulators
     from mbody.sweeps.run import sweep
+    from mbody.synthesis.request import synthesize
     from mbody.system.assembler import assemble
     from mbody.system.system import System
     from mbody.views import animate, draw, plot, view
@@ -211,6 +213,7 @@ __all__ = [
     "solve_for",
     "statics",
     "sweep",
+    "synthesize",
     "to_toml",
     "tolerances",
     "view",
@@ -259,7 +262,7 @@ presentation.register("json", Solution="mbody.files.results:write_json")
 presentation.register("npz", Solution="mbody.files.results:write_npz")
 
 #: Folders that need no import of their own.
-_FOLDERS = ("engineering", "envs", "gallery", "laws", "makers", "sweeps", "testing")
+_FOLDERS = ("engineering", "envs", "gallery", "laws", "makers", "sweeps", "synthesis", "testing")
 _MODULES = {
     "analysis.assemblies.all_dead_centres": "dead_centres",
     "analysis.assemblies.assembly_mode": "AssemblyModes",
@@ -312,6 +315,7 @@ _MODULES = {
     "stepping.simulator": "Simulator",
     "stepping.simulators": "Simulators",
     "sweeps.run": "sweep",
+    "synthesis.request": "synthesize",
     "system.assembler": "assemble",
     "system.system": "System",
     "views": "animate draw plot view",

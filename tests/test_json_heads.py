@@ -36,6 +36,7 @@ COMMANDS = {
     "statics": [("norton_fourbar", False)],
     "simulate": [("simple_pendulum --to 0.1", False)],
     "sweep": [("norton_fourbar --vary crank.weight=1,2 --measure peak(motor.effort)", False)],
+    "synthesize": [("pairs.csv", False)],
     "solve": [("vehicle", False)],
     "optimize": [("torque.toml", False)],
     "check": [("norton_fourbar", False)],
@@ -75,6 +76,7 @@ def test_heads(command, arguments, doubtful, tmp_path, monkeypatch, capsys):
     (tmp_path / "doubtful.toml").write_text(DOUBTFUL, encoding="utf-8")
     described = mbody.to_toml(mbody.gallery.load("norton_fourbar"))
     (tmp_path / "torque.toml").write_text(described + OPTIMIZED, encoding="utf-8")
+    (tmp_path / "pairs.csv").write_text("input, output\n40, 70\n60, 78\n90, 95\n")
     status = cli.main([command, *arguments.split(), "--json"])
     told = json.loads(capsys.readouterr().out)
     assert list(told)[: len(HEAD)] == HEAD and "mechanism" not in told

@@ -24,6 +24,7 @@ from mbody.cli.options import (
     json_option,
     model_options,
 )
+from mbody.cli.synthesis_arguments import atlas_arguments, synthesize_arguments
 from mbody.cli.usage import UsageError
 
 __all__ = ["parser"]
@@ -39,6 +40,7 @@ examples:
   mbody sensitivity mine.toml 'peak(A.force)' --over turn   which length changes it most
   mbody tolerances mine.toml 'peak(A.force)' --over turn --scatter 'crank.A.x=0.1 mm'
   mbody fit mine.toml run.csv --by crank.A.x,rod.mass   from measured histories
+  mbody synthesize path.csv -o design.toml        four-bars whose coupler passes points
   mbody solve mine.toml brake                     the unknowns of its table [solve.brake]
   mbody report mine.toml -o mine.html             the engineer's document
   mbody freebody mine.toml --at crank=60          every link alone, with its forces
@@ -119,6 +121,10 @@ def parser() -> argparse.ArgumentParser:
     spread = "the band of a measured quantity whose numbers scatter"
     tolerances_options(command("tolerances", spread, "tolerances.tolerances"))
     fit_options(command("fit", "numbers of a model from measured histories", "fit.fit"))
+    synthesize_arguments(
+        command("synthesize", "mechanisms for a path, a function or poses", "synthesize.synthesize")
+    )
+    atlas_arguments(command("atlas", "coupler curves to start a synthesis from", "atlas.atlas"))
     solve = command(
         "solve", "the questions of a model: unknowns that meet conditions", "solve.solve"
     )

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbody.optimization.nonlinear_program import Program
 from mbody.optimization.design_evaluation import Evaluation
+from mbody.optimization.nonlinear_program import Program
 
 __all__ = ["Binding", "binding"]
 

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
+from mbody.analysis.driven.requested_instants import turned_driver
 from mbody.analysis.driven.requests import ANALYSES
 from mbody.analysis.dynamics.progress import counted
 from mbody.analysis.position.assembly_analysis import as_system
-from mbody.analysis.driven.requested_instants import turned_driver
 from mbody.errors import ModelError, brief
 from mbody.files.model.optimize_table import optimization_tasks
 from mbody.model.element import listed

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mbody.errors import ModelError, SolveError
 from mbody.optimization.aims_and_limits import Aim, Limit
 from mbody.optimization.design_evaluation import Evaluation
 from mbody.optimization.multi_start import Ended, MultiStart

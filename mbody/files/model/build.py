@@ -10,8 +10,8 @@ from mbody.analysis.initial.initial_state import check_simulation
 from mbody.analysis.inverse.conditions import check_question
 from mbody.errors import ModelError
 from mbody.files.model.kinds import SECTIONS
-from mbody.files.model.problems import ENOUGH, Path, Problem
 from mbody.files.model.optimize_table import keep_task
+from mbody.files.model.problems import ENOUGH, Path, Problem
 from mbody.files.model.report_table import keep_settings
 from mbody.model.body import Body
 from mbody.model.compiled_formulas import compiled_state, compiled_stop

@@ -17,8 +17,8 @@ from mbody.errors import ModelError
 from mbody.files.model.cells import alike, plain, short_angle, word
 from mbody.files.model.kinds import LAWS, SECTIONS, kind_of, section_of, written_fields
 from mbody.files.model.limits import Limits, limits_of
-from mbody.files.model.read import check_size
 from mbody.files.model.optimize_table import task_formulas, task_tables
+from mbody.files.model.read import check_size
 from mbody.files.model.report_table import settings_table
 from mbody.files.model.toml import toml
 from mbody.files.model.write_curves import curve_table
@@ -116,7 +116,11 @@ class Writer:
         self.mechanism, self.formulas = mechanism, mechanism.formulas
         self.units, self.scope = mechanism.units, mechanism.parameters.scope()
         # text of plain radians reads as it is only where the file has that unit
-        formulas = [*self.formulas.values(), *requested_formulas(mechanism), *task_formulas(mechanism)]
+        formulas = [
+            *self.formulas.values(),
+            *requested_formulas(mechanism),
+            *task_formulas(mechanism),
+        ]
         open_angles = {f.angle for f in formulas if self.is_open(f)}
         self.angle = "rad" if open_angles == {"rad"} else "deg"
 

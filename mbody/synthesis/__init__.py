@@ -1,0 +1,7 @@
+"""Dimensional synthesis: mechanisms for paths, functions and poses."""
+
+from mbody.synthesis.atlas import Atlas
+from mbody.synthesis.design import Design, DesignList
+from mbody.synthesis.request import synthesize
+
+__all__ = ["Atlas", "Design", "DesignList", "synthesize"]

@@ -1,0 +1,81 @@
+"""Tables of what a synthesis is to meet: paths, poses and functions as files."""
+
+from __future__ import annotations
+
+import csv
+import os
+from pathlib import Path
+from typing import Any
+
+from mbody.errors import ModelError, brief
+from mbody.quantities import Formula, FormulaError, read
+
+__all__ = ["read_demand"]
+
+#: Columns of a table, what it is then, and which of them are angles.
+KINDS = {
+    ("x", "y"): "path",
+    ("x", "y", "timing"): "path",
+    ("x", "y", "angle"): "poses",
+    ("input", "output"): "function",
+}
+ANGLES = ("timing", "angle", "input", "output")
+
+
+def read_demand(path: str | os.PathLike[str]) -> dict[str, Any]:
+    """The arguments of `synthesize` from a table: ``path`` and maybe ``timing``, ``poses``, or
+    ``function``.
+
+    The first row names the columns: x and y, maybe timing; x, y and angle; or input and output. A
+    table of two columns of numbers is a path. Cells may have units; plain angles are in degrees.
+
+    Raises
+    ------
+    ModelError
+        For a file that cannot be read, columns of other names, or rows of other lengths.
+    """
+    try:
+        text = Path(path).read_text("utf-8-sig")
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or "it is no text"
+        raise ModelError(f"cannot read '{path}' ({reason})") from None
+    rows = [[cell.strip() for cell in row] for row in csv.reader(text.splitlines())]
+    rows = [row for row in rows if any(row) and not row[0].startswith("#")]
+    if not rows:
+        raise ModelError(f"'{path}' is empty: give a row for each point")
+    names = tuple(name.lower() for name in rows[0])
+    if names in KINDS:
+        rows = rows[1:]
+    elif len(names) == 2 and _is_number(rows[0][0]):
+        names = ("x", "y")
+    else:
+        raise ModelError(
+            f"'{path}': the first row is {brief(', '.join(rows[0]))}: it must name the columns: "
+            "x, y; x, y, timing; x, y, angle; or input, output"
+        )
+    table = []
+    for n, row in enumerate(rows):
+        if len(row) != len(names):
+            raise ModelError(
+                f"'{path}': row {n + 1} has {len(row)} cells, the columns are {', '.join(names)}"
+            )
+        table.append([_cell(cell, name, n, path) for cell, name in zip(row, names, strict=True)])
+    what = KINDS[names]
+    if "timing" in names:
+        return {what: [row[:2] for row in table], "timing": [row[2] for row in table]}
+    return {what: table}
+
+
+def _is_number(text: str) -> bool:
+    try:
+        read(text, None)
+    except FormulaError:
+        return False
+    return any(letter.isdigit() for letter in text)
+
+
+def _cell(text: str, name: str, n: int, path: Any) -> Formula | float:
+    try:
+        return read(text, None, "deg" if name in ANGLES else "rad")
+    except FormulaError as error:
+        raise ModelError(f"'{path}': row {n + 1}, {name}: {error}") from None
