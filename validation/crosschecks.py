@@ -20,8 +20,8 @@ instants or the free motion that the model itself requests. Written by
 * **balance**: Newton and Euler of every body and the power of all, by sums of what is reported.
 * **oracle**: the same analysis once more, in dense matrices, from the description. Motions with
   contacts it follows by an integrator and a location of events of its own; at each event all
-  combinations of open, stick and slip are tried, in impacts too. The other engines, whose contacts
-  are soft or end with a step, do not compare such motions.
+  combinations of open, stick and slip are tried, in impacts too. pymunk and MuJoCo follow contacts
+  by steps of several lengths, which tell places within their order, and modes.
 * **pinocchio**: a tree of joints with loop constraints. *motion*: poses, rates and accelerations by
   its kinematics, how far loops are open, and what drivers drive; *forces*: every effort and joint
   force by its recursive Newton–Euler algorithm; *accelerations*: those that its forward dynamics

@@ -16,8 +16,8 @@ from mbody.analysis.driven.requests import analyse_system_at
 from mbody.analysis.dynamics.simulate import simulate
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core.presentation import present
-from mbody.engines.formula_loads import without_counterpart
-from mbody.engines.opinion import AGREES, Engine, Opinion
+from mbody.engines.formula_loads import contacts_without_counterpart, without_counterpart
+from mbody.engines.opinion import AGREES, Engine, Inexpressible, Opinion
 from mbody.errors import ModelError, brief
 from mbody.model.element import listed
 from mbody.model.study import Instants
@@ -42,6 +42,8 @@ ENGINES = {
 }
 #: Engines that need nothing but mbody; they are always used.
 ALWAYS = ("balance", "oracle")
+#: Of the others, those with contacts of rigid bodies, in motions over time.
+TOUCHING = ("pymunk", "mujoco")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -171,6 +173,11 @@ def crosscheck(
     for name in names:
         why = _loading_error(name) if against is None else ""
         missing = () if name in ALWAYS else without_counterpart(system.mechanism)
+        if name not in ALWAYS and not (name in TOUCHING and run.analysis == "simulate"):
+            missing += contacts_without_counterpart(system.mechanism)
+        if name != "balance" and run.stepped is not None:
+            why = "its steps with impulses have errors of their own: check a motion by events"
+            missing = (Inexpressible("motion", why),)
         if why or missing:
             found[name] = Opinion(name, (), missing, (why,) if why else ())
         else:

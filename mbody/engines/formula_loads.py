@@ -12,7 +12,7 @@ from mbody.laws import MeasuredFormula
 from mbody.model.element import Element
 from mbody.model.mechanism import Mechanism
 
-__all__ = ["follows_formula", "signals_of", "without_counterpart"]
+__all__ = ["contacts_without_counterpart", "follows_formula", "signals_of", "without_counterpart"]
 
 
 def follows_formula(element: Element) -> bool:
@@ -23,7 +23,7 @@ def follows_formula(element: Element) -> bool:
 
 def without_counterpart(mechanism: Mechanism) -> tuple[Inexpressible, ...]:
     """What another engine's model of a mechanism has no counterpart of: loads and drivers by
-    formulas, inputs, own states, controllers, friction in joints, contacts.
+    formulas, inputs, own states, controllers, friction in joints.
 
     >>> from mbody import makers
     >>> without_counterpart(makers.four_bar(1, 3, 2, 3.5))
@@ -34,11 +34,14 @@ def without_counterpart(mechanism: Mechanism) -> tuple[Inexpressible, ...]:
     rough = (joint.name for joint in mechanism.joints if rubs(joint))
     found = [Inexpressible(name, why) for name in loads] + list(signals_of(mechanism))
     why = "its friction is of the real reaction"
-    found += [Inexpressible(name, why) for name in rough]
-    # theirs are soft, or have a step of their own, and impacts are where steps end
+    return (*found, *(Inexpressible(name, why) for name in rough))
+
+
+def contacts_without_counterpart(mechanism: Mechanism) -> tuple[Inexpressible, ...]:
+    """The contacts of a mechanism, for an engine that has none."""
     why = "it is a contact, whose impacts and sticking the oracle follows"
     touching = (*mechanism.contacts, *mechanism.groups)
-    return (*found, *(Inexpressible(one.name, why) for one in touching))
+    return tuple(Inexpressible(one.name, why) for one in touching)
 
 
 def signals_of(mechanism: Mechanism) -> tuple[Inexpressible, ...]:

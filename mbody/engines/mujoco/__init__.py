@@ -7,11 +7,11 @@ import importlib
 import numpy as np
 
 from mbody.engines.mjcf import to_mjcf
+from mbody.engines.mujoco.contact_steps import contact_opinion
 from mbody.engines.mujoco.forces import force_rows
 from mbody.engines.mujoco.motion import motion_rows
 from mbody.engines.mujoco.replay import Replay
 from mbody.engines.opinion import Inexpressible, Opinion, Row
-from mbody.engines.pressing_stops import without_pressing_stops
 from mbody.errors import ModelError, SolveError
 from mbody.model.coupling import Coupling
 from mbody.model.joints import Joint
@@ -72,6 +72,8 @@ def opinion(system: System, run: Solution) -> Opinion:
 
 def _opinion(system: System, run: Solution) -> Opinion:
     """The opinion, with all conditions checked."""
+    if run.analysis == "simulate" and run.mechanism.contacts:
+        return contact_opinion(system, run, f"MuJoCo {_version()}")
     made = to_mjcf(system, run.take([0]))
     refused = list(made.not_expressible)
     names = {one.name for one in system.mechanism if isinstance(one, (Joint, Coupling))}
@@ -91,10 +93,9 @@ def _opinion(system: System, run: Solution) -> Opinion:
         )
     notes += [note for note in made.notes if "angles" in note]
     most = max(FEWEST, int(MOST * min(1.0, (LARGE / len(made.columns)) ** 3)))
-    run_seen, said = without_pressing_stops(run)
-    notes += said
-    if (count := len(run_seen)) > most:
-        run_seen = run_seen.take(np.unique(np.linspace(0, count - 1, most).astype(int)))
+    run_seen = run
+    if (count := len(run)) > most:
+        run_seen = run.take(np.unique(np.linspace(0, count - 1, most).astype(int)))
         notes.append(f"forces are compared at {most} of {count} instants")
     rows: list[Row]
     rows, more = force_rows(Replay(made, run_seen))

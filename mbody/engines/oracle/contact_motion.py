@@ -15,10 +15,10 @@ import functools
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
+from mbody.engines.oracle.mode_guard import ModeGuard
 from mbody.engines.oracle.reference import Reference
 from mbody.engines.oracle.touching import OracleTouching
 
@@ -177,7 +177,7 @@ class DenseContactMotion:
         ]
         still = np.array([abs(rates[m + k]) <= STILL * fast for k in range(m)])
         mu = np.where(still, self._mu("static"), self._mu("friction"))
-        free = float(np.abs(self.reference.applied(q, v, t) / np.diag(self.mass)).max(initial=0.0))
+        free = self._freely(t, q, v)
         right: list[tuple[Array, float, tuple[str, ...]]] = []
         for modes in itertools.product(*choices):
             found = self.accelerations(t, q, v, closed, modes, mu)
@@ -220,6 +220,12 @@ class DenseContactMotion:
             return bool(abs(along[k]) <= mu[k] * normal[k] + press)
         m = len(self.touching)
         return not still or bool(SENSE[mode] * change[m + k] >= -size)
+
+    def _freely(self, t: float, q: Array, v: Array) -> float:
+        """The greatest acceleration by loads alone, of what has mass."""
+        own = np.diag(self.mass)
+        heavy = own > 0.0
+        return float(np.abs(self.reference.applied(q, v, t)[heavy] / own[heavy]).max(initial=0.0))
 
     def _few(self, closed: Sequence[int]) -> None:
         if len(closed) > MOST_CLOSED:
@@ -349,8 +355,7 @@ class DenseContactMotion:
         t, end, n = float(times[0]), float(times[-1]), len(q)
         ended: dict[int, str] = {}
         wanted = np.asarray(times, float)
-        loads = np.abs(self.reference.applied(q, v, t) / np.diag(self.mass)).max(initial=0.0)
-        self.swift = float(np.sqrt(loads * self.size))
+        self.swift = float(np.sqrt(self._freely(t, q, v) * self.size))
         found = np.full((len(wanted), 2 * n), np.nan)
         at = np.searchsorted(wanted, t, side="right")
         found[:at] = np.concatenate([q, v])
@@ -414,8 +419,7 @@ class DenseContactMotion:
     def _last_flight(self, q: Array, v: Array, near: Sequence[int]) -> bool:
         """Whether rebounds are so slow that all that follow are one instant."""
         e, rates = self._mu("restitution"), self.touching.rows(q) @ v
-        r = self.reference
-        free = np.abs(r.applied(q, v, 0.0) / np.diag(self.mass)).max(initial=0.0) or 1.0
+        free = self._freely(0.0, q, v) or 1.0
         slow = max((-e[k] * rates[k] for k in near), default=0.0)
         return bool(2.0 * slow / free < SHORTEST_FLIGHT * np.sqrt(2.0 * self.size / free))
 
@@ -434,7 +438,7 @@ class DenseContactMotion:
                 mu[k] = self.touching.spots[k].static
         return mu
 
-    def _guards(self, q: Array, closed: Sequence[int], modes: Sequence[str]) -> list[_Guard]:
+    def _guards(self, q: Array, closed: Sequence[int], modes: Sequence[str]) -> list[ModeGuard]:
         """Functions whose zeros end the modes that begin at q."""
         n, m = 3 * self.reference.n, len(self.touching)
         mu = self._sliding(modes, closed)
@@ -450,9 +454,9 @@ class DenseContactMotion:
                 last[key] = found
             return last[key]
 
-        guards: list[_Guard] = []
+        guards: list[ModeGuard] = []
 
-        def add(guard: _Guard, k: int, following: str = "") -> None:
+        def add(guard: ModeGuard, k: int, following: str = "") -> None:
             guard.next = k, following
             guards.append(guard)
 
@@ -475,26 +479,13 @@ class DenseContactMotion:
 
         for k in range(m):
             if k not in closed:
-                add(_Guard(gap, k), k)
+                add(ModeGuard(gap, k), k)
         for k, mode in zip(closed, modes, strict=True):
-            add(_Guard(pressing, k), k, OPEN)
+            add(ModeGuard(pressing, k), k, OPEN)
             if mode == STICK and mu[k] > 0.0:
                 # friction at its limit forwards: it begins to slide backwards
-                add(_Guard(reserve, k, 1.0), k, BACKWARD)
-                add(_Guard(reserve, k, -1.0), k, FORWARD)
+                add(ModeGuard(reserve, k, 1.0), k, BACKWARD)
+                add(ModeGuard(reserve, k, -1.0), k, FORWARD)
             elif mode in SENSE:
-                add(_Guard(sliding, k, SENSE[mode]), k)
+                add(ModeGuard(sliding, k, SENSE[mode]), k)
         return guards
-
-
-class _Guard:
-    """A function whose zero ends the modes, as the integrator takes it."""
-
-    terminal, direction = True, -1.0
-    next: tuple[int, str] = (0, "")
-
-    def __init__(self, function: Any, *more: Any) -> None:
-        self.function, self.more = function, more
-
-    def __call__(self, t: float, y: Array) -> float:
-        return float(self.function(t, y, *self.more))

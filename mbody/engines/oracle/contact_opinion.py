@@ -12,6 +12,7 @@ from mbody.engines.oracle.contact_motion import RTOL, DenseContactMotion
 from mbody.engines.oracle.friction import rubs
 from mbody.engines.oracle.reference import Reference
 from mbody.engines.oracle.touching import OracleTouching
+from mbody.model.joint_contacts import contacts_of
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
@@ -38,6 +39,8 @@ def contact_opinion(system: System, run: Solution) -> Opinion:
         For what the oracle has not: friction of joints, own states, drivers that are released.
     """
     machine = system.mechanism
+    if any(contacts_of(joint) for joint in machine.joints):
+        raise NotImplementedError("it has no limits of joints and none that separate")
     if any(rubs(joint) for joint in machine.joints):
         raise NotImplementedError("it has no friction of joints in motions over time")
     if machine.groups or machine.states or machine.inputs or machine.controllers:

@@ -47,7 +47,7 @@ def opinion(system: System, run: Solution) -> Opinion:
         why = f"it reads the description, but the system has another {changed[0]}"
         return Opinion("oracle", (), (Inexpressible("model", why),))
     try:
-        if system.mechanism.contacts and run.analysis == "simulate":
+        if run.mechanism.contacts and run.analysis == "simulate":
             return contact_opinion(system, run)
         return _OracleCheck(system, run).opinion()
     except NotImplementedError as error:

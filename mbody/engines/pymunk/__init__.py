@@ -12,6 +12,7 @@ import numpy as np
 
 from mbody.engines.independent_reading import reading
 from mbody.engines.opinion import Inexpressible, Opinion, Row
+from mbody.engines.pymunk.contact_steps import contact_opinion
 from mbody.engines.pymunk.instants import InstantForces, at_instants, kinematic
 from mbody.engines.pymunk.motion import Trajectory, trajectory
 from mbody.engines.pymunk.space import PRESSED, inexpressible
@@ -103,6 +104,8 @@ def opinion(system: System, run: Solution) -> Opinion:
         import pymunk
     except ImportError:
         raise SolveError("pymunk is not installed: pip install pymunk") from None
+    if run.analysis == "simulate" and run.mechanism.contacts:
+        return contact_opinion(system, run, f"pymunk {pymunk.version}")
     missing = list(inexpressible(system))
     left_out = {one.element for one in missing}
     notes: list[str] = []
