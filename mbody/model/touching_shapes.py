@@ -256,7 +256,7 @@ def refuse_shapes(
     contact: str,
     names: tuple[str, str],
     shapes: tuple[Shape, ...],
-    at: Mapping[str, Any],
+    at: Numbers,
     unit: str,
 ) -> None:
     """Refuse, of one design or of a batch, arcs without length, and discs as large as the ring that
