@@ -86,6 +86,7 @@ if TYPE_CHECKING:
         Torque,
         TorsionDamper,
         TorsionSpring,
+        Tyre,
     )
     from mbody.model.mechanism import Mechanism
     from mbody.model.simulation import SimulationSettings
@@ -173,6 +174,7 @@ __all__ = [
     "Torque",
     "TorsionDamper",
     "TorsionSpring",
+    "Tyre",
     "animate",
     "assemble",
     "crosscheck",
@@ -273,7 +275,7 @@ _MODULES = {
     "Gear PinSlot Prismatic RackPinion Revolute Rolling",
     "model.loads": "Actuator CentrifugalField CustomLoad DCMotor Damper Force Gravity "
     "HydraulicCylinder InductionMotor ReciprocatingCylinder Spring Torque TorsionDamper "
-    "TorsionSpring",
+    "TorsionSpring Tyre",
     "model.mechanism": "Mechanism",
     "model.simulation": "SimulationSettings",
     "model.states": "State",
