@@ -93,6 +93,7 @@ if TYPE_CHECKING:
         Torque,
         TorsionDamper,
         TorsionSpring,
+        Tyre,
     )
     from mbody.model.mechanism import Mechanism
     from mbody.model.simulation import SimulationSettings
@@ -183,6 +184,7 @@ __all__ = [
     "Torque",
     "TorsionDamper",
     "TorsionSpring",
+    "Tyre",
     "animate",
     "assemble",
     "assembly_modes",
@@ -300,7 +302,7 @@ _MODULES = {
     "Gear PinSlot Prismatic RackPinion Revolute Rolling",
     "model.loads": "Actuator CentrifugalField CustomLoad DCMotor Damper Force Gravity "
     "HydraulicCylinder InductionMotor ReciprocatingCylinder Spring Torque TorsionDamper "
-    "TorsionSpring",
+    "TorsionSpring Tyre",
     "model.mechanism": "Mechanism",
     "model.simulation": "SimulationSettings",
     "model.states": "State",

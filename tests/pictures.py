@@ -25,6 +25,7 @@ SHOWN = {
     "free_fourbar": {"after": 0.5},
     "cam_follower": {"at": {"shaft": "130 deg"}},
     "flyball_governor": {"at": {"arm_l": "60 deg"}},
+    "geneva_drive": {"after": 0.1},
     "hoekens": {"paths": ["coupler.P"]},
     "mud_pump": {"at": {"crank": "60 deg"}},
     "mud_pump_motor": {"after": 12.25},

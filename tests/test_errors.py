@@ -59,6 +59,7 @@ from mbody.model.loads import (
     InductionMotor,
     PistonPressure,
     ReciprocatingCylinder,
+    Tyre,
 )
 from tests.errors import describing
 from tests.errors.catalogue import told
@@ -138,6 +139,10 @@ EXAMPLES = {
         **PLACES,
         **{"bore": 0.05, "rod": 0.03, "closed": 0.3, "stroke": 0.2, "flow": 1e-3, "drop": 1e5},
         **{"supply": 1e7, "bulk_modulus": 1e9, "dead_volume": 1e-5},
+    },
+    Tyre: {
+        **{"i": "ground", "j": "b.Q", "radius": 0.3, "stiffness": 1e5, "friction": 0.9},
+        **{"steepness": 10.0, "relaxation": 0.3},
     },
     Input: {},
     Contact: {"i": "a.P", "j": "b.rim"},

@@ -21,7 +21,7 @@ SWEEP = 1e-11
 
 NAMES = (
     *("andrews_squeezer", "bouncing_ball", "braking_vehicle", "cam_follower", "cart_pole"),
-    *("double_pendulum", "flyball_governor", "free_fourbar"),
+    *("double_pendulum", "flyball_governor", "free_fourbar", "geneva_drive"),
     *("hoekens", "mud_pump", "mud_pump_motor", "mud_pump_sixbar", "mud_pump_sixbar_as_scanned"),
     "n_windows_2",
     *("n_windows_40", "norton_fourbar", "norton_fourbar_printed", "parallel_cranks"),
@@ -62,6 +62,7 @@ PAGES = {"n_windows_40": 230, "andrews_squeezer": 90, "mud_pump": 90, "mud_pump_
 PAGES["mud_pump_motor"] = 95  # the pump's bodies and the motor's numbers
 PAGES["braking_vehicle"] = 85  # bodies, brakes and tyres of two axles
 PAGES["pile_of_discs"] = 75  # six bodies
+PAGES["geneva_drive"] = 95  # the corners of a wheel of four slots
 
 
 @pytest.mark.parametrize("name", NAMES)

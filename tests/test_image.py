@@ -28,7 +28,7 @@ FEW = 41
 #: motions of a few hundred steps that are not chaotic stay together to this part.
 NEAR = 1e-12
 REFUSED = ("bouncing_ball", "braking_vehicle", "pile_of_discs", "rolling_ball", "sliding_ladder")
-REFUSED += ("stick_slip", "woodpecker")
+REFUSED += ("geneva_drive", "stick_slip", "woodpecker")
 MODELS = tuple(name for name in gallery.names() if name not in REFUSED)
 #: Over a whole turn it jams: mbody has no forces there, an image does not look at that.
 JAMS = ("toggle_press",)

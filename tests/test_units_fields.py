@@ -40,7 +40,7 @@ ROUNDED = 2.3e-16  # one rounding of a double, half a unit of its last digit
 
 
 #: What has a greatest value, below 3.
-LIMITED = {"efficiency": 0.3, "restitution": 0.3, "pressure_angle": 0.3}
+LIMITED = {"efficiency": 0.3, "restitution": 0.3, "pressure_angle": 0.3, "curvature": 0.3}
 #: What a number is given with: friction has its radius, what sticks has what slides.
 WITH = {
     ("Revolute", "restitution"): {"clearance": 0.01},
@@ -59,6 +59,9 @@ WITH = {
     ("RackPinion", "friction"): {"pressure_angle": 0.3},
     ("Gear", "module"): {"pressure_angle": 0.3, "friction": 0.1},
     ("RackPinion", "module"): {"pressure_angle": 0.3, "friction": 0.1},
+    ("Rolling", "restitution"): {"one_sided": True, "friction": 0.1},
+    ("Rolling", "friction"): {"one_sided": True},
+    ("Rolling", "static"): {"one_sided": True, "friction": 0.1},
     ("Clutch", "stribeck"): {"static": 2.0},
     ("BandBrake", "stribeck"): {"static": 2.0},
     ("BandBrake", "static"): {"force": 1.0},

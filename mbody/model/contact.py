@@ -24,7 +24,7 @@ from mbody.model.element import (
 )
 from mbody.model.primitives import ConstraintPrimitive, FrictionPrimitive
 from mbody.model.static_friction import refuse_static
-from mbody.model.touching_shapes import Shape, Vertex, points_of
+from mbody.model.touching_shapes import Shape, Vertex, points_of, refuse_shapes
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
@@ -205,8 +205,9 @@ class Contact(OneSided):
         refuse_coefficients(self.name, self.friction, self.static, self.restitution)
 
     def refuse(self, at: Numbers, unit: str) -> None:
-        """As of one contact, of every design."""
+        """As of one contact, of every design; arcs without length, and discs that fill a ring."""
         refuse_of_designs(self, at)
+        refuse_shapes(self.name, (self.i, self.j), self.shapes, at, unit)
 
     @property
     def bodies(self) -> tuple[str, str]:

@@ -20,19 +20,47 @@ import numpy as np
 
 from mbody.laws import Constant
 from mbody.model.primitives import ConstraintPrimitive, Signal
-from mbody.model.touching_shapes import Disc, Line, Polygon, Ring, Segment, Shape, Vertex
+from mbody.model.touching_shapes import ArcEnd, Disc, Line, Polygon, Ring, Segment, Shape, Vertex
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
 
-__all__ = ["Spot", "contact_spots"]
+__all__ = ["Arc", "Spot", "contact_spots"]
 
 #: A shape with its dotted name, such as "wheel.rim".
 Side: TypeAlias = "tuple[str, Shape]"
-#: A corner or circle with the dotted name of its shape.
-Round: TypeAlias = "tuple[str, Disc | Ring | Vertex]"
+#: A circle or corner.
+Touching: TypeAlias = "Disc | Ring | Vertex | ArcEnd"
+#: The same with the dotted name of its shape.
+Round: TypeAlias = "tuple[str, Touching]"
 #: What makes a spot of numbers.
 MakeSpot: TypeAlias = "Callable[[Numbers], Spot]"
+#: What has no radius.
+CORNERS = (Vertex, ArcEnd)
+
+
+@dataclass(frozen=True)
+class Arc:
+    """How far a circle of a spot goes round.
+
+    Attributes
+    ----------
+    second : bool
+        Whether it is on the second body of the rows.
+    begin, extent : float
+        Where it begins in the axes of its body, and how far it goes, counter-clockwise [rad].
+    radius : float
+        Positive.
+    ahead : float or None
+        Where it touches from its centre: along (1) or against (−1) the way from the first arm to
+        the second; None where it touches an edge.
+    """
+
+    second: bool
+    begin: Any
+    extent: Any
+    radius: Any
+    ahead: float | None
 
 
 @dataclass(frozen=True)
@@ -61,6 +89,8 @@ class Spot:
         what has no shapes; "one way" of what has no gap, but a rate that may grow one way.
     reach : float
         Radius of the circle on an edge.
+    arcs : tuple of Arc
+        Of its circles those that do not go all round.
     """
 
     normal: ConstraintPrimitive
@@ -72,6 +102,12 @@ class Spot:
     round: bool
     solid: str
     reach: Any = 0.0
+    arcs: tuple[Arc, ...] = ()
+
+    @property
+    def ends(self) -> bool:
+        """Whether what touches may go past an end of an edge or an arc."""
+        return bool(self.arcs) or (self.edge is not None and bool(np.isfinite(self.edge[2])))
 
     @classmethod
     def taut(cls, bodies: tuple[str, str], arms: list[Any], length: Any) -> Spot:
@@ -104,7 +140,7 @@ def contact_spots(i: Side, j: Side) -> list[MakeSpot]:
                     found.append(functools.partial(_on_edge, edged, edge, touching, bool(swapped)))
     for one, two in itertools.product(_rounds(i[1]), _rounds(j[1])):
         hollow = isinstance(one, Ring) + isinstance(two, Ring)
-        if hollow < 2 and not (isinstance(one, Vertex) and isinstance(two, Vertex)):
+        if hollow < 2 and not (isinstance(one, CORNERS) and isinstance(two, CORNERS)):
             found.append(functools.partial(_on_circle, (i[0], one), (j[0], two)))
     return found
 
@@ -116,10 +152,12 @@ def _edges(shape: Shape) -> int:
     return int(isinstance(shape, Line | Segment))
 
 
-def _rounds(shape: Shape) -> Iterator[Disc | Ring | Vertex]:
+def _rounds(shape: Shape) -> Iterator[Touching]:
     """The circles and corners of a shape."""
     if isinstance(shape, Disc | Ring | Vertex):
         yield shape
+        if not isinstance(shape, Vertex) and shape.begin is not None:
+            yield from (ArcEnd(shape, last) for last in (False, True))
     elif isinstance(shape, Segment):
         yield from map(Vertex, shape.segment)
     elif isinstance(shape, Polygon):
@@ -142,8 +180,21 @@ def _circle(at: Numbers, one: Round) -> tuple[tuple[Any, Any], Any]:
     name, shape = one
     if isinstance(shape, Vertex):
         return _arm(at, name, shape.point), 0.0
+    if isinstance(shape, ArcEnd):
+        (x, y), radius = _circle(at, (name, shape.arc))
+        angle = at[f"{name}.end" if shape.last else f"{name}.begin"]
+        return (x + radius * np.cos(angle), y + radius * np.sin(angle)), 0.0
     centre = shape.disc if isinstance(shape, Disc) else shape.ring
     return _arm(at, name, centre), at[f"{name}.radius"]
+
+
+def _arcs(at: Numbers, one: Round, second: bool, ahead: float | None) -> tuple[Arc, ...]:
+    """That of a circle that does not go all round."""
+    name, shape = one
+    if not isinstance(shape, Disc | Ring) or shape.begin is None:
+        return ()
+    begin = at[f"{name}.begin"]
+    return (Arc(second, begin, at[f"{name}.end"] - begin, at[f"{name}.radius"], ahead),)
 
 
 def _edge(at: Numbers, side: Side, number: int) -> tuple[tuple[Any, Any], tuple[Any, Any], Any]:
@@ -177,13 +228,14 @@ def _on_edge(edged: Side, edge: int, one: Round, swapped: bool, at: Numbers) -> 
     bodies = _body(edged[0]), _body(one[0])
     shifted = [ix - radius * uy, iy + radius * ux, *arm, -uy, ux]
     normal = ConstraintPrimitive("coordinate", *bodies, "l", shifted, switched=True)
-    turning = not isinstance(one[1], Vertex)
+    turning = not isinstance(one[1], CORNERS)
     along = [ix, iy, *arm, ux, uy, *([radius] if turning else [])]
     kind = "rack" if turning else "coordinate"
     tangent = ConstraintPrimitive(kind, *bodies, "l", along, switched=True)
     solid = type(edged[1]).__name__.lower()
     begin = (ix, iy), (ux, uy), length
-    return Spot(normal, tangent, 1.0, swapped, begin, arm, turning, solid, radius)
+    arcs = _arcs(at, one, True, None)
+    return Spot(normal, tangent, 1.0, swapped, begin, arm, turning, solid, radius, arcs)
 
 
 def _on_circle(i: Round, j: Round, at: Numbers) -> Spot:
@@ -200,4 +252,10 @@ def _on_circle(i: Round, j: Round, at: Numbers) -> Spot:
     parameters = [*arms, ri / apart, rj / apart, 0.0]
     tangent = ConstraintPrimitive("slipping", *bodies, "l", parameters, switched=True)
     sense = -1.0 if inside else 1.0
-    return Spot(normal, tangent, sense, False, None, arm_j, True, "circle")
+    # within a ring both touch on the side that the centre of the inner one is on
+    here = -1.0 if isinstance(j[1], Ring) else 1.0
+    there = 1.0 if isinstance(i[1], Ring) else -1.0
+    arcs = _arcs(at, i, False, here) + _arcs(at, j, True, there)
+    # what goes through an arc, which is thin, to its other side
+    reach = np.abs(rj if arcs[0].second is False else ri) if len(arcs) == 1 else 0.0
+    return Spot(normal, tangent, sense, False, None, arm_j, True, "circle", reach, arcs)

@@ -155,9 +155,10 @@ class JointLimit(JointContact):
 def _spot(flank: Any) -> Spot:
     """A flank as a place where two bodies may touch."""
     found = Spot.row(flank.normal, flank.sense, flank.tangent)
-    if flank.tangent is not None and flank.tangent.kind == "slipping":
+    kind = "" if flank.tangent is None else flank.tangent.kind
+    if kind == "slipping":
         return replace(found, round=True, solid="circle")
-    return found
+    return replace(found, round=kind == "rack")
 
 
 def contacts_of(joint: Joint) -> list[OneSided]:

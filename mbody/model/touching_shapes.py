@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
+import itertools
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
 
 from mbody.errors import ModelError, brief
 from mbody.model.element import check_name, listed, number
 from mbody.quantities import Formula
-from mbody.quantities.types import NumberField, default, required
+from mbody.quantities.types import NumberField, OptionalNumberField, default, required
+
+if TYPE_CHECKING:
+    from mbody.model.element import Numbers
 
 __all__ = [
+    "ArcEnd",
     "Disc",
     "Line",
     "Polygon",
@@ -21,7 +29,9 @@ __all__ = [
     "ShapeLike",
     "Vertex",
     "as_shapes",
+    "middles_of_arcs",
     "points_of",
+    "refuse_shapes",
     "shape_numbers",
 ]
 
@@ -38,18 +48,36 @@ class Vertex:
 
 @dataclass(frozen=True)
 class Disc:
-    """A circle about a point, full: other shapes touch it from outside."""
+    """A circle about a point, full: other shapes touch it from outside.
+
+    With `begin` and `end`, angles [rad] in the axes of the body, it is the arc from one to the
+    other, counter-clockwise, with its ends.
+    """
 
     disc: str
     radius: NumberField = required()
+    begin: OptionalNumberField = default(None)
+    end: OptionalNumberField = default(None)
 
 
 @dataclass(frozen=True)
 class Ring:
-    """A circle about a point, hollow: discs and points touch it from within."""
+    """A circle about a point, hollow: discs and points touch it from within; with `begin` and `end`
+    an arc of it.
+    """
 
     ring: str
     radius: NumberField = required()
+    begin: OptionalNumberField = default(None)
+    end: OptionalNumberField = default(None)
+
+
+@dataclass(frozen=True)
+class ArcEnd:
+    """An end of an arc, as a corner: its last one, or its first."""
+
+    arc: Disc | Ring
+    last: bool
 
 
 @dataclass(frozen=True)
@@ -82,13 +110,13 @@ Shape: TypeAlias = Disc | Ring | Line | Segment | Polygon | Vertex
 #: A shape, or a table of it as in a file: ``{"disc": "O", "radius": 0.3}``.
 ShapeLike: TypeAlias = "Shape | Mapping[str, Any]"
 
-#: What a table of a shape is recognised by, and what else it may have.
-TABLES: dict[str, tuple[type, tuple[str, ...]]] = {
-    "disc": (Disc, ("radius",)),
-    "ring": (Ring, ("radius",)),
-    "segment": (Segment, ()),
-    "line": (Line, ()),
-    "polygon": (Polygon, ()),
+#: What a table of a shape is recognised by, what else it has, and what it may have.
+TABLES: dict[str, tuple[type, tuple[str, ...], tuple[str, ...]]] = {
+    "disc": (Disc, ("radius",), ("begin", "end")),
+    "ring": (Ring, ("radius",), ("begin", "end")),
+    "segment": (Segment, (), ()),
+    "line": (Line, (), ()),
+    "polygon": (Polygon, (), ()),
 }
 
 
@@ -131,8 +159,8 @@ def _made(value: Any, body: str, name: str) -> Shape:
             '{"disc": "O", "radius": 0.3}',
             body,
         )
-    cls, more = TABLES[kind]
-    unknown = [key for key in keys if key not in (kind, *more)]
+    cls, more, optional = TABLES[kind]
+    unknown = [key for key in keys if key not in (kind, *more, *optional)]
     missing = [key for key in more if key not in keys]
     if unknown or missing:
         what = f"has no {listed(unknown)}" if unknown else f"needs {listed(missing)}"
@@ -159,7 +187,7 @@ def _checked(shape: Shape, body: str, name: str, points: Mapping[str, Any]) -> S
                 "radius is a point, which a contact names by itself",
                 body,
             )
-        made: Shape = type(shape)(centre, radius)
+        made: Shape = type(shape)(centre, radius, *_arc(shape, body, name))
     elif isinstance(shape, Line):
         named = (shape.point,)
         made = Line(shape.point, number(shape.angle, "angle", body, f"{name}.angle"))
@@ -190,6 +218,80 @@ def _checked(shape: Shape, body: str, name: str, points: Mapping[str, Any]) -> S
     return made
 
 
+def _arc(shape: Disc | Ring, body: str, name: str) -> tuple[Any, Any]:
+    """The checked angles of an arc, None of a whole circle."""
+    given = shape.begin, shape.end
+    if given == (None, None):
+        return given
+    if None in given:
+        raise ModelError(
+            f"'{body}': {name} has begin or end alone: an arc goes from begin to end, "
+            "counter-clockwise; a whole circle has neither",
+            body,
+        )
+    begin, end = (
+        number(angle, "angle", body, f"{name}.{key}")
+        for key, angle in zip(("begin", "end"), given, strict=True)
+    )
+    numbers = [angle for angle in (begin, end) if not isinstance(angle, Formula)]
+    if len(numbers) == 2:
+        _refuse_no_arcs(f"{body}.{name}", *numbers)
+    return begin, end
+
+
+def _refuse_no_arcs(name: str, begin: Any, end: Any) -> None:
+    """Refuse arcs without length, or of a turn and more, of one design or of a batch."""
+    body, _, shape = name.partition(".")
+    for first, last in zip(*map(np.ravel, np.broadcast_arrays(begin, end)), strict=True):
+        if not 0.0 < last - first < math.tau:
+            raise ModelError(
+                f"'{body}': {shape} goes from {math.degrees(first):g} deg to "
+                f"{math.degrees(last):g} deg: end must be above begin, by less than a turn; a "
+                "whole circle has neither",
+                body,
+            )
+
+
+def refuse_shapes(
+    contact: str,
+    names: tuple[str, str],
+    shapes: tuple[Shape, ...],
+    at: Numbers,
+    unit: str,
+) -> None:
+    """Refuse, of one design or of a batch, arcs without length, and discs as large as the ring that
+    they touch from within.
+
+    Parameters
+    ----------
+    contact : str
+        Its name.
+    names, shapes : pairs
+        Dotted names of its shapes, and these.
+    at : Numbers
+    unit : str
+        Of lengths.
+
+    Raises
+    ------
+    ModelError
+    """
+    for name, shape in zip(names, shapes, strict=True):
+        if isinstance(shape, Disc | Ring) and shape.begin is not None:
+            _refuse_no_arcs(name, at[f"{name}.begin"], at[f"{name}.end"])
+    for (disc, inner), (ring, outer) in itertools.permutations(zip(names, shapes, strict=True)):
+        if not (isinstance(inner, Disc) and isinstance(outer, Ring)):
+            continue
+        radii = np.broadcast_arrays(at[f"{disc}.radius"], at[f"{ring}.radius"])
+        for small, large in zip(*map(np.ravel, radii), strict=True):
+            if small >= large:
+                raise ModelError(
+                    f"'{contact}': the disc '{disc}' of radius {small:g} {unit} is not within the "
+                    f"ring '{ring}' of radius {large:g} {unit}: give it a smaller one",
+                    contact,
+                )
+
+
 def points_of(shape: Shape) -> tuple[str, ...]:
     """The points of the body that a shape is made of."""
     if isinstance(shape, Segment):
@@ -201,8 +303,16 @@ def points_of(shape: Shape) -> tuple[str, ...]:
     return (shape.point,)
 
 
+def middles_of_arcs(shapes: Mapping[str, Shape]) -> set[str]:
+    """The points about which arcs go, which may be off the body, and no other shape is made of."""
+    arcs = [s for s in shapes.values() if isinstance(s, Disc | Ring) and s.begin is not None]
+    others = [shape for shape in shapes.values() if shape not in arcs]
+    return {p for s in arcs for p in points_of(s)} - {p for s in others for p in points_of(s)}
+
+
 def shape_numbers(name: str, shape: Shape) -> dict[str, Any]:
     """The changeable numbers of a shape, by dotted name."""
     if isinstance(shape, Disc | Ring):
-        return {f"{name}.radius": shape.radius}
+        own = {"radius": shape.radius, "begin": shape.begin, "end": shape.end}
+        return {f"{name}.{key}": value for key, value in own.items() if value is not None}
     return {f"{name}.angle": shape.angle} if isinstance(shape, Line) else {}

@@ -211,6 +211,9 @@ class LoadHistory:
         Angle of the body of a torsion spring or damper from the other one [rad].
     rate : array or None
         Rate of that length or angle.
+    height, speed, sinking, spin : array or None
+        Of a tyre: height of the wheel's centre above the road, its velocity along the road and
+        across it, and the rate of the wheel.
     """
 
     name: str
@@ -223,6 +226,10 @@ class LoadHistory:
     length: Array | None = None
     angle: Array | None = None
     rate: Array | None = None
+    height: Array | None = None
+    speed: Array | None = None
+    sinking: Array | None = None
+    spin: Array | None = None
 
     def __post_init__(self) -> None:
         lock(self)

@@ -50,7 +50,8 @@ def load_history(solution: Result, name: str, on: str | None = None) -> LoadHist
         force, torque = sign * (fx * ux + fy * uy), 0.0 * torque
     elif load.by_angle:
         angle, rate = turned(solution, load)
-    return LoadHistory(name, body, other, fx, fy, torque, force, length, angle, rate)
+    beside = beside_line(solution, load) if load.on_line else (None,) * 4
+    return LoadHistory(name, body, other, fx, fy, torque, force, length, angle, rate, *beside)
 
 
 def argument(solution: Result, element: Any, field: str) -> Array | None:
@@ -149,6 +150,18 @@ def stretched(solution: Result, load: Load) -> tuple[Array, Array, tuple[Array, 
     safe = np.maximum(length, 1e-300)  # ends at one place have no direction
     ux, uy = dx / safe, dy / safe
     return length, ux * (jvx - ivx) + uy * (jvy - ivy), (ux, uy)
+
+
+def beside_line(solution: Result, load: Load) -> tuple[Array, Array, Array, Array]:
+    """Of the place on j beside the line through i on the ground: its height, its velocity along
+    and across the line, and the rate of its body.
+    """
+    (ix, iy, _, _), (jx, jy, vx, vy) = (_end(solution, load, side) for side in "ij")
+    angle = column(solution.system.numbers.angle(load, "i"))
+    ux, uy = np.cos(angle), np.sin(angle)
+    height = ux * (jy - iy) - uy * (jx - ix)
+    spin = solution[load.places()["j"].body].omega
+    return height, ux * vx + uy * vy, ux * vy - uy * vx, spin
 
 
 def turned(solution: Result, load: Any) -> tuple[Array, Array]:

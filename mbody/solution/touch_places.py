@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.model.contact import Contact, OneSided, Rope
-from mbody.model.contact_spots import Spot
+from mbody.model.contact_spots import Arc, Spot
 from mbody.solution.places import Place, moved, place
 
 if TYPE_CHECKING:
@@ -150,6 +150,8 @@ def _touch(run: Solution, contact: OneSided, spots: list[Spot], n: int) -> Touch
         place, normal, gap, along, axes = _round(run, spot, first, tip)
     else:
         place, normal, gap, along, axes = _edge(run, spot, first, tip)
+    for arc in spot.arcs:
+        along = along & _on_arc(run, spot, arc, normal, (first, second))
     if spot.swapped:
         place, normal = place - gap[:, None] * normal, -normal
     force = np.zeros((len(run), 2))
@@ -207,6 +209,16 @@ def _round(
     place = here + ri * d + gap[:, None] * normal
     always = np.ones(len(run), dtype=bool)
     return place, normal, gap, always, (start, "", tip)
+
+
+def _on_arc(run: Solution, spot: Spot, arc: Arc, normal: Array, bodies: tuple[str, str]) -> Array:
+    """Whether a place is on an arc, (instants,); `normal` from the first body to the second."""
+    outwards = normal * (-1.0 if arc.ahead is None else arc.ahead * spot.sense)
+    angle = run[bodies[arc.second]].angle + float(arc.begin)
+    half = 0.5 * float(arc.extent)
+    past = np.arctan2(outwards[:, 1], outwards[:, 0]) - angle - half
+    off = np.abs(np.remainder(past + np.pi, 2.0 * np.pi) - np.pi) - half
+    return np.asarray(float(arc.radius) * off <= NEAR * run.system.length)
 
 
 def _stepped(run: Solution, k: int, name: str) -> list[TouchPlace]:

@@ -190,6 +190,8 @@ def _quantity(
     rate = key in ("rate", "vx", "vy")
     if owned.role == "driver":
         return driven_coordinate(steps, owned, at, rate)
+    if owned.role == "load" and owned.on_line:
+        return _beside_line(steps, owned, at, key)
     if owned.role == "load":
         if key == "angle" or owned.by_angle:
             return _turned(steps, owned.by, owned.body, rate)
@@ -287,10 +289,24 @@ def _stretched(steps: StepList, element: Any, at: Numbers, rate: bool) -> Record
     return (dx * vx + dy * vy) / length if rate else length
 
 
-def _travelled(steps: StepList, element: Any, at: Numbers, rate: bool) -> Recorded:
-    """Displacement of the place on j along the x axis of the marker on i, or its rate."""
+def _beside_line(steps: StepList, load: Any, at: Numbers, key: str) -> Recorded:
+    """The motion of the place on j beside the line through i: its height, the rate of that, its
+    speed along the line, and the rate of j.
+    """
+    if key == "spin":
+        return _turned(steps, load.i.body, load.j.body, True)
+    across = 0.0 if key == "speed" else 0.5 * np.pi
+    return _travelled(steps, load, at, key != "height", across)
+
+
+def _travelled(
+    steps: StepList, element: Any, at: Numbers, rate: bool, turned: float = 0.0
+) -> Recorded:
+    """Displacement of the place on j along the x axis of the marker on i, which may be `turned`
+    before [rad], or its rate.
+    """
     (dx, dy), (vx, vy) = _ends(steps, element, at)
-    angle, body = at.angle(element, "i"), element.place("i").body
+    angle, body = at.angle(element, "i") + turned, element.place("i").body
     ux, uy = _directed(steps, body, (np.cos(angle), np.sin(angle)))
     if not rate:
         return ux * dx + uy * dy

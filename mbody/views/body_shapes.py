@@ -10,7 +10,7 @@ import numpy as np
 
 from mbody.model.touching_shapes import Disc, Line, Polygon, Ring, Segment, Shape
 from mbody.views.carriers import on
-from mbody.views.shapes import direction, within
+from mbody.views.shapes import arc, direction, within
 from mbody.views.style import INK, PLATE, SOFT, WHEEL, Z
 
 if TYPE_CHECKING:
@@ -50,18 +50,29 @@ def outlines(pose: Pose) -> tuple[list[Array], list[tuple[Array, float]]]:
 
 def covered(pose: Pose, body: str, nodes: list[Array]) -> bool:
     """Whether discs and polygons of a body cover its nodes, so that no link need be drawn."""
-    solid = [one for one in _shapes(pose, body).items() if isinstance(one[1], Disc | Polygon)]
+    solid = [
+        (name, shape)
+        for name, shape in _shapes(pose, body).items()
+        if isinstance(shape, Polygon) or (isinstance(shape, Disc) and shape.begin is None)
+    ]
     return bool(solid) and all(
         any(_within(pose, body, name, shape, node) for name, shape in solid) for node in nodes
     )
 
 
-def hatched_circle(sketch: Sketch, centre: Array, edge: float, outside: bool, z: float) -> None:
-    """Ticks around a circle that belongs to the ground, on its solid side."""
+def hatched_circle(
+    sketch: Sketch,
+    centre: Array,
+    edge: float,
+    outside: bool,
+    z: float,
+    span: tuple[float, float] = (0.0, math.tau),
+) -> None:
+    """Ticks around a circle, or an arc of it, that belongs to the ground, on its solid side."""
     depth = sketch.size("hatch")
     end, lean = edge + (depth if outside else -depth), depth / edge
-    count = max(12, round(math.tau * edge / (2.0 * depth)))
-    around = np.linspace(0.0, math.tau, count, endpoint=False)
+    count = max(12, round((span[1] - span[0]) * edge / (2.0 * depth)))
+    around = np.linspace(*span, count, endpoint=False)
     ticks = [centre + np.array([edge * direction(a), end * direction(a + lean)]) for a in around]
     sketch.strokes(ticks, z, 0.2)
 
@@ -99,8 +110,26 @@ def _drawn(shape: Shape, sketch: Sketch, body: str, name: str) -> None:
     raise NotImplementedError(f"there is no picture of a {type(shape).__name__}")
 
 
+def _arc_drawn(shape: Disc | Ring, sketch: Sketch, body: str, name: str) -> bool:
+    """Draw an arc of a circle; False of a whole one."""
+    if shape.begin is None:
+        return False
+    key, numbers = name.rpartition(".")[2], sketch.pose.system.values
+    centre, radius = _circle(sketch.pose, body, key, shape)
+    turned = 0.0 if body == "ground" else sketch.pose.angle(body)
+    first, last = (turned + float(numbers[f"{body}.{key}.{end}"]) for end in ("begin", "end"))
+    points = list(arc(centre, radius, first, last))
+    sketch.line(points, 2.4, INK, Z["link"] + 0.5, name=name)
+    if body == "ground":
+        outside = isinstance(shape, Ring)
+        hatched_circle(sketch, centre, radius, outside, Z["ring"], (first, last))
+    return True
+
+
 @_drawn.register(Disc)
 def _(shape: Disc, sketch: Sketch, body: str, name: str) -> None:
+    if _arc_drawn(shape, sketch, body, name):
+        return
     centre, radius = _circle(sketch.pose, body, name.rpartition(".")[2], shape)
     z = Z["wheel"] - 0.3 * radius / (radius + sketch.pose.system.length)
     sketch.disc(centre, radius, WHEEL, INK, 1.5, z, name=name, weight=0.6)
@@ -114,6 +143,8 @@ def _(shape: Disc, sketch: Sketch, body: str, name: str) -> None:
 
 @_drawn.register(Ring)
 def _(shape: Ring, sketch: Sketch, body: str, name: str) -> None:
+    if _arc_drawn(shape, sketch, body, name):
+        return
     centre, radius = _circle(sketch.pose, body, name.rpartition(".")[2], shape)
     sketch.disc(centre, radius, "none", INK, 1.5, Z["ring"], name=name, weight=0.6)
     if body == "ground":
@@ -176,8 +207,12 @@ def _along(sketch: Sketch, carrier: str, place: Array, u: Array) -> tuple[float,
         places = centre[:, None] + turned[:, None] * (nodes - complex(*pose.centre(body.name)))
         seen = (places - origin[:, None]) / turn[:, None] + complex(*_centre(pose, carrier))
         ahead = ((seen - complex(*place)) * complex(u[0], -u[1])).real
-        own = [one for one in body.shapes.items() if isinstance(one[1], Disc | Ring)]
-        wide = max((_circle(pose, body.name, *one)[1] for one in own), default=0.0)
+        radii = [
+            _circle(pose, body.name, name, shape)[1]
+            for name, shape in body.shapes.items()
+            if isinstance(shape, Disc | Ring)
+        ]
+        wide = max(radii, default=0.0)
         low, high = min(low, float(ahead.min()) - wide), max(high, float(ahead.max()) + wide)
     return low, high
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.model.joints import CamFollower, Fixed, Joint, PinSlot, Prismatic
+from mbody.model.touching_shapes import middles_of_arcs
 from mbody.views.body_shapes import covered
 from mbody.views.bounds import wheels
 from mbody.views.carriers import on
@@ -160,7 +161,9 @@ def _mistaken(sketch: Sketch, place: Array, own: float, body: str) -> float:
 def points(sketch: Sketch, body: str) -> None:
     """Named points that no pin covers: a dot and the name."""
     pose = sketch.pose
-    for name in pose.mechanism[body].points:  # type: ignore[attr-defined]  # a body
+    own: Any = pose.mechanism[body]
+    off = middles_of_arcs(own.shapes)
+    for name in (one for one in own.points if one not in off):
         place = pose.point(f"{body}.{name}")
         if pose.at_joint(place, sketch.size("pin")):
             continue

@@ -10,6 +10,7 @@ import numpy as np
 
 from mbody.laws import MeasuredFormula
 from mbody.model.joints import Joint, Revolute
+from mbody.model.touching_shapes import middles_of_arcs
 from mbody.solution.checks import whole_instant
 from mbody.solution.formula_histories import formula_history
 from mbody.solution.places import Place
@@ -147,7 +148,9 @@ class Pose:
             for field, marker in element.places().items():
                 found[marker.body].append(self.place(element, field))
         for body in self.mechanism.bodies:
-            found[body.name] += [self.point(f"{body.name}.{name}") for name in body.points]
+            off = middles_of_arcs(body.shapes)
+            named = [name for name in body.points if name not in off]
+            found[body.name] += [self.point(f"{body.name}.{name}") for name in named]
         return found
 
     @property

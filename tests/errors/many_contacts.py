@@ -95,6 +95,10 @@ SCENARIOS = {
         shapes={"plate": {"polygon": ["A", "B", "C", "D"]}},
     ),
     "a polygon of too many corners": many_corners,
+    "an arc, in steps with impulses": stepped(
+        Between("group", "ground.floor", "block.sole"),
+        shapes={"sole": {"disc": "C", "radius": 1.0, "begin": "200 deg", "end": "340 deg"}},
+    ),
     "two groups that bring the same shapes together": stepped(
         GROUP, Between("again", "ground.floor", "block.*")
     ),

@@ -10,6 +10,7 @@ from mbody import (
     Prismatic,
     Revolute,
     Torque,
+    Tyre,
     from_toml,
     simulate,
 )
@@ -84,6 +85,11 @@ def slow(**more):
     return lambda: machine.add(Actuator("drive", "ground.O", "slide", 3.0, **more))
 
 
+def tyre(road, **more):
+    numbers = {"radius": 0.3, "stiffness": 2e5, "friction": 0.9, "steepness": 10.0}
+    return lambda: Tyre("tyre", road, "wheel.O", relaxation=0.3, **(numbers | more))
+
+
 SCENARIOS = {
     "a table of two variables without rows": table(z=3.0),
     "a table of two variables of one row of numbers": table(z=[0.0, 1.0]),
@@ -122,4 +128,6 @@ SCENARIOS = {
     "an induction motor with two changes to delta": induction(star_until=1.0, star_below=9.0),
     "an actuator with a slew alone": slow(slew=10.0),
     "a cylinder whose rod fills it": press(rod=0.06),
+    "a tyre on a road that moves": tyre("belt.O"),
+    "a tyre whose force turns round": tyre("ground.O", curvature=1.5),
 }

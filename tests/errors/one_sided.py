@@ -10,6 +10,7 @@ from mbody import (
     Mechanism,
     Prismatic,
     Revolute,
+    Rolling,
     SimulationSettings,
     Stop,
     assemble,
@@ -94,6 +95,12 @@ SCENARIOS = {
     "a freewheel of no sense": lambda: Freewheel("hub", "ground", "bob", clockwise="left"),
     "a bar that neither pushes nor pulls": lambda: Distance(
         "bar", "ground.O", "bob.P", length=1.0, one_sided="both"
+    ),
+    "a wheel that may lift off without friction": lambda: Rolling(
+        "road", "ground", "wheel", radius=0.3, one_sided=True
+    ),
+    "a wheel that may lift off with a resistance": lambda: Rolling(
+        "road", "ground", "wheel", radius=0.3, one_sided=True, friction=0.8, resistance=0.01
     ),
     "backlash beside losses": lambda: Gear(
         "mesh", "sun", "planet", radius_i=1.0, radius_j=2.0, backlash=0.1, efficiency=0.9

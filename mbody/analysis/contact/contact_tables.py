@@ -197,6 +197,7 @@ class _Outline:
         if isinstance(shape, Vertex):
             self.kind, self.centre, self.reach = CIRCLE, place(shape.point), 0.0
         elif isinstance(shape, Disc | Ring):
+            _refuse_arc(shape, name)
             point = shape.disc if isinstance(shape, Disc) else shape.ring
             self.kind, self.centre = CIRCLE, place(point)
             self.reach = float(at[f"{name}.radius"])
@@ -224,6 +225,17 @@ class _Outline:
 def _area(corners: Array) -> float:
     x, y = corners.T
     return float(0.5 * (x * np.roll(y, -1) - y * np.roll(x, -1)).sum())
+
+
+def _refuse_arc(shape: Disc | Ring, name: str) -> None:
+    """Refuse a part of a circle."""
+    if shape.begin is not None:
+        body, _, key = name.partition(".")
+        raise ModelError(
+            f"'{body}': {key} is an arc: the method 'moreau' takes whole circles; give segments "
+            "along it, or follow the motion by 'dop853'",
+            body,
+        )
 
 
 def _refuse_concave(corners: Array, name: str) -> None:

@@ -93,7 +93,7 @@ class Corners:
             for end in np.flatnonzero(np.abs(along[n]) <= near):
                 found[n] |= any(
                     gaps[m] >= -near and rates[m] > rates[n] + slow
-                    for m in self.others[int(n), int(end)]
+                    for m in self.others.get((int(n), int(end)), ())
                 )
         return found
 

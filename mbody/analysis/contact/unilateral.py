@@ -304,7 +304,44 @@ class Unilateral:
         y = np.cos(ti) * py - np.sin(ti) * px - ay
         way = ux * x + uy * y
         found[which] = np.column_stack([way, length - way])
+        for n, past, length in zip(*self._round_about(work), strict=True):
+            found[n] = np.minimum(found[n], (past, length - past))
         return found
+
+    @functools.cached_property
+    def _arcs(self) -> tuple[Array, Array, Array]:
+        """Of the arcs of the touches: their touches; bodies of their rows and the one that they are
+        on (arcs, 3); both arms, what to add to the direction from one to the other, that direction
+        where an edge gives it, begin, half of the extent and radius (arcs, 9).
+        """
+        found = []
+        for n, touch in enumerate(self.touches):
+            spot = touch.spot
+            for arc in spot.arcs:
+                arms = spot.normal.parameters[:4]
+                # a circle touches an edge against the normal of this one
+                fixed = math.atan2(-spot.edge[1][0], spot.edge[1][1]) if spot.edge else math.nan
+                turned = math.pi if arc.ahead == -1.0 else 0.0
+                own = self.bodies[n][int(arc.second)]
+                numbers = (*arms, turned, fixed, arc.begin, 0.5 * arc.extent, arc.radius)
+                found.append((n, *self.bodies[n], own, *numbers))
+        table = np.array(found, dtype=float).reshape(-1, 13)
+        return table[:, 0].astype(int), table[:, 1:4].astype(int), table[:, 4:]
+
+    def _round_about(self, work: Work) -> tuple[Array, Array, Array]:
+        """Of every arc its touch, how far this is round it from its beginning, and as far from its
+        middle either way before it is nearer the other way, and its length.
+        """
+        which, bodies, (ax, ay, bx, by, turned, fixed, begin, half, radius) = (
+            *self._arcs[:2],
+            self._arcs[2].T,
+        )
+        (xi, xj, _), (yi, yj, _), (ti, tj, own) = (work.q[3 * bodies.T + n, 0] for n in range(3))
+        dx = xj + np.cos(tj) * bx - np.sin(tj) * by - xi - np.cos(ti) * ax + np.sin(ti) * ay
+        dy = yj + np.sin(tj) * bx + np.cos(tj) * by - yi - np.sin(ti) * ax - np.cos(ti) * ay
+        direction = np.where(np.isnan(fixed), np.arctan2(dy, dx) + turned, ti + fixed)
+        off = np.remainder(direction - own - begin - half + math.pi, math.tau) - math.pi
+        return which, radius * (half + off), 2.0 * radius * half
 
     @functools.cached_property
     def corners(self) -> Corners:
@@ -330,33 +367,30 @@ class Unilateral:
         """The angle between the direction of the line of centres and ψ of the row along each touch
         of two circles, (touches,); zero of others. See `mbody.model.joints.slipping`.
         """
-        L, found = self.layout, np.zeros(len(self.touches))
+        found = np.zeros(len(self.touches))
         for n, touch in enumerate(self.touches):
             if touch.tangent < 0 or touch.spot.solid != "circle":
                 continue
-            e = int(L.switched[touch.tangent])
-            o, (i, j) = int(L.primitive_par[e]), self.bodies[n]
-            p = work.par[o : o + 7, 0]
-            (xi, yi, ti), (xj, yj, tj) = (work.q[3 * b : 3 * b + 3, 0] for b in (i, j))
-            dx = (
-                xj
-                + np.cos(tj) * p[2]
-                - np.sin(tj) * p[3]
-                - xi
-                - np.cos(ti) * p[0]
-                + np.sin(ti) * p[1]
-            )
-            dy = (
-                yj
-                + np.sin(tj) * p[2]
-                + np.cos(tj) * p[3]
-                - yi
-                - np.sin(ti) * p[0]
-                - np.cos(ti) * p[1]
-            )
+            p, (ti, tj) = self._of_circles(work, n), (work.q[3 * b + 2, 0] for b in self.bodies[n])
             psi = p[4] * ti + p[5] * tj + p[6]
-            found[n] = math.remainder(math.atan2(dy, dx) - psi, 2.0 * math.pi)
+            found[n] = math.remainder(self._line_of_centres(work, n) - psi, math.tau)
         return found
+
+    def _of_circles(self, work: Work, n: int) -> Array:
+        """Parameters of the row along touch n, of two circles: both arms, parts and phase."""
+        o = int(self.layout.primitive_par[int(self.layout.switched[self.touches[n].tangent])])
+        return np.asarray(work.par[o : o + 7, 0])
+
+    def _line_of_centres(self, work: Work, n: int) -> float:
+        """The direction from the first centre to the second of touch n, of two circles."""
+        p = self._of_circles(work, n)
+        ends = []
+        for b, x, y in zip(self.bodies[n], p[0:4:2], p[1:4:2], strict=True):
+            at, angle = work.q[3 * b : 3 * b + 2, 0], work.q[3 * b + 2, 0]
+            c, s = math.cos(angle), math.sin(angle)
+            ends.append((at[0] + c * x - s * y, at[1] + s * x + c * y))
+        (ax, ay), (bx, by) = ends
+        return math.atan2(by - ay, bx - ax)
 
     @functools.cached_property
     def phase_rows(self) -> list[int]:

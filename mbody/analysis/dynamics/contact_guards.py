@@ -36,8 +36,7 @@ def guards_of(motion: ModalMotion) -> list[Guard]:
             continue
         if n not in pressing:
             found.append(Guard("open", n))
-        edge = touch.spot.edge
-        if edge is not None and np.isfinite(edge[2]):
+        if touch.spot.ends:
             found.append(Guard("edge", n))
         if touch.static == 0.0:
             continue
@@ -81,7 +80,8 @@ def guard_values(motion: ModalMotion, t: Array, pages: Array, guards: list[Guard
         for k in by_position:
             kind, number = guards[k].kind, guards[k].number
             if kind == "close":
-                found[k, m] = gaps[number]
+                # past its ends it is as far from there as it is from them
+                found[k, m] = max(gaps[number], -along[number] - motion.near)
             elif kind == "lock":
                 found[k, m] = approach[number]
             elif kind in ("edge", "enter"):

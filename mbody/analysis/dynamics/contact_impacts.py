@@ -217,11 +217,11 @@ def first_overlap(uni: Unilateral, work: Work, near: float) -> list[int]:
         if gap >= -near:
             continue
         spot = touch.spot
-        if spot.solid == "polygon":
+        if spot.solid == "polygon" and not spot.arcs:
             arm = tuple(float(part) for part in spot.arm)
             corners.setdefault((touch.name, str(spot.swapped), arm), []).append(n)
-        elif spot.solid == "segment":
-            # from behind a thin wall nothing overlaps it but a disc
+        elif spot.solid == "segment" or spot.arcs:
+            # from behind a thin wall, or an arc, nothing overlaps it but a disc
             if along[n] >= 0.0 and gap > -2.0 * float(spot.reach):
                 worst.setdefault(touch.name, (float(gap), n))
         else:

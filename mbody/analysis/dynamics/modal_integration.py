@@ -229,13 +229,17 @@ class ModalIntegration(JumpIntegration):
         return [one for one in crossings if self._counts(one)]
 
     def _counts(self, one: LocatedZero) -> bool:
-        """Whether a gap that closes does so within the ends of its edge."""
+        """Whether a gap that closes does so within the ends of its edge: what comes round an end
+        from behind closes none.
+        """
         if not isinstance(one.event, Guard) or one.event.kind != "close":
             return True
         n, page, probe = self.system.coordinates, one.saved.page[:, 0], self.probe
         probe.q[:n, 0], probe.v[:n, 0], probe.time[0, 0] = page[:n], page[n : 2 * n], one.t
         laws_of_time(self.layout, probe)
         rows = self.uni.read(probe)
+        if self.uni.gaps(rows)[one.event.number] < -self.near:
+            return False
         within = self.uni.within_edges(rows, probe, self.near, STILL * self.speed)
         return bool(within[one.event.number])
 

@@ -67,6 +67,8 @@ def spots_of(contact: Any) -> list[OracleSpot]:
         "newton": contact.law == "newton",
     }
     sides = list(zip(contact.bodies, contact.shapes, strict=True))
+    if any(isinstance(s, Disc | Ring) and s.begin is not None for s in contact.shapes):
+        raise NotImplementedError(f"'{contact.name}': it has no arcs")
     for (one, shape), (other, flat) in (sides, sides[::-1]):
         circles = _circles(one, shape)
         straight = isinstance(flat, Line | Segment)

@@ -289,18 +289,24 @@ spread = Annotated[
 ]
 
 
-class DiscIn(Strict):
-    """A full circle about a point."""
+class RoundIn(Strict):
+    """A circle, or an arc of it."""
+
+    radius: Length
+    begin: number(ANGLE) | None = None
+    end: number(ANGLE) | None = None
+
+
+class DiscIn(RoundIn):
+    """A full circle about a point, or the arc from begin to end, counter-clockwise."""
 
     disc: str
-    radius: Length
 
 
-class RingIn(Strict):
-    """A hollow circle about a point, touched from within."""
+class RingIn(RoundIn):
+    """A hollow circle about a point, or an arc of it, touched from within."""
 
     ring: str
-    radius: Length
 
 
 class StraightIn(Strict):
@@ -336,8 +342,16 @@ def _shape_kind(value: Any) -> str | None:
 shapes = dict[
     name_in,
     Annotated[
-        Annotated[DiscIn, AfterValidator(lambda s: Disc(s.disc, s.radius)), Tag("<disc>")]
-        | Annotated[RingIn, AfterValidator(lambda s: Ring(s.ring, s.radius)), Tag("<ring>")]
+        Annotated[
+            DiscIn,
+            AfterValidator(lambda s: Disc(s.disc, s.radius, s.begin, s.end)),
+            Tag("<disc>"),
+        ]
+        | Annotated[
+            RingIn,
+            AfterValidator(lambda s: Ring(s.ring, s.radius, s.begin, s.end)),
+            Tag("<ring>"),
+        ]
         | Annotated[
             LineIn, AfterValidator(lambda s: Line(s.line.point, s.line.angle)), Tag("<line>")
         ]

@@ -20,6 +20,9 @@ def shape_tables(writer: Any, body: Body) -> dict[str, Any]:
             kind, centre = ("disc", shape.disc) if isinstance(shape, Disc) else ("ring", shape.ring)
             radius = writer.number(f"{name}.radius", shape.radius, DIMENSIONS["length"])
             found[key] = {kind: centre, "radius": radius}
+            if shape.begin is not None:
+                for end, value in (("begin", shape.begin), ("end", shape.end)):
+                    found[key][end] = writer.number(f"{name}.{end}", value, DIMENSIONS["angle"])
         elif isinstance(shape, Line):
             angle = writer.number(f"{name}.angle", shape.angle, DIMENSIONS["angle"])
             found[key] = {"line": {"point": shape.point, "angle": angle}}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,10 +10,11 @@ import numpy as np
 from mbody.errors import ModelError
 from mbody.laws import Constant
 from mbody.model.element import NumberField, OptionalNumberField, number_field
-from mbody.model.joints._base import Joint
+from mbody.model.joints._striking import Flank, StrikingJoint
 from mbody.model.joints.gear import signed, touching, turns_of_wheels, without_slip
 from mbody.model.joints.rack import along_line, below, turns_on_line
 from mbody.model.primitives import ConstraintPrimitive, FrictionPrimitive, Signal
+from mbody.model.static_friction import refuse_static, refuse_static_of_designs
 
 if TYPE_CHECKING:
     from mbody.model.constraint import PoseReader, TurnRow
@@ -23,14 +24,15 @@ __all__ = ["Rolling"]
 
 
 @dataclass(frozen=True)
-class Rolling(Joint):
+class Rolling(StrikingJoint):
     """Wheel on a line, or on another wheel, rolling without slip: the circle about the place on j
     touches the x axis of the marker on i, on its left, or a circle about the place on i.
 
     On a line Φ = [n_i · d − r,  u_i · d + r (θ_j − θ_i) − offset] = 0; on a wheel Φ = [|d| − R,
     n(ψ) · d] = 0, as of a `Gear`: two rows. The reaction is the force on the wheel at the point of
     contact: its part along the line keeps the wheel from slipping, that across it presses. Both
-    are kept whatever their size and sign; a note says where the contact would have to pull.
+    are kept whatever their size and sign; a note says where the contact would have to pull. With
+    `one_sided`, `simulate` lets the wheel lift off, strike, and slip beyond its friction.
 
     Parameters
     ----------
@@ -54,6 +56,13 @@ class Rolling(Joint):
     resistance : float, optional
         Arm of rolling resistance [length]: with N, which presses, rolling takes the torque
         N · resistance between both bodies, and a wheel at rest holds up to that.
+    one_sided : bool
+        Whether the wheel may lift off, in `simulate`; it needs `friction`, without which nothing
+        would make it roll again.
+    friction, static : float, optional
+        With `one_sided`: coefficient of what slides, and of what rolls, at least the same.
+    restitution : float, optional
+        e of impacts of the wheel, with `one_sided`.
 
     Examples
     --------
@@ -67,12 +76,28 @@ class Rolling(Joint):
     offset: NumberField = number_field("length", 0.0)
     phase: NumberField = number_field("angle", 0.0)
     resistance: OptionalNumberField = number_field("length", None, sign="not negative")
+    one_sided: bool = field(default=False, kw_only=True)
+    friction: OptionalNumberField = number_field("number", None, sign="not negative")
+    static: OptionalNumberField = number_field("number", None, sign="not negative")
     rows = "ll"
     counts_turns = True
 
     def _check(self) -> None:
         super()._check()
-        self._check_switches("internal")
+        self._check_switches("internal", "one_sided")
+        if self.one_sided:
+            self._refuse_beside("one_sided", "resistance")
+        if self.one_sided != (self.friction is not None) or (
+            self.static is not None and self.friction is None
+        ):
+            raise ModelError(
+                f"'{self.name}': friction and one_sided go together: a wheel that may lift off "
+                "rolls as far as its friction lets it, one that may not never slips; give both, or "
+                "neither",
+                self.name,
+            )
+        if self.friction is not None and self.static is not None:
+            refuse_static(self.name, float(self.friction), float(self.static))
         line = self.on_radius is None
         if self.internal and (line or self.on_radius == self.radius):
             raise ModelError(
@@ -112,6 +137,30 @@ class Rolling(Joint):
             ConstraintPrimitive("coordinate", *bodies, "l", [*arms, nx, ny]),
             along_line(self, at),
         ]
+
+    def refuse(self, at: Numbers, unit: str) -> None:
+        """Refuse what sticks less than it slides, of any design."""
+        super().refuse(at, unit)
+        if self.static is not None:
+            numbers = at[f"{self.name}.friction"], at[f"{self.name}.static"]
+            refuse_static_of_designs(self.name, *numbers)
+
+    @property
+    def can_separate(self) -> bool:
+        """Whether the wheel may lift off."""
+        return self.one_sided
+
+    def flanks(self, at: Numbers) -> list[Flank]:
+        """The road, or the other wheel, from outside or from within."""
+        across, _ = (replace(row, switched=True) for row in self.primitives(at))
+        if self.on_radius is None:
+            return [Flank(across, 1.0, replace(along_line(self, at), switched=True))]
+        ri, rj = self.radii(at)
+        row = replace(across, kind="clearance")
+        numbers = [*at.arm(self, "i"), *at.arm(self, "j"), ri / (ri + rj), rj / (ri + rj), 0.0]
+        bodies = self.i.body, self.j.body
+        slides = ConstraintPrimitive("slipping", *bodies, "l", numbers, switched=True)
+        return [Flank(row, -1.0 if self.internal else 1.0, slides)]
 
     @property
     def rubs(self) -> bool:

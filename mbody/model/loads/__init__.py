@@ -18,5 +18,6 @@ from mbody.model.loads.dc_motor import DCMotor as DCMotor
 from mbody.model.loads.induction_motor import InductionMotor as InductionMotor
 from mbody.model.loads.actuator import Actuator as Actuator
 from mbody.model.loads.hydraulic_cylinder import HydraulicCylinder as HydraulicCylinder
+from mbody.model.loads.tyre import Tyre as Tyre
 from mbody.model.loads.custom import CustomLoad as CustomLoad
 from mbody.model.primitives import LOADS as LOADS

@@ -54,6 +54,8 @@ class Load(Element):
     dissipative: ClassVar[bool] = False
     #: Whether it pulls along the line between the places i and j, by their distance or its rate.
     along_line: ClassVar[bool] = False
+    #: Whether it goes by the motion of the place j, and of its body, beside the x axis of i.
+    on_line: ClassVar[bool] = False
     #: Whether it turns by the angle between two bodies, or by its rate.
     by_angle: ClassVar[bool] = False
     #: Whether what acts on the ground is part of it.
