@@ -246,7 +246,7 @@ def _poles(command: argparse.ArgumentParser) -> None:
 
 
 def _assemblies(command: argparse.ArgumentParser) -> None:
-    _model(command)
+    model_options(command)
     command.add_argument(
         "--at",
         action="append",
@@ -260,8 +260,8 @@ def _assemblies(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "-o", "--output", metavar="FILE", help="draw all of them; ends in .svg, .png or .pdf"
     )
-    _angle(command)
-    _json(command)
+    angle_option(command)
+    json_option(command)
 
 
 def _report(command: argparse.ArgumentParser) -> None:
