@@ -65,6 +65,8 @@ class DualNumber:
         return bool(self.value)
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
+        if method == "reduce" and ufunc.__name__ in _ABOUT:  # `numpy.any` and `numpy.all`
+            return ufunc.reduce(value(inputs[0]), **options)
         if method != "__call__" or options:
             return NotImplemented
         return _applied(ufunc, inputs)
