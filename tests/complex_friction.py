@@ -332,7 +332,7 @@ class ComplexFriction:
         for joint, count in zip(self.joints, self.count, strict=True):
             start = [1e-3] * count
             if isinstance(joint, Revolute):
-                start = list(self._pushed(joint, lam)[:2])
+                start = [1e-3 + x for x in self._pushed(joint, lam)[:2]]
             rest += start
         z = np.concatenate([lam, np.array(rest, complex)])
         for _ in range(60):

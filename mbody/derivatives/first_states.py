@@ -16,7 +16,6 @@ from mbody.errors import ModelError
 from mbody.laws import ConstantSpeed
 from mbody.model.driver import AngleDriver, CoordinateDriver
 from mbody.model.element import Marker, listed
-from mbody.model.simulation import STATE, SimulationSettings
 from mbody.quantities import Formula
 from mbody.solution.places import link_poses
 from mbody.solution.restart import Way
@@ -24,7 +23,7 @@ from mbody.solution.solution import Solution
 from mbody.system.assembler import assemble, with_numbers_of
 from mbody.system.system import System
 
-__all__ = ["FirstState", "first_state", "start_numbers"]
+__all__ = ["FirstState", "first_state"]
 
 #: Rates of what is prescribed, by place.
 RATES = {"angle": "omega", "x": "vx", "y": "vy"}
@@ -50,14 +49,6 @@ class FirstState:
     tangents: np.ndarray
     accelerations: np.ndarray
     way: Way
-
-
-def start_numbers(settings: SimulationSettings | None) -> dict[str, str]:
-    """Numbers that a description prescribes of the beginning, "start.crank.angle", with what they
-    measure.
-    """
-    given = {} if settings is None else settings.start
-    return {f"start.{body}.{key}": STATE[key] for body, state in given.items() for key in state}
 
 
 def first_state(run: Solution, names: Sequence[str], given: bool) -> FirstState:

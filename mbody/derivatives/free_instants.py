@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -26,7 +26,7 @@ from mbody.solution.solution import Solution
 __all__ = ["FreeInstants"]
 
 #: Steps from one instant to the next, at most.
-STEPS = 100_000
+STEPS = 20_000
 
 
 class FreeInstants:
@@ -38,11 +38,11 @@ class FreeInstants:
         Of `simulate`, of one design.
     first : FirstState
         Where the motion begins, with derivatives.
-    names : sequence of str
+    names : iterable of str
         Dotted names of numbers of the description; those of the first state are its own.
     """
 
-    def __init__(self, run: Solution, first: FirstState, names: Sequence[str]) -> None:
+    def __init__(self, run: Solution, first: FirstState, names: Iterable[str]) -> None:
         self.run, self.first, self.names = run, first, list(names)
         self.unclosed: set[str] = set()
         own = [name for name in self.names if name in run.system.values]
@@ -113,7 +113,8 @@ class FreeInstants:
             unit = system.mechanism.units.time
             raise SolveError(
                 f"the derivatives of the motion of '{system.mechanism.name}' cannot be followed "
-                f"beyond t = {state[T_NOW]:.6g} {unit}: end the motion before, or loosen rtol"
+                f"beyond t = {state[T_NOW]:.6g} {unit}, it is stiff there: keep more instants, or take "
+                "differences by sweep"
             )
         output: np.ndarray = free.output
         return output
