@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["DualNumber", "corners", "value"]
+__all__ = ["DualNumber", "corners", "value", "where"]
 
 
 class DualNumber:
@@ -65,6 +65,8 @@ class DualNumber:
         return bool(self.value)
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
+        if method == "reduce" and ufunc.__name__ in _ABOUT:  # `numpy.any` and `numpy.all`
+            return ufunc.reduce(value(inputs[0]), **options)
         if method != "__call__" or options:
             return NotImplemented
         return _applied(ufunc, inputs)
@@ -189,6 +191,7 @@ _DERIVATIVES: dict[str, Any] = {
     "arcsin": lambda x: (1.0 / np.sqrt((1.0 - x) * (1.0 + x)),),
     "arccos": lambda x: (-1.0 / np.sqrt((1.0 - x) * (1.0 + x)),),
     "arctan": lambda x: (1.0 / (1.0 + x * x),),
+    "tanh": lambda x: (1.0 - np.tanh(x) ** 2,),
     "exp": lambda x: (np.exp(x),),
     "log": lambda x: (1.0 / x,),
     "sign": lambda x: (0.0,),
@@ -252,6 +255,22 @@ def _applied(ufunc: Any, inputs: tuple[Any, ...]) -> Any:
                 part = np.multiply(np.asarray(slope)[..., None], tangents)
                 change = change + np.where(tangents == 0.0, 0.0, part)
     return DualNumber(found, np.broadcast_to(change, (*np.shape(found), change.shape[-1])))
+
+
+def where(choice: Any, x: Any, y: Any) -> Any:
+    """As `numpy.where`, of numbers of which some may be dual.
+
+    >>> where(True, DualNumber(2.0, [1.0]), 3.0).tangents
+    array([1.])
+    """
+    both = x, y
+    duals = [one for one in both if isinstance(one, DualNumber)]
+    if not duals:
+        return np.where(choice, x, y)
+    width = duals[0].tangents.shape[-1]
+    changes = [one.tangents if isinstance(one, DualNumber) else np.zeros(width) for one in both]
+    found = np.where(choice, value(x), value(y))
+    return DualNumber(found, np.where(np.asarray(choice)[..., None], *changes))
 
 
 def value(x: Any) -> Any:

@@ -11,7 +11,7 @@ from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.core.dual_number import DualNumber
 from mbody.core.duals import TANGENTS
 from mbody.core.lanes import LANES
-from mbody.derivatives.dual_solution import DualRecord, dual_solution
+from mbody.derivatives.dual_solution import DualRecord, DualSolution, dual_solution
 from mbody.derivatives.number_tangents import dual_values, number_tangents
 from mbody.kernels.driven_duals import (
     BY_LAW,
@@ -26,16 +26,27 @@ from mbody.solution.places import ends
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
-__all__ = ["DrivenInstants"]
+__all__ = ["DrivenInstants", "misfitting"]
 
-#: What may be left of a tangent of Φ beside the greatest, where redundant rows close; of distances
-#: of wheels likewise.
+#: What may be left of a tangent of Φ beside the greatest, where redundant rows close.
 CLOSED = 1e-6
 
 
-def _tangents(x: Any) -> Any:
-    """Derivatives (instants, numbers) or (1, numbers); 0 of what no number changes."""
-    return np.atleast_2d(x.tangents) if isinstance(x, DualNumber) else np.zeros((1, 1))
+def misfitting(solution: DualSolution, names: Sequence[str]) -> set[str]:
+    """The numbers that alone move the wheels of a gear pair, or a rack and its pinion, nearer or
+    further than their radii let them be, which every analysis refuses.
+    """
+    found: set[str] = set()
+    for joint in solution.mechanism.joints:
+        if not joint.spaced:
+            continue
+        apart, wanted = joint.fit(*ends(solution, joint))
+        off = apart - wanted
+        if isinstance(off, DualNumber):
+            most = np.abs(np.atleast_2d(off.tangents)).max(axis=0)
+            # lengths by lengths are near 1, and angles of a marker at most the model length
+            found |= {name for name, x in zip(names, most, strict=True) if x > CLOSED}
+    return found
 
 
 class DrivenInstants:
@@ -82,19 +93,8 @@ class DrivenInstants:
         """
         values = dual_values(self.run.system, self.names)
         found = dual_solution(self.run, values, self.rows_at(instants, with_loads))
-        self.unclosed |= self._unfit(found)
+        self.unclosed |= misfitting(found, self.names)
         return found
-
-    def _unfit(self, found: Any) -> set[str]:
-        """Numbers with which wheels no longer fit, whose centres other joints hold."""
-        unfit: set[str] = set()
-        for joint in self.run.mechanism.joints:
-            if joint.spaced:
-                sides = [_tangents(side) for side in joint.fit(*ends(found, joint))]
-                most = max(float(np.abs(side).max(initial=0.0)) for side in sides)
-                off = np.abs(sides[0] - sides[1]) > CLOSED * most
-                unfit |= {n for k, n in enumerate(self.names) if off[..., k].any()}
-        return unfit
 
     def rows_at(self, instants: np.ndarray, with_loads: bool) -> DualRecord:
         """Rows of values and tangents of some instants.

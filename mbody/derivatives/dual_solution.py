@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 
 from mbody.core.dual_number import DualNumber
-from mbody.solution.histories import Record
+from mbody.kernels.output import PER_PRIMITIVE
+from mbody.model.joints import CamFollower
+from mbody.solution.histories import Reaction, Record
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
@@ -51,6 +53,23 @@ class DualSolution(Solution):
         whole: Any = self.record
         values, tangents = whole.values[instants], whole.tangents[instants]
         return _made(self, self.system, DualRecord(values, tangents, whole.loads, whole.size))
+
+    def reaction(self, joint: str, on: str | None = None) -> Reaction:
+        """Force and torque of a joint. That of a cam has no torque at its point of contact, whose
+        place would have to be differentiated to find that.
+        """
+        element: Any = next((one for one in self.mechanism.joints if one.name == joint), None)
+        if not isinstance(element, CamFollower):
+            return super().reaction(joint, on)
+        first = 3 * self.system.coordinates + 2
+        parts = [
+            self.record.some(first + PER_PRIMITIVE * e, 2) for e in self.system.primitives_of[joint]
+        ]
+        fx, fy = (sum(more, start=one) for one, *more in zip(*parts, strict=True))
+        i, j = element.i.body, element.j.body
+        if on == i:
+            return Reaction(joint, i, j, -fx, -fy, 0.0 * fx)
+        return Reaction(joint, j, i, fx, fy, 0.0 * fx)
 
     def driven(self, driver: str) -> tuple[Any, Any, Any]:
         """Value, rate and acceleration of what a driver drives, as its law has them."""

@@ -9,8 +9,11 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.driven.requested_instants import requested_instants, turned_driver
+from mbody.analysis.dynamics.simulate import simulate
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.derivatives.driven_instants import DrivenInstants
+from mbody.derivatives.first_states import first_state
+from mbody.derivatives.free_instants import FreeInstants
 from mbody.derivatives.named_numbers import changed, checked_names, unit_of
 from mbody.derivatives.reduced_measures import Derived, derived, instants_of
 from mbody.errors import ModelError, SolveError
@@ -20,6 +23,9 @@ from mbody.solution.solution import Solution
 from mbody.sweeps.columns import MeasuredColumn, Measures, columns_of
 from mbody.system.read_only import lock
 from mbody.system.system import System
+
+#: The analysis of motions over time.
+MOTION = "simulate"
 
 __all__ = ["Gradient", "gradient", "gradient_at", "gradient_of"]
 
@@ -100,10 +106,11 @@ def gradient(
         Dotted names of numbers (``"crank.A.x"``, ``"coupler.mass"``, ``"motor.law.speed"``) and
         parameters; by default all that have no formula.
     analysis : str
-        "kinetostatics", "kinematics" or "statics".
+        "kinetostatics", "kinematics", "statics" or "simulate".
     **options
         The instants: ``t``, ``drive``, ``turn``, ``instants``, ``guess`` as of the analysis, or
-        ``at``, ``over`` as of `Instants`; by default those of the mechanism itself.
+        ``at``, ``over`` as of `Instants`; by default those of the mechanism itself. Of "simulate"
+        its own: ``until``, ``start``, ``rtol``, ``instants``, ``times`` and others.
 
     Returns
     -------
@@ -114,7 +121,8 @@ def gradient(
     ------
     ModelError
         For a number that there is not, or that a formula makes of others; for measures of which
-        some are histories and others are not; for a batch.
+        some are histories and others are not; for a batch; for a motion with contacts, friction or
+        sampled inputs, or whose beginning follows from guesses.
     SolveError
         As of the analysis; where redundant loops do not close with other numbers.
 
@@ -122,7 +130,10 @@ def gradient(
     -----
     The equations of the analysis are solved once more in dual numbers, which carry derivatives
     through every operation: no differences are taken, so there is no step to choose. Only users'
-    own functions are differenced, which a note says. The derivative of a greatest value is that at
+    own functions are differenced, which a note says. A motion over time is integrated once more
+    together with the variational equations, at the same rtol; its instants are held, and so is what
+    ``start`` says. Where the description prescribes the beginning, ``"start.crank.angle"`` and
+    others are numbers too. The derivative of a greatest value is that at
     its instant (envelope theorem); where two instants share the greatest value a note says so.
     The model length, by which errors are made dimensionless, is held.
 
@@ -140,10 +151,33 @@ def gradient(
     system = as_system(model)
     if system.batch is not None:
         raise ModelError("gradient takes one design: choose one of the batch with design(n)")
+    if analysis == MOTION:
+        return _of_motion(system, measure, by, options)
     wanted = requested_instants(system, analysis, options, "gradient")
     checked_names(system, by)
     columns_of(system.mechanism, measure, "gradient")
     return gradient_at(wanted.analysed(system), measure, by, wanted.turning)
+
+
+def _of_motion(
+    system: System,
+    measure: Measures | None,
+    by: Sequence[str] | str | None,
+    options: Mapping[str, Any],
+) -> Gradient:
+    """The gradient of a motion over time."""
+    given = options.get("start") is not None
+    names = checked_names(system, by, starts=not given)
+    columns = columns_of(system.mechanism, measure, "gradient")
+    for name in ("guess", "rates", "release"):
+        if options.get(name) is not None:
+            raise ModelError(
+                f"gradient: derivatives of a motion with {name} are not there: prescribe the start "
+                "in the simulation of the mechanism, or give start, a result"
+            )
+    run = simulate(system, **options)
+    instants = FreeInstants(run, first_state(run, list(names.values()), given), names.values())
+    return gradient_of(run, columns, names, instants=instants)
 
 
 def gradient_at(
@@ -156,9 +190,15 @@ def gradient_at(
 
 
 def gradient_of(
-    run: Solution, columns: Iterable[MeasuredColumn], by: Mapping[str, str], turning: str = ""
+    run: Solution,
+    columns: Iterable[MeasuredColumn],
+    by: Mapping[str, str],
+    turning: str = "",
+    instants: DrivenInstants | FreeInstants | None = None,
 ) -> Gradient:
-    """Derivatives of the measures `columns` of a result by numbers, as `checked_names` has them."""
+    """Derivatives of the measures `columns` of a result by numbers, as `checked_names` has them;
+    `instants`: by default those of a driven motion.
+    """
     columns, names = tuple(columns), list(by.values())
     histories = [one.name for one in columns if not one.by and len(run.t) > 1]
     if histories and len(histories) < len(columns):
@@ -167,7 +207,8 @@ def gradient_of(
             f"gradient: '{histories[0]}' is a history of {len(run.t)} instants, '{reduced}' one "
             "number: give each a reduction such as peak(…) or mean(…), or none"
         )
-    instants = DrivenInstants(run, names, turning)
+    if instants is None:
+        instants = DrivenInstants(run, names, turning)
     choices = [instants_of(run, one) for one in columns]
     needed = np.unique(np.concatenate([choice.needed for choice in choices]))
     whole = instants.at(needed, any(choice.loads for choice in choices))
@@ -210,9 +251,9 @@ def _without(
     if not gone:
         return []
     sentence = (
-        f"'{run.mechanism.name}' closes its redundant loops only with the numbers that it has of "
-        f"{listed(gone)}: there is no derivative by one of them alone; vary those that fit "
-        "together by a parameter"
+        f"'{run.mechanism.name}' closes redundant loops, or has wheels that fit, only with the "
+        f"numbers that it has of {listed(gone)}: there is no derivative by one of them alone; vary "
+        "those that fit together by a parameter"
     )
     if len(gone) == len(by):
         raise SolveError(sentence, gone[0])

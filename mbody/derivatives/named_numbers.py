@@ -12,19 +12,33 @@ from mbody.errors import ModelError, brief
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import dimension_named
+from mbody.model.simulation import STATE
+from mbody.quantities.units import DIMENSIONS
 from mbody.system.system import System
 
-__all__ = ["changed", "checked_names", "unit_of"]
+__all__ = ["changed", "checked_names", "start_numbers", "unit_of"]
 
 #: What is this small a part of a quantity is rounding.
 ROUNDING = 1e-12
 
 
+def start_numbers(mechanism: Mechanism) -> dict[str, str]:
+    """Numbers that a description prescribes of the beginning, "start.crank.angle", with what they
+    measure.
+    """
+    given = {} if mechanism.simulation is None else mechanism.simulation.start
+    return {f"start.{body}.{key}": STATE[key] for body, state in given.items() for key in state}
+
+
 def checked_names(
-    system: System, by: Sequence[str] | str | None, verb: str = "gradient"
+    system: System,
+    by: Sequence[str] | str | None,
+    verb: str = "gradient",
+    *,
+    starts: bool = False,
 ) -> dict[str, str]:
     """Dotted names of the requested numbers by the names that were given; by default of all that
-    have no formula. Sentences begin with the verb.
+    have no formula. Sentences begin with the verb; `starts`: numbers of a beginning may be named.
 
     Raises
     ------
@@ -39,8 +53,9 @@ def checked_names(
     if not isinstance(by, str | Sequence):
         raise ModelError(f'{verb}: by must be names such as ["crank.A.x"], not {brief(by)}')
     found: dict[str, str] = {}
+    begins = start_numbers(system.mechanism) if starts else {}
     for name in [by] if isinstance(by, str) else by:
-        own = _checked(system, name, verb)
+        own = name if name in begins else _checked(system, name, verb)
         if own in found.values():
             raise ModelError(f"{verb}: '{name}' is given twice in by: give it once", name)
         found[name] = own
@@ -90,7 +105,7 @@ def changed(system: System, names: Sequence[str], value: np.ndarray, row: np.nda
     """Which of the numbers change a quantity by more than rounding, if they change by their own
     size, (names,): from its values and derivatives (…, names).
     """
-    sizes = np.array([abs(float(system.values[name])) for name in names])
+    sizes = np.array([abs(float(system.values.get(name, 1.0))) for name in names])
     lengths = [unit_of(system.mechanism, name) == system.mechanism.units.length for name in names]
     sizes = np.where(lengths, np.maximum(sizes, system.length), sizes)
     effect = np.abs(np.nan_to_num(row)) * sizes
@@ -105,5 +120,8 @@ def changed(system: System, names: Sequence[str], value: np.ndarray, row: np.nda
 
 def unit_of(mechanism: Mechanism, name: str) -> str:
     """Unit of a number, empty of a plain one."""
+    begins = start_numbers(mechanism)
+    if name in begins:
+        return mechanism.units.of(DIMENSIONS[begins[name]])
     dimension = dimension_named(mechanism, name)
     return "" if dimension is None else mechanism.units.of(dimension)

@@ -19,6 +19,7 @@ from mbody.core.duals import TANGENTS
 from mbody.core.lanes import LANES, aligned
 from mbody.image.changeable import Changeable, changeable_numbers
 from mbody.kernels.number_program import NumberProgram, number_duals
+from mbody.solution.tracing import Untraceable
 from mbody.system.system import System
 
 __all__ = [
@@ -52,7 +53,7 @@ def dual_values(system: System, names: Sequence[str]) -> dict[str, Any]:
 def number_tangents(system: System, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
     """Derivatives of the rows of `par` and `mass` by the named numbers: (rows, names) each."""
     recorded = recorded_numbers(system)
-    if not recorded.has(names):
+    if recorded is None or not recorded.has(names):
         return tangents_by_elements(system, dual_values(system, names), len(names))
     rows, (_, tangents) = len(system.par), recorded.evaluated(system.values, names)
     return tangents[:rows], tangents[rows:]
@@ -117,14 +118,22 @@ class RecordedNumbers:
         return found[:, 0].copy(), tangents
 
 
-def recorded_numbers(system: System) -> RecordedNumbers:
-    """What is recorded of this topology for these constants; made once."""
+def recorded_numbers(system: System) -> RecordedNumbers | None:
+    """What is recorded of this topology for these constants, made once; None where an element does
+    what no list of operations repeats.
+    """
     key = ("number tangents", frozenset(system.formulas))
     plans: dict[Any, Any] = system.plans
     found: RecordedNumbers | None = plans.get(key)
     if found is not None and all(system.values[n] == x for n, x in found.fixed.items()):
         return found
-    found = plans[key] = _record(system, changeable_numbers(system))
+    if key in plans and found is None:
+        return None
+    try:
+        found = _record(system, changeable_numbers(system))
+    except Untraceable:
+        found = None
+    plans[key] = found
     return found
 
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.driven.requested_instants import requested_instants
-from mbody.derivatives.driven_instants import DrivenInstants
+from mbody.derivatives.driven_instants import DrivenInstants, misfitting
 from mbody.derivatives.dual_solution import DualRecord, dual_solution
 from mbody.derivatives.measure_program import MeasureProgram, recorded_measure
 from mbody.derivatives.named_numbers import checked_names
@@ -77,9 +77,11 @@ class PreparedGradient:
         self._recorded = recorded_numbers(system)
         self._signs = {name: system.rule(name)[0] for name in self.names}
         self._programs: list[MeasureProgram | None] | None = None
+        self._misfits: set[str] | None = None
         # what formulas make of the numbers, and what joints and contacts refuse, is Python
         self._plain = (
-            not self._recorded.has(self.names)
+            self._recorded is None
+            or not self._recorded.has(self.names)
             or any(name in parameters for name in self.names)
             or bool(machine.contacts or machine.groups)
         )
@@ -111,15 +113,26 @@ class PreparedGradient:
             ]
         return self._programs
 
+    def misfits(self, run: Solution, record: DualRecord) -> set[str]:
+        """Numbers that alone would move wheels apart; which they are does not change."""
+        if self._misfits is None:
+            spaced = any(joint.spaced for joint in self.system.mechanism.joints)
+            own = dual_values(run.system, self.names) if spaced else {}
+            found = misfitting(dual_solution(run, own, record), self.names) if spaced else set()
+            self._misfits = found
+        return self._misfits
+
     def _system_of(self, numbers: np.ndarray) -> tuple[System, Any]:
         """The system with these numbers, and derivatives of the kernels' numbers where they came
         with them.
         """
         given = dict(zip(self.names, numbers.tolist(), strict=True))
-        if self._plain or not all(map(self._allowed, given, given.values())):
+        recorded = self._recorded
+        allowed = all(map(self._allowed, given, given.values()))
+        if recorded is None or self._plain or not allowed:
             return self.system.with_values(given), None
         values = {**self.system.values, **given}
-        found, slopes = self._recorded.evaluated(values, self.names)
+        found, slopes = recorded.evaluated(values, self.names)
         rows = len(self.system.par)
         system = replace(
             self.system,
@@ -185,6 +198,7 @@ class DesignPoint:
             only = replace(choice, needed=choice.needed[:1]) if choice.single else choice
             rows.append(derived(whole, needed, column, only).row)
         jacobian = np.array(rows)
-        without = [n for n, name in enumerate(prepared.names) if name in instants.unclosed]
+        gone = instants.unclosed | prepared.misfits(self.run, record)
+        without = [n for n, name in enumerate(prepared.names) if name in gone]
         jacobian[..., without] = np.nan
         return jacobian

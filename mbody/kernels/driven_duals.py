@@ -19,7 +19,15 @@ from mbody.kernels.output import keep
 from mbody.kernels.position_velocity import accelerations, multipliers, newton, velocities
 from mbody.kernels.schur_ldl import VANISHED
 
-__all__ = ["BY_LAW", "BY_TIME", "BY_VALUE", "DualInstants", "FoundDuals", "driven_duals"]
+__all__ = [
+    "BY_LAW",
+    "BY_TIME",
+    "BY_VALUE",
+    "DualInstants",
+    "FoundDuals",
+    "driven_duals",
+    "keep_duals",
+]
 
 #: What the drivers go by: time; equal steps of one driver, when its law makes them; given values
 #: and rates.
@@ -67,18 +75,26 @@ def driven_duals(L: Layout, W: Work, instants: DualInstants, found: FoundDuals) 
             st(W.q, n, instants.q[k, n], w)
         one_instant(L, W, w, instants)
         keep_unclosed(L, W, w, found, k)
-        keep(L, W, w, output[k])
-        st(output[k], instants.rows, ld(W.time, 0, w), w)
-        row = instants.rows + 1
-        for d in range(L.driver_row.shape[0]):
-            for n in range(3):
-                st(output[k], row + n, ld(W.signal, L.driver_row[d] + n, w), w)
-            row += 3
-        for cause in range(instants.loads):
-            forces(L, W, w, cause)
-            for n in range(3 * L.bodies):
-                st(output[k], row + n, ld(W.force, n, w), w)
-            row += 3 * L.bodies
+        keep_duals(L, W, w, output[k], instants.rows, instants.loads)
+
+
+@njit
+def keep_duals(L, W, w, output, rows, loads):
+    """output (rows, lanes) ← all of an instant: the page, the time, signals of the drivers, three
+    each, and forces of each of so many loads on all coordinates.
+    """
+    keep(L, W, w, output)
+    st(output, rows, ld(W.time, 0, w), w)
+    row = rows + 1
+    for d in range(L.driver_row.shape[0]):
+        for n in range(3):
+            st(output, row + n, ld(W.signal, L.driver_row[d] + n, w), w)
+        row += 3
+    for cause in range(loads):
+        forces(L, W, w, cause)
+        for n in range(3 * L.bodies):
+            st(output, row + n, ld(W.force, n, w), w)
+        row += 3 * L.bodies
 
 
 @inline

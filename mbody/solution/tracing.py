@@ -189,6 +189,7 @@ def _greater(a: Any, b: Any) -> Any:
 MADE: dict[str, Callable[..., Any]] = {
     "positive": lambda a: a,
     "square": lambda a: a * a,
+    "tanh": lambda a: 1.0 - 2.0 / (np.exp(2.0 * a) + 1.0),
     "reciprocal": lambda a: 1.0 / a,
     "float_power": lambda a, b: a**b,
     "deg2rad": lambda a: a * (math.pi / 180.0),

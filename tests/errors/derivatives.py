@@ -1,7 +1,8 @@
 """Derivatives: of what, by which numbers, where there are none."""
 
 import mbody
-from mbody import Mechanism, Torque
+from mbody import Mechanism, SimulationSettings, Torque
+from mbody.derivatives.prepared_gradient import PreparedGradient
 from tests.errors.command import said
 from tests.errors.models import four_bar
 
@@ -47,6 +48,28 @@ def of_redundant_loops():
     return mbody.gradient(machine, "motor.effort", "coupler.A2.x")
 
 
+def hanging(**numbers):
+    machine = Mechanism("a pendulum", **numbers)
+    machine.add(
+        mbody.Body("bob", mass=1.0, inertia=0.1, cg=(1.0, 0.0), guess=0.3),
+        mbody.Revolute("O", "ground", "bob"),
+        mbody.Gravity("gravity", y=-9.81),
+    )
+    return machine
+
+
+def by_the_parameter_of_a_start():
+    settings = SimulationSettings(0.1, {"bob": {"angle": "2*a"}})
+    machine = hanging(parameters={"a": 0.2}, simulation=settings)
+    return mbody.gradient(machine, "last(bob.angle)", "a", analysis="simulate")
+
+
+def of_a_stiff_motion():
+    machine = hanging(simulation=SimulationSettings(1.0, {"bob": {"angle": 0.3}}, instants=2))
+    machine.add(mbody.TorsionDamper("damper", "bob", coefficient=1e7))
+    return mbody.gradient(machine, "last(bob.angle)", analysis="simulate", method="radau5")
+
+
 def braked():
     return four_bar(Torque("brake", "rocker", value=1.0))
 
@@ -66,7 +89,21 @@ SCENARIOS = {
         mbody.gallery.load("cam_follower"), "contact.force", "lift"
     ),
     "a gradient of a batch": of_a_batch,
-    "a gradient of another analysis": lambda: gradient(analysis="simulate"),
+    "a gradient of another analysis": lambda: gradient(analysis="modes"),
+    "a gradient of a motion with contacts": lambda: mbody.gradient(
+        mbody.gallery.load("bouncing_ball"), "last(ball.y)", analysis="simulate", until=0.1
+    ),
+    "a gradient of a motion that begins by guesses": lambda: mbody.gradient(
+        hanging(), "last(bob.angle)", analysis="simulate", until=0.1
+    ),
+    "a gradient of a motion with rates": lambda: mbody.gradient(
+        hanging(), "last(bob.angle)", analysis="simulate", until=0.1, rates={"bob": 1.0}
+    ),
+    "a gradient of a motion by a parameter of its start": by_the_parameter_of_a_start,
+    "a gradient of a stiff motion": of_a_stiff_motion,
+    "a prepared gradient with too few numbers": lambda: PreparedGradient(
+        mbody.assemble(four_bar()), "A.force", ["crank.A.x", "coupler.B.x"]
+    ).at([1.0]),
     "a gradient with an option that there is not": lambda: gradient(until=3.0),
     "a gradient of histories and numbers": lambda: gradient(
         ["A.force", "peak(B.force)"], t=[0.0, 0.01]

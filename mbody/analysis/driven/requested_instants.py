@@ -58,7 +58,7 @@ def requested_instants(
     if analysis not in ANALYSES:
         raise ModelError(
             f"{verb}: there is no analysis {brief(analysis)} with derivatives (there are: "
-            f"{listed(ANALYSES)})"
+            f"{listed([*ANALYSES, 'simulate'])})"
         )
     for name in options:
         if name not in KNOWN:

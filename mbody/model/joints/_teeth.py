@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mbody.core.dual_number import DualNumber, where
 from mbody.errors import ModelError
 from mbody.model.element import OptionalNumberField, number_field
 from mbody.model.joints._striking import Flank, StrikingJoint
@@ -209,18 +210,16 @@ def _path(own: Value, other: Value, module: Value, angle: Value) -> Value:
     from the pitch point to its tip circle, but not past the base circle of the other wheel.
     """
     s, c = np.sin(angle), np.cos(angle)
-    whole = np.broadcast_arrays(own, other, module, angle)
-    own, other, module, s, c = (np.asarray(x, float) for x in (*whole[:3], s, c))
-    ring = (own == 0.0) | (np.abs(own) < np.abs(other)) & (own * other < 0.0)
+    own, other = (x if isinstance(x, DualNumber) else np.asarray(x, float) for x in (own, other))
+    inside = own * other < 0.0
+    ring = (own == 0.0) | (np.abs(own) < np.abs(other)) & inside
     with np.errstate(divide="ignore", invalid="ignore"):
         r = np.abs(1.0 / own)
-        tip = np.where(ring, r - module, r + module)
+        tip = where(ring, r - module, r + module)
         reached = np.sqrt(np.maximum(tip * tip - (r * c) ** 2, 0.0))
-        path = np.where(ring, r * s - reached, reached - r * s)
-        path = np.where(own == 0.0, module / s, path)
+        path = where(ring, r * s - reached, reached - r * s)
+        path = where(own == 0.0, module / s, path)
         # a ring or a rack has no base circle that could be passed
-        end = np.where(
-            (other == 0.0) | (own * other < 0.0) & ~ring, np.inf, np.abs(1.0 / other) * s
-        )
+        end = where((other == 0.0) | inside & ~ring, np.inf, np.abs(1.0 / other) * s)
     found: Value = np.minimum(path, end)[()]
     return found
