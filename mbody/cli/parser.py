@@ -9,11 +9,27 @@ import argparse
 from typing import NoReturn
 
 from mbody._version import __version__
+from mbody.cli.common_arguments import (
+    MODEL,
+    add_analysis,
+    add_angle,
+    add_instants,
+    add_json,
+    add_model,
+    add_resting,
+    add_tables,
+)
+from mbody.cli.picture_arguments import (
+    add_animate,
+    add_draw,
+    add_freebody,
+    add_plot,
+    add_report,
+    add_view,
+)
 from mbody.cli.usage import UsageError
 
 __all__ = ["parser"]
-
-MODEL = "a model file (TOML, or JSON by its ending), or the name of a gallery model"
 
 EXAMPLES = """\
 examples:
@@ -70,7 +86,7 @@ def parser() -> argparse.ArgumentParser:
     ):
         _analysis(command(name, description, "analyse.analyse"))
     run = command("simulate", "free motion under loads, over time", "simulate.simulate")
-    _model(run)
+    add_model(run)
     run.add_argument("--to", metavar="TIME", help="the last time, such as 10 or '2 min'")
     run.add_argument("--rtol", metavar="R", help="error of a step, as a part (1e-8)")
     run.add_argument(
@@ -91,63 +107,63 @@ def parser() -> argparse.ArgumentParser:
     )
     run.add_argument("--from", dest="begun", metavar="FILE", help="go on from a saved result")
     run.add_argument("--save", metavar="FILE", help="keep the whole result, to go on from")
-    _angle(run)
-    _json(run)
-    _tables(run)
+    add_angle(run)
+    add_json(run)
+    add_tables(run)
     _sweep(command("sweep", "one analysis of many designs", "sweep.sweep"))
     ranked = "which number changes a measured quantity most"
     _sensitivity(command("sensitivity", ranked, "sensitivity.sensitivity"))
     solve = command(
         "solve", "the questions of a model: unknowns that meet conditions", "solve.solve"
     )
-    _model(solve)
+    add_model(solve)
     solve.add_argument("name", metavar="NAME", nargs="?", help="one question; all without it")
-    _angle(solve)
-    _json(solve)
+    add_angle(solve)
+    add_json(solve)
     check = command(
         "check", "count degrees of freedom, find redundant rows and free motions", "about.check"
     )
-    _model(check)
-    _json(check)
+    add_model(check)
+    add_json(check)
     rest = command(
         "equilibrium",
         "rest positions of what is free, and whether they are stable",
         "about.equilibrium",
     )
-    _resting(rest)
-    _angle(rest)
-    _json(rest)
+    add_resting(rest)
+    add_angle(rest)
+    add_json(rest)
     modes = command(
         "modes", "frequencies, damping and shapes of small motions about rest", "about.modes"
     )
-    _resting(modes)
-    _json(modes)
+    add_resting(modes)
+    add_json(modes)
     cut_free = "free-body diagrams: every link alone with its forces"
-    _freebody(command("freebody", cut_free, "freebody.freebody"))
+    add_freebody(command("freebody", cut_free, "freebody.freebody"))
     _poles(command("poles", "instant centres of all pairs of bodies", "poles.poles"))
-    _report(command("report", "the engineer's document, for screen and paper", "report.report"))
+    add_report(command("report", "the engineer's document, for screen and paper", "report.report"))
     cross = command(
         "crosscheck",
         "results compared with those of other engines",
         "crosscheck.crosscheck",
     )
-    _model(cross)
+    add_model(cross)
     cross.add_argument(
         "--against",
         metavar="ENGINES",
         help="which, such as pinocchio,pymunk; by default all that are installed",
     )
-    _json(cross)
-    _draw(command("draw", "a picture of the mechanism at one instant", "draw.draw"))
-    _plot(command("plot", "diagrams of quantities over the cycle", "draw.plot"))
-    _view(command("view", "a page on which the mechanism moves", "moving.view"))
-    _animate(command("animate", "a film of the mechanism in motion", "moving.animate"))
+    add_json(cross)
+    add_draw(command("draw", "a picture of the mechanism at one instant", "draw.draw"))
+    add_plot(command("plot", "diagrams of quantities over the cycle", "draw.plot"))
+    add_view(command("view", "a page on which the mechanism moves", "moving.view"))
+    add_animate(command("animate", "a film of the mechanism in motion", "moving.animate"))
     _export(command("export", "the model for another program", "export.export"))
-    _json(command("models", "the models of the gallery", "about.models"))
+    add_json(command("models", "the models of the gallery", "about.models"))
     show = command("show", "print the file of a model", "about.show")
     show.add_argument("model", metavar="MODEL", help=MODEL)
     command("schema", "print the JSON Schema of model files, for editors", "about.schema")
-    _json(command("doctor", "what is installed, and where the kernels are kept", "doctor.doctor"))
+    add_json(command("doctor", "what is installed, and which kernels run", "doctor.doctor"))
     command("demo", "a textbook four-bar: all forces, and the book's answers beside", "demo.demo")
     libraries = command(
         "compile",
@@ -179,207 +195,15 @@ def parser() -> argparse.ArgumentParser:
     return root
 
 
-def _model(command: argparse.ArgumentParser) -> None:
-    command.add_argument("model", metavar="MODEL", help=MODEL)
-    command.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        help="another value for a parameter of the model, such as --set 'load=12 lbf'",
-    )
-    command.add_argument(
-        "--units",
-        metavar="SYSTEM",
-        help="units of the results: SI, mm-N-s, in-lbf-s, ft-lbf-s, or such as cm-kN-s",
-    )
-
-
-def _resting(command: argparse.ArgumentParser) -> None:
-    _model(command)
-    command.add_argument(
-        "--free", action="append", default=[], metavar="DRIVER", help="a driver to release"
-    )
-    command.add_argument("--t", metavar="TIME", help="when laws are model_of, by default 0")
-
-
-def _json(command: argparse.ArgumentParser) -> None:
-    command.add_argument("--json", action="store_true", help="print data instead of text")
-
-
-def _angle(command: argparse.ArgumentParser) -> None:
-    command.add_argument(
-        "--angle",
-        choices=("deg", "rad"),
-        help="unit of angles, without it deg in --json and rad in --csv",
-    )
-
-
-def _freebody(command: argparse.ArgumentParser) -> None:
-    _model(command)
-    _instants(command)
-    command.add_argument("--to", metavar="TIME", help="of the free motion until that time")
-    command.add_argument(
-        "--bodies",
-        action="append",
-        default=[],
-        metavar="NAMES",
-        help="which links, with commas between them; by default all",
-    )
-    command.add_argument(
-        "-o", "--output", metavar="FILE", help="ends in .svg, .png or .pdf (MODEL.svg)"
-    )
-
-
 def _poles(command: argparse.ArgumentParser) -> None:
-    _model(command)
-    _instants(command)
+    add_model(command)
+    add_instants(command)
     command.add_argument("--to", metavar="TIME", help="of the free motion until that time")
-    _json(command)
-
-
-def _report(command: argparse.ArgumentParser) -> None:
-    _model(command)
-    _instants(command)
-    command.add_argument("--to", metavar="TIME", help="of the free motion until that time")
-    for option, names, text in (
-        ("sections", "NAMES", "what it contains, in order, with commas; by default everything"),
-        ("without", "NAMES", "sections that are left out"),
-        ("plot", "QUANTITY", "what is plotted; by default efforts, forces and measures"),
-        ("polar", "JOINTS", "whose forces are drawn as vectors"),
-        ("against", "ENGINES", "of the second opinion; by default all that are installed"),
-        ("compare", "NAME=VALUE", "another design, beside this one, as of --set"),
-    ):
-        command.add_argument(f"--{option}", action="append", default=[], metavar=names, help=text)
-    command.add_argument("--title", metavar="TEXT", help="of the document")
-    command.add_argument("--open", action="store_true", help="open it in the browser")
-    command.add_argument(
-        "-o", "--output", metavar="FILE", help="ends in .html, .md, .tex or .pdf (MODEL.html)"
-    )
-
-
-def _instants(command: argparse.ArgumentParser) -> None:
-    command.add_argument(
-        "--at",
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        help="position of a driver or its body (crank=60, in degrees; rates by its law), or t=0.1; "
-        "several values with commas",
-    )
-    command.add_argument(
-        "--over", metavar="WHAT", help="a whole turn: 'turn', or which driver is to make it"
-    )
-    command.add_argument(
-        "--instants", metavar="N", help="how many of a turn, both ends included (361)"
-    )
-
-
-def _output(command: argparse.ArgumentParser) -> None:
-    command.add_argument(
-        "-o", "--output", metavar="FILE", required=True, help="ends in .svg, .png or .pdf"
-    )
-
-
-def _draw(command: argparse.ArgumentParser) -> None:
-    _model(command)
-    _instants(command)
-    command.add_argument("--forces", action="store_true", help="draw the joint forces too")
-    command.add_argument(
-        "--path",
-        action="append",
-        default=[],
-        metavar="POINT",
-        help="draw the path of a point, such as coupler.P",
-    )
-    command.add_argument("--to", metavar="TIME", help="the free motion until that time")
-    command.add_argument(
-        "--positions", metavar="N", help="N equal steps of the turn or of the motion"
-    )
-    command.add_argument(
-        "--strip", action="store_true", help="several positions beside each other, not overlaid"
-    )
-    command.add_argument(
-        "--series", action="store_true", help="a file for each position, at one scale"
-    )
-    command.add_argument(
-        "--only",
-        action="append",
-        default=[],
-        metavar="BODIES",
-        help="draw only these links, with commas between them",
-    )
-    _output(command)
-
-
-def _moving(command: argparse.ArgumentParser) -> None:
-    _model(command)
-    _instants(command)
-    command.add_argument("--to", metavar="TIME", help="the last time, such as 10 or '2 min'")
-    command.add_argument(
-        "--vary",
-        action="append",
-        default=[],
-        metavar="NAME=LOW:HIGH:COUNT",
-        help="designs that are shown with one another, or NAME=1,2,3",
-    )
-    command.add_argument(
-        "--show",
-        metavar="WHAT",
-        help="with commas: names, forces, velocities, accelerations, paths, centres, ghosts",
-    )
-    command.add_argument(
-        "--path",
-        action="append",
-        default=[],
-        metavar="POINT",
-        help="show the path of a point, such as coupler.P",
-    )
-
-
-def _view(command: argparse.ArgumentParser) -> None:
-    _moving(command)
-    command.add_argument(
-        "--plot",
-        action="append",
-        default=[],
-        metavar="QUANTITY",
-        help="a diagram of a measure or a formula, such as B.force; by default the measures",
-    )
-    kind = command.add_mutually_exclusive_group()
-    kind.add_argument(
-        "--live",
-        action="store_true",
-        help="the page solves the model again while one drags and changes it; builds the core for "
-        "browsers where it is missing (once)",
-    )
-    kind.add_argument(
-        "--recorded", action="store_true", help="the page plays the recorded motion only"
-    )
-    command.add_argument("--open", action="store_true", help="open the page in the browser")
-    command.add_argument(
-        "-o",
-        "--output",
-        metavar="FILE",
-        help="ends in .html (MODEL.html by default), or in .json for the web component",
-    )
-
-
-def _animate(command: argparse.ArgumentParser) -> None:
-    _moving(command)
-    command.add_argument("--duration", metavar="S", help="seconds of the film")
-    command.add_argument("--rate", metavar="N", help="frames a second (25)")
-    command.add_argument("--width", metavar="PX", help="pixels (640)")
-    command.add_argument(
-        "-o",
-        "--output",
-        metavar="FILE",
-        help="ends in .gif (MODEL.gif by default), .webp, .apng, .svg or .mp4",
-    )
+    add_json(command)
 
 
 def _export(command: argparse.ArgumentParser) -> None:
-    _model(command)
+    add_model(command)
     command.add_argument(
         "--to",
         choices=("mjcf", "image", "fmu"),
@@ -395,46 +219,10 @@ def _export(command: argparse.ArgumentParser) -> None:
     )
 
 
-def _plot(command: argparse.ArgumentParser) -> None:
-    _model(command)
-    command.add_argument(
-        "quantities",
-        nargs="*",
-        metavar="QUANTITY",
-        help="a measure of the model, or a formula such as motor.effort, B.force, coupler.P.y; "
-        "without any, all measures; a unit in brackets behind it, as in 'B.force [kN]'",
-    )
-    _instants(command)
-    command.add_argument("--to", metavar="TIME", help="the free motion until that time")
-    command.add_argument("--x", metavar="QUANTITY", help="what it is plotted over")
-    command.add_argument("--log", metavar="AXES", help="logarithmic axes: x, y or xy")
-    command.add_argument(
-        "--no-modes",
-        action="store_true",
-        help="without the bars that say what is open, sticks, slides or rolls",
-    )
-    command.add_argument(
-        "--vary",
-        action="append",
-        default=[],
-        metavar="NAME=LOW:HIGH:COUNT",
-        help="several designs, overlaid; more than six are a band",
-    )
-    for kind, text in (
-        ("polar", "magnitudes of joint forces over the angle of the crank"),
-        ("hodograph", "the curves of the tips of joint forces"),
-        ("path", "the path of a point, y over x"),
-    ):
-        names = "POINT" if kind == "path" else "JOINTS"
-        command.add_argument(f"--{kind}", action="append", default=[], metavar=names, help=text)
-    command.add_argument("--axes", metavar="BODY", help="the link in whose axes a hodograph is")
-    _output(command)
-
-
 def _analysis(command: argparse.ArgumentParser) -> None:
-    _model(command)
-    _instants(command)
-    _angle(command)
+    add_model(command)
+    add_instants(command)
+    add_angle(command)
     if not command.prog.endswith("kinematics"):
         command.add_argument(
             "--equations",
@@ -446,12 +234,12 @@ def _analysis(command: argparse.ArgumentParser) -> None:
             metavar="OUTPUT",
             help="work given, useful on that load or driver, and lost in joints",
         )
-    _json(command)
-    _tables(command)
+    add_json(command)
+    add_tables(command)
 
 
 def _sweep(command: argparse.ArgumentParser) -> None:
-    _model(command)
+    add_model(command)
     command.add_argument(
         "--vary",
         action="append",
@@ -466,38 +254,21 @@ def _sweep(command: argparse.ArgumentParser) -> None:
         metavar="FORMULA",
         help="what is measured of each, such as 'peak(A.force)'; by default the model's measures",
     )
-    _driven(command)
-    _instants(command)
+    add_analysis(command)
+    add_instants(command)
     command.add_argument(
         "--to", metavar="FOLDER", help="keep the answers there, to be continued later"
     )
     command.add_argument("--csv", metavar="FILE", help="write a line for each design")
-    _json(command)
-
-
-def _driven(command: argparse.ArgumentParser) -> None:
-    names = "kinetostatics (default), kinematics, statics"
-    command.add_argument("--analysis", metavar="NAME", default="kinetostatics", help=names)
+    add_json(command)
 
 
 def _sensitivity(command: argparse.ArgumentParser) -> None:
-    _model(command)
+    add_model(command)
     what = "a measure or a formula, such as 'peak(A.force)'"
     command.add_argument("measure", metavar="MEASURE", help=what)
     names = "numbers such as crank.A.x, with commas; by default all"
     command.add_argument("--by", action="append", default=[], metavar="NAMES", help=names)
-    _driven(command)
-    _instants(command)
-    _json(command)
-
-
-def _place(path: str) -> str:
-    """Where a table goes: standard output by any of its names is printed to, once."""
-    return "-" if path == "/dev/stdout" else path
-
-
-def _tables(command: argparse.ArgumentParser) -> None:
-    command.add_argument(
-        "--csv", type=_place, metavar="FILE", help="write all histories as a table; - prints it"
-    )
-    command.add_argument("--npz", metavar="FILE", help="write all histories as NumPy arrays")
+    add_analysis(command)
+    add_instants(command)
+    add_json(command)
