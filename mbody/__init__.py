@@ -7,7 +7,7 @@
 10.0
 
 These names are for every user, with the folders `mbody.laws`, `mbody.makers`, `mbody.gallery`,
-`mbody.engineering`, `mbody.envs`, `mbody.sweeps` and `mbody.testing`.
+`mbody.engineering`, `mbody.envs`, `mbody.sweeps`, `mbody.teaching` and `mbody.testing`.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from mbody import laws as laws
     from mbody import makers as makers
     from mbody import sweeps as sweeps
+    from mbody import teaching as teaching
     from mbody import testing as testing
     from mbody.analysis.driven.driver_range import driver_range
     from mbody.analysis.driven.free_body import free_body, member_forces
@@ -229,6 +230,7 @@ presentation.register(
 )
 presentation.register("drawing", FreeBody="mbody.views.free_bodies:draw_free_body")
 presentation.register("equations", Solution="mbody.sheets.equations:system_of_equations")
+presentation.register("derivation", Solution="mbody.teaching.derivation:derivation_as")
 presentation.register("columns", Solution="mbody.files.tables:columns")
 presentation.register("dataframe", Solution="mbody.files.tables:dataframe")
 presentation.register("at", Solution="mbody.analysis.dynamics.repeated:repeated_at")
@@ -241,7 +243,7 @@ presentation.register("json", Solution="mbody.files.results:write_json")
 presentation.register("npz", Solution="mbody.files.results:write_npz")
 
 #: Folders that need no import of their own.
-_FOLDERS = ("engineering", "envs", "gallery", "laws", "makers", "sweeps", "testing")
+_FOLDERS = ("engineering", "envs", "gallery", "laws", "makers", "sweeps", "teaching", "testing")
 _MODULES = {
     "analysis.driven.driver_range": "driver_range",
     "analysis.driven.free_body": "free_body member_forces",

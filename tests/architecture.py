@@ -46,7 +46,7 @@ LAYERS = (
     ("views", "engines", "sweeps", "image"),
     ("derivatives",),
     ("live", "reports", "stepping"),
-    ("envs",),
+    ("envs", "teaching"),
     ("cli",),
     ("__main__", "__init__"),
 )

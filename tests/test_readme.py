@@ -70,6 +70,7 @@ def differences(output, shown):
         ("docs/friction.md", 6),
         ("docs/many_contacts.md", 3),
         ("docs/centres.md", 1),
+        ("docs/teaching.md", 1),
     ],
 )
 def test_the_code_of_a_page_prints_what_it_shows(page, least):

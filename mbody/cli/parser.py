@@ -44,6 +44,7 @@ examples:
   mbody report mine.toml -o mine.html             the engineer's document
   mbody freebody mine.toml --at crank=60          every link alone, with its forces
   mbody poles mine.toml --at crank=60             instant centres of all pairs of bodies
+  mbody derive mine.toml --at crank=60            its equations, in symbols and with numbers
   mbody crosscheck mine.toml --against pinocchio  a second opinion, by another engine
   mbody draw mine.toml --forces -o mine.svg       a picture with its forces
   mbody plot mine.toml motor.effort -o effort.png over the cycle
@@ -141,6 +142,14 @@ def parser() -> argparse.ArgumentParser:
     cut_free = "free-body diagrams: every link alone with its forces"
     add_freebody(command("freebody", cut_free, "freebody.freebody"))
     _poles(command("poles", "instant centres of all pairs of bodies", "poles.poles"))
+    derive = command("derive", "the equations in symbols and with numbers", "derive.derive")
+    add_model(derive)
+    add_instants(derive)
+    derive.add_argument("--to", metavar="TIME", help="of the free motion at that time")
+    derive.add_argument(
+        "--form", choices=("text", "markdown", "latex"), default="text", help="how it is written"
+    )
+    derive.add_argument("-o", "--output", metavar="FILE", help="by default it is printed")
     add_report(command("report", "the engineer's document, for screen and paper", "report.report"))
     cross = command(
         "crosscheck",
@@ -163,7 +172,8 @@ def parser() -> argparse.ArgumentParser:
     show = command("show", "print the file of a model", "about.show")
     show.add_argument("model", metavar="MODEL", help=MODEL)
     command("schema", "print the JSON Schema of model files, for editors", "about.schema")
-    add_json(command("doctor", "what is installed, and which kernels run", "doctor.doctor"))
+    installed = "what is installed, and where the kernels are kept"
+    add_json(command("doctor", installed, "doctor.doctor"))
     command("demo", "a textbook four-bar: all forces, and the book's answers beside", "demo.demo")
     libraries = command(
         "compile",
