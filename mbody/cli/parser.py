@@ -50,6 +50,7 @@ examples:
   mbody plot mine.toml motor.effort -o effort.png over the cycle
   mbody view norton_fourbar --open                a page on which it moves
   mbody animate mine.toml -o mine.gif             a film of it
+  mbody explain spring                            the fields of an element, with an example
   mbody show norton_fourbar > mine.toml           a file to begin with
 """
 
@@ -171,6 +172,10 @@ def parser() -> argparse.ArgumentParser:
     add_json(command("models", "the models of the gallery", "about.models"))
     show = command("show", "print the file of a model", "about.show")
     show.add_argument("model", metavar="MODEL", help=MODEL)
+    explain = command("explain", "an element: its fields, units and an example", "explain.explain")
+    explain.add_argument(
+        "element", metavar="ELEMENT", nargs="?", help="such as spring; all kinds without it"
+    )
     command("schema", "print the JSON Schema of model files, for editors", "about.schema")
     installed = "what is installed, and where the kernels are kept"
     add_json(command("doctor", installed, "doctor.doctor"))
