@@ -51,6 +51,7 @@ examples:
   mbody view norton_fourbar --open                a page on which it moves
   mbody animate mine.toml -o mine.gif             a film of it
   mbody explain spring                            the fields of an element, with an example
+  mbody new fourbar --lengths 40,120,80,100       a commented file to begin with
   mbody show norton_fourbar > mine.toml           a file to begin with
 """
 
@@ -172,6 +173,12 @@ def parser() -> argparse.ArgumentParser:
     add_json(command("models", "the models of the gallery", "about.models"))
     show = command("show", "print the file of a model", "about.show")
     show.add_argument("model", metavar="MODEL", help=MODEL)
+    new = command("new", "a commented model file to begin with", "new.new")
+    new.add_argument(
+        "kind", metavar="KIND", help="fourbar, slidercrank, sixbar, gears, cam or pendulum"
+    )
+    new.add_argument("--lengths", metavar="LENGTHS", help="all of its lengths, with commas")
+    new.add_argument("-o", "--output", metavar="FILE", help="KIND.toml by default; - prints it")
     explain = command("explain", "an element: its fields, units and an example", "explain.explain")
     explain.add_argument(
         "element", metavar="ELEMENT", nargs="?", help="such as spring; all kinds without it"
