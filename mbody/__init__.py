@@ -7,7 +7,8 @@
 10.0
 
 These names are for every user, with the folders `mbody.laws`, `mbody.makers`, `mbody.gallery`,
-`mbody.engineering`, `mbody.envs`, `mbody.sweeps`, `mbody.synthesis` and `mbody.testing`.
+`mbody.engineering`, `mbody.envs`, `mbody.sweeps`, `mbody.synthesis`, `mbody.teaching` and
+`mbody.testing`.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from mbody import makers as makers
     from mbody import sweeps as sweeps
     from mbody import synthesis as synthesis
+    from mbody import teaching as teaching
     from mbody import testing as testing
     from mbody.analysis.assemblies.all_dead_centres import dead_centres
     from mbody.analysis.assemblies.assembly_mode import AssemblyModes
@@ -252,6 +254,7 @@ presentation.register(
 )
 presentation.register("drawing", FreeBody="mbody.views.free_bodies:draw_free_body")
 presentation.register("equations", Solution="mbody.sheets.equations:system_of_equations")
+presentation.register("derivation", Solution="mbody.teaching.derivation:derivation_as")
 presentation.register("columns", Solution="mbody.files.tables:columns")
 presentation.register("dataframe", Solution="mbody.files.tables:dataframe")
 presentation.register("at", Solution="mbody.analysis.dynamics.repeated:repeated_at")
@@ -264,7 +267,17 @@ presentation.register("json", Solution="mbody.files.results:write_json")
 presentation.register("npz", Solution="mbody.files.results:write_npz")
 
 #: Folders that need no import of their own.
-_FOLDERS = ("engineering", "envs", "gallery", "laws", "makers", "sweeps", "synthesis", "testing")
+_FOLDERS = (
+    "engineering",
+    "envs",
+    "gallery",
+    "laws",
+    "makers",
+    "sweeps",
+    "synthesis",
+    "teaching",
+    "testing",
+)
 _MODULES = {
     "analysis.assemblies.all_dead_centres": "dead_centres",
     "analysis.assemblies.assembly_mode": "AssemblyModes",

@@ -47,7 +47,7 @@ LAYERS = (
     ("views", "engines", "sweeps", "image"),
     ("derivatives",),
     ("live", "reports", "stepping"),
-    ("optimization", "synthesis"),
+    ("optimization", "synthesis", "teaching"),
     ("envs",),
     ("cli",),
     ("__main__", "__init__"),

@@ -9,22 +9,33 @@ import argparse
 from typing import NoReturn
 
 from mbody._version import __version__
-from mbody.cli.design_options import (
-    balance_options,
-    fit_options,
-    optimize_options,
-    sensitivity_options,
-    tolerances_options,
-)
-from mbody.cli.options import (
+from mbody.cli.common_arguments import (
     MODEL,
-    angle_option,
-    driven_option,
-    instants_options,
-    json_option,
-    model_options,
+    add_analysis,
+    add_angle,
+    add_instants,
+    add_json,
+    add_model,
+    add_resting,
+    add_tables,
 )
-from mbody.cli.synthesis_arguments import atlas_arguments, synthesize_arguments
+from mbody.cli.design_arguments import (
+    add_assemblies,
+    add_balance,
+    add_fit,
+    add_optimize,
+    add_sensitivity,
+    add_tolerances,
+)
+from mbody.cli.picture_arguments import (
+    add_animate,
+    add_draw,
+    add_freebody,
+    add_plot,
+    add_report,
+    add_view,
+)
+from mbody.cli.synthesis_arguments import add_atlas, add_synthesize
 from mbody.cli.usage import UsageError
 
 __all__ = ["parser"]
@@ -47,11 +58,14 @@ examples:
   mbody assemblies mine.toml --at crank=60        every way in which it closes
   mbody poles mine.toml --at crank=60             instant centres of all pairs of bodies
   mbody balance mine.toml --on 'crank=3 in' -o balanced.toml   counterweights
+  mbody derive mine.toml --at crank=60            its equations, in symbols and with numbers
   mbody crosscheck mine.toml --against pinocchio  a second opinion, by another engine
   mbody draw mine.toml --forces -o mine.svg       a picture with its forces
   mbody plot mine.toml motor.effort -o effort.png over the cycle
   mbody view norton_fourbar --open                a page on which it moves
   mbody animate mine.toml -o mine.gif             a film of it
+  mbody explain spring                            the fields of an element, with an example
+  mbody new fourbar --lengths 40,120,80,100       a commented file to begin with
   mbody show norton_fourbar > mine.toml           a file to begin with
 """
 
@@ -89,7 +103,7 @@ def parser() -> argparse.ArgumentParser:
     ):
         _analysis(command(name, description, "analyse.analyse"))
     run = command("simulate", "free motion under loads, over time", "simulate.simulate")
-    model_options(run)
+    add_model(run)
     run.add_argument("--to", metavar="TIME", help="the last time, such as 10 or '2 min'")
     run.add_argument("--rtol", metavar="R", help="error of a step, as a part (1e-8)")
     run.add_argument(
@@ -110,79 +124,94 @@ def parser() -> argparse.ArgumentParser:
     )
     run.add_argument("--from", dest="begun", metavar="FILE", help="go on from a saved result")
     run.add_argument("--save", metavar="FILE", help="keep the whole result, to go on from")
-    angle_option(run)
-    json_option(run)
-    _tables(run)
+    add_angle(run)
+    add_json(run)
+    add_tables(run)
     _sweep(command("sweep", "one analysis of many designs", "sweep.sweep"))
     ranked = "which number changes a measured quantity most"
-    sensitivity_options(command("sensitivity", ranked, "sensitivity.sensitivity"))
+    add_sensitivity(command("sensitivity", ranked, "sensitivity.sensitivity"))
     best = "the numbers at which a quantity is least or greatest, within limits"
-    optimize_options(command("optimize", best, "optimize.optimize"))
+    add_optimize(command("optimize", best, "optimize.optimize"))
     spread = "the band of a measured quantity whose numbers scatter"
-    tolerances_options(command("tolerances", spread, "tolerances.tolerances"))
-    fit_options(command("fit", "numbers of a model from measured histories", "fit.fit"))
-    synthesize_arguments(
-        command("synthesize", "mechanisms for a path, a function or poses", "synthesize.synthesize")
-    )
-    atlas_arguments(command("atlas", "coupler curves to start a synthesis from", "atlas.atlas"))
+    add_tolerances(command("tolerances", spread, "tolerances.tolerances"))
+    add_fit(command("fit", "numbers of a model from measured histories", "fit.fit"))
+    found = "mechanisms for a path, a function or poses"
+    add_synthesize(command("synthesize", found, "synthesize.synthesize"))
+    add_atlas(command("atlas", "coupler curves to start a synthesis from", "atlas.atlas"))
     solve = command(
         "solve", "the questions of a model: unknowns that meet conditions", "solve.solve"
     )
-    model_options(solve)
+    add_model(solve)
     solve.add_argument("name", metavar="NAME", nargs="?", help="one question; all without it")
-    angle_option(solve)
-    json_option(solve)
+    add_angle(solve)
+    add_json(solve)
     check = command(
         "check", "count degrees of freedom, find redundant rows and free motions", "about.check"
     )
-    model_options(check)
-    json_option(check)
+    add_model(check)
+    add_json(check)
     rest = command(
         "equilibrium",
         "rest positions of what is free, and whether they are stable",
         "about.equilibrium",
     )
-    _resting(rest)
-    angle_option(rest)
-    json_option(rest)
+    add_resting(rest)
+    add_angle(rest)
+    add_json(rest)
     modes = command(
         "modes", "frequencies, damping and shapes of small motions about rest", "about.modes"
     )
-    _resting(modes)
-    json_option(modes)
+    add_resting(modes)
+    add_json(modes)
     cut_free = "free-body diagrams: every link alone with its forces"
-    _freebody(command("freebody", cut_free, "freebody.freebody"))
+    add_freebody(command("freebody", cut_free, "freebody.freebody"))
     every = "every way in which it closes, circuits and dead centres"
-    _assemblies(command("assemblies", every, "assemblies.assemblies"))
+    add_assemblies(command("assemblies", every, "assemblies.assemblies"))
     _poles(command("poles", "instant centres of all pairs of bodies", "poles.poles"))
-    balance_options(
-        command("balance", "counterweights and springs that balance", "balance.balance")
+    balance = "counterweights and springs that balance"
+    add_balance(command("balance", balance, "balance.balance"))
+    derive = command("derive", "the equations in symbols and with numbers", "derive.derive")
+    add_model(derive)
+    add_instants(derive)
+    derive.add_argument("--to", metavar="TIME", help="of the free motion at that time")
+    derive.add_argument(
+        "--form", choices=("text", "markdown", "latex"), default="text", help="how it is written"
     )
-    _report(command("report", "the engineer's document, for screen and paper", "report.report"))
+    derive.add_argument("-o", "--output", metavar="FILE", help="by default it is printed")
+    add_report(command("report", "the engineer's document, for screen and paper", "report.report"))
     cross = command(
         "crosscheck",
         "results compared with those of other engines",
         "crosscheck.crosscheck",
     )
-    model_options(cross)
+    add_model(cross)
     cross.add_argument(
         "--against",
         metavar="ENGINES",
         help="which, such as pinocchio,pymunk; by default all that are installed",
     )
-    json_option(cross)
-    _draw(command("draw", "a picture of the mechanism at one instant", "draw.draw"))
-    _plot(command("plot", "diagrams of quantities over the cycle", "draw.plot"))
-    _view(command("view", "a page on which the mechanism moves", "moving.view"))
-    _animate(command("animate", "a film of the mechanism in motion", "moving.animate"))
+    add_json(cross)
+    add_draw(command("draw", "a picture of the mechanism at one instant", "draw.draw"))
+    add_plot(command("plot", "diagrams of quantities over the cycle", "draw.plot"))
+    add_view(command("view", "a page on which the mechanism moves", "moving.view"))
+    add_animate(command("animate", "a film of the mechanism in motion", "moving.animate"))
     _export(command("export", "the model for another program", "export.export"))
-    json_option(command("models", "the models of the gallery", "about.models"))
+    add_json(command("models", "the models of the gallery", "about.models"))
     show = command("show", "print the file of a model", "about.show")
     show.add_argument("model", metavar="MODEL", help=MODEL)
-    command("schema", "print the JSON Schema of model files, for editors", "about.schema")
-    json_option(
-        command("doctor", "what is installed, and where the kernels are kept", "doctor.doctor")
+    new = command("new", "a commented model file to begin with", "new.new")
+    new.add_argument(
+        "kind", metavar="KIND", help="fourbar, slidercrank, sixbar, gears, cam or pendulum"
     )
+    new.add_argument("--lengths", metavar="LENGTHS", help="all of its lengths, with commas")
+    new.add_argument("-o", "--output", metavar="FILE", help="KIND.toml by default; - prints it")
+    explain = command("explain", "an element: its fields, units and an example", "explain.explain")
+    explain.add_argument(
+        "element", metavar="ELEMENT", nargs="?", help="such as spring; all kinds without it"
+    )
+    command("schema", "print the JSON Schema of model files, for editors", "about.schema")
+    installed = "what is installed, and where the kernels are kept"
+    add_json(command("doctor", installed, "doctor.doctor"))
     command("demo", "a textbook four-bar: all forces, and the book's answers beside", "demo.demo")
     libraries = command(
         "compile",
@@ -214,181 +243,15 @@ def parser() -> argparse.ArgumentParser:
     return root
 
 
-def _resting(command: argparse.ArgumentParser) -> None:
-    model_options(command)
-    command.add_argument(
-        "--free", action="append", default=[], metavar="DRIVER", help="a driver to release"
-    )
-    command.add_argument("--t", metavar="TIME", help="when laws are model_of, by default 0")
-
-
-def _freebody(command: argparse.ArgumentParser) -> None:
-    model_options(command)
-    instants_options(command)
-    command.add_argument("--to", metavar="TIME", help="of the free motion until that time")
-    command.add_argument(
-        "--bodies",
-        action="append",
-        default=[],
-        metavar="NAMES",
-        help="which links, with commas between them; by default all",
-    )
-    command.add_argument(
-        "-o", "--output", metavar="FILE", help="ends in .svg, .png or .pdf (MODEL.svg)"
-    )
-
-
 def _poles(command: argparse.ArgumentParser) -> None:
-    model_options(command)
-    instants_options(command)
+    add_model(command)
+    add_instants(command)
     command.add_argument("--to", metavar="TIME", help="of the free motion until that time")
-    json_option(command)
-
-
-def _assemblies(command: argparse.ArgumentParser) -> None:
-    model_options(command)
-    command.add_argument(
-        "--at",
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        help="position of a driver or its body (crank=60, in degrees), or t=0.1",
-    )
-    command.add_argument(
-        "--driver", metavar="NAME", help="of several, the one whose circuits are followed"
-    )
-    command.add_argument(
-        "-o", "--output", metavar="FILE", help="draw all of them; ends in .svg, .png or .pdf"
-    )
-    angle_option(command)
-    json_option(command)
-
-
-def _report(command: argparse.ArgumentParser) -> None:
-    model_options(command)
-    instants_options(command)
-    command.add_argument("--to", metavar="TIME", help="of the free motion until that time")
-    for option, names, text in (
-        ("sections", "NAMES", "what it contains, in order, with commas; by default everything"),
-        ("without", "NAMES", "sections that are left out"),
-        ("plot", "QUANTITY", "what is plotted; by default efforts, forces and measures"),
-        ("polar", "JOINTS", "whose forces are drawn as vectors"),
-        ("against", "ENGINES", "of the second opinion; by default all that are installed"),
-        ("compare", "NAME=VALUE", "another design, beside this one, as of --set"),
-    ):
-        command.add_argument(f"--{option}", action="append", default=[], metavar=names, help=text)
-    command.add_argument("--title", metavar="TEXT", help="of the document")
-    command.add_argument("--open", action="store_true", help="open it in the browser")
-    command.add_argument(
-        "-o", "--output", metavar="FILE", help="ends in .html, .md, .tex or .pdf (MODEL.html)"
-    )
-
-
-def _output(command: argparse.ArgumentParser) -> None:
-    command.add_argument(
-        "-o", "--output", metavar="FILE", required=True, help="ends in .svg, .png or .pdf"
-    )
-
-
-def _draw(command: argparse.ArgumentParser) -> None:
-    model_options(command)
-    instants_options(command)
-    command.add_argument("--forces", action="store_true", help="draw the joint forces too")
-    command.add_argument(
-        "--path",
-        action="append",
-        default=[],
-        metavar="POINT",
-        help="draw the path of a point, such as coupler.P",
-    )
-    command.add_argument("--to", metavar="TIME", help="the free motion until that time")
-    command.add_argument(
-        "--positions", metavar="N", help="N equal steps of the turn or of the motion"
-    )
-    command.add_argument(
-        "--strip", action="store_true", help="several positions beside each other, not overlaid"
-    )
-    command.add_argument(
-        "--series", action="store_true", help="a file for each position, at one scale"
-    )
-    command.add_argument(
-        "--only",
-        action="append",
-        default=[],
-        metavar="BODIES",
-        help="draw only these links, with commas between them",
-    )
-    _output(command)
-
-
-def _moving(command: argparse.ArgumentParser) -> None:
-    model_options(command)
-    instants_options(command)
-    command.add_argument("--to", metavar="TIME", help="the last time, such as 10 or '2 min'")
-    command.add_argument(
-        "--vary",
-        action="append",
-        default=[],
-        metavar="NAME=LOW:HIGH:COUNT",
-        help="designs that are shown with one another, or NAME=1,2,3",
-    )
-    command.add_argument(
-        "--show",
-        metavar="WHAT",
-        help="with commas: names, forces, velocities, accelerations, paths, centres, ghosts",
-    )
-    command.add_argument(
-        "--path",
-        action="append",
-        default=[],
-        metavar="POINT",
-        help="show the path of a point, such as coupler.P",
-    )
-
-
-def _view(command: argparse.ArgumentParser) -> None:
-    _moving(command)
-    command.add_argument(
-        "--plot",
-        action="append",
-        default=[],
-        metavar="QUANTITY",
-        help="a diagram of a measure or a formula, such as B.force; by default the measures",
-    )
-    kind = command.add_mutually_exclusive_group()
-    kind.add_argument(
-        "--live",
-        action="store_true",
-        help="the page solves the model again while one drags and changes it; builds the core for "
-        "browsers where it is missing (once)",
-    )
-    kind.add_argument(
-        "--recorded", action="store_true", help="the page plays the recorded motion only"
-    )
-    command.add_argument("--open", action="store_true", help="open the page in the browser")
-    command.add_argument(
-        "-o",
-        "--output",
-        metavar="FILE",
-        help="ends in .html (MODEL.html by default), or in .json for the web component",
-    )
-
-
-def _animate(command: argparse.ArgumentParser) -> None:
-    _moving(command)
-    command.add_argument("--duration", metavar="S", help="seconds of the film")
-    command.add_argument("--rate", metavar="N", help="frames a second (25)")
-    command.add_argument("--width", metavar="PX", help="pixels (640)")
-    command.add_argument(
-        "-o",
-        "--output",
-        metavar="FILE",
-        help="ends in .gif (MODEL.gif by default), .webp, .apng, .svg or .mp4",
-    )
+    add_json(command)
 
 
 def _export(command: argparse.ArgumentParser) -> None:
-    model_options(command)
+    add_model(command)
     command.add_argument(
         "--to",
         choices=("mjcf", "image", "fmu"),
@@ -404,46 +267,10 @@ def _export(command: argparse.ArgumentParser) -> None:
     )
 
 
-def _plot(command: argparse.ArgumentParser) -> None:
-    model_options(command)
-    command.add_argument(
-        "quantities",
-        nargs="*",
-        metavar="QUANTITY",
-        help="a measure of the model, or a formula such as motor.effort, B.force, coupler.P.y; "
-        "without any, all measures; a unit in brackets behind it, as in 'B.force [kN]'",
-    )
-    instants_options(command)
-    command.add_argument("--to", metavar="TIME", help="the free motion until that time")
-    command.add_argument("--x", metavar="QUANTITY", help="what it is plotted over")
-    command.add_argument("--log", metavar="AXES", help="logarithmic axes: x, y or xy")
-    command.add_argument(
-        "--no-modes",
-        action="store_true",
-        help="without the bars that say what is open, sticks, slides or rolls",
-    )
-    command.add_argument(
-        "--vary",
-        action="append",
-        default=[],
-        metavar="NAME=LOW:HIGH:COUNT",
-        help="several designs, overlaid; more than six are a band",
-    )
-    for kind, text in (
-        ("polar", "magnitudes of joint forces over the angle of the crank"),
-        ("hodograph", "the curves of the tips of joint forces"),
-        ("path", "the path of a point, y over x"),
-    ):
-        names = "POINT" if kind == "path" else "JOINTS"
-        command.add_argument(f"--{kind}", action="append", default=[], metavar=names, help=text)
-    command.add_argument("--axes", metavar="BODY", help="the link in whose axes a hodograph is")
-    _output(command)
-
-
 def _analysis(command: argparse.ArgumentParser) -> None:
-    model_options(command)
-    instants_options(command)
-    angle_option(command)
+    add_model(command)
+    add_instants(command)
+    add_angle(command)
     if not command.prog.endswith("kinematics"):
         command.add_argument(
             "--equations",
@@ -455,12 +282,12 @@ def _analysis(command: argparse.ArgumentParser) -> None:
             metavar="OUTPUT",
             help="work given, useful on that load or driver, and lost in joints",
         )
-    json_option(command)
-    _tables(command)
+    add_json(command)
+    add_tables(command)
 
 
 def _sweep(command: argparse.ArgumentParser) -> None:
-    model_options(command)
+    add_model(command)
     command.add_argument(
         "--vary",
         action="append",
@@ -475,22 +302,10 @@ def _sweep(command: argparse.ArgumentParser) -> None:
         metavar="FORMULA",
         help="what is measured of each, such as 'peak(A.force)'; by default the model's measures",
     )
-    driven_option(command)
-    instants_options(command)
+    add_analysis(command)
+    add_instants(command)
     command.add_argument(
         "--to", metavar="FOLDER", help="keep the answers there, to be continued later"
     )
     command.add_argument("--csv", metavar="FILE", help="write a line for each design")
-    json_option(command)
-
-
-def _place(path: str) -> str:
-    """Where a table goes: standard output by any of its names is printed to, once."""
-    return "-" if path == "/dev/stdout" else path
-
-
-def _tables(command: argparse.ArgumentParser) -> None:
-    command.add_argument(
-        "--csv", type=_place, metavar="FILE", help="write all histories as a table; - prints it"
-    )
-    command.add_argument("--npz", metavar="FILE", help="write all histories as NumPy arrays")
+    add_json(command)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import argparse
 
-__all__ = ["atlas_arguments", "synthesize_arguments"]
+__all__ = ["add_atlas", "add_synthesize"]
 
 
-def atlas_arguments(command: argparse.ArgumentParser) -> None:
+def add_atlas(command: argparse.ArgumentParser) -> None:
     """Add the arguments of `mbody atlas`."""
     command.add_argument("--to", metavar="FILE", required=True, help="where it is written")
     command.add_argument(
@@ -17,7 +17,7 @@ def atlas_arguments(command: argparse.ArgumentParser) -> None:
     command.add_argument("--seed", metavar="N", help="of the random shapes (0)")
 
 
-def synthesize_arguments(command: argparse.ArgumentParser) -> None:
+def add_synthesize(command: argparse.ArgumentParser) -> None:
     """Add the arguments to the command."""
     command.add_argument(
         "points",

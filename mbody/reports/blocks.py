@@ -20,6 +20,7 @@ __all__ = [
     "Chapter",
     "ReportDocument",
     "FileText",
+    "DisplayedEquations",
     "Grid",
     "Items",
     "Notice",
@@ -142,7 +143,31 @@ class FileText:
     language: str = ""
 
 
-Block: TypeAlias = Text | Items | Grid | Picture | Notice | FileText
+@dataclass(frozen=True)
+class DisplayedEquations:
+    """Equations below each other, the parts of each in plain text and in LaTeX.
+
+    Attributes
+    ----------
+    lines : list of lists of (text, latex)
+        An equation a line, a term a part; between parts a line may be broken.
+    """
+
+    lines: Sequence[Sequence[tuple[str, str]]]
+
+    def broken(self, width: int) -> Iterator[list[tuple[str, str]]]:
+        """The equations in lines of at most so many letters of text, where terms are not longer."""
+        for line in self.lines:
+            row: list[tuple[str, str]] = []
+            for part in line:
+                if row and sum(len(text) + 1 for text, _ in (*row, part)) > width:
+                    yield row
+                    row = [("   ", r"\qquad")]
+                row.append(part)
+            yield row
+
+
+Block: TypeAlias = Text | Items | Grid | Picture | Notice | FileText | DisplayedEquations
 
 
 @dataclass(frozen=True)

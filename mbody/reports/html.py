@@ -11,6 +11,7 @@ from mbody.reports.blocks import (
     Block,
     Cells,
     Chapter,
+    DisplayedEquations,
     FileText,
     Grid,
     Items,
@@ -196,6 +197,9 @@ def _block(block: Block, numbered: Iterator[int]) -> str:
     if isinstance(block, Notice):
         mark = f'<b aria-hidden="true">{MARKS[block.kind]}</b>'
         return f'<div class="notice {block.kind}">{mark}<span>{_rich(block.text)}</span></div>'
+    if isinstance(block, DisplayedEquations):
+        lines = (" ".join(text for text, _ in line) for line in block.lines)
+        return f'<p class="formula">{"<br>".join(map(html.escape, lines))}</p>'
     return _file(block)
 
 

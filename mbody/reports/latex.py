@@ -5,9 +5,19 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from mbody.reports.blocks import Block, Grid, Items, Notice, Picture, ReportDocument, Text, parts_of
+from mbody.reports.blocks import (
+    Block,
+    DisplayedEquations,
+    Grid,
+    Items,
+    Notice,
+    Picture,
+    ReportDocument,
+    Text,
+    parts_of,
+)
 
-__all__ = ["latex"]
+__all__ = ["escaped", "latex"]
 
 HEAD = r"""\documentclass[11pt,a4paper]{article}
 \usepackage[T1]{fontenc}
@@ -23,6 +33,8 @@ HEAD = r"""\documentclass[11pt,a4paper]{article}
 SIZES = ((r"\small", 88), (r"\footnotesize", 98), (r"\scriptsize", 112))
 #: Letters of a column from which on it may be broken into lines.
 LONG = 22
+#: Letters of a line of an equation.
+LINE = 84
 #: Signs that need a command of LaTeX.
 SIGNS = {
     **{"\\": r"\textbackslash{}", "{": r"\{", "}": r"\}", "$": r"\$", "&": r"\&", "#": r"\#"},
@@ -68,8 +80,11 @@ def _block(block: Block, folder: str, numbered: Iterator[int]) -> list[str]:
         return [r"\begin{center}", picture + caption, r"\end{center}"]
     if isinstance(block, Notice):
         return [rf"\notice{{{_rich(block.text)}}}"]
+    if isinstance(block, DisplayedEquations):
+        lines = ["& " + " ".join(latex for _, latex in row) for row in block.broken(LINE)]
+        return [r"\begin{align*}", " \\\\\n".join(lines), r"\end{align*}"]
     # the empty box keeps a line that begins with a bracket from being an option of the break
-    text = "\n".join(r"\mbox{}" + _plain(line) + r"\\" for line in block.text.splitlines())
+    text = "\n".join(r"\mbox{}" + escaped(line) + r"\\" for line in block.text.splitlines())
     return [
         rf"\textbf{{{_rich(block.title)}}}",
         r"{\ttfamily\scriptsize\raggedright\obeyspaces",
@@ -126,18 +141,19 @@ def _rich(text: str) -> str:
             inner = ",".join(
                 piece
                 if re.fullmatch(r"[0-9A-Za-z]{1,2}", piece)
-                else rf"\mathrm{{{_plain(piece)}}}"
+                else rf"\mathrm{{{escaped(piece)}}}"
                 for piece in index.split(",")
             )
             found.append(f"${base}_{{{inner}}}$")
         elif kind == "bold":
-            found.append(rf"\textbf{{{_plain(part)}}}")
+            found.append(rf"\textbf{{{escaped(part)}}}")
         else:
-            found.append(rf"\texttt{{{_plain(part)}}}" if kind == "code" else _plain(part))
+            found.append(rf"\texttt{{{escaped(part)}}}" if kind == "code" else escaped(part))
     return "".join(found)
 
 
-def _plain(text: str) -> str:
+def escaped(text: str) -> str:
+    """Text with the commands of LaTeX for its signs."""
     # two hyphens, as of an option, would become a dash
     parts = re.split(r"(-(?=-))", text)
     return "".join(

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 from mbody.reports.blocks import (
     Block,
+    DisplayedEquations,
     FileText,
     Grid,
     Items,
@@ -19,6 +20,8 @@ from mbody.reports.blocks import (
 
 __all__ = ["markdown"]
 
+#: Letters of a line of an equation.
+LINE = 100
 MARKS = {"good": "✓", "doubt": "⚠", "note": "Note:"}
 
 
@@ -48,6 +51,10 @@ def _block(block: Block, folder: str, numbered: Iterator[int]) -> list[str]:
         return [f"![{caption}]({file})", "", f"*Figure {n}.* {caption}"]
     if isinstance(block, Notice):
         return [f"> {MARKS[block.kind]} {_rich(block.text)}"]
+    if isinstance(block, DisplayedEquations):
+        rows = (" ".join(latex for _, latex in row) for row in block.broken(LINE))
+        lines = " \\\\\n".join(f"& {row}" for row in rows)
+        return ["$$", r"\begin{aligned}", lines, r"\end{aligned}", "$$"]
     return _file(block)
 
 

@@ -8,7 +8,17 @@ from pathlib import Path
 from typing import Any
 
 from mbody.errors import ModelError
-from mbody.reports.blocks import Block, Grid, Items, Notice, Picture, ReportDocument, Text, parts_of
+from mbody.reports.blocks import (
+    Block,
+    DisplayedEquations,
+    Grid,
+    Items,
+    Notice,
+    Picture,
+    ReportDocument,
+    Text,
+    parts_of,
+)
 from mbody.views.picture_content import content_of
 
 __all__ = ["check_typst", "pdf", "typst_text"]
@@ -36,6 +46,8 @@ COLORS = {"good": "#00795a", "doubt": "#d55e00", "note": "#7d8894"}
 WIDTH = 490.0
 #: Letters that a line of a table has.
 LETTERS = 118
+#: Letters of a line of an equation.
+LINE = 120
 #: Part of its own size that a picture has, as the text is smaller than on a screen.
 PART = 0.86
 
@@ -110,6 +122,9 @@ def _block(block: Block, numbered: Iterator[int]) -> str:
         )
     if isinstance(block, Notice):
         return f'#notice(rgb("{COLORS[block.kind]}"))[{_rich(block.text)}]\n'
+    if isinstance(block, DisplayedEquations):
+        lines = "\n".join(" ".join(text for text, _ in row) for row in block.broken(LINE))
+        return f"#raw({_quoted(lines)}, block: true)\n"
     return f"*{_rich(block.title)}*\n#raw({_quoted(block.text)}, block: true)\n"
 
 

@@ -435,6 +435,10 @@ class Solution(FrictionResults):
         found: Equations = present("equations", self, instant)
         return found
 
+    def derivation(self, form: str = "text", instant: int = 0) -> str:
+        """Equations in symbols and with numbers, as "text", "markdown" or "latex"."""
+        return str(present("derivation", self, form, instant))
+
     def columns(self) -> dict[str, Array]:
         """All histories by column name, such as ``"crank.omega [rad/s]"``, for tables and files.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-import re
 from typing import Annotated, Any, Literal
 
 from pydantic import (
@@ -21,6 +20,7 @@ from pydantic import (
 
 from mbody.files.model import fields as of
 from mbody.files.model.curve_fields import curve
+from mbody.files.model.described_fields import described
 from mbody.files.model.kinds import LAWS, SECTIONS, written_fields
 from mbody.files.model.law_fields import law
 from mbody.files.model.optimize_table import OptimizeIn
@@ -82,19 +82,6 @@ def used_by(data: dict[str, Any]) -> Used | None:
     return Used(tables, frozenset(kinds), tuple(word for word in LAWS if word in keys))
 
 
-def _described(cls: type) -> dict[str, str]:
-    """The description of each parameter of a class and its bases, from their docstrings."""
-    found: dict[str, str] = {}
-    for base in reversed(cls.__mro__):
-        text = base.__dict__.get("__doc__") or ""
-        _, _, rest = text.partition("Parameters\n    ----------\n")
-        block = re.split(r"\n    [A-Z][a-z]+\n    -----", rest)[0]
-        for names, lines in re.findall(r"^    (\S[^:\n]*) : .*\n((?:        .*\n?)+)", block, re.M):
-            words = " ".join(lines.split())
-            found |= dict.fromkeys((name.strip() for name in names.split(",")), words)
-    return found
-
-
 def _field(field: dataclasses.Field[Any], words: tuple[str, ...]) -> Any:
     """The type of one field of an element, with laws of these kinds."""
     meta = field.metadata
@@ -120,7 +107,7 @@ def _default(field: dataclasses.Field[Any]) -> Any:
 @functools.cache
 def _entry(kind: str, cls: type[Element], words: tuple[str, ...]) -> Any:
     """The table of one kind of element: its kind with the main fields, then the others."""
-    descriptions = _described(cls)
+    descriptions = described(cls)
     own = {field.name: field for field in written_fields(cls)}
     main = [own.pop(name) for name in cls.main]
     first = (
@@ -178,7 +165,7 @@ def _choice(section: str, used: Used) -> Any:
 
 @functools.cache
 def _body(words: tuple[str, ...]) -> Any:
-    descriptions = _described(Body)
+    descriptions = described(Body)
     columns: dict[str, Any] = {}
     special = {"cg": of.point, "points": of.points, "guess": of.guess}
     special |= {"spread": of.spread, "shapes": of.shapes}

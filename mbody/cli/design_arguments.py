@@ -1,44 +1,45 @@
-"""Options of the commands for designers: what changes a quantity, what is best, what balances."""
+"""Arguments of the commands for designers: what changes a quantity, what is best, what balances."""
 
 from __future__ import annotations
 
 import argparse
 
-from mbody.cli.options import driven_option, instants_options, json_option, model_options
+from mbody.cli.common_arguments import add_analysis, add_angle, add_instants, add_json, add_model
 
 __all__ = [
-    "balance_options",
-    "fit_options",
-    "optimize_options",
-    "sensitivity_options",
-    "tolerances_options",
+    "add_assemblies",
+    "add_balance",
+    "add_fit",
+    "add_optimize",
+    "add_sensitivity",
+    "add_tolerances",
 ]
 
 
-def sensitivity_options(command: argparse.ArgumentParser) -> None:
+def add_sensitivity(command: argparse.ArgumentParser) -> None:
     """Of `mbody sensitivity`."""
-    model_options(command)
+    add_model(command)
     what = "a measure or a formula, such as 'peak(A.force)'"
     command.add_argument("measure", metavar="MEASURE", help=what)
     names = "numbers such as crank.A.x, with commas; by default all"
     command.add_argument("--by", action="append", default=[], metavar="NAMES", help=names)
-    driven_option(command)
-    instants_options(command)
-    json_option(command)
+    add_analysis(command)
+    add_instants(command)
+    add_json(command)
 
 
-def optimize_options(command: argparse.ArgumentParser) -> None:
+def add_optimize(command: argparse.ArgumentParser) -> None:
     """Of `mbody optimize`."""
-    model_options(command)
+    add_model(command)
     command.add_argument("name", metavar="NAME", nargs="?", help="one task; all without it")
     command.add_argument("-o", "--output", metavar="FILE", help="write the best model (.toml)")
     command.add_argument("--csv", metavar="FILE", help="write the numbers as a table")
-    json_option(command)
+    add_json(command)
 
 
-def balance_options(command: argparse.ArgumentParser) -> None:
+def add_balance(command: argparse.ArgumentParser) -> None:
     """Of `mbody balance`."""
-    model_options(command)
+    add_model(command)
     command.add_argument(
         "--on",
         action="append",
@@ -49,14 +50,14 @@ def balance_options(command: argparse.ArgumentParser) -> None:
     )
     names = "springs of the model whose stiffnesses are found, with commas"
     command.add_argument("--springs", action="append", default=[], metavar="NAMES", help=names)
-    instants_options(command)
+    add_instants(command)
     command.add_argument("-o", "--output", metavar="FILE", help="write the balanced model (.toml)")
-    json_option(command)
+    add_json(command)
 
 
-def tolerances_options(command: argparse.ArgumentParser) -> None:
+def add_tolerances(command: argparse.ArgumentParser) -> None:
     """Of `mbody tolerances`."""
-    model_options(command)
+    add_model(command)
     what = "a measure or a formula that is one number, such as 'peak(A.force)'"
     command.add_argument("measure", metavar="MEASURE", help=what)
     command.add_argument(
@@ -71,14 +72,14 @@ def tolerances_options(command: argparse.ArgumentParser) -> None:
     command.add_argument("--within", metavar="LOW:HIGH", help=band)
     command.add_argument("--count", metavar="N", default="10000", help="random designs (10000)")
     command.add_argument("--seed", metavar="N", default="0", help="of the random designs (0)")
-    driven_option(command)
-    instants_options(command)
-    json_option(command)
+    add_analysis(command)
+    add_instants(command)
+    add_json(command)
 
 
-def fit_options(command: argparse.ArgumentParser) -> None:
+def add_fit(command: argparse.ArgumentParser) -> None:
     """Of `mbody fit`."""
-    model_options(command)
+    add_model(command)
     command.add_argument(
         "data",
         nargs="+",
@@ -92,4 +93,24 @@ def fit_options(command: argparse.ArgumentParser) -> None:
     command.add_argument("--offset", action="append", default=[], metavar="NAMES", help=shifted)
     kinds = "kinetostatics, kinematics, statics or simulate; by default as the model is driven"
     command.add_argument("--analysis", metavar="NAME", help=kinds)
-    json_option(command)
+    add_json(command)
+
+
+def add_assemblies(command: argparse.ArgumentParser) -> None:
+    """Of `mbody assemblies`."""
+    add_model(command)
+    command.add_argument(
+        "--at",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="position of a driver or its body (crank=60, in degrees), or t=0.1",
+    )
+    command.add_argument(
+        "--driver", metavar="NAME", help="of several, the one whose circuits are followed"
+    )
+    command.add_argument(
+        "-o", "--output", metavar="FILE", help="draw all of them; ends in .svg, .png or .pdf"
+    )
+    add_angle(command)
+    add_json(command)

@@ -1,0 +1,105 @@
+"""Arguments that several commands take."""
+
+from __future__ import annotations
+
+import argparse
+
+__all__ = [
+    "MODEL",
+    "add_analysis",
+    "add_angle",
+    "add_instants",
+    "add_json",
+    "add_model",
+    "add_picture_file",
+    "add_resting",
+    "add_tables",
+]
+
+MODEL = "a model file (TOML, or JSON by its ending), or the name of a gallery model"
+
+
+def add_model(command: argparse.ArgumentParser) -> None:
+    """The model, other values of its parameters, and units of the results."""
+    command.add_argument("model", metavar="MODEL", help=MODEL)
+    command.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="another value for a parameter of the model, such as --set 'load=12 lbf'",
+    )
+    command.add_argument(
+        "--units",
+        metavar="SYSTEM",
+        help="units of the results: SI, mm-N-s, in-lbf-s, ft-lbf-s, or such as cm-kN-s",
+    )
+
+
+def add_instants(command: argparse.ArgumentParser) -> None:
+    """Which instants of a driven analysis."""
+    command.add_argument(
+        "--at",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="position of a driver or its body (crank=60, in degrees; rates by its law), or t=0.1; "
+        "several values with commas",
+    )
+    command.add_argument(
+        "--over", metavar="WHAT", help="a whole turn: 'turn', or which driver is to make it"
+    )
+    command.add_argument(
+        "--instants", metavar="N", help="how many of a turn, both ends included (361)"
+    )
+
+
+def add_json(command: argparse.ArgumentParser) -> None:
+    """Data in place of text."""
+    command.add_argument("--json", action="store_true", help="print data instead of text")
+
+
+def add_angle(command: argparse.ArgumentParser) -> None:
+    """The unit of angles."""
+    command.add_argument(
+        "--angle",
+        choices=("deg", "rad"),
+        help="unit of angles, without it deg in --json and rad in --csv",
+    )
+
+
+def add_picture_file(command: argparse.ArgumentParser) -> None:
+    """The file of a picture."""
+    command.add_argument(
+        "-o", "--output", metavar="FILE", required=True, help="ends in .svg, .png or .pdf"
+    )
+
+
+def add_analysis(command: argparse.ArgumentParser) -> None:
+    """Which driven analysis."""
+    names = "kinetostatics (default), kinematics, statics"
+    command.add_argument("--analysis", metavar="NAME", default="kinetostatics", help=names)
+
+
+def add_resting(command: argparse.ArgumentParser) -> None:
+    """What is free at rest."""
+    add_model(command)
+    command.add_argument(
+        "--free", action="append", default=[], metavar="DRIVER", help="a driver to release"
+    )
+    command.add_argument(
+        "--t", metavar="TIME", help="the time at which laws are evaluated, by default 0"
+    )
+
+
+def _place(path: str) -> str:
+    """Where a table goes: standard output by any of its names is printed to, once."""
+    return "-" if path == "/dev/stdout" else path
+
+
+def add_tables(command: argparse.ArgumentParser) -> None:
+    """Files of histories."""
+    command.add_argument(
+        "--csv", type=_place, metavar="FILE", help="write all histories as a table; - prints it"
+    )
+    command.add_argument("--npz", metavar="FILE", help="write all histories as NumPy arrays")

@@ -1,0 +1,30 @@
+"""`mbody new KIND`: a commented model file to begin with."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from mbody.cli.streams import message
+
+__all__ = ["new"]
+
+
+def new(args: Any) -> int:
+    """Write a model file of a kind."""
+    from mbody.errors import ModelError
+    from mbody.files.writing import writing
+    from mbody.teaching.new_model import new_model
+
+    lengths = [part.strip() for part in args.lengths.split(",")] if args.lengths else []
+    text = new_model(args.kind, lengths)
+    if args.output == "-":
+        print(text, end="")
+        return 0
+    path = Path(args.output or f"{args.kind}.toml")
+    if path.exists():
+        raise ModelError(f"'{path}' is there already: choose another file with -o")
+    with writing(path) as file:
+        file.write(text)
+    message(f"wrote {path}")
+    return 0

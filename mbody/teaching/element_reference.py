@@ -1,0 +1,384 @@
+"""What a kind of element is: its fields with units and meaning, and an example of it."""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import json
+import re
+import textwrap
+import tomllib
+from dataclasses import dataclass
+from typing import Any
+
+from mbody.errors import ModelError
+from mbody.files.model.described_fields import described
+from mbody.files.model.kinds import LAWS, SECTIONS, written_fields
+from mbody.laws import Law
+from mbody.model.body import Body
+from mbody.model.element import Element, listed
+from mbody.quantities.units import unit_system
+from mbody.sheets.text_table import WIDTH, paragraph
+from mbody.teaching.element_examples import BODY, ELEMENTS, LAW_EXAMPLES
+
+__all__ = ["ElementReference", "FieldReference", "element_reference", "reference_overview"]
+
+_SI = unit_system("SI")
+_PLACE = 'a place, as "crank.A", or { body = "ground", point = [1, 0], angle = 30 }'
+_WRITTEN = {"bool": "true or false", "int": "a whole number", "str": "text"}
+
+
+@dataclass(frozen=True)
+class FieldReference:
+    """A field of an element.
+
+    Attributes
+    ----------
+    name : str
+    takes : str
+        What is written there, with its unit.
+    needed : bool
+        Whether it must be given.
+    default : str
+        What counts without it, where that is a number or a word.
+    meaning : str
+    """
+
+    name: str
+    takes: str
+    needed: bool
+    default: str
+    meaning: str
+
+
+@dataclass(frozen=True)
+class ElementReference:
+    """A kind of element, from its class: ``print`` shows it.
+
+    Attributes
+    ----------
+    kind : str
+        Its word in model files, such as "spring".
+    section : str
+        The table that it is in, such as "loads"; "laws" of laws, "bodies" of bodies.
+    cls : type
+    about : str
+        The paragraphs of its docstring before the parameters.
+    fields : tuple of FieldReference
+    file : str
+        An example as a model file has it.
+    python : str
+        The same in Python.
+    quantities : dict
+        What measures may read of it, with dimensions.
+    """
+
+    kind: str
+    section: str
+    cls: type
+    about: str
+    fields: tuple[FieldReference, ...]
+    file: str
+    python: str
+    quantities: dict[str, str]
+
+    def __str__(self) -> str:
+        lines = [f"{self.kind}: {self.cls.__name__}, in [{self.section}] of a model file", ""]
+        if self.section == "laws":
+            lines[0] = f"{self.kind}: {self.cls.__name__}, a law that fields of elements take"
+        for part in self.about.split("\n\n"):
+            # a formula that stands by itself keeps its line
+            lines += [f"  {part.strip()}"] if part.startswith("  ") else paragraph(part)
+            lines.append("")
+        lines.append("FIELDS")
+        for names, field in self._together():
+            rest = "" if field.needed else f"; {field.default or 'may be left out'}"
+            lines += paragraph(f"{names}: {field.takes}{rest}", "  ")
+            lines += paragraph(field.meaning, " " * 6) if field.meaning else []
+        lines += ["", "IN A MODEL FILE", *(f"  {line}" for line in self.file.splitlines())]
+        lines += ["", "IN PYTHON", *(f"  {line}" for line in self.python.splitlines())]
+        if self.quantities:
+            words = [f"{name} ({dimension})" for name, dimension in self.quantities.items()]
+            lines += ["", *paragraph(", ".join(words), "MEASURES   ")]
+        return "\n".join(lines)
+
+    def _together(self) -> list[tuple[str, FieldReference]]:
+        """The fields, those of one meaning that follow each other as one entry."""
+        found: list[tuple[str, FieldReference]] = []
+        for field in self.fields:
+            if found and dataclasses.replace(field, name=found[-1][1].name) == found[-1][1]:
+                found[-1] = (f"{found[-1][0]}, {field.name}", found[-1][1])
+            else:
+                found.append((field.name, field))
+        return found
+
+
+def element_reference(name: str) -> tuple[ElementReference, ...]:
+    """The kinds of elements and laws of a name: several where it is a kind in several tables.
+
+    Parameters
+    ----------
+    name : str
+        The word of a model file, or the name of the class: "torsion_spring", "TorsionSpring".
+
+    Raises
+    ------
+    ModelError
+        Where there is none, with those that are nearly so called.
+
+    Examples
+    --------
+    >>> (spring,) = element_reference("spring")
+    >>> spring.fields[2].name, spring.fields[2].takes
+    ('stiffness', 'a number, stiffness [N/m]')
+    >>> [one.section for one in element_reference("distance")]
+    ['joints', 'drivers']
+    """
+    known = _kinds()
+    wanted = name.strip().lower().replace("-", "_")
+    found = [
+        (section, kind, cls)
+        for section, kind, cls in known
+        if wanted in (kind, cls.__name__.lower())
+    ]
+    if not found:
+        words = {kind: kind for _, kind, _ in known} | {
+            cls.__name__.lower(): kind for _, kind, cls in known
+        }
+        close = difflib.get_close_matches(wanted[:60], words, 4, 0.5)
+        near = list(dict.fromkeys(words[word] for word in close))
+        near += [kind for _, kind, _ in known if wanted and wanted in kind and kind not in near]
+        remedy = f"did you mean {listed(near[:4])}?" if near else "mbody explain lists them"
+        raise ModelError(f"there is no element or law '{name[:60]}': {remedy}")
+    return tuple(_reference(*one) for one in found)
+
+
+def reference_overview() -> str:
+    """All kinds with the first sentence of each, by the tables of model files."""
+    lines, last = [], ""
+    wide = max(len(kind) for _, kind, _ in _kinds()) + 2
+    for section, kind, cls in _kinds():
+        if section != last:
+            lines += ["", f"[{section}]" if section != "laws" else "laws, in fields that take one"]
+        last = section
+        words = " ".join(_about(cls).split("\n\n")[0].split())
+        lines += textwrap.wrap(
+            f"{kind:<{wide}}{words}",
+            WIDTH,
+            initial_indent="  ",
+            subsequent_indent=" " * (wide + 2),
+        )
+    return "\n".join(
+        [*lines[1:], "", "mbody explain NAME shows one with its fields and an example"]
+    )
+
+
+def _kinds() -> list[tuple[str, str, type]]:
+    found: list[tuple[str, str, type]] = [("bodies", "body", Body)]
+    found += [(s, kind, cls) for s, kinds in SECTIONS.items() for kind, cls in kinds.items()]
+    return [*found, *(("laws", kind, cls) for kind, cls in LAWS.items())]
+
+
+def _about(cls: type) -> str:
+    """The paragraphs of a docstring before its sections, lines joined but of formulas."""
+    text = textwrap.dedent("    " + (cls.__doc__ or ""))
+    head = re.split(r"\n[A-Z][a-z]+\n-----", text)[0].split("\n>>>")[0]
+    parts = [part for part in head.split("\n\n") if part.strip()]
+    return "\n\n".join(part if part.startswith("  ") else " ".join(part.split()) for part in parts)
+
+
+def _reference(section: str, kind: str, cls: type) -> ElementReference:
+    if section == "laws":
+        file = f"law = {LAW_EXAMPLES[kind]}"
+        python = _value(tomllib.loads(file)["law"])
+        return ElementReference(kind, section, cls, _about(cls), _law_fields(cls), file, python, {})
+    if section == "bodies":
+        data = tomllib.loads(BODY)["bodies"]
+        (name,) = data
+        python = _call(cls, [name], data[name])
+        return ElementReference(kind, section, cls, _about(cls), _fields(cls), BODY, python, {})
+    line = ELEMENTS[section, kind]
+    ((name, entry),) = tomllib.loads(line).items()
+    first = entry.pop(kind)
+    main = [first] if len(_main(cls)) == 1 else first
+    given = dict(zip(_main(cls), main, strict=True)) | entry
+    python = _call(cls, [name], given)
+    return ElementReference(
+        *(kind, section, cls, _about(cls), _fields(cls)),
+        file=_in_file(section, line),
+        python=python,
+        quantities=_quantities(cls),
+    )
+
+
+def _in_file(section: str, line: str) -> str:
+    """An element in its table; a long one as a table of its own, a field a line."""
+    if len(line) <= WIDTH - 2:
+        return f"[{section}]\n{line}"
+    name, _, entry = line.partition(" = ")
+    fields, depth = [""], 0
+    for sign in entry.strip()[1:-1].strip():
+        depth += {"[": 1, "{": 1, "]": -1, "}": -1}.get(sign, 0)
+        if sign == "," and not depth:
+            fields.append("")
+        else:
+            fields[-1] += sign
+    return "\n".join([f"[{section}.{name}]", *(field.strip() for field in fields)])
+
+
+def _main(cls: type) -> tuple[str, ...]:
+    assert issubclass(cls, Element)
+    return cls.main
+
+
+def _quantities(cls: type) -> dict[str, str]:
+    """Dimensions of what a result has of such an element, where the class says it."""
+    try:
+        return dict(cls.quantities(object.__new__(cls)))  # type: ignore[attr-defined]  # of elements
+    except AttributeError:  # of what goes by its own fields
+        return {}
+
+
+def _fields(cls: type) -> tuple[FieldReference, ...]:
+    assert issubclass(cls, Element)
+    meanings = described(cls)
+    own = written_fields(cls)
+    main = [field for name in cls.main for field in own if field.name == name]
+    rest = [field for field in own if field not in main]
+    return tuple(
+        _field(field, field in main, meanings.get(field.name, "")) for field in [*main, *rest]
+    )
+
+
+def _field(field: dataclasses.Field[Any], main: bool, meaning: str) -> FieldReference:
+    meta, default = field.metadata, field.default
+    missing = default is dataclasses.MISSING
+    made = field.default_factory is not dataclasses.MISSING
+    zero = default in (0.0, "", ()) and not isinstance(default, bool)
+    needed = main or (missing and not made) or (zero and meta.get("sign") == "positive")
+    shown = ""
+    if not zero and isinstance(default, (float, str, bool)):
+        shown = f"by default {str(default).lower() if isinstance(default, bool) else default}"
+    elif zero and not needed and ("dimension" in meta or "law" in meta):
+        shown = "by default 0"
+    return FieldReference(field.name, _takes(field), needed, shown, meaning)
+
+
+def _takes(field: dataclasses.Field[Any]) -> str:
+    meta = field.metadata
+    if "dimension" in meta:
+        return f"a number, {_unit(meta['dimension'])}"
+    if "law" in meta:
+        by = f" as a function of {meta['of']}"
+        return f"a number, a formula or a law{by}, {_unit(meta['law'])}"
+    if "limits" in meta:
+        return f"a pair of numbers, {_unit(meta['limits'])}"
+    if "place" in meta:
+        return _PLACE
+    if "body" in meta:
+        return "the name of a body"
+    if "terms" in meta:
+        return "a list of terms"
+    special = {
+        "points": "points by name, each [x, y] or { r = …, angle = … }",
+        "shapes": "shapes by name: disc, ring, line, segment, polygon",
+        "cg": "[x, y], length [m]",
+        "guess": "an angle, or { x = …, y = …, angle = … }",
+        "spread": '"point", { slender = angle } or { xx = …, yy = …, xy = … }',
+    }
+    return special.get(field.name) or _WRITTEN.get(str(field.type), "see below")
+
+
+def _unit(dimension: str) -> str:
+    if dimension == "number":
+        return "without a unit"
+    if dimension == "angle":
+        return "angle [deg in files, rad in Python]"
+    return f"{dimension} [{_SI.of(dimension)}]"
+
+
+def _law_fields(cls: type) -> tuple[FieldReference, ...]:
+    assert issubclass(cls, Law)
+    meanings = described(cls)
+    found = []
+    for field in dataclasses.fields(cls):
+        powers = field.metadata.get("powers")
+        if powers:
+            takes = f"a number, {_by_powers(*powers)}"
+        else:
+            takes = _WRITTEN.get(str(field.type), "a list")
+        missing = field.default is dataclasses.MISSING
+        default = "" if missing else f"by default {field.default}"
+        meaning = meanings.get(field.name, "")
+        found.append(FieldReference(field.name, takes, missing, default, meaning))
+    return tuple(found)
+
+
+def _by_powers(value: int, argument: int, angle: int) -> str:
+    """The unit of a number of a law in words.
+
+    >>> _by_powers(1, -1, 0), _by_powers(0, -1, 1)
+    ('value/argument', 'angle/argument')
+    """
+    powers = (("value", value), ("argument", argument), ("angle", angle))
+    top = "·".join(name if n == 1 else f"{name}²" for name, n in powers if n > 0) or "1"
+    below = "·".join(name if n == -1 else f"{name}²" for name, n in powers if n < 0)
+    return f"{top}/{below}" if below else top
+
+
+def _call(cls: type, names: list[str], given: dict[str, Any]) -> str:
+    """Python that makes an element of what a model file says of it."""
+    assert issubclass(cls, Element)
+    angles = {
+        field.name
+        for field in dataclasses.fields(cls)
+        if field.metadata.get("dimension") == "angle" or field.name == "guess"
+    }
+    parts = [json.dumps(name) for name in names]
+    first = []
+    for field in written_fields(cls):
+        if field.name not in given or not (field.name in _main(cls) or "place" in field.metadata):
+            break
+        first.append(field.name)
+    parts += [_value(given[name], name in angles) for name in first]
+    parts += [
+        f"{name}={_value(value, name in angles)}"
+        for name, value in given.items()
+        if name not in first
+    ]
+    line = f"{cls.__name__}({', '.join(parts)})"
+    if len(line) <= WIDTH - 2:
+        return line
+    return "\n".join([f"{cls.__name__}(", *(f"    {part}," for part in parts), ")"])
+
+
+def _value(value: Any, angle: bool = False) -> str:
+    """A value of a model file as Python; plain angles of files are in degrees."""
+    if isinstance(value, bool):
+        return str(value)
+    if isinstance(value, (int, float)):
+        return f'"{value} deg"' if angle and value else repr(value)
+    if isinstance(value, list):
+        return f"[{', '.join(_value(part) for part in value)}]"
+    if not isinstance(value, dict):
+        return json.dumps(value, ensure_ascii=False)
+    if "body" in value and "point" in value:
+        place = json.dumps(value["body"]), _value(value["point"])
+        return f"Marker({', '.join(place)}, angle={_value(value['angle'], True)})"
+    if "factor" in value:
+        parts = [f"{key}={_value(part)}" for key, part in value.items() if key != "factor"]
+        return f"CouplingTerm({value['factor']}, {', '.join(parts)})"
+    (kind,) = value if len(value) == 1 else (None,)
+    if kind in LAWS:
+        return _law(kind, value[kind])
+    if kind == "dwell":
+        return f"laws.Dwell({_value(value[kind])})"
+    parts = [f"{json.dumps(key)}: {_value(part)}" for key, part in value.items()]
+    return f"{{{', '.join(parts)}}}"
+
+
+def _law(kind: str, given: Any) -> str:
+    name = f"laws.{LAWS[kind].__name__}"
+    if not isinstance(given, dict):
+        return f"{name}({_value(given)})"
+    return f"{name}({', '.join(f'{key}={_value(part)}' for key, part in given.items())})"

@@ -1,0 +1,86 @@
+"""Commented model files to begin with."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+from mbody.errors import ModelError
+from mbody.files.model import from_toml
+from mbody.model.element import listed
+from mbody.quantities import FormulaError, Scope, read
+from mbody.quantities.units import DIMENSIONS
+
+__all__ = ["KINDS", "new_model"]
+
+FOLDER = Path(__file__).parent / "templates"
+
+#: The lengths of each kind, by their names in its file and in the order in which they are given.
+KINDS: dict[str, tuple[str, ...]] = {
+    "fourbar": ("a", "b", "c", "d"),
+    "slidercrank": ("r", "l", "offset"),
+    "sixbar": ("a", "b", "c", "d", "e", "f", "g", "h"),
+    "gears": ("r1", "r2", "r3", "r4"),
+    "cam": ("base", "roller", "lift"),
+    "pendulum": ("l",),
+}
+
+
+def new_model(kind: str, lengths: Sequence[str | float] = ()) -> str:
+    """The text of a commented model file.
+
+    Parameters
+    ----------
+    kind : str
+        One of `KINDS`; hyphens, underscores and capitals do not matter.
+    lengths : sequence of str or float, optional
+        Its lengths in the order of `KINDS`, such as crank, coupler, rocker and ground; a plain
+        number is in the unit of the file. Without them those of the template count.
+
+    Raises
+    ------
+    ModelError
+        For a kind that there is not, other than all lengths, and what is no length.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> text = new_model("fourbar", [50, 120, 80, "11 cm"])
+    >>> run = mbody.kinetostatics(mbody.from_toml(text))
+    >>> round(float(run.point("crank.A").x[0]), 9), run.status
+    (25.0, 'completed')
+    """
+    word = re.sub(r"[\s_-]", "", kind).lower()
+    if word not in KINDS:
+        raise ModelError(
+            f"there is no model of the kind {kind[:60]!r} (there are: {listed(KINDS)})"
+        )
+    text = (FOLDER / f"{word}.toml").read_text(encoding="utf-8")
+    names = KINDS[word]
+    if lengths and len(lengths) != len(names):
+        raise ModelError(
+            f"a {word} has {len(names)} lengths ({', '.join(names)} of its file), not "
+            f"{len(lengths)}: give all of them"
+        )
+    for name, length in zip(names, lengths, strict=False):
+        text = _with_length(text, name, str(length).strip())
+    from_toml(text, name=word)
+    return text
+
+
+def _with_length(text: str, name: str, length: str) -> str:
+    """The file with another value of a parameter; comments stay in their column."""
+    if re.fullmatch(r"-?[\d.]+", length):
+        length += " m" if 'units = "SI"' in text else " mm"
+    try:
+        size = read(length, DIMENSIONS["length"]).value(Scope())
+    except FormulaError as error:
+        raise ModelError(f"the length {name}: {error}") from None
+    if name != "offset" and size <= 0.0:
+        raise ModelError(f"the length {name} is {length}: it must be positive")
+    found = re.search(rf'^{name} *= (".*?")( *)(?=#|$)', text, re.MULTILINE)
+    assert found, name
+    value = f'"{length}"'
+    room = max(1, len(found[1]) + len(found[2]) - len(value)) if found[2] else 0
+    return text[: found.start(1)] + value + " " * room + text[found.end(2) :]

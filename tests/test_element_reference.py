@@ -1,0 +1,131 @@
+"""What `mbody explain` prints: every kind, its fields, and examples that are read and compared."""
+
+import dataclasses
+
+import pytest
+
+import mbody
+from mbody import laws
+from mbody.cli import main
+from mbody.errors import ModelError
+from mbody.files.model import json_schema
+from mbody.files.model.kinds import LAWS, SECTIONS, written_fields
+from mbody.model import contact, coupling, driver, freewheel, joints, loads, stop
+from mbody.model.body import Body
+from mbody.model.element import Marker
+from mbody.teaching import element_reference, reference_overview
+from mbody.teaching.element_examples import SURROUNDINGS
+
+KINDS = [(section, kind) for section, kinds in SECTIONS.items() for kind in kinds]
+#: What the examples in Python name.
+NAMES = {"laws": laws, "Marker": Marker, "Body": Body} | {
+    name: value
+    for module in (joints, loads, driver, coupling, contact, freewheel, stop)
+    for name, value in vars(module).items()
+    if isinstance(value, type)
+}
+
+
+def one(section, kind):
+    (found,) = (one for one in element_reference(kind) if one.section == section)
+    return found
+
+
+def surroundings():
+    return mbody.from_toml(SURROUNDINGS)
+
+
+@pytest.mark.parametrize(("section", "kind"), KINDS)
+def test_both_examples_are_the_same_element(section, kind):
+    found = one(section, kind)
+    assert max(map(len, found.file.splitlines())) <= 130
+    read = mbody.from_toml(f"{SURROUNDINGS}{found.file}\n")
+    (name,) = {element.name for element in read} - {element.name for element in surroundings()}
+    machine = surroundings()
+    machine.add(eval(found.python, dict(NAMES)))
+    assert type(read[name]) is found.cls
+    assert machine[name] == read[name]
+
+
+def values(law):
+    return [law(t) for t in (0.1, 0.7, 1.6)]
+
+
+@pytest.mark.parametrize("kind", LAWS)
+def test_both_examples_are_the_same_law(kind):
+    found = one("laws", kind)
+    text = f"[drivers]\nmotor = {{ angle = 'arm', {found.file} }}\n"
+    read = mbody.from_toml(SURROUNDINGS + text)["motor"].law
+    machine = surroundings()
+    machine.add(mbody.AngleDriver("motor", "arm", eval(found.python, dict(NAMES))))
+    assert type(read) is found.cls is type(machine["motor"].law)
+    # plain numbers of files are degrees, of Python radians: the examples have units where it counts
+    assert values(read) == pytest.approx(values(machine["motor"].law), rel=1e-12)
+
+
+def test_the_body():
+    (found,) = element_reference("Body")
+    read = mbody.from_toml('units = "mm-N-s"\n' + found.file)["arm"]
+    machine = mbody.Mechanism("m", units="mm-N-s")
+    machine.add(eval(found.python, dict(NAMES)))
+    assert machine["arm"] == read
+
+
+@pytest.mark.parametrize(("section", "kind"), KINDS)
+def test_fields_are_those_of_the_schema(section, kind):
+    found = one(section, kind)
+    definition = json_schema()["$defs"][found.cls.__name__]
+    main_fields = set(found.cls.main)
+    assert {kind} | {field.name for field in found.fields} - main_fields == set(
+        definition["properties"]
+    )
+    required = {field.name for field in found.fields if field.needed} - main_fields
+    assert set(definition.get("required", [])) - {kind} <= required
+    assert len(found.fields) == len(written_fields(found.cls))
+
+
+@pytest.mark.parametrize(("section", "kind"), KINDS)
+def test_what_need_not_be_given_may_be_left_out(section, kind):
+    """The example has what is needed; without any one of the needed fields it is refused."""
+    found = one(section, kind)
+    read = mbody.from_toml(f"{SURROUNDINGS}{found.file}\n")
+    (name,) = {element.name for element in read} - {element.name for element in surroundings()}
+    needed = {field.name for field in found.fields if field.needed}
+    given = {field.name: getattr(read[name], field.name) for field in dataclasses.fields(found.cls)}
+    for left_out in needed - set(found.cls.main):
+        rest = {key: value for key, value in given.items() if key != left_out}
+        with pytest.raises((ModelError, TypeError)):
+            machine = surroundings()
+            machine.add(found.cls(**rest))
+
+
+@pytest.mark.parametrize(("section", "kind"), KINDS)
+def test_every_field_has_a_meaning_and_lines_are_short(section, kind):
+    found = one(section, kind)
+    assert found.about
+    unexplained = [field.name for field in found.fields if not field.meaning]
+    assert not unexplained
+    prose = str(found).partition("IN A MODEL FILE")[0]
+    assert max(map(len, prose.splitlines())) <= 100
+
+
+def test_the_list_has_all():
+    text = reference_overview()
+    for _, kind in KINDS:
+        assert f"\n  {kind} " in text
+    assert all(f"\n  {kind} " in text for kind in LAWS)
+
+
+def test_a_name_of_a_class_or_of_several_tables():
+    assert element_reference("TorsionSpring")[0].kind == "torsion_spring"
+    assert [found.section for found in element_reference("angle")] == ["couplings", "drivers"]
+
+
+def test_the_command(capsys):
+    assert main(["explain", "spring"]) == 0
+    text = capsys.readouterr().out
+    assert "stiffness: a number, stiffness [N/m]" in text and "length (length)" in text
+    assert main(["explain"]) == 0
+    assert "[loads]" in capsys.readouterr().out
+    assert main(["explain", "sprng"]) == 2
+    assert "did you mean 'spring'" in capsys.readouterr().err
