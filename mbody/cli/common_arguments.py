@@ -88,7 +88,7 @@ def add_resting(command: argparse.ArgumentParser) -> None:
         "--free", action="append", default=[], metavar="DRIVER", help="a driver to release"
     )
     command.add_argument(
-        "--t", metavar="TIME", help="the time at which laws are evaluated, by default 0"
+        "--t", metavar="TIME", help="when laws are evaluated, by default 0"
     )
 
 
