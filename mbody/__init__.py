@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from mbody import teaching as teaching
     from mbody import testing as testing
     from mbody.analysis.assemblies.all_dead_centres import dead_centres
-    from mbody.analysis.assemblies.assembly_mode import AssemblyModes
     from mbody.analysis.assemblies.assembly_modes import assembly_modes
     from mbody.analysis.assemblies.circuits import circuits
     from mbody.analysis.driven.driver_range import driver_range
@@ -49,7 +48,7 @@ if TYPE_CHECKING:
     from mbody.analysis.inverse.solve_for import solve_for
     from mbody.analysis.linear.modes import Modes, modes
     from mbody.derivatives.fit import fit
-    from mbody.derivatives.gradient import Gradient, gradient
+    from mbody.derivatives.gradient import gradient
     from mbody.derivatives.tolerance_study import tolerances
     from mbody.engines.crosscheck import crosscheck
     from mbody.errors import ModelError, SolveError
@@ -124,7 +123,6 @@ __all__ = [
     "AngleCoupling",
     "AngleDriver",
     "Answer",
-    "AssemblyModes",
     "Between",
     "Body",
     "BodyHistory",
@@ -153,7 +151,6 @@ __all__ = [
     "Freewheel",
     "FrictionForce",
     "Gear",
-    "Gradient",
     "Gravity",
     "HydraulicCylinder",
     "InductionMotor",
@@ -280,7 +277,6 @@ _FOLDERS = (
 )
 _MODULES = {
     "analysis.assemblies.all_dead_centres": "dead_centres",
-    "analysis.assemblies.assembly_mode": "AssemblyModes",
     "analysis.assemblies.assembly_modes": "assembly_modes",
     "analysis.assemblies.circuits": "circuits",
     "analysis.driven.driver_range": "driver_range",
@@ -295,7 +291,7 @@ _MODULES = {
     "analysis.inverse.solve_for": "solve_for",
     "analysis.linear.modes": "Modes modes",
     "derivatives.fit": "fit",
-    "derivatives.gradient": "Gradient gradient",
+    "derivatives.gradient": "gradient",
     "derivatives.tolerance_study": "tolerances",
     "engines.crosscheck": "crosscheck",
     "errors": "ModelError SolveError",
