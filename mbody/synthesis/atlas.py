@@ -20,6 +20,7 @@ import numpy as np
 
 from mbody.errors import ModelError, brief
 from mbody.files.writing import writing
+from mbody.model.element import listed
 from mbody.synthesis.linkage_kinds import KINDS, Kind
 
 __all__ = ["Atlas", "as_atlas", "curve_descriptor"]
@@ -69,7 +70,7 @@ class Atlas:
         40
         """
         if kind not in KINDS:
-            raise ModelError(f"atlas: there is no kind {brief(kind)} (there are: {list(KINDS)})")
+            raise ModelError(f"atlas: there is no kind {brief(kind)} (there are: {listed(KINDS)})")
         own, rng = KINDS[kind], np.random.default_rng(seed)
         each = -(-count // EACH)
         shapes = np.repeat(own.shapes(each, rng), EACH, axis=0)[:count]

@@ -25,7 +25,8 @@ class Design:
     mechanism : Mechanism
         With the instants of the demand as those that it asks for.
     values : dict
-        The numbers that were found, by the names of the description; angles in rad.
+        The numbers that were found, by the names of the description; angles in rad. Of a function
+        also its `zeros`, ``"input.zero.angle"`` and ``"output.zero.angle"`` or ``"output.zero.x"``.
     error : float
         Sum of squares of `misses`, of the mechanism as it was followed.
     misses : tuple of float

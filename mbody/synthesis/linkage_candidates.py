@@ -63,6 +63,10 @@ class LinkageCandidate:
         """The numbers by the names of the description."""
         kind = self.positions.kind
         values = {n: float(x) for n, x in zip(kind.numbers, self.positions.x, strict=True)}
+        if self.zeros is not None:
+            output = "output.zero.angle" if kind.name == "four_bar" else "output.zero.x"
+            values = {k: v for k, v in values.items() if not k.startswith(f"{kind.carrier}.P")}
+            return values | {"input.zero.angle": self.zeros[0], output: self.zeros[1]}
         if self.positions.plane is None:
             return values
         own = [f"{kind.carrier}.{point}.{axis}" for point in "AB" for axis in "xy"]

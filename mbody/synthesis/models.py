@@ -30,11 +30,11 @@ from mbody.synthesis.model_search import Demand, FoundDesign, searched
 from mbody.system.assembler import assemble
 from mbody.system.system import System
 
-__all__ = ["Subject", "for_model", "model_demand", "model_subject"]
+__all__ = ["StudiedModel", "for_model", "model_demand", "model_subject"]
 
 
 @dataclass(frozen=True, eq=False)
-class Subject:
+class StudiedModel:
     """A mechanism with its driver and what is measured of it.
 
     Attributes
@@ -55,7 +55,7 @@ class Subject:
     output: str
 
 
-def model_subject(mechanism: Mechanism, of: Any, path: bool) -> Subject:
+def model_subject(mechanism: Mechanism, of: Any, path: bool) -> StudiedModel:
     """What a demand on a mechanism is about: the path of a point, or an output.
 
     Raises
@@ -84,11 +84,11 @@ def model_subject(mechanism: Mechanism, of: Any, path: bool) -> Subject:
         )
     driver = system.leaders[0]
     driven = "angle" if isinstance(driver, AngleDriver) else "length"
-    return Subject(system, driver.name, driven, quantities, kinds[unit])
+    return StudiedModel(system, driver.name, driven, quantities, kinds[unit])
 
 
 def model_demand(
-    subject: Subject,
+    subject: StudiedModel,
     by: Mapping[str, Any] | None,
     span: Any,
     goals: np.ndarray,
