@@ -21,7 +21,7 @@ from mbody.sweeps.columns import MeasuredColumn, columns_of, reduced
 from mbody.synthesis.linkage_kinds import Kind
 
 __all__ = [
-    "Condition",
+    "MotionCondition",
     "bounds",
     "conditions",
     "counted",
@@ -45,7 +45,7 @@ CLOSED = 1e-9
 
 
 @dataclass(frozen=True)
-class Condition:
+class MotionCondition:
     """A condition on a measured quantity: not below, or not above, another one or a number."""
 
     text: str
@@ -254,7 +254,7 @@ def bounds(
     return low, high
 
 
-def conditions(texts: str | Iterable[str], mechanism: Mechanism) -> list[Condition]:
+def conditions(texts: str | Iterable[str], mechanism: Mechanism) -> list[MotionCondition]:
     """Conditions such as ``"min(coupler.P.y) >= 20 mm"`` on the motion of a mechanism."""
     found = []
     for text in [texts] if isinstance(texts, str) else texts:
@@ -266,5 +266,5 @@ def conditions(texts: str | Iterable[str], mechanism: Mechanism) -> list[Conditi
         (column,) = columns_of(mechanism, [match[1].strip()], "synthesize")
         limit = match[3].strip()
         checked_sides(mechanism, str(text), column.measure.of, limit)
-        found.append(Condition(str(text), column, 1.0 if match[2] == ">=" else -1.0, limit))
+        found.append(MotionCondition(str(text), column, 1.0 if match[2] == ">=" else -1.0, limit))
     return found
