@@ -28,6 +28,9 @@ WORDS = {
     "a file that cannot be written": ["kinematics", "hoekens", "--csv", "/no/where.csv"],
     "a length that is to turn": ["kinematics", "scissor_lift", "--over", "turn"],
     "a turn of nothing that drives": ["kinematics", "simple_pendulum", "--over", "turn"],
+    "exercises without what differs": ["exercise", "norton_fourbar"],
+    "exercises of a step": ["exercise", "hoekens", "--vary", "a=3"],
+    "exercises by a word": ["exercise", "hoekens", "--vary", "a=3:4", "--count", "many"],
     "equations of a turn": ["kinetostatics", "hoekens", "--over", "turn", "--equations"],
 }
 
