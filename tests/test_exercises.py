@@ -86,6 +86,15 @@ def test_the_key_has_the_angles_of_the_closed_form():
     assert rf"\cos({text}^\circ)" in key
 
 
+@pytest.mark.parametrize("degrees", [0, 60, 100, 180])
+def test_the_transmission_of_a_four_bar(degrees):
+    """cos μ = (b² + c² − a² − d² + 2 a d cos θ)/(2 b c), acute."""
+    theta = math.radians(degrees)
+    cosine = (9 + 4 - 1 - 3.5**2 + 7 * math.cos(theta)) / 12
+    run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5, start=theta), [0.0])
+    assert least_transmission(run) == pytest.approx(math.acos(abs(cosine)), abs=1e-9)
+
+
 def test_the_transmission_of_a_slider_crank():
     """sin of the pressure angle = r sin θ/l, greatest at 90 deg."""
     machine = mbody.from_toml(new_model("slidercrank"))

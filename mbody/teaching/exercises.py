@@ -274,8 +274,8 @@ def least_transmission(run: Solution) -> float | None:
     Examples
     --------
     >>> import math, mbody
-    >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5))
-    >>> cosine = (9 + 4 - 1 - 3.5**2 + 7) / 12  # crank at 0
+    >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5, start=0.0))
+    >>> cosine = (9 + 4 - 1 - 3.5**2 + 7) / 12
     >>> math.isclose(least_transmission(run), math.acos(cosine))
     True
     """
