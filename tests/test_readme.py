@@ -73,7 +73,7 @@ def differences(output, shown):
         ("docs/balancing.md", 3),
         ("docs/tolerances.md", 2),
         ("docs/identification.md", 2),
-        ("docs/teaching.md", 1),
+        ("docs/teaching.md", 3),
     ],
 )
 def test_the_code_of_a_page_prints_what_it_shows(page, least):

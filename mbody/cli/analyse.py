@@ -7,6 +7,7 @@ import json
 import sys
 from typing import TYPE_CHECKING, Any
 
+from mbody.cli.equal_steps import equal_steps
 from mbody.cli.models import model_of, named_values
 from mbody.cli.streams import message
 from mbody.cli.usage import UsageError
@@ -75,8 +76,9 @@ def question(args: Any, own: Instants | None) -> Instants | None:
             raise ModelError(str(error).replace("ask: ", "--", 1)) from None
     at: dict[str, Any] = {}
     for name, text in named_values(args.at, "--at").items():
+        parts = equal_steps(f"--at {name}", text)
         try:
-            at[name] = [read(part, None, "deg") for part in text.split(",")]
+            at[name] = [read(part, None, "deg") for part in parts]
         except FormulaError as error:
             raise ModelError(f"--at {name}: {error}", name) from None
     return Instants(at=at) if at else own

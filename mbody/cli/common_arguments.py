@@ -44,7 +44,7 @@ def add_instants(command: argparse.ArgumentParser) -> None:
         default=[],
         metavar="NAME=VALUE",
         help="position of a driver or its body (crank=60, in degrees; rates by its law), or t=0.1; "
-        "several values with commas",
+        "several values with commas, or in equal steps as LOW:HIGH:COUNT (crank=0:360:25)",
     )
     command.add_argument(
         "--over", metavar="WHAT", help="a whole turn: 'turn', or which driver is to make it"
@@ -87,9 +87,7 @@ def add_resting(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--free", action="append", default=[], metavar="DRIVER", help="a driver to release"
     )
-    command.add_argument(
-        "--t", metavar="TIME", help="when laws are evaluated, by default 0"
-    )
+    command.add_argument("--t", metavar="TIME", help="when laws are evaluated, by default 0")
 
 
 def _place(path: str) -> str:

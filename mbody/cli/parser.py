@@ -59,6 +59,7 @@ examples:
   mbody poles mine.toml --at crank=60             instant centres of all pairs of bodies
   mbody balance mine.toml --on 'crank=3 in' -o balanced.toml   counterweights
   mbody derive mine.toml --at crank=60            its equations, in symbols and with numbers
+  mbody exercise mine.toml --vary a=40:60 --count 30 --seed 7 --key key.md > sheet.md
   mbody crosscheck mine.toml --against pinocchio  a second opinion, by another engine
   mbody draw mine.toml --forces -o mine.svg       a picture with its forces
   mbody plot mine.toml motor.effort -o effort.png over the cycle
@@ -199,6 +200,19 @@ def parser() -> argparse.ArgumentParser:
     add_json(command("models", "the models of the gallery", "about.models"))
     show = command("show", "print the file of a model", "about.show")
     show.add_argument("model", metavar="MODEL", help=MODEL)
+    drawn = command("exercise", "questions with round numbers, and a key", "exercise.exercise")
+    add_model(drawn)
+    drawn.add_argument(
+        "--vary",
+        action="append",
+        default=[],
+        metavar="NAME=LOW:HIGH",
+        help="a parameter of the model that differs between exercises",
+    )
+    drawn.add_argument("--count", metavar="N", default="1", help="how many exercises (1)")
+    drawn.add_argument("--seed", metavar="S", default="0", help="the same seed, the same sheet (0)")
+    drawn.add_argument("--key", metavar="FILE", help="write the worked solutions (Markdown)")
+    drawn.add_argument("-o", "--output", metavar="FILE", help="by default the sheet is printed")
     new = command("new", "a commented model file to begin with", "new.new")
     new.add_argument(
         "kind", metavar="KIND", help="fourbar, slidercrank, sixbar, gears, cam or pendulum"

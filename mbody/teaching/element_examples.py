@@ -118,6 +118,10 @@ ELEMENTS: dict[tuple[str, str], str] = {
         'closed = "150 mm", stroke = "200 mm", valve = 1, flow = "10 L/min", drop = "10 bar", '
         'supply = "100 bar", bulk_modulus = "1.4 GPa", dead_volume = "20 cm^3" }'
     ),
+    ("loads", "tyre"): (
+        'tyre = { tyre = ["ground.A", "wheel.O"], radius = "300 mm", stiffness = "200 N/mm", '
+        'friction = 0.9, steepness = 10, shape = 1.6, relaxation = "150 mm" }'
+    ),
     ("contacts", "contact"): (
         'floor = { contact = ["ground.floor", "wheel.rim"], friction = 0.3, restitution = 0.2 }'
     ),

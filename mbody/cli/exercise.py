@@ -1,0 +1,64 @@
+"""`mbody exercise MODEL`: a sheet of questions and its key."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from mbody.cli.models import named_values, path_of
+from mbody.cli.streams import message
+from mbody.cli.usage import UsageError
+
+if TYPE_CHECKING:
+    from mbody.model.mechanism import Mechanism
+
+__all__ = ["exercise"]
+
+
+def exercise(args: Any) -> int:
+    """Print the sheet, and write its figures and the key."""
+    from mbody.files.model import in_units, load
+    from mbody.files.writing import writing
+    from mbody.teaching.exercises import exercises
+
+    path, fixed = path_of(args.model), named_values(args.set, "--set")
+    bounds = {}
+    for name, text in named_values(args.vary, "--vary").items():
+        low, sign, high = text.partition(":")
+        if not sign:
+            raise UsageError(f"--vary takes NAME=LOW:HIGH, not {text[:60]!r}")
+        bounds[name] = (low, high)
+    if not bounds:
+        raise UsageError("choose what differs between exercises: --vary NAME=LOW:HIGH")
+
+    def make(values: Mapping[str, str]) -> Mechanism:
+        machine = load(path, parameters={**fixed, **values})
+        return in_units(machine, args.units) if args.units else machine
+
+    count, seed = (_whole(text, option) for text, option in _numbers(args))
+    found = exercises(make, bounds, count, seed)
+    folder = f"{path.stem}_figures"
+    files = found.save_figures(folder)
+    sheet = found.sheet(folder)
+    if args.output:
+        with writing(args.output) as file:
+            file.write(sheet)
+        message(f"wrote {args.output}")
+    else:
+        print(sheet, end="")
+    message(f"wrote {len(files)} figures in {folder}")
+    if args.key:
+        with writing(args.key) as file:
+            file.write(found.worked())
+        message(f"wrote {args.key}")
+    return 0
+
+
+def _numbers(args: Any) -> tuple[tuple[str, str], tuple[str, str]]:
+    return (args.count, "--count"), (args.seed, "--seed")
+
+
+def _whole(text: str, option: str) -> int:
+    if not (text.isascii() and text.isdigit()) or len(text) > 6:
+        raise UsageError(f"{option} takes a whole number, not {text[:40]!r}")
+    return int(text)
