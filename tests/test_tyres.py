@@ -160,7 +160,11 @@ def test_it_leaves_the_road_and_comes_back():
     flies = run["wheel"].y > 0.3 + 1e-6
     assert flies.any() and np.abs(run.load("tyre").fy[flies]).max() == 0.0
     np.testing.assert_allclose(run["wheel"].vx[flies & (run.t < 0.5)], 5.0, rtol=1e-12)
-    assert (run.measure("tyre.load") >= 0.0).all() and run["wheel"].omega[-1] < -1.0
+    assert (run.measure("tyre.load") >= 0.0).all()
+    theirs = by_scipy(machine, 0.0, 0.0, run.t)
+    # SciPy steps over the landing, where the load has a corner, within its own tolerance
+    np.testing.assert_allclose(run["wheel"].omega, theirs[5], atol=1e-5)
+    np.testing.assert_allclose(run["wheel"].y, theirs[1], atol=1e-7)
 
 
 def test_the_road_leans_as_its_marker_says():
@@ -188,10 +192,12 @@ def test_the_road_leans_as_its_marker_says():
     np.testing.assert_allclose(along, level.load("tyre").fx, atol=1e-5)
 
 
-def test_a_vehicle_dives_and_stops_by_its_tyres():
-    """Two axles, springs between: in the steady state of braking the loads are those of statics,
-    W b/L ± m a h/L, and the sum of both forces is m a.
-    """
+#: Bodies of a vehicle with their masses and inertias.
+BODIES = (("car", 1200.0, 1800.0), ("F", 1.0, INERTIA), ("R", 1.0, INERTIA))
+
+
+def test_a_vehicle_dives_by_its_tyres():
+    """Newton and Euler for the whole vehicle, with the tyres' forces at the road."""
     machine = Mechanism("vehicle", ground={"O": (0.0, 0.0)})
     points = {"F": (1.2, -0.25), "R": (-1.4, -0.25)}
     machine.add(Body("car", mass=1200.0, inertia=1800.0, points=points, guess=(0, 0.55, 0)))
@@ -208,16 +214,23 @@ def test_a_vehicle_dives_and_stops_by_its_tyres():
     machine.simulation = SimulationSettings(until=2.5, rtol=1e-9, start=start)
     run = mbody.simulate(machine)
     assert run.status == "completed"
-    slows = -run["car"].ax[-1]
-    loads = [run.measure(f"tyre_{axle}.load")[-1] for axle in "FR"]
-    whole = (1202.0 * G, -sum(run.load(f"tyre_{axle}").fx[-1] for axle in "FR"))
-    assert sum(loads) == pytest.approx(whole[0], rel=1e-3)
-    assert whole[1] == pytest.approx(1202.0 * slows, rel=1e-3)
-    height = run["car"].y[-1]
-    # moments about the rear tyre's foot; wheels turn ever more slowly: J ω̇ of both
-    spins = INERTIA * sum(run[axle].alpha[-1] for axle in "FR")
-    front = (1200.0 * (G * 1.4 + slows * height) + 1.0 * G * 2.6 - spins) / 2.6
-    assert loads[0] == pytest.approx(front, rel=5e-3)
+    parts = [(run[name], mass, inertia) for name, mass, inertia in BODIES]
+    tyres = [run.load(f"tyre_{axle}") for axle in "FR"]
+    loads = [run.measure(f"tyre_{axle}.load") for axle in "FR"]
+    size = 1202.0 * G
+    along = sum(m * body.ax for body, m, _ in parts)
+    across = sum(m * (body.ay + G) for body, m, _ in parts)
+    np.testing.assert_allclose(sum(one.fx for one in tyres), along, atol=1e-8 * size)
+    np.testing.assert_allclose(sum(loads), across, atol=1e-8 * size)
+    # forces of the tyres act on the road: moments about its origin have no part of those along it
+    moments = sum(
+        m * (body.x * (body.ay + G) - body.y * body.ax) + inertia * body.alpha
+        for body, m, inertia in parts
+    )
+    theirs = sum(load * run[axle].x for load, axle in zip(loads, "FR", strict=True))
+    np.testing.assert_allclose(theirs, moments, atol=1e-8 * size * np.abs(run["car"].x).max())
+    # it dives: more on the front axle than at rest
+    assert loads[0][-1] > 1.1 * 1200.0 * G * 1.4 / 2.6 and run["car"].vx[-1] < 30.0 - 2.5
 
 
 def test_what_cannot_be():

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from mbody.views.pose import Pose
     from mbody.views.sketch import Sketch
 
-__all__ = ["body_shapes", "covered", "hatched_circle", "outlines"]
+__all__ = ["along_line", "body_shapes", "covered", "hatched_circle", "outlines"]
 
 Array = np.ndarray
 
@@ -180,7 +180,7 @@ def _(shape: Line, sketch: Sketch, body: str, name: str) -> None:
     place = pose.point(f"{body}.{shape.point}")
     own = float(pose.system.values[f"{body}.{name.rpartition('.')[2]}.angle"])
     u = direction(own + (0.0 if body == "ground" else pose.angle(body)))
-    low, high = _along(sketch, body, place, u)
+    low, high = along_line(sketch, body, place, u)
     margin = BEYOND * (high - low) + 2.0 * sketch.size("block")
     ends = place + (low - margin) * u, place + (high + margin) * u
     if body != "ground":
@@ -189,7 +189,7 @@ def _(shape: Line, sketch: Sketch, body: str, name: str) -> None:
     sketch.rail(*ends, name, math.inf)
 
 
-def _along(sketch: Sketch, carrier: str, place: Array, u: Array) -> tuple[float, float]:
+def along_line(sketch: Sketch, carrier: str, place: Array, u: Array) -> tuple[float, float]:
     """From where to where bodies are along an endless line, seen from the body that carries it; in
     the whole motion if that is drawn.
     """

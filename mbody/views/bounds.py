@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mbody.model.joints import CamFollower, Gear, Joint, RackPinion, Rolling
-from mbody.model.loads import PistonPressure, ReciprocatingCylinder
+from mbody.model.loads import PistonPressure, ReciprocatingCylinder, Tyre
 from mbody.views.body_shapes import outlines
 from mbody.views.cam_outlines import outline
 from mbody.views.cylinders import barrel
+from mbody.views.tyres import tyre_circle
 
 if TYPE_CHECKING:
     from mbody.model.coupling import Coupling
@@ -67,6 +68,7 @@ def bounds(pose: Pose) -> Array:
     places, circles = places + corners, circles + solid
     for coupling in pose.mechanism.couplings:
         circles += pulleys(coupling, pose).values()
+    circles += [tyre_circle(load, pose) for load in pose.mechanism.loads if isinstance(load, Tyre)]
     for centre, radius in circles:
         places += [centre - radius, centre + radius]
     for load in pose.mechanism.loads:

@@ -27,6 +27,7 @@ from mbody.model.loads import (
     Torque,
     TorsionDamper,
     TorsionSpring,
+    Tyre,
 )
 from mbody.sheets.names import force_names
 from mbody.solution.measures import measured
@@ -37,6 +38,7 @@ from mbody.views.labels import symbolic
 from mbody.views.pose import heading
 from mbody.views.shapes import box, direction, spiral, zigzag
 from mbody.views.style import DRIVE, FORCE, INK, LOAD, PAPER, Z
+from mbody.views.tyres import tyre_symbol
 
 if TYPE_CHECKING:
     from mbody.views.sketch import Sketch
@@ -296,6 +298,11 @@ def _(load: TorsionSpring | TorsionDamper, sketch: Sketch) -> None:
 @load_symbol.register(ReciprocatingCylinder)
 def _(load: PistonPressure | ReciprocatingCylinder, sketch: Sketch) -> None:
     barrel_symbol(load, sketch)
+
+
+@load_symbol.register(Tyre)
+def _(load: Tyre, sketch: Sketch) -> None:
+    tyre_symbol(load, sketch)
 
 
 @load_symbol.register(CentrifugalField)
