@@ -212,37 +212,45 @@ def first_overlap(uni: Unilateral, work: Work, near: float) -> list[int]:
     rows = uni.read(work)
     gaps, along = uni.gaps(rows), uni.along(work).min(axis=1, initial=np.inf)
     worst: dict[str, tuple[float, int]] = {}
-    corners: dict[tuple[str, str, tuple[float, ...]], list[int]] = {}
+    edges: dict[tuple[str, str, tuple[float, ...], float], list[int]] = {}
     for n, (touch, gap) in enumerate(zip(uni.touches, gaps, strict=True)):
-        if gap >= -near:
-            continue
         spot = touch.spot
         if spot.solid == "polygon" and not spot.arcs:
             arm = tuple(float(part) for part in spot.arm)
-            corners.setdefault((touch.name, str(spot.swapped), arm), []).append(n)
+            key = touch.name, str(spot.swapped), arm, float(spot.reach)
+            edges.setdefault(key, []).append(n)
+        elif gap >= -near:
+            continue
         elif spot.solid == "segment" or spot.arcs:
             # from behind a thin wall, or an arc, nothing overlaps it but a disc
             if along[n] >= 0.0 and gap > -2.0 * float(spot.reach):
                 worst.setdefault(touch.name, (float(gap), n))
         else:
             worst[touch.name] = min(worst.get(touch.name, (0.0, n)), (float(gap), n))
-    for (name, swapped, arm), behind in corners.items():
-        same = [
-            n
-            for n, one in enumerate(uni.touches)
-            if one.name == name
-            and str(one.spot.swapped) == swapped
-            and one.spot.solid == "polygon"
-            and tuple(float(part) for part in one.spot.arm) == arm
-        ]
-        if len(behind) == len(same):  # behind every edge: within the polygon
-            least = max(behind, key=lambda n: float(gaps[n]))
-            worst.setdefault(name, (float(gaps[least]), least))
+    whole = uni.along(work)
+    for (name, _, _, reach), about in edges.items():
+        gap, n = _to_polygon(gaps[about] + reach, whole[about])
+        if gap - reach < -near:
+            worst[name] = min(worst.get(name, (0.0, 0)), (gap - reach, about[n]))
     if worst:
         name = min(worst, key=lambda one: worst[one][0])
         raise _overlap(uni, work, name, *worst[name])
     within = uni.within_edges(rows, work, near, 0.0)
     return [n for n, gap in enumerate(gaps) if abs(gap) <= near and within[n]]
+
+
+def _to_polygon(across: Array, along: Array) -> tuple[float, int]:
+    """The distance of a point from a polygon, negative within, and the number of the nearest edge;
+    of every edge the distance `across` its line (edges,), positive outside, and those `along` it
+    from both ends (edges, 2). The polygon may bend inwards.
+    """
+    past = np.maximum(-along.min(axis=1), 0.0)
+    distances = np.hypot(across, past)
+    least = distances.min()
+    # nearest to a corner both edges there are as near: the one that is seen more squarely decides
+    near = np.flatnonzero(distances <= least * (1.0 + 1e-12) + 1e-300)
+    n = int(near[np.argmax(np.abs(across[near]))])
+    return float(np.copysign(least, across[n])), n
 
 
 def _overlap(uni: Unilateral, work: Work, name: str, gap: float, n: int) -> SolveError:

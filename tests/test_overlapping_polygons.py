@@ -1,0 +1,77 @@
+"""What overlaps a polygon at the beginning, convex or not, against crossings of a ray."""
+
+import math
+
+import numpy as np
+import pytest
+
+import mbody
+from mbody import Body, Contact, Mechanism, SimulationSettings
+from mbody.errors import SolveError
+
+#: An L, a star of three points with notches, and a thin wedge.
+SHAPES = {
+    "L": [(0.0, 0.0), (3.0, 0.0), (3.0, 1.0), (1.0, 1.0), (1.0, 3.0), (0.0, 3.0)],
+    "star": [
+        (r * math.cos(a), r * math.sin(a))
+        for r, a in zip([2.0, 0.5] * 3, np.arange(6) * math.pi / 3.0, strict=True)
+    ],
+    "wedge": [(0.0, 0.0), (4.0, -0.4), (4.0, 0.4)],
+}
+
+
+def to_shape(corners, place):
+    """The distance of a place from a polygon, negative within: rays that cross, and segments."""
+    x, y = place
+    inside, least = False, math.inf
+    for (ax, ay), (bx, by) in zip(corners, corners[1:] + corners[:1], strict=True):
+        if (ay > y) != (by > y) and x < ax + (y - ay) * (bx - ax) / (by - ay):
+            inside = not inside
+        dx, dy = bx - ax, by - ay
+        part = min(max(((x - ax) * dx + (y - ay) * dy) / (dx * dx + dy * dy), 0.0), 1.0)
+        least = min(least, math.hypot(x - ax - part * dx, y - ay - part * dy))
+    return -least if inside else least
+
+
+@pytest.mark.parametrize("radius", [0.0, 0.3])
+@pytest.mark.parametrize("name", SHAPES)
+def test_what_overlaps_is_refused_and_nothing_else(name, radius):
+    corners = SHAPES[name]
+    points = {f"P{n}": place for n, place in enumerate(corners)}
+    machine = Mechanism(name, ground=points, ground_shapes={"block": {"polygon": tuple(points)}})
+    shapes = {"rim": {"disc": "C", "radius": radius}} if radius else {}
+    machine.add(
+        Body("bead", mass=1.0, inertia=1.0, points={"C": (0.0, 0.0)}, shapes=shapes),
+        Contact("touch", "ground.block", "bead.rim" if radius else "bead.C"),
+    )
+    seen = set()
+    random = np.random.default_rng(3)
+    low, high = np.min(corners, axis=0) - 0.6, np.max(corners, axis=0) + 0.6
+    for place in random.uniform(low, high, (30, 2)):
+        apart = to_shape(corners, place) - radius
+        start = {"bead": {"x": place[0], "y": place[1], "angle": 0.0}}
+        try:
+            machine.simulation = SimulationSettings(until=1e-3, start=start, instants=2)
+            mbody.simulate(machine)
+            seen.add("apart")
+            assert apart > -1e-9, place
+        except SolveError as error:
+            seen.add("overlaps")
+            assert apart < 0.0, place
+            assert f"overlap by {-apart:.6g} " in str(error)
+    assert seen == {"apart", "overlaps"}
+
+
+def test_a_disc_in_an_inner_corner_overlaps_nothing():
+    """It touches both edges there."""
+    corners = SHAPES["L"]
+    points = {f"P{n}": place for n, place in enumerate(corners)}
+    machine = Mechanism("L", ground=points, ground_shapes={"block": {"polygon": tuple(points)}})
+    rim = {"rim": {"disc": "C", "radius": 0.25}}
+    machine.add(
+        Body("bead", mass=1.0, inertia=1.0, points={"C": (0.0, 0.0)}, shapes=rim),
+        Contact("touch", "ground.block", "bead.rim"),
+    )
+    own = {"x": 1.25, "y": 1.25, "angle": 0.0}
+    machine.simulation = SimulationSettings(until=1e-3, start={"bead": own}, instants=2)
+    assert mbody.simulate(machine).status == "completed"
