@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mbody.model.loads import Tyre
 from mbody.model.touching_shapes import Disc, Line, Polygon, Ring, Segment, Shape
 from mbody.views.carriers import on
 from mbody.views.shapes import arc, direction, within
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from mbody.views.pose import Pose
     from mbody.views.sketch import Sketch
 
-__all__ = ["along_line", "body_shapes", "covered", "hatched_circle", "outlines"]
+__all__ = ["body_shapes", "covered", "hatched_circle", "outlines"]
 
 Array = np.ndarray
 
@@ -30,6 +31,19 @@ def body_shapes(sketch: Sketch, body: str) -> None:
     with sketch.carried(on(body)):
         for name, shape in _shapes(sketch.pose, body).items():
             _drawn(shape, sketch, body, f"shape:{body}.{name}")
+    if body == "ground":
+        for load in sketch.pose.mechanism.loads:
+            if isinstance(load, Tyre):
+                _road(load, sketch)
+
+
+def _road(tyre: Tyre, sketch: Sketch) -> None:
+    """The road of a tyre, as far as bodies are along it."""
+    place, u = sketch.pose.place(tyre, "i"), direction(sketch.pose.direction(tyre, "i"))
+    low, high = _along(sketch, "ground", place, u)
+    margin = sketch.pose.number(tyre, "radius") + 2.0 * sketch.size("block")
+    ends = place + (low - margin) * u, place + (high + margin) * u
+    sketch.rail(*ends, f"road:{tyre.name}", math.inf)
 
 
 def outlines(pose: Pose) -> tuple[list[Array], list[tuple[Array, float]]]:
@@ -180,7 +194,7 @@ def _(shape: Line, sketch: Sketch, body: str, name: str) -> None:
     place = pose.point(f"{body}.{shape.point}")
     own = float(pose.system.values[f"{body}.{name.rpartition('.')[2]}.angle"])
     u = direction(own + (0.0 if body == "ground" else pose.angle(body)))
-    low, high = along_line(sketch, body, place, u)
+    low, high = _along(sketch, body, place, u)
     margin = BEYOND * (high - low) + 2.0 * sketch.size("block")
     ends = place + (low - margin) * u, place + (high + margin) * u
     if body != "ground":
@@ -189,7 +203,7 @@ def _(shape: Line, sketch: Sketch, body: str, name: str) -> None:
     sketch.rail(*ends, name, math.inf)
 
 
-def along_line(sketch: Sketch, carrier: str, place: Array, u: Array) -> tuple[float, float]:
+def _along(sketch: Sketch, carrier: str, place: Array, u: Array) -> tuple[float, float]:
     """From where to where bodies are along an endless line, seen from the body that carries it; in
     the whole motion if that is drawn.
     """

@@ -1,4 +1,4 @@
-"""Tyres: their circle, which is pressed flat where it touches the road, and the road."""
+"""Tyres: their circles."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mbody.model.loads import Tyre
-from mbody.views.body_shapes import along_line
 from mbody.views.carriers import on
 from mbody.views.labels import symbolic
 from mbody.views.shapes import direction
@@ -29,7 +28,7 @@ def tyre_circle(load: Tyre, pose: Pose) -> tuple[Array, float]:
 
 
 def tyre_symbol(load: Tyre, sketch: Sketch) -> None:
-    """The tyre on its wheel, and the road as far as bodies are along it."""
+    """The tyre on its wheel; its road is drawn with the shapes of the ground."""
     centre, radius = tyre_circle(load, sketch.pose)
     body = load.places()["j"].body
     with sketch.carried(on(body)):
@@ -39,8 +38,3 @@ def tyre_symbol(load: Tyre, sketch: Sketch) -> None:
         rim = centre + 0.86 * radius * direction(sketch.pose.angle(body))
         sketch.line([centre, rim], 0.9, SOFT, Z["wheel"] + 0.01, weight=0.2)
         sketch.label(symbolic(load.name), centre, math.pi / 4.0, 0.6 * radius, italic=True)
-    place, u = sketch.pose.place(load, "i"), direction(sketch.pose.direction(load, "i"))
-    low, high = along_line(sketch, "ground", place, u)
-    margin = radius + 2.0 * sketch.size("block")
-    ends = place + (low - margin) * u, place + (high + margin) * u
-    sketch.rail(*ends, f"road:{load.name}", math.inf)
