@@ -79,8 +79,8 @@ def test_the_last_state_as_by_a_complex_step(name):
             exact = truth(mbody.simulate(machine), names, until)
         scale = np.abs(exact).max(axis=0)
         errors.append(float((np.abs(found.jacobian - exact) / scale).max()))
-    # a few steps per tolerance: their errors add up
-    assert errors[0] < 1e-5 and errors[1] < 1e-7 and errors[2] < 1e-9, errors
+    # errors of some ten steps add up, and tangents grow by as much as the motion is unstable
+    assert errors[0] < 1e-6 and errors[1] < 1e-8 and errors[2] < 1e-10, errors
     assert errors[2] < 1e-2 * errors[0], errors
 
 
