@@ -142,7 +142,7 @@ def test_what_has_no_derivatives_is_refused():
         mbody.gradient(ball, "last(ball.y)", analysis="simulate", until=0.1)
     free = mbody.gallery.load("free_fourbar")
     free.simulation = None
-    with pytest.raises(ModelError, match="1 coordinates follow from guesses"):
+    with pytest.raises(ModelError, match="1 of its coordinates follow from guesses"):
         mbody.gradient(free, "last(crank.angle)", "crank.A.x", analysis="simulate", until=0.01)
     with pytest.raises(ModelError, match="motion with rates"):
         mbody.gradient(
