@@ -153,7 +153,7 @@ def gradient(
         raise ModelError("gradient takes one design: choose one of the batch with design(n)")
     if analysis == MOTION:
         return _of_motion(system, measure, by, options)
-    wanted = requested_instants(system, analysis, options, "gradient")
+    wanted = requested_instants(system, analysis, options, "gradient", [MOTION])
     checked_names(system, by)
     columns_of(system.mechanism, measure, "gradient")
     return gradient_at(wanted.analysed(system), measure, by, wanted.turning)
