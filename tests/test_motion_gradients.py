@@ -79,8 +79,8 @@ def test_the_last_state_as_by_a_complex_step(name):
             exact = truth(mbody.simulate(machine), names, until)
         scale = np.abs(exact).max(axis=0)
         errors.append(float((np.abs(found.jacobian - exact) / scale).max()))
-    # a few steps per tolerance: their errors add up
-    assert errors[0] < 1e-5 and errors[1] < 1e-7 and errors[2] < 1e-9, errors
+    # errors of some ten steps add up, and tangents grow by as much as the motion is unstable
+    assert errors[0] < 1e-6 and errors[1] < 1e-8 and errors[2] < 1e-10, errors
     assert errors[2] < 1e-2 * errors[0], errors
 
 
@@ -142,7 +142,7 @@ def test_what_has_no_derivatives_is_refused():
         mbody.gradient(ball, "last(ball.y)", analysis="simulate", until=0.1)
     free = mbody.gallery.load("free_fourbar")
     free.simulation = None
-    with pytest.raises(ModelError, match="1 coordinates follow from guesses"):
+    with pytest.raises(ModelError, match="1 of its coordinates follow from guesses"):
         mbody.gradient(free, "last(crank.angle)", "crank.A.x", analysis="simulate", until=0.01)
     with pytest.raises(ModelError, match="motion with rates"):
         mbody.gradient(

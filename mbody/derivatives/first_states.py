@@ -86,13 +86,13 @@ def _refuse_motion(run: Solution) -> None:
     elif machine.controllers or held_inputs(system):
         what = "inputs that are held"
     elif run.released or len(run.begun) > 1:
-        what = "drivers that are released, or motions of several parts"
+        what = "drivers that are released, or of several parts"
     elif run.ending != "completed":
-        what = "motions that end at an event, whose time changes with the numbers"
+        what = "an end at an event, whose time changes with the numbers"
     if what:
         raise ModelError(
-            f"gradient: the motion of '{machine.name}' has no derivatives here, which are not of "
-            f"{what}: use sweep with other numbers"
+            f"gradient: a motion with {what}, as that of '{machine.name}', is not differentiated: "
+            "compare designs by sweep"
         )
 
 
@@ -105,8 +105,8 @@ def _prescribed(system: System, start: Solution, names: Sequence[str]) -> np.nda
         missing = n - system.rows - len(imposed)
         raise ModelError(
             f"gradient: how the motion of '{system.mechanism.name}' begins is not determined: "
-            f"{max(missing, 0)} coordinates follow from guesses, which are no numbers: prescribe "
-            "as many as are free in the start of its simulation, or give start, a result"
+            f"{max(missing, 0)} of its coordinates follow from guesses, which are no numbers: "
+            "prescribe as many as are free in the start of its simulation, or give start, a result"
         )
     depends = [
         f"start.{body}.{key}"

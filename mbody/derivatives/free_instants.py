@@ -113,8 +113,8 @@ class FreeInstants:
             unit = system.mechanism.units.time
             raise SolveError(
                 f"the derivatives of the motion of '{system.mechanism.name}' cannot be followed "
-                f"beyond t = {state[T_NOW]:.6g} {unit}, it is stiff there: keep more instants, or take "
-                "differences by sweep"
+                f"beyond t = {state[T_NOW]:.6g} {unit}, it is stiff there: keep more "
+                "instants, or take differences by sweep"
             )
         output: np.ndarray = free.output
         return output

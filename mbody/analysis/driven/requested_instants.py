@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -45,10 +45,14 @@ class RequestedInstants:
 
 
 def requested_instants(
-    system: System, analysis: str, options: Mapping[str, Any], verb: str
+    system: System,
+    analysis: str,
+    options: Mapping[str, Any],
+    verb: str,
+    others: Sequence[str] = (),
 ) -> RequestedInstants:
     """What was requested; by default the instants of the mechanism itself. Sentences begin with
-    the verb.
+    the verb; `others`: analyses that it takes besides.
 
     Raises
     ------
@@ -58,7 +62,7 @@ def requested_instants(
     if analysis not in ANALYSES:
         raise ModelError(
             f"{verb}: there is no analysis {brief(analysis)} with derivatives (there are: "
-            f"{listed([*ANALYSES, 'simulate'])})"
+            f"{listed([*ANALYSES, *others])})"
         )
     for name in options:
         if name not in KNOWN:
