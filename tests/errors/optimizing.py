@@ -39,9 +39,7 @@ SCENARIOS = {
     ),
     "an optimization with a negative mass": lambda: optimize(by={"crank.mass": (-1.0, 1.0)}),
     "an optimization by a number that there is not": lambda: optimize(by={"crank.A.z": (1, 2)}),
-    "an optimization by a number that a formula makes": lambda: optimize(
-        machine=with_parameters()
-    ),
+    "an optimization by a number that a formula makes": lambda: optimize(machine=with_parameters()),
     "an optimization with a start that is none": lambda: optimize(start=3),
     "an optimization with a start of another number": lambda: optimize(start={"rocker.B.x": 2.0}),
     "an optimization with a start beyond its bounds": lambda: optimize(start={"crank.A.x": 2.0}),
