@@ -57,7 +57,7 @@ def test_a_closed_form():
 
 
 def test_greatest_values_and_equations():
-    """Greatest F with x + y = 0.5 (an equation), x, y ≥ 0.1: at a corner, (0.4, 0.1) or (0.1, 0.4)."""
+    """Greatest F with x + y = 0.5, x, y ≥ 0.1: at a corner, (0.4, 0.1) or (0.1, 0.4)."""
     machine = wheel()
     found = mbody.optimize(
         machine,

@@ -36,6 +36,10 @@ __all__ = ["Evaluation", "Evaluator"]
 SLOW = 1e-3
 
 
+class _NotClosed(Exception):
+    """A design that does not close on the branch of the description."""
+
+
 @dataclass(eq=False)
 class Evaluation:
     """A design with the derivatives of its histories.
@@ -124,8 +128,8 @@ class Evaluator:
         #: Whether the instants depend on the numbers.
         self.timed = any(varied(two.values, driver) for driver in system.drivers)
         self.grid: TimeGrid = job.grid
-        first = self.grid.first(system)
-        start = closed(system, float(self.grid.t[0]), first, job.how.get("guess"))
+        first, self.guess = self.grid.first(system), job.how.get("guess")
+        start = closed(system, float(self.grid.t[0]), first, self.guess)
         check_determined(system, start, job.analysis)
         self.pose, self.regular = start.work.q[:, 0].copy(), not start.regularization
         #: Closed position of the last design that was analysed, and its numbers.
@@ -160,7 +164,12 @@ class Evaluator:
         """
         system = self.design(x)
         grid = self._grid(system)
-        start = self._closed(system, grid)
+        try:
+            start = self._closed(system, grid)
+        except _NotClosed:
+            # its smallest gap is looked for
+            t = float(grid.t[0])
+            start = closed(system, t, grid.first(system), self.guess)
         runner = Runner(system, self.analysis)
         try:
             return self._followed(runner, start, grid)
@@ -191,11 +200,7 @@ class Evaluator:
                     start = ClosedPosition(system.work())
                     start.work.q[:, 0] = found.poses[0]
                     return start
-            units = system.mechanism.units
-            raise SolveError(
-                f"loops do not close at t = {t:g} {units.time}: from the numbers of the "
-                f"description they do for {found.way[0]:.1%} of the way"
-            )
+            raise _NotClosed
         start = closed(system, t, first, None, 0, self.pose)
         check_determined(system, start, self.analysis)
         return start
@@ -210,7 +215,7 @@ class Evaluator:
             run = self._followed(Runner(system, self.analysis), start, grid)
             instants = DrivenInstants(run, self.names, self.turning)
             whole = instants.at(np.arange(len(run)), self.loads)
-        except (ModelError, SolveError, PathEnded):
+        except (ModelError, SolveError, PathEnded, _NotClosed):
             return None
         record = whole.record
         if not (np.isfinite(record.values).all() and np.isfinite(record.tangents).all()):

@@ -77,7 +77,8 @@ class Program:
         self.width = self.high - self.low
         self.sizes: list[float] | None = None
         self.scale, self.mobile = 1.0, 0.0
-        self._place, self._at = np.empty(0), None
+        self._place = np.empty(0)
+        self._at: Evaluation | None = None
 
     # -- sizes ----------------------------------------------------------------------------------
 
@@ -222,7 +223,7 @@ class Program:
             return chosen.slopes(at, each)
 
         first = (start.x - self.low) / self.width
-        bounds = [(0.0, 1.0)] * n
+        bounds: list[tuple[float | None, float | None]] = [(0.0, 1.0)] * n
         if each:
             first = np.append(first, self.value(start) / self.scale)
             bounds.append((None, None))

@@ -13,7 +13,7 @@ from mbody.errors import ModelError, brief
 from mbody.model.element import listed
 from mbody.model.numbers import dimension_named
 from mbody.quantities import Formula, FormulaError
-from mbody.quantities.number import float_or_formula
+from mbody.quantities.number import NotFinite, float_or_formula
 from mbody.system.system import System
 
 __all__ = ["Ranges", "ranges_of"]
@@ -126,8 +126,8 @@ def _number(system: System, name: str, value: Any, given: str) -> float:
             dimension, scope = dimension_named(machine, name), machine.parameters.scope()
             made = (made if dimension is None else made.of(dimension)).value(scope)
         number = float(made)
+    except NotFinite as error:
+        raise ModelError(f"optimize: '{given}' is {error}, it must be finite", given) from None
     except FormulaError as error:
         raise ModelError(f"optimize: '{given}': {error}", given) from None
-    if not np.isfinite(number):
-        raise ModelError(f"optimize: '{given}' is {number}, it must be finite", given)
     return number

@@ -34,7 +34,6 @@ def optimum_of(
 ) -> Optimum:
     """The result of searches; of two `aims` with their front."""
     at, program, ranges = ended.best.at, ended.program, search.ranges
-    system = search.evaluator.system
     run = at.run
     found, rest = binding(program, at)
     unit = measured(run, aim.column.measure)[2]

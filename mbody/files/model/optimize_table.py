@@ -34,19 +34,23 @@ KEPT = "optimization_tasks"
 NUMBERS = ("by", "start")
 
 
+#: A number of the mechanism: plain, or text with units and parameters.
+quantity: Any = of.number(None)
+
+
 class OptimizeIn(of.Strict):
     """What is to be least or greatest, by which numbers, within which limits."""
 
     minimize: str | list[str] = Field(default_factory=list, description="One aim, or two.")
     maximize: str | list[str] = Field(default_factory=list, description="One aim, or two.")
-    by: dict[str, list[of.number(None)]] = Field(description="[low, high] by number.")
+    by: dict[str, list[quantity]] = Field(description="[low, high] by number.")
     subject_to: str | list[str] = Field(
         default_factory=list, description="Limits such as 'peak(motor.effort) <= 20 N*m'."
     )
     analysis: str = "kinetostatics"
     over: str = Field("", description="'turn' or a driver; by default the instants of [ask].")
     instants: int | None = None
-    start: dict[str, of.number(None)] | None = None
+    start: dict[str, quantity] | None = None
     starts: int | None = Field(None, description="How many searches.")
     seed: int | None = None
     points: int | None = Field(None, description="Designs of a Pareto front.")

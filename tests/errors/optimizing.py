@@ -1,0 +1,71 @@
+"""Optimization: of what, by which numbers, within which limits, and where there is no design."""
+
+import mbody
+from tests.errors.command import said
+from tests.errors.derivatives import with_parameters
+from tests.errors.models import four_bar
+
+
+def optimize(minimize="peak(A.force)", by=None, machine=None, **options):
+    by = {"crank.A.x": (0.8, 1.2)} if by is None else by
+    options = {"over": "turn", "instants": 19, "starts": 1, **options}
+    return mbody.optimize(machine or four_bar(), minimize=minimize, by=by, **options)
+
+
+def of_a_batch():
+    system = mbody.assemble(four_bar()).with_values({"crank.A.x": [0.9, 1.1]})
+    return optimize(machine=system)
+
+
+def of_a_file(table):
+    """A file with one task."""
+    return mbody.from_toml(mbody.to_toml(four_bar()) + f"\n[optimize.best]\n{table}\n")
+
+
+SCENARIOS = {
+    "an optimization of a batch": of_a_batch,
+    "an optimization of nothing": lambda: optimize(None),
+    "an optimization of three aims": lambda: optimize(["A.force", "B.force", "O2.force"]),
+    "an optimization of a history": lambda: optimize("A.force"),
+    "an optimization at an instant that there is not": lambda: optimize("at(A.force, 30)"),
+    "an optimization without bounds": lambda: optimize(by=3),
+    "an optimization with one bound": lambda: optimize(by={"crank.A.x": 1.0}),
+    "an optimization with reversed bounds": lambda: optimize(by={"crank.A.x": (1.2, "80 cm")}),
+    "an optimization with a bound of another kind": lambda: optimize(
+        by={"crank.A.x": ("1 N", "2 N")}
+    ),
+    "an optimization with an infinite bound": lambda: optimize(
+        by={"crank.A.x": (1.0, float("inf"))}
+    ),
+    "an optimization with a negative mass": lambda: optimize(by={"crank.mass": (-1.0, 1.0)}),
+    "an optimization by a number that there is not": lambda: optimize(by={"crank.A.z": (1, 2)}),
+    "an optimization by a number that a formula makes": lambda: optimize(machine=with_parameters()),
+    "an optimization with a start that is none": lambda: optimize(start=3),
+    "an optimization with a start of another number": lambda: optimize(start={"rocker.B.x": 2.0}),
+    "an optimization with a start beyond its bounds": lambda: optimize(start={"crank.A.x": 2.0}),
+    "an optimization with no starts": lambda: optimize(starts=0),
+    "an optimization of another analysis": lambda: optimize(analysis="simulate"),
+    "an optimization with an option that there is not": lambda: optimize(until=3.0),
+    "an optimization with a limit that is no text": lambda: optimize(subject_to=[3]),
+    "an optimization with a limit that is none": lambda: optimize(subject_to="B.force"),
+    "an optimization with half a limit": lambda: optimize(subject_to="B.force <="),
+    "an optimization with a history that equals a number": lambda: optimize(
+        subject_to="B.force = 2 N"
+    ),
+    "an optimization that no number changes": lambda: optimize(
+        "peak(rocker.angle)", by={"crank.mass": (1.0, 2.0)}
+    ),
+    "an optimization whose limits no design meets": lambda: optimize(
+        subject_to="peak(A.force) <= 1 uN"
+    ),
+    "an optimization without a design that closes": lambda: optimize(by={"crank.A.x": (30, 40)}),
+    "an optimization of a name that there is not": lambda: mbody.optimize(four_bar(), "best"),
+    "an optimization of a file by a number that there is not": lambda: of_a_file(
+        'minimize = "peak(A.force)"\nby = { "crunk.A.x" = [1, 2] }'
+    ),
+    "an optimization of a file with one bound": lambda: of_a_file(
+        'minimize = "peak(A.force)"\nby = { "crank.A.x" = [1] }'
+    ),
+    "an optimization of a file without numbers": lambda: of_a_file('minimize = "peak(A.force)"'),
+    "an optimization in the command of a model without": said(["optimize", "norton_fourbar"]),
+}
