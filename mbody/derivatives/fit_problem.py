@@ -40,7 +40,7 @@ class FitProblem:
             else DrivenPrediction(system, one, own, analysis, options)
             for one in series
         ]
-        self.exact = analysis != "simulate"
+        self.exact = all(run.exact for run in self.runs)
         self.start = np.array([float(system.values[name]) for name in own])
         self.columns = list(series[0].measures)
         self.units = {
