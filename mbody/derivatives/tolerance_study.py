@@ -26,6 +26,7 @@ from mbody.system.system import System
 
 __all__ = ["Contribution", "ToleranceStudy", "tolerances"]
 
+NO_SECOND = "there is no second order: a design one deviation away fails: "
 #: By name ± of a normal distribution, or a distribution, or (low, high) of a uniform one.
 Scatters = Mapping[str, "Number | Scatter | tuple[Number, Number]"]
 
@@ -262,7 +263,7 @@ def tolerances(
         curvature = _curvature(centre, by, sigma, slopes)
         second = second_order(value, row, curvature, sigma, excess)
     except SolveError as error:
-        notes.append(f"there is no second order: a design one deviation away fails: {error}")
+        notes.append(NO_SECOND + str(error))
     drawn, failures = None, 0
     if count:
         random = sweep(
