@@ -47,7 +47,12 @@ COMMANDS = {
     "poles": [("norton_fourbar", False)],
     "assemblies": [("norton_fourbar", False), ("flyball_governor", True)],
     "doctor": [("", False)],
+    "sensitivity": [("norton_fourbar peak(A.force)", False)],
+    "balance": [("norton_fourbar --on crank=3 --on rocker=5", False)],
+    "tolerances": [("norton_fourbar A.force --scatter crank.A.x=0.01 --count 20", False)],
+    "fit": [("norton_fourbar run.csv --by crank.A.x --analysis kinematics", False)],
 }
+RUN = "motor [deg],rocker.angle [deg]\n60,104.41\n70,106.9\n80,109.8\n"
 
 
 def commands_with_json() -> set[str]:
@@ -77,6 +82,7 @@ def test_heads(command, arguments, doubtful, tmp_path, monkeypatch, capsys):
     described = mbody.to_toml(mbody.gallery.load("norton_fourbar"))
     (tmp_path / "torque.toml").write_text(described + OPTIMIZED, encoding="utf-8")
     (tmp_path / "pairs.csv").write_text("input, output\n40, 70\n60, 78\n90, 95\n")
+    (tmp_path / "run.csv").write_text(RUN, encoding="utf-8")
     status = cli.main([command, *arguments.split(), "--json"])
     told = json.loads(capsys.readouterr().out)
     assert list(told)[: len(HEAD)] == HEAD and "mechanism" not in told

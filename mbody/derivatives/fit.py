@@ -32,6 +32,9 @@ Array = np.ndarray
 UNSETTLED = (
     "the least squares have not settled after 200 analyses: begin nearer, or look for fewer numbers"
 )
+DIFFERENCED = (
+    "derivatives of this motion are differences of simulate: deviations have some 5 figures"
+)
 #: A value that is this near to its bound, as a part, is at it.
 AT_BOUND = 1e-9
 #: Residuals below this part of the greatest datum are rounding, and fewer are not judged.
@@ -96,11 +99,11 @@ def fit(
     Notes
     -----
     Σ ((d − m(p))/σ)² is made least by a method of Gauss and Newton with trust region and exact
-    derivatives of the histories (`gradient`); those of `simulate` are central differences, which a
-    note says. Covariance s² (JᵀJ)⁻¹ with s² the sum by its degrees of freedom; intervals by
-    Student's distribution. They hold for independent noise; where a residual is correlated with the
-    next one a note says so. What changes no datum is the null space of J; the sums of unknowns that
-    are determined are the base parameters.
+    derivatives of the histories (`gradient`); where a free motion has none, as with impacts, these
+    are central differences, which a note says. Covariance s² (JᵀJ)⁻¹ with s² the sum by its degrees
+    of freedom; intervals by Student's distribution. They hold for independent noise; where a
+    residual is correlated with the next one a note says so. What changes no datum is the null space
+    of J; the sums of unknowns that are determined are the base parameters.
 
     Source: G. A. F. Seber and C. J. Wild, *Nonlinear Regression*, Wiley 1989, chapters 2 and 5; M.
     Gautier and W. Khalil, *Direct calculation of minimum set of inertial parameters of serial
@@ -258,7 +261,7 @@ def _notes(
     numbers, known = best.numbers, best.known
     notes = [f"not determined: {one}" for one in known.undetermined]
     if not problem.exact:
-        notes.append("derivatives of free motions are differences: deviations have some 5 figures")
+        notes.append(DIFFERENCED)
     if problem.count == known.rank:
         notes.append("there are as many unknowns as data: nothing is left to judge errors by")
     for key, value, low, high in zip(keys, numbers, *bounds, strict=True):

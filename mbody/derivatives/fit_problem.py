@@ -40,7 +40,7 @@ class FitProblem:
             else DrivenPrediction(system, one, own, analysis, options)
             for one in series
         ]
-        self.exact = analysis != "simulate"
+        self.exact = all(run.exact for run in self.runs)
         self.start = np.array([float(system.values[name]) for name in own])
         self.columns = list(series[0].measures)
         self.units = {
@@ -64,7 +64,7 @@ class FitProblem:
                 )
         several = len(self.series) > 1
         return {
-            f"{name} offset, run {n + 1}" if several else f"{name} offset": (n, name)
+            _shift(name, n + 1 if several else 0): (n, name)
             for name in wanted
             for n in range(len(self.series))
         }
@@ -132,3 +132,8 @@ class FitProblem:
             np.concatenate([one.values[k] for one in self.series]) for k in range(len(self.columns))
         ]
         return np.array([max(np.nanmax(np.abs(row)), 1e-300) for row in rows])
+
+
+def _shift(column: str, run: int) -> str:
+    """The name of an offset, of the one run or of several."""
+    return f"{column} offset, run {run}" if run else f"{column} offset"

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.derivatives.identifiability import Combination, Undetermined
+from mbody.derivatives.identifiability import Combination, OpenDirection
 from mbody.errors import ModelError
 from mbody.model.element import listed
 from mbody.sheets.text_table import Column, number, paragraph, table
@@ -35,7 +35,7 @@ class Fit(Inherited):
         Standard deviation, and (low, high) of the confidence, by unknown and offset; infinite where
         the data do not determine it.
     confidence : float
-    undetermined : tuple of Undetermined
+    undetermined : tuple of OpenDirection
         Changes of unknowns that change no datum; ``str`` says them.
     combinations : tuple of Combination
         Sums of those unknowns that the data do determine.
@@ -57,7 +57,7 @@ class Fit(Inherited):
     deviations: dict[str, float] = field(default_factory=dict)
     intervals: dict[str, tuple[float, float]] = field(default_factory=dict)
     confidence: float = 0.95
-    undetermined: tuple[Undetermined, ...] = ()
+    undetermined: tuple[OpenDirection, ...] = ()
     combinations: tuple[Combination, ...] = ()
     residual: dict[str, float] = field(default_factory=dict)
     residuals: tuple[dict[str, np.ndarray], ...] = ()

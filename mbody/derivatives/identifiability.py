@@ -9,7 +9,7 @@ import numpy as np
 
 from mbody.sheets.text_table import number
 
-__all__ = ["Combination", "Identified", "Undetermined", "identified"]
+__all__ = ["Combination", "Identified", "OpenDirection", "identified"]
 
 Array = np.ndarray
 
@@ -18,7 +18,7 @@ ROUNDING = 1e-6
 
 
 @dataclass(frozen=True)
-class Undetermined:
+class OpenDirection:
     """A change of unknowns that changes no datum.
 
     Attributes
@@ -68,7 +68,7 @@ class Identified:
         Which take part in a direction that is not determined.
     pivots : tuple of int
         Unknowns that leave nothing open if they are held, one of each direction.
-    undetermined : tuple of Undetermined
+    undetermined : tuple of OpenDirection
     terms : tuple of dict
         Combinations that are determined, of those that take part.
     """
@@ -77,7 +77,7 @@ class Identified:
     inverse: Array
     open: Array
     pivots: tuple[int, ...]
-    undetermined: tuple[Undetermined, ...]
+    undetermined: tuple[OpenDirection, ...]
     terms: tuple[dict[str, float], ...]
 
 
@@ -113,7 +113,7 @@ def identified(
         parts = {names[pivot]: 1.0} | {
             names[k]: float(row[k]) for k in np.flatnonzero(row).tolist() if k != pivot
         }
-        found.append(Undetermined(parts, _said(parts, units)))
+        found.append(OpenDirection(parts, _said(parts, units)))
     terms = []
     for k in np.flatnonzero(open_ones).tolist():
         if k not in pivots:

@@ -63,7 +63,7 @@ def best_numbers(
     SolveError
         Where the start has no histories.
     """
-    search = _Search(problem, units, bounds)
+    search = _ResidualSearch(problem, units, bounds)
     given = _given(problem, deviations)
     sigma = problem.ranges() if given is None else given
     numbers = np.concatenate([problem.start, np.zeros(len(problem.shifts))])
@@ -82,7 +82,7 @@ def best_numbers(
     return BestNumbers(numbers, sigma, known, search.settled)
 
 
-class _Search:
+class _ResidualSearch:
     """Least squares of one problem with different deviations of its columns."""
 
     def __init__(

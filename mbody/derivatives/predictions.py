@@ -9,8 +9,9 @@ import numpy as np
 
 from mbody.analysis.dynamics.simulate import simulate
 from mbody.derivatives.data_series import DataSeries
+from mbody.derivatives.gradient import gradient
 from mbody.derivatives.prepared_gradient import PreparedGradient
-from mbody.errors import SolveError
+from mbody.errors import ModelError, SolveError
 from mbody.solution.measures import measured
 from mbody.solution.solution import Solution
 from mbody.system.system import System
@@ -58,10 +59,9 @@ class DrivenPrediction:
 
 
 class FreePrediction:
-    """Histories of `simulate`, with central differences for derivatives."""
+    """Histories of `simulate`, with exact derivatives of smooth motions, else differences."""
 
-    exact = False
-    #: The result with the last numbers, of those whose differences are taken the last.
+    #: The result with the last numbers.
     run: Solution
 
     def __init__(
@@ -83,6 +83,12 @@ class FreePrediction:
         self.sizes = np.array(
             [abs(float(self.system.values[name])) or lengths for name in self.names]
         )
+        try:
+            self._gradient(self.system)
+            self.exact = True
+        except (ModelError, SolveError):
+            # impacts, methods and beginnings whose motions have no derivatives
+            self.exact = False
         self.least = np.array([0.0 if self.system.rule(n)[0] else -np.inf for n in self.names])
 
     def at(self, numbers: Array) -> tuple[Array, Any]:
@@ -90,8 +96,19 @@ class FreePrediction:
         return self._histories(numbers[None, :])[:, 0], numbers
 
     def jacobian(self, numbers: Any) -> Array:
-        """Derivatives (columns, instants, numbers) by two differences each; where a number may not
-        be less, to one side, of second order too.
+        """Derivatives (columns, instants, numbers)."""
+        if self.exact:
+            values = dict(zip(self.names, numbers.tolist(), strict=True))
+            return self._gradient(self.system.with_values(values))
+        return self._differences(numbers)
+
+    def _gradient(self, system: System) -> Array:
+        found = gradient(system, self.measures, self.names, "simulate", **self.options).jacobian
+        return np.asarray(found.reshape(len(self.measures), -1, len(self.names))[:, self.first :])
+
+    def _differences(self, numbers: Array) -> Array:
+        """By two differences each; where a number may not be less, to one side, of second order
+        too.
         """
         count = len(numbers)
         steps = STEP * np.maximum(np.abs(numbers), self.sizes)

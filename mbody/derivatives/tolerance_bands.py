@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-__all__ = ["Band", "first_order", "of_samples", "second_order"]
+__all__ = ["ToleranceBand", "first_order", "of_samples", "second_order"]
 
 Array = np.ndarray
 
@@ -17,7 +17,7 @@ BELOW = 0.0013498980316300933
 
 
 @dataclass(frozen=True)
-class Band:
+class ToleranceBand:
     """Where a quantity is.
 
     Attributes
@@ -37,18 +37,22 @@ class Band:
     count: int = 0
 
 
-def first_order(value: float, row: Array, sigma: Array) -> Band:
+def first_order(value: float, row: Array, sigma: Array) -> ToleranceBand:
     """Mean m, variance Σ (m_i σ_i)², band ± 3 σ.
 
     >>> first_order(1.0, np.array([3.0, 4.0]), np.array([1.0, 1.0]))
-    Band(mean=1.0, deviation=5.0, low=-14.0, high=16.0, count=0)
+    ToleranceBand(mean=1.0, deviation=5.0, low=-14.0, high=16.0, count=0)
     """
     deviation = float(np.linalg.norm(row * sigma))
     centre = float(value)
-    return Band(centre, deviation, centre - SIGMAS * deviation, centre + SIGMAS * deviation)
+    return ToleranceBand(
+        centre, deviation, centre - SIGMAS * deviation, centre + SIGMAS * deviation
+    )
 
 
-def second_order(value: float, row: Array, curvature: Array, sigma: Array, excess: Array) -> Band:
+def second_order(
+    value: float, row: Array, curvature: Array, sigma: Array, excess: Array
+) -> ToleranceBand:
     """Moments of m + Σ b_i x_i + ½ Σ H_ij x_i x_j with independent symmetric x of mean 0.
 
     With b and H by standard deviations and the excess e: mean m + ½ tr H; variance |b|² + ½ tr H²
@@ -68,11 +72,11 @@ def second_order(value: float, row: Array, curvature: Array, sigma: Array, exces
     third += float(np.trace(h @ h @ h))
     deviation = float(np.sqrt(max(variance, 0.0)))
     if not deviation:
-        return Band(mean, 0.0, mean, mean)
+        return ToleranceBand(mean, 0.0, mean, mean)
     fourth = float(b**4 @ excess) + 12.0 * float(b @ h @ h @ b) + 3.0 * float(np.sum((h @ h) ** 2))
     skewness, heavy = third / deviation**3, fourth / deviation**4
     low, high = (mean + deviation * _bent(z, skewness, heavy) for z in (-SIGMAS, SIGMAS))
-    return Band(mean, deviation, low, high)
+    return ToleranceBand(mean, deviation, low, high)
 
 
 def _bent(z: float, g: float, e: float) -> float:
@@ -85,9 +89,9 @@ def _bent(z: float, g: float, e: float) -> float:
     )
 
 
-def of_samples(values: Array) -> Band:
+def of_samples(values: Array) -> ToleranceBand:
     """Of random designs: the quantiles of 0.135 and 99.865 %."""
     low, high = np.quantile(values, (BELOW, 1.0 - BELOW))
-    return Band(
+    return ToleranceBand(
         float(values.mean()), float(values.std(ddof=1)), float(low), float(high), len(values)
     )

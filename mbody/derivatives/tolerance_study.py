@@ -12,7 +12,7 @@ from mbody.analysis.position.assembly_analysis import as_system
 from mbody.derivatives.gradient import Gradient, gradient
 from mbody.derivatives.named_numbers import checked_names, unit_of
 from mbody.derivatives.tolerance_allocation import Allocation, allocated, limits
-from mbody.derivatives.tolerance_bands import Band, first_order, of_samples, second_order
+from mbody.derivatives.tolerance_bands import ToleranceBand, first_order, of_samples, second_order
 from mbody.errors import ModelError, SolveError, brief
 from mbody.model.mechanism import Mechanism
 from mbody.model.study import Measure
@@ -24,8 +24,9 @@ from mbody.sweeps.samples import monte_carlo, scatter_of
 from mbody.sweeps.tolerances import Normal, Scatter
 from mbody.system.system import System
 
-__all__ = ["Contribution", "Tolerances", "tolerances"]
+__all__ = ["Contribution", "ToleranceStudy", "tolerances"]
 
+NO_SECOND = "there is no second order: a design one deviation away fails: "
 #: By name ± of a normal distribution, or a distribution, or (low, high) of a uniform one.
 Scatters = Mapping[str, "Number | Scatter | tuple[Number, Number]"]
 
@@ -55,7 +56,7 @@ class Contribution:
 
 
 @dataclass(frozen=True, repr=False)
-class Tolerances:
+class ToleranceStudy:
     """Bands of a measured quantity.
 
     Attributes
@@ -63,7 +64,7 @@ class Tolerances:
     measure, unit : str
     value : float
         With every number at its mean.
-    first, second, monte_carlo : Band or None
+    first, second, monte_carlo : ToleranceBand or None
         By the derivatives, by the second derivatives too, and by random designs; None where designs
         do not close, or without random designs.
     worst_case : tuple of float
@@ -82,9 +83,9 @@ class Tolerances:
     measure: str
     unit: str
     value: float
-    first: Band
-    second: Band | None
-    monte_carlo: Band | None
+    first: ToleranceBand
+    second: ToleranceBand | None
+    monte_carlo: ToleranceBand | None
     worst_case: tuple[float, float]
     contributions: dict[str, Contribution]
     allocation: Allocation | None = None
@@ -139,7 +140,7 @@ class Tolerances:
 
     def __repr__(self) -> str:
         return (
-            f"Tolerances({self.measure}: {self.first.mean:.6g} ± "
+            f"ToleranceStudy({self.measure}: {self.first.mean:.6g} ± "
             f"{3.0 * self.first.deviation:.3g} {self.unit})"
         )
 
@@ -155,7 +156,7 @@ def tolerances(
     within: tuple[Number, Number] | None = None,
     cost: Mapping[str, float] | None = None,
     **options: Any,
-) -> Tolerances:
+) -> ToleranceStudy:
     """The band of a measured quantity when numbers of the description scatter: tolerance analysis
     and tolerance allocation.
 
@@ -184,7 +185,7 @@ def tolerances(
 
     Returns
     -------
-    Tolerances
+    ToleranceStudy
         Bands of 99.73 % to first order, second order and of random designs; contributions;
         allocation.
 
@@ -262,7 +263,7 @@ def tolerances(
         curvature = _curvature(centre, by, sigma, slopes)
         second = second_order(value, row, curvature, sigma, excess)
     except SolveError as error:
-        notes.append(f"there is no second order: a design one deviation away fails: {error}")
+        notes.append(NO_SECOND + str(error))
     drawn, failures = None, 0
     if count:
         random = sweep(
@@ -296,7 +297,7 @@ def tolerances(
         for k, key in enumerate(names)
     }
     order = sorted(contributions, key=lambda key: contributions[key].share, reverse=True)
-    return Tolerances(
+    return ToleranceStudy(
         model=system.mechanism.name,
         measure=name,
         unit=found.measured[name],

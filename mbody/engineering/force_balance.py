@@ -33,6 +33,11 @@ __all__ = ["force_balance"]
 
 Array = np.ndarray
 
+AT_REST = (
+    "the drivers have no speed in this motion: forces are those at unit rates, one driver after "
+    "the other"
+)
+BALANCED = "the links balance each other already: no counterweight is needed"
 #: Parts of the momentum, or of the shaking force, that are rounding: positions are closed to 1e-13
 #: of the model length, and rates follow from them with the condition of the loops.
 NOTHING = 1e-10
@@ -121,10 +126,7 @@ def force_balance(model: Mechanism | System, on: Mapping[Any, Any], **options: A
     before, notes = _shaking(run), []
     moving = float(np.abs(before.magnitude).max(initial=0.0)) > 0.0
     if not moving:
-        notes.append(
-            "the drivers have no speed in this motion: forces are those at unit rates, one driver "
-            "after the other"
-        )
+        notes.append(AT_REST)
     forces = [run] if moving else blocks
     if not complete:
         whole = _rows(forces, None, "a") @ present
@@ -142,7 +144,7 @@ def force_balance(model: Mechanism | System, on: Mapping[Any, Any], **options: A
     )
     left, reason = 0.0, ""
     if not momentum.any():
-        notes.append("the links balance each other already: no counterweight is needed")
+        notes.append(BALANCED)
     else:
         left = _size(new) / _size(old)
     if not complete:

@@ -26,6 +26,7 @@ __all__ = ["SpringBalance", "spring_balance"]
 
 Array = np.ndarray
 
+STILL = " does not move: what it holds need not be balanced"
 #: A part of the efforts that is rounding.
 NOTHING = 1e-10
 #: A spring that would leave less than this part if it could push is said to.
@@ -209,7 +210,7 @@ def spring_balance(
     found, notes = _solved(columns, present, names)
     still = [one.name for one in system.leaders if one not in moving]
     if still:
-        notes.append(f"{listed(still)} does not move: what it holds need not be balanced")
+        notes.append(listed(still) + STILL)
     stiffness = dict(zip(names, found, strict=True))
     made = with_changed(
         described,

@@ -1,5 +1,6 @@
 """Fits of numbers to measured histories."""
 
+import contextlib
 import tempfile
 from pathlib import Path
 
@@ -23,13 +24,9 @@ def file(text):
     """A fit of the columns of a file."""
 
     def run():
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder, "run.csv")
-            path.write_text(text, encoding="latin-1")
-            try:
-                fit(path)
-            except mbody.ModelError as error:
-                raise mbody.ModelError(str(error).replace(str(path), "run.csv")) from None
+        with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+            Path("run.csv").write_text(text, encoding="latin-1")
+            fit("run.csv")
 
     return run
 
@@ -93,5 +90,6 @@ SCENARIOS = {
     "a data file with long rows": file("t,rocker.angle\n0,1,2\n"),
     "a data file in another script": file("t,rocker.angle\n0,\xe9\n"),
     "a data file that is not there": lambda: fit("none.csv"),
+    "a number that a fit has not": lambda: fit(data())["coupler.B.x"],
     "a fit without unknowns": said(["fit", "norton_fourbar", "none.csv"]),
 }
