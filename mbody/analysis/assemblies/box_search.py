@@ -60,10 +60,10 @@ def all_roots(rows: LoopRows, most: int, reach: np.ndarray | None = None) -> Box
     """All real roots, angles within their turns, displacements up to `reach` (slides,), by default
     `REACH` times the size of the rows; after `most` boxes the rest is left open.
     """
-    return _Search(rows, most, reach).run()
+    return _BoxSearch(rows, most, reach).run()
 
 
-class _Search:
+class _BoxSearch:
     def __init__(self, rows: LoopRows, most: int, reach: np.ndarray | None) -> None:
         self.rows, self.most = rows, most
         self.reach = np.full(rows.slides, REACH * rows.scale) if reach is None else reach
