@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from mbody.analysis.driven.kinematics import kinematics
     from mbody.analysis.driven.kinetostatics import kinetostatics
     from mbody.analysis.driven.statics import statics
+    from mbody.analysis.driven.transmission import transmission
     from mbody.analysis.dynamics.simulate import simulate
     from mbody.analysis.equilibria.equilibrium import Equilibria, equilibrium
     from mbody.analysis.freedom.mobility import Mobility, mobility
@@ -217,6 +218,7 @@ __all__ = [
     "synthesize",
     "to_toml",
     "tolerances",
+    "transmission",
     "view",
 ]
 
@@ -235,6 +237,7 @@ presentation.register(
     Modes="mbody.sheets.modes:sheet",
     Optimum="mbody.optimization.sheet:sheet",
     Solution="mbody.sheets.instant:sheet",
+    Transmission="mbody.sheets.transmission:sheet",
 )
 presentation.register(
     "data", Answer="mbody.files.answers:answer_data", Solution="mbody.files.results:data"
@@ -293,6 +296,7 @@ _MODULES = {
     "derivatives.fit": "fit",
     "derivatives.gradient": "gradient",
     "derivatives.tolerance_study": "tolerances",
+    "analysis.driven.transmission": "transmission",
     "engines.crosscheck": "crosscheck",
     "errors": "ModelError SolveError",
     "files.model": "from_toml load save to_toml",

@@ -249,7 +249,7 @@ class Exhaustive:
         rng = np.random.default_rng(seed)
         q = rng.uniform(-1, 1, (starts, 3 * len(self.names))) * 3.0 * self.system.length
         q[:, 2::3] = rng.uniform(-np.pi, np.pi, (starts, len(self.names)))
-        for _ in range(100):
+        for _ in range(60):
             inverse = np.linalg.pinv(self.jacobian(q), rcond=1e-9)
             step = np.einsum("bij,bj->bi", inverse, self.residual(q))
             most = np.abs(step).max(1, keepdims=True) / self.system.length

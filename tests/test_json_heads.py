@@ -45,6 +45,7 @@ COMMANDS = {
     "crosscheck": [("norton_fourbar --against pinocchio", False)],
     "models": [("", False)],
     "poles": [("norton_fourbar", False)],
+    "transmission": [("norton_fourbar --output rocker", False)],
     "assemblies": [("norton_fourbar", False), ("flyball_governor", True)],
     "doctor": [("", False)],
     "sensitivity": [("norton_fourbar peak(A.force)", False)],

@@ -74,6 +74,8 @@ def differences(output, shown):
         ("docs/tolerances.md", 2),
         ("docs/identification.md", 2),
         ("docs/teaching.md", 3),
+        ("docs/teaching.md", 1),
+        ("docs/assemblies.md", 3),
     ],
 )
 def test_the_code_of_a_page_prints_what_it_shows(page, least):

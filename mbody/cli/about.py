@@ -4,22 +4,49 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mbody.cli.analyse import exit_status
 from mbody.cli.models import model_of, path_of
+from mbody.errors import SolveError
 from mbody.solution.heading import heading
 
+if TYPE_CHECKING:
+    from mbody.analysis.assemblies.assembly_mode import AssemblyModes
+    from mbody.model.mechanism import Mechanism
+
 __all__ = ["check", "equilibrium", "models", "modes", "schema", "show"]
+
+#: Boxes that `check` searches for assembly modes: most need 50, a family of positions 5000.
+AT_ONCE = 6000
 
 
 def check(args: Any) -> int:
     """Degrees of freedom, redundant rows and free motions of a model."""
     from mbody.analysis.freedom.mobility import mobility
+    from mbody.sheets.assemblies import closing_data, closing_line
 
-    report = mobility(model_of(args))
-    print(json.dumps(report.data(), ensure_ascii=False) if args.json else report)
+    mechanism = model_of(args)
+    report = mobility(mechanism)
+    found = _assemblies(mechanism) if report.drivers and report.driven.freedom == 0 else None
+    if args.json:
+        closing = None if found is None else closing_data(found)
+        print(json.dumps(report.data() | {"assemblies": closing}, ensure_ascii=False))
+        return 0
+    print(report)
+    if found is not None:
+        print("", *closing_line(found), sep="\n")
     return 0
+
+
+def _assemblies(mechanism: Mechanism) -> AssemblyModes | None:
+    """In how many ways the mechanism closes, as far as that is known at once."""
+    from mbody.analysis.assemblies.assembly_modes import assembly_modes
+
+    try:
+        return assembly_modes(mechanism, most=AT_ONCE)
+    except SolveError:
+        return None
 
 
 def equilibrium(args: Any) -> int:

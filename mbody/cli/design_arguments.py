@@ -13,6 +13,7 @@ __all__ = [
     "add_optimize",
     "add_sensitivity",
     "add_tolerances",
+    "add_transmission",
 ]
 
 
@@ -112,5 +113,17 @@ def add_assemblies(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "-o", "--output", metavar="FILE", help="draw all of them; ends in .svg, .png or .pdf"
     )
+    add_angle(command)
+    add_json(command)
+
+
+def add_transmission(command: argparse.ArgumentParser) -> None:
+    """Of `mbody transmission`."""
+    add_model(command)
+    what = "the output body, or one of its points"
+    command.add_argument("--output", metavar="BODY", required=True, help=what)
+    command.add_argument("--driver", metavar="NAME", help="of several, the one that drives it")
+    command.add_argument("--joint", metavar="NAME", help="of several, the one that drives it")
+    add_instants(command)
     add_angle(command)
     add_json(command)

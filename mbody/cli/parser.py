@@ -26,6 +26,7 @@ from mbody.cli.design_arguments import (
     add_optimize,
     add_sensitivity,
     add_tolerances,
+    add_transmission,
 )
 from mbody.cli.picture_arguments import (
     add_animate,
@@ -56,6 +57,7 @@ examples:
   mbody report mine.toml -o mine.html             the engineer's document
   mbody freebody mine.toml --at crank=60          every link alone, with its forces
   mbody assemblies mine.toml --at crank=60        every way in which it closes
+  mbody transmission mine.toml --output rocker    transmission angle, mechanical advantage
   mbody poles mine.toml --at crank=60             instant centres of all pairs of bodies
   mbody balance mine.toml --on 'crank=3 in' -o balanced.toml   counterweights
   mbody derive mine.toml --at crank=60            its equations, in symbols and with numbers
@@ -168,6 +170,8 @@ def parser() -> argparse.ArgumentParser:
     add_freebody(command("freebody", cut_free, "freebody.freebody"))
     every = "every way in which it closes, circuits and dead centres"
     add_assemblies(command("assemblies", every, "assemblies.assemblies"))
+    through = "transmission angle, mechanical advantage and velocity ratio over the cycle"
+    add_transmission(command("transmission", through, "transmission.transmission"))
     _poles(command("poles", "instant centres of all pairs of bodies", "poles.poles"))
     balance = "counterweights and springs that balance"
     add_balance(command("balance", balance, "balance.balance"))

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from mbody.analysis.assemblies.assembly_mode import AssemblyModes
     from mbody.analysis.assemblies.circuits import Circuit, Circuits
 
-__all__ = ["circuits_sheet", "dead_centres_sheet", "sheet"]
+__all__ = ["circuits_sheet", "closing_data", "closing_line", "dead_centres_sheet", "sheet"]
 
 #: Modes that are shown.
 SHOWN = 40
@@ -29,7 +29,7 @@ def sheet(found: AssemblyModes) -> str:
     --------
     >>> import mbody
     >>> modes = mbody.assembly_modes(mbody.makers.four_bar(40, 120, 80, 100), {"crank": "40 deg"})
-    >>> print(sheet(modes).splitlines()[2])
+    >>> print(sheet(modes).splitlines()[3])
     2 assembly modes at motor = 40 deg; it is proven that there are no more
     """
     return "\n".join(even([*_modes(found, None), *certified(found)]))
@@ -55,6 +55,23 @@ def circuits_sheet(found: Circuits) -> str:
         lines += ["", *table(Column(t, c, text=True) for t, c in zip(titles, columns, strict=True))]
     lines += ["", *paragraph(_dead_centres(found.dead_centres))]
     return "\n".join(even([*lines, *certified(found)]))
+
+
+def closing_data(found: AssemblyModes) -> dict[str, int | bool | str | None]:
+    """How many modes there are and which one is used, ready for JSON."""
+    used = None if found.used is None else found.used.name
+    return {"count": len(found), "complete": found.complete, "used": used}
+
+
+def closing_line(found: AssemblyModes) -> list[str]:
+    """How many modes there are and which one is used, in a sentence."""
+    where = " and ".join(_value(name, value, found) for name, value in found.at.items())
+    proof = "" if found.complete else ", and maybe in more"
+    ways = many(len(found), "way")
+    used = found.used
+    chosen = "" if used is None else f"; the guesses choose {used.number} {used.name}"
+    text = f"it closes in {ways}{proof} at {where}{chosen}; mbody assemblies shows them"
+    return paragraph(text, "ASSEMBLIES   ")
 
 
 def dead_centres_sheet(found: DeadCentres) -> str:

@@ -17,10 +17,10 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.assemblies.assembly_modes import driver_named
-from mbody.analysis.assemblies.assur_groups import Group, Undetermined, assur_groups
 from mbody.analysis.assemblies.box_search import REACH, all_roots
 from mbody.analysis.assemblies.linkage import Linkage, NotCovered
-from mbody.analysis.assemblies.loop_rows import GroupRows, Rows
+from mbody.analysis.assemblies.loop_rows import GroupRows, LoopRows
+from mbody.analysis.assemblies.solution_order import Group, TooFewRows, assur_groups
 from mbody.analysis.position.assembly_analysis import as_system, check_determined, closed
 from mbody.core.presentation import present
 from mbody.errors import ModelError
@@ -165,7 +165,7 @@ def dead_centres(model: Mechanism | System, driver: str | None = None) -> DeadCe
         return _all(system, found)
     except NotCovered as reason:
         why = str(reason)
-    except Undetermined:
+    except TooFewRows:
         check_determined(system, closed(system, 0.0, {}), "dead_centres")
         why = "its joints are too few for its links"
     return _made(system, found, [], f"there is no proof that there are no others: {why}", 0)
@@ -222,8 +222,8 @@ def _slides(linkage: Linkage, group: Group) -> bool:
 
 def _patches(
     linkage: Linkage, groups: list[Group], own: int
-) -> Iterator[tuple[Rows, np.ndarray, int]]:
-    """Rows of closing and of the singular Jacobian of the last group, patch by patch, with the
+) -> Iterator[tuple[LoopRows, np.ndarray, int]]:
+    """LoopRows of closing and of the singular Jacobian of the last group, patch by patch, with the
     bounds of the displacements and the first unknown that is a component of n.
     """
     pairs = tuple(p for group in groups for p in group.pairs)
@@ -254,8 +254,8 @@ def _patches(
 
 
 def _patch(
-    rows: Rows, columns: list[np.ndarray], along: list[int], kept: np.ndarray, j: int
-) -> tuple[Rows, np.ndarray, int]:
+    rows: LoopRows, columns: list[np.ndarray], along: list[int], kept: np.ndarray, j: int
+) -> tuple[LoopRows, np.ndarray, int]:
     others = [k for k in range(len(columns)) if k != j]
     count, directions = len(kept), rows.P.shape[1]
     P = np.zeros((count, directions), dtype=complex)

@@ -8,12 +8,12 @@ from collections.abc import Collection, Mapping
 import numpy as np
 
 from mbody.analysis.assemblies.assembly_mode import AssemblyMode, AssemblyModes, Unresolved
-from mbody.analysis.assemblies.assur_groups import Group, Undetermined, assur_groups
-from mbody.analysis.assemblies.box_search import NARROW, Roots, all_roots
+from mbody.analysis.assemblies.box_search import NARROW, BoxRoots, all_roots
 from mbody.analysis.assemblies.linkage import Linkage, NotCovered, State
 from mbody.analysis.assemblies.loop_rows import GroupRows
 from mbody.analysis.assemblies.mode_names import mode_names
 from mbody.analysis.assemblies.random_starts import modes_by_random_starts, same_pose
+from mbody.analysis.assemblies.solution_order import Group, TooFewRows, assur_groups
 from mbody.analysis.position.assembly_analysis import (
     as_system,
     check_determined,
@@ -112,11 +112,11 @@ def assembly_modes(
     values = set_drive(system, system.work(), 0.0, given)
     try:
         linkage = Linkage(system, given)
-        search = _Search(linkage, assur_groups(linkage), most)
+        search = _GroupSearch(linkage, assur_groups(linkage), most)
         search.run()
     except NotCovered as reason:
         return _by_starts(system, given, values, str(reason), used)
-    except Undetermined:
+    except TooFewRows:
         check_determined(system, closed(system, 0.0, given), "assembly_modes")
         return _by_starts(system, given, values, "its joints are too few for its links", used)
     return search.result(given, values, used)
@@ -153,7 +153,7 @@ def driver_values(system: System, drive: Mapping[str, Number] | None) -> dict[st
     return found
 
 
-class _Search:
+class _GroupSearch:
     """The groups of one linkage, solved one after the other."""
 
     def __init__(self, linkage: Linkage, groups: list[Group], most: int) -> None:
@@ -178,7 +178,7 @@ class _Search:
                     choices.append((*choice, n))
             self.states, self.choices = states, choices
 
-    def _leave_open(self, rows: GroupRows, found: Roots) -> None:
+    def _leave_open(self, rows: GroupRows, found: BoxRoots) -> None:
         names = self.linkage.names
         group = tuple(names[b] for b in rows.group.bodies)
         middle = 0.5 * (found.low + found.high)

@@ -16,15 +16,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbody.analysis.assemblies.loop_rows import OPEN, Box, Rows
+from mbody.analysis.assemblies.loop_rows import OPEN, Box, LoopRows
 
-__all__ = ["Roots", "all_roots"]
+__all__ = ["BoxRoots", "all_roots"]
 
 #: Width [rad, or a quarter of the reach] of a box that is not halved any more.
 SMALL = 1e-6
 #: Boxes as narrow as this, and how many of them, are no isolated roots.
 NARROW, MANY = 2e-2, 600
-#: Roots nearer than this are one [rad].
+#: BoxRoots nearer than this are one [rad].
 ONE = 1e-7
 #: Displacements are searched up to so many times the size of the rows.
 REACH = 4.0
@@ -35,7 +35,7 @@ INFLATED, LEAST = 1.05, 1e-9
 
 
 @dataclass(frozen=True)
-class Roots:
+class BoxRoots:
     """What the search found.
 
     Attributes
@@ -56,15 +56,15 @@ class Roots:
     spent: bool = False
 
 
-def all_roots(rows: Rows, most: int, reach: np.ndarray | None = None) -> Roots:
+def all_roots(rows: LoopRows, most: int, reach: np.ndarray | None = None) -> BoxRoots:
     """All real roots, angles within their turns, displacements up to `reach` (slides,), by default
     `REACH` times the size of the rows; after `most` boxes the rest is left open.
     """
-    return _Search(rows, most, reach).run()
+    return _BoxSearch(rows, most, reach).run()
 
 
-class _Search:
-    def __init__(self, rows: Rows, most: int, reach: np.ndarray | None) -> None:
+class _BoxSearch:
+    def __init__(self, rows: LoopRows, most: int, reach: np.ndarray | None) -> None:
         self.rows, self.most = rows, most
         self.reach = np.full(rows.slides, REACH * rows.scale) if reach is None else reach
         n = rows.unknowns
@@ -72,11 +72,11 @@ class _Search:
         self.points = np.empty((0, n))
         self.open: list[Box] = []
 
-    def run(self) -> Roots:
+    def run(self) -> BoxRoots:
         rows, n = self.rows, self.rows.unknowns
         if not n:
             closes = np.abs(rows.values(np.zeros((1, 0)))).max(initial=0.0) <= OPEN * rows.scale
-            return Roots(np.zeros((int(closes), 0)), np.empty((0, 0)), np.empty((0, 0)), 0)
+            return BoxRoots(np.zeros((int(closes), 0)), np.empty((0, 0)), np.empty((0, 0)), 0)
         half = np.concatenate([np.pi * rows.turns, self.reach])[None]
         lo, hi, count, spent = -half, half.copy(), 0, False
         while len(lo):
@@ -93,7 +93,7 @@ class _Search:
                 lo, hi = self._halved((lo, hi))
         low = np.concatenate([np.empty((0, n)), *(box[0] for box in self.open)])
         high = np.concatenate([np.empty((0, n)), *(box[1] for box in self.open)])
-        return Roots(self.points, low, high, count, spent)
+        return BoxRoots(self.points, low, high, count, spent)
 
     def _shrunk(self, box: Box) -> Box:
         rows = self.rows

@@ -18,7 +18,7 @@ from mbody.analysis.assemblies.all_dead_centres import (
 )
 from mbody.analysis.assemblies.assembly_mode import AssemblyModes
 from mbody.analysis.assemblies.assembly_modes import assembly_modes, driver_values
-from mbody.analysis.assemblies.joint_curve import JointCurve, Walk
+from mbody.analysis.assemblies.joint_curve import CircuitWalk, JointCurve
 from mbody.analysis.assemblies.random_starts import same_pose
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core.presentation import present
@@ -249,7 +249,7 @@ def dead_centres_of_walks(system: System, driver: str, made: list[Circuit]) -> D
     )
 
 
-def _settle(walk: Walk, values: np.ndarray) -> None:
+def _settle(walk: CircuitWalk, values: np.ndarray) -> None:
     """Certified values for those of a walk, which are rough where branches meet."""
 
     def settled(x: float) -> float:
@@ -281,7 +281,7 @@ def _between(dead: DeadCentres | None, value: float) -> list[float]:
 
 def _walks(
     system: System, curve: JointCurve, values: list[float], known: list[AssemblyModes]
-) -> list[Walk]:
+) -> list[CircuitWalk]:
     def mode_at(number: int, q: np.ndarray) -> int | None:
         pose = np.concatenate([q, np.zeros(3)])
         for mode in known[number]:
@@ -301,7 +301,7 @@ def _walks(
     return found
 
 
-def _circuit(number: int, walk: Walk, angular: bool) -> Circuit:
+def _circuit(number: int, walk: CircuitWalk, angular: bool) -> Circuit:
     modes = tuple(sorted({mode for value, mode in walk.passed if value == 0}))
     branches = [
         tuple(sorted({mode for value, mode in stretch if value == 0})) for stretch in walk.stretches

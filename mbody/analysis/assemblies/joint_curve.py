@@ -13,7 +13,7 @@ from mbody.model.driver import Driver
 from mbody.system.rank import dense
 from mbody.system.system import System
 
-__all__ = ["JointCurve", "Walk"]
+__all__ = ["JointCurve", "CircuitWalk"]
 
 #: First and longest step, in model lengths and radians, and below what a step has failed.
 FIRST, LONGEST, SHORTEST = 0.02, 0.2, 1e-9
@@ -28,7 +28,7 @@ FAR = 100.0
 
 
 @dataclass
-class Walk:
+class CircuitWalk:
     """One circuit, walked until it closes.
 
     Attributes
@@ -98,8 +98,8 @@ class JointCurve:
         values: list[float],
         mode_at: Callable[[int, np.ndarray], int | None],
         geared: bool = False,
-    ) -> Walk:
-        """Walk from a mode, the driver's value growing first, until that mode is passed again.
+    ) -> CircuitWalk:
+        """Walk from a mode, the driver's value growing first, until it is passed again.
 
         Parameters
         ----------
@@ -116,7 +116,7 @@ class JointCurve:
         """
         q = pose[: self.n] / self.system.coordinate_units
         G = self._rows(q)[1]
-        found = Walk(passed=[begin], stretches=[[begin]])
+        found = CircuitWalk(passed=[begin], stretches=[[begin]])
         t = self._tangent(G, G[self.row])
         x = first = self.value(q)
         found.low = found.high = x
@@ -168,7 +168,7 @@ class JointCurve:
         return found
 
     @staticmethod
-    def _joined(found: Walk) -> Walk:
+    def _joined(found: CircuitWalk) -> CircuitWalk:
         """The last stretch goes on into the first."""
         if len(found.stretches) > 1:
             found.stretches[0] = found.stretches.pop() + found.stretches[0]

@@ -117,7 +117,7 @@ class Linkage:
         self._finish()
 
     def _primitives(self) -> dict[int, tuple[Any, ConstraintPrimitive]]:
-        """Rows that are always on, with their elements, by their index."""
+        """LoopRows that are always on, with their elements, by their index."""
         system = self.system
         made = {one.name: one.primitives(system.numbers) for one in system.mechanism.constraints}
         follows = {d.name for d in system.drivers} - {d.name for d in system.leaders}

@@ -19,11 +19,11 @@ from math import lcm
 
 import numpy as np
 
-from mbody.analysis.assemblies.assur_groups import Group
 from mbody.analysis.assemblies.intervals import WIDEN, cosine_range, first_within, products
 from mbody.analysis.assemblies.linkage import Linkage, NotCovered, State
+from mbody.analysis.assemblies.solution_order import Group
 
-__all__ = ["OPEN", "GroupRows", "Rows"]
+__all__ = ["OPEN", "GroupRows", "LoopRows"]
 
 #: Denominators of gear ratios up to which all turns of the wheels are searched.
 TEETH = 400
@@ -35,7 +35,7 @@ OPEN = 1e-9
 Box = tuple[np.ndarray, np.ndarray]
 
 
-class Rows:
+class LoopRows:
     """The rows of one group as arrays, and their ranges over boxes (boxes, unknowns).
 
     Attributes
@@ -82,7 +82,7 @@ class Rows:
             found.setdefault(int(v), []).append(part)
         return found
 
-    def extended(self, P: np.ndarray, Q: np.ndarray, B: np.ndarray, along: list[int]) -> Rows:
+    def extended(self, P: np.ndarray, Q: np.ndarray, B: np.ndarray, along: list[int]) -> LoopRows:
         """Other rows of the same angles: coefficients by row, not by loop."""
         made = copy(self)
         made.P, made.Q, made.B, made.along = P, Q, B, along
@@ -160,7 +160,7 @@ class Rows:
     def cut(self, Y: np.ndarray, box: Box, alive: np.ndarray, open_by: float = 0.0) -> np.ndarray:
         """Shrink boxes, in place, by the rows Y f = 0; `alive` marks those that may hold a root.
 
-        Rows may be open by `open_by` of their size.
+        LoopRows may be open by `open_by` of their size.
         """
         lo, hi = box
         arguments = self._arguments(box)
@@ -259,7 +259,7 @@ class GroupRows:
 
     Attributes
     ----------
-    rows : Rows
+    rows : LoopRows
     names : list of int
         Unknown angles, by the names of `Linkage.variable`.
     """
@@ -301,7 +301,7 @@ class GroupRows:
         if missing:
             raise NotCovered(f"no loop says the angle of '{linkage.names[self.names[missing[0]]]}'")
         ratio = [r for _, r in self.directions]
-        self.rows = Rows(A, S, B, of, ratio, self.along)
+        self.rows = LoopRows(A, S, B, of, ratio, self.along)
 
     def _edge(self, p: int) -> _Edge:
         pair = self.linkage.pairs[p]

@@ -13,8 +13,8 @@ import cmath
 
 import numpy as np
 
-from mbody.analysis.assemblies.assur_groups import Group
 from mbody.analysis.assemblies.linkage import Linkage, Pair
+from mbody.analysis.assemblies.solution_order import Group
 
 __all__ = ["mode_names"]
 

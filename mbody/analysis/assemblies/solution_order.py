@@ -11,20 +11,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import (
-    breadth_first_order,
-    connected_components,
-    maximum_bipartite_matching,
-)
 
 from mbody.analysis.assemblies.linkage import Linkage
 
-__all__ = ["Group", "Undetermined", "assur_groups"]
+__all__ = ["Group", "TooFewRows", "assur_groups"]
 
 
-class Undetermined(Exception):
-    """Rows that cannot determine all unknowns, whatever their numbers are."""
+class TooFewRows(Exception):
+    """LoopRows that cannot determine all unknowns, whatever their numbers are."""
 
 
 @dataclass(frozen=True)
@@ -49,9 +43,12 @@ def assur_groups(linkage: Linkage, known: int = -1) -> list[Group]:
 
     Raises
     ------
-    Undetermined
+    TooFewRows
         Where rows are too few for the unknowns.
     """
+    from scipy.sparse import csr_matrix
+    from scipy.sparse.csgraph import maximum_bipartite_matching
+
     names, rows = _pattern(linkage, known)
     if not names:
         return []
@@ -61,7 +58,7 @@ def assur_groups(linkage: Linkage, known: int = -1) -> list[Group]:
     match = maximum_bipartite_matching(csr_matrix(pattern), perm_type="column")
     matched = np.flatnonzero(match >= 0)
     if len(matched) < len(names):
-        raise Undetermined
+        raise TooFewRows
     graph = np.zeros((len(names), len(names)), dtype=np.int8)
     graph[match[matched]] |= pattern[matched]
     spare = np.flatnonzero(match < 0)
@@ -102,6 +99,9 @@ def _turns(linkage: Linkage, v: int) -> list[int]:
 
 def _exchangeable(pattern: np.ndarray, match: np.ndarray, spare: np.ndarray) -> np.ndarray:
     """Unknowns of all rows that an alternating path leads to from a row to spare."""
+    from scipy.sparse import csr_matrix
+    from scipy.sparse.csgraph import breadth_first_order
+
     count = len(match)
     owner = {int(c): r for r, c in enumerate(match) if c >= 0}
     after = np.zeros((count, count), dtype=np.int8)
@@ -126,6 +126,9 @@ def _ordered(
     match: np.ndarray,
     graph: np.ndarray,
 ) -> list[Group]:
+    from scipy.sparse import csr_matrix
+    from scipy.sparse.csgraph import connected_components
+
     count, label = connected_components(csr_matrix(graph), connection="strong")
     needs: dict[int, set[int]] = {k: set() for k in range(count)}
     for a, b in zip(*np.nonzero(graph), strict=True):

@@ -1,0 +1,73 @@
+"""Assembly modes, circuits, dead centres and transmission."""
+
+import functools
+
+import mbody
+from mbody import AngleDriver, Body, Mechanism, Revolute
+from mbody.views.assemblies import draw_assemblies
+from tests.errors.command import said
+from tests.errors.models import four_bar
+from tests.errors.results import batch
+
+
+@functools.cache
+def turn():
+    return mbody.kinematics(four_bar(), turn=True, instants=13)
+
+
+@functools.cache
+def modes():
+    return mbody.assembly_modes(four_bar())
+
+
+def designs():
+    return mbody.assemble(four_bar()).with_values({"crank.A.x": [1.0, 1.1]})
+
+
+def two_motors():
+    machine = four_bar(Body("wheel"), Revolute("W", "ground", "wheel"))
+    machine.add(AngleDriver("fan", "wheel", 0.0))
+    return machine
+
+
+def shaft():
+    """A wheel that a motor turns by itself."""
+    machine = Mechanism("shaft")
+    machine.add(Body("wheel"), Revolute("W", "ground", "wheel"), AngleDriver("fan", "wheel", 0.0))
+    return mbody.kinematics(machine)
+
+
+def found(**options):
+    return lambda: mbody.assembly_modes(four_bar(), **options)
+
+
+def through(**options):
+    return lambda: mbody.transmission(turn(), **options)
+
+
+SCENARIOS = {
+    "assemblies of a batch": lambda: mbody.assembly_modes(designs()),
+    "assemblies after half a box": found(most=0.5),
+    "assemblies at a number": found(drive=1.0),
+    "assemblies at several values": found(drive={"motor": [1.0, 2.0]}),
+    "assemblies at a driver that is not there": found(drive={"engine": 1.0}),
+    "assemblies of what is free": lambda: mbody.assembly_modes(four_bar(motor=False)),
+    "an assembly that is not there": lambda: modes()["opn"],
+    "a picture of no assembly": lambda: draw_assemblies(
+        mbody.assembly_modes(four_bar(lengths=(1.0, 2.5, 1.5, 5.4)))
+    ),
+    "assemblies of two positions": said(["assemblies", "norton_fourbar", "--at", "crank=60,70"]),
+    "circuits of a batch": lambda: mbody.circuits(designs()),
+    "dead centres of a batch": lambda: mbody.dead_centres(designs()),
+    "dead centres of one of two motors": lambda: mbody.dead_centres(two_motors()),
+    "a transmission of a batch": lambda: mbody.transmission(batch(), output="rocker"),
+    "a transmission to nothing": through(output="piston"),
+    "a transmission to a point that is not there": through(output="rocker.P"),
+    "a transmission from nothing": through(driver="engine", output="rocker"),
+    "a transmission from one of two motors": lambda: mbody.transmission(
+        mbody.kinematics(two_motors()), output="rocker"
+    ),
+    "a transmission through another link's joint": through(output="rocker", joint="A"),
+    "a transmission through two joints": through(output="coupler"),
+    "a transmission through no joint": lambda: mbody.transmission(shaft(), output="wheel"),
+}

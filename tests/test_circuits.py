@@ -1,0 +1,161 @@
+"""Circuits, branches and dead centres: closed forms, and scans by another route."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+import mbody
+from mbody.cli import main
+from tests.assembly_cases import slider_sixbar
+
+FOUR_BARS = {
+    "crank-rocker": (1, 3, 2, 3.5),
+    "double crank": (3, 2.5, 3.2, 1),
+    "double rocker": (4, 2, 3.5, 5),
+    "rocker-crank": (2, 3, 1, 3.5),
+    "triple rocker": (6, 18, 12, 8),
+    "another triple rocker": (3, 4, 5, 7),
+}
+
+
+def limits(a, b, c, d):
+    """Dead centres of a four-bar by the law of cosines: the diagonal is b + c or |b − c| long."""
+    found = []
+    for diagonal in (b + c, abs(b - c)):
+        cosine = (a * a + d * d - diagonal * diagonal) / (2.0 * a * d)
+        if abs(cosine) < 1.0:
+            found += [math.acos(cosine), 2.0 * math.pi - math.acos(cosine)]
+    return sorted(found)
+
+
+def start_of(lengths):
+    """An angle at which the four-bar closes."""
+    ends = limits(*lengths)
+    if not ends:
+        return 0.3
+    middles = [0.5 * (x + y) for x, y in zip(ends, [*ends[1:], ends[0] + 2 * math.pi], strict=True)]
+    a, b, c, d = lengths
+
+    def closes(x):
+        diagonal = math.sqrt(a * a + d * d - 2 * a * d * math.cos(x))
+        return abs(b - c) < diagonal < b + c
+
+    return next(x for x in middles if closes(x))
+
+
+@pytest.mark.parametrize("kind", FOUR_BARS)
+def test_four_bars_by_the_law_of_cosines(kind):
+    """Grashof's linkages have two circuits, others one; dead centres to 1e-9 rad."""
+    lengths = FOUR_BARS[kind]
+    machine = mbody.makers.four_bar(*lengths, start=start_of(lengths))
+    found = mbody.dead_centres(machine)
+    assert found.complete
+    assert found.values == pytest.approx(limits(*lengths), abs=1e-9)
+    circuits = mbody.circuits(machine)
+    short, *middle, long = sorted(lengths)
+    grashof = short + long < sum(middle)
+    assert circuits.complete and len(circuits) == (2 if grashof else 1)
+    turns = kind in ("crank-rocker", "double crank")
+    assert found.full_turn is turns
+    assert {one.full_turn for one in circuits} == {turns}
+    walked = sorted(x % (2 * math.pi) for one in circuits for x in one.dead_centres)
+    assert walked == pytest.approx(limits(*lengths), abs=1e-9)
+
+
+def scanned(machine, count=720):
+    """Where the number of modes changes, from one value of the driver to the next: a scan that
+    knows nothing of singular Jacobians.
+    """
+    system = mbody.assemble(machine)
+    x = (np.arange(count) + 0.5) * 2.0 * math.pi / count
+    counts = []
+    for value in x:
+        modes = mbody.assembly_modes(system, {"motor": value})
+        assert modes.complete
+        counts.append(len(modes))
+    return x, np.array(counts)
+
+
+@pytest.mark.parametrize("seed", [1, 3, 4])
+def test_between_dead_centres_the_number_of_modes_is_one(seed):
+    """It changes by two at each of them and nowhere else."""
+    machine = slider_sixbar(seed)
+    found = mbody.dead_centres(machine)
+    assert found.complete
+    x, counts = scanned(machine, 120)
+    for k in range(len(x)):
+        low, high = x[k], x[(k + 1) % len(x)] + (2 * math.pi if k + 1 == len(x) else 0.0)
+        between = [v for v in found for turn in (0.0, 2 * math.pi) if low < v.value + turn < high]
+        change = abs(int(counts[(k + 1) % len(x)]) - int(counts[k]))
+        if not between:
+            assert change == 0
+        elif len(between) == 1 and counts[k] + counts[(k + 1) % len(x)] == 2:
+            assert change == 2
+
+
+def test_stephenson_and_watt_turn_in_every_mode():
+    for name, count in (("stephenson_sixbar", 2), ("watt_sixbar", 2)):
+        machine = mbody.gallery.load(name)
+        found = mbody.circuits(machine)
+        assert found.complete and found.dead_centres.full_turn is True
+        assert len(found) == count and all(one.full_turn for one in found)
+        # by another route: every mode is followed for a turn
+        for mode in found.modes:
+            run = mbody.kinematics(machine, turn=True, instants=73, guess=mode)
+            for body in ("output",):
+                ends = run[body].angle[[0, -1]]
+                assert abs(math.remainder(ends[1] - ends[0], 2 * math.pi)) < 1e-9
+
+
+def test_circuits_that_never_reach_the_value():
+    """The double rocker 4, 2, 3.5, 5 has two circuits, of which a position lies on one."""
+    found = mbody.circuits(mbody.makers.four_bar(4, 2, 3.5, 5, start=0.6))
+    assert [one.modes for one in found] == [(1, 2), ()]
+    assert found.of(1) == (1, 1) and found.of(2) == (1, 2) and found.of(9) == (None, None)
+    low, high = found[1].range
+    assert low % (2 * math.pi) > math.pi and high > low
+
+
+def test_branches_are_what_the_driver_reaches():
+    """From each mode the driver goes to the ends of its circuit and no further."""
+    machine = mbody.makers.four_bar(6, 18, 12, 8, start=math.pi / 2)
+    (one,) = mbody.circuits(machine)
+    assert one.branches == ((1,), (2,))
+    for mode in mbody.assembly_modes(machine):
+        reach = mbody.driver_range(machine, guess=mode)
+        assert (reach.low, reach.high) == pytest.approx(one.range, abs=1e-9)
+
+
+def test_a_train_closes_after_several_turns():
+    found = mbody.circuits(mbody.gallery.load("planetary_train"))
+    assert found.complete and len(found) == 1 and found[0].full_turn
+
+
+def test_drivers_of_lengths_are_walked_without_proof():
+    found = mbody.circuits(mbody.gallery.load("scissor_lift"))
+    assert not found.complete and found.doubts
+    assert all(one.full_turn is None for one in found)
+
+
+def test_a_change_point_is_not_called_a_dead_centre():
+    """The parallelogram's crank turns all the way round; its branches cross at 0 and 180 deg."""
+    found = mbody.dead_centres(mbody.makers.four_bar(1, 3, 1, 3, start=1.0))
+    assert not found.complete and found.full_turn is not True
+    parallel = mbody.dead_centres(mbody.gallery.load("parallel_cranks"))
+    assert not parallel.positions and parallel.full_turn is None
+
+
+def test_command(capsys):
+    assert main(["assemblies", "stephenson_sixbar", "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert [one["full_turn"] for one in data["circuits"]] == [True, True]
+    assert sorted(mode["circuit"] for mode in data["modes"]) == [1, 2]
+    assert data["dead_centres"] == []
+    assert main(["check", "stephenson_sixbar", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["assemblies"] == {
+        "count": 2,
+        "complete": True,
+        "used": "open-open",
+    }
