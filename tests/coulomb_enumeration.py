@@ -112,8 +112,9 @@ class Coulomb:
         """
         found = []
         for closed, senses in self.ways():
-            for start in range(2 if any(one[0] == "pin" for one in self.rubs) else 1):
-                u = np.zeros(len(self.c)) if not start else rng.normal(0.0, 30.0, len(self.c))
+            # limits of joints bend, or have a corner: several solutions of the same modes
+            for start in range(4 if self.rubs else 1):
+                u = rng.normal(0.0, 30.0 * 10.0 ** (start - 1), len(self.c)) * (start > 0)
                 u, regular = self.newton(closed, senses, u)
                 if not regular:
                     u = self.spread(closed, senses, rng, [a for a, _ in found])

@@ -15,7 +15,7 @@ from tests.test_braking_vehicle import MODEL, braked
 G = 9.81
 
 
-@pytest.mark.parametrize("seed", [*range(300, 324), 327])
+@pytest.mark.parametrize("seed", [*range(300, 324), 327, 596])
 def test_modes_are_those_of_enumeration(seed):
     """Random linkages at random states: every jam, every other solution, all accelerations."""
     rng = np.random.default_rng(seed)
