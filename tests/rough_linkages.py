@@ -49,9 +49,9 @@ KINDS = ("plain", "gear", "cam", "slot")
 COEFFICIENTS = (0.05, 0.2, 0.6, 1.5, 3.0)
 #: What rounding may make of forces, and of efforts that were followed.
 FORCES, EFFORTS = 1e-10, 1e-8
-#: Newton's method on the dense equations ends where forces have grown some ten thousand times: so
-#: far before the part at which it jams, as a part of that.
-PARTS = 1e-6
+#: Newton's method on the dense equations ends a little before they have a solution no more, where
+#: its matrix is nearly singular: so far before the part at which it jams, as a part of that.
+PARTS = 1e-5
 #: A part of friction above which it is all of it: the path of the dense equations is followed in
 #: steps that end there.
 WHOLE = 1.0 - 1e-6
