@@ -25,6 +25,8 @@ from mbody.engines.oracle.reference import Reference
 from mbody.laws import ConstantSpeed, Harmonic
 
 CRANK, ROD, FORCE = 0.05, 0.2, 1000.0
+#: Forces that many times as great as without friction grow without bound.
+GROWN = 100.0
 
 
 def roughened(machine, change, name=None):
@@ -187,15 +189,15 @@ def difference(run, k, **how):
     return max(worst) / scale
 
 
-def followed_part(run, k, most=1.0, step=0.05, least=1e-7):
+def followed_part(run, k, most=1.0, step=0.05, least=1e-10):
     """The part of friction up to which the dense solution can be followed from none, in steps, at
-    an instant: Newton's method from the last solution, det of its matrix keeping its sign.
+    an instant: Newton's method from the last solution, det of its matrix keeping its sign. Where
+    forces grow without bound, 1/(p − part), p is found from the last two of them.
     """
-    part, z, sign = 0.0, None, None
+    dense, part, sign = dense_at(run, k), 0.0, None
+    z, passed = dense.start(), []
     while part < most and step > least:
-        dense = dense_at(run, k, part=min(most, part + step))
-        if z is None:
-            z = dense.start()
+        dense.part = min(most, part + step)
         found = dense.solve(z)
         here = None
         if found is not None:
@@ -207,5 +209,9 @@ def followed_part(run, k, most=1.0, step=0.05, least=1e-7):
             step *= 0.5
             continue
         part, z = min(most, part + step), new
+        passed.append((part, float(np.abs(new).max())))
         step = min(2.0 * step, 0.05)
+    if part < most and len(passed) > 1 and passed[-1][1] > GROWN * passed[0][1]:
+        (before, small), (last, large) = passed[-2:]
+        return (last * large - before * small) / (large - small)
     return part

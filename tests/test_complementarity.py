@@ -185,6 +185,61 @@ def test_the_map_of_painleves_rod(mu):
             assert slow[1] == ("slip-",)
 
 
+def paradox(angle: float, mu: float) -> bool:
+    """Whether pressing the sliding end on would lift it: A(θ) < 0."""
+    s, c = math.sin(angle), math.cos(angle)
+    return 1.0 + 3.0 * c * c - 3.0 * mu * s * c < 0.0
+
+
+def edges(mu: float) -> tuple[float, float]:
+    """The angles between which there is a paradox."""
+    root = math.sqrt(9.0 * mu * mu - 16.0)
+    first, last = (math.atan((3.0 * mu + sign * root) / 2.0) for sign in (-1.0, 1.0))
+    return first, last
+
+
+def test_the_whole_map_of_painleves_rod():
+    """Angle by coefficient, 50 by 50 from level to upright and up to 5, slow and fast."""
+    inside = 0
+    for mu in np.linspace(0.05, 5.0, 50):
+        for angle in np.linspace(0.01, 0.5 * math.pi - 0.01, 50):
+            slow, fast = (
+                decided(float(angle), 0.0, float(mu)),
+                decided(float(angle), 5.0, float(mu)),
+            )
+            lifts = 25.0 * math.sin(angle) > 9.81
+            if paradox(float(angle), float(mu)):
+                inside += 1
+                assert slow[0] == "inconsistent"
+                assert fast[0] == ("indeterminate" if lifts else "inconsistent")
+            else:
+                assert slow == ("", ("slip-",))
+                assert fast == ("", ("open",) if lifts else ("slip-",))
+    assert 700 < inside < 1800
+
+
+@pytest.mark.parametrize(("rate", "above"), [(0.0, 1e-6), (5.0, 1e-3)])
+def test_the_edges_of_the_map_are_found_by_bisection(rate, above):
+    """Of fifty coefficients from just above 4/3 on, to 1e-10, without knowing where they are. Both
+    edges meet at 4/3, where their angles are a square root of the coefficient: what has two
+    solutions is known to some 1e-11 of A.
+    """
+    near = 4.0 / 3.0 + np.geomspace(above, 0.1, 15)
+    for mu in np.concatenate([near, np.linspace(1.45, 20.0, 35)]):
+        middle = math.atan(1.5 * float(mu))
+        assert decided(middle, rate, float(mu))[0]
+        # of a fast rod the low end of the map is where it does not lift: both verdicts are none
+        for outside, edge in zip((0.0, 0.5 * math.pi), edges(float(mu)), strict=True):
+            well, ill = outside, middle
+            while abs(ill - well) > 1e-12:
+                half = 0.5 * (well + ill)
+                if decided(half, rate, float(mu))[0]:
+                    ill = half
+                else:
+                    well = half
+            assert abs(ill - edge) < 1e-10
+
+
 def test_below_four_thirds_there_is_no_paradox():
     """9 μ² < 16."""
     for angle in np.linspace(0.05, 1.5, 60):

@@ -310,6 +310,13 @@ def _independent(
         kept.append(left / part)
         return True
 
+    def along_one_row(one: int, other: int) -> bool:
+        """Whether two touches of the same bodies slide together, as corners on one edge do."""
+        first, second = (rows.block[uni.touches[k].tangent] * scale for k in (one, other))
+        both = float(np.linalg.norm(first)) * float(np.linalg.norm(second))
+        same = abs(float(first @ second)) >= (1.0 - DEPENDENT) * both
+        return same and set(uni.bodies[one]) == set(uni.bodies[other])
+
     for row in dense(system, motion.work)[1]:
         independent(row)
     on = np.zeros((len(uni.touches), 2), dtype=bool)
@@ -327,8 +334,7 @@ def _independent(
             on[k, 1] = True
             motion.groups[k] = [k]
         else:
-            pair = set(uni.bodies[k])
-            leader = next((one for one in motion.groups if set(uni.bodies[one]) == pair), None)
+            leader = next((one for one in motion.groups if along_one_row(one, k)), None)
             if leader is not None:
                 motion.groups[leader].append(k)
     for m, mode in enumerate(pairs):

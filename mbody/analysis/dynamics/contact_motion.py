@@ -24,7 +24,9 @@ from mbody.analysis.dynamics.located import Guard
 from mbody.analysis.dynamics.modal_integration import ModalIntegration
 from mbody.analysis.dynamics.modal_motion import Closing
 from mbody.kernels.friction import DETERMINANT
+from mbody.kernels.friction_laws import FRICTION_KINDS
 from mbody.kernels.step_state import MORE, NEAR_SINGULAR, NEXT, NOT_FINITE, STEP_VANISHED, TIME
+from mbody.model.element import listed
 from mbody.solution.certificate import as_reported, changed
 from mbody.solution.event_record import EventRecord
 from mbody.solution.solution import Solution
@@ -355,4 +357,20 @@ class ContactIntegration(ModalIntegration):
         found = super()._solution(status)
         names = {name: [each[name] for each in self.kept_modes] for name in self.named_modes()}
         notes = (*as_reported(found).notes, *self.contact_notes)
+        if any(event.name == "impact" for event in found.events):
+            notes += self._without_impulse()
         return changed(found, notes=notes, modes=names)
+
+    def _without_impulse(self) -> tuple[str, ...]:
+        """A note on the joints whose reactions have impulses in impacts, but whose friction has
+        none.
+        """
+        kinds = self.system.layout.friction_kind
+        names = [
+            pair.name
+            for pair in self.uni.rough
+            if FRICTION_KINDS[int(kinds[pair.pair])] not in ("torque", "force")
+        ]
+        if not names:
+            return ()
+        return (f"friction in {listed(names)} has no impulse of its own at impacts",)

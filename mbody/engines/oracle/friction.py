@@ -10,7 +10,7 @@ once, from any start; nothing is eliminated.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -118,6 +118,8 @@ class DenseFriction:
         self.t = t
         self.g = reference.phi_q_all(q, t)
         self.right = reference.applied(q, v, t) - reference.mass_matrix() @ np.asarray(a, float)
+        self._places: dict[str, tuple[Any, Any]] = {}
+        self._arms: dict[str, float] = {}
         self.joints = [joint for joint in reference.mechanism.joints if rubs(joint)]
         self.rates = {joint.name: self._rate(joint) for joint in self.joints}
         swift = float(np.abs(self.v).max(initial=0.0))
@@ -167,8 +169,9 @@ class DenseFriction:
         return float(given * (1.0 + (joint.static - 1.0) * math.exp(-(speed**2))))
 
     def _place(self, joint: Any) -> tuple[Any, Any]:
-        found: tuple[Any, Any] = self.reference.reaction_point(self.q, joint)
-        return found
+        if joint.name not in self._places:
+            self._places[joint.name] = self.reference.reaction_point(self.q, joint)
+        return self._places[joint.name]
 
     def _velocity(self, body: str, place: tuple[float, float]) -> tuple[float, float]:
         """Velocity of the point of a body that is at a place of the world."""
@@ -355,8 +358,14 @@ class DenseFriction:
         x, y = place[0] - about[0], place[1] - about[1]
         return float(x * direction[1] - y * direction[0])
 
+    def _mean_arm(self, joint: Any) -> float:
+        """As of `_mean_of`, once for each joint."""
+        if joint.name not in self._arms:
+            self._arms[joint.name] = self._mean_of(joint)
+        return self._arms[joint.name]
+
     @staticmethod
-    def _mean_arm(joint: Any) -> float:
+    def _mean_of(joint: Any) -> float:
         """Mean distance of the contact from the pitch point, along the path on which the tip
         circles leave it: by a sum over the path.
         """
@@ -415,8 +424,8 @@ class DenseFriction:
 
     def slope(self, z: Array) -> tuple[Array, Array]:
         """The residual and its derivative, by complex steps."""
-        steps = self.residual(z[:, None] + 1j * STEP * np.eye(len(z)))
-        return self.residual(z.astype(complex)).real, steps.imag / STEP
+        found = self.residual(z[:, None] + 1j * STEP * np.eye(len(z), len(z) + 1))
+        return found[:, -1].real, found[:, :-1].imag / STEP
 
     def _found(self, z: Array) -> DenseForces:
         r = self.reference
@@ -435,14 +444,42 @@ class DenseFriction:
         """All different solutions from random starts."""
         first = self.start()
         scale = max(float(np.abs(first).max()), float(np.abs(self.right).max(initial=0.0)), 1e-300)
+        tries = np.vstack([first, scale * rng.standard_normal((starts, len(first))) * 3.0])
         found: list[DenseForces] = []
-        tries: Sequence[Any] = [first]
-        tries = [*tries, *(scale * rng.standard_normal((starts, len(first))) * 3.0)]
-        for start in tries:
-            one = self.solve(start)
-            if one is None:
-                continue
-            whole = max(scale, float(np.abs(one.lam).max()))
-            if all(np.abs(one.lam - other.lam).max() > ALIKE * whole for other in found):
-                found.append(one)
+        for z in self._ends(tries):
+            whole = max(scale, float(np.abs(z[: self.reference.m]).max(initial=0.0)))
+            apart = (np.abs(z[: self.reference.m] - other.lam).max(initial=0.0) for other in found)
+            if all(far > ALIKE * whole for far in apart):
+                found.append(self._found(z))
         return found
+
+    def _ends(self, tries: Array) -> list[Array]:
+        """Where Newton's method ends from several starts (starts, unknowns), all in one; those that
+        end nowhere are left out.
+        """
+        z, count = tries.T.copy(), tries.shape[1]
+        scale = float(np.abs(self.right).max(initial=0.0)) or 1.0
+        running = np.arange(len(tries))
+        ended: dict[int, Array] = {}
+        for _ in range(ITERATIONS):
+            here = z[:, running].astype(complex)
+            stepped = here[:, :, None] + 1j * STEP * np.eye(count)[:, None, :]
+            both = np.concatenate([here, stepped.reshape(count, -1)], axis=1)
+            values = self.residual(both)
+            f = values[:, : len(running)].real.T
+            slopes = values[:, len(running) :].imag.reshape(count, len(running), count) / STEP
+            slopes = slopes.transpose(1, 0, 2)
+            good = np.isfinite(slopes).all(axis=(1, 2))
+            good[good] = np.linalg.slogdet(slopes[good])[0] != 0.0
+            running, f, slopes = running[good], f[good], slopes[good]
+            if not len(running):
+                break
+            steps = np.linalg.solve(slopes, f[:, :, None])[:, :, 0].T
+            z[:, running] -= steps
+            sizes = np.maximum(scale, np.abs(z[:, running]).max(axis=0))
+            done = np.abs(steps).max(axis=0) <= CONVERGED * sizes
+            ended |= {int(n): z[:, n].copy() for n in running[done]}
+            running = running[~done & np.isfinite(z[:, running]).all(axis=0)]
+            if not len(running):
+                break
+        return [ended[n] for n in sorted(ended)]
