@@ -129,6 +129,8 @@ class _Compiler:
         at = self.read(self.numbers())
         #: Drivers that follow positions, with their moving bodies.
         self.following = following(mechanism, at)
+        # shapes that cannot touch have no rows
+        self._refuse_contacts(at)
         made = {one.name: one.frictions(at) for one in mechanism.constraints}
         #: Elements with rough pairs.
         self.rough = [one for one in mechanism.constraints if made[one.name]]
@@ -259,13 +261,16 @@ class _Compiler:
         at = self.read(self.numbers())
         return self.laws(self.first_primitives, self.first_actions, pairs, at)
 
+    def _refuse_contacts(self, at: Numbers) -> None:
+        for contact in (*self.mechanism.contacts, *self.mechanism.groups):
+            contact.refuse(at, self.mechanism.units.length)
+
     def compile(self, numbers: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]:
         """Parameters (rows, batch) and masses (3·bodies + 3, batch) from the user's numbers."""
         at = self.read(numbers)
         for joint in self.mechanism.joints:
             joint.refuse(at, self.mechanism.units.length)
-        for contact in (*self.mechanism.contacts, *self.mechanism.groups):
-            contact.refuse(at, self.mechanism.units.length)
+        self._refuse_contacts(at)
         columns, masses = self.columns(numbers)
         batch = max((np.size(value) for value in numbers.values() if np.ndim(value)), default=1)
         return _stack(columns, batch), _stack(masses, batch)

@@ -93,7 +93,7 @@ SCENARIOS = {
     "a disc of radius zero": shaped(disc="O", radius=0.0),
     "a disc about a point that is not there": shaped(disc="Q", radius=1.0),
     "an arc of one end": shaped(disc="O", radius=1.0, begin="30 deg"),
-    "an arc that ends before it begins": shaped(ring="O", radius=1.0, begin="90 deg", end="30 deg"),
+    "an arc that ends before it begins": shaped(ring="O", radius=1.0, begin=1.5, end=0.5),
     "a disc as large as its ring": followed(y=0.0, i="ground.bore", radius=2.0),
     "a line without a point": shaped(line="O"),
     "a segment of one point": shaped(segment=("A",)),

@@ -132,7 +132,7 @@ class Beside:
         course = batch_setup(Runner(system, "kinetostatics"), start, asked)
         lengths = system.values["coupler.B.x"] + 0.01 * np.arange(16)
         fifteen = system.with_values({"coupler.B.x": lengths[:15]})
-        poses = closed_poses(fifteen, asked, course.pose, course.small)[0]
+        poses = closed_poses(fifteen, asked, course.pose, course.origin, course.small).poses
         poses = np.vstack([poses, np.full_like(poses[0], np.nan)])
         designs = system.with_values({"coupler.B.x": lengths})
         sound = on_lanes(designs, course, poses, np.array([0]))[1]
