@@ -126,6 +126,33 @@ def test_many_numbers_take_several_passes():
         assert a == pytest.approx(b, rel=1e-5)
 
 
+@pytest.mark.parametrize(
+    ("model", "measure", "names"),
+    [
+        ("simple_pendulum", "last(pendulum.angle)", ["pendulum.mass", "gravity.x", "l"]),
+        ("double_pendulum", "last(lower.omega)", ["m", "gravity.x", "l"]),
+    ],
+)
+def test_numbers_that_do_not_count_at_the_beginning(model, measure, names):
+    """Tangents of rounding, and those that rise from zero by a power of time, are no stiffness.
+
+    A mass, or all masses together, make no difference; others against differences of four places.
+    """
+    system = mbody.assemble(mbody.gallery.load(model))
+    how = {"until": 0.2, "instants": 3, "rtol": 1e-12}
+    found = mbody.gradient(system, measure, analysis="simulate", **how)
+    assert set(names) < set(found.by)
+    assert abs(found[measure][names[0]]) < 1e-12 * abs(found[measure][names[2]])
+    body, _, of = measure[5:-1].partition(".")
+    for name in names[1:]:
+        value, ends = float(system.values[name]), []
+        for k in (-2.0, -1.0, 1.0, 2.0):
+            run = mbody.simulate(system.with_values({name: value + k * 1e-3}), **how)
+            ends.append(run.measure(f"{body}.{of}")[-1])
+        numeric = (8.0 * (ends[2] - ends[1]) - (ends[3] - ends[0])) / 12e-3
+        assert found[measure][name] == pytest.approx(numeric, rel=1e-7)
+
+
 def test_units_of_numbers_of_the_start():
     found = mbody.gradient(
         pendulum(), "last(bob.x)", ["start.bob.angle", "start.bob.omega"], analysis="simulate"

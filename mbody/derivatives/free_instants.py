@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from mbody.core.duals import TANGENTS
 from mbody.core.lanes import LANES, aligned
 from mbody.derivatives.dual_solution import DualRecord, DualSolution, dual_solution
 from mbody.derivatives.first_states import FirstState
+from mbody.derivatives.named_numbers import number_sizes, unit_of
 from mbody.derivatives.number_tangents import dual_values, number_tangents
 from mbody.errors import SolveError
 from mbody.kernels.free_duals import NEXT_LENGTH, T_NOW, FreeDuals, free_duals
@@ -22,11 +23,16 @@ from mbody.kernels.layout import Work, stand_ins
 from mbody.kernels.step_state import DONE
 from mbody.kernels.tableaus import order_8
 from mbody.solution.solution import Solution
+from mbody.system.system import System
 
 __all__ = ["FreeInstants"]
 
 #: Steps from one instant to the next, at most.
 STEPS = 20_000
+
+#: A change of the state, in its sizes, by a change of a number by its own size: what is less is
+#: integrated with the errors of this one.
+RESOLVED = 1e-3
 
 
 class FreeInstants:
@@ -51,6 +57,7 @@ class FreeInstants:
         self.par = np.zeros((len(par), len(self.names)))
         self.mass = np.zeros((len(mass), len(self.names)))
         self.par[:, places], self.mass[:, places] = par, mass
+        self._resolved = _resolved(run.system, self.names)
 
     def at(self, instants: np.ndarray, with_loads: bool) -> DualSolution:
         """The result at some of its instants with derivatives.
@@ -78,12 +85,14 @@ class FreeInstants:
     def _followed(self, t: np.ndarray, part: slice, rows: int, loads: int) -> np.ndarray:
         """Values and tangents of some of the numbers at rising times: (instants, rows, lanes)."""
         system, way, method = self.run.system, self.first.way, order_8()
-        size, stages = system.state_count, len(method.B)
+        # one row more than the state has: a constant, below which tangents are not resolved
+        size, stages = system.state_count + 1, len(method.B)
         light = stand_ins(system.layout, system.mass, system.length).any()
         regularization = SOFT * bool(self.run.regularization)
         y = aligned(size, LANES)
         width = part.stop - part.start
-        y[:, 0], y[:, 1 : 1 + width] = self.first.y, self.first.tangents[:, part]
+        y[:-1, 0], y[:-1, 1 : 1 + width] = self.first.y, self.first.tangents[:, part]
+        y[-1, 1 : 1 + width] = self._resolved[part]
         n3 = system.coordinates
         rates = self.first.y[n3 : 2 * n3]
         sizes = coordinate_sizes(system.length, rates, self.first.accelerations)
@@ -98,7 +107,7 @@ class FreeInstants:
             refinements=1 + REFINEMENTS if light or regularization else 0,
             rows=system.page_rows,
             loads=loads,
-            scale=np.concatenate([sizes, own_sizes(system)]),
+            scale=np.concatenate([sizes, own_sizes(system), [1.0]]),
             state=state,
             y=y,
             K=np.zeros((stages + 1, size, LANES)),
@@ -136,6 +145,21 @@ class FreeInstants:
         slopes = -own[:, :, width] * np.square(weights[:, :, :1])
         weights[:, :, width] = np.where(there[:, :, None], slopes, 0.0)
         return work
+
+
+def _resolved(system: System, names: Sequence[str]) -> np.ndarray:
+    """Of each number the tangents, in sizes of the state, below which errors do not count.
+
+    A mass by which a pendulum does not swing otherwise has tangents of rounding alone, which no
+    step is short enough for. A number that is zero has the greatest size of its unit.
+    """
+    sizes = number_sizes(system, names)
+    units = [unit_of(system.mechanism, name) for name in names]
+    for k in np.flatnonzero(sizes == 0.0):
+        alike = [one for one in system.values if unit_of(system.mechanism, one) == units[k]]
+        sizes[k] = number_sizes(system, alike).max(initial=0.0)
+    sizes[sizes == 0.0] = np.inf
+    return RESOLVED / sizes
 
 
 def _spread(values: dict[str, Any], own: list[str], names: list[str]) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from mbody.model.simulation import STATE
 from mbody.quantities.units import DIMENSIONS
 from mbody.system.system import System
 
-__all__ = ["changed", "checked_names", "start_numbers", "unit_of"]
+__all__ = ["changed", "checked_names", "number_sizes", "start_numbers", "unit_of"]
 
 #: What is this small a part of a quantity is rounding.
 ROUNDING = 1e-12
@@ -105,9 +105,7 @@ def changed(system: System, names: Sequence[str], value: np.ndarray, row: np.nda
     """Which of the numbers change a quantity by more than rounding, if they change by their own
     size, (names,): from its values and derivatives (…, names).
     """
-    sizes = np.array([abs(float(system.values.get(name, 1.0))) for name in names])
-    lengths = [unit_of(system.mechanism, name) == system.mechanism.units.length for name in names]
-    sizes = np.where(lengths, np.maximum(sizes, system.length), sizes)
+    sizes = number_sizes(system, names)
     effect = np.abs(np.nan_to_num(row)) * sizes
     greatest = np.abs(value).max(initial=0.0)
     most = effect.reshape(-1, len(names)).max(axis=0, initial=0.0)
@@ -116,6 +114,15 @@ def changed(system: System, names: Sequence[str], value: np.ndarray, row: np.nda
     return np.where(
         sizes == 0.0, plain > ROUNDING * plain.max(initial=0.0), most > ROUNDING * greatest
     )
+
+
+def number_sizes(system: System, names: Sequence[str]) -> np.ndarray:
+    """By how much a number may change, (names,): its own size, of lengths that of the mechanism at
+    least; 0 of others that are zero.
+    """
+    sizes = np.array([abs(float(system.values.get(name, 1.0))) for name in names])
+    lengths = [unit_of(system.mechanism, name) == system.mechanism.units.length for name in names]
+    return np.where(lengths, np.maximum(sizes, system.length), sizes)
 
 
 def unit_of(mechanism: Mechanism, name: str) -> str:
