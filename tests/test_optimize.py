@@ -155,6 +155,21 @@ def test_the_description_need_not_turn():
 # -- two aims, files, stops ---------------------------------------------------------------------
 
 
+def test_instants_that_lie_far_apart():
+    """Lanes take steps of one length; where those do not lead from one instant to the next, designs
+    are judged one by one: several starts, and a band at whose end the aim is 1 % worse.
+    """
+    engine = mbody.gallery.load("slider_crank")
+    how = {"at": {"crank": ["30 deg", "60 deg"]}}
+    aim = "peak(motor.effort)"
+    found = mbody.optimize(engine, minimize=aim, by={"rod": (1.0, 1.5)}, starts=3, **how)
+    assert found.starts == found.agreeing == 3
+    low, high = found.band["rod"]
+    swept = mbody.sweep(engine, {"rod": [low, high]}, measure=aim, **how)[aim]
+    assert high == found.values["rod"] == 1.5
+    assert_allclose(swept, [1.01 * found.objective, found.objective], rtol=1e-6)
+
+
 def test_a_front_of_two_aims():
     found = mbody.optimize(
         norton(),

@@ -123,7 +123,7 @@ class MultiStart:
         ranges = self.ranges
         if self.spread is None or self.judged is None:
             many = max(LEAST, EACH * len(ranges.names), 4 * self.count)
-            if self.screen.job.course is None:
+            if not self.screen.by_lanes:
                 many = 4 * self.count  # one by one
             self.spread = spread_designs(ranges.low, ranges.high, many, self.seed)
             self.judged = self.screen.judged(self.spread)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -39,12 +40,20 @@ class Screen:
         Of the measures that `columns` names.
     evaluator : Evaluator
         For designs that cannot go side by side.
+    known : array (numbers,), optional
+        A design that can be analysed where any can; by default that of the description.
     """
 
     def __init__(
-        self, job: Job, evaluator: Evaluator, aims: Sequence[Aim], limits: Sequence[Limit]
+        self,
+        job: Job,
+        evaluator: Evaluator,
+        aims: Sequence[Aim],
+        limits: Sequence[Limit],
+        known: np.ndarray | None = None,
     ) -> None:
         self.job, self.evaluator, self.aims, self.limits = job, evaluator, aims, limits
+        self._known = evaluator.present() if known is None else known
 
     def about(self, at: Evaluation) -> Screen:
         """The same, designs closed from the position of one of them."""
@@ -52,7 +61,15 @@ class Screen:
         if isinstance(job.course, BatchSetup):
             near = replace(job.course, pose=at.pose, origin=at.run.system.par[:, 0].copy())
             job = replace(job, course=near)
-        return Screen(job, self.evaluator, self.aims, self.limits)
+        return Screen(job, self.evaluator, self.aims, self.limits, at.x)
+
+    @functools.cached_property
+    def by_lanes(self) -> bool:
+        """Whether designs go side by side. Lanes go from one instant to the next by steps of one
+        length: where instants lie far apart, one design gets there and lanes do not.
+        """
+        found = side_by_side(self.job, self._known[None])
+        return found is not None and (bool(found[1][0]) or self.evaluator(self._known) is None)
 
     @staticmethod
     def columns(aims: Sequence[Aim], limits: Sequence[Limit]) -> tuple[MeasuredColumn, ...]:
@@ -76,7 +93,8 @@ class Screen:
         return values, margins
 
     def _histories(self, designs: np.ndarray) -> list[Any]:
-        job, found = self.job, side_by_side(self.job, designs)
+        job = self.job
+        found = side_by_side(job, designs) if self.by_lanes else None
         if found is None:
             return [self.evaluator(x) for x in designs]
         columns, good = found
