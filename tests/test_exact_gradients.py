@@ -149,6 +149,30 @@ def test_wheels_that_would_no_longer_fit_have_no_derivative():
     assert "wheels that fit" in found.notes[0]
 
 
+@pytest.mark.parametrize(
+    ("model", "measure", "place"),
+    [("parallel_cranks", "motor.effort", 120), ("toggle_press", "knee.effort", 292)],
+)
+def test_limits_and_jams_have_no_derivative(model, measure, place):
+    """At a change point values are limits, where a mechanism jams there are none: other instants of
+    the same result have derivatives as before.
+    """
+    machine = mbody.gallery.load(model)
+    (body, *_) = machine.bodies
+    name, driver = f"{body.name}.mass", machine.drivers[0].name
+    name = "M" if name in mbody.assemble(machine).formulas else name
+    for reduced in (f"peak({measure})", f"at({measure}, {place})", f"mean({measure})"):
+        found = mbody.gradient(machine, reduced, name, turn=driver)
+        assert np.isnan(found[reduced][name])
+        assert any("has no derivative at t = " in note for note in found.notes)
+        assert not any("its row is zero" in note for note in found.notes)
+    history = mbody.gradient(machine, measure, name, turn=driver)[measure][name]
+    assert np.isnan(history[place]) and np.isfinite(history[place - 2])
+    alone = mbody.gradient(machine, f"at({measure}, {place - 2})", name, turn=driver)
+    assert alone[f"at({measure}, {place - 2})"][name] == history[place - 2]
+    assert not any("has no derivative at" in note for note in alone.notes)
+
+
 def test_the_dense_equations_have_the_forces_of_the_analysis():
     """The oracle finds the motion and the forces that the analysis does."""
     system = mbody.assemble(gear_pair(efficiency=0.9))

@@ -48,7 +48,10 @@ COMMANDS = {
     "transmission": [("norton_fourbar --output rocker", False)],
     "assemblies": [("norton_fourbar", False), ("flyball_governor", True)],
     "doctor": [("", False)],
-    "sensitivity": [("norton_fourbar peak(A.force)", False)],
+    "sensitivity": [
+        ("norton_fourbar peak(A.force)", False),
+        ("toggle_press peak(knee.effort) --over turn", True),
+    ],
     "balance": [("norton_fourbar --on crank=3 --on rocker=5", False)],
     "tolerances": [("norton_fourbar A.force --scatter crank.A.x=0.01 --count 20", False)],
     "fit": [("norton_fourbar run.csv --by crank.A.x --analysis kinematics", False)],

@@ -18,6 +18,7 @@ def sensitivity(args: Any) -> int:
     from mbody.derivatives.named_numbers import checked_names
     from mbody.derivatives.sensitivity import sensitivity_of
     from mbody.model.study import Instants
+    from mbody.solution.doubts import succeeded
     from mbody.solution.heading import heading, unit_symbols
     from mbody.system.assembler import assemble
 
@@ -35,4 +36,4 @@ def sensitivity(args: Any) -> int:
         print(json.dumps(head | found.data(), ensure_ascii=False, allow_nan=False))
     else:
         print(found)
-    return 0
+    return 0 if succeeded(found.status) else 1

@@ -28,6 +28,9 @@ from mbody.system.system import System
 
 __all__ = ["DrivenInstants", "misfitting"]
 
+#: By what part of the greatest value an instant may differ when it is solved once more: rounding,
+#: and what least norm leaves open in redundant rows.
+SAME_AGAIN = 1e-4
 #: What may be left of a tangent of Φ beside the greatest, where redundant rows close.
 CLOSED = 1e-6
 
@@ -121,6 +124,19 @@ class DrivenInstants:
             width = part.stop - part.start
             tangents[:, :, part] = output[:, :, 1 : 1 + width]
         return DualRecord(values, tangents, loads, system.coordinates)
+
+    def without_derivative(self, instants: np.ndarray, record: DualRecord) -> np.ndarray:
+        """Which of some instants, with their rows of values, have no derivatives: (instants,).
+
+        Of those the result has no forces, or it has limits, as at change points: the equations of
+        the instant itself then give other values.
+        """
+        system = self.run.system
+        whole = self.run.record.table(slice(0, system.page_rows))
+        apart = np.abs(record.values[:, : whole.shape[1]] - whole[instants])
+        fine = np.isfinite(whole)
+        greatest = np.abs(whole[fine]).max(initial=0.0)
+        return np.asarray(~(fine[instants] & (apart <= SAME_AGAIN * greatest)).all(axis=1))
 
     def _instants(self, instants: np.ndarray, with_loads: bool) -> DualInstants:
         run, system = self.run, self.run.system

@@ -82,6 +82,10 @@ class FreeInstants:
         own = [name for name in self.names if name in system.values]
         return dual_solution(self.run, _spread(dual_values(system, own), own, self.names), record)
 
+    def without_derivative(self, instants: np.ndarray, _: DualRecord) -> np.ndarray:
+        """Which of some instants have no derivatives, (instants,): none of a smooth motion."""
+        return np.zeros(len(instants), dtype=bool)
+
     def _followed(self, t: np.ndarray, part: slice, rows: int, loads: int) -> np.ndarray:
         """Values and tangents of some of the numbers at rising times: (instants, rows, lanes)."""
         system, way, method = self.run.system, self.first.way, order_8()

@@ -19,6 +19,7 @@ from mbody.derivatives.reduced_measures import Derived, derived, instants_of
 from mbody.errors import ModelError, SolveError
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
+from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution
 from mbody.sweeps.columns import MeasuredColumn, Measures, columns_of
 from mbody.system.read_only import lock
@@ -31,7 +32,7 @@ __all__ = ["Gradient", "gradient", "gradient_at", "gradient_of"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Gradient:
+class Gradient(Inherited):
     """Measured quantities with their derivatives.
 
     Attributes
@@ -42,7 +43,8 @@ class Gradient:
         The numbers.
     jacobian : array (measures, numbers), or (measures, instants, numbers)
         Derivatives in the units of the mechanism and of the measures; NaN where redundant loops do
-        not close with another number, which a note says.
+        not close with another number, and at instants without forces or with limits, which a note
+        says.
     units : dict
         By measure, then by number: the unit of the derivative.
     at : dict
@@ -50,8 +52,10 @@ class Gradient:
         instant; None where all instants count.
     measured : dict
         By measure its unit.
+    status, doubts : str, tuple of Doubt
+        Of the result.
     notes : tuple of str
-        Where there is no derivative, and measures that no number changes.
+        Where there is no derivative, measures that no number changes, and the doubts.
     """
 
     value: dict[str, Any]
@@ -60,7 +64,6 @@ class Gradient:
     units: dict[str, dict[str, str]]
     at: dict[str, float | None]
     measured: dict[str, str]
-    notes: tuple[str, ...] = ()
     _rows: dict[str, int] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -216,9 +219,18 @@ def gradient_of(
         column.name: derived(whole, needed, column, choice)
         for column, choice in zip(columns, choices, strict=True)
     }
+    record: Any = whole.record
+    lost = needed[instants.without_derivative(needed, record)]
+    found |= {
+        column.name: _where_there_is_one(run, column, found[column.name], choice.needed, lost)
+        for column, choice in zip(columns, choices, strict=True)
+    }
     notes = [note for one in found.values() for note in one.notes]
     for name, one in found.items():
-        if not changed(run.system, names, np.asarray(one.value), one.row).any():
+        if (
+            not np.isnan(one.row).any()
+            and not changed(run.system, names, np.asarray(one.value), one.row).any()
+        ):
             notes.append(f"none of the numbers changes '{name}': its row is zero")
             found[name] = replace(one, row=0.0 * one.row)
     own = [name for name, function in run.system.functions if function is not None]
@@ -239,8 +251,24 @@ def gradient_of(
         },
         at={name: one.at for name, one in found.items()},
         measured={name: one.unit for name, one in found.items()},
-        notes=tuple(dict.fromkeys(notes)),
+        **inherited(run, notes=notes),
     )
+
+
+def _where_there_is_one(
+    run: Solution, column: MeasuredColumn, one: Derived, needed: np.ndarray, lost: np.ndarray
+) -> Derived:
+    """A measure, its derivatives NaN where an instant that it is taken from has none."""
+    single = one.at is not None
+    gone = np.isin(needed[:1] if single else needed, lost)
+    if not gone.any():
+        return one
+    k = int(needed[int(gone.argmax())])
+    history = one.row.ndim == 2
+    row = np.where(gone[:, None] if history else gone.any(), np.nan, one.row)
+    said = f"'{column.name}' has no derivative at t = {float(run.t[k]):.6g}: the result has no "
+    said += "forces there, or a limit, as at a change point; take other instants"
+    return replace(one, row=row, notes=(said,) if single else (*one.notes, said))
 
 
 def _without(

@@ -83,8 +83,8 @@ def _checked(system: System, given: Any, verb: str) -> str:
     if formula is not None:
         used = listed(sorted(system.mechanism.parameters.used_by(formula)))
         raise ModelError(
-            f"'{name}' is made by the formula '{formula.text}': take the derivative by {used}, or "
-            f"give '{name}' a number of its own by with_values",
+            f"'{name}' is made by the formula '{formula.text}': name {used} instead, or give "
+            f"'{name}' a number of its own by with_values",
             name,
         )
     if np.ndim(system.values[name]):

@@ -15,6 +15,7 @@ from mbody.derivatives.named_numbers import changed, checked_names
 from mbody.errors import ModelError
 from mbody.model.study import Measure
 from mbody.sheets.text_table import Column, number, paragraph, table
+from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution
 from mbody.sweeps.columns import columns_of
 
@@ -22,7 +23,7 @@ __all__ = ["Sensitivity", "sensitivity", "sensitivity_of"]
 
 
 @dataclass(frozen=True)
-class Sensitivity:
+class Sensitivity(Inherited):
     """Derivatives of one measured quantity, those of most weight first.
 
     Attributes
@@ -36,7 +37,8 @@ class Sensitivity:
         The present values of the numbers.
     at : float or None
         Time of the instant that was taken; None where all count.
-    notes : tuple of str
+    status, doubts, notes
+        Of the result, and where there is no derivative.
     """
 
     model: str
@@ -46,13 +48,12 @@ class Sensitivity:
     by: dict[str, dict[str, Any]]
     numbers: dict[str, float]
     at: float | None
-    notes: tuple[str, ...] = ()
 
     def data(self) -> dict[str, Any]:
         """As plain dicts: ``{"measure", "value", "unit", "by", "at"}``."""
         return {
             "measure": self.measure,
-            "value": self.value,
+            "value": None if math.isnan(self.value) else self.value,
             "unit": self.unit,
             "by": {name: dict(row) for name, row in self.by.items()},
             "at": self.at,
@@ -71,7 +72,8 @@ class Sensitivity:
             Column("% per %", ["–" if part is None else f"{part:.4g}" for part in parts]),
         ]
         notes = [line for note in self.notes for line in paragraph(f"note: {note}")]
-        return "\n".join([self.model, "", head, "", *table(columns), *notes])
+        lines = ["", *table(columns)] if rows else []
+        return "\n".join([self.model, "", head, *lines, *notes])
 
 
 def sensitivity(
@@ -137,7 +139,7 @@ def sensitivity_of(
         by={name: rows[name] for name in order},
         numbers=numbers,
         at=found.at[measure],
-        notes=found.notes,
+        **inherited(found, notes=found.notes),
     )
 
 
