@@ -21,6 +21,11 @@ def synthesize(args: Any) -> int:
     from mbody.synthesis import synthesize as designs_for
     from mbody.synthesis.point_files import read_demand
 
+    if args.model is not None and args.point is None:
+        raise UsageError(
+            "--model needs --point NAME: the point of the path, as coupler.P, or the output, as "
+            "rocker.angle"
+        )
     options: dict[str, Any] = dict(read_demand(args.points))
     options |= {
         name: whole_number(name, getattr(args, name)) for name in ("count", "search", "seed")

@@ -128,6 +128,11 @@ def limits(system: System, name: str, unit: str, within: Any, value: float) -> t
         low, high = (_limit(system, one, unit) for one in within)
     except FormulaError as error:
         raise ModelError(f"tolerances: within: {error}") from None
+    if not low < high:
+        raise ModelError(
+            f"tolerances: the band goes from {low:g} to {high:g} {unit}".rstrip()
+            + ": give its lowest value, then its greatest"
+        )
     if not low < value < high:
         raise ModelError(
             f"tolerances: '{name}' is {value:.6g} {unit} at the means, which is not between "

@@ -76,6 +76,9 @@ def _is_number(text: str) -> bool:
 
 def _cell(text: str, name: str, n: int, path: Any) -> Formula | float:
     try:
-        return read(text, None, "deg" if name in ANGLES else "rad")
+        cell = read(text, None, "deg" if name in ANGLES else "rad")
     except FormulaError as error:
         raise ModelError(f"'{path}': row {n + 1}, {name}: {error}") from None
+    if isinstance(cell, Formula) and cell.names:
+        raise ModelError(f"'{path}': row {n + 1}, {name}: {brief(text)} is no number")
+    return cell

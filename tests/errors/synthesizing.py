@@ -136,6 +136,10 @@ SCENARIOS = {
     "a table of other columns": table("s,t\n1,2\n"),
     "a table of rows of other length": table("x,y\n1,2\n3\n"),
     "a table of a cell that is no number": table("x,y\n1,2\n3,+\n"),
+    "a table of a cell that is a word": table("x,y\n1,2\n3,nan\n"),
+    "a synthesis of a model in the command without a point": table(
+        "x,y\n1,2\n3,4\n5,5\n", "--model", "hoekens"
+    ),
     "bounds in the command without a colon": table("x,y\n1,2\n3,4\n5,5\n", "--by", "crank.A.x=3"),
     "bounds in the command that are no formula": table("x,y\n1,2\n", "--by", "crank.A.x=+:3"),
     "a count in the command that is no number": table("x,y\n1,2\n", "--count", "few"),

@@ -30,6 +30,7 @@ SCENARIOS = {
     "half a random design": lambda: tolerances(count=0.5),
     "a band that is no pair": lambda: tolerances(within=3.0),
     "a band in another unit": lambda: tolerances(within=("1 m", "2 m")),
+    "a band upside down": lambda: tolerances(within=(2e6, 1e6)),
     "a band beside the quantity": lambda: tolerances(within=(1e6, 2e6)),
     "costs of another number": lambda: tolerances(within=(0.0, 1e6), cost={"crank.mass": 1.0}),
     "a cost of nothing": lambda: tolerances({"crank.A.x": Uniform(0.0)}, within=(0.0, 1e6)),
