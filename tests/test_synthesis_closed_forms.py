@@ -223,7 +223,7 @@ def test_defects_are_those_of_the_position_analysis():
             words.add(word)
             if word in ("", "order"):
                 assert np.ptp(side) == 0.0  # a crank passes no dead centre
-            if word == "order" and design.grashof in ("crank-rocker", "double-crank"):
+            if word == "order" and design.grashof in ("crank-rocker", "double crank"):
                 turn = np.angle(pins[0] - pivots[0])
                 steps = np.diff(turn)
                 for sense in (1, -1):

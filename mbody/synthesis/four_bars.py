@@ -1,5 +1,5 @@
-"""Four-bars in closed form: the direction of the coupler with its derivatives, Grashof's classes,
-circuits and cognates."""
+"""Four-bars in closed form: the direction of the coupler with its derivatives, circuits and
+cognates."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from mbody.analysis.driven.grashof_class import inversion
 from mbody.laws import ConstantSpeed
 from mbody.model.body import Body
 from mbody.model.driver import AngleDriver
@@ -16,14 +17,12 @@ from mbody.model.mechanism import Mechanism
 from mbody.model.study import Instants
 from mbody.synthesis.guided_links import carrier
 
-__all__ = ["FourBar", "grashof_class"]
+__all__ = ["FourBar"]
 
 #: Share of drag links among the shapes that are tried; in the others the crank is the shortest.
 DRAG_LINKS = 4
 #: Ratios to the ground of crank, coupler and rocker that are tried.
 LOW, HIGH = (0.02, 0.1, 0.1), (1.0, 6.0, 6.0)
-#: Relative rounding of sums of lengths that decide on a class.
-SAME = 1e-12
 #: By how much of the ground the sum of shortest and longest stays below that of the others.
 MARGIN = 0.02
 
@@ -145,11 +144,11 @@ class FourBar:
 
     def turns(self, x: np.ndarray) -> bool:
         """Whether the crank turns round."""
-        return grashof_class(_sides(x)) in ("crank-rocker", "double-crank")
+        return inversion(*_sides(x)) in ("crank-rocker", "double crank")
 
     def described(self, x: np.ndarray) -> str:
         """Grashof's class in words."""
-        return grashof_class(_sides(x))
+        return inversion(*_sides(x))
 
     def transmission(self, run: Any) -> np.ndarray:
         """Angle between coupler and rocker, 0 to π/2, of all instants."""
@@ -189,23 +188,6 @@ class FourBar:
         angles = theta + np.angle(rest)
         h = self.poses(x, theta[:1], sense)[1][0]
         return found, angles, self.sense(found, angles[0], -h * rest / abs(rest))
-
-
-def grashof_class(sides: np.ndarray) -> str:
-    """Grashof's class of ground, crank, coupler, rocker in words.
-
-    >>> grashof_class(np.array([4.0, 1.0, 3.0, 3.5]))
-    'crank-rocker'
-    >>> grashof_class(np.array([1.0, 3.0, 3.0, 3.5]))
-    'double-crank'
-    """
-    least, greatest = sides.min(), sides.max()
-    excess = sides.sum() - 2.0 * (least + greatest)
-    if abs(excess) <= SAME * sides.sum():
-        return "change point"
-    if excess < 0.0:
-        return "triple rocker"
-    return ("double-crank", "crank-rocker", "double rocker", "rocker-crank")[int(sides.argmin())]
 
 
 def _sides(x: np.ndarray) -> np.ndarray:

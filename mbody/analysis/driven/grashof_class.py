@@ -7,7 +7,7 @@ from itertools import combinations
 from mbody.model.element import listed
 from mbody.system.system import System
 
-__all__ = ["four_bar_loops", "grashof_class"]
+__all__ = ["four_bar_loops", "grashof_class", "inversion"]
 
 #: Lengths whose sums differ by less than this part of them are at a change point.
 EQUAL = 1e-9
@@ -25,14 +25,24 @@ def grashof_class(ground: float, crank: float, coupler: float, rocker: float) ->
     >>> grashof_class(8, 6, 18, 12)
     'not Grashof: triple rocker'
     """
+    word = inversion(ground, crank, coupler, rocker)
+    return f"{'not Grashof' if word == 'triple rocker' else 'Grashof'}: {word}"
+
+
+def inversion(ground: float, crank: float, coupler: float, rocker: float) -> str:
+    """The word of that class alone.
+
+    >>> inversion(4, 1, 3, 3.5), inversion(1, 3, 3, 3.5)
+    ('crank-rocker', 'double crank')
+    """
     lengths = sorted((ground, crank, coupler, rocker))
     short, long = lengths[0] + lengths[3], lengths[1] + lengths[2]
     if abs(short - long) <= EQUAL * (short + long):
-        return "Grashof: change point"
+        return "change point"
     if short > long:
-        return "not Grashof: triple rocker"
+        return "triple rocker"
     kinds = {ground: "double crank", coupler: "double rocker", rocker: "rocker-crank"}
-    return f"Grashof: {({crank: 'crank-rocker'} | kinds)[lengths[0]]}"
+    return ({crank: "crank-rocker"} | kinds)[lengths[0]]
 
 
 def four_bar_loops(system: System) -> list[tuple[str, str]]:
