@@ -14,7 +14,7 @@ from mbody.optimization.design_evaluation import Evaluation
 from mbody.solution.measures import check_measure, checked_sides
 from mbody.sweeps.columns import MeasuredColumn, columns_of
 
-__all__ = ["Aim", "Limit", "Rows", "aim_of", "limit_of"]
+__all__ = ["Aim", "Limit", "ObjectiveRows", "aim_of", "limit_of"]
 
 _SIGN = re.compile(r"<=|>=|==|[=<>≤≥]")
 #: A reduction that is kept below a bound where every instant is, and one above.
@@ -22,7 +22,7 @@ GREATEST, SMALLEST = ("max", "peak"), ("min",)
 
 
 @dataclass(frozen=True)
-class Rows:
+class ObjectiveRows:
     """Numbers with derivatives.
 
     Attributes
@@ -37,47 +37,47 @@ class Rows:
     slopes: np.ndarray
     instants: np.ndarray
 
-    def times(self, factor: float) -> Rows:
+    def times(self, factor: float) -> ObjectiveRows:
         """All multiplied by a number."""
-        return Rows(factor * self.values, factor * self.slopes, self.instants)
+        return ObjectiveRows(factor * self.values, factor * self.slopes, self.instants)
 
-    def minus(self, other: Rows) -> Rows:
+    def minus(self, other: ObjectiveRows) -> ObjectiveRows:
         """The difference, of rows or of all with the one row of the other."""
         of_self = len(self.values) >= len(other.values)
-        return Rows(
+        return ObjectiveRows(
             self.values - other.values,
             self.slopes - other.slopes,
             self.instants if of_self else other.instants,
         )
 
 
-def _rows(column: MeasuredColumn, at: Evaluation, every: bool) -> Rows:
+def _rows(column: MeasuredColumn, at: Evaluation, every: bool) -> ObjectiveRows:
     """A quantity in one row, or in a row an instant (two of ± where it is a peak)."""
     value, slope = at.history(column.measure)
     count = np.arange(len(value))
     if not column.by and (value == value[0]).all() and (slope == slope[0]).all():
-        return Rows(value[:1], slope[:1], np.array([-1]))  # the same at all instants
+        return ObjectiveRows(value[:1], slope[:1], np.array([-1]))  # the same at all instants
     if every and (not column.by or column.by in (*GREATEST, *SMALLEST)):
-        rows = Rows(value, slope, count)
+        rows = ObjectiveRows(value, slope, count)
         if column.by != "peak":
             return rows
         both = np.concatenate
-        return Rows(both([value, -value]), both([slope, -slope]), both([count, count]))
+        return ObjectiveRows(both([value, -value]), both([slope, -slope]), both([count, count]))
     if column.by in (*GREATEST, *SMALLEST):
         size = {"peak": np.abs(value), "max": value, "min": -value}[column.by]
         k = int(size.argmax())
         sign = -1.0 if column.by == "peak" and value[k] < 0.0 else 1.0
-        return Rows(sign * value[[k]], sign * slope[[k]], count[[k]])
+        return ObjectiveRows(sign * value[[k]], sign * slope[[k]], count[[k]])
     if column.by in ("first", "last", "at"):
         k = {"first": 0, "last": -1, "at": column.instant}[column.by]
-        return Rows(value[[k]], slope[[k]], count[[k]])
+        return ObjectiveRows(value[[k]], slope[[k]], count[[k]])
     if column.by == "rms":
         root = float(np.sqrt(np.square(value).mean()))
         way = (value[:, None] * slope).mean(axis=0) / max(root, 1e-300)
-        return Rows(np.array([root]), way[None], np.array([-1]))
+        return ObjectiveRows(np.array([root]), way[None], np.array([-1]))
     if column.by == "mean":
-        return Rows(value.mean(keepdims=True), slope.mean(axis=0)[None], np.array([-1]))
-    return Rows(value, slope, count)
+        return ObjectiveRows(value.mean(keepdims=True), slope.mean(axis=0)[None], np.array([-1]))
+    return ObjectiveRows(value, slope, count)
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ class Aim:
         """By what it is multiplied to be least."""
         return -1.0 if self.greatest else 1.0
 
-    def rows(self, at: Evaluation) -> Rows:
+    def rows(self, at: Evaluation) -> ObjectiveRows:
         """Rows of which the greatest is to be least."""
         return _rows(self.column, at, self.each).times(self.sign)
 
@@ -132,7 +132,7 @@ class Limit:
     equal: bool
     unit: str
 
-    def rows(self, at: Evaluation) -> Rows:
+    def rows(self, at: Evaluation) -> ObjectiveRows:
         """right − left: all rows are not to be negative, or are to be zero."""
         if self.equal:
             return _rows(self.right, at, False).minus(_rows(self.left, at, False))

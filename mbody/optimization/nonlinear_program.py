@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbody.optimization.aims_and_limits import Aim, Limit, Rows
+from mbody.optimization.aims_and_limits import Aim, Limit, ObjectiveRows
 from mbody.optimization.design_evaluation import Evaluation, Evaluator
 from mbody.optimization.linear_steps import Linearized, linear_steps
 
@@ -154,12 +154,14 @@ class Program:
         """All rows about a design."""
         assert self.sizes is not None
         aims = self.aim.rows(at).times(1.0 / self.scale)
-        own: dict[bool, list[Rows]] = {True: [], False: []}
+        own: dict[bool, list[ObjectiveRows]] = {True: [], False: []}
         for limit, size in zip(self.limits, self.sizes, strict=True):
             own[limit.equal].append(limit.rows(at).times(1.0 / size))
         least, slope, k = at.mobility()
         margin = np.log(least / max(self.mobile, 1e-300))
-        own[False].append(Rows(np.array([margin]), slope[None] / max(least, 1e-300), np.array([k])))
+        own[False].append(
+            ObjectiveRows(np.array([margin]), slope[None] / max(least, 1e-300), np.array([k]))
+        )
         empty = np.zeros((0, len(u)))
         values = {
             kind: np.concatenate([np.zeros(0), *(r.values for r in rows)])
@@ -263,7 +265,7 @@ class _Chosen:
             some = np.unique(np.linspace(0, count - 1, min(count, ROWS)).astype(int))
             self.picked.append(np.union1d(some, _lowest(rows.values)))
 
-    def _all(self, at: Evaluation) -> list[Rows]:
+    def _all(self, at: Evaluation) -> list[ObjectiveRows]:
         """All limits as parts of their sizes, then the rows that z is to be above, negative."""
         program = self.program
         assert program.sizes is not None
@@ -327,7 +329,7 @@ def _lowest(values: np.ndarray) -> np.ndarray:
     return np.union1d(order, [int(values.argmin())])
 
 
-def _size(rows: Rows) -> float:
+def _size(rows: ObjectiveRows) -> float:
     """What the rows of a limit are measured by."""
     return max(float(np.abs(rows.values).max(initial=0.0)), 1e-300)
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mbody.optimization.aims_and_limits import Aim, Limit, Rows
+from mbody.optimization.aims_and_limits import Aim, Limit, ObjectiveRows
 from mbody.optimization.design_evaluation import Evaluation
 from mbody.optimization.multi_start import Ended, MultiStart
 from mbody.optimization.nonlinear_program import HOLDS, Found
@@ -26,10 +26,10 @@ class _Bounded:
         self.aim, self.value, self.unit = aim, value, unit
         self.text = f"{aim.text} {'>=' if aim.greatest else '<='} {aim.sign * value:.6g} {unit}"
 
-    def rows(self, at: Evaluation) -> Rows:
+    def rows(self, at: Evaluation) -> ObjectiveRows:
         """By how much each instant stays below."""
         own = self.aim.rows(at)
-        return Rows(self.value - own.values, -own.slopes, own.instants)
+        return ObjectiveRows(self.value - own.values, -own.slopes, own.instants)
 
     def margin(self, at: Evaluation) -> float:
         """By how much all do."""

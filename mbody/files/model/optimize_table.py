@@ -8,17 +8,18 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import fields
-from typing import Any, Protocol
+from typing import Any
 
 from pydantic import Field
 
 from mbody.errors import ModelError
 from mbody.files.model import fields as of
+from mbody.files.model.write_studies import StudyWriter
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import meant
 from mbody.model.optimization_task import OptimizationTask
 from mbody.quantities import Formula
-from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension
+from mbody.quantities.units import DIMENSIONS, NUMBER
 
 __all__ = [
     "OptimizeIn",
@@ -55,12 +56,6 @@ class OptimizeIn(of.Strict):
     seed: int | None = None
     points: int | None = Field(None, description="Designs of a Pareto front.")
     note: str = ""
-
-
-class _Writer(Protocol):
-    mechanism: Mechanism
-
-    def wanted(self, value: Any, dimension: Dimension) -> Any: ...
 
 
 def keep_task(mechanism: Mechanism, name: str, entry: Any, angle: str) -> None:
@@ -105,14 +100,14 @@ def task_formulas(mechanism: Mechanism) -> Iterator[Formula]:
                 yield from (one.of(dimension) for one in several if isinstance(one, Formula))
 
 
-def task_tables(writer: _Writer) -> dict[str, Any]:
+def task_tables(writer: StudyWriter) -> dict[str, Any]:
     """The tables as a file has them, by name."""
     return {
         name: _table(writer, task) for name, task in optimization_tasks(writer.mechanism).items()
     }
 
 
-def _table(writer: _Writer, task: OptimizationTask) -> dict[str, Any]:
+def _table(writer: StudyWriter, task: OptimizationTask) -> dict[str, Any]:
     plain, table = OptimizationTask(), {}
     for one in fields(task):
         value = getattr(task, one.name)
@@ -126,7 +121,7 @@ def _table(writer: _Writer, task: OptimizationTask) -> dict[str, Any]:
     return table
 
 
-def _written(writer: _Writer, name: str, value: Any) -> Any:
+def _written(writer: StudyWriter, name: str, value: Any) -> Any:
     dimension = meant(writer.mechanism, name)[1] or NUMBER
     if isinstance(value, tuple):
         return [writer.wanted(part, dimension) for part in value]

@@ -15,15 +15,18 @@ from mbody.model.study import Question, Unknown
 from mbody.quantities import Formula
 from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension
 
-__all__ = ["requested_formulas", "questions"]
+__all__ = ["StudyWriter", "questions", "requested_formulas"]
 
 BOUNDS = ("start", "low", "high")
 
 
-class _Writer(Protocol):
+class StudyWriter(Protocol):
+    """What writes the numbers of studies in the units of a file."""
+
     mechanism: Mechanism
 
-    def wanted(self, value: Any, dimension: Dimension) -> Any: ...
+    def wanted(self, value: Any, dimension: Dimension) -> Any:
+        """A number, or text with its unit, as the file has it."""
 
 
 def requested_formulas(mechanism: Mechanism) -> Iterator[Formula]:
@@ -49,7 +52,7 @@ def requested_formulas(mechanism: Mechanism) -> Iterator[Formula]:
             yield from (value.of(dimension) for value in values)
 
 
-def questions(writer: _Writer) -> dict[str, Any]:
+def questions(writer: StudyWriter) -> dict[str, Any]:
     """The tables [measures], [ask] and [solve]."""
     machine = writer.mechanism
     data: dict[str, Any] = {}
@@ -102,7 +105,7 @@ def _events(given: tuple[Event, ...]) -> dict[str, Any]:
     return {"events": events} if events else {}
 
 
-def _at(writer: _Writer, at: Any) -> dict[str, Any]:
+def _at(writer: StudyWriter, at: Any) -> dict[str, Any]:
     """Values of time or drivers, one or more of each."""
     table = {}
     for name, row in at.items():
@@ -112,7 +115,7 @@ def _at(writer: _Writer, at: Any) -> dict[str, Any]:
     return table
 
 
-def _question(writer: _Writer, question: Question) -> dict[str, Any]:
+def _question(writer: StudyWriter, question: Question) -> dict[str, Any]:
     """A question, as short as possible."""
     names = [one.name for one in question.unknowns]
     plainly = all(replace(one, name="x") == Unknown("x") for one in question.unknowns)
@@ -134,7 +137,7 @@ def _question(writer: _Writer, question: Question) -> dict[str, Any]:
     return table
 
 
-def _unknown(writer: _Writer, unknown: Unknown) -> dict[str, Any]:
+def _unknown(writer: StudyWriter, unknown: Unknown) -> dict[str, Any]:
     """Where the search of an unknown begins, its bounds and its unit."""
     dimension = meant(writer.mechanism, unknown.name)[1] or NUMBER
     table = {
