@@ -19,6 +19,8 @@ FOLDER = ROOT / "docs" / "pictures"
 README = ROOT / "README.md"
 BEGIN, END = "<!-- pictures: made by `make pictures` -->\n", "<!-- end of the pictures -->\n"
 
+#: Pictures beside these, of searches that take too long to repeat; documents show them.
+KEPT = {"dwell.svg": "optimization.md"}
 #: What is shown beside the instant that the model requests: an instant, paths, joint forces.
 SHOWN = {
     "double_pendulum": {"after": 1.0},

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody import Body, Gravity, Mechanism, Revolute
+from mbody import Body, Gravity, Mechanism, ModelError, Revolute, makers
 from mbody.cli import main
 from tests.assembly_cases import (
     CHAINS,
@@ -227,3 +227,41 @@ def test_picture(tmp_path, capsys):
     assert f"wrote {file}" in capsys.readouterr().err
     text = file.read_text("utf-8")
     assert text.count('id="link:rod1"') == 4
+
+
+@pytest.mark.parametrize(
+    ("which", "angle"), [("open", 57.3249), ("crossed", -98.0050), (1, -98.0050)]
+)
+def test_an_analysis_takes_the_mode_that_assembly_names(which, angle):
+    """By its name and its number, as the guess of that mode does, whatever the instants are."""
+    machine = makers.four_bar(40, 120, 80, 100, start="40 deg", speed=2.0)
+    modes = mbody.assembly_modes(machine)
+    for analysis in (mbody.kinematics, mbody.kinetostatics, mbody.statics):
+        run = analysis(machine, assembly=which)
+        assert math.degrees(run["rocker"].angle[0]) == pytest.approx(angle, abs=1e-4)
+        mode = modes[which] if isinstance(which, str) else modes[which - 1]
+        same = analysis(machine, guess=mode)
+        assert run["rocker"].angle[0] == pytest.approx(same["rocker"].angle[0], abs=1e-14)
+    # at the first instant, by a time, a turn and a place of the driver
+    for instants in ({"t": [0.3, 0.5]}, {"turn": True}, {"drive": {"motor": np.array([1.1, 1.5])}}):
+        run = mbody.kinematics(machine, assembly=which, **instants)
+        crank = float(run["crank"].angle[0])
+        there = mbody.assembly_modes(machine, {"motor": crank})
+        mode = there[which] if isinstance(which, str) else there[which - 1]
+        turned = run["rocker"].angle[0] - mode["rocker"][2]
+        assert math.remainder(turned, 2.0 * math.pi) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_an_assembly_that_there_is_not_is_refused():
+    machine = makers.four_bar(40, 120, 80, 100, start="40 deg")
+    with pytest.raises(ModelError, match=r"no assembly mode 'folded' .*'1 crossed', '2 open'"):
+        mbody.kinematics(machine, assembly="folded")
+    with pytest.raises(ModelError, match="no assembly mode 3"):
+        mbody.kinematics(machine, assembly=3)
+    with pytest.raises(ModelError, match="assembly is True"):
+        mbody.kinematics(machine, assembly=True)
+    with pytest.raises(ModelError, match="not both"):
+        mbody.kinematics(machine, assembly="open", guess={"rocker": 1.0})
+    designs = mbody.assemble(machine).with_values({"rocker.B.x": [80.0, 81.0]})
+    with pytest.raises(ModelError, match="one design"):
+        mbody.kinematics(designs, assembly="open")

@@ -282,7 +282,10 @@ def anew(tmp_path_factory):
 
 def test_the_pictures_are_those_of_the_gallery(anew):
     folder, made = anew
-    assert sorted(path.name for path in pictures.FOLDER.iterdir()) == made
+    assert {path.name for path in pictures.FOLDER.iterdir()} == {*made, *pictures.KEPT}
+    for name, page in pictures.KEPT.items():
+        shown = (pictures.FOLDER.parent / page).read_text("utf-8")
+        assert f"pictures/{name}" in shown and name not in made
     for name in (one for one in made if one.endswith(".svg")):
         mine, kept = ((where / name).read_text("utf-8") for where in (folder, pictures.FOLDER))
         # the same things in the same order; digits may differ with matplotlib's version
@@ -310,3 +313,18 @@ def test_every_sign_of_a_label_is_drawn(size, caplog, tmp_path):
         figure = mbody.draw(mbody.kinetostatics(machine), forces=True)
         figure.savefig(tmp_path / "four_bar.png")
     assert not [one.message for one in caplog.records if "glyph" in one.message]
+
+
+@pytest.mark.parametrize("name", ["geneva_drive", "stick_slip", "sliding_ladder"])
+def test_what_is_free_is_drawn_where_its_simulation_begins(name, tmp_path):
+    """By the command, with drivers that leave a freedom or none, with forces and without."""
+    machine = gallery.load(name)
+    first = mbody.simulate(machine, times=[0.0])
+    wanted = {path.get_gid(): path.get_extents().bounds for path in draw(first).axes[0].patches}
+    drawn = draw(machine)
+    found = {path.get_gid(): path.get_extents().bounds for path in drawn.axes[0].patches}
+    assert found == wanted and len(found) > 1
+    for more in ([], ["--forces"]):
+        file = tmp_path / f"picture{len(more)}.svg"
+        assert cli.main(["draw", name, "-o", str(file), *more]) == 0
+        assert file.read_text(encoding="utf-8").count("<path") > 3

@@ -36,9 +36,10 @@ def draw(args: Any) -> int:
     mechanism = model_of(args)
     shown = {"paths": args.path, "only": named_bodies(args.only) or ()}
     wanted = question(args, mechanism.ask)
-    plain = count is None and args.to is None
-    if plain and not mechanism.drivers and not args.forces and wanted is mechanism.ask:
-        return _written(drawn(mechanism, paths=args.path, only=shown["only"]), args.output)
+    plain = count is None and args.to is None and wanted is mechanism.ask
+    free = mechanism.simulation is not None and wanted is None
+    if plain and (free or not (mechanism.drivers or args.forces)):
+        return _written(drawn(mechanism, forces=args.forces, **shown), args.output)
     run = _motion(args, mechanism, count)
     instants = _instants(args, run, count)
     if args.series:

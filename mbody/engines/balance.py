@@ -124,7 +124,11 @@ def _joints(system: System, run: Solution, pose: Array) -> tuple[Array, Array]:
             found[:, b, 2] += sense * (torque + dx * force[1] - dy * force[0])
         size[:] = np.maximum(size, np.hypot(*force))
 
+    # of a motion over time contacts are in the place of joints that can separate
+    moving = run.analysis == "simulate"
     for joint in system.mechanism.joints:
+        if moving and joint.can_separate:
+            continue
         one = run.reaction(joint.name)
         place = run.reaction_point(joint.name)
         act(joint, np.array([one.fx, one.fy]), one.torque, place)
@@ -135,7 +139,7 @@ def _joints(system: System, run: Solution, pose: Array) -> tuple[Array, Array]:
             run.reaction_point(driver.name) if ahead else (np.zeros(len(run)), np.zeros(len(run)))
         )
         act(driver, np.array([fx, fy]), torque, place)
-    for contact in run.system.mechanism.contacts if run.analysis == "simulate" else ():
+    for contact in run.system.mechanism.contacts if moving else ():
         if isinstance(contact, Stop):
             continue  # it does not press at these instants
         one, body = run.reaction(contact.name), contact.bodies[1]
@@ -171,7 +175,12 @@ def _meshing(system: System, run: Solution, comparison: Comparison) -> None:
     if run.analysis == "statics":
         return
     machine = system.mechanism
-    joints = [joint for joint in machine.joints if isinstance(joint, MESHING)]
+    moving = run.analysis == "simulate"  # in which joints that can separate do
+    joints = [
+        joint
+        for joint in machine.joints
+        if isinstance(joint, MESHING) and not (moving and joint.can_separate)
+    ]
     for element in (*joints, *machine.couplings):
         for n, (first, second, *sizes) in enumerate(constraint_rates(system, run, element)):
             for key, part, size in (("rate", first, sizes[0]), ("acceleration", second, sizes[1])):

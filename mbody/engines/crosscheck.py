@@ -16,7 +16,12 @@ from mbody.analysis.driven.requests import analyse_system_at
 from mbody.analysis.dynamics.simulate import simulate
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core.presentation import present
-from mbody.engines.formula_loads import contacts_without_counterpart, without_counterpart
+from mbody.engines.formula_loads import (
+    contacts_without_counterpart,
+    followed_states,
+    separating,
+    without_counterpart,
+)
 from mbody.engines.opinion import AGREES, Engine, Inexpressible, Opinion
 from mbody.errors import ModelError, brief
 from mbody.model.element import listed
@@ -175,6 +180,9 @@ def crosscheck(
         missing = () if name in ALWAYS else without_counterpart(system.mechanism)
         if name not in ALWAYS and not (name in TOUCHING and run.analysis == "simulate"):
             missing += contacts_without_counterpart(system.mechanism)
+        if name not in ALWAYS and run.analysis == "simulate":
+            missing += separating(system.mechanism)
+            missing += followed_states(system.mechanism) if name in TOUCHING else ()
         if name != "balance" and run.stepped is not None:
             why = "its steps with impulses have errors of their own: check a motion by events"
             missing = (Inexpressible("motion", why),)

@@ -10,9 +10,17 @@ from mbody.engines.opinion import Inexpressible
 from mbody.engines.oracle.friction import rubs
 from mbody.laws import MeasuredFormula
 from mbody.model.element import Element
+from mbody.model.loads import Tyre
 from mbody.model.mechanism import Mechanism
 
-__all__ = ["contacts_without_counterpart", "follows_formula", "signals_of", "without_counterpart"]
+__all__ = [
+    "contacts_without_counterpart",
+    "follows_formula",
+    "followed_states",
+    "separating",
+    "signals_of",
+    "without_counterpart",
+]
 
 
 def follows_formula(element: Element) -> bool:
@@ -42,6 +50,19 @@ def contacts_without_counterpart(mechanism: Mechanism) -> tuple[Inexpressible, .
     why = "it is a contact, whose impacts and sticking the oracle follows"
     touching = (*mechanism.contacts, *mechanism.groups)
     return tuple(Inexpressible(one.name, why) for one in touching)
+
+
+def separating(mechanism: Mechanism) -> tuple[Inexpressible, ...]:
+    """The joints that separate or meet limits in a motion, for an engine that has none."""
+    why = "it separates, or has limits, at which the motion strikes"
+    found = [one for one in mechanism.joints if one.can_separate or one.limited]
+    return tuple(Inexpressible(one.name, why) for one in found)
+
+
+def followed_states(mechanism: Mechanism) -> tuple[Inexpressible, ...]:
+    """The tyres of a mechanism, whose slip no other engine follows over time."""
+    tyres = [one for one in mechanism.loads if isinstance(one, Tyre)]
+    return tuple(Inexpressible(one.name, "its slip is a state of its own") for one in tyres)
 
 
 def signals_of(mechanism: Mechanism) -> tuple[Inexpressible, ...]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from mbody.model.element import listed
 from mbody.sheets.names import noted, title
 from mbody.sheets.text_table import Column, even, number, paragraph, table
 
@@ -17,6 +18,15 @@ __all__ = ["constituents", "counts", "many", "sheet"]
 
 #: Free motions and joints that are shown.
 SHOWN = 12
+#: What holds in one sense only: one of it, several, and how it is counted.
+ONE_SIDED = {
+    "contacts": ("contact", "contacts", "open"),
+    "ropes": ("rope", "ropes", "slack"),
+    "stops": ("stop", "stops", "open"),
+    "freewheels": ("freewheel", "freewheels", "free"),
+    "limits": ("limit of a joint", "limits of joints", "open"),
+    "joints": ("joint that can separate", "joints that can separate", "closed"),
+}
 
 
 def sheet(report: Mobility) -> str:
@@ -31,6 +41,7 @@ def sheet(report: Mobility) -> str:
     when = f"mobility at t = {number(report.t)} {report.units.time}"
     lines = [*title(report.mechanism, when, report.units), "", *_counts(report)]
     lines += _redundant(report)
+    lines += _one_sided(report)
     if report.drivers:
         lines += _motions("FREE MOTIONS, drivers fixed", report.driven_motions)
         lines += _motions("FREE MOTIONS without the drivers", report.motions)
@@ -102,6 +113,16 @@ def _redundant(report: Mobility) -> list[str]:
     names = " or ".join([", ".join(words[:-1]), words[-1]])
     text = f"{rows} can be removed{where} and nothing is set free, from {names}"
     return ["", *paragraph(text, "REDUNDANT   ")]
+
+
+def _one_sided(report: Mobility) -> list[str]:
+    """What holds in one sense only: how many of each kind, and which."""
+    parts = []
+    for kind, names in report.one_sided.items():
+        one, several, counted = ONE_SIDED[kind]
+        what = one if len(names) == 1 else several
+        parts.append(f"{len(names)} {what}, counted as {counted}: {listed(names)}")
+    return ["", *paragraph("; ".join(parts), "ONE-SIDED   ")] if parts else []
 
 
 def _motions(title: str, motions: Sequence[FreeMotion] | None) -> list[str]:

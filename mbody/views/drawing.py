@@ -9,10 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.analysis.driven.kinematics import kinematics
-from mbody.analysis.driven.kinetostatics import kinetostatics
-from mbody.analysis.driven.requests import analyse_at
-from mbody.analysis.initial.close_loops import close_loops
-from mbody.errors import ModelError, SolveError, brief
+from mbody.errors import ModelError, brief
 from mbody.model.driver import Driver
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
@@ -25,6 +22,7 @@ from mbody.views.body_shapes import body_shapes
 from mbody.views.bounds import bounds, wheels
 from mbody.views.coupling_symbols import coupling_symbol
 from mbody.views.cycle import SMOOTH, times
+from mbody.views.first_position import first_position
 from mbody.views.frame import framed, rounded_number
 from mbody.views.friction_symbols import (
     circle_scale,
@@ -80,7 +78,8 @@ def draw(
     ----------
     model : Solution, Mechanism or System
         A result of any analysis of one design; or what is to be analysed first: driven at the
-        instant that it asks for, else at t = 0, without a driver at its guess.
+        instant that it asks for, else where its simulation begins, else at t = 0, without a driver
+        at its guess.
     instant : int or list of int
         Which instant of the result; of several the first is drawn in full, the others faded.
     forces : bool
@@ -115,7 +114,7 @@ def draw(
     >>> sorted(a.get_gid() for a in figure.axes[0].patches if "pin" in (a.get_gid() or ""))
     ['pin:A', 'pin:B', 'pin:O2', 'pin:O4']
     """
-    run = model if isinstance(model, Solution) else _solved(model, forces)
+    run = model if isinstance(model, Solution) else first_position(model, forces)
     one_design(run, "a picture is of one design")
     several = isinstance(instant, (Sequence, np.ndarray)) and not isinstance(instant, str)
     instants: list[Any] = list(instant) if several else [instant]  # type: ignore[arg-type]
@@ -318,26 +317,6 @@ def _shown_forces(pose: Pose, forces: bool, shown: Shown) -> list[Any]:
     books = {force_names(pose.mechanism)[name][0] for name in own}
     more = shown.between((*pose.mechanism.loads, *pose.mechanism.contacts))
     return [row for row in every if row[0] in books | {one.name for one in more}]
-
-
-def _solved(model: Mechanism | System, forces: bool) -> Solution:
-    """One instant of what has not been analysed."""
-    mechanism = model.mechanism if isinstance(model, System) else model
-    if not isinstance(mechanism, Mechanism):
-        raise ModelError(
-            f"a picture is of a mechanism or of what an analysis found, not of {model!r}"
-        )
-    if not forces and not mechanism.drivers:
-        return close_loops(model)
-    verb = "kinetostatics" if forces else "kinematics"
-    try:
-        if isinstance(model, System):
-            return (kinetostatics if forces else kinematics)(model)
-        return analyse_at(mechanism, verb)
-    except SolveError:
-        if forces or mechanism.ask is not None:
-            raise
-        return close_loops(model)
 
 
 def _paths(run: Solution, names: Sequence[str]) -> dict[str, Array]:

@@ -46,6 +46,12 @@ def through(**options):
 
 
 SCENARIOS = {
+    "an assembly mode that there is not": lambda: mbody.kinematics(four_bar(), assembly="folded"),
+    "an assembly mode that is no name": lambda: mbody.kinematics(four_bar(), assembly=1.5),
+    "an assembly mode of a batch": lambda: mbody.kinematics(designs(), assembly="open"),
+    "an assembly mode beside a guess": lambda: mbody.kinematics(
+        four_bar(), assembly="open", guess={"rod": 1.0}
+    ),
     "assemblies of a batch": lambda: mbody.assembly_modes(designs()),
     "assemblies after half a box": found(most=0.5),
     "assemblies at a number": found(drive=1.0),

@@ -10,6 +10,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from mbody.analysis.assemblies.chosen_assembly import chosen_assembly
 from mbody.analysis.driven.batch import batch
 from mbody.analysis.driven.change_points import through_change_points
 from mbody.analysis.driven.dead_centres import DeadCentre, with_ends
@@ -64,6 +65,9 @@ instants : int, optional
 guess : mapping, optional
     By body, instead of its own guess: angle [rad], or (x, y, angle) of the link axes. It
     chooses the branch; between instants the branch is followed.
+assembly : str or int, optional
+    In place of a guess the name or the number of one of the `assembly_modes` at the first
+    instant, such as ``"open"``, ``"crossed"`` or 1.
 """,
     "{raises}": """
 Raises
@@ -95,6 +99,7 @@ def driven(
     turn: str | bool | None,
     instants: int | None,
     guess: Guesses | None,
+    assembly: str | int | None = None,
     before: int = 0,
 ) -> Solution:
     """Run a driven analysis: on lanes where there are many instants, else step by step. The first
@@ -103,6 +108,10 @@ def driven(
     system = as_system(model)
     check_timed(system)
     grid = time_grid(system, t, drive, turn, instants)
+    if assembly is not None:
+        if guess:
+            raise ModelError("give a guess or an assembly, not both: each chooses the branch")
+        guess = chosen_assembly(system, _first_values(system, grid), assembly)
     runner = Runner(system, analysis)
     meant = None if guess else functools.partial(_as_from_start, runner, grid)
     start = closed(system, float(grid.t[0]), grid.first(system), guess, meant=meant)
@@ -114,6 +123,14 @@ def driven(
     if pulling:
         found = changed(found, notes=(*as_reported(found).notes, *pulling))
     return found
+
+
+def _first_values(system: System, grid: TimeGrid) -> dict[str, float]:
+    """Where the drivers of one design stand at the first instant."""
+    if system.batch is not None:
+        return {}
+    laws = {driver.name: float(system.law_of(driver)(grid.t[0])) for driver in system.leaders}
+    return laws | grid.first(system)
 
 
 def _as_from_start(runner: Runner, grid: TimeGrid, found: ClosedPosition) -> bool:

@@ -22,6 +22,7 @@ def kinematics(
     turn: str | bool | None = None,
     instants: int | None = None,
     guess: Guesses | None = None,
+    assembly: str | int | None = None,
 ) -> Solution:
     """Positions, velocities and accelerations of all bodies.
 
@@ -48,4 +49,4 @@ def kinematics(
     >>> len(run)
     361
     """
-    return driven(model, "kinematics", t, drive, turn, instants, guess)
+    return driven(model, "kinematics", t, drive, turn, instants, guess, assembly)

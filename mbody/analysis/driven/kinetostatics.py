@@ -22,6 +22,7 @@ def kinetostatics(
     turn: str | bool | None = None,
     instants: int | None = None,
     guess: Guesses | None = None,
+    assembly: str | int | None = None,
 ) -> Solution:
     """Motion, every joint force and every driver effort: inverse dynamics, dynamic force analysis.
 
@@ -50,4 +51,4 @@ def kinetostatics(
     >>> run.checks.virtual_work < 1e-12
     True
     """
-    return driven(model, "kinetostatics", t, drive, turn, instants, guess)
+    return driven(model, "kinetostatics", t, drive, turn, instants, guess, assembly)

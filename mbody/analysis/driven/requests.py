@@ -77,7 +77,7 @@ def analyse_system_at(system: System, analysis: str, ask: Instants) -> Solution:
         return verb(system, **how)
     try:
         t, drive = how.get("t"), how.get("drive")
-        return driven(system, analysis, t, drive, None, None, None, before)
+        return driven(system, analysis, t, drive, None, None, None, before=before)
     except SolveError:
         # where the beginning cannot be reached the instants may be taken by themselves
         if "t" in how:

@@ -22,6 +22,7 @@ def statics(
     turn: str | bool | None = None,
     instants: int | None = None,
     guess: Guesses | None = None,
+    assembly: str | int | None = None,
 ) -> Solution:
     """Every joint force and driver effort at rest: velocities and accelerations are zero.
 
@@ -49,4 +50,4 @@ def statics(
     >>> bool(run.effort("motor")[0] != 0.0)
     True
     """
-    return driven(model, "statics", t, drive, turn, instants, guess)
+    return driven(model, "statics", t, drive, turn, instants, guess, assembly)

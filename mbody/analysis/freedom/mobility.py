@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.freedom.free_motions import FreeMotion, components, free_motions
+from mbody.analysis.freedom.one_sided import one_sided
 from mbody.analysis.freedom.single_design import single_design, single_time
 from mbody.analysis.position.assembly_analysis import DEAD, closed
 from mbody.analysis.position.closed_position import ClosedPosition
@@ -98,6 +99,9 @@ class Mobility:
     motions, driven_motions : tuple of FreeMotion or None
         Free motions without the drivers and with the drivers fixed; None where they were not
         computed.
+    one_sided : dict
+        Names by kind of what holds in one sense only: "contacts", "ropes", "stops", "freewheels",
+        "limits" of joints, counted as open; "joints" that can separate, counted as closed.
     notes : tuple of str
         Singular positions, loose parts and what was not computed, as sentences.
     """
@@ -115,6 +119,7 @@ class Mobility:
     redundant: dict[str, int]
     motions: tuple[FreeMotion, ...] | None = field(repr=False)
     driven_motions: tuple[FreeMotion, ...] | None = field(repr=False)
+    one_sided: dict[str, tuple[str, ...]] = field(default_factory=dict, repr=False)
     notes: tuple[str, ...] = ()
 
     @property
@@ -242,6 +247,7 @@ class _Report:
             redundant=self._spared(joints) if joints else {},
             motions=motions,
             driven_motions=motions if driven is joints else self._motions(driven),
+            one_sided=one_sided(mechanism),
             notes=tuple(self.notes),
         )
 
