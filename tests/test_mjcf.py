@@ -19,7 +19,7 @@ mujoco = pytest.importorskip("mujoco")
 
 #: Models of the gallery that MJCF has words for, each joint and each load.
 WHOLE = (
-    *("andrews_squeezer", "bouncing_ball", "double_pendulum", "free_fourbar", "n_windows_2"),
+    *("andrews_squeezer", "double_pendulum", "free_fourbar", "n_windows_2"),
     *("norton_fourbar", "simple_pendulum", "stephenson_sixbar", "watt_sixbar"),
 )
 #: Of those, where constraints of MuJoCo lie near to depending on each other or carry accelerations

@@ -226,8 +226,18 @@ def _larger(x: Any, y: Any) -> tuple[Any, Any]:
 _DERIVATIVES["minimum"], _DERIVATIVES["maximum"] = _smaller, _larger
 #: Functions that ask about values.
 _ABOUT = {
-    *("less", "less_equal", "greater", "greater_equal", "equal", "not_equal"),
-    *("isfinite", "isnan", "signbit", "logical_not", "logical_and", "logical_or"),
+    "less",
+    "less_equal",
+    "greater",
+    "greater_equal",
+    "equal",
+    "not_equal",
+    "isfinite",
+    "isnan",
+    "signbit",
+    "logical_not",
+    "logical_and",
+    "logical_or",
 }
 
 

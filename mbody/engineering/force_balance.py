@@ -292,9 +292,8 @@ def _size(parts: list[Shaking]) -> float:
 
 
 def _joined(parts: list[Shaking]) -> Shaking:
-    return Shaking(
-        *(np.concatenate([getattr(one, key) for one in parts]) for key in ("fx", "fy", "moment"))
-    )
+    keys = ("fx", "fy", "moment")
+    return Shaking(*[np.concatenate([getattr(one, key) for one in parts]) for key in keys])
 
 
 def _counterweight(system: System, place: Marker, radius: float, moment: Array) -> Counterweight:

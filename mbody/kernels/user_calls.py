@@ -28,7 +28,8 @@ def user_numbers(W, w, handle, i, j, first, size, results):
     """
     for m in range(rounds(W.scratch, w)):
         lane = lane_at(m, w)
-        called(W, handle, i, j, first, size, results, lane, 0, 0.0)
+        set_arguments(W, i, j, first, size, lane, 0, 0.0)
+        call(W, handle, size, results)
         for n in range(results):
             put_entry(W.scratch, n, W.user_results[n], lane)
         for k in range(tangents(w)):
@@ -40,7 +41,8 @@ def user_numbers(W, w, handle, i, j, first, size, results):
                 far = 2.0 if part > 1 else 1.0
                 way = 1.0 if part % 2 == 0 else -1.0
                 weight = way * (8.0 if part < 2 else -1.0) / (12.0 * h)
-                called(W, handle, i, j, first, size, results, lane, k, way * far * h)
+                set_arguments(W, i, j, first, size, lane, k, way * far * h)
+                call(W, handle, size, results)
                 for n in range(results):
                     x = entry(W.scratch, n, lane)
                     change = tangent(x, k) + weight * W.user_results[n]
@@ -48,8 +50,8 @@ def user_numbers(W, w, handle, i, j, first, size, results):
 
 
 @inline
-def called(W, handle, i, j, first, size, results, lane, k, h):
-    """Call the function with its arguments moved by h along tangent k."""
+def set_arguments(W, i, j, first, size, lane, k, h):
+    """The arguments of the function, moved by h along tangent k."""
     x = W.user_arguments
     x[0] = moved(W.time, 0, lane, k, h)
     for end in range(2):
@@ -65,6 +67,11 @@ def called(W, handle, i, j, first, size, results, lane, k, h):
             x[o + 3], x[o + 4] = np.cos(x[o + 2]), np.sin(x[o + 2])
     for n in range(size):
         x[STATE + n] = moved(W.par, first + n, lane, k, h)
+
+
+@inline
+def call(W, handle, size, results):
+    """Call the function; NaN where it raises."""
     if call_user(handle, W.user_arguments[: STATE + size], W.user_results[:results]) != 0:
         for n in range(results):
             W.user_results[n] = np.nan

@@ -222,6 +222,7 @@ class _DerivationWriter:
     def _links(self) -> list[Block]:
         bodies, mass = [body.name for body in self.machine.bodies], self.run.system.mass[:, 0]
         numbers = [3 * self.run.system.bodies[name] for name in bodies]
+        inertias = [number(mass[n + 2]) for n in numbers]
         return [
             Grid(
                 "Numbers of the links, masses, and moments of inertia about the mass centres:",
@@ -229,10 +230,7 @@ class _DerivationWriter:
                     Cells("Link", ["1", *(str(n) for n in range(2, len(bodies) + 2))], text=True),
                     Cells("name", ["ground", *bodies], text=True),
                     Cells("m", ["", *(number(mass[n]) for n in numbers)], self.unit("mass")),
-                    Cells(
-                        *("I", ["", *(number(mass[n + 2]) for n in numbers)]),
-                        self.unit("inertia"),
-                    ),
+                    Cells("I", ["", *inertias], self.unit("inertia")),
                 ],
             )
         ]

@@ -204,7 +204,11 @@ def _reference(section: str, kind: str, cls: type) -> ElementReference:
     given = dict(zip(_main(cls), main, strict=True)) | entry
     python = _call(cls, [name], given)
     return ElementReference(
-        *(kind, section, cls, _about(cls), _fields(cls)),
+        kind,
+        section,
+        cls,
+        _about(cls),
+        _fields(cls),
         file=_in_file(section, line),
         python=python,
         quantities=_quantities(cls),

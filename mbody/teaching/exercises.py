@@ -307,10 +307,9 @@ def _acute(angle: float) -> float:
 def _questions(first: Mechanism, found: list[Exercise]) -> ReportDocument:
     subject = Subject(found[0].run, [0], first)
     names = ", ".join(f"`{name}`" for name in found[0].values)
-    given: list[Block] = [
-        Text(f"All exercises have these numbers but for {names}, which each gives."),
-        *(_without(block, found[0].values) for block in inputs(subject)),
-    ]
+    same = f"All exercises have these numbers but for {names}, which each gives."
+    given: list[Block] = [Text(same)]
+    given += [_without(block, found[0].values) for block in inputs(subject)]
     chapters = [Chapter("given", "The mechanism", given)]
     for n, one in enumerate(found, 1):
         chapters.append(Chapter(f"exercise-{n}", f"Exercise {n}", _question(n, one)))

@@ -173,12 +173,11 @@ class Relative(NamedTuple):
 def relative_motion(solution: Solution, i: Marker, j: Marker, instant: int) -> Relative:
     """Motion of the place on j from that on i at one instant."""
     p, q = solution.point(i), solution.point(j)
-    return Relative(
-        *(
-            np.array([getattr(q, x)[instant] - getattr(p, x)[instant] for x in (a, b)])
-            for a, b in (("x", "y"), ("vx", "vy"), ("ax", "ay"))
-        )
-    )
+    parts = [
+        np.array([getattr(q, x)[instant] - getattr(p, x)[instant] for x in pair])
+        for pair in (("x", "y"), ("vx", "vy"), ("ax", "ay"))
+    ]
+    return Relative(*parts)
 
 
 class _Walk:
@@ -254,7 +253,13 @@ class _Walk:
         omega, alpha = self._turning(body)
         s, across = float(u @ way.d), float(n @ way.d)
         yield LoopVector(
-            *("slide", (joint.name,), body, s, angle, omega, alpha),
+            "slide",
+            (joint.name,),
+            body,
+            s,
+            angle,
+            omega,
+            alpha,
             r_rate=float(u @ way.rate + omega * across),
             r_second=float(
                 u @ way.second + 2.0 * omega * (n @ way.rate) + alpha * across - omega**2 * s
@@ -274,7 +279,12 @@ class _Walk:
         r_rate, omega = float(u @ way.rate), float(n @ way.rate) / r
         varies = isinstance(joint, DistanceDriver)
         return LoopVector(
-            *("rod", (joint.name,), "", r, float(np.arctan2(u[1], u[0])), omega),
+            "rod",
+            (joint.name,),
+            "",
+            r,
+            float(np.arctan2(u[1], u[0])),
+            omega,
             second=(float(n @ way.second) - 2.0 * r_rate * omega) / r,
             r_rate=r_rate if varies else 0.0,
             r_second=float(u @ way.second) + r * omega**2 if varies else 0.0,
