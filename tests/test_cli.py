@@ -336,6 +336,12 @@ def test_bad_input_is_a_sentence(name, run):
     assert (data["kind"], data["element"]) == (wanted.kind, wanted.element)
 
 
+@pytest.mark.parametrize("name", command.WRITERS)
+def test_bad_input_of_commands_that_write_text_is_a_sentence(name, run):
+    wanted = told(command.SCENARIOS[name])
+    assert run(*command.WRITERS[name]) == (2, "", f"mbody: {wanted.sentence}\n")
+
+
 def test_another_command(run):
     status, _, err = run("kinematix", "x")  # Python 3.12 and later write the choices otherwise
     assert status == 2 and "invalid choice: 'kinematix'" in err

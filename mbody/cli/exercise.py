@@ -46,12 +46,16 @@ def exercise(args: Any) -> int:
         message(f"wrote {args.output}")
     else:
         print(sheet, end="")
-    message(f"wrote {len(files)} figures in {folder}")
+    _say_figures(len(files), folder)
     if args.key:
         with writing(args.key) as file:
             file.write(found.worked())
         message(f"wrote {args.key}")
     return 0
+
+
+def _say_figures(count: int, folder: str) -> None:
+    message(f"wrote {count} figures in {folder}")
 
 
 def _numbers(args: Any) -> tuple[tuple[str, str], tuple[str, str]]:

@@ -49,6 +49,8 @@ ENGINES = {
 ALWAYS = ("balance", "oracle")
 #: Of the others, those with contacts of rigid bodies, in motions over time.
 TOUCHING = ("pymunk", "mujoco")
+#: Why only balances are checked of motions in steps.
+IMPULSIVE = "its steps with impulses have errors of their own: check a motion by events"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -184,7 +186,7 @@ def crosscheck(
             missing += separating(system.mechanism)
             missing += followed_states(system.mechanism) if name in TOUCHING else ()
         if name != "balance" and run.stepped is not None:
-            why = "its steps with impulses have errors of their own: check a motion by events"
+            why = IMPULSIVE
             missing = (Inexpressible("motion", why),)
         if why or missing:
             found[name] = Opinion(name, (), missing, (why,) if why else ())

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 __all__ = ["load", "names", "path"]
 
+LISTED = "'mbody models' lists all, in Python mbody.gallery.names()"
+
 
 def names() -> tuple[str, ...]:
     """The names of all models, in alphabetical order.
@@ -44,7 +46,7 @@ def path(name: str) -> Path:
     """
     if name not in names():
         close = difflib.get_close_matches(str(name)[:100], names(), 1)
-        hint = f"did you mean '{close[0]}'?" if close else f"there are: {', '.join(names())}"
+        hint = f"did you mean '{close[0]}'?" if close else LISTED
         raise ModelError(f"the gallery has no model {str(name)[:60]!r}: {hint}")
     file = resources.files(__name__) / f"{name}.toml"
     kept = contextlib.ExitStack()

@@ -69,10 +69,15 @@ def new_model(kind: str, lengths: Sequence[str | float] = ()) -> str:
     return text
 
 
+def _unit(text: str) -> str:
+    """Of plain lengths in a template."""
+    return " m" if 'units = "SI"' in text else " mm"
+
+
 def _with_length(text: str, name: str, length: str) -> str:
     """The file with another value of a parameter; comments stay in their column."""
     if re.fullmatch(r"-?[\d.]+", length):
-        length += " m" if 'units = "SI"' in text else " mm"
+        length += _unit(text)
     try:
         size = read(length, DIMENSIONS["length"]).value(Scope())
     except FormulaError as error:

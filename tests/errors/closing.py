@@ -3,7 +3,7 @@
 import functools
 
 import mbody
-from mbody import AngleDriver, Body, Mechanism, Revolute
+from mbody import AngleDriver, Body, CoordinateDriver, Marker, Mechanism, Revolute
 from mbody.views.assemblies import draw_assemblies
 from tests.errors.command import said
 from tests.errors.models import four_bar
@@ -34,6 +34,18 @@ def shaft():
     """A wheel that a motor turns by itself."""
     machine = Mechanism("shaft")
     machine.add(Body("wheel"), Revolute("W", "ground", "wheel"), AngleDriver("fan", "wheel", 0.0))
+    return mbody.kinematics(machine)
+
+
+def table():
+    """A body that drivers alone hold."""
+    machine = Mechanism("table")
+    machine.add(
+        Body("plate"),
+        CoordinateDriver("x", "ground", "plate", 0.0),
+        CoordinateDriver("y", Marker("ground", (0.0, 0.0), angle="90 deg"), "plate", 0.0),
+        AngleDriver("turn", "plate", 0.0),
+    )
     return mbody.kinematics(machine)
 
 
@@ -76,4 +88,7 @@ SCENARIOS = {
     "a transmission through another link's joint": through(output="rocker", joint="A"),
     "a transmission through two joints": through(output="coupler"),
     "a transmission through no joint": lambda: mbody.transmission(shaft(), output="wheel"),
+    "a transmission to a body without joints": lambda: mbody.transmission(
+        table(), driver="x", output="plate"
+    ),
 }

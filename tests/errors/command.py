@@ -28,14 +28,18 @@ WORDS = {
     "a file that cannot be written": ["kinematics", "hoekens", "--csv", "/no/where.csv"],
     "a length that is to turn": ["kinematics", "scissor_lift", "--over", "turn"],
     "a turn of nothing that drives": ["kinematics", "simple_pendulum", "--over", "turn"],
-    "exercises without what differs": ["exercise", "norton_fourbar"],
-    "exercises of a step": ["exercise", "hoekens", "--vary", "a=3"],
-    "exercises by a word": ["exercise", "hoekens", "--vary", "a=3:4", "--count", "many"],
     "steps without a count": ["kinematics", "hoekens", "--at", "crank=0:360"],
     "steps of two units": ["kinematics", "hoekens", "--at", "crank=0 deg:1 rad:5"],
     "steps of words": ["kinematics", "hoekens", "--at", "t=now:then:5"],
     "one step": ["kinematics", "hoekens", "--at", "crank=0:360:1"],
     "equations of a turn": ["kinetostatics", "hoekens", "--over", "turn", "--equations"],
+}
+#: The same of commands that write text alone: they have no --json.
+WRITERS = {
+    "exercises without what differs": ["exercise", "norton_fourbar"],
+    "exercises of a step": ["exercise", "hoekens", "--vary", "a=3"],
+    "exercises by a word": ["exercise", "hoekens", "--vary", "a=3:4", "--count", "many"],
+    "a new model over a file": ["new", "fourbar", "-o", "/dev/null"],
 }
 
 
@@ -46,6 +50,6 @@ def said(words):
 
 SCENARIOS = {
     "a rest of what is held": said(["equilibrium", "norton_fourbar"]),
-    **{name: said(words) for name, words in WORDS.items()},
+    **{name: said(words) for name, words in (WORDS | WRITERS).items()},
     "two forms at one place": said(["kinematics", "norton_fourbar", "--json", "--csv", "-"]),
 }

@@ -20,7 +20,7 @@ from mbody.analysis.assemblies.assembly_modes import driver_named
 from mbody.analysis.assemblies.box_search import REACH, all_roots
 from mbody.analysis.assemblies.linkage import Linkage, NotCovered
 from mbody.analysis.assemblies.loop_rows import GroupRows, LoopRows
-from mbody.analysis.assemblies.solution_order import Group, TooFewRows, assur_groups
+from mbody.analysis.assemblies.solution_order import TOO_FEW, Group, TooFewRows, assur_groups
 from mbody.analysis.position.assembly_analysis import as_system, check_determined, closed
 from mbody.core.presentation import present
 from mbody.errors import ModelError
@@ -36,6 +36,8 @@ __all__ = ["DeadCentres", "SingularPosition", "dead_centres"]
 MOST = 60_000
 #: Components of n beyond 1 by rounding; positions that are one (cosines and sines of angles).
 ROUNDING, ONE = 1e-8, 1e-7
+#: What is said of drivers and linkages that the search does not cover.
+NO_PROOF = "there is no proof that there are no others"
 
 
 @dataclass(frozen=True)
@@ -167,8 +169,8 @@ def dead_centres(model: Mechanism | System, driver: str | None = None) -> DeadCe
         why = str(reason)
     except TooFewRows:
         check_determined(system, closed(system, 0.0, {}), "dead_centres")
-        why = "its joints are too few for its links"
-    return _made(system, found, [], f"there is no proof that there are no others: {why}", 0)
+        why = TOO_FEW
+    return _made(system, found, [], f"{NO_PROOF}: {why}", 0)
 
 
 def single_driver(system: System, name: str | None) -> Driver:

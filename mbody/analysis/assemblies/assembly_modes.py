@@ -13,7 +13,7 @@ from mbody.analysis.assemblies.linkage import Linkage, NotCovered, State
 from mbody.analysis.assemblies.loop_rows import GroupRows
 from mbody.analysis.assemblies.mode_names import mode_names
 from mbody.analysis.assemblies.random_starts import modes_by_random_starts, same_pose
-from mbody.analysis.assemblies.solution_order import Group, TooFewRows, assur_groups
+from mbody.analysis.assemblies.solution_order import TOO_FEW, Group, TooFewRows, assur_groups
 from mbody.analysis.position.assembly_analysis import (
     as_system,
     check_determined,
@@ -118,7 +118,7 @@ def assembly_modes(
         return _by_starts(system, given, values, str(reason), used)
     except TooFewRows:
         check_determined(system, closed(system, 0.0, given), "assembly_modes")
-        return _by_starts(system, given, values, "its joints are too few for its links", used)
+        return _by_starts(system, given, values, TOO_FEW, used)
     return search.result(given, values, used)
 
 

@@ -214,16 +214,14 @@ def circuits(
         made.append(_circuit(number, walk, found.angular))
         if walk.trouble:
             complete = False
-            notes.append(f"circuit {number} is not followed to its end: {walk.trouble}")
+            notes.append(_not_followed(number, walk.trouble))
     ends = [x % TURN for one in made for x in one.dead_centres] if found.angular else []
     if dead is not None and dead.complete:
         missing = [x for x in dead.values if not any(_apart(x, end) < ONE for end in ends)]
         complete = complete and not missing
     doubts = list(modes.doubts)
     if not complete and not doubts:
-        why = ["several drivers move"] if dead is None else list(dead.notes)
-        message = f"circuits may be missing: {[*notes, *why, 'not all dead centres were met'][0]}"
-        doubts.append(Doubt("incomplete", message, elements=(found.name,)))
+        doubts.append(_incomplete(found.name, dead, notes))
     shown = dead_centres_of_walks(system, found.name, made) if dead is None else dead
     return Circuits(
         mechanism=system.mechanism,
@@ -277,6 +275,17 @@ def _between(dead: DeadCentres | None, value: float) -> list[float]:
         if not low < here < high:
             found.append(0.5 * (low + high))
     return found
+
+
+def _not_followed(number: int, trouble: str) -> str:
+    return f"circuit {number} is not followed to its end: {trouble}"
+
+
+def _incomplete(driver: str, dead: DeadCentres | None, notes: list[str]) -> Doubt:
+    """The first reason why circuits may be missing."""
+    why = ["several drivers move"] if dead is None else list(dead.notes)
+    message = f"circuits may be missing: {[*notes, *why, 'not all dead centres were met'][0]}"
+    return Doubt("incomplete", message, elements=(driver,))
 
 
 def _walks(

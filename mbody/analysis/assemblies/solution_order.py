@@ -14,7 +14,10 @@ import numpy as np
 
 from mbody.analysis.assemblies.linkage import Linkage
 
-__all__ = ["Group", "TooFewRows", "assur_groups"]
+__all__ = ["TOO_FEW", "Group", "TooFewRows", "assur_groups"]
+
+#: Why such linkages are searched without a certificate.
+TOO_FEW = "its joints are too few for its links"
 
 
 class TooFewRows(Exception):

@@ -205,10 +205,7 @@ def transmission(
     least = _least(run, leader, output, found.joint, rows[:, 0], x)
     notes = []
     if not np.isfinite(rows[:, 0]).any():
-        notes.append(
-            f"the transmission angle is undefined: the place of '{found.joint}' on '{output_body}' "
-            "stands still, or no force goes through it"
-        )
+        notes.append(_undefined(found.joint, output_body))
     return Transmission(
         mechanism=run.mechanism,
         driver=leader.name,
@@ -224,6 +221,13 @@ def transmission(
         least=least,
         loops=tuple(four_bar_loops(run.system)),
         **inherited(run, notes=notes),
+    )
+
+
+def _undefined(joint: str, body: str) -> str:
+    return (
+        f"the transmission angle is undefined: the place of '{joint}' on '{body}' "
+        "stands still, or no force goes through it"
     )
 
 
@@ -302,6 +306,11 @@ class _Through:
                 known = listed(j.name for j in joints)
                 raise ModelError(f"{brief(given)} is no joint of '{self.body}' ({known})", given)
             return given
+        if not joints:
+            raise ModelError(
+                f"'{self.body}' has no joint: the transmission angle is of the force in one",
+                self.body,
+            )
         moving = [j.name for j in joints if "ground" not in j.bodies]
         loaded = [name for name in moving if self._carries(name)]
         if len(loaded) == 1:
@@ -309,7 +318,7 @@ class _Through:
         if not loaded:
             raise ModelError(
                 f"no joint with a moving link drives '{self.body}': name one of "
-                f"{listed(j.name for j in joints) or 'its joints, of which it has none'}",
+                f"{listed(j.name for j in joints)}",
                 self.body,
             )
         raise ModelError(
