@@ -56,7 +56,7 @@ def optimize(args: Any) -> int:
         except SolveError as error:
             doubts.append(Doubt("incomplete", f"{name}: {error}"))
             cases[name] = {"values": {}, **error_data(error)}
-            texts.append("\n".join([f"{mechanism.name}: {name}", "", "no optimum:", str(error)]))
+            texts.append(_unsolved(mechanism.name, name, error))
             continue
         doubts += found.doubts
         notes += found.notes
@@ -80,6 +80,11 @@ def optimize(args: Any) -> int:
     else:
         print("\n\n\n".join(texts))
     return 1 if doubts or stopped else 0
+
+
+def _unsolved(model: str, name: str, error: SolveError) -> str:
+    """The sheet of a task that has no answer."""
+    return "\n".join([f"{model}: {name}", "", "no optimum:", str(error)])
 
 
 def _progress(name: str) -> Any:

@@ -77,23 +77,28 @@ def first_state(run: Solution, names: Sequence[str], given: bool) -> FirstState:
 
 def _refuse_motion(run: Solution) -> None:
     """Refuse motions that jump, or whose modes change."""
-    system, machine = run.system, run.mechanism
-    what = ""
-    if len(system.layout.switched) or machine.contacts or machine.groups:
-        what = "contacts and stops"
-    elif len(system.layout.friction_kind):
-        what = "friction in joints"
-    elif machine.controllers or held_inputs(system):
-        what = "inputs that are held"
-    elif run.released or len(run.begun) > 1:
-        what = "drivers that are released, or of several parts"
-    elif run.ending != "completed":
-        what = "an end at an event, whose time changes with the numbers"
+    what = _without_derivatives(run)
     if what:
         raise ModelError(
-            f"gradient: a motion with {what}, as that of '{machine.name}', is not differentiated: "
-            "compare designs by sweep"
+            f"gradient: a motion with {what}, as that of '{run.mechanism.name}', is not "
+            "differentiated: compare designs by sweep"
         )
+
+
+def _without_derivatives(run: Solution) -> str:
+    """What a motion has that jumps, or changes its mode; empty where it has nothing of these."""
+    system, machine = run.system, run.mechanism
+    if len(system.layout.switched) or machine.contacts or machine.groups:
+        return "contacts and stops"
+    if len(system.layout.friction_kind):
+        return "friction in joints"
+    if machine.controllers or held_inputs(system):
+        return "inputs that are held"
+    if run.released or len(run.begun) > 1:
+        return "drivers that are released, or of several parts"
+    if run.ending != "completed":
+        return "an end at an event, whose time changes with the numbers"
+    return ""
 
 
 def _prescribed(system: System, start: Solution, names: Sequence[str]) -> np.ndarray:

@@ -226,19 +226,8 @@ def gradient_of(
         for column, choice in zip(columns, choices, strict=True)
     }
     notes = [note for one in found.values() for note in one.notes]
-    for name, one in found.items():
-        if (
-            not np.isnan(one.row).any()
-            and not changed(run.system, names, np.asarray(one.value), one.row).any()
-        ):
-            notes.append(f"none of the numbers changes '{name}': its row is zero")
-            found[name] = replace(one, row=0.0 * one.row)
-    own = [name for name, function in run.system.functions if function is not None]
-    if own:
-        notes.append(
-            f"functions of your own, of {listed(dict.fromkeys(own))}, are differenced: derivatives "
-            "through them have some 9 figures"
-        )
+    notes += _without_rounding(run.system, names, found)
+    notes += _differenced(run.system)
     notes += _without(run, by, instants.unclosed, found)
     units = {name: unit_of(run.mechanism, number) for name, number in by.items()}
     return Gradient(
@@ -253,6 +242,30 @@ def gradient_of(
         measured={name: one.unit for name, one in found.items()},
         **inherited(run, notes=notes),
     )
+
+
+def _without_rounding(system: System, names: Sequence[str], found: dict[str, Derived]) -> list[str]:
+    """Make the row of a measure that none of the numbers changes zero; a note of each."""
+    still = [
+        name
+        for name, one in found.items()
+        if not np.isnan(one.row).any()
+        and not changed(system, names, np.asarray(one.value), one.row).any()
+    ]
+    for name in still:
+        found[name] = replace(found[name], row=0.0 * found[name].row)
+    return [f"none of the numbers changes '{name}': its row is zero" for name in still]
+
+
+def _differenced(system: System) -> list[str]:
+    """A note where users' own functions are differenced."""
+    own = dict.fromkeys(name for name, function in system.functions if function is not None)
+    if not own:
+        return []
+    return [
+        f"functions of your own, of {listed(own)}, are differenced: derivatives through them have "
+        "some 9 figures"
+    ]
 
 
 def _where_there_is_one(

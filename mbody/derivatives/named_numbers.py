@@ -87,8 +87,6 @@ def _checked(system: System, given: Any, verb: str) -> str:
             f"'{name}' a number of its own by with_values",
             name,
         )
-    if np.ndim(system.values[name]):
-        raise ModelError(f"'{name}' is not one number", name)
     return name
 
 

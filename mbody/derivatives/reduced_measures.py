@@ -119,17 +119,12 @@ def derived(
     values = np.broadcast_to(history.value, (count,))
     tangents = np.broadcast_to(history.tangents, (count, width))
     times = np.broadcast_to(value(part.t), (count,))
-    notes = []
-    if found:
-        notes.append(
-            f"'{column.name}' has no derivative where {_listed(found)} is at its corner: that of "
-            "one side is given"
-        )
+    notes = _at_corners(column, found)
     if choice.single:
         sign = -1.0 if column.by == "peak" and values[0] < 0.0 else 1.0
         row = sign * tangents[0]
         if column.by == "peak" and values[0] == 0.0:
-            notes.append(f"'{column.name}' is zero: |x| has no derivative there")
+            notes.append(_at_zero(column, "|x|"))
         notes += _tied(column, values, tangents, times)
         return Derived(choice.value, row, choice.unit, float(times[0]), tuple(notes))
     row = tangents
@@ -139,8 +134,23 @@ def derived(
         size = float(np.sqrt(np.square(values).mean()))
         row = (values[:, None] * tangents).mean(axis=0) / size if size else 0.0 * tangents[0]
         if size == 0.0:
-            notes.append(f"'{column.name}' is zero: its root has no derivative there")
+            notes.append(_at_zero(column, "its root"))
     return Derived(choice.value, row, choice.unit, None, tuple(notes))
+
+
+def _at_corners(column: MeasuredColumn, found: set[str]) -> list[str]:
+    """A note where functions in the formula of a measure are at their corners."""
+    if not found:
+        return []
+    return [
+        f"'{column.name}' has no derivative where {_listed(found)} is at its corner: that of one "
+        "side is given"
+    ]
+
+
+def _at_zero(column: MeasuredColumn, what: str) -> str:
+    """A note where a reduction has a corner at zero."""
+    return f"'{column.name}' is zero: {what} has no derivative there"
 
 
 def _listed(found: set[str]) -> str:

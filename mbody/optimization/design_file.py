@@ -67,4 +67,8 @@ def _check(made: Mechanism, values: Mapping[str, float]) -> None:
     found = assemble(made).values
     for name, value in values.items():
         if not np.isclose(float(found[name]), value, rtol=SAME, atol=0.0):
-            raise ModelError(f"'{name}' cannot be written as a number of its own", name)
+            raise ModelError(
+                f"the model file of '{made.name}' makes '{name}' of a number that gives others "
+                "too: give it one of its own; run.system has the numbers of the optimum",
+                name,
+            )

@@ -129,11 +129,12 @@ class MultiStart:
             self.judged = self.screen.judged(self.spread)
         values, margins = self.judged
         first = self.evaluator(ranges.start)
+        sound = first is not None and bool(np.isfinite(aim.rows(first).values).all())
         closing = np.isfinite(values).all(axis=1)
-        if first is None and not closing.any():
+        if not sound and not closing.any():
             raise self._unreachable(len(values))
         order = _by_merit(values[:, self.screen.aims.index(aim)], margins, closing)
-        chosen = [ranges.start] if first is not None else []
+        chosen = [ranges.start] if sound else []
         width = ranges.high - ranges.low
         for apart in (APART, 0.0):
             for k in order:
@@ -169,7 +170,7 @@ class MultiStart:
                 "other numbers, or choose another aim"
             )
         return [
-            f"none of the numbers changes '{limit.text}'"
+            _unchanged(limit)
             for limit in limits
             if not moves([(rows.values, rows.slopes) for rows in (limit.rows(at) for at in ways)])
         ]
@@ -199,6 +200,11 @@ class MultiStart:
             f"{-worst.margin(sizes):.4g} {worst.unit}".rstrip()
             + f" at the nearest, {at}: give it more, or widen the bounds"
         )
+
+
+def _unchanged(limit: Limit) -> str:
+    """The note of a limit that decides nothing."""
+    return f"none of the numbers changes '{limit.text}'"
 
 
 def _by_merit(values: np.ndarray, margins: np.ndarray, closing: np.ndarray) -> np.ndarray:

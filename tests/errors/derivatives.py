@@ -5,6 +5,7 @@ from mbody import Mechanism, SimulationSettings, Torque
 from mbody.derivatives.prepared_gradient import PreparedGradient
 from tests.errors.command import said
 from tests.errors.models import four_bar
+from tests.rough import slider_crank
 
 
 def gradient(measure="A.force", by="crank.A.x", analysis="kinetostatics", **options):
@@ -27,9 +28,8 @@ def with_parameters():
     return machine
 
 
-def of_a_batch():
-    system = mbody.assemble(four_bar()).with_values({"crank.A.x": [0.9, 1.1]})
-    return mbody.gradient(system, "A.force", ["crank.mass"])
+def batch():
+    return mbody.assemble(four_bar()).with_values({"crank.A.x": [0.9, 1.1]})
 
 
 def sensitivity(**options):
@@ -88,7 +88,10 @@ SCENARIOS = {
     "a gradient by a parameter of a table": lambda: mbody.gradient(
         mbody.gallery.load("cam_follower"), "contact.force", "lift"
     ),
-    "a gradient of a batch": of_a_batch,
+    "a gradient of a batch": lambda: mbody.gradient(batch(), "A.force", ["crank.mass"]),
+    "a gradient of a loss by friction": lambda: mbody.gradient(
+        slider_crank(), "A.loss", "crank.A.x"
+    ),
     "a gradient of another analysis": lambda: gradient(analysis="modes"),
     "a gradient of a motion with contacts": lambda: mbody.gradient(
         mbody.gallery.load("bouncing_ball"), "last(ball.y)", analysis="simulate", until=0.1
@@ -104,6 +107,7 @@ SCENARIOS = {
     "a prepared gradient with too few numbers": lambda: PreparedGradient(
         mbody.assemble(four_bar()), "A.force", ["crank.A.x", "coupler.B.x"]
     ).at([1.0]),
+    "a prepared gradient of a batch": lambda: PreparedGradient(batch(), "A.force", ["crank.mass"]),
     "a gradient with an option that there is not": lambda: gradient(until=3.0),
     "a gradient of histories and numbers": lambda: gradient(
         ["A.force", "peak(B.force)"], t=[0.0, 0.01]
@@ -112,6 +116,7 @@ SCENARIOS = {
     "a gradient by a length of redundant loops": of_redundant_loops,
     "a measure that a gradient has not": lambda: gradient()["B.force"],
     "a sensitivity of a history": sensitivity,
+    "a sensitivity of a batch": lambda: mbody.kinetostatics(batch()).sensitivity("A.force"),
     "a sensitivity of a free motion": of_a_motion,
     "a sensitivity by a number that there is not": lambda: sensitivity(by=["crank.z"]),
     "a sensitivity in the command by a number that there is not": said(

@@ -1,9 +1,16 @@
 """Optimization: of what, by which numbers, within which limits, and where there is no design."""
 
+import contextlib
+import tempfile
+from pathlib import Path
+
 import mbody
+from mbody import Mechanism
+from mbody.model.optimization_task import OptimizationTask
 from tests.errors.command import said
 from tests.errors.derivatives import with_parameters
 from tests.errors.models import four_bar
+from tests.rough import slider_crank
 
 
 def optimize(minimize="peak(A.force)", by=None, machine=None, **options):
@@ -20,6 +27,33 @@ def of_a_batch():
 def of_a_file(table):
     """A file with one task."""
     return mbody.from_toml(mbody.to_toml(four_bar()) + f"\n[optimize.best]\n{table}\n")
+
+
+def in_the_command(*words):
+    """The command with a model file of two tasks."""
+    task = 'minimize = "peak(A.force)"\nby = { "crank.A.x" = [0.8, 1.2] }\n'
+    text = mbody.to_toml(four_bar()) + f"\n[optimize.best]\n{task}\n[optimize.other]\n{task}"
+
+    def go():
+        with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+            Path("mine.toml").write_text(text)
+            said(["optimize", "mine.toml", *words])()
+
+    return go
+
+
+def of_one_parameter():
+    """The best of two lengths that a file makes of one parameter, as a description."""
+    machine = Mechanism("crank", parameters={"a": 0.5}, ground={"O": (0, 0)})
+    machine.add(
+        mbody.Body("crank", mass=1.0, cg=("a", 0), points={"A": ("2*a", 0)}),
+        mbody.Revolute("O", "ground.O", "crank"),
+        mbody.Force("load", "crank.A", 100.0),
+        mbody.AngleDriver("motor", "crank", mbody.laws.ConstantSpeed(0.5, 10.0)),
+    )
+    system = mbody.assemble(machine).with_values({"crank.A.x": 1.0, "crank.cg.x": 0.5})
+    by = {"crank.A.x": (0.8, 1.2), "crank.cg.x": (0.1, 0.2)}
+    return optimize("peak(O.force)", by, system).mechanism
 
 
 SCENARIOS = {
@@ -58,6 +92,14 @@ SCENARIOS = {
     "an optimization whose limits no design meets": lambda: optimize(
         subject_to="peak(A.force) <= 1 uN"
     ),
+    "an optimization of what is no number": lambda: optimize("peak(log(-A.force/(1 N)))"),
+    "an optimization of a loss by friction": lambda: optimize(
+        "mean(A.loss)", {"A.friction": (0.05, 0.2)}, slider_crank()
+    ),
+    "the description of an optimum whose number no file has": lambda: (
+        optimize(by={"crank.A.x": (0.8, 1.2), "A.j.angle": (0.0, 1.0)}).mechanism
+    ),
+    "the description of an optimum of two numbers by one parameter": of_one_parameter,
     "an optimization without a design that closes": lambda: optimize(by={"crank.A.x": (30, 40)}),
     "an optimization of a name that there is not": lambda: mbody.optimize(four_bar(), "best"),
     "an optimization of a file by a number that there is not": lambda: of_a_file(
@@ -67,5 +109,8 @@ SCENARIOS = {
         'minimize = "peak(A.force)"\nby = { "crank.A.x" = [1] }'
     ),
     "an optimization of a file without numbers": lambda: of_a_file('minimize = "peak(A.force)"'),
+    "a task of optimization with an aim that is no text": lambda: OptimizationTask(minimize=[3]),
+    "an optimization in the command that there is not": in_the_command("third"),
+    "optimizations in the command to one file": in_the_command("--csv", "numbers.csv"),
     "an optimization in the command of a model without": said(["optimize", "norton_fourbar"]),
 }

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 from unittest import mock
 
 import mbody
+from mbody.errors import SolveError
 from mbody.files.seal import OPEN_SEAL
 from mbody.sweeps import (
     Normal,
@@ -102,6 +103,14 @@ def to_a_folder(meanwhile):
         return kept["A.force"]
 
 
+def of_many_that_do_not_close():
+    """What the last of many designs that do not close has as its reason: it is not searched for
+    the smallest gap.
+    """
+    found = sweep({"crank.A.x": [30.0 + n for n in range(9)]})
+    raise SolveError(found.failures[8])
+
+
 def full(store, asked):
     shutil.rmtree(store.folder)
 
@@ -148,6 +157,7 @@ SCENARIOS = {
     "a parameter that a sweep did not have": lambda: sweep().parameter("crank.mass"),
     "a design that a sweep did not have": lambda: sweep().design(7),
     "a table of a sweep without pandas": without_pandas,
+    "a sweep of many designs that do not close": of_many_that_do_not_close,
     "a sweep to a folder without pyarrow": lambda: without("pyarrow", to="results"),
     "a sweep to a folder that is a file": in_a_file,
     "a sweep to the folder of another": lambda: with_manifest("{}"),
