@@ -124,7 +124,7 @@ def derived(
         sign = -1.0 if column.by == "peak" and values[0] < 0.0 else 1.0
         row = sign * tangents[0]
         if column.by == "peak" and values[0] == 0.0:
-            notes.append(_at_zero(column, "|x|"))
+            notes.append(_at_zero(column))
         notes += _tied(column, values, tangents, times)
         return Derived(choice.value, row, choice.unit, float(times[0]), tuple(notes))
     row = tangents
@@ -134,7 +134,7 @@ def derived(
         size = float(np.sqrt(np.square(values).mean()))
         row = (values[:, None] * tangents).mean(axis=0) / size if size else 0.0 * tangents[0]
         if size == 0.0:
-            notes.append(_at_zero(column, "its root"))
+            notes.append(_at_zero(column))
     return Derived(choice.value, row, choice.unit, None, tuple(notes))
 
 
@@ -148,8 +148,9 @@ def _at_corners(column: MeasuredColumn, found: set[str]) -> list[str]:
     ]
 
 
-def _at_zero(column: MeasuredColumn, what: str) -> str:
-    """A note where a reduction has a corner at zero."""
+def _at_zero(column: MeasuredColumn) -> str:
+    """A note where a reduction, "peak" or "rms", has a corner at zero."""
+    what = "|x|" if column.by == "peak" else "its root"
     return f"'{column.name}' is zero: {what} has no derivative there"
 
 
