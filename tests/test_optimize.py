@@ -56,6 +56,21 @@ def test_a_closed_form():
     assert_allclose(found.band["disc.cg.y"][1], 0.2 * np.sqrt(1.01**2 - 1.0), rtol=1e-3)
 
 
+def test_an_aim_that_is_no_number_at_the_start():
+    """ln²(ln(F/F₀)) is none below F₀ = 70 N, where the start is, and least, zero, at F = e F₀."""
+    found = mbody.optimize(
+        wheel(),
+        minimize="peak(log(log(O.force/(70 N)))^2)",
+        by={"disc.cg.x": (0.2, 1.5)},
+        starts=2,
+        **TURN,
+    )
+    assert np.hypot(0.3, 0.1) * 2.0 * 100.0 < 70.0
+    # the least is flat: what is left of x counts by its square
+    assert_allclose(found.values["disc.cg.x"], np.sqrt((0.35 * np.e) ** 2 - 0.1**2), rtol=1e-3)
+    assert found.agreeing == found.starts == 2
+
+
 def test_greatest_values_and_equations():
     """Greatest F with x + y = 0.5, x, y ≥ 0.1: at a corner, (0.4, 0.1) or (0.1, 0.4)."""
     machine = wheel()
