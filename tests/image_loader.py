@@ -12,8 +12,6 @@ import numpy as np
 
 from mbody.core import native, selection
 from mbody.core.interface import KERNELS
-from mbody.core.library import open_library
-from mbody.core.sources import source_hash
 from mbody.kernels import (  # noqa: F401  (they enter their kernels)
     continuation,
     image_calls,
@@ -48,8 +46,6 @@ def entry(kernel: str):
         file = choice.file / f"{kernel}.so"
         if not file.exists():
             native.build([KERNELS[kernel]])
-        # with the door to users' functions, which the process may call afterwards
-        open_library(file, source_hash())
         opened = ctypes.CDLL(str(file))
     found = opened[f"mbody_{kernel}_words"]
     found.argtypes, found.restype = [ctypes.c_void_p, ctypes.c_void_p], ctypes.c_int32

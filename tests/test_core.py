@@ -279,6 +279,33 @@ def test_a_damaged_kernel_is_built_again(tmp_path):
     assert again.stdout == first.stdout and "building 'thomas'" in again.stderr
 
 
+@built_here
+def test_a_library_opened_by_others_takes_no_calls(tmp_path):
+    """A second copy, whose names the whole process sees and whose door nobody has set: calls of
+    users' functions went through it into nothing.
+    """
+    code = f"""
+import ctypes, shutil
+import numpy as np
+import mbody
+from mbody.core.selection import chosen
+from mbody.gallery import load
+from mbody.laws import Function
+from mbody.laws.kernels import thomas
+from mbody.model.loads import Torque
+
+thomas(np.zeros(3), np.ones(3), np.zeros(3), np.ones((3, 1)))
+copy = shutil.copy(chosen().file / "thomas.so", {str(tmp_path)!r})
+other = ctypes.CDLL(copy, mode=ctypes.RTLD_GLOBAL)
+swing = load("simple_pendulum")
+swing.add(Torque("push", "pendulum", value=Function(lambda t: 1.0 + t * t)))
+mbody.simulate(swing, 0.01)
+print(ctypes.c_void_p.in_dll(other, "mbody_user_door").value)
+"""
+    done = python(code)
+    assert (done.returncode, done.stdout.strip()) == (0, "None"), done.stderr
+
+
 # -- calls ------------------------------------------------------------------------------------
 
 

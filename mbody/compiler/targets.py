@@ -122,6 +122,9 @@ def link(
     front = [part for part in command if part != "-lm"]
     back = [part for part in command if part == "-lm"]
     kind = ["-shared", "-s"]
+    if "linux" in target.triple:
+        # a library's own door to users' functions, whatever else the process has loaded for all
+        kind.append("-Wl,-Bsymbolic")
     if not target.opened:
         kind = ["-Wl,--no-entry", "-Wl,--strip-all", "-Wl,--gc-sections"]
         kind += [f"-Wl,--export={name}" for name in (*exports, "__heap_base")]
