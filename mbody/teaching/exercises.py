@@ -165,13 +165,17 @@ def exercises(
         raise ModelError("exercises: nothing differs between them: give a parameter to vary")
     draw_from, first = random.Random(seed), make({})
     turns, seen, found = _turns(first), set(), []
+    cycles: dict[tuple[str, ...], Solution | None] = {}
     for _ in range(DRAWS * count):
         values = {name: one.drawn(draw_from) for name, one in bounds.items()}
         degrees = DEGREES * draw_from.randrange(360 // DEGREES)
-        if (key := (*values.values(), degrees)) in seen:
+        own = tuple(values.values())
+        if (key := (*own, degrees) if turns else own) in seen:
             continue
         seen.add(key)
-        if (one := _built(make(values), values, degrees, turns)) is not None:
+        if own not in cycles:
+            cycles[own] = _cycle(make(values), turns)
+        if (one := _built(cycles[own], values, degrees, turns)) is not None:
             found.append(one)
         if len(found) == count:
             return ExerciseSheet(tuple(found), _questions(first, found), _key(first, found))
@@ -246,25 +250,36 @@ def _turns(machine: Mechanism) -> bool:
     return True
 
 
-def _built(
-    machine: Mechanism, values: dict[str, str], degrees: int, turns: bool
-) -> Exercise | None:
-    """The exercise, where the design can be built."""
+def _cycle(machine: Mechanism, turns: bool) -> Solution | None:
+    """The turn of a design, or its first instant, where it can be built."""
     try:
         if turns:
             cycle = kinematics(machine, turn=True, instants=TURN)
-            body = machine.drivers[0].bodies[1]
-            run = analyse_at(machine, "kinetostatics", Instants(at={body: [f"{degrees} deg"]}))
         else:
-            run = analyse_at(machine, "kinetostatics", machine.ask)
-            run = cycle = run.take([0])
+            cycle = analyse_at(machine, "kinetostatics", machine.ask).take([0])
     except SolveError:
         return None
     least = least_transmission(cycle)
     small = least is not None and least < LEAST_TRANSMISSION
-    if small or cycle.doubts or run.doubts:
+    return None if small or cycle.doubts else cycle
+
+
+def _built(
+    cycle: Solution | None, values: dict[str, str], degrees: int, turns: bool
+) -> Exercise | None:
+    """The exercise, where the design can be built."""
+    if cycle is None:
         return None
-    return Exercise(values, f"{degrees}°" if turns else "", run, least)
+    least = least_transmission(cycle)
+    if not turns:
+        return Exercise(values, "", cycle, least)
+    machine = cycle.mechanism
+    body = machine.drivers[0].bodies[1]
+    try:
+        run = analyse_at(machine, "kinetostatics", Instants(at={body: [f"{degrees} deg"]}))
+    except SolveError:
+        return None
+    return None if run.doubts else Exercise(values, f"{degrees}°", run, least)
 
 
 def least_transmission(run: Solution) -> float | None:
