@@ -1,11 +1,14 @@
 """Least and greatest values within limits: against closed forms, grids of sweeps, differences."""
 
+import json
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 import mbody
 from mbody import AngleDriver, Body, Mechanism, Revolute
+from mbody.cli import main
 from mbody.errors import ModelError, SolveError
 from mbody.laws import Polynomial
 from mbody.optimization.optimum import Optimum
@@ -336,3 +339,21 @@ def test_a_number_that_a_formula_makes():
         mbody.optimize(
             mbody.from_toml(text), minimize="peak(motor.effort)", by={"crank.A.x": (4, 6)}, **TURN
         )
+
+
+def test_options_of_the_command_are_a_task(capsys):
+    """The same search as in Python; a bound without a unit is in that of the model."""
+    words = ["--minimize", "peak(motor.effort)", "--by", "coupler.cg.r=2:12 in", "--starts", "2"]
+    words += ["--subject-to", "peak(A.force) <= 500 lbf", "--over", "turn", "--seed", "3"]
+    assert main(["optimize", "norton_fourbar", *words, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)["cases"]["task"]
+    own = mbody.optimize(
+        mbody.gallery.load("norton_fourbar"),
+        minimize="peak(motor.effort)",
+        by={"coupler.cg.r": (2, "12 in")},
+        subject_to="peak(A.force) <= 500 lbf",
+        over="turn",
+        starts=2,
+        seed=3,
+    )
+    assert found == json.loads(json.dumps(own.data()))

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from mbody.cli.equal_steps import equal_steps
 from mbody.cli.models import model_of, named_values
+from mbody.cli.option_values import whole_number
 from mbody.cli.streams import message
 from mbody.cli.usage import UsageError
 from mbody.errors import ModelError
@@ -71,7 +72,7 @@ def question(args: Any, own: Instants | None) -> Instants | None:
         raise UsageError("--instants goes with --over")
     if args.over or args.instants is not None:
         try:
-            return Instants(over=over, instants=_whole(args.instants))
+            return Instants(over=over, instants=whole_number("--instants", args.instants))
         except ModelError as error:
             raise ModelError(str(error).replace("ask: ", "--", 1)) from None
     at: dict[str, Any] = {}
@@ -82,14 +83,6 @@ def question(args: Any, own: Instants | None) -> Instants | None:
         except FormulaError as error:
             raise ModelError(f"--at {name}: {error}", name) from None
     return Instants(at=at) if at else own
-
-
-def _whole(text: str | None) -> int | None:
-    if text is None:
-        return None
-    if not (text.isascii() and text.isdigit()) or len(text) > 12:
-        raise UsageError(f"--instants takes a whole number, not {text[:40]!r}")
-    return int(text)
 
 
 def check_forms(args: Any) -> None:

@@ -33,6 +33,31 @@ def add_optimize(command: argparse.ArgumentParser) -> None:
     """Of `mbody optimize`."""
     add_model(command)
     command.add_argument("name", metavar="NAME", nargs="?", help="one task; all without it")
+    aim = "a quantity, such as 'peak(A.force)', in place of the tasks of the file; twice: a front"
+    command.add_argument("--minimize", action="append", default=[], metavar="FORMULA", help=aim)
+    command.add_argument(
+        "--maximize", action="append", default=[], metavar="FORMULA", help="the same, greatest"
+    )
+    command.add_argument(
+        "--by",
+        action="append",
+        default=[],
+        metavar="NAME=LOW:HIGH",
+        help="a number and its bounds, such as b=90:150 or 'crank.A.x=30 mm:50 mm'; again for more",
+    )
+    command.add_argument(
+        "--subject-to",
+        action="append",
+        default=[],
+        metavar="RELATION",
+        help="a limit at all instants, such as 'peak(motor.effort) <= 20 N*m'; again for more",
+    )
+    command.add_argument("--analysis", metavar="NAME", help="kinetostatics, kinematics or statics")
+    command.add_argument(
+        "--over", metavar="WHAT", help="a whole turn: 'turn', or which driver is to make it"
+    )
+    command.add_argument("--starts", metavar="N", help="searches (8)")
+    command.add_argument("--seed", metavar="N", help="of their starts (0)")
     command.add_argument("-o", "--output", metavar="FILE", help="write the best model (.toml)")
     command.add_argument("--csv", metavar="FILE", help="write the numbers as a table")
     add_json(command)

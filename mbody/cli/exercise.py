@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from mbody.cli.models import named_values, path_of
+from mbody.cli.option_values import low_and_high, whole_number
 from mbody.cli.streams import message
 from mbody.cli.usage import UsageError
 
@@ -24,10 +25,7 @@ def exercise(args: Any) -> int:
     path, fixed = path_of(args.model), named_values(args.set, "--set")
     bounds = {}
     for name, text in named_values(args.vary, "--vary").items():
-        low, sign, high = text.partition(":")
-        if not sign:
-            raise UsageError(f"--vary takes NAME=LOW:HIGH, not {text[:60]!r}")
-        bounds[name] = (low, high)
+        bounds[name] = low_and_high(name, text)
     if not bounds:
         raise UsageError("choose what differs between exercises: --vary NAME=LOW:HIGH")
 
@@ -35,7 +33,7 @@ def exercise(args: Any) -> int:
         machine = load(path, parameters={**fixed, **values})
         return in_units(machine, args.units) if args.units else machine
 
-    count, seed = (_whole(text, option) for text, option in _numbers(args))
+    count, seed = (whole_number(f"--{name}", getattr(args, name)) for name in ("count", "seed"))
     found = exercises(make, bounds, count, seed)
     folder = f"{path.stem}_figures"
     files = found.save_figures(folder)
@@ -56,13 +54,3 @@ def exercise(args: Any) -> int:
 
 def _say_figures(count: int, folder: str) -> None:
     message(f"wrote {count} figures in {folder}")
-
-
-def _numbers(args: Any) -> tuple[tuple[str, str], tuple[str, str]]:
-    return (args.count, "--count"), (args.seed, "--seed")
-
-
-def _whole(text: str, option: str) -> int:
-    if not (text.isascii() and text.isdigit()) or len(text) > 6:
-        raise UsageError(f"{option} takes a whole number, not {text[:40]!r}")
-    return int(text)

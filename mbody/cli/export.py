@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from mbody.cli.models import model_of
+from mbody.cli.option_values import whole_number
 from mbody.cli.streams import message
 from mbody.cli.usage import UsageError
 
@@ -51,13 +52,11 @@ def _image(args: Any) -> int:
     """Write the image of a model."""
     if args.output is None:
         raise UsageError("an image is binary, it cannot be printed: name its file with -o FILE")
-    instants = args.instants
-    if instants is not None and not (instants.isascii() and instants.isdigit()):
-        raise UsageError(f"--instants takes a whole number, not {instants[:40]!r}")
+    instants = whole_number("--instants", args.instants)
     from mbody.files.writing import writing
     from mbody.image.model_image import to_image
 
-    made = to_image(model_of(args), None if instants is None else int(instants))
+    made = to_image(model_of(args), instants)
     with writing(args.output, binary=True) as file:
         file.write(made.content)
     for note in made.notes:

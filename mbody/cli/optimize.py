@@ -1,4 +1,4 @@
-"""`mbody optimize MODEL [NAME]`: the tasks [optimize.NAME] of a model, carried out."""
+"""`mbody optimize MODEL [NAME]`: the tasks [optimize.NAME] of a model, or one of options."""
 
 from __future__ import annotations
 
@@ -7,15 +7,21 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from mbody.cli.interrupts import interrupt
-from mbody.cli.models import model_of
+from mbody.cli.models import model_of, named_values
+from mbody.cli.option_values import bounds, whole_number
 from mbody.cli.streams import message
+from mbody.cli.usage import UsageError
 from mbody.errors import ModelError, SolveError
 from mbody.model.element import listed
 
 if TYPE_CHECKING:
+    from mbody.model.optimization_task import OptimizationTask
     from mbody.optimization.optimum import Optimum
 
 __all__ = ["optimize"]
+
+#: The name of a task that the file does not have.
+OF_OPTIONS = "task"
 
 
 def optimize(args: Any) -> int:
@@ -28,11 +34,12 @@ def optimize(args: Any) -> int:
     from mbody.solution.heading import heading, unit_symbols
 
     mechanism = model_of(args)
-    tasks = optimization_tasks(mechanism)
+    own = _of_options(args)
+    tasks = {OF_OPTIONS: own} if own else optimization_tasks(mechanism)
     if not tasks:
         raise ModelError(
-            f"'{mechanism.name}' has nothing to optimize: give its file a table [optimize.NAME] "
-            "with minimize, by and subject_to"
+            f"'{mechanism.name}' has nothing to optimize: give --minimize and --by, or its file a "
+            "table [optimize.NAME] with minimize, by and subject_to"
         )
     if args.name and args.name not in tasks:
         raise ModelError(
@@ -52,7 +59,7 @@ def optimize(args: Any) -> int:
     stopped = ""
     for name in names:
         try:
-            found = solved(mechanism, name, progress=_progress(name))
+            found = solved(mechanism, tasks[name], progress=_progress(name))
         except SolveError as error:
             doubts.append(Doubt("incomplete", f"{name}: {error}"))
             cases[name] = {"values": {}, **error_data(error)}
@@ -80,6 +87,33 @@ def optimize(args: Any) -> int:
     else:
         print("\n\n\n".join(texts))
     return 1 if doubts or stopped else 0
+
+
+def _of_options(args: Any) -> OptimizationTask | None:
+    """The task that the options are, if any is given."""
+    from mbody.model.optimization_task import OptimizationTask
+
+    others = {
+        "subject_to": args.subject_to,
+        "by": {name: bounds(name, text) for name, text in named_values(args.by, "--by").items()},
+        "over": args.over,
+        "analysis": args.analysis,
+        "starts": whole_number("--starts", args.starts),
+        "seed": whole_number("--seed", args.seed),
+    }
+    given = {name: value for name, value in others.items() if value not in (None, [], {})}
+    if not args.minimize and not args.maximize:
+        if given:
+            option = next(iter(given)).replace("_", "-")
+            raise UsageError(f"--{option} needs --minimize or --maximize: what is to be best")
+        return None
+    if "by" not in given:
+        raise UsageError("choose the numbers that may change: --by NAME=LOW:HIGH")
+    if args.name:
+        raise UsageError(
+            f"--minimize and --maximize make a task of their own: leave out {args.name[:40]!r}"
+        )
+    return OptimizationTask(tuple(args.minimize), tuple(args.maximize), **given)
 
 
 def _unsolved(model: str, name: str, error: SolveError) -> str:

@@ -12,6 +12,7 @@ from mbody.analysis.dynamics.progress import shown
 from mbody.cli.analyse import check_forms, exit_status, write
 from mbody.cli.interrupts import interrupt
 from mbody.cli.models import model_of, named_values
+from mbody.cli.option_values import whole_number
 from mbody.cli.streams import message
 from mbody.cli.usage import UsageError
 from mbody.errors import ModelError
@@ -36,9 +37,7 @@ def simulate(args: Any) -> int:
     if args.every is not None:
         options["every"] = number_in(mechanism, args.every, "time", "simulate", "--every")
     if args.instants is not None:
-        if not (args.instants.isascii() and args.instants.isdigit()):
-            raise UsageError(f"--instants takes a whole number, not {args.instants[:40]!r}")
-        options["instants"] = int(args.instants)
+        options["instants"] = whole_number("--instants", args.instants)
     if args.input:
         given = named_values(args.input, "--input")
         options["inputs"] = {name: _history(name, text) for name, text in given.items()}

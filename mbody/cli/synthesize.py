@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from mbody.cli.models import named_values, path_of
+from mbody.cli.option_values import bounds, whole_number
 from mbody.cli.streams import message
 from mbody.cli.usage import UsageError
-from mbody.errors import ModelError
 from mbody.solution.heading import heading, unit_symbols
 
-__all__ = ["synthesize", "whole_number"]
+__all__ = ["synthesize"]
 
 
 def synthesize(args: Any) -> int:
@@ -28,14 +28,14 @@ def synthesize(args: Any) -> int:
         )
     options: dict[str, Any] = dict(read_demand(args.points))
     options |= {
-        name: whole_number(name, getattr(args, name)) for name in ("count", "search", "seed")
+        name: whole_number(f"--{name}", getattr(args, name)) for name in ("count", "search", "seed")
     }
     if args.ground is not None:
         options["ground"] = args.ground
-    by = {name: _bounds(name, text) for name, text in named_values(args.by, "--by").items()}
+    by = {name: bounds(name, text) for name, text in named_values(args.by, "--by").items()}
     options |= {"kind": args.kind, "units": args.units, "of": args.point, "atlas": args.atlas}
     if args.span is not None:
-        options["span"] = _bounds("--span", args.span)
+        options["span"] = bounds("--span", args.span)
     model = None if args.model is None else load(path_of(args.model))
     found = designs_for(
         model,
@@ -67,25 +67,3 @@ def _file(output: str, n: int) -> str:
     """The file of one design: design.toml, then design-2.toml."""
     path = Path(output)
     return output if n == 0 else str(path.with_name(f"{path.stem}-{n + 1}{path.suffix}"))
-
-
-def whole_number(name: str, text: str | None) -> int | None:
-    """A number of an option; None where it is not given."""
-    if text is None:
-        return None
-    if not (text.isascii() and text.isdigit()) or len(text) > 9:
-        raise UsageError(f"--{name} takes a whole number, not {text[:40]!r}")
-    return int(text)
-
-
-def _bounds(name: str, text: str) -> tuple[Any, Any]:
-    """A low and a high bound; plain angles are in degrees."""
-    from mbody.quantities import FormulaError, read
-
-    low, sign, high = text.partition(":")
-    if not sign:
-        raise UsageError(f"{name}: bounds are LOW:HIGH, not {text[:60]!r}")
-    try:
-        return read(low, None, "deg"), read(high, None, "deg")
-    except FormulaError as error:
-        raise ModelError(f"{name}: {error}", name) from None

@@ -7,6 +7,7 @@ from typing import Any
 
 from mbody.cli.analyse import question
 from mbody.cli.models import model_of, named_values
+from mbody.cli.option_values import low_and_high, whole_number
 from mbody.cli.usage import UsageError
 
 __all__ = ["tolerances"]
@@ -29,11 +30,8 @@ def tolerances(args: Any) -> int:
         options = {"over": ask.over, "instants": ask.instants} if ask.over else {"at": ask.at}
     within = None
     if args.within is not None:
-        low, sign, high = args.within.partition(":")
-        if not sign:
-            raise UsageError(f"--within takes LOW:HIGH, not {args.within[:60]!r}")
-        within = low.strip(), high.strip()
-    count, seed = (_whole(getattr(args, name), name) for name in ("count", "seed"))
+        within = low_and_high("--within", args.within)
+    count, seed = (whole_number(f"--{name}", getattr(args, name)) for name in ("count", "seed"))
     found = solved(
         mechanism,
         args.measure,
@@ -60,9 +58,3 @@ def _scatter(text: str) -> Any:
     if kind not in KINDS:
         return Normal(text)
     return {"normal": Normal, "uniform": Uniform, "triangular": Triangular}[kind](width.strip())
-
-
-def _whole(text: str, name: str) -> int:
-    if not (text.isascii() and text.isdigit()) or len(text) > 9:
-        raise UsageError(f"--{name} takes a whole number, not {text[:40]!r}")
-    return int(text)

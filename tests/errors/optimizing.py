@@ -111,6 +111,11 @@ SCENARIOS = {
     "an optimization of a file without numbers": lambda: of_a_file('minimize = "peak(A.force)"'),
     "a task of optimization with an aim that is no text": lambda: OptimizationTask(minimize=[3]),
     "an optimization in the command that there is not": in_the_command("third"),
+    "an optimization in the command without bounds": in_the_command("--minimize", "peak(A.force)"),
+    "an optimization in the command without an aim": in_the_command("--starts", "3"),
+    "an optimization in the command that the file has": in_the_command(
+        "best", "--maximize", "peak(A.force)", "--by", "crank.A.x=0.8:1.2"
+    ),
     "optimizations in the command to one file": in_the_command("--csv", "numbers.csv"),
     "an optimization in the command of a model without": said(["optimize", "norton_fourbar"]),
 }

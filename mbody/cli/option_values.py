@@ -1,0 +1,54 @@
+"""Values of options, read from their texts."""
+
+from __future__ import annotations
+
+from typing import Any, overload
+
+from mbody.cli.usage import UsageError
+from mbody.errors import ModelError
+
+__all__ = ["bounds", "low_and_high", "whole_number"]
+
+
+@overload
+def whole_number(option: str, text: str) -> int: ...
+@overload
+def whole_number(option: str, text: None) -> None: ...
+def whole_number(option: str, text: str | None) -> int | None:
+    """A number without a sign; None where it is not given.
+
+    >>> whole_number("--count", "30"), whole_number("--count", None)
+    (30, None)
+    """
+    if text is None:
+        return None
+    if not (text.isascii() and text.isdigit()) or len(text) > 9:
+        raise UsageError(f"{option} takes a whole number, not {text[:40]!r}")
+    return int(text)
+
+
+def low_and_high(option: str, text: str) -> tuple[str, str]:
+    """Both parts of ``LOW:HIGH``.
+
+    >>> low_and_high("--within", "3:5 N")
+    ('3', '5 N')
+    """
+    low, sign, high = text.partition(":")
+    if not sign:
+        raise UsageError(f"{option}: bounds are LOW:HIGH, not {text[:60]!r}")
+    return low.strip(), high.strip()
+
+
+def bounds(option: str, text: str) -> tuple[Any, Any]:
+    """Both parts as numbers or formulas; plain angles are in degrees.
+
+    >>> bounds("--span", "40:60")
+    (40.0, 60.0)
+    """
+    from mbody.quantities import FormulaError, read
+
+    low, high = low_and_high(option, text)
+    try:
+        return read(low, None, "deg"), read(high, None, "deg")
+    except FormulaError as error:
+        raise ModelError(f"{option}: {error}", option) from None
