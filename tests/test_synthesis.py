@@ -14,6 +14,7 @@ from mbody.errors import ModelError, SolveError
 from mbody.synthesis.curve_search import PathDemand, best_shapes
 from mbody.synthesis.four_bars import FourBar
 from mbody.synthesis.linkage_kinds import KINDS
+from mbody.synthesis.point_files import read_demand
 from tests.synthesis_cases import (
     CLOSED,
     CLOSED_TIMING,
@@ -271,3 +272,14 @@ def test_units_of_points():
 def test_less_than_three_points():
     with pytest.raises(ModelError, match="fewer than 3"):
         mbody.synthesize(path=LINE[:2])
+
+
+def test_a_heading_has_the_unit_of_its_column(tmp_path):
+    first, other = tmp_path / "headed.csv", tmp_path / "cells.csv"
+    first.write_text("x [mm],Y [in],angle [rad]\n1,2,0.5\n3 m,-.4,60 deg\n")
+    other.write_text("x,y,angle\n1 mm,2 in,0.5 rad\n3 m,-.4 in,60 deg\n")
+    found, same = (read_demand(file)["poses"] for file in (first, other))
+    assert [[str(one) for one in row] for row in found] == [
+        [str(one) for one in row] for row in same
+    ]
+    assert "mm" in str(found[0][0]) and "in" in str(found[1][1])
