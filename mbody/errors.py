@@ -23,7 +23,8 @@ _AT_THE_COMMAND = ContextVar("at_the_command", default=False)
 
 
 class ModelError(ValueError):
-    """What the user described cannot be a mechanism; raised while describing and assembling.
+    """What the user described cannot be a mechanism, or cannot begin to move; raised while
+    describing and assembling, and where a motion begins.
 
     Attributes
     ----------

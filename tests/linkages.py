@@ -220,7 +220,6 @@ class _Draft:
         ]
 
 
-@functools.lru_cache(maxsize=512)
 def random_linkage(
     seed: int, loops: int, *, sliders: bool = False, extras: bool = False, loads: bool = True
 ) -> tuple[Mechanism, float]:
@@ -248,18 +247,25 @@ def random_linkage(
         The crank may go from its first angle that far [rad], at most 2π, and stays assembled and
         away from singular positions.
     """
+    attempt, turn = _attempt(seed, loops, sliders, extras, loads)
+    return _drawn(attempt, seed, loops, sliders, extras, loads), turn
+
+
+@functools.lru_cache(maxsize=512)
+def _attempt(seed: int, loops: int, sliders: bool, extras: bool, loads: bool) -> tuple[int, float]:
+    """The first attempt whose crank turns far enough, and how far: what takes time."""
     for attempt in itertools.count():
-        rng = np.random.default_rng([seed, loops, sliders, extras, attempt])
-        mechanism = _drawn(rng, loops, sliders, extras, loads)
-        turn = safe_turn(mechanism)
+        turn = safe_turn(_drawn(attempt, seed, loops, sliders, extras, loads))
         if turn >= LEAST_TURN:
-            return mechanism, turn
+            return attempt, turn
     raise AssertionError
 
 
 def _drawn(
-    rng: np.random.Generator, loops: int, sliders: bool, extras: bool, loads: bool
+    attempt: int, seed: int, loops: int, sliders: bool, extras: bool, loads: bool
 ) -> Mechanism:
+    """A mechanism of its own at each call, which the caller may change."""
+    rng = np.random.default_rng([seed, loops, sliders, extras, attempt])
     draft = _Draft(rng)
     start = draft.four_bar()
     for k in range(loops - 1):

@@ -189,7 +189,7 @@ def difference(run, k, **how):
     return max(worst) / scale
 
 
-def followed_part(run, k, most=1.0, step=0.05, least=1e-10):
+def followed_part(run, k, most=1.0, step=0.05, least=1e-11):
     """The part of friction up to which the dense solution can be followed from none, in steps, at
     an instant: Newton's method from the last solution, det of its matrix keeping its sign. Where
     forces grow without bound, 1/(p − part), p is found from the last two of them.

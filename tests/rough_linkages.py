@@ -42,19 +42,18 @@ from mbody.laws import Harmonic
 from tests.linkages import random_linkage, times_within
 from tests.rough import dense_at, difference, followed_part, roughened
 
-__all__ = ["Instant", "Linkage", "examined", "rough_linkage"]
+__all__ = ["PARTS", "Instant", "Linkage", "examined", "rough_linkage"]
 
 #: Attachments to the crank, the first of them none.
 KINDS = ("plain", "gear", "cam", "slot")
 COEFFICIENTS = (0.05, 0.2, 0.6, 1.5, 3.0)
 #: What rounding may make of forces, and of efforts that were followed.
 FORCES, EFFORTS = 1e-10, 1e-8
-#: Newton's method on the dense equations ends a little before they have a solution no more, where
-#: its matrix is nearly singular: so far before the part at which it jams, as a part of that.
-PARTS = 1e-5
-#: A part of friction above which it is all of it: the path of the dense equations is followed in
-#: steps that end there.
-WHOLE = 1.0 - 1e-6
+#: The parts of friction at which both end are found by steps that are halved down to 1e-11 of all
+#: of it; the least that occur are some thousandths of it.
+PARTS = 1e-8
+#: A part of friction above which it is all of it.
+WHOLE = 1.0 - PARTS
 
 
 @dataclass(frozen=True)
@@ -204,7 +203,7 @@ def _jams(linkage: Linkage, k: int, found: list[Any]) -> str:
     jam = next(one for one in linkage.run.friction.jams if one.t == float(linkage.run.t[k]))
     part, ours = followed_part(linkage.run, k), _part(linkage, jam)
     if abs(part - ours) > PARTS * ours:
-        return f"it jams at {ours:.6f} of friction, dense at {part:.6f}"
+        return f"it jams at {ours:.10f} of friction, dense at {part:.10f}"
     return ""
 
 

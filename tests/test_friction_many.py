@@ -16,7 +16,7 @@ from tests.rough import (
     rough,
     slider_crank,
 )
-from tests.rough_linkages import examined, rough_linkage
+from tests.rough_linkages import PARTS, examined, rough_linkage
 
 HEAVY = {"masses": (1.0, 2.0, 3.0), "length": 0.06}
 ANGLES = np.linspace(0.1, 6.2, 40)
@@ -183,6 +183,16 @@ def test_a_path_of_one_factor_on_all_coefficients():
     times = times_within(machine, turn, 5)
     run = mbody.kinetostatics(machine, times[[0, 2, 4]])
     parts = [jam.coefficient / 3.0 for jam in run.friction.jams]
-    assert parts[1] == pytest.approx(0.5197, rel=1e-3)
+    assert parts[1] == pytest.approx(0.519714, abs=1e-6)
     for k, part in enumerate(parts):
-        assert part == pytest.approx(followed_part(run, k), rel=1e-3)
+        assert part == pytest.approx(followed_part(run, k), rel=PARTS)
+
+
+def test_forces_that_grow_without_bound():
+    """Of this linkage friction has no fold, its forces go to infinity at the part at which it jams:
+    continuation by arclength in forces and part together ends at 0.80002780690188, too.
+    """
+    run = rough_linkage(817).run
+    part = run.friction.jams[0].coefficient / 3.0
+    assert part == pytest.approx(0.80002780690188, rel=PARTS)
+    assert followed_part(run, 0) == pytest.approx(0.80002780690188, rel=PARTS)

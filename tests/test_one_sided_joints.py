@@ -1,6 +1,5 @@
 """Joints that separate and freewheels, against closed forms and independent computations."""
 
-import json
 import math
 
 import numpy as np
@@ -10,7 +9,6 @@ from scipy.optimize import brentq
 
 from mbody import (
     AngleDriver,
-    Between,
     Body,
     CamFollower,
     Contact,
@@ -28,16 +26,11 @@ from mbody import (
     Rope,
     SimulationSettings,
     Spring,
-    Stop,
     TorsionSpring,
-    from_toml,
     kinetostatics,
-    mobility,
     simulate,
-    to_toml,
 )
 from mbody.laws import Harmonic
-from mbody.makers import four_bar
 
 G = 9.81
 
@@ -460,55 +453,3 @@ def test_a_freewheel_winds_a_spring_up():
     t2 = brentq(ahead, t1 + 0.05, t1 + 2.0, xtol=1e-15)
     assert on.name == "stick" and on.t == pytest.approx(t2, abs=1e-10)
     assert run.energy.error < 1e-9
-
-
-def test_joints_that_let_go_in_files():
-    machine = gears(backlash="0.2 mm", restitution=0.5)
-    machine.add(Freewheel("stop", "ground.A", "one.C", clockwise=True))
-    assert from_toml(to_toml(machine)) == machine
-    other, *_ = cam(10.0, one_sided=True, restitution=0.1)
-    assert from_toml(to_toml(other)) == other
-    strut = Mechanism("strut", ground={"O": (0.0, 0.0)})
-    strut.add(
-        Body("mass", mass=1.0, points={"C": (0.0, 0.0)}),
-        Distance("strut", "ground.O", "mass.C", 0.3, one_sided="push"),
-        PinSlot("slot", "ground.O", "mass.C", clearance="1 mm"),
-        Revolute("pin", "ground.O", "mass.C", clearance="0.1 mm", friction=0.1, pin_radius=0.01),
-    )
-    assert from_toml(to_toml(strut)) == strut
-
-
-def test_mobility_says_what_holds_in_one_sense():
-    """Every kind by name, in the data and in the sheet; nothing is said where there is none."""
-    machine = Mechanism("all kinds", ground={"O": (0.0, 0.0), "P": (0.0, 1.0)})
-    machine.add(
-        Body("arm", points={"O": (0.0, 0.0), "A": (1.0, 0.0)}),
-        Body("bob", points={"C": (0.0, 0.0)}, shapes={"rim": {"disc": "C", "radius": 0.1}}),
-        Revolute("O", "ground.O", "arm.O", limits=(None, 2.0)),
-        Distance("strut", "ground.P", "bob.C", 1.0, one_sided="push"),
-        Rope("rope", "arm.A", "bob.C", length=2.0),
-        Stop("table", "bob.y + 3 m"),
-        Freewheel("hub", "ground.O", "arm.O"),
-        Between("touch", "bob.rim", "arm.*"),
-    )
-    found = mobility(machine)
-    kinds = {
-        "contacts": ("touch_1", "touch_2"),
-        "ropes": ("rope",),
-        "stops": ("table",),
-        "freewheels": ("hub",),
-        "limits": ("O_high",),
-        "joints": ("strut",),
-    }
-    assert found.one_sided == kinds
-    assert json.loads(json.dumps(found.data()))["one_sided"] == {
-        kind: list(names) for kind, names in kinds.items()
-    }
-    said = " ".join(str(found).split())
-    assert "ONE-SIDED 2 contacts, counted as open: 'touch_1', 'touch_2'; 1 rope" in said
-    assert "1 limit of a joint, counted as open: 'O_high'" in said
-    assert "1 joint that can separate, counted as closed: 'strut'" in said
-    # counted so: the strut's row is among the rows, and the pin's two, no more
-    assert found.of_joints.rows == 3
-    plain = mobility(four_bar(1.0, 3.0, 2.0, 3.5))
-    assert plain.data()["one_sided"] == {} and "ONE-SIDED" not in str(plain)

@@ -8,35 +8,35 @@ from mbody import AngleDriver, Body, Force, Mechanism, Revolute, Torque
 from mbody.laws import Polynomial
 
 
-def fourbar(name, **more):
-    """Crank, coupler with a point P, rocker; the crank turns at 10 rad/s."""
-    ground = {"O2": (0.0, 0.0), "O4": (0.2, 0.0), **more.pop("ground", {})}
+def linked(name, ground, bars, pins, **more):
+    """A mechanism of bars, (mass, inertia, mass centre, points, guess) by name, and of pins at
+    points of the same name, with both bodies by name; the crank turns at 10 rad/s.
+    """
     machine = Mechanism(name, ground=ground, **more)
-    machine.add(
-        Body("crank", mass=0.5, inertia=0.0005, points={"O2": (0, 0), "A": (0.06, 0)}),
-        Body(
-            "coupler",
-            mass=1.0,
-            inertia=0.004,
-            cg=(0.1, 0.03),
-            points={"A": (0, 0), "B": (0.2, 0), "P": (0.15, 0.15)},
-            guess="40 deg",
-        ),
-        Body(
-            "rocker",
-            mass=1.0,
-            inertia=0.003,
-            cg=(0.08, 0),
-            points={"O4": (0, 0), "B": (0.16, 0)},
-            guess="90 deg",
-        ),
-        Revolute("O2", "ground.O2", "crank.O2"),
-        Revolute("A", "crank.A", "coupler.A"),
-        Revolute("B", "coupler.B", "rocker.B"),
-        Revolute("O4", "ground.O4", "rocker.O4"),
-        AngleDriver("motor", "crank", Polynomial((0.0, 10.0))),
-    )
+    for bar, (mass, inertia, cg, points, guess) in bars.items():
+        machine.add(Body(bar, mass=mass, inertia=inertia, cg=cg, points=points, guess=guess))
+    for pin, (i, j) in pins.items():
+        machine.add(Revolute(pin, f"{i}.{pin}", f"{j}.{pin}"))
+    machine.add(AngleDriver("motor", "crank", Polynomial((0.0, 10.0))))
     return machine
+
+
+def fourbar(name, ground=None, bars=None, pins=None, **more):
+    """Crank, coupler with a point P, rocker; and what is added to them."""
+    triangle = {"A": (0, 0), "B": (0.2, 0), "P": (0.15, 0.15)}
+    own = {
+        "crank": (0.5, 0.0005, (0, 0), {"O2": (0, 0), "A": (0.06, 0)}, None),
+        "coupler": (1.0, 0.004, (0.1, 0.03), triangle, "40 deg"),
+        "rocker": (1.0, 0.003, (0.08, 0), {"O4": (0, 0), "B": (0.16, 0)}, "90 deg"),
+    }
+    joined = {
+        "O2": ("ground", "crank"),
+        "A": ("crank", "coupler"),
+        "B": ("coupler", "rocker"),
+        "O4": ("ground", "rocker"),
+    }
+    places = {"O2": (0.0, 0.0), "O4": (0.2, 0.0)} | (ground or {})
+    return linked(name, places, own | (bars or {}), joined | (pins or {}), **more)
 
 
 def dwell_sixbar():
@@ -44,23 +44,14 @@ def dwell_sixbar():
     machine = fourbar(
         "Six-bar with dwell",
         ground={"O6": (0.1, 0.3)},
+        bars={
+            "link": (0.6, 0.002, (0.1, 0), {"P": (0, 0), "Q": (0.2, 0)}, None),
+            "output": (1.0, 0.004, (0.06, 0), {"O6": (0, 0), "Q": (0.15, 0)}, "-60 deg"),
+        },
+        pins={"P": ("coupler", "link"), "Q": ("link", "output"), "O6": ("ground", "output")},
         parameters={"stop": "90 deg", "middle": "180 deg"},
     )
-    machine.add(
-        Body("link", mass=0.6, inertia=0.002, cg=(0.1, 0), points={"P": (0, 0), "Q": (0.2, 0)}),
-        Body(
-            "output",
-            mass=1.0,
-            inertia=0.004,
-            cg=(0.06, 0),
-            points={"O6": (0, 0), "Q": (0.15, 0)},
-            guess="-60 deg",
-        ),
-        Revolute("P", "coupler.P", "link.P"),
-        Revolute("Q", "link.Q", "output.Q"),
-        Revolute("O6", "ground.O6", "output.O6"),
-        Torque("work", "output", value=5.0),
-    )
+    machine.add(Torque("work", "output", value=5.0))
     return machine
 
 

@@ -1,4 +1,4 @@
-"""What overlaps a polygon at the beginning, convex or not, against crossings of a ray."""
+"""What overlaps at the beginning: polygons, convex or not, against crossings of a ray."""
 
 import math
 
@@ -7,7 +7,8 @@ import pytest
 
 import mbody
 from mbody import Body, Contact, Mechanism, SimulationSettings
-from mbody.errors import SolveError
+from mbody.cli import main
+from mbody.errors import ModelError
 
 #: An L, a star of three points with notches, and a thin wedge.
 SHAPES = {
@@ -55,7 +56,7 @@ def test_what_overlaps_is_refused_and_nothing_else(name, radius):
             mbody.simulate(machine)
             seen.add("apart")
             assert apart > -1e-9, place
-        except SolveError as error:
+        except ModelError as error:
             seen.add("overlaps")
             assert apart < 0.0, place
             assert f"overlap by {-apart:.6g} " in str(error)
@@ -75,3 +76,28 @@ def test_a_disc_in_an_inner_corner_overlaps_nothing():
     own = {"x": 1.25, "y": 1.25, "angle": 0.0}
     machine.simulation = SimulationSettings(until=1e-3, start={"bead": own}, instants=2)
     assert mbody.simulate(machine).status == "completed"
+
+
+OVERLAP = """
+[ground]
+points = { O = [0, 0] }
+shapes = { floor = { line = { point = "O" } } }
+[bodies.wheel]
+mass    = "1 kg"
+inertia = "0.1 kg*m^2"
+points  = { C = [0, 0] }
+shapes  = { rim = { disc = "C", radius = "0.5 m" } }
+[contacts]
+foot = { contact = ["ground.floor", "wheel.rim"] }
+[simulate]
+until = 0.1
+start = { wheel = { y = "0.4 m" } }
+"""
+
+
+@pytest.mark.parametrize("method", [["dop853"], ["moreau", "--step", "1 ms"]])
+def test_overlap_is_bad_input_of_the_command(method, tmp_path, capsys):
+    model = tmp_path / "overlap.toml"
+    model.write_text(OVERLAP)
+    assert main(["simulate", str(model), "--method", *method]) == 2
+    assert "by 0.1 m" in " ".join(capsys.readouterr().err.split())

@@ -205,7 +205,7 @@ def test_reset_decides_modes_anew_and_leaves_the_state_where_it_fails():
     height = 0.5 - 0.5 * G * min(0.5, np.sqrt(2 * 0.3 / G)) ** 2
     assert sim["wheel"].y == pytest.approx(max(height, 0.2), abs=1e-9)
     before = tuple(sim.q)
-    with pytest.raises(mbody.SolveError, match=r"overlap by 0\.05"):
+    with pytest.raises(mbody.ModelError, match=r"overlap by 0\.05"):
         sim.reset({"wheel": {"x": 0.3, "y": 0.15}})
     assert tuple(sim.q) == before
     sim.reset()

@@ -8,7 +8,7 @@ import numpy as np
 
 from mbody.analysis.contact.contact_laws import ClosedContacts, impact_impulses
 from mbody.analysis.contact.unilateral import Rows, Unilateral
-from mbody.errors import SolveError
+from mbody.errors import ModelError, SolveError
 from mbody.kernels.layout import Work
 from mbody.system.rank import dense, dense_rates, rank_of
 
@@ -206,7 +206,7 @@ def first_overlap(uni: Unilateral, work: Work, near: float) -> list[int]:
 
     Raises
     ------
-    SolveError
+    ModelError
         With the names, by how much, and where.
     """
     rows = uni.read(work)
@@ -253,7 +253,7 @@ def _to_polygon(across: Array, along: Array) -> tuple[float, int]:
     return float(np.copysign(least, across[n])), n
 
 
-def _overlap(uni: Unilateral, work: Work, name: str, gap: float, n: int) -> SolveError:
+def _overlap(uni: Unilateral, work: Work, name: str, gap: float, n: int) -> ModelError:
     machine = uni.system.mechanism
     j = uni.bodies[n][1]
     x, y, angle = work.q[3 * j : 3 * j + 3, 0]
@@ -265,4 +265,4 @@ def _overlap(uni: Unilateral, work: Work, name: str, gap: float, n: int) -> Solv
     depth = -gap / uni.unit_of(n)
     (one,) = (one for one in machine.contacts if one.name == name)
     sentence = one.overlapping(depth, place, uni.system.values, machine.units)
-    return SolveError(sentence, one.described_as)
+    return ModelError(sentence, one.described_as)

@@ -24,7 +24,7 @@ from mbody.analysis.dynamics.options import MotionRequest
 from mbody.analysis.dynamics.restart_checks import check_restart
 from mbody.analysis.initial.initial_state import state_of
 from mbody.analysis.position.assembly_analysis import raise_user_error
-from mbody.errors import ModelError, SolveError
+from mbody.errors import ModelError
 from mbody.kernels.contact_geometry import FOUND
 from mbody.kernels.contact_shapes import ImpulseSteps
 from mbody.kernels.moreau import (
@@ -267,7 +267,7 @@ class ImpulseIntegration(Integration):
         i, j = (self._shape(int(k), name) for k in B.who[c, 3:5])
         unit, b = self.system.mechanism.units.length, 3 * int(B.who[c, 0])
         x, y = B.geometry[c, 2:4] + np.append(self.work.q[:, 0], np.zeros(3))[b : b + 2]
-        raise SolveError(
+        raise ModelError(
             f"the shapes '{i}' and '{j}' of contact '{name}' overlap at the beginning by "
             f"{-gaps[c]:.3g} {unit}, at ({x:.6g}, {y:.6g}) {unit}: begin where they are apart, or "
             "touch",

@@ -39,6 +39,9 @@ __all__ = ["DenseFriction", "DenseForces", "rubs"]
 STEP = 1e-30
 #: Newton's iterations, and what is left over, as a part of the loads, where it converged.
 ITERATIONS, CONVERGED = 60, 1e-13
+#: What rounding leaves over in each equation, as a part of its greatest terms: near where forces
+#: grow without bound the steps of Newton's method are rounding that the matrix has made greater.
+ROUNDING = 4.0 * float(np.finfo(float).eps)
 #: A rate below this part of the swiftest motion is none.
 RESTS = 1e-11
 #: Two solutions that are nearer, as a part of the loads, are one.
@@ -402,7 +405,7 @@ class DenseFriction:
         where it finds none.
         """
         z = self.start() if start is None else np.array(start, float)
-        scale = float(np.abs(self.right).max(initial=0.0)) or 1.0
+        scale, last = float(np.abs(self.right).max(initial=0.0)) or 1.0, np.inf
         for _ in range(ITERATIONS):
             f, slope = self.slope(z)
             try:
@@ -412,8 +415,13 @@ class DenseFriction:
             z = z - step
             if not np.isfinite(z).all():
                 return None
-            if np.abs(step).max(initial=0.0) <= CONVERGED * max(scale, float(np.abs(z).max())):
+            size = np.abs(step).max(initial=0.0)
+            terms = np.abs(slope) @ np.abs(z)
+            if size <= CONVERGED * max(scale, float(np.abs(z).max(initial=0.0))):
                 return self._found(z)
+            if size >= 0.5 * last and (np.abs(f) <= ROUNDING * (terms + scale)).all():
+                return self._found(z)
+            last = size
         return None
 
     def start(self) -> Array:
