@@ -1,6 +1,7 @@
 """Motions with contacts against pymunk and MuJoCo, within the order of their steps."""
 
 import importlib
+import math
 
 import pytest
 
@@ -57,6 +58,27 @@ def test_reference_cases(engine, name):
     # it says something: a part in a hundred of the motion would be found
     assert max(row.expected for row in places) < 0.05
     assert all(row.ours >= 5 for row in modes)
+
+
+def test_bodies_that_a_joint_ties_touch_in_pymunk():
+    """A slider on an upright guide of the ground falls on the ground, and slides on it."""
+    machine = Mechanism(
+        "post",
+        ground={"O": (0.0, 0.0), "F": (0.3, 0.0)},
+        ground_shapes={"floor": {"line": {"point": "O"}}},
+    )
+    machine.add(
+        Body("post", mass=1.0, inertia=0.05, points={"M": (0.0, 0.0), "foot": (0.2, -0.4)}),
+        mbody.PinSlot("guide", mbody.Marker("ground", "O", 1.5), "post.M"),
+        Contact("floor", "ground.floor", "post.foot", friction=0.3),
+        Gravity("gravity", y=-9.81),
+    )
+    machine.simulation = SimulationSettings(
+        until=0.3, rtol=1e-12, start={"post": {"x": 0.45 / math.tan(1.5), "y": 0.45, "angle": 0.05}}
+    )
+    found = opinion_of(machine, "pymunk")
+    assert found.rows and not differing(found), str(found)
+    assert any(row.quantity == "floor: modes alike" and row.ours >= 5 for row in found.rows)
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2, 6])

@@ -151,6 +151,20 @@ def test_with_play_one_flank_leads_and_then_the_other(slots, friction):
     assert abs(wheel.angle[0] - wheel.angle[dwell][0] - step) < 1e-3
 
 
+def test_a_pin_that_enters_without_play_is_said():
+    """Both corners of the slot's mouth are struck at one instant, to rounding: where that has no
+    solution the sentence names them and what helps; else the wheel turns on.
+    """
+    machine, *_ = drive(6, play=0.0, gap=2e-4)
+    run = mbody.simulate(machine, 0.1, rtol=1e-10, instants=21)
+    wedged = "ended: at t = 0.05 s, an impact at '"
+    assert run.status == "completed" or run.status.startswith(wedged), run.status
+    if run.status != "completed":
+        assert "'back_" in run.status and "'fore_" in run.status
+        assert "give it play, or begin within the slot" in run.status
+        assert run.t[-1] == pytest.approx(0.05, abs=1e-7)
+
+
 def contacts(run, name):
     return [one for one in run.system.mechanism.contacts if one.name.startswith(f"{name}_")]
 

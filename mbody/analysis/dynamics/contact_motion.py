@@ -199,7 +199,7 @@ class ContactIntegration(ModalIntegration):
         found = strike(self.uni, self.work, closed)
         if found is None:
             refuse_led(self.uni, self.work, hit)
-            return self._ended("an impact has no solution")
+            return self._wedged(hit)
         rates = dict(zip(closed, found.before, strict=True))
         first = min(hit, key=rates.__getitem__)
         kind, when = "impact", t
@@ -234,7 +234,7 @@ class ContactIntegration(ModalIntegration):
                 held = stuck if soon else None
                 found = strike(self.uni, self.work, closed, still=True, held=held)
             if found is None:
-                return self._ended("an impact has no solution")
+                return self._wedged(hit)
             self.y[n : 2 * n] = before + found.jump
             self.evaluate()
         elif flies:
@@ -243,6 +243,15 @@ class ContactIntegration(ModalIntegration):
         self._record_contact(kind, when, touch.name, page, self.page)
         self.closing.closed -= set(closed)
         return None
+
+    def _wedged(self, hit: list[int]) -> str:
+        """No velocities keep all that strikes apart: drivers lead it from two sides."""
+        names = dict.fromkeys(self.uni.touches[k].name for k in hit)
+        shown = ", ".join(f"'{name}'" for name in names)
+        return self._ended(
+            f"an impact at {shown} has no solution: what strikes is driven against both sides at "
+            "once, as a pin that enters a slot without play; give it play, or begin within the slot"
+        )
 
     def _add_losses(self, found: Impact, closed: list[int]) -> None:
         """The energy that an impact took of the contacts; what stops that move gave."""

@@ -141,7 +141,6 @@ class Space:
         # the position error of a step is corrected in the next one; a soft correction would change
         # forces
         native.error_bias = 0.0
-        native.collide_bodies = False
         self.space.add(native)
         return native
 
