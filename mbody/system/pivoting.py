@@ -2,15 +2,16 @@
 
 There Φ_q is square, and one LU of it serves position, velocity, acceleration and (transposed)
 reactions. Pivots are chosen once, from the numbers of several positions, by Markowitz's rule with a
-threshold; where they are worst a second choice may be better. The kernel monitors the growth of the
-multipliers, takes the other choice where it is large, and gives a lane up where neither is good.
-Pivots are in the diagonal blocks, so that those of a block make its determinant.
+threshold (`mbody.kernels.square_pivots`); where they are worst a second choice may be better. The
+kernel monitors the growth of the multipliers, takes the other choice where it is large, and gives a
+lane up where neither is good. Pivots are in the diagonal blocks, so that those of a block make its
+determinant.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,16 +19,13 @@ from mbody.core.lanes import aligned
 from mbody.kernels.constraints import BY_DIRECTION
 from mbody.kernels.layout import Layout, Work, integers
 from mbody.kernels.square_lu import Square, SquareWork
+from mbody.kernels.square_pivots import PivotSearch, search_pivots
 from mbody.system.assur_groups import diagonal_blocks
 
 __all__ = ["LARGEST", "PivotChoices", "choose_pivots", "lane_workspace"]
 
-#: Columns up to which a plan is made; the search is quadratic in Python.
+#: Columns up to which a plan is made; the search is quadratic, and dense.
 LARGEST = 240
-#: A pivot is at least this part of the greatest number of its column.
-THRESHOLD = 0.1
-
-
 #: Growth (sum of squares of L) below which one choice of pivots is enough.
 EVEN = 30.0
 #: Part of the positions, those where the first choice is worst, for which the second is made.
@@ -51,18 +49,18 @@ def choose_pivots(
     rows = np.flatnonzero(here.pad[: 2 * L.nodes, 0] == 0.0)
     if len(rows) != size or size > LARGEST:
         return None
-    entries = _entries(L, here, elsewhere, rows)
-    matrices = np.zeros((1 + len(along), size, size))
+    entries = _entries(L, here.block[:, 0], elsewhere.block[:, 0], rows)
+    at = entries.row, entries.column
+    matrices = np.zeros((size, size, 1 + len(along)))
+    matrices[at] = np.stack([entries.value, *(blocks[entries.place] for blocks in along)], axis=1)
     steady = np.zeros((size, size), dtype=bool)
     present = np.zeros((size, size), dtype=bool)
-    for (r, c), (place, value, constant) in entries.items():
-        matrices[:, r, c] = [value, *(blocks[place] for blocks in along)]
-        steady[r, c] = constant
-        present[r, c] = True
+    steady[at], present[at] = entries.constant, True
     blocks = diagonal_blocks(present)
     if blocks is None:
         return None
-    diagonal = _DiagonalBlocks(matrices[0], steady, present, blocks, float(here.size[0, 0]))
+    first = np.ascontiguousarray(matrices[:, :, 0])
+    diagonal = _DiagonalBlocks(first, steady, present, blocks, float(here.size[0, 0]))
     found = _pivots(matrices, steady, present, diagonal.inside)
     if found is None:
         return None
@@ -71,7 +69,7 @@ def choose_pivots(
     if growth.max() <= EVEN:
         return one, one
     hard = growth >= np.quantile(growth, 1.0 - WORST)
-    found = _pivots(matrices[hard], steady, present, diagonal.inside)
+    found = _pivots(matrices[:, :, hard], steady, present, diagonal.inside)
     if found is None or found[-1].max() >= growth.max():
         return one, one
     return one, _lists(entries, rows, diagonal, *found[:-1])
@@ -84,33 +82,43 @@ def lane_workspace(choices: PivotChoices, lanes: int) -> SquareWork:
     return SquareWork(factor=memory[:numbers], x=memory[numbers:])
 
 
-def _entries(
-    L: Layout, here: Work, elsewhere: Work, rows: np.ndarray
-) -> dict[tuple[int, int], tuple[int, float, bool]]:
-    """By (row, column): place in the blocks, value, whether it is constant."""
-    found = {}
+@dataclass(frozen=True, eq=False)
+class _Entries:
+    """The numbers of Φ_q that are there: row and column in it, place in the blocks, value, whether
+    it is constant.
+    """
+
+    row: np.ndarray
+    column: np.ndarray
+    place: np.ndarray
+    value: np.ndarray
+    constant: np.ndarray
+
+
+def _entries(L: Layout, here: np.ndarray, elsewhere: np.ndarray, rows: np.ndarray) -> _Entries:
+    """In the order of the nodes, their rows, sides and columns."""
+    sides = np.arange(2 * L.nodes)
+    node = np.concatenate([sides // 2, L.more[:, 0]])
+    column = np.concatenate([L.node_column, L.more[:, 1]])
+    # (sides, rows, columns)
+    place = 6 * np.arange(len(node))[:, None, None] + np.arange(6).reshape(2, 3)
     # what is constant in a dwell of a cam does not elsewhere
-    pieces = set(L.primitive_node[np.isin(L.primitive_kind, BY_DIRECTION)].tolist())
-    number = {int(row): n for n, row in enumerate(rows)}
-    for k in range(L.nodes):
-        for row in range(2):
-            if 2 * k + row not in number:
-                continue
-            sides = [(int(L.node_column[2 * k + n]), 12 * k + 6 * n) for n in range(2)]
-            sides += [
-                (int(L.more[n, 1]), 12 * L.nodes + 6 * int(n))
-                for n in np.flatnonzero(L.more[:, 0] == k)
-            ]
-            for column, first in sides:
-                if column >= 3 * L.slots:
-                    continue
-                for c in range(3):
-                    place = first + 3 * row + c
-                    value, other = float(here.block[place, 0]), float(elsewhere.block[place, 0])
-                    if value != 0.0 or other != 0.0 or k in pieces:
-                        entry = (place, value, value == other and k not in pieces)
-                        found[number[2 * k + row], column + c] = entry
-    return found
+    pieces = np.isin(node, L.primitive_node[np.isin(L.primitive_kind, BY_DIRECTION)])
+    number = np.full(2 * L.nodes, -1)
+    number[rows] = np.arange(len(rows))
+    shape = place.shape
+    row = np.broadcast_to(number[2 * node[:, None] + np.arange(2)][:, :, None], shape)
+    across = np.broadcast_to((column[:, None] + np.arange(3))[:, None, :], shape)
+    value, other = here[place], elsewhere[place]
+    varies = np.broadcast_to(pieces[:, None, None], shape)
+    there = (value != 0.0) | (other != 0.0) | varies
+    there &= (row >= 0) & (column < 3 * L.slots)[:, None, None]
+    side, which, c = np.nonzero(there)
+    order = np.lexsort((c, side, which, node[side]))
+    at = side[order], which[order], c[order]
+    return _Entries(
+        row[at], across[at], place[at], value[at], (value == other)[at] & ~pieces[at[0]]
+    )
 
 
 class _DiagonalBlocks:
@@ -130,153 +138,136 @@ class _DiagonalBlocks:
         blocks: np.ndarray,
         length: float,
     ) -> None:
-        self.rows, self.columns = blocks
-        self.inside = self.rows[:, None] == self.columns[None, :]
+        self.rows, columns = blocks
+        self.inside = self.rows[:, None] == columns[None, :]
         moving = present & self.inside & ~steady
+        #: Numbers of the blocks whose determinants vary.
         self.varying = np.unique(self.rows[moving.any(axis=1)]).tolist()
         # without units, and as parts of the product of the rows' lengths (Hadamard)
         size = np.tile([length, length, 1.0], len(matrix) // 3)
-        self.log_size = np.log(size)
+        log_size = np.log(size)
         rows = np.where(self.inside, matrix * size, 0.0)
-        self.log_length = np.log(np.maximum(np.linalg.norm(rows, axis=1), 1e-300))
-
-    def scale(self, block: int, pivots: list[tuple[int, int]], sign: float) -> float:
-        """What the product of the inverse pivots of a block is multiplied by to be that of its
-        determinant; `sign` is that of the pivots that are ±1 for good.
-        """
-        size = self.log_length[self.rows == block].sum()
-        size -= self.log_size[self.columns == block].sum()
-        exchanges = _sign([r for r, _ in pivots]) * _sign([c for _, c in pivots])
-        return float(exchanges * sign * np.exp(size))
+        log_length = np.log(np.maximum(np.linalg.norm(rows, axis=1), 1e-300))
+        #: Of each of these by what the product of the inverse pivots is multiplied to be that of
+        #: the determinant, without the sign of the exchanges.
+        self.scale = [
+            float(np.exp(log_length[self.rows == block].sum() - log_size[columns == block].sum()))
+            for block in self.varying
+        ]
 
 
-def _sign(order: list[int]) -> int:
-    """Sign of a permutation, of numbers in any order."""
-    place = np.argsort(order).tolist()
-    sign = 1
-    for n in range(len(place)):
-        while place[n] != n:
-            m = place[n]
-            place[n], place[m] = place[m], m
-            sign = -sign
-    return sign
+def _sign(order: np.ndarray) -> int:
+    """Sign of a permutation, of numbers in any order, by its inversions."""
+    inversions = np.triu(order[:, None] > order[None, :]).sum()
+    return -1 if inversions % 2 else 1
 
 
 def _pivots(
     matrices: np.ndarray, steady: np.ndarray, present: np.ndarray, inside: np.ndarray
-) -> tuple[list[tuple[int, int]], np.ndarray, np.ndarray, np.ndarray] | None:
-    """Pivots in order, the filled pattern, which numbers stay constant, and the growth of each."""
-    a, constant, pattern = matrices.copy(), steady.copy(), present.copy()
-    growth = np.zeros(len(matrices))
-    size = len(pattern)
-    open_rows, open_columns = np.ones(size, dtype=bool), np.ones(size, dtype=bool)
-    pivots: list[tuple[int, int]] = []
-    for _ in range(size):
-        active = pattern & open_rows[:, None] & open_columns[None, :]
-        values = np.abs(a) * active
-        greatest = values.max(axis=1, keepdims=True)
-        # what a pivot is worth at the worst of the positions
-        part = (values / np.maximum(greatest, 1e-300)).min(axis=0)
-        there = values > 1e-12 * np.maximum(1.0, greatest.max(axis=2, keepdims=True))
-        allowed = (part >= min(THRESHOLD, (part * inside).max())) & there.all(axis=0) & inside
-        if not allowed.any():
-            return None
-        cost = (active.sum(axis=1)[:, None] - 1) * (active.sum(axis=0)[None, :] - 1)
-        # of equal cost: constants first, they need no division; then the largest
-        key = cost - 0.5 * constant - 0.25 * part
-        r, c = np.unravel_index(np.where(allowed, key, np.inf).argmin(), key.shape)
-        pivots.append((int(r), int(c)))
-        open_rows[r] = open_columns[c] = False
-        below = np.flatnonzero(active[:, c] & open_rows)
-        right = np.flatnonzero(active[r] & open_columns)
-        for i in below:
-            f = a[:, i, c] / a[:, r, c]
-            growth += f * f
-            a[:, i, right] -= f[:, None] * a[:, r, right]
-            constant[i, right] = False
-            pattern[i, right] = True
-    return pivots, pattern, constant & steady, growth
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray] | None:
+    """Pivots in order, (size, 2), the filled pattern, which numbers stay constant, and the growth
+    at every position; matrices: (size, size, positions).
+    """
+    size, positions = len(present), matrices.shape[2]
+    memory = np.empty((3, positions))
+    counts = np.empty((4, size), dtype=np.int64)
+    search = PivotSearch(
+        numbers=matrices.reshape(size * size, positions).copy(),
+        pattern=present.astype(np.int64),
+        constant=steady.astype(np.int64),
+        inside=inside.astype(np.int64),
+        order=np.empty((size, 2), dtype=np.int64),
+        growth=np.empty(positions),
+        rows_of=np.empty((size, size), dtype=np.int64),
+        worth=np.empty((size, size)),
+        greatest=np.empty((size, positions)),
+        **dict(zip(("count", "open", "stale", "width"), counts, strict=True)),
+        **dict(zip(("least", "factor", "product"), memory, strict=True)),
+        best=np.zeros(size),
+    )
+    if search_pivots(search) < size:
+        return None
+    return search.order, search.pattern != 0, (search.constant != 0) & steady, search.growth
 
 
 def _lists(
-    entries: dict[tuple[int, int], tuple[int, float, bool]],
+    entries: _Entries,
     rows: np.ndarray,
     diagonal: _DiagonalBlocks,
-    pivots: list[tuple[int, int]],
+    pivots: np.ndarray,
     pattern: np.ndarray,
     constant: np.ndarray,
 ) -> Square:
     """Index lists of the numeric phase."""
-    position = {(int(r), int(c)): n for n, (r, c) in enumerate(np.argwhere(pattern))}
-    low, change, left, up, above, entry, group = (_Lists() for _ in range(7))
-    unit = [bool(constant[key] and abs(entries[key][1]) == 1.0) for key in pivots]
-    scale = []
-    for block in diagonal.varying:
-        own = [n for n, (r, _) in enumerate(pivots) if diagonal.rows[r] == block]
-        sign = math.prod(entries[pivots[n]][1] for n in own if unit[n])
-        scale.append(diagonal.scale(block, [pivots[n] for n in own], sign))
-        for n in own:
-            if not unit[n]:
-                group.add(position[pivots[n]], block)
-        group.end()
-    for k, (r, c) in enumerate(pivots):
-        right = [c2 for _, c2 in pivots[k + 1 :] if pattern[r, c2]]
-        for r2, _ in pivots[k + 1 :]:
-            if pattern[r2, c]:
-                low.add(position[r2, c], rows[r2])
-                for c2 in right:
-                    change.add(position[r2, c2], position[r, c2])
-                change.end()
-        low.end()
-        for c2 in right:
-            up.add(position[r, c2], c2)
-        up.end()
-        for place, (r2, c2) in enumerate(pivots[:k]):
-            if pattern[r, c2]:
-                left.add(position[r, c2], place)
-            if pattern[r2, c]:
-                above.add(position[r2, c], place)
-        left.end()
-        above.end()
-        for (r2, c2), (block, _, _) in entries.items():
-            if c2 == c:
-                entry.add(block, rows[r2])
-        entry.end()
+    size = len(pivots)
+    r, c = pivots[:, 0], pivots[:, 1]
+    # number of everything in F, and the same in the order of the pivots
+    number = np.cumsum(pattern.reshape(-1)).reshape(size, size) - 1
+    numbers, there = number[r][:, c], pattern[r][:, c]
+    values = np.zeros((size, size))
+    values[entries.row, entries.column] = entries.value
+    own = values[r, c]
+    unit = constant[r, c] & (np.abs(own) == 1.0)
+    block = diagonal.rows[r]
+    scale, group, group_start = [], [], [0]
+    for which, factor in zip(diagonal.varying, diagonal.scale, strict=True):
+        pivot = np.flatnonzero(block == which)
+        sign = _sign(r[pivot]) * _sign(c[pivot]) * own[pivot[unit[pivot]]].prod()
+        scale.append(sign * factor)
+        group.append(number[r, c][pivot[~unit[pivot]]])
+        group_start.append(group_start[-1] + len(group[-1]))
+    k_low, below = np.nonzero(np.tril(there, -1).T)
+    k_up, right = np.nonzero(np.triu(there, 1))
+    k_left, left = np.nonzero(np.tril(there, -1))
+    k_above, above = np.nonzero(np.triu(there, 1).T)
+    up_start = _starts(k_up, size)
+    # each number below a pivot changes all that are right of the pivot
+    many = np.diff(up_start)[k_low]
+    change_start = np.concatenate([[0], np.cumsum(many)])
+    which = np.repeat(np.arange(len(k_low)), many)
+    across = right[up_start[k_low][which] + np.arange(len(which)) - change_start[which]]
+    missing = pattern.copy()
+    missing[entries.row, entries.column] = False
+    by_column = np.argsort(_places(c)[entries.column], kind="stable")
     return Square(
-        source=integers([place for place, _, _ in entries.values()]),
-        target=integers([position[key] for key in entries]),
-        fill=integers([n for key, n in position.items() if key not in entries]),
-        pivot=integers([position[key] for key in pivots]),
+        source=integers(entries.place),
+        target=integers(number[entries.row, entries.column]),
+        fill=integers(number[missing]),
+        pivot=integers(number[r, c]),
         unit=integers(unit),
-        **low.named("low_start", "low", "low_row"),
-        **change.named("change_start", "change", "change_by"),
-        **left.named("left_start", "left", "left_place"),
-        **up.named("up_start", "up", "up_column"),
-        **above.named("above_start", "above", "above_place"),
-        row=integers([rows[r] for r, _ in pivots]),
-        column=integers([c for _, c in pivots]),
-        **entry.named("entry_start", "entry", "entry_row"),
-        group_start=integers(group.start),
-        group=integers(group.one),
+        low_start=_starts(k_low, size),
+        low=integers(numbers[below, k_low]),
+        low_row=integers(rows[r[below]]),
+        change_start=integers(change_start),
+        change=integers(numbers[below[which], across]),
+        change_by=integers(numbers[k_low[which], across]),
+        left_start=_starts(k_left, size),
+        left=integers(numbers[k_left, left]),
+        left_place=integers(left),
+        up_start=up_start,
+        up=integers(numbers[k_up, right]),
+        up_column=integers(c[right]),
+        above_start=_starts(k_above, size),
+        above=integers(numbers[above, k_above]),
+        above_place=integers(above),
+        row=integers(rows[r]),
+        column=integers(c),
+        entry_start=_starts(_places(c)[entries.column], size),
+        entry=integers(entries.place[by_column]),
+        entry_row=integers(rows[entries.row[by_column]]),
+        group_start=integers(group_start),
+        group=integers(np.concatenate([*group, np.zeros(0, dtype=np.int64)])),
         scale=np.array(scale),
     )
 
 
-class _Lists:
-    """Pairs of numbers, list after list, and where each list begins."""
+def _places(order: np.ndarray) -> np.ndarray:
+    """Where each number of a permutation is."""
+    found = np.empty_like(order)
+    found[order] = np.arange(len(order))
+    return found
 
-    def __init__(self) -> None:
-        self.start, self.one, self.other = [0], list[int](), list[int]()
 
-    def add(self, one: int, other: int) -> None:
-        """One pair more in the present list."""
-        self.one.append(one)
-        self.other.append(other)
-
-    def end(self) -> None:
-        """The present list is whole."""
-        self.start.append(len(self.one))
-
-    def named(self, start: str, one: str, other: str) -> dict[str, np.ndarray]:
-        """The three tables by name."""
-        return {start: integers(self.start), one: integers(self.one), other: integers(self.other)}
+def _starts(owner: np.ndarray, size: int) -> np.ndarray:
+    """Where the list of each of so many owners begins, and the end of the last."""
+    return integers(np.concatenate([[0], np.cumsum(np.bincount(owner, minlength=size))]))
