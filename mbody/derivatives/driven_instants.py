@@ -83,6 +83,8 @@ class DrivenInstants:
             self.mode = BY_LAW
         #: Numbers by which there is no derivative: with others alone redundant loops do not close.
         self.unclosed: set[str] = set()
+        #: What is to be said of the derivatives besides.
+        self.notes: list[str] = []
         known = number_tangents(run.system, self.names) if tangents is None else tangents
         self.par, self.mass = known
 

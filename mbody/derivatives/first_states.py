@@ -2,31 +2,40 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from mbody.analysis.driven.kinematics import kinematics
-from mbody.analysis.dynamics.interruptions import held_inputs
 from mbody.analysis.dynamics.own_states import first_own_states
 from mbody.analysis.initial.initial_state import start_drivers, state_of
+from mbody.core.dual_number import DualNumber
 from mbody.derivatives.driven_instants import DrivenInstants
+from mbody.derivatives.number_tangents import dual_values
 from mbody.errors import ModelError
+from mbody.kernels.layout import Work
+from mbody.kernels.loop_closure import laws_of_time
 from mbody.laws import ConstantSpeed
 from mbody.model.driver import AngleDriver, CoordinateDriver
-from mbody.model.element import Marker, listed
+from mbody.model.element import Marker
+from mbody.model.simulation import STATE
 from mbody.quantities import Formula
+from mbody.quantities.units import DIMENSIONS
 from mbody.solution.places import link_poses
 from mbody.solution.restart import Way
 from mbody.solution.solution import Solution
 from mbody.system.assembler import assemble, with_numbers_of
+from mbody.system.rank import jacobian
 from mbody.system.system import System
 
 __all__ = ["FirstState", "first_state"]
 
 #: Rates of what is prescribed, by place.
 RATES = {"angle": "omega", "x": "vx", "y": "vy"}
+#: Places of a body, in the order of a pose, and the directions in which they are measured.
+PLACES = (("x", 0.0), ("y", 0.5 * math.pi), ("angle", 0.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +85,7 @@ def first_state(run: Solution, names: Sequence[str], given: bool) -> FirstState:
 
 
 def _refuse_motion(run: Solution) -> None:
-    """Refuse motions that jump, or whose modes change."""
+    """Refuse motions that nothing here follows in dual numbers."""
     what = _without_derivatives(run)
     if what:
         raise ModelError(
@@ -86,18 +95,17 @@ def _refuse_motion(run: Solution) -> None:
 
 
 def _without_derivatives(run: Solution) -> str:
-    """What a motion has that jumps, or changes its mode; empty where it has nothing of these."""
-    system, machine = run.system, run.mechanism
-    if len(system.layout.switched) or machine.contacts or machine.groups:
-        return "contacts and stops"
-    if len(system.layout.friction_kind):
-        return "friction in joints"
-    if machine.controllers or held_inputs(system):
-        return "inputs that are held"
+    """What a motion has that is not followed; empty where it has nothing of these."""
+    machine = run.mechanism
+    if machine.groups or run.begun[0].request.way.method == "moreau":
+        return "impulses in place of located impacts"
+    if machine.controllers:
+        return "sampled controllers"
     if run.released or len(run.begun) > 1:
         return "drivers that are released, or of several parts"
-    if run.ending != "completed":
-        return "an end at an event, whose time changes with the numbers"
+    own = [event for event in run.events if not event.contact]
+    if run.ending != "completed" and not (own and own[-1].t == run.t[-1]):
+        return "an end before its time"
     return ""
 
 
@@ -106,29 +114,25 @@ def _prescribed(system: System, start: Solution, names: Sequence[str]) -> np.nda
     settings = system.mechanism.simulation
     n = system.coordinates
     imposed = [] if settings is None else start_drivers(system, settings, rates=False, poses={})
-    if settings is None or system.rows + len(imposed) != n or start.regularization:
-        missing = n - system.rows - len(imposed)
+    poses = link_poses(start)
+    alone = [
+        (f"{body} {place} held", (body, place, direction), poses[body][part], 0.0)
+        for body in _alone(system, start)
+        for part, (place, direction) in enumerate(PLACES)
+        if (body, place) not in {(where[0], where[1]) for _, where, *_ in imposed}
+    ]
+    if settings is None or system.rows + len(imposed) + len(alone) != n or start.regularization:
+        missing = n - system.rows - len(imposed) - len(alone)
         raise ModelError(
             f"gradient: how the motion of '{system.mechanism.name}' begins is not determined: "
             f"{max(missing, 0)} of its coordinates follow from guesses, which are no numbers: "
             "prescribe as many as are free in the start of its simulation, or give start, a result"
         )
-    depends = [
-        f"start.{body}.{key}"
-        for body, state in settings.start.items()
-        for key, value in state.items()
-        if isinstance(value, Formula) and value.names & set(names)
-    ]
-    if depends:
-        raise ModelError(
-            f"gradient: {listed(depends)} is made of a parameter in by: take the derivative by the "
-            "number of the start, and give it a value of its own"
-        )
     fast = start_drivers(system, settings, rates=True, poses={})
     rates = {name: speed for name, *_, speed in fast}
     machine = system.mechanism.copied()
     places: dict[str, str] = {}
-    for name, (body, place, direction), value, _ in imposed:
+    for name, (body, place, direction), value, _ in [*imposed, *alone]:
         law = ConstantSpeed(float(value), float(rates.get(name, 0.0)))
         places[f"start.{body}.{place}"] = f"{name}.law.value"
         places[f"start.{body}.{RATES[place]}"] = f"{name}.law.speed"
@@ -137,11 +141,54 @@ def _prescribed(system: System, start: Solution, names: Sequence[str]) -> np.nda
         else:
             machine.add(CoordinateDriver(name, Marker("ground", (0.0, 0.0), direction), body, law))
     driven = with_numbers_of(assemble(machine), system.values)
-    run = kinematics(driven, guess=link_poses(start))
+    run = kinematics(driven, guess=poses)
+    made = _made(system, names)
+    own = [name for name in names if name in system.values or name in places]
+    every = [*own, *(name for name in made if name not in own)]
     found = np.zeros((2 * n, len(names)))
-    own = [k for k, name in enumerate(names) if name in system.values or name in places]
-    by = [places.get(names[k], names[k]) for k in own]
-    if by:
-        record = DrivenInstants(run, by).rows_at(np.zeros(1, dtype=int), with_loads=False)
-        found[:, own] = record.tangents[0, : 2 * n]
+    if not every:
+        return found
+    by = [places.get(name, name) for name in every]
+    record = DrivenInstants(run, by).rows_at(np.zeros(1, dtype=int), with_loads=False)
+    tangents = record.tangents[0, : 2 * n]
+    for k, name in enumerate(every):
+        if name in own:
+            found[:, names.index(name)] += tangents[:, k]
+        if name in made and name not in names:
+            found += np.outer(tangents[:, k], made[name])
+    return found
+
+
+def _alone(system: System, start: Solution) -> list[str]:
+    """Bodies that no joint and no driver holds: they begin where their guesses say."""
+    _, G = jacobian(system, _workspace(system, start))
+    moved = np.abs(G).max(axis=0, initial=0.0).reshape(-1, 3).any(axis=1)
+    return [body.name for body in system.mechanism.bodies if not moved[system.bodies[body.name]]]
+
+
+def _workspace(system: System, start: Solution) -> Work:
+    """A workspace at the first position."""
+    t, q, _ = state_of(system, start)
+    work = system.work()
+    work.q[: len(q), 0], work.time[0, 0] = q, t
+    laws_of_time(system.runtime(), work)
+    return work
+
+
+def _made(system: System, names: Sequence[str]) -> dict[str, np.ndarray]:
+    """Derivatives of the numbers of the start that formulas make of some parameters."""
+    mechanism, settings = system.mechanism, system.mechanism.simulation
+    values = dual_values(system, [name for name in names if name in system.values])
+    own = {name: values[name] for name in mechanism.parameters}
+    places = [n for n, name in enumerate(names) if name in system.values]
+    scope, found = mechanism.parameters.scope(own), {}
+    for body, state in () if settings is None else settings.start.items():
+        for key, given in state.items():
+            if not isinstance(given, Formula):
+                continue
+            made = given.of(DIMENSIONS[STATE[key]]).value(scope)
+            if isinstance(made, DualNumber):
+                row = np.zeros(len(names))
+                row[places] = made.tangents
+                found[f"start.{body}.{key}"] = row
     return found

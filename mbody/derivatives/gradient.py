@@ -229,6 +229,7 @@ def gradient_of(
     notes += _without_rounding(run.system, names, found)
     notes += _differenced(run.system)
     notes += _without(run, by, instants.unclosed, found)
+    notes += instants.notes
     units = {name: unit_of(run.mechanism, number) for name, number in by.items()}
     return Gradient(
         value={name: one.value for name, one in found.items()},
