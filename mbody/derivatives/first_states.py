@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from mbody.analysis.driven.kinematics import kinematics
 from mbody.analysis.dynamics.own_states import first_own_states
-from mbody.analysis.initial.initial_state import start_drivers, state_of
+from mbody.analysis.initial.initial_state import StartDriver, start_drivers, state_of
 from mbody.core.dual_number import DualNumber
 from mbody.derivatives.driven_instants import DrivenInstants
+from mbody.derivatives.dual_solution import DualSolution
 from mbody.derivatives.number_tangents import dual_values
 from mbody.errors import ModelError
 from mbody.kernels.layout import Work
@@ -27,13 +29,17 @@ from mbody.solution.places import link_poses
 from mbody.solution.restart import Way
 from mbody.solution.solution import Solution
 from mbody.system.assembler import assemble, with_numbers_of
-from mbody.system.rank import jacobian
+from mbody.system.rank import dense, jacobian
 from mbody.system.system import System
 
 __all__ = ["FirstState", "first_state"]
 
 #: Rates of what is prescribed, by place.
 RATES = {"angle": "omega", "x": "vx", "y": "vy"}
+#: Rows that depend on others by less than this part are dependent; so small a change is none.
+CLOSED = 1e-9
+#: Why there is no derivative by a number.
+TIED = "what is prescribed of the beginning does not agree with the joints any more"
 #: Places of a body, in the order of a pose, and the directions in which they are measured.
 PLACES = (("x", 0.0), ("y", 0.5 * math.pi), ("angle", 0.0))
 
@@ -58,6 +64,7 @@ class FirstState:
     tangents: np.ndarray
     accelerations: np.ndarray
     way: Way
+    lost: dict[str, str] = field(default_factory=dict)
 
 
 def first_state(run: Solution, names: Sequence[str], given: bool) -> FirstState:
@@ -78,10 +85,11 @@ def first_state(run: Solution, names: Sequence[str], given: bool) -> FirstState:
     for k, state in enumerate(system.mechanism.states):
         if state.start_number in names:
             tangents[2 * n + k, names.index(state.start_number)] = 1.0
+    lost: dict[str, str] = {}
     if not given:
-        tangents[: 2 * n] = _prescribed(system, start, names)
+        tangents[: 2 * n], lost = _prescribed(system, start, names)
     a = run.record.table(slice(2 * n, 3 * n))[0]
-    return FirstState(t, y, tangents, a, begun.request.way)
+    return FirstState(t, y, tangents, a, begun.request.way, lost)
 
 
 def _refuse_motion(run: Solution) -> None:
@@ -109,8 +117,12 @@ def _without_derivatives(run: Solution) -> str:
     return ""
 
 
-def _prescribed(system: System, start: Solution, names: Sequence[str]) -> np.ndarray:
-    """Derivatives of position and velocity, where the description prescribes all of both."""
+def _prescribed(
+    system: System, start: Solution, names: Sequence[str]
+) -> tuple[np.ndarray, dict[str, str]]:
+    """Derivatives of position and velocity, where the description prescribes all of both; names by
+    which there are none, and why.
+    """
     settings = system.mechanism.simulation
     n = system.coordinates
     imposed = [] if settings is None else start_drivers(system, settings, rates=False, poses={})
@@ -121,42 +133,95 @@ def _prescribed(system: System, start: Solution, names: Sequence[str]) -> np.nda
         for part, (place, direction) in enumerate(PLACES)
         if (body, place) not in {(where[0], where[1]) for _, where, *_ in imposed}
     ]
-    if settings is None or system.rows + len(imposed) + len(alone) != n or start.regularization:
-        missing = n - system.rows - len(imposed) - len(alone)
+    fast = [] if settings is None else start_drivers(system, settings, rates=True, poses={})
+    rates = {name: speed for name, *_, speed in fast}
+    every = [*imposed, *alone]
+    free = _free(system, start, every, poses)
+    if settings is None or system.rows + len(free) != n or start.regularization:
+        missing = n - system.rows - len(free)
         raise ModelError(
             f"gradient: how the motion of '{system.mechanism.name}' begins is not determined: "
             f"{max(missing, 0)} of its coordinates follow from guesses, which are no numbers: "
             "prescribe as many as are free in the start of its simulation, or give start, a result"
         )
-    fast = start_drivers(system, settings, rates=True, poses={})
-    rates = {name: speed for name, *_, speed in fast}
-    machine = system.mechanism.copied()
+    driven = _driven(system, [(one, rates.get(one[0], 0.0)) for one in free])
     places: dict[str, str] = {}
-    for name, (body, place, direction), value, _ in [*imposed, *alone]:
-        law = ConstantSpeed(float(value), float(rates.get(name, 0.0)))
+    for name, (body, place, _), *_ in free:
         places[f"start.{body}.{place}"] = f"{name}.law.value"
         places[f"start.{body}.{RATES[place]}"] = f"{name}.law.speed"
+    made = _made(system, names)
+    own = [name for name in names if name in system.values or name in places]
+    every_name = [*own, *(name for name in made if name not in own and name in places)]
+    found, lost = np.zeros((2 * n, len(names))), dict[str, str]()
+    if not every_name:
+        return found, lost
+    by = [places.get(name, name) for name in every_name]
+    chain = np.zeros((len(by), len(names)))
+    for k, name in enumerate(every_name):
+        if name in own:
+            chain[k, names.index(name)] += 1.0
+        if name in made and name not in names:
+            chain[k] += made[name]
+    run = kinematics(driven, guess=poses)
+    whole = DrivenInstants(run, by).at(np.zeros(1, dtype=int), with_loads=False)
+    found = whole.record.tangents[0, : 2 * n] @ chain
+    for one in every:
+        if one not in free:
+            _, (body, place, _), *_ = one
+            asked = made.get(f"start.{body}.{place}", np.zeros(len(names)))
+            if f"start.{body}.{place}" in names:
+                asked = np.eye(len(names))[names.index(f"start.{body}.{place}")]
+            moved = _tangents_of(whole, body, place, len(by)) @ chain - asked
+            most = max(1.0, float(np.abs(moved).max(initial=0.0)))
+            lost |= {names[k]: TIED for k in np.flatnonzero(np.abs(moved) > CLOSED * most)}
+    return found, lost
+
+
+def _driven(system: System, free: list[tuple[StartDriver, float]]) -> System:
+    """The system with a driver for each of the prescribed coordinates."""
+    machine = system.mechanism.copied()
+    for (name, (body, place, direction), value, _), speed in free:
+        law = ConstantSpeed(float(value), float(speed))
         if place == "angle":
             machine.add(AngleDriver(name, body, law))
         else:
             machine.add(CoordinateDriver(name, Marker("ground", (0.0, 0.0), direction), body, law))
-    driven = with_numbers_of(assemble(machine), system.values)
-    run = kinematics(driven, guess=poses)
-    made = _made(system, names)
-    own = [name for name in names if name in system.values or name in places]
-    every = [*own, *(name for name in made if name not in own)]
-    found = np.zeros((2 * n, len(names)))
-    if not every:
-        return found
-    by = [places.get(name, name) for name in every]
-    record = DrivenInstants(run, by).rows_at(np.zeros(1, dtype=int), with_loads=False)
-    tangents = record.tangents[0, : 2 * n]
-    for k, name in enumerate(every):
-        if name in own:
-            found[:, names.index(name)] += tangents[:, k]
-        if name in made and name not in names:
-            found += np.outer(tangents[:, k], made[name])
+    return with_numbers_of(assemble(machine), system.values)
+
+
+def _free(
+    system: System, start: Solution, every: list[StartDriver], poses: Mapping[str, Any]
+) -> list[StartDriver]:
+    """Those of the prescribed coordinates that joints leave free, first ones first."""
+    if system.rows + len(every) <= system.coordinates:
+        return every
+    driven = _driven(system, [(one, 0.0) for one in every])
+    G = dense(driven, _workspace(driven, start))[1]
+    owners = [driven.owners[int(e)][0].name for e in driven.row_table[0]]
+    names = [one[0] for one in every]
+    order = [row for row, name in enumerate(owners) if name not in names]
+    kept, found = list[np.ndarray](), list[StartDriver]()
+    for row in [*order, *(owners.index(name) for name in names)]:
+        left = G[row] / max(float(np.linalg.norm(G[row])), 1e-300)
+        for _ in range(2):
+            for one in kept:
+                left = left - (one @ left) * one
+        size = float(np.linalg.norm(left))
+        if size > CLOSED:
+            kept.append(left / size)
+            if owners[row] in names:
+                found.append(every[names.index(owners[row])])
     return found
+
+
+def _tangents_of(whole: DualSolution, body: str, place: str, count: int) -> np.ndarray:
+    """Tangents of a coordinate of a body at the only instant: (numbers,)."""
+    if place == "angle":
+        found: Any = whole[body].angle
+    else:
+        point = whole.point(Marker(body, (0.0, 0.0)))
+        found = point.x if place == "x" else point.y
+    return found.tangents[0] if isinstance(found, DualNumber) else np.zeros(count)
 
 
 def _alone(system: System, start: Solution) -> list[str]:

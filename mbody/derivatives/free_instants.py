@@ -14,7 +14,6 @@ Leine, Nijmeijer: Dynamics and Bifurcations of Non-Smooth Mechanical Systems (20
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -24,6 +23,7 @@ from mbody.core.dual_number import DualNumber
 from mbody.derivatives.dual_impacts import ImpactDuals
 from mbody.derivatives.dual_motion import DualMotion, Instant, Tangents
 from mbody.derivatives.dual_solution import DualRecord, DualSolution, dual_solution
+from mbody.derivatives.event_time import EventTime
 from mbody.derivatives.first_states import FirstState
 from mbody.derivatives.guard_duals import GuardDuals
 from mbody.derivatives.mode_record import Stretch, stretches_of
@@ -34,7 +34,7 @@ from mbody.solution.measures import valued
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
-__all__ = ["EventTime", "FreeInstants"]
+__all__ = ["FreeInstants"]
 
 Array = np.ndarray
 
@@ -48,25 +48,6 @@ GRAZING = 1e-6
 APART, TOLERANCES = 1e-5, 1e3
 #: Times nearer to each other than this part of the motion are one.
 SAME = 1e-12
-
-
-@dataclass(frozen=True, eq=False)
-class EventTime:
-    """When something happens in a motion, with derivatives.
-
-    Attributes
-    ----------
-    name, contact : str
-        As of `EventRecord`.
-    t : float
-    row : array (numbers,)
-        NaN where there is none.
-    """
-
-    name: str
-    contact: str
-    t: float
-    row: Array
 
 
 class FreeInstants:
@@ -155,7 +136,9 @@ class _Walk:
             instants.par[uni.phase_rows],
             instants.resolved,
         )
-        instants.lost, instants.events = {}, []
+        begin = instants.first
+        instants.lost = {name: (begin.t, why) for name, why in begin.lost.items()}
+        instants.events = []
         self.short = SAME * float(run.t[-1] - instants.first.t)
         self.own = [event for event in run.events if not event.contact]
         self.measures = {
