@@ -12,6 +12,7 @@ from mbody.core.dual_number import DualNumber
 from mbody.core.duals import TANGENTS
 from mbody.core.lanes import LANES
 from mbody.derivatives.dual_solution import DualRecord, DualSolution, dual_solution
+from mbody.derivatives.event_time import EventTime
 from mbody.derivatives.number_tangents import dual_values, number_tangents
 from mbody.kernels.driven_duals import (
     BY_LAW,
@@ -83,6 +84,10 @@ class DrivenInstants:
             self.mode = BY_LAW
         #: Numbers by which there is no derivative: with others alone redundant loops do not close.
         self.unclosed: set[str] = set()
+        #: What is to be said of the derivatives besides.
+        self.notes: list[str] = []
+        #: Of a driven motion nothing happens at times of its own.
+        self.events: list[EventTime] = []
         known = number_tangents(run.system, self.names) if tangents is None else tangents
         self.par, self.mass = known
 

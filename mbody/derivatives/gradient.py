@@ -28,7 +28,26 @@ from mbody.system.system import System
 #: The analysis of motions over time.
 MOTION = "simulate"
 
-__all__ = ["Gradient", "gradient", "gradient_at", "gradient_of"]
+__all__ = ["EventGradient", "Gradient", "gradient", "gradient_at", "gradient_of"]
+
+
+@dataclass(frozen=True)
+class EventGradient:
+    """When something happens in a motion, an `EventRecord`, with derivatives.
+
+    Attributes
+    ----------
+    name, contact : str
+        As of the record.
+    t : float
+    by : dict
+        Derivatives of the time by number; NaN where there is none.
+    """
+
+    name: str
+    contact: str
+    t: float
+    by: dict[str, float]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -52,6 +71,8 @@ class Gradient(Inherited):
         instant; None where all instants count.
     measured : dict
         By measure its unit.
+    events : tuple of EventGradient
+        Of a motion over time: when what happens in it does.
     status, doubts : str, tuple of Doubt
         Of the result.
     notes : tuple of str
@@ -64,6 +85,7 @@ class Gradient(Inherited):
     units: dict[str, dict[str, str]]
     at: dict[str, float | None]
     measured: dict[str, str]
+    events: tuple[EventGradient, ...] = ()
     _rows: dict[str, int] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -229,6 +251,7 @@ def gradient_of(
     notes += _without_rounding(run.system, names, found)
     notes += _differenced(run.system)
     notes += _without(run, by, instants.unclosed, found)
+    notes += instants.notes
     units = {name: unit_of(run.mechanism, number) for name, number in by.items()}
     return Gradient(
         value={name: one.value for name, one in found.items()},
@@ -240,6 +263,12 @@ def gradient_of(
         },
         at={name: one.at for name, one in found.items()},
         measured={name: one.unit for name, one in found.items()},
+        events=tuple(
+            EventGradient(
+                one.name, one.contact, one.t, dict(zip(by, one.row.tolist(), strict=True))
+            )
+            for one in instants.events
+        ),
         **inherited(run, notes=notes),
     )
 

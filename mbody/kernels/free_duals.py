@@ -105,7 +105,8 @@ def free_duals(L: Layout, W: Work, method: Explicit, F: FreeDuals, steps: int) -
     A, B, C, E = method.A, method.B, method.C, method.E
     y, K, stage, end, state = F.y, F.K, F.stage, F.end, F.state
     stages, size = B.shape[0], y.shape[0]
-    st(W.time, 0, state[T_NOW], w)
+    # of the first instant the time may have tangents, which the workspace holds
+    W.time[0, 0] = state[T_NOW]
     signals(L, W, w, L.signal_law.shape[0])
     projected(L, W, w, F, y)
     store_derivative(L, W, w, K[0])
@@ -151,7 +152,7 @@ def free_duals(L: Layout, W: Work, method: Explicit, F: FreeDuals, steps: int) -
                 st(y, n, ld(end, n, w), w)
                 st(K[0], n, ld(K[stages], n, w), w)
         # a page is of the present instant: the last evaluation may be of a step that was rejected
-        st(W.time, 0, state[T_NOW], w)
+        W.time[0, 0] = state[T_NOW]
         projected(L, W, w, F, y)
         keep_duals(L, W, w, F.output[k], F.rows, F.loads)
     return DONE

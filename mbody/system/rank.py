@@ -19,6 +19,7 @@ __all__ = [
     "dense",
     "dense_rates",
     "jacobian",
+    "joint_rows",
     "rank_of",
     "shortest",
     "smallest_gap",
@@ -75,21 +76,27 @@ def jacobian(system: System, work: Work) -> tuple[np.ndarray, np.ndarray]:
 
     Rows as in `System.row_table`; the signals must be set.
     """
-    L = system.layout
     violation(system.runtime(), work)
     primitive, row, _ = system.row_table
-    node = L.primitive_node[primitive]
-    phi = work.phi[2 * node + row, 0]
-    blocks = work.block[: 12 * L.nodes, 0].reshape(-1, 2, 2, 3)
-    G = np.zeros((len(primitive), L.bodies + 1, 3))
+    phi = work.phi[2 * system.layout.primitive_node[primitive] + row, 0]
+    return phi, joint_rows(system, work.block[:, 0])
+
+
+def joint_rows(system: System, block: np.ndarray) -> np.ndarray:
+    """Φ_q (rows, coordinates, …) by the numbers of the blocks (numbers, …) of a workspace."""
+    L = system.layout
+    primitive, row, _ = system.row_table
+    node, lanes = L.primitive_node[primitive], block.shape[1:]
+    blocks = block[: 12 * L.nodes].reshape(-1, 2, 2, 3, *lanes)
+    G = np.zeros((len(primitive), L.bodies + 1, 3, *lanes))
     every = np.arange(len(primitive))
     for side, body in enumerate((L.primitive_i, L.primitive_j)):
         G[every, body[primitive]] += blocks[node, side, row]
     for n, (k, column) in enumerate(L.more):
         first = 12 * L.nodes + 6 * n
         for line in np.flatnonzero((node == k) & (row == 0)):  # none of what can be on or off
-            G[line, L.slot_body[column // 3]] += work.block[first : first + 3, 0]
-    return phi, G[:, :-1].reshape(len(primitive), 3 * L.bodies)
+            G[line, L.slot_body[column // 3]] += block[first : first + 3]
+    return G[:, :-1].reshape(len(primitive), 3 * L.bodies, *lanes)
 
 
 def dense(system: System, work: Work) -> tuple[np.ndarray, np.ndarray]:

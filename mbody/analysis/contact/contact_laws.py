@@ -15,6 +15,7 @@ Pfeiffer, Glocker: Multibody Dynamics with Unilateral Contacts (1996), 6 and 8.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -94,6 +95,7 @@ def impact_impulses(
     newton: Array | None = None,
     *,
     without_collision: bool = False,
+    solve: Callable[[Array, Array], Array | None] = lemke,
 ) -> Array | None:
     """Impulses (2 m,) of an impact, normals before tangents; None where there is no solution.
 
@@ -110,6 +112,8 @@ def impact_impulses(
         of what it took, or more where others need it.
     without_collision : bool
         The solution that has an impulse though nothing approaches: Painlevé's.
+    solve : callable
+        What solves the problems of complementarity (A, b).
 
     Examples
     --------
@@ -126,7 +130,7 @@ def impact_impulses(
     if without_collision:
         shifted[:m] -= SHIFT * float(np.abs(before).max())
     A, b, _ = contacts.problem(shifted[:m], shifted[m:])
-    z = lemke(A, b)
+    z = solve(A, b)
     if z is None:
         return None
     if without_collision:
@@ -149,7 +153,7 @@ def impact_impulses(
     start = after + D[:, :m] @ given - D[:, m:] @ resting
     A, b, may_stick = contacts.problem(start[:m], start[m:])
     b[m + len(may_stick) :] = 2.0 * (mu * given)[may_stick]
-    z = lemke(A, b)
+    z = solve(A, b)
     if z is None:
         return None
     more = contacts.forces(z)

@@ -224,7 +224,7 @@ class Unilateral:
         """The rows at the position, velocity and time in a workspace, the signals being set."""
         L, n3 = self.layout, self.system.coordinates
         violation(L, work)
-        nodes, rows, places, columns = self._places
+        nodes, rows, places, columns = self.places
         value, nu, gamma = (part[2 * nodes, 0] for part in (work.phi, work.nu, work.gamma))
         parts, units = self.units[rows] * work.block[places, 0], self.units
         rate = np.bincount(rows, parts * work.v[columns, 0], len(nodes)) - units * nu
@@ -234,7 +234,7 @@ class Unilateral:
         return Rows(units * value, rate, units * gamma, block[:, :n3])
 
     @functools.cached_property
-    def _places(self) -> tuple[Array, Array, Array, Array]:
+    def places(self) -> tuple[Array, Array, Array, Array]:
         """Where the rows are: their nodes; of all numbers of their blocks the row, the place and
         the coordinate.
         """

@@ -44,6 +44,7 @@ __all__ = [
     "start_drivers",
     "with_start_drivers",
     "state_of",
+    "StartDriver",
     "event_measure",
 ]
 

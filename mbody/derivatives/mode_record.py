@@ -1,0 +1,174 @@
+"""The stretches of a motion between changes of modes, as a run of `simulate` meets them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mbody.analysis.contact.unilateral import has_modes
+from mbody.analysis.dynamics.contact_motion import ContactIntegration
+from mbody.analysis.dynamics.interruptions import Interruptions
+from mbody.analysis.dynamics.jumping_forces import AT_ZERO
+from mbody.analysis.dynamics.located import Guard
+from mbody.analysis.initial.initial_state import state_of
+from mbody.kernels.step_state import TIME
+from mbody.solution.solution import Solution
+
+__all__ = ["Stretch", "Strike", "stretches_of"]
+
+Array = np.ndarray
+
+#: What an impact is that has derivatives; another comes to rest, or is one without collision.
+REBOUND = "impact"
+
+
+@dataclass(frozen=True)
+class Strike:
+    """An impact: what was closed, and what it is called."""
+
+    closed: tuple[int, ...]
+    kind: str
+
+
+@dataclass(eq=False)
+class Stretch:
+    """A motion between two changes of modes, or set times.
+
+    Attributes
+    ----------
+    t : float
+        When it begins.
+    strikes : tuple of Strike
+        Impacts with which it begins, in their order.
+    y, slope : array or None
+        Its first state, after these, and the derivative there; None where the state before goes on.
+    on, anchor, phases, sense : arrays
+        Rows that are on, where sticking began, phases of the rows along two circles, senses of
+        sliding.
+    modes, pairs : tuples of str
+        Of touches and of rough joints.
+    groups : dict
+        Touches that stick by the row of one of them, by that one.
+    inputs : dict
+        Inputs that keep their values.
+    end : float
+    guard : Guard or None
+        What is zero at the end; None of a set time and of the end of the motion.
+    also : tuple of Guard
+        Others that are zero at the end.
+    lost : str
+        Why there are no derivatives from here on; empty where there are.
+    """
+
+    t: float
+    strikes: tuple[Strike, ...] = ()
+    y: Array | None = None
+    slope: Array | None = None
+    on: Array = field(default_factory=lambda: np.zeros(0))
+    anchor: Array = field(default_factory=lambda: np.zeros(0))
+    phases: Array = field(default_factory=lambda: np.zeros(0))
+    sense: Array = field(default_factory=lambda: np.zeros(0))
+    modes: tuple[str, ...] = ()
+    pairs: tuple[str, ...] = ()
+    groups: dict[int, list[int]] = field(default_factory=dict)
+    inputs: dict[str, float] = field(default_factory=dict)
+    end: float = np.inf
+    guard: Guard | None = None
+    also: tuple[Guard, ...] = ()
+    lost: str = ""
+
+
+def stretches_of(run: Solution) -> list[Stretch]:
+    """The stretches of a motion of `simulate`."""
+    (begun,) = run.begun
+    t, q, v = state_of(begun.system, begun.start)
+    if not has_modes(begun.system):
+        found = _between_set_times(run, t)
+    else:
+        way, events = begun.request.way, begun.request.events
+        recorder = ModeRecorder(begun.system, begun.start, way, events)
+        times = begun.request.times
+        recorder.run(t, q, v, times[times <= run.t[-1]], None)
+        found = recorder.stretches
+    found[-1].end = float(run.t[-1])
+    return found
+
+
+def _between_set_times(run: Solution, first: float) -> list[Stretch]:
+    """The stretches of a motion whose modes do not change."""
+    last = float(run.t[-1])
+    times = Interruptions(run.system, run.system.work(), first, last)
+    found = [Stretch(first, inputs=times.inputs())]
+    while (t := times.next(found[-1].t)) < last:
+        times.at(t, lambda *_: [])
+        found[-1].end = t
+        found.append(Stretch(t, inputs=times.inputs()))
+    return found
+
+
+class ModeRecorder(ContactIntegration):
+    """Integrates a motion once more, and notes where its modes change."""
+
+    def __init__(self, *given: object) -> None:
+        super().__init__(*given)  # type: ignore[arg-type]
+        self.stretches: list[Stretch] = []
+        self.strikes: list[Strike] = []
+        self.why = ""
+
+    def _begin_anew(self) -> None:
+        super()._begin_anew()
+        self._begin_stretch()
+
+    def _interrupt(self, t: float) -> None:
+        count = len(self.stretches)
+        super()._interrupt(t)
+        if self.guards and len(self.stretches) == count:
+            self._begin_stretch()
+
+    def _begin_stretch(self) -> None:
+        t, count = float(self.state[TIME]), len(self.on)
+        if self.stretches:
+            self.stretches[-1].end = t
+        self.stretches.append(
+            Stretch(
+                t,
+                strikes=tuple(self.strikes),
+                y=self.y.copy(),
+                slope=self.K[0].copy(),
+                on=self.on.copy(),
+                anchor=self.work.anchor[:count, 0].copy(),
+                phases=self.work.par[self.uni.phase_rows, 0].copy(),
+                sense=self.work.sense[: len(self.layout.friction_kind), 0].copy(),
+                modes=tuple(self.modes),
+                pairs=tuple(self.pairs),
+                groups={k: list(group) for k, group in self.groups.items()},
+                inputs=self.interruptions.inputs(),
+                lost=self.why,
+            )
+        )
+        self.strikes, self.why = [], ""
+
+    def _passed(self, guard: Guard) -> str:
+        one = self.stretches[-1]
+        one.guard = guard
+        found = zip(self.guards, *self._guarded(), strict=True)
+        zero = [each for each, value, size in found if abs(value) <= AT_ZERO * size]
+        one.also = tuple(each for each in zero if each != guard and each not in self.fresh)
+        return super()._passed(guard)
+
+    def _impact(self, closed: list[int], hit: list[int]) -> str | None:
+        status = super()._impact(closed, hit)
+        kind = self.occurred[-1].name if self.occurred else ""
+        self.strikes.append(Strike(tuple(closed), kind))
+        if kind != REBOUND:
+            self.why = "impacts come to rest there, of which there are infinitely many"
+        return status
+
+    def _without_collision(self, before: tuple[list[str], list[str]]) -> str:
+        self.why = "an impact without collision follows there (Painlevé's paradox)"
+        return super()._without_collision(before)
+
+    def _note_several(self, page: Array) -> None:
+        self.why = "several accelerations are consistent with the friction there"
+        super()._note_several(page)
