@@ -18,7 +18,6 @@ import math
 import sys
 import time
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -95,7 +94,9 @@ def watt(seed: int) -> Mechanism:
 def stephenson(seed: int) -> Mechanism:
     """Stephenson III driven at the dyad's side: the other links are one group of two loops."""
     r = np.random.default_rng(seed).uniform
-    machine = Mechanism("Stephenson", ground={"O2": (0, 0), "O4": (float(r(2, 4)), 0), "O6": (0, 3)})
+    machine = Mechanism(
+        "Stephenson", ground={"O2": (0, 0), "O4": (float(r(2, 4)), 0), "O6": (0, 3)}
+    )
     machine.add(
         Body("first", points={"A": (float(r(0.5, 2)), 0)}),
         Body("coupler", points={"B": (float(r(2, 4)), 0), "P": (float(r(0, 3)), float(r(-2, 2)))}),
