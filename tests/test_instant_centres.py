@@ -155,7 +155,7 @@ def test_images_of_links_are_similar_to_them(name):
     checked = 0
     for body, points in v.links.items():
         w, alpha = float(run[body].omega[0]), float(run[body].alpha[0])
-        for one, two in itertools.pairwise(points):
+        for one, two in itertools.pairwise(name for name in points if " at " not in name):
             p, q = run.point(one), run.point(two)
             way = complex(q.x[0] - p.x[0], q.y[0] - p.y[0])
             for polygon, factor in ((v, 1j * w), (a, 1j * alpha - w * w)):
@@ -175,7 +175,7 @@ def test_images_of_links_are_similar_to_them(name):
 
 def test_what_does_not_move_has_no_centres():
     with pytest.raises(mbody.ModelError, match="nothing moves in"):
-        instant_centres(mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=0.0), [0.0]))
+        instant_centres(mbody.simulate(mbody.gallery.load("simple_pendulum"), times=[0.0]))
     with pytest.raises(mbody.ModelError, match="statics computes no velocities"):
         instant_centres(mbody.statics(mbody.gallery.load("norton_fourbar")))
     run = mbody.kinematics(mbody.gallery.load("norton_fourbar"), [0.0])
@@ -188,7 +188,7 @@ def test_what_does_not_move_has_no_centres():
 def test_the_command(capsys):
     assert main(["poles", "norton_fourbar"]) == 0
     text = capsys.readouterr().out
-    assert "INSTANT CENTRE OF" in text and "22.7739" in text
+    assert "CENTRE   of the links" in text and "22.7739" in text
     assert main(["poles", "norton_fourbar", "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
     assert len(data["centres"]) == 6

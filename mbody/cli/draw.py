@@ -35,16 +35,26 @@ def draw(args: Any) -> int:
     count = _positions(args)
     mechanism = model_of(args)
     shown = {"paths": args.path, "only": named_bodies(args.only) or ()}
+    marks = {
+        "poles": args.poles,
+        "polygons": args.polygons,
+        "centrodes": named_bodies(args.centrodes) or (),
+        "inflection": named_bodies(args.inflection) or (),
+        "curvature": args.curvature,
+    }
     wanted = question(args, mechanism.ask)
     plain = count is None and args.to is None and wanted is mechanism.ask
     free = mechanism.simulation is not None and wanted is None
     if plain and (free or not (mechanism.drivers or args.forces)):
-        return _written(drawn(mechanism, forces=args.forces, **shown), args.output)
+        return _written(drawn(mechanism, forces=args.forces, **shown, **marks), args.output)
     run = _motion(args, mechanism, count)
     instants = _instants(args, run, count)
+    if any(marks.values()) and (args.series or args.strip):
+        raise UsageError("--poles, --polygons and the like draw one instant: name it with --at")
     if args.series:
         return _series(args, run, instants, shown)
-    return _written(drawn(run, instants, args.forces, strip=args.strip, **shown), args.output)
+    figure = drawn(run, instants, args.forces, strip=args.strip, **shown, **marks)
+    return _written(figure, args.output)
 
 
 def _positions(args: Any) -> int | None:

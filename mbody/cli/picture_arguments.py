@@ -76,6 +76,18 @@ def add_draw(command: argparse.ArgumentParser) -> None:
         metavar="BODIES",
         help="draw only these links, with commas between them",
     )
+    command.add_argument(
+        "--poles", action="store_true", help="draw all instant centres, and the lines to find them"
+    )
+    command.add_argument(
+        "--polygons", action="store_true", help="the velocity and the acceleration polygon beside"
+    )
+    for option, names, text in (
+        ("centrodes", "BODIES", "the fixed and the moving centrode of bodies against the ground"),
+        ("inflection", "BODIES", "inflection circles of bodies"),
+        ("curvature", "POINT", "the path of a point and its circle of curvature"),
+    ):
+        command.add_argument(f"--{option}", action="append", default=[], metavar=names, help=text)
     add_picture_file(command)
 
 

@@ -1,4 +1,4 @@
-"""`mbody poles MODEL`: instant centres."""
+"""`mbody poles MODEL`: instant centres, and the polygons of velocities and accelerations."""
 
 from __future__ import annotations
 
@@ -21,8 +21,9 @@ ROUNDING = 1e-12
 
 
 def poles(args: Any) -> int:
-    """Print the instant centres of all pairs of bodies."""
+    """Print the instant centres of all pairs of bodies; as data the polygons too."""
     from mbody.engineering.instant_centres import instant_centres
+    from mbody.engineering.motion_polygons import acceleration_polygon, velocity_polygon
 
     run = motion_or_driven(args, model_of(args), forces=False)
     found = instant_centres(run)
@@ -34,6 +35,8 @@ def poles(args: Any) -> int:
             "t": run.t.tolist(),
             "centres": found.data(),
             "collinearity": found.collinearity(),
+            "sentences": [found.sentences(k) for k in range(len(run))],
+            "polygons": [velocity_polygon(run).data(), acceleration_polygon(run).data()],
         }
         print(json.dumps(data, ensure_ascii=False, allow_nan=False))
     else:
@@ -45,21 +48,22 @@ def poles(args: Any) -> int:
 
 
 def _table(run: Solution, found: InstantCentres, k: int) -> str:
-    from mbody.sheets.text_table import Column, table
+    from mbody.sheets.text_table import Column, paragraph, table
 
     unit = run.mechanism.units
     floor = ROUNDING * run.system.length
     lines = table(
         [
-            Column(
-                "INSTANT CENTRE OF", [" and ".join(one.bodies) for one in found.pairs], text=True
-            ),
+            Column("CENTRE", [found.symbol(one) for one in found.pairs], text=True),
+            Column("of the links", [" and ".join(one.bodies) for one in found.pairs], text=True),
             Column("x", _places(found, "x", k, floor), unit.length),
             Column("y", _places(found, "y", k, floor), unit.length),
             Column("", [_note(one, k) for one in found.pairs], text=True),
         ]
     )
-    return "\n".join([f"{run.mechanism.name}: t = {run.t[k]:.6g} {unit.time}", "", *lines, ""])
+    head = [f"{run.mechanism.name}: t = {run.t[k]:.6g} {unit.time}", ""]
+    said = [line for text in (*found.sentences(k), *found.notes) for line in paragraph(text)]
+    return "\n".join([*head, *lines, "", *said, *([""] if said else [])])
 
 
 def _places(found: InstantCentres, axis: str, k: int, floor: float) -> list[str]:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.engineering.relative_motion import check_moving, relative_motion
+from mbody.engineering.relative_motion import AT_REST, at_unit_speed, check_moving, relative_motion
 from mbody.errors import ModelError
 from mbody.model.joints import Prismatic, Revolute
 from mbody.solution.doubts import Inherited, inherited
@@ -22,6 +22,10 @@ Array = np.ndarray
 #: Of the swiftest motion, what is no motion: rates follow from positions that are closed to 1e-13
 #: of the model length, and the worst gallery model loses two digits on the way.
 NO_MOTION = 1e-11
+#: Directions that are +π/2 but for rounding [rad].
+ROUNDING = 1e-12
+#: Centres nearer than this part of their size are one point.
+ONE_POINT = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +58,14 @@ class InstantCentre:
     def __post_init__(self) -> None:
         lock(self)
 
+    def homogeneous(self, length: float = 1.0) -> Array:
+        """(X, Y, W) of unit length in lengths of `length`, (instants, 3); NaN where there is none."""
+        infinite = np.array([kind == "infinite" for kind in self.kind])
+        x = np.where(infinite, np.cos(self.direction), self.x / length)
+        y = np.where(infinite, np.sin(self.direction), self.y / length)
+        found = np.column_stack([x, y, np.where(infinite, 0.0, 1.0)])
+        return np.asarray(found / np.linalg.norm(found, axis=1)[:, None])
+
     def data(self) -> dict[str, Any]:
         """As numbers and lists, for JSON; None for what is no number."""
         parts = {
@@ -74,9 +86,12 @@ class InstantCentres(Inherited):
     ----------
     pairs : tuple of InstantCentre
         n (n − 1)/2 of n bodies, in the order of the description, the ground last.
+    length : float
+        The model length, to which places that are one are compared.
     """
 
     pairs: tuple[InstantCentre, ...] = field(default=())
+    length: float = 1.0
 
     def __getitem__(self, names: tuple[str, str]) -> InstantCentre:
         wanted = set(names) if not isinstance(names, str) else set()
@@ -92,11 +107,69 @@ class InstantCentres(Inherited):
     def __len__(self) -> int:
         return len(self.pairs)
 
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """All bodies in the order of their numbers: the ground is link 1."""
+        names = dict.fromkeys(name for one in self.pairs for name in one.bodies)
+        return ("ground", *(name for name in names if name != "ground"))
+
+    def symbol(self, one: InstantCentre) -> str:
+        """The letter I with the numbers of both links, as in books: I13, I2,10."""
+        numbers = sorted(1 + self.bodies.index(name) for name in one.bodies)
+        return "I" + ("," if numbers[-1] > 9 else "").join(map(str, numbers))
+
+    def coincident(self, instant: int = 0) -> list[list[InstantCentre]]:
+        """Centres that are one point at an instant, those of two at least together."""
+        groups: list[list[InstantCentre]] = []
+        for one in self.pairs:
+            if one.kind[instant] != "finite":
+                continue
+            place = complex(one.x[instant], one.y[instant])
+            for group in groups:
+                other = complex(group[0].x[instant], group[0].y[instant])
+                if abs(place - other) <= ONE_POINT * max(self.length, abs(place), abs(other)):
+                    group.append(one)
+                    break
+            else:
+                groups.append([one])
+        return [group for group in groups if len(group) > 1]
+
+    def sentences(self, instant: int = 0) -> list[str]:
+        """What is to be said of centres at infinity, of those that are one point, and of bodies
+        that move as one.
+
+        Examples
+        --------
+        >>> import mbody
+        >>> run = mbody.kinematics(mbody.gallery.load("slider_crank"), [0.1])
+        >>> print(instant_centres(run).sentences()[0])
+        I14 is at infinity, towards 90°: the motion of slider against ground is parallel to 0°
+        """
+        found = []
+        for one in self.pairs:
+            i, j = sorted(one.bodies, key=self.bodies.index, reverse=True)
+            if one.kind[instant] == "infinite":
+                towards = float(one.direction[instant])
+                across = towards + (0.5 if towards <= 0.0 else -0.5) * np.pi
+                where = f"{self.symbol(one)} is at infinity, towards {_degrees(towards)}"
+                found.append(
+                    f"{where}: the motion of {i} against {j} is parallel to {_degrees(across)}"
+                )
+            elif one.kind[instant] == "none":
+                found.append(f"there is no {self.symbol(one)}: {i} does not move against {j}")
+        for group in self.coincident(instant):
+            first = group[0]
+            names = sorted(self.symbol(one) for one in group)
+            x, y = (round(float(v[instant]) / self.length, 12) for v in (first.x, first.y))
+            place = f"({x * self.length + 0.0:.6g}, {y * self.length + 0.0:.6g})"
+            found.append(f"{', '.join(names[:-1])} and {names[-1]} are one point, {place}")
+        return found
+
     def collinearity(self) -> float:
         """How far the three centres of any three bodies are from one line (Aronhold and Kennedy's
         theorem): the greatest |det| of their homogeneous coordinates, scaled to unit vectors.
         """
-        at = {frozenset(one.bodies): _homogeneous(one) for one in self.pairs}
+        at = {frozenset(one.bodies): one.homogeneous() for one in self.pairs}
         names = list(dict.fromkeys(name for one in self.pairs for name in one.bodies))
         worst = 0.0
         for three in itertools.combinations(names, 3):
@@ -108,16 +181,7 @@ class InstantCentres(Inherited):
 
     def data(self) -> list[dict[str, Any]]:
         """As lists, for JSON."""
-        return [one.data() for one in self.pairs]
-
-
-def _homogeneous(one: InstantCentre) -> Array:
-    """(X, Y, W) of unit length, (instants, 3); NaN where there is none."""
-    infinite = np.array([kind == "infinite" for kind in one.kind])
-    x = np.where(infinite, np.cos(one.direction), one.x)
-    y = np.where(infinite, np.sin(one.direction), one.y)
-    found = np.column_stack([x, y, np.where(infinite, 0.0, 1.0)])
-    return np.asarray(found / np.linalg.norm(found, axis=1)[:, None])
+        return [{"symbol": self.symbol(one)} | one.data() for one in self.pairs]
 
 
 def instant_centres(run: Solution) -> InstantCentres:
@@ -129,7 +193,8 @@ def instant_centres(run: Solution) -> InstantCentres:
     Parameters
     ----------
     run : Solution
-        Of one design, with velocities: kinematics, kinetostatics or simulate.
+        Of one design, with velocities: kinematics, kinetostatics or simulate. Where the only driver
+        is at rest, the centres are those of a motion at unit speed, which a note says.
 
     Returns
     -------
@@ -157,6 +222,19 @@ def instant_centres(run: Solution) -> InstantCentres:
     """
     run = as_solution(run)
     check_moving(run, "instant centres are")
+    found = _by_rates(run)
+    if found is None:
+        found = _by_rates(at_unit_speed(run))
+    if found is None:
+        raise ModelError(
+            f"nothing moves in '{run.mechanism.name}', so that there are no instant centres: give "
+            "a driver a speed, or take instants at which it moves"
+        )
+    return found
+
+
+def _by_rates(run: Solution) -> InstantCentres | None:
+    """Those of the velocities of a run; None where nothing moves."""
     names = [*run, "ground"]
     omega = {name: run[name].omega for name in names}
     u = {
@@ -167,11 +245,8 @@ def instant_centres(run: Solution) -> InstantCentres:
     # the swiftest motion of all, as a rate
     size = np.max([np.abs(w) + np.hypot(*u[n]) / length for n, w in omega.items()], axis=0)
     if not size.any():
-        raise ModelError(
-            f"nothing moves in '{run.mechanism.name}', so that there are no instant centres: give "
-            "a driver a speed, or take instants at which it moves"
-        )
-    pins = _pins(run)
+        return None
+    kept = _keeping(run)
     pairs = []
     for i, j in itertools.combinations(names, 2):
         dx, dy = u[j][0] - u[i][0], u[j][1] - u[i][1]
@@ -181,29 +256,48 @@ def instant_centres(run: Solution) -> InstantCentres:
         kind = np.where(turns, "finite", np.where(slides, "infinite", "none"))
         rate = np.where(turns, turning, np.nan)
         across = np.arctan2(dx, -dy)
-        across = np.where(across > 0.5 * np.pi, across - np.pi, across)
-        across = np.where(across <= -0.5 * np.pi, across + np.pi, across)
-        pairs.append(
-            InstantCentre(
-                (i, j),
-                -dy / rate,
-                dx / rate,
-                np.where(kind == "infinite", across, np.nan),
-                tuple(kind.tolist()),
-                pins.get(frozenset((i, j)), "instantaneous"),
-            )
+        found = InstantCentre(
+            (i, j),
+            -dy / rate,
+            dx / rate,
+            np.where(kind == "infinite", _line(across), np.nan),
+            tuple(kind.tolist()),
+            "instantaneous",
         )
-    return InstantCentres(tuple(pairs), **inherited(run))
+        joint = kept.get(frozenset((i, j)))
+        pairs.append(found if joint is None else _of_joint(run, joint, (i, j)))
+    notes = [note for note in run.notes if note.endswith(AT_REST)]
+    return InstantCentres(tuple(pairs), length, **inherited(run, notes=notes))
 
 
-def _pins(run: Solution) -> dict[frozenset[str], str]:
-    """What pairs of bodies have a pin or a slide, and whether the ground is one of them."""
-    found = {}
-    for joint in run.mechanism.joints:
-        if isinstance(joint, Revolute | Prismatic):
-            pair = frozenset(joint.bodies)
-            found[pair] = "fixed" if "ground" in pair else "permanent"
-    return found
+def _degrees(angle: float) -> str:
+    return f"{round(np.degrees(angle), 4) + 0.0:.6g}°"
+
+
+def _line(angle: Array) -> Array:
+    """Directions of lines [rad], above −π/2 and up to π/2."""
+    turned = np.remainder(angle, np.pi)
+    return np.where(turned > 0.5 * np.pi + ROUNDING, turned - np.pi, turned)
+
+
+def _keeping(run: Solution) -> dict[frozenset[str], Revolute | Prismatic]:
+    """The pin or the slide of pairs that have one."""
+    joints = [one for one in run.mechanism.joints if isinstance(one, Revolute | Prismatic)]
+    return {frozenset(joint.bodies): joint for joint in reversed(joints)}
+
+
+def _of_joint(run: Solution, joint: Revolute | Prismatic, pair: tuple[str, str]) -> InstantCentre:
+    """The centre that a joint keeps: exact also where its bodies hardly move."""
+    nothing = np.full(len(run), np.nan)
+    permanence = "fixed" if "ground" in pair else "permanent"
+    if isinstance(joint, Revolute):
+        pin = run.point(joint.i)
+        kind = ("finite",) * len(run)
+        return InstantCentre(pair, pin.x.copy(), pin.y.copy(), nothing, kind, permanence)
+    guide = run[joint.i.body].angle + float(run.system.numbers.angle(joint, "i"))
+    kind = ("infinite",) * len(run)
+    across = _line(guide + 0.5 * np.pi)
+    return InstantCentre(pair, nothing, nothing.copy(), across, kind, permanence)
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -12,6 +11,8 @@ import numpy as np
 from mbody.engineering.relative_motion import check_moving
 from mbody.errors import ModelError
 from mbody.model.element import listed
+from mbody.model.joints import Distance, Fixed, Joint, Revolute
+from mbody.model.touching_shapes import middles_of_arcs
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution, as_solution
 from mbody.system.read_only import lock
@@ -19,6 +20,9 @@ from mbody.system.read_only import lock
 __all__ = ["MotionPolygon", "acceleration_polygon", "velocity_polygon"]
 
 Array = np.ndarray
+
+#: Of the model length, how near a marker is to the place of its joint where it is there.
+NEAR = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,12 +42,16 @@ class MotionPolygon(Inherited):
         Images of the points by their dotted names, from the pole.
     links : dict of str to tuple of str
         Of every body the points on it: the corners of its image.
+    joints : dict of str to tuple of str
+        Of every joint of one place the two points that meet there, one on each body. Of pins they
+        have one image; of slides, slots and cams the line between their images is the sliding.
     """
 
     quantity: str = "velocity"
     x: dict[str, Array] = field(default_factory=dict)
     y: dict[str, Array] = field(default_factory=dict)
     links: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    joints: dict[str, tuple[str, ...]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         lock(self)
@@ -66,7 +74,9 @@ class MotionPolygon(Inherited):
         """As lists, for JSON."""
         points = {name: {"x": x.tolist(), "y": self.y[name].tolist()} for name, x in self.x.items()}
         links = {name: list(points) for name, points in self.links.items()}
-        return {"quantity": self.quantity, "points": points, "links": links}
+        joints = {name: list(points) for name, points in self.joints.items()}
+        head = {"quantity": self.quantity, "points": points}
+        return head | {"links": links, "joints": joints}
 
 
 def velocity_polygon(run: Solution, points: Sequence[str] | None = None) -> MotionPolygon:
@@ -77,7 +87,10 @@ def velocity_polygon(run: Solution, points: Sequence[str] | None = None) -> Moti
     run : Solution
         Of one design, with velocities.
     points : sequence of str, optional
-        Dotted names of points, such as ``"coupler.P"``; by default those at which joints are.
+        Dotted names of points, such as ``"coupler.P"``; by default those at which joints are and
+        all other named points. A point of a body that has no name there is called by the joint, as
+        in ``"rocker at A"``; where a joint slides or rolls it is the point of the body that is just
+        there.
 
     Returns
     -------
@@ -137,21 +150,72 @@ def acceleration_polygon(run: Solution, points: Sequence[str] | None = None) -> 
 def _polygon(run: Solution, points: Sequence[str] | None, quantity: str) -> MotionPolygon:
     run = as_solution(run)
     check_moving(run, f"a {quantity} polygon is")
-    names = list(dict.fromkeys(points if points is not None else _joined(run)))
+    x: dict[str, Array] = {}
+    y: dict[str, Array] = {}
+    bodies: dict[str, str] = {}
+    joints: dict[str, tuple[str, ...]] = {}
+    if points is None:
+        for joint in run.mechanism.joints:
+            met = []
+            for name, body, place in _meeting(run, joint):
+                bodies[name] = body
+                x[name], y[name] = _carried(run, body, place, quantity)
+                met.append(name)
+            if not isinstance(joint, Distance):
+                joints[joint.name] = tuple(met)
+        points = [name for name in _named(run) if name not in x]
     letter = "v" if quantity == "velocity" else "a"
-    histories = {name: run.point(name) for name in names}
-    x = {name: getattr(one, f"{letter}x") for name, one in histories.items()}
-    y = {name: getattr(one, f"{letter}y") for name, one in histories.items()}
-    bodies = dict.fromkeys(name.partition(".")[0] for name in names)
+    for name in dict.fromkeys(points):
+        history = run.point(name)
+        x[name], y[name] = getattr(history, f"{letter}x"), getattr(history, f"{letter}y")
+        bodies[name] = name.partition(".")[0]
     links = {
-        body: tuple(name for name in names if name.partition(".")[0] == body) for body in bodies
+        body: tuple(name for name in x if bodies[name] == body)
+        for body in dict.fromkeys(bodies[name] for name in x)
     }
-    return MotionPolygon(quantity, x, y, links, **inherited(run))
+    return MotionPolygon(quantity, x, y, links, joints, **inherited(run))
 
 
-def _joined(run: Solution) -> list[str]:
-    """Dotted names of the points at which joints are."""
-    markers = itertools.chain.from_iterable(
-        joint.places().values() for joint in run.mechanism.joints
-    )
-    return [f"{one.body}.{one.point}" for one in markers if isinstance(one.point, str)]
+def _meeting(run: Solution, joint: Joint) -> list[tuple[str, str, tuple[Array, Array]]]:
+    """Of both bodies of a joint the point there: its name, the body and its places."""
+    found = []
+    fixed = isinstance(joint, Revolute | Fixed | Distance)
+    there = None if fixed else run.reaction_point(joint.name)
+    for marker in (joint.i, joint.j):
+        history = run.point(marker)
+        place = (history.x, history.y)
+        named = fixed or _is_there(run, place, there)
+        name = f"{marker.body} at {joint.name}"
+        if named and isinstance(marker.point, str):
+            name = f"{marker.body}.{marker.point}"
+        found.append((name, marker.body, place if there is None else there))
+    return found
+
+
+def _is_there(run: Solution, place: tuple[Array, Array], there: Any) -> bool:
+    """Whether a marker is at the place of its joint at every instant."""
+    away = np.hypot(place[0] - there[0], place[1] - there[1])
+    return bool((away <= NEAR * run.system.length).all())
+
+
+def _carried(
+    run: Solution, body: str, place: tuple[Array, Array], quantity: str
+) -> tuple[Array, Array]:
+    """The velocity or acceleration of the point of a body that is at a place."""
+    b = run[body]
+    away = place[0] - b.x + 1j * (place[1] - b.y)
+    if quantity == "velocity":
+        found = b.vx + 1j * b.vy + 1j * b.omega * away
+    else:
+        found = b.ax + 1j * b.ay + (1j * b.alpha - b.omega**2) * away
+    return np.real(found), np.imag(found)
+
+
+def _named(run: Solution) -> list[str]:
+    """Dotted names of the points of moving bodies, without those of arcs of shapes."""
+    return [
+        f"{body.name}.{point}"
+        for body in run.mechanism.bodies
+        for point in body.points
+        if point not in middles_of_arcs(body.shapes)
+    ]

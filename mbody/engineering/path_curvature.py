@@ -164,8 +164,10 @@ def inflection_circle(run: Solution, body: str, relative_to: str = "ground") -> 
     m = relative_motion(run, body, relative_to)
     turning, pole = 1j * m.alpha - m.omega**2, m.instant_centre(CUSP)
     omega = np.where(np.isnan(pole.real), np.nan, m.omega)
-    opposite = pole + (m.acceleration + turning * (pole - m.place)) / omega**2
-    still = m.place - m.acceleration / np.where(turning != 0.0, turning, np.nan)
+    # numbers that are none stand for bodies that do not turn
+    with np.errstate(divide="ignore", invalid="ignore"):
+        opposite = pole + (m.acceleration + turning * (pole - m.place)) / omega**2
+        still = m.place - m.acceleration / np.where(turning != 0.0, turning, np.nan)
     return InflectionCircle(
         pole.real,
         pole.imag,

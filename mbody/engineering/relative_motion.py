@@ -9,14 +9,27 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mbody.analysis.driven.kinematics import kinematics
 from mbody.errors import ModelError
+from mbody.model.element import Marker
+from mbody.solution.certificate import changed
 from mbody.solution.checks import one_design
 from mbody.solution.histories import BodyHistory, PointHistory
 from mbody.solution.solution import Solution
 
-__all__ = ["RelativeMotion", "check_moving", "relative_motion", "relative_path"]
+__all__ = [
+    "AT_REST",
+    "RelativeMotion",
+    "at_unit_speed",
+    "check_moving",
+    "relative_motion",
+    "relative_path",
+]
 
 Array = np.ndarray
+
+#: What is said of a motion that its driver does not make.
+AT_REST = "the instant centres are those at unit speed"
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +54,8 @@ class RelativeMotion:
     def instant_centre(self, least: float) -> Array:
         """The instant centre, complex; NaN where the rate is below `least` of its greatest."""
         turns = np.abs(self.omega) > least * np.abs(self.omega).max(initial=0.0)
-        return self.place + 1j * self.velocity / np.where(turns, self.omega, np.nan)
+        with np.errstate(invalid="ignore"):  # NaN where it does not turn
+            return self.place + 1j * self.velocity / np.where(turns, self.omega, np.nan)
 
 
 def check_moving(run: Solution, what: str) -> None:
@@ -54,6 +68,31 @@ def check_moving(run: Solution, what: str) -> None:
     one_design(run, f"{what} of one design")
     if run.analysis == "statics":
         raise ModelError(f"{what} of a motion, and statics computes no velocities: use kinematics")
+
+
+def at_unit_speed(run: Solution) -> Solution:
+    """The instants of a run whose only driver is at rest, at unit speed of that driver; the run
+    itself where it has several drivers or none.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=0.0), [0.0])
+    >>> float(at_unit_speed(run)["crank"].omega[0])
+    1.0
+    """
+    leaders = run.system.leaders
+    if len(leaders) != 1:
+        return run
+    (driver,) = leaders
+    guess = {}
+    for body in run.mechanism.bodies:
+        origin = run.point(Marker(body.name, (0.0, 0.0)))
+        guess[body.name] = float(origin.x[0]), float(origin.y[0]), float(run[body.name].angle[0])
+    values = run.driven(driver.name)[0]
+    moved = kinematics(run.system, drive={driver.name: (values, 1.0)}, guess=guess)
+    note = f"'{driver.name}' is at rest: {AT_REST}"
+    return changed(moved, notes=(*run.notes, note))
 
 
 def relative_path(

@@ -3,44 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mbody.analysis.driven.kinematics import kinematics
-from mbody.errors import ModelError, brief
-from mbody.model.driver import Driver
-from mbody.model.element import listed
+from mbody.errors import ModelError
 from mbody.model.mechanism import Mechanism
-from mbody.sheets.names import force_floor, force_names
 from mbody.solution.checks import one_design
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 from mbody.views.backend import blank, styled
-from mbody.views.body_shapes import body_shapes
-from mbody.views.bounds import bounds, wheels
-from mbody.views.coupling_symbols import coupling_symbol
 from mbody.views.cycle import SMOOTH, times
 from mbody.views.first_position import first_position
-from mbody.views.frame import framed, rounded_number
-from mbody.views.friction_symbols import (
-    circle_scale,
-    contact_forces,
-    contact_symbol,
-    friction_circles,
-    line_of_action,
-    modes_shown,
-    sticking_symbol,
+from mbody.views.frame import framed
+from mbody.views.kinematic_picture import KinematicMarks, kinematic_picture
+from mbody.views.mechanism_sketch import (
+    LoadedPose,
+    Shown,
+    faded,
+    longest_force,
+    sketch_mechanism,
+    sketch_scale,
 )
-from mbody.views.joint_symbols import joint_symbol, outward
-from mbody.views.labels import symbolic, together
-from mbody.views.links import link, link_label, points
-from mbody.views.load_symbols import driver_symbol, force_arrow, forces_shown, load_symbol
 from mbody.views.pose import Pose
 from mbody.views.sketch import Sketch
 from mbody.views.strips import in_strip
-from mbody.views.style import FORCE, LOAD, SIZE, SOFT, Z
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -49,12 +37,8 @@ __all__ = ["draw", "draw_cells", "draw_series"]
 
 Array = np.ndarray
 
-#: With more bodies than this only joints and loads are named.
-NAMED = 24
 #: How strong the nearest of the other instants are.
 FADED = 0.45
-#: How much worse a label is on an arrow than on another line.
-ARROW = 8.0
 #: How large a drawing is in a strip, as a part of one alone.
 CELL = 0.6
 
@@ -67,6 +51,11 @@ def draw(
     paths: Sequence[str] = (),
     only: Sequence[str] = (),
     strip: bool = False,
+    poles: bool = False,
+    polygons: bool = False,
+    centrodes: Sequence[str] = (),
+    inflection: Sequence[str] = (),
+    curvature: Sequence[str] = (),
 ) -> Figure:
     """A picture of a mechanism at one instant: kinematic diagram, and with its forces a free view
     of what each joint carries; or at several, overlaid or as a strip, at one scale.
@@ -92,6 +81,14 @@ def draw(
         by default all.
     strip : bool
         Whether several instants are beside each other, each in full.
+    poles : bool
+        Whether all instant centres are drawn, with the lines of Aronhold and Kennedy.
+    polygons : bool
+        Whether the velocity and the acceleration polygon are beside the mechanism.
+    centrodes, inflection : sequence of str
+        Bodies whose centrodes, or inflection circles, against the ground are drawn.
+    curvature : sequence of str
+        Points of whose paths the circles of curvature are drawn.
 
     Returns
     -------
@@ -124,16 +121,28 @@ def draw(
     shown = Shown(run.mechanism, (only,) if isinstance(only, str) else only)
     if isinstance(paths, str):
         paths = (paths,)
-    tracks = _paths(run, paths)
+    marks = KinematicMarks(
+        poles, polygons, _names(centrodes), _names(inflection), _names(curvature)
+    )
+    tracks = _paths(run, [*paths, *(name for name in marks.curvature if name not in paths)])
+    if marks:
+        if len(poses) > 1 or forces or only:
+            raise ModelError(
+                "a picture with instant centres, polygons or curvature shows one instant of all "
+                "links, without forces: draw the others in a picture of their own"
+            )
+        return kinematic_picture(
+            run, poses[0].k, marks, tracks, _over_motion(run) if marks.centrodes else run
+        )
     with styled():
         figure = blank()
         if strip and len(poses) > 1:
             return _in_cells(figure, poses, forces, shown, tracks)
-        scale = _scale(poses, shown, list(tracks.values()), 1.0)
+        scale = sketch_scale(poses, shown, list(tracks.values()), 1.0)
         sketch = Sketch(_axes(figure), poses[0], *scale)
         for n, pose in enumerate(poses[1:]):
-            _faded(sketch, pose, shown, FADED * (1.0 - 0.5 * n / len(poses)))
-        framed(figure, sketch, _mechanism(sketch, forces, tracks, shown))
+            faded(sketch, pose, shown, FADED * (1.0 - 0.5 * n / len(poses)))
+        framed(figure, sketch, sketch_mechanism(sketch, forces, tracks, shown))
     return figure
 
 
@@ -152,11 +161,11 @@ def _in_cells(
     tracks: dict[str, Array],
     texts: Sequence[str] = (),
 ) -> Figure:
-    scale = _scale(poses, shown, list(tracks.values()), CELL)
-    sketches, longest, arrows = [], _longest(poses, forces, shown), None
+    scale = sketch_scale(poses, shown, list(tracks.values()), CELL)
+    sketches, longest, arrows = [], longest_force(poses, forces, shown), None
     for pose in poses:
         sketches.append(Sketch(_axes(figure), pose, *scale))
-        arrows = _mechanism(sketches[-1], forces, tracks, shown, longest)
+        arrows = sketch_mechanism(sketches[-1], forces, tracks, shown, longest)
     in_strip(figure, sketches, arrows, texts)
     return figure
 
@@ -181,11 +190,11 @@ def draw_series(
     poses, tracks = [_posed(run, k, forces) for k in instants], _paths(run, paths)
     shown, sketches, arrows = Shown(run.mechanism, only), [], None
     with styled():
-        scale = _scale(poses, shown, list(tracks.values()), 1.0)
-        longest, figures = _longest(poses, forces, shown), [blank() for _ in poses]
+        scale = sketch_scale(poses, shown, list(tracks.values()), 1.0)
+        longest, figures = longest_force(poses, forces, shown), [blank() for _ in poses]
         for pose, figure in zip(poses, figures, strict=True):
             sketches.append(Sketch(_axes(figure), pose, *scale))
-            arrows = _mechanism(sketches[-1], forces, tracks, shown, longest)
+            arrows = sketch_mechanism(sketches[-1], forces, tracks, shown, longest)
         low = np.min([sketch.low for sketch in sketches], axis=0)
         high = np.max([sketch.high for sketch in sketches], axis=0)
         for sketch in sketches:
@@ -202,97 +211,9 @@ def draw_series(
     return figures
 
 
-@dataclass(frozen=True)
-class Shown:
-    """Which elements of a mechanism are drawn.
-
-    Attributes
-    ----------
-    mechanism : Mechanism
-    only : sequence of str
-        Bodies; all where there are none.
-    """
-
-    mechanism: Mechanism
-    only: Sequence[str]
-
-    def __post_init__(self) -> None:
-        known = [body.name for body in self.mechanism.bodies]
-        for name in self.only:
-            if name not in known:
-                raise ModelError(
-                    f"there is no moving body {brief(name)} to draw (there are: {listed(known)})",
-                    str(name),
-                )
-
-    @property
-    def bodies(self) -> list[str]:
-        """Names of the bodies."""
-        return list(self.only) or [body.name for body in self.mechanism.bodies]
-
-    def between(self, elements: Any) -> list[Any]:
-        """The elements that join only shown bodies and the ground, with one shown body at least."""
-        if not self.only:
-            return list(elements)
-        own, found = {*self.only}, []
-        for element in elements:
-            ends = {element.i.body, element.j.body} if element.role == "joint" else element.bodies
-            ends = {*ends}
-            if ends & own and ends <= own | {"ground"}:
-                found.append(element)
-        return found
-
-
-class LoadedPose(Pose):
-    """An instant that is drawn with its forces: a driver's arrow is the way that its effort acts,
-    which may be against its motion.
-    """
-
-    def rate(self, driver: str) -> float:
-        """The effort of a driver; where it has none the rate."""
-        effort, floor = float(self.run.effort(driver)[self.k]), force_floor(self.run)
-        angular = self.mechanism[driver].angular  # type: ignore[attr-defined]  # a driver
-        floor *= self.system.length if angular else 1.0
-        return effort if abs(effort) > floor else super().rate(driver)
-
-
-class Faded(Sketch):
-    """A sketch of another instant: links, pins and symbols, without ground and labels."""
-
-    def support(self, place: Array, others: list[Array], name: str) -> None:
-        """None: it is that of the instant in full."""
-
-    def rail(self, start: Array, end: Array, name: str, margin: float = 0.0) -> None:
-        """None, as `support`."""
-
-    def ground(self, start: Any, end: Any, *, name: str = "") -> None:
-        """None, as `support`."""
-
-    def write(self) -> None:
-        """None: labels are of the instant in full."""
-
-
 def _posed(run: Solution, instant: int, forces: bool) -> Pose:
     """An instant, with its forces where they are drawn and there are any."""
     return LoadedPose(run, instant) if forces and run.has_forces else Pose(run, instant)
-
-
-def _faded(sketch: Sketch, pose: Pose, shown: Shown, part: float) -> None:
-    """Draw another instant below, faded."""
-    axes = sketch.axes
-    before = {id(artist) for artist in axes.get_children()}
-    ghost = Faded(axes, pose, sketch.unit, sketch.small)
-    for order, body in enumerate(shown.bodies):
-        link(ghost, body, order)
-    for joint in shown.between(pose.mechanism.joints):
-        joint_symbol(joint, ghost)
-    for artist in axes.get_children():
-        if id(artist) not in before and artist.get_zorder() >= Z["ring"]:
-            artist.set_alpha(part)
-            artist.set_zorder(0.1 * artist.get_zorder())
-            gid = artist.get_gid()
-            artist.set_gid(f"at {pose.k}:{gid}" if gid else None)
-    sketch.low, sketch.high = np.fmin(sketch.low, ghost.low), np.fmax(sketch.high, ghost.high)
 
 
 def _axes(figure: Figure) -> Any:
@@ -301,179 +222,28 @@ def _axes(figure: Figure) -> Any:
     return axes
 
 
-def _longest(poses: Sequence[Pose], forces: bool, shown: Shown) -> float:
-    """The greatest force of several instants, by which all their arrows are drawn."""
-    rows = [row for pose in poses for row in _shown_forces(pose, forces, shown)]
-    return max((float(np.hypot(*vector)) for _, _, vector, _, _ in rows), default=0.0)
-
-
-def _shown_forces(pose: Pose, forces: bool, shown: Shown) -> list[Any]:
-    every = forces_shown(pose, forces)
-    if forces and pose.run.has_forces:
-        every += contact_forces(pose)
-    if not shown.only:
-        return every
-    own = {joint.name for joint in shown.between(pose.mechanism.joints)}
-    books = {force_names(pose.mechanism)[name][0] for name in own}
-    more = shown.between((*pose.mechanism.loads, *pose.mechanism.contacts))
-    return [row for row in every if row[0] in books | {one.name for one in more}]
-
-
 def _paths(run: Solution, names: Sequence[str]) -> dict[str, Array]:
     """The paths of points, of the run itself where it has many instants, else of more."""
     if not names:
         return {}
     for name in names:
         run.point(name)
-    if len(run) == 1:
-        requested = times(run.mechanism, run.mechanism.ask)
-        if requested is None:
-            run = kinematics(run.system, turn=True, instants=SMOOTH)
-        else:
-            run = kinematics(run.system, t=requested)
-    elif len(run) < SMOOTH and run.given is None:
-        run = kinematics(run.system, t=np.linspace(run.t[0], run.t[-1], SMOOTH))
+    run = _over_motion(run)
     histories = {name: run.point(name) for name in names}
     return {name: np.column_stack([h.x, h.y]) for name, h in histories.items()}
 
 
-def _scale(
-    poses: Sequence[Pose], shown: Shown, tracks: list[Array], part: float
-) -> tuple[float, float]:
-    """Length of a point (1/72 in) in the units of the mechanism, and how much smaller symbols are
-    where the links are short."""
-    pose = poses[0]
-    if shown.only:
-        places = [node for one in poses for body in shown.bodies for node in one.nodes[body]]
-        places += [one.centre(body) for one in poses for body in shown.bodies]
-        corners = np.vstack([*places, *tracks])
-    else:
-        corners = np.vstack([*map(bounds, poses), *tracks])
-    wide, high = corners.max(axis=0) - corners.min(axis=0)
-    unit = max(wide / SIZE["width"], high / SIZE["height"]) / part
-    if not unit > 1e-12 * pose.system.length:
-        unit = pose.system.length / SIZE["width"]
-    joints = shown.between(pose.mechanism.joints)
-    lengths = [1.5 * radius for joint in joints for _, radius in wheels(joint, pose)]
-    for name, nodes in pose.nodes.items():
-        if name in shown.bodies and len(nodes) > 1:
-            lengths.append(float(np.max(np.ptp(np.array(nodes), axis=0))))
-    lengths = [length for length in lengths if length > unit]
-    typical = float(np.median(lengths)) if lengths else 60.0 * unit
-    return unit, min(1.0, max(0.3, typical / (55.0 * unit)))
+def _names(given: Sequence[str]) -> tuple[str, ...]:
+    return (given,) if isinstance(given, str) else tuple(given)
 
 
-def _driven(pose: Pose, driver: Driver) -> str:
-    """The name of a driver with its effort."""
-    turns, floor = driver.angular, force_floor(pose.run)
-    effort = float(pose.run.effort(driver.name)[pose.k])
-    if abs(effort) <= floor * (pose.system.length if turns else 1.0):
-        effort = 0.0
-    unit = pose.mechanism.units.of("torque" if turns else "force")
-    book = force_names(pose.mechanism)[driver.name][0]
-    # where several share a pair of links their own names follow: once is enough
-    between = "" if "," in book else f": {symbolic(book)}"
-    return f"{symbolic(driver.name)}{between} = {rounded_number(effort)} {unit}"
-
-
-def _mechanism(
-    sketch: Sketch,
-    forces: bool,
-    tracks: dict[str, Array],
-    shown: Shown,
-    longest: float | None = None,
-) -> tuple[float, float, str] | None:
-    """Draw everything from the lowest layer to the labels; returns the scale of the arrows."""
-    pose, mechanism = sketch.pose, sketch.pose.mechanism
-    for name, track in tracks.items():
-        dashes = (0, (5, 3))
-        sketch.line(track, 0.9, SOFT, Z["path"], name=f"path:{name}", dashes=dashes, weight=0.5)
-    for order, body in enumerate(shown.bodies):
-        link(sketch, body, order)
-        body_shapes(sketch, body)
-    body_shapes(sketch, "ground")
-    joints = shown.between(mechanism.joints)
-    for joint in joints:
-        joint_symbol(joint, sketch)
-    for coupling in shown.between(mechanism.couplings):
-        coupling_symbol(coupling, sketch)
-    sketch.lay()
-    for load in shown.between(mechanism.loads):
-        load_symbol(load, sketch)
-    for driver in shown.between(mechanism.drivers):
-        driver_symbol(driver, sketch, _driven(pose, driver) if forces else symbolic(driver.name))
-    rows = _shown_forces(pose, forces, shown)
-    if longest is None:
-        longest = max((float(np.hypot(*vector)) for _, _, vector, _, _ in rows), default=0.0)
-    if longest > 0.0:
-        sketch.force_scale = SIZE["arrow"] * sketch.unit / longest
-    _rubbing(sketch, forces and pose.run.has_forces, shown)
-    for body in shown.bodies:
-        points(sketch, body)
-    if len(joints) <= 2 * NAMED:
-        _pin_labels(sketch)
-    arrows = _arrows(sketch, rows, forces, longest)
-    if len(shown.bodies) <= NAMED:
-        for body in shown.bodies:
-            link_label(sketch, body)
-    sketch.write()
-    return arrows
-
-
-def _rubbing(sketch: Sketch, forces: bool, shown: Shown) -> None:
-    """Marks of modes, with forces the cones and circles of friction too."""
-    pose, mechanism = sketch.pose, sketch.pose.mechanism
-    joints = shown.between(mechanism.joints)
-    for contact in (*shown.between(mechanism.contacts), *(() if shown.only else mechanism.groups)):
-        contact_symbol(contact, sketch, forces=forces)
-    for joint in joints:
-        sticking_symbol(joint, sketch)
-    if forces:
-        sketch.enlarged = circle_scale(pose, sketch.unit, joints)
-        friction_circles(sketch, joints, sketch.enlarged)
-    sketch.modes = modes_shown(pose)
-
-
-def _pin_labels(sketch: Sketch) -> None:
-    """The names of pins, those at one place together."""
-    joints = {joint.name: joint for joint in sketch.pose.mechanism.joints}
-    for place, names in sketch.pins:
-        if not names:
-            continue
-        bodies = [side.body for name in names for side in (joints[name].i, joints[name].j)]
-        text = together(names)
-        wanted = outward(sketch, place, *bodies)
-        gap = sketch.size("pin") + 2.5 * sketch.unit
-        sketch.label(text, place, wanted, gap, italic=True, name=f"name:{names[0]}")
-    # pins are first: loads and drivers have more free space
-    sketch.labels.sort(key=lambda label: not label.name.startswith("name:"))
-
-
-def _arrows(
-    sketch: Sketch, shown: list[Any], forces: bool, greatest: float
-) -> tuple[float, float, str] | None:
-    """All forces at one scale: the length of a unit of force, the greatest one, and a colour."""
-    sizes = [float(np.hypot(*vector)) for _, _, vector, _, _ in shown]
-    if not greatest > 0.0:
-        return None
-    scale = sketch.force_scale
-    unit = sketch.pose.mechanism.units.of("force")
-    pose = sketch.pose
-    books = {force_names(pose.mechanism)[one.name][0]: one for one in pose.mechanism.joints}
-    touching = {one.name for one in (*pose.mechanism.contacts, *pose.mechanism.groups)}
-    for (name, place, vector, color, _), size in zip(shown, sizes, strict=True):
-        # of very many the arrows alone can be read
-        text = (
-            f"{symbolic(name)} = {rounded_number(size)} {unit}" if len(shown) <= 2 * NAMED else ""
-        )
-        if name in books and forces and pose.run.has_forces:
-            # a pin that slides is touched by its reaction at the friction circle
-            place = place + line_of_action(pose.run, books[name], sketch.enlarged)[pose.k]
-        begins = name in touching
-        force_arrow(sketch, name, place, vector, color, text, scale, begins=begins)
-    # a label on an arrow could be read as its name
-    for line in sketch.axes.lines:
-        if str(line.get_gid()).startswith("force:"):
-            ends = np.asarray(line.get_xydata())[[0, -1]]
-            sketch.places.stroke(ends, 1.5 * sketch.unit, ARROW)
-    return scale, greatest, FORCE if forces else LOAD
+def _over_motion(run: Solution) -> Solution:
+    """The run itself where it has many instants, else more instants."""
+    if len(run) == 1:
+        requested = times(run.mechanism, run.mechanism.ask)
+        if requested is None:
+            return kinematics(run.system, turn=True, instants=SMOOTH)
+        return kinematics(run.system, t=requested)
+    if len(run) < SMOOTH and run.given is None:
+        return kinematics(run.system, t=np.linspace(run.t[0], run.t[-1], SMOOTH))
+    return run

@@ -153,7 +153,7 @@ def _key(
         x = _key_text(
             sketch, x + scale * force, y, f"{rounded_number(force)} {units.of('force')}", color
         )
-    for load in sketch.pose.mechanism.loads:
+    for load in () if sketch.kinematic else sketch.pose.mechanism.loads:
         if isinstance(load, Gravity):
             pull = np.array([sketch.pose.law(load, key) for key in "xy"])
             if pull.any():

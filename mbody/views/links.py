@@ -86,7 +86,7 @@ def mass_centre(sketch: Sketch, body: str) -> None:
     """The sign of a mass centre, where it is not at a joint."""
     centre = sketch.pose.centre(body)
     near = 1.2 * sketch.size("pin")
-    if not sketch.pose.mass(body) or sketch.pose.at_joint(centre, near):
+    if sketch.kinematic or not sketch.pose.mass(body) or sketch.pose.at_joint(centre, near):
         return
     sketch.centres.append(centre)
     _line_to_centre(sketch, body, centre)

@@ -44,10 +44,13 @@ class Sketch:
         Length of a point (1/72 in) in the units of the mechanism.
     small : float
         Factor by which symbols are smaller, where the links are short.
+    kinematic : bool
+        Whether loads and mass centres are left out.
     """
 
     #: Whether the whole motion is drawn, not one instant of it.
     lasting = False
+    kinematic = False
 
     def __init__(
         self,

@@ -17,6 +17,7 @@ SOFT = "#7d8894"  # paths, scales, remarks
 LOAD = "#d55e00"
 FORCE = "#0072b2"
 DRIVE = "#00795a"
+POLE = "#8f2d6b"
 PAPER = "#ffffff"
 
 #: Curves of a plot, in this order; the dashes distinguish them without colours.

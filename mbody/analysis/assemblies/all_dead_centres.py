@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.assemblies.assembly_modes import driver_named
-from mbody.analysis.assemblies.box_search import REACH, all_roots
+from mbody.analysis.assemblies.box_search import all_roots
 from mbody.analysis.assemblies.linkage import Linkage, NotCovered
 from mbody.analysis.assemblies.loop_rows import GroupRows, LoopRows
 from mbody.analysis.assemblies.solution_order import TOO_FEW, Group, TooFewRows, assur_groups
@@ -276,7 +276,7 @@ def _patch(
         np.concatenate([rows.B, B]),
         [*rows.along, *(along[k] for k in others)],
     )
-    reach = np.concatenate([np.full(size, REACH * rows.scale), np.full(len(others), 1.0 + 1e-9)])
+    reach = np.concatenate([rows.reach, np.full(len(others), 1.0 + 1e-9)])
     return made, reach, rows.unknowns
 
 

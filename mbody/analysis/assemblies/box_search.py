@@ -26,8 +26,8 @@ SMALL = 1e-6
 NARROW, MANY = 2e-2, 600
 #: BoxRoots nearer than this are one [rad].
 ONE = 1e-7
-#: Displacements are searched up to so many times the size of the rows.
-REACH = 4.0
+#: Of the reach of a displacement, what weighs as a radian.
+QUARTER = 4.0
 #: Part of the greatest singular value that counts as none: of a preconditioner, of a root.
 ROUGH, FINE = 1e-8, 1e-10
 NEWTON = 7
@@ -58,7 +58,7 @@ class BoxRoots:
 
 def all_roots(rows: LoopRows, most: int, reach: np.ndarray | None = None) -> BoxRoots:
     """All real roots, angles within their turns, displacements up to `reach` (slides,), by default
-    `REACH` times the size of the rows; after `most` boxes the rest is left open.
+    those of the rows; after `most` boxes the rest is left open.
     """
     return _BoxSearch(rows, most, reach).run()
 
@@ -66,9 +66,9 @@ def all_roots(rows: LoopRows, most: int, reach: np.ndarray | None = None) -> Box
 class _BoxSearch:
     def __init__(self, rows: LoopRows, most: int, reach: np.ndarray | None) -> None:
         self.rows, self.most = rows, most
-        self.reach = np.full(rows.slides, REACH * rows.scale) if reach is None else reach
+        self.reach = rows.reach if reach is None else reach
         n = rows.unknowns
-        self.weight = np.concatenate([np.ones(rows.angles), REACH / self.reach])
+        self.weight = np.concatenate([np.ones(rows.angles), QUARTER / self.reach])
         self.points = np.empty((0, n))
         self.open: list[Box] = []
 
@@ -77,6 +77,10 @@ class _BoxSearch:
         if not n:
             closes = np.abs(rows.values(np.zeros((1, 0)))).max(initial=0.0) <= OPEN * rows.scale
             return BoxRoots(np.zeros((int(closes), 0)), np.empty((0, 0)), np.empty((0, 0)), 0)
+        if not rows.angles and len(rows.B) == n:
+            only = self._linear()
+            if only is not None:
+                return BoxRoots(only, np.empty((0, n)), np.empty((0, n)), 1)
         half = np.concatenate([np.pi * rows.turns, self.reach])[None]
         lo, hi, count, spent = -half, half.copy(), 0, False
         while len(lo):
@@ -94,6 +98,14 @@ class _BoxSearch:
         low = np.concatenate([np.empty((0, n)), *(box[0] for box in self.open)])
         high = np.concatenate([np.empty((0, n)), *(box[1] for box in self.open)])
         return BoxRoots(self.points, low, high, count, spent)
+
+    def _linear(self) -> np.ndarray | None:
+        """The one root (1, slides) of slides in known directions; None where these are parallel."""
+        zero = np.zeros((1, self.rows.slides))
+        J = self.rows.jacobian(zero)[0]
+        if np.linalg.svd(J, compute_uv=False)[-1] < ROUGH:
+            return None
+        return -np.linalg.solve(J, self.rows.values(zero)[0])[None]
 
     def _shrunk(self, box: Box) -> Box:
         rows = self.rows

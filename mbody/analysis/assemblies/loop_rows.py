@@ -21,6 +21,7 @@ import numpy as np
 
 from mbody.analysis.assemblies.intervals import WIDEN, cosine_range, first_within, products
 from mbody.analysis.assemblies.linkage import Linkage, NotCovered, State
+from mbody.analysis.assemblies.slide_bounds import slide_bounds
 from mbody.analysis.assemblies.solution_order import Group
 
 __all__ = ["OPEN", "GroupRows", "LoopRows"]
@@ -46,6 +47,10 @@ class LoopRows:
         How many turns of each angle are searched.
     scale : float
         Size of the rows [length].
+    reach : array (slides,)
+        Displacements that are searched.
+    bounded : bool
+        Whether no position lies beyond them.
     """
 
     def __init__(
@@ -72,6 +77,7 @@ class LoopRows:
         for v, parts in self._ratios().items():
             self.turns[v] = lcm(*(part.denominator for part in parts))
         self.scale = float(np.abs(loops).sum() + np.abs(rest).sum()) or 1.0
+        self.reach, self.bounded = slide_bounds(loops, slides, rest, along, self.scale)
 
     def _ratios(self) -> dict[int, list[Fraction]]:
         found: dict[int, list[Fraction]] = {}
