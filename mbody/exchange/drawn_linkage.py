@@ -7,13 +7,14 @@ drawing and the loops are closed as they are drawn.
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 from typing import Any
 
 from mbody.errors import ModelError
 from mbody.exchange.imported import Imported
-from mbody.laws import ConstantSpeed, Law
+from mbody.laws import ConstantSpeed, Law, Table
 from mbody.model.body import Body
 from mbody.model.coupling import AngleCoupling, CouplingTerm
 from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver
@@ -67,7 +68,7 @@ def number_of(value: Any, element: str, what: str) -> float:
 
 
 def letters(n: int) -> str:
-    """The n-th of A, B, …, Z, AA, AB, …
+    """The n-th of A, B, … Z, AA, AB and so on.
 
     >>> letters(0), letters(25), letters(26)
     ('A', 'Z', 'AA')
@@ -80,10 +81,16 @@ def letters(n: int) -> str:
     return text
 
 
-def back_and_forth(start: float, end: float, period: float) -> dict[str, Any]:
-    """The fields of a table that goes at constant speed from start to end and back."""
-    x, y = [0.0, 0.5 * period, period], [start, end, start]
-    return {"x": x, "y": y, "periodic": True, "interpolation": "linear"}
+def back_and_forth(places: list[float], speed: float) -> Table:
+    """A law that goes from place to place at a constant speed, again and again.
+
+    >>> float(back_and_forth([1.0, 3.0, 1.0], 2.0)(0.25))
+    1.5
+    """
+    x = [0.0]
+    for here, there in itertools.pairwise(places):
+        x.append(x[-1] + abs(there - here) / speed)
+    return Table(x, places, periodic=True, interpolation="linear")
 
 
 class DrawnLinkage:
@@ -190,8 +197,16 @@ class DrawnLinkage:
             raise refusal(f"the gear joint {label}", "wheels about one place do not touch")
         places = self.point(i, f"{label}_i", a), self.point(j, f"{label}_j", b)
         phase = math.atan2(b[1] - a[1], b[0] - a[0])
-        mesh = {"radius_i": radii[0], "radius_j": radii[1], "internal": internal, "phase": phase}
-        self._elements.append(Gear(self._named(label), *places, **mesh))
+        self._elements.append(
+            Gear(
+                self._named(label),
+                *places,
+                radius_i=radii[0],
+                radius_j=radii[1],
+                internal=internal,
+                phase=phase,
+            )
+        )
 
     def ratio(self, label: str, terms: list[tuple[float, str, str]]) -> None:
         """Angles whose sum with factors stays: (factor, link, measured from) each."""

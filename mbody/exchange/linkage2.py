@@ -1,9 +1,10 @@
 """Linkage (David Rector): files ``.linkage2``.
 
-Connectors are points of the drawing, y up; links are sets of connectors. A connector of two links is
-a pin, one that is an anchor a pin on the ground, one that is a slider runs between two connectors of
-another link. An input turns its link clockwise at its rpm; an actuator goes its throw and back, cpm
-times a minute. Ids of links and of connectors are counted apart. A unit of the file is 1/96 inch.
+Connectors are points of the drawing, y up; links are sets of connectors. A connector of two links
+is a pin, one that is an anchor a pin on the ground, one that is a slider runs between two
+connectors of another link. An input turns its link clockwise at its rpm; an actuator goes its throw
+and back, cpm times a minute. Ids of links and of connectors are counted apart. A unit of the file
+is 1/96 inch.
 Source: CLinkageDoc::ReadIn, CSimulator and CConnector of github.com/stainlessio/Linkage.
 """
 
@@ -25,7 +26,6 @@ from mbody.exchange.drawn_linkage import (
     seen,
 )
 from mbody.exchange.imported import Imported
-from mbody.laws import Table
 from mbody.quantities.units import unit_system
 
 __all__ = ["linkage2_from_xml"]
@@ -74,7 +74,7 @@ def linkage2_from_xml(root: Node, name: str, units: str | None) -> Imported:
     inches = program is not None and (program.get("units") or "").lower() == "inches"
     system = units or ("in-lbf-s" if inches else "mm-N-s")
     factor = _factor(root, system)
-    return _Reader(DrawnLinkage(name, FORM, system), root, factor).whole()
+    return _DrawingReader(DrawnLinkage(name, FORM, system), root, factor).whole()
 
 
 def _factor(root: Node, system: str) -> float:
@@ -82,7 +82,7 @@ def _factor(root: Node, system: str) -> float:
     return INCH / PER_INCH * 1e-3 / unit_system(system).unit("length").factor
 
 
-class _Reader:
+class _DrawingReader:
     def __init__(self, made: DrawnLinkage, root: Node, factor: float) -> None:
         self.made, self.root, self.factor = made, root, factor
         self.connectors: dict[int, _Connector] = {}
@@ -200,7 +200,7 @@ class _Reader:
         return link
 
     def _join(self, connector: _Connector) -> None:
-        """The pins of a connector: all its links on one, and on the ground where it is an anchor."""
+        """The pins of a connector: all its links on one, on the ground where it is an anchor."""
         links = list(dict.fromkeys(connector.links))
         if connector.has("anchor") and GROUND not in links:
             links.insert(0, GROUND)
@@ -229,8 +229,9 @@ class _Reader:
             along = math.atan2(last.at[1] - first.at[1], last.at[0] - first.at[0])
             self._on_line(connector, first.at, along)
             self.made.slot(connector.label, guides[0], own, connector.at, along)
+        ends_of_it = f"{first.label} and {last.label}"
         self.made.notes.append(
-            f"{element} slides on {guides[0]}: its ends, {first.label} and {last.label}, are no stops"
+            f"{element} slides on {guides[0]}: its ends, {ends_of_it}, are no stops"
         )
 
     def _on_line(self, connector: _Connector, start: Place, angle: float) -> None:
@@ -264,8 +265,8 @@ class _Reader:
         own, others = self.links[id_], []
         if other := node.get("fastenlink"):
             others.append(self._link(other, element))
-        targets = [node.get("fastenconnector"), *(n.get("id") for n in node if n.tag != "connector")]
-        for target in targets:
+        inner = [child.get("id") for child in node if child.tag == "fastenconnector"]
+        for target in [node.get("fastenconnector"), *inner]:
             if target is None:
                 continue
             if not target.isdigit() or int(target) not in self.connectors:
@@ -293,10 +294,12 @@ class _Reader:
         throw = self.factor * number_of(node.get("throw") or 0.0, element, "the throw")
         cycles = number_of(node.get("cpm") or 15.0, element, "cpm")
         if not cycles or not throw:
-            raise refusal(element, f"its throw is {throw:g} and its cpm {cycles:g}: it does not move")
+            raise refusal(
+                element, f"its throw is {throw:g} and its cpm {cycles:g}: it does not move"
+            )
         end = length + math.copysign(throw, cycles)
-        law = Table(**back_and_forth(length, end, 60.0 / abs(cycles)))
-        self.made.stretch(node.get("name") or f"actuator{id_}", *ends, law)
+        law = back_and_forth([length, end, length], abs(throw * cycles) / 30.0)
+        self.made.stretch(node.get("name") or f"actuator{id_}", ends[0], ends[1], law)
         self.made.notes.append(f"{element} goes back and forth at constant speed")
 
     def _ratio(self, ratio: Node) -> None:
@@ -347,8 +350,8 @@ class _Reader:
         if float(number_of(scale, "the element <program>", "scalefactor")) != 1.0:
             notes.append(f"the drawing's scale factor, {scale}, is not applied to lengths")
         notes.append(
-            f"a unit of the drawing is 1/96 inch, {self.factor:.8g} {self.made.length_unit}; inputs "
-            "turn clockwise at a positive rpm"
+            f"a unit of the drawing is 1/96 inch, {self.factor:.8g} {self.made.length_unit}; "
+            "inputs turn clockwise at a positive rpm"
         )
         return self.made
 

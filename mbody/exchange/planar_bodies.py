@@ -158,7 +158,9 @@ class _Planar:
         hinges = [axes[n] for n in range(model.njnt) if kinds[n] == HINGE]
         slides = [axes[n] for n in range(model.njnt) if kinds[n] == SLIDE]
         if not hinges and not slides:
-            raise ModelError("it has no hinge and no slide, so nothing says in which plane it moves")
+            raise ModelError(
+                "it has no hinge and no slide, so nothing says in which plane it moves"
+            )
         plane = plane_of(hinges, slides, model.opt.gravity)
         for n in range(model.njnt):
             name = f"the joint {seen(self.name('JOINT', n))}"

@@ -33,16 +33,17 @@ FORM = "PMKS"
 TYPES = ("R", "P", "RP", "G")
 #: Settings of pictures and of PMKS's own search, which a model does not need.
 LOOKS = {"e", "f", "ts", "set"}
-LOOKS_OF_JSON = set(
-    "AngleIncrement MaxSmoothingError FixedTimeStep TargetShape AxisThickness AxisOpacity "
-    "GridOpacity NumberMinorPerUnit GridSize ScaleFactor ViewBox CurrentTime EndTime StartTime "
-    "AccelFactor VelocityFactor VectorPenThickness JointSize JointPenThickness".split()
-)
+LOOKS_OF_JSON = {
+    *("AngleIncrement", "MaxSmoothingError", "FixedTimeStep", "TargetShape", "AxisThickness"),
+    *("AxisOpacity", "GridOpacity", "NumberMinorPerUnit", "GridSize", "ScaleFactor", "ViewBox"),
+    *("CurrentTime", "EndTime", "StartTime", "AccelFactor", "VelocityFactor"),
+    *("VectorPenThickness", "JointSize", "JointPenThickness"),
+}
 KNOWN = {"Joints", "Links", "Name", "DrivingIndex", "InputSpeed"} | LOOKS_OF_JSON
 
 
 @dataclass
-class _Joint:
+class _LineJoint:
     """One joint of a file; angle in rad."""
 
     label: str
@@ -77,7 +78,7 @@ def pmks_from_text(text: str, name: str, units: str) -> Imported:
         For a line that is none of a joint, and joints that are not read.
     """
     settings: dict[str, str] = {}
-    joints: list[_Joint] = []
+    joints: list[_LineJoint] = []
     for number, line in enumerate(_lines(text), 1):
         key, equals, value = line.partition("=")
         if equals:
@@ -160,7 +161,7 @@ def _type_at(words: list[str]) -> int:
     return found[-1] if found else 0
 
 
-def _from_line(line: str, number: int, label: str) -> _Joint:
+def _from_line(line: str, number: int, label: str) -> _LineJoint:
     words = _words(line)
     place = _type_at(words)
     if not place or len(words) < place + 3:
@@ -175,15 +176,17 @@ def _from_line(line: str, number: int, label: str) -> _Joint:
     angle = 0.0
     if rest and re.fullmatch(r"[-+]?[\d.]+(e[-+]?\d+)?", rest[0], re.IGNORECASE):
         angle = math.radians(number_of(rest.pop(0), element, "the angle"))
-    signs = [sign in "t+" for sign in rest[0]] if rest and re.fullmatch("[tf+-]+", rest[0]) else [
-        word.lower() == "true" for word in rest
-    ]
+    signs = (
+        [sign in "t+" for sign in rest[0]]
+        if rest and re.fullmatch("[tf+-]+", rest[0])
+        else [word.lower() == "true" for word in rest]
+    )
     joint = _joint(label, words[:place], words[place], (x, y), angle)
     joint.driven = len(signs) > 3 and signs[3]
     return joint
 
 
-def _from_table(one: Mapping[str, Any], label: str) -> _Joint:
+def _from_table(one: Mapping[str, Any], label: str) -> _LineJoint:
     links = one.get("Links")
     links = [str(link) for link in links] if isinstance(links, list) else []
     element = f"the joint {label} ({', '.join(links)})"
@@ -196,8 +199,8 @@ def _from_table(one: Mapping[str, Any], label: str) -> _Joint:
     return _joint(label, links, str(one.get("TypeOfJoint")), (x, y), slope)
 
 
-def _joint(label: str, links: list[str], kind: str, at: Place, angle: float) -> _Joint:
-    made = _Joint(label, [_link_name(link) for link in links], kind.upper(), at, angle)
+def _joint(label: str, links: list[str], kind: str, at: Place, angle: float) -> _LineJoint:
+    made = _LineJoint(label, [_link_name(link) for link in links], kind.upper(), at, angle)
     if made.type not in TYPES:
         raise refusal(made.name, f"its type is {seen(kind)}; the types are R, P, RP and G")
     if made.type in ("R", "G"):
@@ -215,13 +218,14 @@ def _link_name(word: str) -> str:
     return GROUND if low in ("0", "gnd", "grnd") or low.startswith("ground") else word.strip()
 
 
-def _choose(joints: list[_Joint], index: str | None) -> None:
+def _choose(joints: list[_LineJoint], index: str | None) -> None:
     """Mark the driven joint: as signs or an index say, else the first that can be."""
     if index is not None and not any(joint.driven for joint in joints):
         given = number_of(index, "the file", "the index of the driven joint")
         if not 0 <= given < len(joints):
             raise refusal(
-                "the file", f"the driven joint is number {given:g}, counted from 0, of {len(joints)}"
+                "the file",
+                f"the driven joint is number {given:g}, counted from 0, of {len(joints)}",
             )
         joints[int(given)].driven = True
     if not any(joint.driven for joint in joints):
@@ -231,7 +235,7 @@ def _choose(joints: list[_Joint], index: str | None) -> None:
                 return
 
 
-def _built(made: DrawnLinkage, joints: list[_Joint], speed: str | None) -> Imported:
+def _built(made: DrawnLinkage, joints: list[_LineJoint], speed: str | None) -> Imported:
     """The linkage of its joints."""
     _renamed(made, joints)
     rate = number_of(speed, "the file", "the speed") if speed is not None else 1.0
@@ -250,13 +254,14 @@ def _built(made: DrawnLinkage, joints: list[_Joint], speed: str | None) -> Impor
             elif joint.type != "G":
                 made.pin(joint.label, *pair, joint.at)
     for joint in wheels:
-        made.gears(joint.label, *joint.links, _centres(joint, joints), joint.at)
+        i, j = joint.links
+        made.gears(joint.label, i, j, _centres(joint, joints), joint.at)
     for joint in [one for one in joints if one.driven][:1]:
         _driven(made, joint, rate, speed is not None)
     return made.imported()
 
 
-def _renamed(made: DrawnLinkage, joints: list[_Joint]) -> None:
+def _renamed(made: DrawnLinkage, joints: list[_LineJoint]) -> None:
     """Give all moving links their names."""
     named = {GROUND: GROUND}
     for joint in joints:
@@ -266,7 +271,7 @@ def _renamed(made: DrawnLinkage, joints: list[_Joint]) -> None:
             joint.links[n] = named[link]
 
 
-def _centres(wheel: _Joint, joints: Iterable[_Joint]) -> tuple[Place, Place]:
+def _centres(wheel: _LineJoint, joints: Iterable[_LineJoint]) -> tuple[Place, Place]:
     """The centres of two wheels: their pins on one carrier."""
     pins = [joint for joint in joints if joint.type == "R" and len(joint.links) > 1]
     i, j = wheel.links
@@ -279,7 +284,7 @@ def _centres(wheel: _Joint, joints: Iterable[_Joint]) -> tuple[Place, Place]:
     raise refusal(wheel.name, "its two wheels have no pins on one carrier, so they have no centres")
 
 
-def _driven(made: DrawnLinkage, joint: _Joint, rate: float, given: bool) -> None:
+def _driven(made: DrawnLinkage, joint: _LineJoint, rate: float, given: bool) -> None:
     """The motor of the driven joint."""
     if len(joint.links) < 2 or joint.type not in ("R", "P"):
         raise refusal(joint.name, "it is the driven joint, which must be of the type R or P")
@@ -287,8 +292,10 @@ def _driven(made: DrawnLinkage, joint: _Joint, rate: float, given: bool) -> None
     if link == GROUND:
         base, link = link, base
     unit = "rad/s" if joint.type == "R" else f"{made.length_unit}/s"
-    where = "as the file has no unit of it" if given else "as the file has none"
-    made.notes.append(f"the speed of the driven joint {joint.label} is {rate:g} {unit}, {where}")
+    if given:
+        made.notes.append(f"the speed, {rate:g}, is read in {unit}: the file has no unit of it")
+    else:
+        made.notes.append(f"the file has no speed: the joint {joint.label} has {rate:g} {unit}")
     if joint.type == "R":
         made.turn(base, link, rate)
     else:

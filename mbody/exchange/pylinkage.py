@@ -1,8 +1,8 @@
 """pylinkage: the JSON of its mechanisms.
 
-Joints have an id, a type (ground, revolute, prismatic, tracker) and their drawn position; links have
-the ids of their joints, and a type (ground, link, driver, arc_driver). A prismatic joint runs on a
-line of the ground; a tracker is a point at a distance and an angle from two joints of a link.
+Joints have an id, a type (ground, revolute, prismatic, tracker) and their drawn position; links
+have the ids of their joints, and a type (ground, link, driver, arc_driver). A prismatic joint runs
+on a line of the ground; a tracker is a point at a distance and an angle from two joints of a link.
 Source: src/pylinkage/mechanism/serialization.py of github.com/HugoFara/pylinkage.
 """
 
@@ -24,7 +24,7 @@ from mbody.exchange.drawn_linkage import (
     seen,
 )
 from mbody.exchange.imported import Imported
-from mbody.laws import ConstantSpeed, Table
+from mbody.laws import ConstantSpeed
 
 __all__ = ["is_pylinkage", "pylinkage_from_json"]
 
@@ -37,7 +37,7 @@ SPEED = math.tau / 360.0
 
 
 @dataclass
-class _Joint:
+class _JsonJoint:
     """One joint, and the links that have it."""
 
     id: str
@@ -67,7 +67,7 @@ def pylinkage_from_json(data: Mapping[str, Any], name: str, units: str) -> Impor
     """
     made = DrawnLinkage(str(data.get("name") or name), FORM, units)
     grounded = _grounded(data)
-    joints: dict[str, _Joint] = {}
+    joints: dict[str, _JsonJoint] = {}
     for one in data["joints"]:
         joint = _joint(_dict(one), grounded)
         if joint.id in joints:
@@ -105,7 +105,7 @@ def _grounded(data: Mapping[str, Any]) -> set[str]:
     return found
 
 
-def _joint(one: Mapping[str, Any], grounded: set[str]) -> _Joint:
+def _joint(one: Mapping[str, Any], grounded: set[str]) -> _JsonJoint:
     id_ = str(one.get("id", one.get("name", "?")))
     kind = str(one.get("type", "revolute"))
     name = f"the joint {seen(id_)}"
@@ -121,10 +121,10 @@ def _joint(one: Mapping[str, Any], grounded: set[str]) -> _Joint:
     if not isinstance(position, list) or len(position) != 2:
         raise refusal(name, "it has no position [x, y]")
     x, y = (number_of(value, name, "its position") for value in position)
-    return _Joint(id_, "ground" if id_ in grounded else kind, (x, y), one)
+    return _JsonJoint(id_, "ground" if id_ in grounded else kind, (x, y), one)
 
 
-def _link(made: DrawnLinkage, one: Mapping[str, Any], joints: Mapping[str, _Joint]) -> str:
+def _link(made: DrawnLinkage, one: Mapping[str, Any], joints: Mapping[str, _JsonJoint]) -> str:
     """The name of a link; its joints know it."""
     id_, kind = str(one.get("id", "?")), str(one.get("type", "link"))
     element = f"the link {seen(id_)}"
@@ -152,7 +152,7 @@ def _link(made: DrawnLinkage, one: Mapping[str, Any], joints: Mapping[str, _Join
     return link
 
 
-def _join(made: DrawnLinkage, joint: _Joint) -> None:
+def _join(made: DrawnLinkage, joint: _JsonJoint) -> None:
     """The pins of a joint, and its slot."""
     links = list(dict.fromkeys(joint.links))
     if joint.type == "ground" and GROUND not in links:
@@ -178,7 +178,7 @@ def _join(made: DrawnLinkage, joint: _Joint) -> None:
         made.slot(f"{joint.id}_line", GROUND, links[0], joint.at, math.atan2(u[1], u[0]))
 
 
-def _track(made: DrawnLinkage, joint: _Joint, joints: Mapping[str, _Joint]) -> None:
+def _track(made: DrawnLinkage, joint: _JsonJoint, joints: Mapping[str, _JsonJoint]) -> None:
     """A tracker is a point of the link that has its two joints, or that has itself."""
     refs = [joints.get(str(joint.data.get(f"ref_joint{n}_id"))) for n in (1, 2)]
     first, second = refs
@@ -201,7 +201,7 @@ def _track(made: DrawnLinkage, joint: _Joint, joints: Mapping[str, _Joint]) -> N
 
 
 def _drive(
-    made: DrawnLinkage, one: Mapping[str, Any], link: str, joints: Mapping[str, _Joint]
+    made: DrawnLinkage, one: Mapping[str, Any], link: str, joints: Mapping[str, _JsonJoint]
 ) -> None:
     element = f"the driver {seen(one.get('id'))}"
     motor = joints.get(str(one.get("motor_joint")))
@@ -221,11 +221,17 @@ def _drive(
         start = turned("initial_angle", one.get("initial_angle", drawn))
         made.turn_by(GROUND, link, ConstantSpeed(0.0 if abs(start) < SAME else start, speed))
         return
-    low, high = (one.get(key, other) for key, other in (("arc_start", 0.0), ("arc_end", math.pi)))
-    start = turned("arc_start", low)
-    swing = number_of(high, element, "arc_end") - number_of(low, element, "arc_start")
-    if swing <= 0.0 or not speed:
-        raise refusal(element, f"its arc of {swing:g} rad at {speed:g} rad per step is no motion")
-    law = Table(**back_and_forth(start, start + swing, 2.0 * swing / abs(speed)))
-    made.turn_by(GROUND, link, law)
-    made.notes.append(f"{element} swings between its angles at constant speed, from its arc_start on")
+    low = number_of(one.get("arc_start", 0.0), element, "arc_start")
+    high = number_of(one.get("arc_end", math.pi), element, "arc_end")
+    if high <= low or not speed:
+        raise refusal(
+            element, f"an arc of {high - low:g} rad at {speed:g} rad per step is no motion"
+        )
+    first = one.get("initial_angle")
+    begun = low if first is None else number_of(first, element, "initial_angle")
+    begun = min(max(begun, low), high)
+    ends = [angle for angle in (high, low) if angle != begun]
+    start = turned("initial_angle", begun) - begun
+    places = [start + angle for angle in (begun, *ends, begun)]
+    made.turn_by(GROUND, link, back_and_forth(places, abs(speed)))
+    made.notes.append(f"{element} swings between its two angles at constant speed")
