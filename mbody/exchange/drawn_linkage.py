@@ -23,7 +23,7 @@ from mbody.model.joints import Distance, Fixed, Gear, PinSlot, Prismatic, Revolu
 from mbody.model.mechanism import Mechanism
 from mbody.quantities.units import unit_system
 
-__all__ = ["DrawnLinkage", "back_and_forth", "letters", "number_of", "refusal", "seen"]
+__all__ = ["DrawnLinkage", "back_and_forth", "letters", "number_of", "origin", "refusal", "seen"]
 
 GROUND = "ground"
 #: Signs of a name that another program gave.
@@ -91,6 +91,11 @@ def back_and_forth(places: list[float], speed: float) -> Table:
     for here, there in itertools.pairwise(places):
         x.append(x[-1] + abs(there - here) / speed)
     return Table(x, places, periodic=True, interpolation="linear")
+
+
+def origin(form: str, position: str) -> str:
+    """The note of an imported mechanism."""
+    return f"from a file of {form}; angles count from {position}"
 
 
 class DrawnLinkage:
@@ -241,7 +246,7 @@ class DrawnLinkage:
         """
         if not self.links:
             raise ModelError("the file has no link that moves")
-        note = f"from a file of {self.form}; angles count from the position that is drawn"
+        note = origin(self.form, "the position that is drawn")
         made = Mechanism(self.name, units=self.units, ground=self._points[GROUND], note=note)
         made.add(*(Body(link, points=self._points[link]) for link in self.links))
         made.add(*self._elements)

@@ -16,7 +16,7 @@ from xml.etree.ElementTree import Element as Node
 import numpy as np
 
 from mbody.errors import ModelError, SolveError
-from mbody.exchange.drawn_linkage import refusal, seen
+from mbody.exchange.drawn_linkage import origin, refusal, seen
 from mbody.exchange.imported import Imported
 from mbody.exchange.planar_joints import couplings, joints_of
 from mbody.exchange.plane_of_joints import Plane, check_axes, plane_of
@@ -101,7 +101,7 @@ class _Planar:
         made = Mechanism(
             title or "mechanism",
             ground=self.points[0],
-            note=f"from a file of {self.form}; angles count from its reference position",
+            note=origin(self.form, "its reference position"),
         )
         for body in self.moving():
             made.add(self._body(body))
@@ -166,9 +166,7 @@ class _Planar:
             name = f"the joint {seen(self.name('JOINT', n))}"
             if kinds[n] in (HINGE, SLIDE):
                 check_axes(plane, name, axes[n], hinge=kinds[n] == HINGE)
-            elif kinds[n] == FREE:
-                self.notes.append(f"{name} is free in space: it is kept in the plane")
-            else:
+            elif kinds[n] != FREE:
                 raise refusal(name, "a ball joint leaves the plane")
         return plane
 
@@ -212,6 +210,10 @@ class _Planar:
     def _note_the_rest(self) -> None:
         """All that the file has and the model has not."""
         model, notes = self.model, self.notes
+        for n in np.flatnonzero(model.jnt_type == FREE):
+            notes.append(
+                f"the joint {self.name('JOINT', int(n))}, free in space, stays in the plane"
+            )
         for kind, count, why in (
             ("ACTUATOR", model.nu, "a driver or a load takes its place"),
             ("TENDON", model.ntendon, "a spring or a damper takes its place"),
