@@ -46,7 +46,7 @@ LAYERS = (
     ("gallery", "makers", "testing", "engineering"),
     ("views", "engines", "sweeps", "image"),
     ("derivatives",),
-    ("live", "reports", "stepping"),
+    ("live", "reports", "stepping", "exchange"),
     ("optimization", "synthesis", "teaching"),
     ("envs",),
     ("cli",),

@@ -76,6 +76,7 @@ def differences(output, shown):
         ("docs/teaching.md", 3),
         ("docs/teaching.md", 1),
         ("docs/assemblies.md", 3),
+        ("docs/exchange.md", 1),
     ],
 )
 def test_the_code_of_a_page_prints_what_it_shows(page, least):

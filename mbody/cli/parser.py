@@ -68,6 +68,7 @@ examples:
   mbody view norton_fourbar --open                a page on which it moves
   mbody animate mine.toml -o mine.gif             a film of it
   mbody explain spring                            the fields of an element, with an example
+  mbody import linkage.linkage2 -o mine.toml      from another program's file
   mbody new fourbar --lengths 40,120,80,100       a commented file to begin with
   mbody show norton_fourbar > mine.toml           a file to begin with
 """
@@ -200,6 +201,7 @@ def parser() -> argparse.ArgumentParser:
     add_plot(command("plot", "diagrams of quantities over the cycle", "draw.plot"))
     add_view(command("view", "a page on which the mechanism moves", "moving.view"))
     add_animate(command("animate", "a film of the mechanism in motion", "moving.animate"))
+    _import(command("import", "a model from another program's file", "import_file.import_file"))
     _export(command("export", "the model for another program", "export.export"))
     add_json(command("models", "the models of the gallery", "about.models"))
     show = command("show", "print the file of a model", "about.show")
@@ -266,6 +268,21 @@ def _poles(command: argparse.ArgumentParser) -> None:
     add_instants(command)
     command.add_argument("--to", metavar="TIME", help="of the free motion until that time")
     add_json(command)
+
+
+def _import(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "file",
+        metavar="FILE",
+        help="of PMKS (text, .pmks or an address), Linkage (.linkage2), pylinkage (JSON), MuJoCo "
+        "(MJCF) or a URDF: recognised by what is in it",
+    )
+    command.add_argument(
+        "--units",
+        metavar="SYSTEM",
+        help="units of the model, such as SI; numbers of files without units are in these (mm-N-s)",
+    )
+    command.add_argument("-o", "--output", metavar="FILE", help="by default it is printed")
 
 
 def _export(command: argparse.ArgumentParser) -> None:

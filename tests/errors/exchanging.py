@@ -1,0 +1,205 @@
+"""Files of other programs: what is not read, and why."""
+
+import json
+import sys
+import tempfile
+from pathlib import Path
+from unittest import mock
+
+from mbody.exchange import import_model
+from tests.errors.command import said
+
+
+def of(text, name="file.txt", units=None):
+    def action():
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / name
+            path.write_text(text, encoding="utf-8")
+            with mock.patch("os.getcwd", return_value=folder):
+                import_model(path, units)
+
+    return action
+
+
+def linkage(*parts, name="file.linkage2"):
+    return of(f"<linkage2>{''.join(parts)}</linkage2>", name)
+
+
+def connector(id_, x, y, more="", inner=""):
+    return f'<connector id="{id_}" x="{x}" y="{y}" {more}>{inner}</connector>'
+
+
+def link(id_, *members, more="", inner=""):
+    text = "".join(f'<connector id="{one}"/>' for one in members)
+    return f'<Link id="{id_}" {more}>{text}{inner}</Link>'
+
+
+CRANK = connector(0, 0, 0, 'anchor="true"') + connector(1, 0, 30) + link(0, 0, 1)
+LIMITS = '<slidelimit id="5"/><slidelimit id="6"/>'
+ENDS = connector(5, 60, 10, 'anchor="true"') + connector(6, 140, 10, 'anchor="true"')
+SLIDE = 'slider="true"'
+
+
+def pin(id_, kind="revolute", position=(0.0, 0.0), **more):
+    return {"id": id_, "type": kind, "position": position and list(position)} | more
+
+
+def python(joints, links=(), **more):
+    return of(json.dumps({"joints": joints, "links": list(links)} | more), "file.json")
+
+
+def arm(*joints, kind="link", **more):
+    return {"id": "arm", "type": kind, "joints": list(joints)} | more
+
+
+def ratio(*parts, more=""):
+    inner = "".join(f'<link id="{id_}" size="{size}"/>' for id_, size in parts)
+    wheel = link(1, 2, more='gear="true"')
+    extra = connector(2, 90, 0, more)
+    return linkage(CRANK, extra, wheel, f"<ratios><ratio>{inner}</ratio></ratios>")
+
+
+def planar(body, more="", option=""):
+    return of(f"<mujoco>{option}<worldbody>{body}</worldbody>{more}</mujoco>", "file.xml")
+
+
+def body(*joints, inner="", name="b", more=""):
+    text = "".join(joints)
+    return f'<body name="{name}" {more}>{text}<geom type="box" size="1 1 1"/>{inner}</body>'
+
+
+HINGE = '<joint name="h" axis="0 0 1"/>'
+
+
+def without_mujoco():
+    with mock.patch.dict(sys.modules, {"mujoco": None}):
+        planar(body(HINGE))()
+
+
+SCENARIOS = {
+    "a file of another program that is not there": said(["import", "no.linkage2"]),
+    "an address without a mechanism": lambda: import_model("https://example.org/a.pmks"),
+    "a file in units that there are not": of("ground,a,R,0,0", units="parsec"),
+    "a text of no format": of("to be or not to be"),
+    "a JSON of no format": of('{"bars": 4}', "file.json"),
+    "a JSON that is none": of('{"joints"', "file.json"),
+    "an XML of no format": of("<svg/>", "file.xml"),
+    "an XML that is none": of("<mujoco>", "file.xml"),
+    "an XML with entities": of('<!DOCTYPE a [<!ENTITY b "c">]><a/>', "file.xml"),
+    "a JSON nested too deep": of('{"a":' + "[" * 90000, "file.json"),
+    "an assembly of FreeCAD": of("freeCAD: 3D CAD\nAssembly\n\tJoints\n\t\tRevoluteJoint\n"),
+    "PMKS with a line that is no joint": of("ground,a,R,0,0\na,b,R,1"),
+    "PMKS with a place that is a word": of("ground,a,R,0,there"),
+    "PMKS with a link twice": of("ground,a,a,R,0,0"),
+    "PMKS with a slide of three": of("ground,a,b,P,0,0"),
+    "PMKS with another type": of(
+        '{"Joints": [{"X": 0, "Y": 0, "TypeOfJoint": "G2", "Links": ["a", "b"]}]}', "file.pmks"
+    ),
+    "PMKS with a joint of no link": of(
+        '{"Joints": [{"X": 0, "Y": 0, "TypeOfJoint": "R"}]}', "file.pmks"
+    ),
+    "PMKS with a driven joint that is not there": of("ground,a,R,0,0\nd=4"),
+    "PMKS with a driven slot": of("ground,a,R,0,0,0,ffff\na,b,RP,1,0,0,ffft"),
+    "PMKS with wheels without centres": of("ground,a,R,0,0\na,b,G,1,0"),
+    "PMKS with wheels that do not touch": of("ground,a,R,0,0\na,b,G,1,1\nb,ground,R,4,0"),
+    "PMKS with wheels about one place": of("ground,a,R,0,0\na,b,G,1,0\nb,ground,R,0,0"),
+    "PMKS where nothing moves": of("ground,R,0,0"),
+    "Linkage with a thing of its own": linkage("<spring/>"),
+    "Linkage with an id that is a word": linkage(connector("a", 0, 0)),
+    "Linkage with a place that is a word": linkage(connector(0, "left", 0)),
+    "Linkage with a connector twice": linkage(connector(0, 0, 0), connector(0, 1, 0)),
+    "Linkage with a link twice": linkage(CRANK, link(0, 1)),
+    "Linkage with a link of a thing": linkage(link(0, inner='<pin id="1"/>')),
+    "Linkage with a link of nothing there": linkage(link(0, 7)),
+    "Linkage fastened to no link": linkage(connector(0, 0, 0, 'fastenlink="4"')),
+    "Linkage with a link fastened to nothing": linkage(
+        CRANK, link(1, 1, more='fastenconnector="9"')
+    ),
+    "Linkage with a fastened actuator": linkage(
+        CRANK, link(1, 0, 1, more='actuator="true" throw="1" fastenlink="0"')
+    ),
+    "Linkage with a slider of one limit": linkage(
+        CRANK, ENDS, connector(2, 9, 9, SLIDE, '<slidelimit id="5"/>'), link(1, 1, 2)
+    ),
+    "Linkage with a slider of no link": linkage(CRANK, ENDS, connector(2, 90, 10, SLIDE, LIMITS)),
+    "Linkage with a slider on nothing": linkage(
+        CRANK,
+        connector(5, 6, 1),
+        connector(6, 9, 1),
+        connector(2, 7, 1, SLIDE, LIMITS),
+        link(1, 1, 2),
+    ),
+    "Linkage with a slider beside its line": linkage(
+        CRANK, ENDS, connector(2, 90, 60, SLIDE, LIMITS), link(1, 1, 2)
+    ),
+    "Linkage with a slider beside its arc": linkage(
+        CRANK, ENDS, connector(2, 90, 60, f'{SLIDE} slideradius="90"', LIMITS), link(1, 1, 2)
+    ),
+    "Linkage with an actuator of three": linkage(
+        CRANK, connector(2, 9, 9), link(1, 0, 1, 2, more='actuator="true" throw="3"')
+    ),
+    "Linkage with an actuator on nothing": linkage(
+        CRANK, connector(2, 9, 9), link(1, 1, 2, more='actuator="true" throw="3"')
+    ),
+    "Linkage with an actuator at rest": linkage(CRANK, link(1, 0, 1, more='actuator="true"')),
+    "Linkage with a ratio of one": ratio((0, 1)),
+    "Linkage with a ratio of nothing": ratio((0, 1), (1, 0)),
+    "Linkage with wheels on no carrier": ratio((0, 1), (1, 2)),
+    "Linkage with a wheel without a place": linkage(
+        CRANK,
+        link(1, more='gear="true"'),
+        '<ratios><ratio><link id="0" size="1"/><link id="1" size="1"/></ratio></ratios>',
+    ),
+    "Linkage with an input that moves": linkage(
+        CRANK, connector(2, 9, 9, 'input="true"'), link(1, 1, 2)
+    ),
+    "Linkage with an input of two links": linkage(
+        connector(0, 0, 0, 'anchor="true" input="true"'),
+        connector(1, 1, 0),
+        link(0, 0, 1),
+        link(1, 0),
+    ),
+    "pylinkage of the older form": python([pin("A", "Crank")]),
+    "pylinkage without a position": python([pin("A", position=None)]),
+    "pylinkage with a joint twice": python([pin("A"), pin("A")]),
+    "pylinkage with another link": python([pin("A")], [arm("A", kind="spring")]),
+    "pylinkage with a joint that is not there": python([pin("A")], [arm("B")]),
+    "pylinkage with a line that is none": python([pin("A", "prismatic", axis=1)], [arm("A")]),
+    "pylinkage with an axis of no length": python([pin("A", "prismatic", axis=[0, 0])], [arm("A")]),
+    "pylinkage with a joint beside its line": python([pin("A", "prismatic", (1, 2))], [arm("A")]),
+    "pylinkage with a tracker of no link": python(
+        [pin("A"), pin("B"), pin("T", "tracker", ref_joint1_id="A", ref_joint2_id="B")],
+        [arm("A"), arm("B") | {"id": "rod"}],
+    ),
+    "pylinkage with a driver of nothing": python([pin("A")], [arm("A", kind="driver")]),
+    "pylinkage with an arc that is none": python(
+        [pin("A", "ground"), pin("B", position=(1, 0))],
+        [arm("A", "B", kind="arc_driver", motor_joint="A", arc_start=1, arc_end=1)],
+    ),
+    "MJCF without its package": without_mujoco,
+    "MJCF that MuJoCo refuses": planar("<bod/>"),
+    "MJCF without a joint": planar(body()),
+    "MJCF that leaves the plane": planar(
+        body(HINGE, inner=body('<joint axis="1 0 0"/>', name="c"))
+    ),
+    "MJCF with a slide that leaves the plane": planar(
+        body(HINGE, inner=body('<joint type="slide" axis="0 1 1"/>', name="c"))
+    ),
+    "MJCF with a ball": planar(body(HINGE, inner=body('<joint type="ball"/>', name="c"))),
+    "MJCF with two hinges": planar(body(HINGE, '<joint axis="0 0 1" pos="1 0 0"/>')),
+    "MJCF with a body moved by mocap": planar(body(HINGE) + body(name="m", more='mocap="true"')),
+    "MJCF with a tendon that ends": planar(
+        body(HINGE),
+        '<tendon><fixed name="t" limited="true" range="0 1"><joint joint="h" coef="1"/></fixed>'
+        "</tendon>",
+    ),
+    "MJCF with a curve of joints": planar(
+        body(HINGE, inner=body('<joint name="k" axis="0 0 1"/>', name="c")),
+        '<equality><joint joint1="h" joint2="k" polycoef="0 1 2 0 0"/></equality>',
+    ),
+    "MJCF with a constraint of a tendon": planar(
+        body(HINGE),
+        '<tendon><fixed name="t"><joint joint="h" coef="1"/></fixed></tendon>'
+        '<equality><tendon tendon1="t"/></equality>',
+    ),
+}
