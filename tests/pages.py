@@ -1,8 +1,8 @@
-"""Pages that can be followed: their files are written, their commands and programs run and compared.
+"""Pages that can be followed: their files are written, their commands and programs run.
 
 In a page of the site
 
-* a ``toml``, ``json`` or ``csv`` block whose first line is ``# NAME`` is the file NAME;
+* a block whose first line is ``# NAME``, with the ending of a model or a table, is that file;
 * a ``sh`` block is run line by line in the folder of these files, where a line begins with
   ``mbody``; of other commands (make, git, python3) none may stand before an output;
 * a ``python`` block is run in the one namespace of the page;
@@ -21,6 +21,7 @@ from tests.test_readme import blocks, differences, printed
 __all__ = ["DOCS", "commands", "follow", "missing_lines"]
 
 DOCS = Path(__file__).parents[1] / "docs"
+#: Endings of files that a page may hold; a table has no colours, so that its block is `text`.
 FILES = ("toml", "json", "csv")
 LEFT_OUT = "…"
 
@@ -31,10 +32,9 @@ def follow(text, folder):
     namespace, compared = {"__name__": "page"}, 0
     with contextlib.chdir(folder):
         for (language, content), (kind, shown) in pairwise([*blocks(text), ("", "")]):
-            if language in FILES:
-                name = content.partition("\n")[0]
-                if name.startswith("# ") and name.endswith(tuple(f".{end}" for end in FILES)):
-                    Path(name[2:]).write_text(content, "utf-8")
+            head = content.partition("\n")[0]
+            if head.startswith("# ") and head.endswith(tuple(f".{end}" for end in FILES)):
+                Path(head[2:]).write_text(content, "utf-8")
                 continue
             if language == "python":
                 output = printed(content, namespace)
@@ -91,9 +91,14 @@ def missing_lines(output, shown):
             first = range(max(at, len(rest) - len(part)), len(rest) - len(part) + 1)
         for start in first:
             window = rest[start : start + len(part)]
-            if not part or not differences("\n".join(window), "\n".join(part)):
+            if all(map(_same, window, part)):
                 at = start + len(part)
                 break
         else:
             return part
     return []
+
+
+def _same(mine, shown):
+    """Whether two lines say the same, to the last digit or so."""
+    return bool(mine.strip()) == bool(shown.strip()) and not differences(mine, shown)

@@ -33,7 +33,7 @@ def test_what_is_left_out_is_left_out_and_nothing_else():
     assert not missing_lines(OUTPUT, "one 1.0\n…\nthree 3.0\n…")
     assert missing_lines(OUTPUT, "two 2.0\n…")  # is not the first line
     assert missing_lines(OUTPUT, "…\nthree 3.0")  # is not the last one
-    assert missing_lines(OUTPUT, "one 1.0\n…\nthree 3.1\n…")
+    assert missing_lines(OUTPUT, "one 1.0\n…\nthree 3.2\n…")
     assert missing_lines(OUTPUT, "…\nthree 3.0\ntwo 2.0\n…")
     assert missing_lines(OUTPUT, "one 1.0\ntwo 2.0")
 
