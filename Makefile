@@ -4,7 +4,7 @@ BIN    := .venv/bin
 PIP    := $(BIN)/python -m pip --disable-pip-version-check install --quiet --constraint constraints.txt
 
 .PHONY: demo test test-processors test-minimum test-all lint errors counts pictures bench \
-        bench-full campaign wheel clean
+        bench-full campaign docs wheel clean
 
 demo: .venv/installed
 	$(BIN)/mbody demo
@@ -63,6 +63,13 @@ counts: .venv/installed-dev
 pictures: .venv/installed-dev
 	$(BIN)/python -m tests.pictures
 
+# The site, docs/_build/html/index.html, without any network. Films of the gallery that are newer
+# than their models are kept.
+docs: .venv/installed-docs
+	$(BIN)/mbody warmup
+	$(BIN)/python -m sphinx -W --keep-going -b html docs docs/_build/html
+	@echo "open docs/_build/html/index.html"
+
 # Time to reach an error, beside the peers: a short form, and all of it with its page.
 bench: .venv/installed-bench
 	$(BIN)/python -m benchmarks --short
@@ -84,7 +91,7 @@ wheel: .venv/installed-dev
 	rm -rf mbody/core_libraries
 
 clean:
-	rm -rf .venv .venv-minimum dist .pytest_cache .ruff_cache .mypy_cache .hypothesis
+	rm -rf .venv .venv-minimum dist docs/_build .pytest_cache .ruff_cache .mypy_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 $(BIN)/pip:
@@ -96,6 +103,10 @@ $(BIN)/pip:
 
 .venv/installed-dev: pyproject.toml constraints.txt | $(BIN)/pip
 	$(PIP) --editable ".[dev]"
+	touch $@ .venv/installed
+
+.venv/installed-docs: pyproject.toml constraints.txt | $(BIN)/pip
+	$(PIP) --editable ".[docs,jit]"
 	touch $@ .venv/installed
 
 .venv/installed-bench: pyproject.toml constraints.txt | $(BIN)/pip

@@ -1,0 +1,55 @@
+"""What of the site is made from the code: references of elements, Python and commands, the gallery.
+
+A page has a line such as ``<!-- made: elements joints -->`` where its text goes. Nothing is written
+among the pages: the text is put in when Sphinx reads them.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import Any
+
+from site_maker import commands, elements, gallery, python
+from site_maker.docstrings import plain
+
+__all__ = ["MAKERS", "filled", "setup"]
+
+#: A word, then what is to be made.
+_PLACE = re.compile(r"^<!-- made: (\w+) ?(.*?) -->$", re.MULTILINE)
+
+#: Pages outside of this folder that have a place in the site, and where.
+OUTSIDE = {
+    "../DECISIONS.md": "project/decisions.md",
+    "../CHANGELOG.md": "project/changelog.md",
+    "../CONTRIBUTING.md": "project/contributing.md",
+    "../benchmarks/README.md": "project/benchmarks.md",
+    "../README.md": "index.md",
+}
+
+MAKERS: dict[str, Callable[[str], str]] = {
+    "elements": elements.text,
+    "python": python.text,
+    "commands": commands.text,
+    "gallery": gallery.text,
+}
+
+
+def filled(text: str) -> str:
+    """The text of a page with what is made from the code in its places."""
+    for there, here in OUTSIDE.items():
+        text = text.replace(f"]({there}", f"]({here}")
+    return _PLACE.sub(lambda found: MAKERS[found[1]](found[2]), text)
+
+
+def setup(app: Any) -> dict[str, Any]:
+    """What Sphinx calls at the start."""
+    app.add_config_value("films", True, "env", bool)
+    app.connect("builder-inited", gallery.make_films)
+    app.connect("source-read", _read)
+    app.connect("autodoc-process-docstring", plain, priority=100)  # before napoleon
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
+
+
+def _read(app: Any, page: str, source: list[str]) -> None:
+    source[0] = filled(source[0])

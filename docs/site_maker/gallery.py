@@ -1,0 +1,55 @@
+"""The page of the gallery: every model with its picture, moving where it moves."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import mbody
+from mbody.errors import ModelError, SolveError
+
+__all__ = ["make_films", "text"]
+
+DOCS = Path(__file__).parents[1]
+FILMS = DOCS / "_build" / "films"
+#: Small enough for a page with all of them.
+SECONDS, RATE, WIDTH = 4.0, 12.0, 400
+
+
+def make_films(app: Any) -> None:
+    """A film of every model that moves, unless it is there and newer than its model."""
+    if not app.config.films:
+        return
+    from sphinx.util.display import status_iterator
+
+    FILMS.mkdir(parents=True, exist_ok=True)
+    names = mbody.gallery.names()
+    for name in status_iterator(names, "films of the gallery... ", "green", len(names)):
+        film(name)
+    app.config.html_static_path.append(str(FILMS))
+
+
+def film(name: str) -> None:
+    """The film of one model; a file without content where nothing moves."""
+    source, made = mbody.gallery.path(name), FILMS / f"{name}.svg"
+    if made.exists() and made.stat().st_mtime > source.stat().st_mtime:
+        return
+    model = mbody.gallery.load(name)
+    try:
+        mbody.animate(model, made, duration=SECONDS, rate=RATE, width=WIDTH, show=["paths"])
+    except (ModelError, SolveError):
+        made.write_text("")
+
+
+def text(_: str) -> str:
+    """Every model with its title, its picture and the command that shows it."""
+    return "\n\n".join(map(_entry, mbody.gallery.names()))
+
+
+def _entry(name: str) -> str:
+    made = FILMS / f"{name}.svg"
+    still = f"![{name}](pictures/{name}.svg)"
+    moving = f'<img class="film" alt="{name} in motion" src="_static/{name}.svg">'
+    shown = moving if made.exists() and made.stat().st_size else still
+    title = mbody.gallery.load(name).name
+    return f"## {name}\n\n{title}\n\n{shown}\n\n    mbody view {name} --open"
