@@ -11,9 +11,11 @@ import mbody
 from mbody import gallery
 from mbody.analysis.driven.free_body import free_body
 from mbody.live import live_view
+from mbody.views.mode_bars import mode_rows
 from mbody.views.motions import motion
 from tests.browser import browser as started
 from tests.browser import chromium
+from tests.rough import slider_crank
 from tests.viewer_page import ViewerPage
 
 pytestmark = [
@@ -55,6 +57,11 @@ pull = { force = "10 N", at = "forearm.P", angle = -90 }
 """
 
 
+def rough_press():
+    """A slider-crank with friction in all joints."""
+    return slider_crank(masses=(1.0, 2.0, 3.0), length=0.06)
+
+
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory):
     file = tmp_path_factory.mktemp("json") / "fourbar.json"
@@ -66,6 +73,7 @@ def runs(tmp_path_factory):
         "norton": motion(gallery.load("norton_fourbar")),
         "five": mbody.kinetostatics(five, t=np.linspace(0.0, 1.0, 61)),
         "json": mbody.kinetostatics(mbody.load(file), turn=True, instants=91),
+        "rough": mbody.kinetostatics(rough_press(), turn=True, instants=73),
     }
 
 
@@ -306,3 +314,23 @@ def test_of_several_designs_only_the_first_is_live_and_the_page_says_so(page, ru
     assert browser.read("Array.from(mbody.viewer.motions[1].history('A.force'))") == before
     browser.read("mbody.viewer.live.reset()")
     assert browser.read(shown) == ["short", "long"]
+
+
+def test_bars_of_modes_are_those_of_the_present_numbers(page):
+    """Signs of sliding of every rough joint, as `kinetostatics` has them with another length."""
+    browser = page("rough")
+    system = mbody.assemble(rough_press())
+    for length in (0.2, 0.15):
+        browser.read(f"mbody.viewer.live.change({{'rod.B.x': {length}}})")
+        run = mbody.kinetostatics(system.with_values({"rod.B.x": length}), turn=True, instants=73)
+        rows = browser.read("mbody.viewer.modes.rows.map(({ name, spans }) => [name, spans])")
+        assert [name for name, _ in rows] == list(run.losses)
+        here = {row.name: row for row in mode_rows(run, np.degrees(run.driven("motor")[0]))[0]}
+        for name, spans in rows:
+            own = here[name].spans
+            assert [mode for *_, mode in spans] == [span.mode for span in own]
+            ends = [[span.low, span.high] for span in own]
+            np.testing.assert_allclose([span[:2] for span in spans], ends, atol=1e-6)
+        drawn = "mbody.viewer.modes.svg.querySelectorAll('[data-mode]').length"
+        assert browser.read(drawn) == sum(len(spans) for _, spans in rows)
+    assert len({str(spans) for _, spans in rows}) > 1

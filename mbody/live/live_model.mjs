@@ -100,6 +100,11 @@ export class LiveModel {
     for (let k = 0; k < q.length; k++) q[k] = by * measured[k * wide + from];
     return q;
   }
+  /** In which sense a rough joint slides at every instant: what has the sign of its friction; 0 at rest. */
+  senses(name) {
+    const { pages, rows, t } = this.motion.found, from = this.part.rubs[name];
+    return Array.from(t, (_, k) => Math.sign(pages[k * rows + from]));
+  }
   /** By what a measured quantity is multiplied for the unit of the page. */
   factor(name) {
     const { scene } = this.content, unit = this.model.unit(name), key = name.slice(name.lastIndexOf(".") + 1), owner = name.slice(0, -key.length - 1);

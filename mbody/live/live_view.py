@@ -13,10 +13,12 @@ from mbody.errors import ModelError, SolveError
 from mbody.image.changeable import Changeable, changeable_numbers
 from mbody.image.model_image import to_image
 from mbody.image.webassembly import MODULE, browser_core
+from mbody.kernels.output import PER_PRIMITIVE
 from mbody.live.file_numbers import CutFile, file_numbers
 from mbody.live.shape_places import shape_places
 from mbody.model.numbers import dimension_named
 from mbody.quantities.units import DIMENSIONS
+from mbody.solution.rough_pairs import rough_pairs
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 from mbody.views.page import Viewer, runs_of, view
@@ -98,8 +100,21 @@ def live_part(run: Solution) -> dict[str, Any]:
             for one in text.numbers
         ],
         "fixed": _fixed(image.manifest, names),
+        "rubs": _rubs(run),
         "why": why,
     }
+
+
+def _rubs(run: Solution) -> dict[str, int]:
+    """By rough joint the row of the page of an instant that has the multiplier of its friction,
+    whose sign is that of the sliding; of what the kinetostatics of a page solves.
+    """
+    first = 3 * run.system.coordinates
+    found: dict[str, int] = {}
+    for pair in rough_pairs(run.system) if not run.modes else ():
+        if pair.loses:
+            found.setdefault(pair.joint, first + PER_PRIMITIVE * pair.primitive)
+    return found
 
 
 def _packed(content: bytes) -> str:

@@ -12,23 +12,28 @@ const PITCH = 20, BAR = 14, HATCH = 6;
 const IMPACTS_APART = 4;
 let bars = 0;
 
+/** From where to where signs last, half way from instant to instant; what is no number has no mode. */
+function spans(x, signs) {
+  const found = [], word = (sign) => (sign > 0 ? "slip+" : sign < 0 ? "slip-" : sign === 0 ? "stick" : "");
+  for (let k = 0, low = x[0]; k < signs.length; k++) {
+    const last = k === signs.length - 1, mode = word(signs[k]);
+    if (!last && word(signs[k + 1]) === mode) continue;
+    const high = last ? x[k] : 0.5 * (x[k] + x[k + 1]);
+    if (mode) found.push([low, high, mode]);
+    low = high;
+  }
+  return found;
+}
+
 /** A bar for every contact and rough joint, over the axis of the diagrams; it leads the picture where it is clicked. */
 export class ModeBars {
   constructor(viewer) {
     this.viewer = viewer;
-    const rows = viewer.main.scene.modes ?? [];
-    this.rows = rows.filter((row) => row.spans);
-    this.more = rows.find((row) => row.left_out)?.left_out ?? 0;
     this.id = `mode${++bars}`;
-    const { x, count } = viewer.main;
-    this.low = Math.min(x[0], x[count - 1]);
-    this.high = Math.max(x[0], x[count - 1]);
     this.svg = sv("svg", { role: "img", tabindex: "0" });
     this.output = el("output");
-    const there = Object.keys(MODE_WORDS).filter((mode) => this.rows.some((row) => row.spans.some((span) => span[2] === mode)));
-    this.key = el("p", { class: "key" }, ...there.map((mode) => el("span", {}, this.#swatch(mode), MODE_WORDS[mode])));
-    if (this.rows.some((row) => row.impacts.length)) this.key.append(el("span", {}, "▾ impact"));
-    if (this.more) this.key.append(el("span", {}, `and ${this.more} more, which change less often`));
+    this.key = el("p", { class: "key" });
+    this.#take();
     this.root = el("div", { class: "plot modes" }, el("div", { class: "head" }, el("b", {}, "Modes"), this.output), this.svg, this.key);
     const go = (event) => {
       const box = this.svg.getBoundingClientRect();
@@ -38,6 +43,25 @@ export class ModeBars {
     this.svg.addEventListener("pointerdown", (event) => { this.svg.setPointerCapture(event.pointerId); go(event); });
     this.svg.addEventListener("pointermove", (event) => { if (event.buttons) go(event); });
     this.measure();
+  }
+  /** Take the modes of the motion, of a live page those of its present numbers, with their key. */
+  #take() {
+    const { main, live } = this.viewer, recorded = main.scene.modes ?? [], { x, count } = main;
+    this.rows = recorded.filter((row) => row.spans);
+    if (live) this.rows = this.rows.filter((row) => row.name in live.part.rubs).map((row) => ({ name: row.name, spans: spans(x, live.senses(row.name)), impacts: [] }));
+    this.low = Math.min(x[0], x[count - 1]);
+    this.high = Math.max(x[0], x[count - 1]);
+    const there = Object.keys(MODE_WORDS).filter((mode) => this.rows.some((row) => row.spans.some((span) => span[2] === mode)));
+    this.key.replaceChildren(...there.map((mode) => el("span", {}, this.#swatch(mode), MODE_WORDS[mode])));
+    if (this.rows.some((row) => row.impacts.length)) this.key.append(el("span", {}, "▾ impact"));
+    const more = recorded.find((row) => row.left_out)?.left_out ?? 0;
+    if (more) this.key.append(el("span", {}, `and ${more} more, which change less often`));
+  }
+  /** The motion of a live page is another. */
+  renew() {
+    this.#take();
+    this.measure();
+    this.move();
   }
   #swatch(mode) {
     const svg = sv("svg", { width: 26, height: BAR, viewBox: `0 0 26 ${BAR}`, "aria-hidden": "true" });

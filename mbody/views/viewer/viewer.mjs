@@ -194,7 +194,7 @@ export class Viewer extends HTMLElement {
       this.plotBox.append(plot.root);
       this.plots.push(plot);
     }
-    this.modes = !this.live && scene.modes?.length ? new ModeBars(this) : null;
+    this.modes = scene.modes?.length ? new ModeBars(this) : null;
     if (this.modes) this.plotBox.append(this.modes.root);
     if (this.plots.length || this.modes) this.plotBox.append(el("p", { class: "over" }, over));
     this.#theme(null);
@@ -240,6 +240,7 @@ export class Viewer extends HTMLElement {
     this.picture.renew();
     this.free?.renew();
     for (const plot of this.plots) plot.renew();
+    if (this.live) this.modes?.renew();
     this.#tabulate();
     this.draw();
   }
