@@ -158,9 +158,9 @@ def gradient(
     own functions are differenced, which a note says. A motion over time is integrated once more
     together with the variational equations, at the same rtol; its instants are held, and so is what
     ``start`` says. Where contacts, friction and events change it the saltation matrix is applied;
-    NaN and a note where that has no derivative. Where the description prescribes the beginning, ``"start.crank.angle"`` and
-    others are numbers too. The derivative of a greatest value is that at
-    its instant (envelope theorem); where two instants share the greatest value a note says so.
+    NaN and a note where that has no derivative. Where the description prescribes the beginning,
+    ``"start.crank.angle"`` and others are numbers too. The derivative of a greatest value is that
+    at its instant (envelope theorem); where two instants share the greatest value a note says so.
     The model length, by which errors are made dimensionless, is held.
 
     Source: A. Griewank and A. Walther, *Evaluating Derivatives*, SIAM 2008, chapter 3 (forward
