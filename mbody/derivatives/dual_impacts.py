@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+
 from mbody.analysis.contact.complementarity import lemke
 from mbody.analysis.contact.contact_laws import ClosedContacts, impact_impulses
 from mbody.analysis.contact.unilateral import Unilateral
