@@ -13,7 +13,6 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from scipy.linalg import qr
 
 from mbody.analysis.contact.complementarity import lemke
 from mbody.analysis.contact.contact_laws import ClosedContacts, impact_impulses
@@ -73,11 +72,7 @@ class ImpactDuals:
             if tied.any():
                 return None
             taken = np.flatnonzero(z > NONE * size)
-            if len(taken):
-                _, R, order = qr(A[np.ix_(taken, taken)], pivoting=True)
-                sizes = np.abs(np.diag(R))
-                taken = taken[np.sort(order[: int((sizes > DEPENDENT * sizes[0]).sum())])]
-            supports.append(taken)
+            supports.append(taken[_independent(A[np.ix_(taken, taken)])])
             return z
 
         plain = self._after(now, closed, -1, first)
@@ -131,15 +126,25 @@ class ImpactDuals:
         unit = system.coordinate_units
         G = system.row_units[:, None] * joints * unit
         if len(G):
-            _, R, order = qr(G.real.T, mode="economic", pivoting=True)
-            sizes = np.abs(np.diag(R))
-            G = G[np.sort(order[: len(sizes)][sizes > DEPENDENT * max(sizes[0], 1e-300)])]
+            # the others follow from these
+            G = G[_independent(G.real.T)]
         size = float(np.abs(mass.real * unit**2).max())
         inertia = np.diag(mass * unit**2) / size
         count = len(G)
         whole = np.block([[inertia, G.T], [G, np.zeros((count, count))]])
         right = np.vstack([(W * unit).T / size, np.zeros((count, len(W)))])
         return np.asarray(unit[:, None] * np.linalg.solve(whole, right)[:n])
+
+
+def _independent(A: Array) -> Array:
+    """Columns of A that do not depend on each other, ascending."""
+    from scipy.linalg import qr
+
+    if not A.size:
+        return np.zeros(0, dtype=int)
+    _, R, order = qr(A, mode="economic", pivoting=True)
+    sizes = np.abs(np.diag(R))
+    return np.sort(order[: len(sizes)][sizes > DEPENDENT * max(float(sizes[0]), 1e-300)])
 
 
 def _with(one: DualNumber, k: int) -> Array:

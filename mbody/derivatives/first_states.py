@@ -137,7 +137,7 @@ def _prescribed(
     rates = {name: speed for name, *_, speed in fast}
     every = [*imposed, *alone]
     free = _free(system, start, every, poses)
-    if settings is None or system.rows + len(free) != n or start.regularization:
+    if system.rows + len(free) != n or start.regularization:
         missing = n - system.rows - len(free)
         raise ModelError(
             f"gradient: how the motion of '{system.mechanism.name}' begins is not determined: "
@@ -173,7 +173,7 @@ def _prescribed(
                 asked = np.eye(len(names))[names.index(f"start.{body}.{place}")]
             moved = _tangents_of(whole, body, place, len(by)) @ chain - asked
             most = max(1.0, float(np.abs(moved).max(initial=0.0)))
-            lost |= {names[k]: TIED for k in np.flatnonzero(np.abs(moved) > CLOSED * most)}
+            lost |= {names[int(k)]: TIED for k in np.flatnonzero(np.abs(moved) > CLOSED * most)}
     return found, lost
 
 

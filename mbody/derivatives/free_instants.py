@@ -46,6 +46,8 @@ GRAZING = 1e-6
 #: By what part the tangents of a state may differ from what the modes that follow allow; by so many
 #: tolerances besides.
 APART, TOLERANCES = 1e-5, 1e3
+#: A change nearer to the beginning than this part of the time is at it.
+BEGINNING = 1e-9
 #: Times nearer to each other than this part of the motion are one.
 SAME = 1e-12
 
@@ -139,6 +141,7 @@ class _Walk:
         begin = instants.first
         instants.lost = {name: (begin.t, why) for name, why in begin.lost.items()}
         instants.events = []
+        self.slope_before = np.zeros(len(begin.y))
         self.short = SAME * float(run.t[-1] - instants.first.t)
         self.own = [event for event in run.events if not event.contact]
         self.measures = {
@@ -189,7 +192,7 @@ class _Walk:
         motion = self.motion
         if stretch.lost:
             self._lose(np.ones(len(self.names), dtype=bool), stretch.t, stretch.lost)
-        old = before or stretch
+        old, moved = before or stretch, y
         if len(stretch.on):
             if stretch.strikes:
                 y = self._struck(old, stretch, begun, y)
@@ -203,6 +206,7 @@ class _Walk:
         y = DualNumber(first, held)
         if not len(stretch.on):
             return y
+        self._at_the_beginning(stretch, begun, moved, y)
         still = DualNumber(begun.value, 0.0 * begun.tangents)
         after = motion.at(stretch, still, y, self.tangents).y
         units = motion.scale[: len(first), None]
@@ -215,6 +219,21 @@ class _Walk:
             why = "other numbers move apart what touches, or move what sticks, at the beginning"
         self._lose(wrong, stretch.t, why)
         return DualNumber(first, np.where(wrong, 0.0, after.tangents))
+
+    def _at_the_beginning(
+        self, stretch: Stretch, begun: DualNumber, before: DualNumber, after: DualNumber
+    ) -> None:
+        """Where a change at the very beginning jumps, other numbers have it or have it not."""
+        motion, first = self.motion, self.all.first
+        if not begun.tangents.any() or begun.value - first.t > BEGINNING * motion.run.t[-1]:
+            return
+        units = motion.scale[: len(after.value), None]
+        jump = after.tangents - before.tangents
+        jump += np.outer(self.slope_before, begun.tangents)
+        most = np.abs(after.tangents / units).max(axis=0, initial=0.0)
+        size = np.abs(jump / units).max(axis=0, initial=0.0)
+        why = "the motion begins where its modes change, which it does or does not by other numbers"
+        self._lose(size > APART * np.maximum(most, self.all.resolved), stretch.t, why)
 
     def _struck(
         self, old: Stretch, stretch: Stretch, begun: DualNumber, y: DualNumber
@@ -289,6 +308,7 @@ class _Walk:
         if stretch.guard is None and not self._ends(stretch):
             return t, None
         now = motion.at(stretch, t, y, self.tangents)
+        self.slope_before = now.slope.value
         if stretch.guard is None:
             row = self.all.events[-1].row
             moved = DualNumber(stretch.end, np.nan_to_num(row))

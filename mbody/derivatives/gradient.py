@@ -1,4 +1,4 @@
-"""Exact derivatives of measured quantities of a driven analysis."""
+"""Exact derivatives of measured quantities of an analysis."""
 
 from __future__ import annotations
 
@@ -146,8 +146,8 @@ def gradient(
     ------
     ModelError
         For a number that there is not, or that a formula makes of others; for measures of which
-        some are histories and others are not; for a batch; for a motion with contacts, friction or
-        sampled inputs, or whose beginning follows from guesses.
+        some are histories and others are not; for a batch; for a motion with controllers or drivers
+        that are released, or whose beginning follows from guesses.
     SolveError
         As of the analysis; where redundant loops do not close with other numbers.
 
@@ -157,13 +157,15 @@ def gradient(
     through every operation: no differences are taken, so there is no step to choose. Only users'
     own functions are differenced, which a note says. A motion over time is integrated once more
     together with the variational equations, at the same rtol; its instants are held, and so is what
-    ``start`` says. Where the description prescribes the beginning, ``"start.crank.angle"`` and
-    others are numbers too. The derivative of a greatest value is that at
-    its instant (envelope theorem); where two instants share the greatest value a note says so.
+    ``start`` says. Where contacts, friction and events change it the saltation matrix is applied;
+    NaN and a note where that has no derivative. Where the description prescribes the beginning,
+    ``"start.crank.angle"`` and others are numbers too. The derivative of a greatest value is that
+    at its instant (envelope theorem); where two instants share the greatest value a note says so.
     The model length, by which errors are made dimensionless, is held.
 
     Source: A. Griewank and A. Walther, *Evaluating Derivatives*, SIAM 2008, chapter 3 (forward
-    mode), chapter 15 (implicit functions).
+    mode), chapter 15 (implicit functions); R. Leine and H. Nijmeijer, *Dynamics and Bifurcations of
+    Non-Smooth Mechanical Systems*, 2004, 7 (saltation).
 
     Examples
     --------

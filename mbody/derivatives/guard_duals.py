@@ -113,7 +113,7 @@ class GuardDuals:
             return mu * abs(x) + two * sense * x
         if kind == "follower":
             at = 12 * int(L.friction_node[f]) + 6
-            push = np.hypot(now.blocks[at], now.blocks[at + 1])
+            push = np.sqrt(now.blocks[at] ** 2 + now.blocks[at + 1] ** 2)
             if value(one) <= 0.0:
                 return mu * push * abs(x)
             sine = one * mu / np.sqrt(1.0 + mu * mu)

@@ -59,7 +59,7 @@ class DrivenPrediction:
 
 
 class FreePrediction:
-    """Histories of `simulate`, with exact derivatives of smooth motions, else differences."""
+    """Histories of `simulate`, with exact derivatives where there are, else differences."""
 
     #: The result with the last numbers.
     run: Solution
@@ -84,10 +84,9 @@ class FreePrediction:
             [abs(float(self.system.values[name])) or lengths for name in self.names]
         )
         try:
-            self._gradient(self.system)
-            self.exact = True
+            self.exact = bool(np.isfinite(self._gradient(self.system)).all())
         except (ModelError, SolveError):
-            # impacts, methods and beginnings whose motions have no derivatives
+            # methods and beginnings whose motions have no derivatives
             self.exact = False
         self.least = np.array([0.0 if self.system.rule(n)[0] else -np.inf for n in self.names])
 
@@ -99,7 +98,10 @@ class FreePrediction:
         """Derivatives (columns, instants, numbers)."""
         if self.exact:
             values = dict(zip(self.names, numbers.tolist(), strict=True))
-            return self._gradient(self.system.with_values(values))
+            found = self._gradient(self.system.with_values(values))
+            # NaN where changes of modes have no derivative
+            if np.isfinite(found).all():
+                return found
         return self._differences(numbers)
 
     def _gradient(self, system: System) -> Array:

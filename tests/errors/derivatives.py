@@ -58,12 +58,6 @@ def hanging(**numbers):
     return machine
 
 
-def by_the_parameter_of_a_start():
-    settings = SimulationSettings(0.1, {"bob": {"angle": "2*a"}})
-    machine = hanging(parameters={"a": 0.2}, simulation=settings)
-    return mbody.gradient(machine, "last(bob.angle)", "a", analysis="simulate")
-
-
 def of_a_stiff_motion():
     machine = hanging(simulation=SimulationSettings(1.0, {"bob": {"angle": 0.3}}, instants=2))
     machine.add(mbody.TorsionDamper("damper", "bob", coefficient=1e7))
@@ -93,8 +87,8 @@ SCENARIOS = {
         slider_crank(), "A.loss", "crank.A.x"
     ),
     "a gradient of another analysis": lambda: gradient(analysis="modes"),
-    "a gradient of a motion with contacts": lambda: mbody.gradient(
-        mbody.gallery.load("bouncing_ball"), "last(ball.y)", analysis="simulate", until=0.1
+    "a gradient of a motion in steps with impulses": lambda: mbody.gradient(
+        mbody.gallery.load("pile_of_discs"), "last(c1.y)", analysis="simulate", until=0.01
     ),
     "a gradient of a motion that begins by guesses": lambda: mbody.gradient(
         hanging(), "last(bob.angle)", analysis="simulate", until=0.1
@@ -102,7 +96,6 @@ SCENARIOS = {
     "a gradient of a motion with rates": lambda: mbody.gradient(
         hanging(), "last(bob.angle)", analysis="simulate", until=0.1, rates={"bob": 1.0}
     ),
-    "a gradient of a motion by a parameter of its start": by_the_parameter_of_a_start,
     "a gradient of a stiff motion": of_a_stiff_motion,
     "a prepared gradient with too few numbers": lambda: PreparedGradient(
         mbody.assemble(four_bar()), "A.force", ["crank.A.x", "coupler.B.x"]
