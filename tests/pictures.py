@@ -70,11 +70,19 @@ def diagram(folder):
     return "coupler.svg"
 
 
+def polygons(folder):
+    """The instant centres and polygons of a slotted lever; the name of the file."""
+    run = mbody.kinematics(gallery.load("quick_return"), [0.1])
+    save(draw(run, poles=True, polygons=True), folder / "polygons.svg")
+    return "polygons.svg"
+
+
 def make(folder):
     """Write all pictures into a folder; their names."""
     for name in gallery.names():
         save(picture(name), folder / f"{name}.svg")
-    return sorted([film(folder), diagram(folder), *(f"{name}.svg" for name in gallery.names())])
+    made = [film(folder), diagram(folder), polygons(folder)]
+    return sorted([*made, *(f"{name}.svg" for name in gallery.names())])
 
 
 def table():

@@ -22,6 +22,7 @@ from tests.assembly_cases import (
     slotted,
     structure,
 )
+from tests.assembly_scan import KINDS, compare
 
 #: Degrees of printed answers that have eleven digits.
 PRINTED = 1e-9
@@ -96,6 +97,25 @@ def test_random_linkages_against_many_starts_of_newton(kind):
         proven += modes.complete
         assert len(modes) == Exhaustive(machine).count(STARTS), seed
     assert proven == len(seeds)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_part_of_the_scan_of_random_linkages(kind):
+    """`python -m tests.assembly_scan` compares 210 and more; here two of every kind."""
+    for seed in (0, 1):
+        one = compare(kind, seed, starts=200, most=800)
+        assert one.complete and not one.wrong, (seed, one.wrong)
+        assert one.exhaustive == one.found
+
+
+def test_nearly_parallel_guides_close_far_away():
+    """Two slides in series on lines at 10 deg: in one mode they go far beyond the size of what they
+    close. Both are found (the search ended at four times that size, and called it proven that there
+    is none).
+    """
+    modes = mbody.assembly_modes(KINDS["triad with two slides"](0))
+    assert (len(modes), modes.complete) == (2, True) and modes.used is not None
+    assert max(abs(mode["b3"][0]) for mode in modes) > 3.0
 
 
 def test_every_gallery_model_without_family_cam_or_road_is_proven():

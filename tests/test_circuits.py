@@ -9,6 +9,7 @@ import pytest
 import mbody
 from mbody.cli import main
 from tests.assembly_cases import slider_sixbar
+from tests.assembly_scan import compare
 
 FOUR_BARS = {
     "crank-rocker": (1, 3, 2, 3.5),
@@ -93,6 +94,25 @@ def test_between_dead_centres_the_number_of_modes_is_one(seed):
             assert change == 0
         elif len(between) == 1 and counts[k] + counts[(k + 1) % len(x)] == 2:
             assert change == 2
+
+
+@pytest.mark.parametrize("seed", [4, 7])
+def test_dead_centres_where_the_rest_does_not_close_are_none(seed):
+    """Where the first four-bar of Watt's linkage turns back, its second one may be open already:
+    beside every dead centre that is reported modes appear or vanish (both once counted 2 and 3 that
+    no position reaches).
+    """
+    compared = compare("Watt's six-bar", seed, starts=50, most=50)
+    assert not compared.wrong and compared.dead == {4: 6, 7: 9}[seed]
+
+
+def test_what_never_closes_does_not_turn():
+    """A ground longer than all links together: no dead centre, and no turn either."""
+    machine = mbody.makers.four_bar(100, 250, 150, 540)
+    found = mbody.dead_centres(machine)
+    assert (len(found), found.complete, found.closes, found.full_turn) == (0, True, False, False)
+    assert "the loops close at no value of 'motor'" in str(found)
+    assert "turns all the way round" not in str(mbody.circuits(machine))
 
 
 def test_stephenson_and_watt_turn_in_every_mode():

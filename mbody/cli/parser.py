@@ -36,7 +36,7 @@ from mbody.cli.picture_arguments import (
     add_report,
     add_view,
 )
-from mbody.cli.synthesis_arguments import add_atlas, add_synthesize
+from mbody.cli.synthesis_arguments import add_atlas, add_cognates, add_synthesize
 from mbody.cli.usage import UsageError
 
 __all__ = ["parser"]
@@ -53,6 +53,7 @@ examples:
   mbody tolerances mine.toml 'peak(A.force)' --over turn --scatter 'crank.A.x=0.1 mm'
   mbody fit mine.toml run.csv --by crank.A.x,rod.mass   from measured histories
   mbody synthesize path.csv -o design.toml        four-bars whose coupler passes points
+  mbody cognates mine.toml --point coupler.P      others with the same coupler curve
   mbody solve mine.toml brake                     the unknowns of its table [solve.brake]
   mbody report mine.toml -o mine.html             the engineer's document
   mbody freebody mine.toml --at crank=60          every link alone, with its forces
@@ -141,6 +142,8 @@ def parser() -> argparse.ArgumentParser:
     add_fit(command("fit", "numbers of a model from measured histories", "fit.fit"))
     found = "mechanisms for a path, a function or poses"
     add_synthesize(command("synthesize", found, "synthesize.synthesize"))
+    same = "other four-bars and slider-cranks with the same coupler curve"
+    add_cognates(command("cognates", same, "cognates.cognates"))
     add_atlas(command("atlas", "coupler curves to start a synthesis from", "atlas.atlas"))
     solve = command(
         "solve", "the questions of a model: unknowns that meet conditions", "solve.solve"

@@ -1,10 +1,12 @@
-"""The arguments of `mbody synthesize` and `mbody atlas`."""
+"""The arguments of `mbody synthesize`, `mbody cognates` and `mbody atlas`."""
 
 from __future__ import annotations
 
 import argparse
 
-__all__ = ["add_atlas", "add_synthesize"]
+from mbody.cli.common_arguments import add_json, add_model
+
+__all__ = ["add_atlas", "add_cognates", "add_synthesize"]
 
 
 def add_atlas(command: argparse.ArgumentParser) -> None:
@@ -15,6 +17,21 @@ def add_atlas(command: argparse.ArgumentParser) -> None:
     )
     command.add_argument("--count", metavar="N", help="how many curves (4000)")
     command.add_argument("--seed", metavar="N", help="of the random shapes (0)")
+
+
+def add_cognates(command: argparse.ArgumentParser) -> None:
+    """Add the arguments of `mbody cognates`."""
+    add_model(command)
+    command.add_argument(
+        "--point", metavar="NAME", required=True, help="of the coupler, such as coupler.P"
+    )
+    command.add_argument(
+        "-o",
+        "--output",
+        metavar="FILE",
+        help="where the cognates are written: cognate.toml, cognate-2.toml",
+    )
+    add_json(command)
 
 
 def add_synthesize(command: argparse.ArgumentParser) -> None:

@@ -12,7 +12,7 @@ from mbody.cli.streams import message
 from mbody.cli.usage import UsageError
 from mbody.solution.heading import heading, unit_symbols
 
-__all__ = ["synthesize"]
+__all__ = ["numbered_file", "synthesize"]
 
 
 def synthesize(args: Any) -> int:
@@ -45,7 +45,7 @@ def synthesize(args: Any) -> int:
         defective=args.defective,
         **{name: value for name, value in options.items() if value is not None},
     )
-    files = [_file(args.output, n) for n in range(len(found))] if args.output else []
+    files = [numbered_file(args.output, n) for n in range(len(found))] if args.output else []
     for design, file in zip(found, files, strict=False):
         design.save(file)
         message(f"wrote {file}")
@@ -63,7 +63,7 @@ def synthesize(args: Any) -> int:
     return 0
 
 
-def _file(output: str, n: int) -> str:
+def numbered_file(output: str, n: int) -> str:
     """The file of one design: design.toml, then design-2.toml."""
     path = Path(output)
     return output if n == 0 else str(path.with_name(f"{path.stem}-{n + 1}{path.suffix}"))

@@ -59,7 +59,7 @@ class InstantCentre:
         lock(self)
 
     def homogeneous(self, length: float = 1.0) -> Array:
-        """(X, Y, W) of unit length in lengths of `length`, (instants, 3); NaN where there is none."""
+        """(X, Y, W) of unit length, places by `length`: (instants, 3); NaN where there is none."""
         infinite = np.array([kind == "infinite" for kind in self.kind])
         x = np.where(infinite, np.cos(self.direction), self.x / length)
         y = np.where(infinite, np.sin(self.direction), self.y / length)

@@ -143,6 +143,8 @@ def _range(one: Circuit, angular: bool, unit: str) -> str:
 
 
 def _dead_centres(found: DeadCentres) -> str:
+    if not found.closes:
+        return f"it is proven that the loops close at no value of '{found.driver}'"
     if found.full_turn:
         none = f"'{found.driver}' has no dead centre in any mode"
         return f"{none}: it is proven that it turns all the way round"

@@ -1,7 +1,16 @@
 """Dimensional synthesis: mechanisms for paths, functions and poses."""
 
 from mbody.synthesis.atlas import Atlas
+from mbody.synthesis.coupler_cognates import Cognate, CognateList, cognates
 from mbody.synthesis.design import Design, DesignList
 from mbody.synthesis.request import synthesize
 
-__all__ = ["Atlas", "Design", "DesignList", "synthesize"]
+__all__ = [
+    "Atlas",
+    "Cognate",
+    "CognateList",
+    "Design",
+    "DesignList",
+    "cognates",
+    "synthesize",
+]

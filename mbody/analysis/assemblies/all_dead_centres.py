@@ -2,9 +2,10 @@
 
 With the driver fixed, the position is determined group by group, and a dead centre is where the
 Jacobian of one group is singular: f(α, s) = 0 for the groups up to it and ∂f/∂x n = 0 for its own
-unknowns x, n ≠ 0, the driver's value unknown too. In ∂f/∂α n the components of n multiply cosines
-of single angles, as displacements on slides do, so that the search of assembly modes solves these
-rows as well. n is scaled in patches, one component 1 and no other beyond ±1.
+unknowns x, n ≠ 0, the driver's value unknown too. The groups after it must close there as well. In
+∂f/∂α n the components of n multiply cosines of single angles, as displacements on slides do, so
+that the search of assembly modes solves these rows too. n is scaled in patches, one component 1 and
+no other beyond ±1.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ import numpy as np
 
 from mbody.analysis.assemblies.assembly_modes import driver_named
 from mbody.analysis.assemblies.box_search import all_roots
-from mbody.analysis.assemblies.linkage import Linkage, NotCovered
+from mbody.analysis.assemblies.linkage import Linkage, NotCovered, State
 from mbody.analysis.assemblies.loop_rows import GroupRows, LoopRows
 from mbody.analysis.assemblies.solution_order import TOO_FEW, Group, TooFewRows, assur_groups
 from mbody.analysis.position.assembly_analysis import as_system, check_determined, closed
@@ -74,6 +75,8 @@ class DeadCentres(Inherited):
         is no dead centre, False where there is one, None where nothing is proven.
     boxes : int
         How many boxes the search examined.
+    closes : bool
+        False where it is proven that the loops close at no value of the driver; it does not turn.
     """
 
     mechanism: Mechanism = field(repr=False)
@@ -81,11 +84,12 @@ class DeadCentres(Inherited):
     positions: tuple[SingularPosition, ...]
     complete: bool
     boxes: int = 0
+    closes: bool = True
 
     @property
     def full_turn(self) -> bool | None:
         """Whether the driver turns all the way round in every mode."""
-        if self.positions:
+        if self.positions or not self.closes:
             return False
         return True if self.complete else None
 
@@ -197,7 +201,8 @@ def _all(system: System, driver: Driver) -> DeadCentres:
         if not group.angles and not _slides(linkage, group):
             continue
         seen: list[np.ndarray] = []
-        for rows, reach, whole in _patches(linkage, groups[: n + 1], own):
+        for made, rows, reach in _patches(linkage, groups[: n + 1], own):
+            whole = made.rows.unknowns
             found = all_roots(rows, max(MOST - boxes, 1), reach)
             boxes += found.boxes
             if len(found.low):
@@ -212,10 +217,38 @@ def _all(system: System, driver: Driver) -> DeadCentres:
                 within = np.abs(x[whole:]) <= 1.0 + ROUNDING
                 if within.all() and not any(np.abs(key - k).max() < ONE for k in seen):
                     seen.append(key)
+                    closes, more = _go_on(linkage, groups[n + 1 :], made.solved(x[:whole]))
+                    boxes += more
+                    if not closes:
+                        continue
                     value = linkage.angle(body, {own: float(x[0])}) % (2.0 * math.pi)
                     names = tuple(linkage.names[b] for b in group.bodies)
                     positions.append(SingularPosition(driver.name, value, names))
-    return _made(system, driver, positions, reason, boxes)
+    closes = True
+    if not positions and not reason:
+        # without a dead centre as many modes close at every value of the driver as at this one
+        fixed = Linkage(system, {})
+        closes, more = _go_on(fixed, assur_groups(fixed), ({}, {fixed.bodies: 0j}))
+        boxes += more
+    return _made(system, driver, positions, reason, boxes, closes)
+
+
+def _go_on(linkage: Linkage, later: list[Group], state: State) -> tuple[bool, int]:
+    """Whether the groups after a singular one close there, and the boxes that were examined; what
+    stays open may close.
+    """
+    states, boxes = [state], 0
+    for group in later:
+        following = []
+        for one in states:
+            rows = GroupRows(linkage, group, one)
+            found = all_roots(rows.rows, MOST)
+            boxes += found.boxes
+            if len(found.low):
+                return True, boxes
+            following += [rows.solved(x) for x in found.points]
+        states = following
+    return bool(states), boxes
 
 
 def _slides(linkage: Linkage, group: Group) -> bool:
@@ -224,9 +257,10 @@ def _slides(linkage: Linkage, group: Group) -> bool:
 
 def _patches(
     linkage: Linkage, groups: list[Group], own: int
-) -> Iterator[tuple[LoopRows, np.ndarray, int]]:
-    """LoopRows of closing and of the singular Jacobian of the last group, patch by patch, with the
-    bounds of the displacements and the first unknown that is a component of n.
+) -> Iterator[tuple[GroupRows, LoopRows, np.ndarray]]:
+    """The groups together, and patch by patch the rows of closing and of the singular Jacobian of
+    the last of them, with the bounds of the displacements; components of n follow the unknowns of
+    the groups.
     """
     pairs = tuple(p for group in groups for p in group.pairs)
     ends = np.cumsum([len(group.pairs) for group in groups]).tolist()
@@ -252,12 +286,12 @@ def _patches(
     along = [*turning, *([-1] * len(slides))]
     kept = np.flatnonzero(np.abs(np.array(columns)).max(axis=0) > 0.0)
     for j in range(len(columns)):
-        yield _patch(rows, columns, along, kept, j)
+        yield made, *_patch(rows, columns, along, kept, j)
 
 
 def _patch(
     rows: LoopRows, columns: list[np.ndarray], along: list[int], kept: np.ndarray, j: int
-) -> tuple[LoopRows, np.ndarray, int]:
+) -> tuple[LoopRows, np.ndarray]:
     others = [k for k in range(len(columns)) if k != j]
     count, directions = len(kept), rows.P.shape[1]
     P = np.zeros((count, directions), dtype=complex)
@@ -277,7 +311,7 @@ def _patch(
         [*rows.along, *(along[k] for k in others)],
     )
     reach = np.concatenate([rows.reach, np.full(len(others), 1.0 + 1e-9)])
-    return made, reach, rows.unknowns
+    return made, reach
 
 
 def _early(made: GroupRows, v: int, groups: list[Group]) -> bool:
@@ -295,7 +329,12 @@ def _own_slides(linkage: Linkage, pairs: tuple[int, ...], ends: list[int]) -> li
 
 
 def _made(
-    system: System, driver: Driver, positions: list[SingularPosition], reason: str, boxes: int
+    system: System,
+    driver: Driver,
+    positions: list[SingularPosition],
+    reason: str,
+    boxes: int,
+    closes: bool = True,
 ) -> DeadCentres:
     doubts = []
     if reason:
@@ -307,6 +346,7 @@ def _made(
         positions=tuple(sorted(positions, key=lambda one: one.value)),
         complete=not reason,
         boxes=boxes,
+        closes=closes,
         status=status_of("completed", doubts),
         doubts=tuple(doubts),
         notes=tuple(doubt.message for doubt in doubts),
