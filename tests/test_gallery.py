@@ -22,14 +22,21 @@ SWEEP = 1e-11
 NAMES = (
     *("andrews_squeezer", "bouncing_ball", "braking_vehicle", "cam_follower", "cart_pole"),
     *("double_pendulum", "flyball_governor", "free_fourbar", "geneva_drive"),
-    *("hoekens", "mud_pump", "mud_pump_motor", "mud_pump_sixbar", "mud_pump_sixbar_as_scanned"),
+    *(
+        "hoekens",
+        "inline_six",
+        "mud_pump",
+        "mud_pump_motor",
+        "mud_pump_sixbar",
+        "mud_pump_sixbar_as_scanned",
+    ),
     "n_windows_2",
     *("n_windows_40", "norton_fourbar", "norton_fourbar_printed", "parallel_cranks"),
     *("peaucellier", "pile_of_discs", "planetary_train", "porter_governor", "quick_return"),
     *("rolling_ball", "rotating_mass"),
     *("scissor_lift", "simple_pendulum", "slider_crank", "sliding_ladder", "static_fourbar"),
     *("stephenson_sixbar", "stick_slip"),
-    *("toggle_press", "vehicle", "watt_sixbar", "woodpecker"),
+    *("toggle_press", "v_twin", "vehicle", "watt_sixbar", "woodpecker"),
 )
 
 
@@ -62,6 +69,7 @@ PAGES = {"n_windows_40": 230, "andrews_squeezer": 90, "mud_pump": 90, "mud_pump_
 PAGES["mud_pump_motor"] = 95  # the pump's bodies and the motor's numbers
 PAGES["braking_vehicle"] = 85  # bodies, brakes and tyres of two axles
 PAGES["pile_of_discs"] = 75  # six bodies
+PAGES["inline_six"] = 95  # rods, pistons and three joints of six cylinders
 PAGES["geneva_drive"] = 95  # the corners of a wheel of four slots
 
 

@@ -71,6 +71,7 @@ def differences(output, shown):
         ("docs/many_contacts.md", 3),
         ("docs/centres.md", 1),
         ("docs/balancing.md", 3),
+        ("docs/engines.md", 4),
         ("docs/tolerances.md", 2),
         ("docs/identification.md", 2),
         ("docs/teaching.md", 3),

@@ -70,9 +70,15 @@ def question(args: Any, own: Instants | None) -> Instants | None:
     over = args.over or (own.over if own and not args.at else "")
     if args.instants is not None and not over:
         raise UsageError("--instants goes with --over")
-    if args.over or args.instants is not None:
+    if args.turns is not None and not over:
+        raise UsageError("--turns goes with --over")
+    if args.over or args.instants is not None or args.turns is not None:
+        turns = whole_number("--turns", args.turns)
+        if turns is None:
+            turns = own.turns if own and not args.over else 1
         try:
-            return Instants(over=over, instants=whole_number("--instants", args.instants))
+            count = whole_number("--instants", args.instants)
+            return Instants(over=over, instants=count, turns=turns)
         except ModelError as error:
             raise ModelError(str(error).replace("ask: ", "--", 1)) from None
     at: dict[str, Any] = {}

@@ -29,7 +29,7 @@ def assemblies(args: Any) -> int:
 
     if args.output:
         check_ending(args.output)
-    args.over = args.instants = None
+    args.over = args.instants = args.turns = None
     mechanism = model_of(args)
     system = assemble(mechanism)
     wanted = question(args, None)

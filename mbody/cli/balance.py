@@ -31,7 +31,9 @@ def balance(args: Any) -> int:
     ask = question(args, None)
     options: dict[str, Any] = {}
     if ask is not None:
-        options = {"over": ask.over, "instants": ask.instants} if ask.over else {"at": ask.at}
+        options = {"at": ask.at}
+        if ask.over:
+            options = {"over": ask.over, "instants": ask.instants, "turns": ask.turns}
     found: ForceBalance | SpringBalance
     found = (
         force_balance(mechanism, on, **options)

@@ -52,6 +52,9 @@ def add_instants(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--instants", metavar="N", help="how many of a turn, both ends included (361)"
     )
+    command.add_argument(
+        "--turns", metavar="N", help="how many turns --over makes (1), 2 of a four-stroke engine"
+    )
 
 
 def add_json(command: argparse.ArgumentParser) -> None:

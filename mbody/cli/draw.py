@@ -81,7 +81,7 @@ def _motion(args: Any, mechanism: Mechanism, count: int | None) -> Solution:
     if count is not None:
         wanted = cycle(mechanism, wanted)
         if wanted.over:
-            wanted = Instants(over=wanted.over, instants=max(2, count + 1))
+            wanted = Instants(over=wanted.over, instants=max(2, count + 1), turns=wanted.turns)
     return analyse_at(mechanism, "kinetostatics" if args.forces else "kinematics", wanted)
 
 

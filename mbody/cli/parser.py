@@ -28,6 +28,7 @@ from mbody.cli.design_arguments import (
     add_tolerances,
     add_transmission,
 )
+from mbody.cli.machine_arguments import add_flywheel, add_shaking
 from mbody.cli.picture_arguments import (
     add_animate,
     add_draw,
@@ -61,6 +62,8 @@ examples:
   mbody transmission mine.toml --output rocker    transmission angle, mechanical advantage
   mbody poles mine.toml --at crank=60             instant centres of all pairs of bodies
   mbody balance mine.toml --on 'crank=3 in' -o balanced.toml   counterweights
+  mbody shaking mine.toml --turns 2 --shafts 1,2  shaking force by order, balance shafts
+  mbody flywheel mine.toml --coefficient 0.02     the flywheel for a steady speed
   mbody derive mine.toml --at crank=60            its equations, in symbols and with numbers
   mbody exercise mine.toml --vary a=40:60 --count 30 --seed 7 --key key.md > sheet.md
   mbody crosscheck mine.toml --against pinocchio  a second opinion, by another engine
@@ -179,6 +182,10 @@ def parser() -> argparse.ArgumentParser:
     _poles(command("poles", "instant centres of all pairs of bodies", "poles.poles"))
     balance = "counterweights and springs that balance"
     add_balance(command("balance", balance, "balance.balance"))
+    orders = "shaking force and moment by order, and balance shafts"
+    add_shaking(command("shaking", orders, "shaking.shaking"))
+    even = "fluctuation of the energy over a cycle, and the flywheel for it"
+    add_flywheel(command("flywheel", even, "flywheel.flywheel"))
     derive = command("derive", "the equations in symbols and with numbers", "derive.derive")
     add_model(derive)
     add_instants(derive)

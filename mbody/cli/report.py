@@ -66,7 +66,7 @@ def _command(args: Any) -> str:
     words = ["mbody", "report", args.model]
     for option in ("set", "at", "sections", "without", "plot", "polar", "against", "compare"):
         words += [word for value in getattr(args, option) for word in (f"--{option}", value)]
-    for option in ("units", "over", "instants", "to", "title"):
+    for option in ("units", "over", "instants", "turns", "to", "title"):
         if getattr(args, option) is not None:
             words += [f"--{option}", getattr(args, option)]
     return shlex.join(words)

@@ -30,7 +30,9 @@ def sweep(args: Any) -> int:
     parameters = {n: values_of(n, text) for n, text in named_values(args.vary, "--vary").items()}
     ask = question(args, mechanism.ask)
     options: dict[str, Any] = (
-        {} if ask is None else {"at": ask.at, "over": ask.over, "instants": ask.instants}
+        {}
+        if ask is None
+        else {"at": ask.at, "over": ask.over, "instants": ask.instants, "turns": ask.turns}
     )
     options |= {"to": args.to, "progress": lambda done, of: interrupt.mark()}
     found = solved(mechanism, parameters, args.analysis, args.measure or None, **options)

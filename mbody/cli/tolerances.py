@@ -27,7 +27,9 @@ def tolerances(args: Any) -> int:
     ask = question(args, mechanism.ask)
     options: dict[str, Any] = {}
     if ask is not None:
-        options = {"over": ask.over, "instants": ask.instants} if ask.over else {"at": ask.at}
+        options = {"at": ask.at}
+        if ask.over:
+            options = {"over": ask.over, "instants": ask.instants, "turns": ask.turns}
     within = None
     if args.within is not None:
         within = low_and_high("--within", args.within)

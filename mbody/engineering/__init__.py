@@ -4,9 +4,12 @@ from mbody.analysis.equilibria.equilibrium_curve import equilibrium_curve
 from mbody.analysis.initial.close_loops import close_loops
 from mbody.analysis.linear.linearize import linearize
 from mbody.engineering.balance_of_forces import ForceBalance
+from mbody.engineering.firing import firing_angles
 from mbody.engineering.fluctuation import Fluctuation, energy_fluctuation, fluctuation
 from mbody.engineering.flywheel import flywheel
+from mbody.engineering.flywheel_sizing import FlywheelProof, FlywheelSizing, size_flywheel
 from mbody.engineering.force_balance import force_balance
+from mbody.engineering.harmonics import Harmonics, harmonics
 from mbody.engineering.indicator import Indicator, indicator
 from mbody.engineering.instant_centres import (
     Centrodes,
@@ -26,11 +29,30 @@ from mbody.engineering.path_curvature import (
     inflection_circle,
     path_curvature,
 )
+from mbody.engineering.rocking_couple import RockingCouple, rocking_couple
 from mbody.engineering.shaking import ShakingForce, shaking_force
+from mbody.engineering.shaking_orders import (
+    BalanceShaft,
+    ShakingOrders,
+    balance_shafts,
+    shaking_orders,
+)
 from mbody.engineering.spring_balance import SpringBalance, spring_balance
 from mbody.solution.momentum import momentum
 
 __all__ = [
+    "size_flywheel",
+    "FlywheelSizing",
+    "FlywheelProof",
+    "shaking_orders",
+    "balance_shafts",
+    "ShakingOrders",
+    "BalanceShaft",
+    "rocking_couple",
+    "RockingCouple",
+    "harmonics",
+    "Harmonics",
+    "firing_angles",
     "Centrodes",
     "Fluctuation",
     "ForceBalance",

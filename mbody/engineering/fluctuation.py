@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from mbody.engineering.cycles import check_repeats, cycle_turns
 from mbody.errors import ModelError, brief
 from mbody.laws import Table
 from mbody.model.element import listed
@@ -19,11 +20,6 @@ from mbody.system.read_only import lock
 __all__ = ["Fluctuation", "energy_fluctuation", "fluctuation", "angle_driver"]
 
 Array = np.ndarray
-
-#: Tolerance of whole turns, relative.
-WHOLE = 1e-9
-#: Tolerance of the periodicity of the torque, relative to the greatest.
-SAME = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,14 +145,8 @@ def energy_fluctuation(
             return fluctuation(angle)
         raise ModelError("energy_fluctuation takes angles and torques, or a result: give both")
     angle, torque = (np.asarray(part, dtype=float) for part in (angle, torque))
-    whole_angle = _cycle_angle(angle)
-    ends = torque[0] + 0.0, torque[-1] + 0.0  # without the sign of a zero
-    if not abs(ends[1] - ends[0]) <= SAME * np.abs(torque).max():
-        raise ModelError(
-            f"the torque is {ends[0]:.6g} at the beginning of the cycle and {ends[1]:.6g} at its "
-            "end: a fluctuation needs a periodic cycle: give the driver a constant "
-            "speed, and use whole cycles of the loads"
-        )
+    whole_angle = 2.0 * math.pi * cycle_turns(angle, "a fluctuation")
+    check_repeats(torque, float(np.abs(torque).max()), "torque", "a fluctuation")
     x = np.abs(angle - angle[0])
     sense = 1.0 if angle[-1] > angle[0] else -1.0
     spline = Table(x, np.append(torque[:-1], torque[0]), periodic=True)
@@ -188,19 +178,6 @@ def energy_fluctuation(
         float(angle[0] + sense * place[low]),
         float(angle[0] + sense * place[high]),
     )
-
-
-def _cycle_angle(angle: Array) -> float:
-    """The angle [rad] of the whole cycle."""
-    steps = np.diff(angle)
-    turns = abs(angle[-1] - angle[0]) / (2.0 * math.pi) if angle.size else 0.0
-    one_way = angle.size > 2 and ((steps > 0.0).all() or (steps < 0.0).all())
-    if not one_way or round(turns) < 1 or abs(turns - round(turns)) > WHOLE * turns:
-        raise ModelError(
-            f"a fluctuation needs whole turns in one sense, both ends included; these "
-            f"{angle.size} instants are {360.0 * turns:.6g} deg: analyse with turn=True"
-        )
-    return float(2.0 * math.pi * round(turns))
 
 
 def _may_cross(torque: Array, mean: float) -> Array:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 import warnings
-from numbers import Real
 
 import numpy as np
 
 from mbody.engineering.fluctuation import angle_driver, fluctuation
+from mbody.engineering.flywheel_sizing import check_coefficient
 from mbody.errors import ModelError, ModelWarning
 from mbody.solution.solution import Solution
 
@@ -44,7 +44,8 @@ def flywheel(run: Solution, coefficient: float, driver: str | None = None) -> fl
     Notes
     -----
     The fluctuation of energy is that at the constant speed ω; the effect of the varying speed on
-    the inertia forces of the links is neglected, which is of the order C_s.
+    the inertia forces of the links is neglected, which is of the order C_s; `size_flywheel` counts
+    it.
 
     Source: R. S. Khurmi and J. K. Gupta, *Theory of Machines*, chapter 16, ΔE = I ω² C_s; R. L.
     Norton, *Design of Machinery*, section 11.11.
@@ -57,15 +58,7 @@ def flywheel(run: Solution, coefficient: float, driver: str | None = None) -> fl
     >>> round(flywheel(run, 0.02) / flywheel(run, 0.01), 9)
     0.5
     """
-    if (
-        not isinstance(coefficient, Real)
-        or isinstance(coefficient, bool)
-        or not 0.0 < coefficient < 2.0
-    ):
-        raise ModelError(
-            f"the coefficient of fluctuation of speed is (ω_max − ω_min)/ω, between 0 and 2, not "
-            f"{coefficient!r}: a common one is 0.02"
-        )
+    coefficient = check_coefficient(coefficient)
     name = angle_driver(run, driver)
     speed = float(np.mean(run.driven(name)[1]))
     if speed == 0.0 or not math.isfinite(speed):
@@ -79,4 +72,4 @@ def flywheel(run: Solution, coefficient: float, driver: str | None = None) -> fl
             ModelWarning,
             stacklevel=2,
         )
-    return found.fluctuation / (float(coefficient) * speed**2)
+    return found.fluctuation / (coefficient * speed**2)

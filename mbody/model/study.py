@@ -45,20 +45,24 @@ class Instants:
     over : str
         ``"turn"``: a whole turn of the one driver, at equal angles; or the name of the driver.
     instants : int, optional
-        How many of the turn, both ends included.
+        How many of the turn or turns, both ends included.
+    turns : int
+        How many turns `over` makes, such as 2 of a four-stroke engine.
 
     Raises
     ------
     ModelError
-        For values that are no numbers, or both `at` and `over`.
+        For values that are no numbers, both `at` and `over`, or numbers of turns that are not
+        whole.
 
     >>> Instants(over="turn", instants=73)
-    Instants(at={}, over='turn', instants=73)
+    Instants(at={}, over='turn', instants=73, turns=1)
     """
 
     at: Places = default_made(dict)
     over: str = ""
     instants: int | None = None
+    turns: int = 1
 
     def __post_init__(self) -> None:
         if not isinstance(self.at, Mapping):
@@ -77,6 +81,16 @@ class Instants:
             )
         if self.instants is not None and not self.over:
             raise ModelError("ask: instants goes with over; at says how many they are")
+        if (
+            isinstance(self.turns, bool)
+            or not isinstance(self.turns, int)
+            or not 1 <= self.turns <= 1000
+        ):
+            raise ModelError(
+                f"ask: turns must be a whole number from 1 to 1000, not {self.turns!r}"
+            )
+        if self.turns != 1 and not self.over:
+            raise ModelError("ask: turns goes with over, which says whose they are")
         object.__setattr__(self, "at", {name: _row(name, v) for name, v in self.at.items()})
 
 

@@ -123,7 +123,8 @@ class Evaluator:
         system = job.system
         self.system, self.names, self.analysis = system, list(names), job.analysis
         self.before, self.turning, self.count = job.before, turning, 0
-        self.how = [job.how.get(key) for key in ("t", "drive", "turn", "instants")]
+        keys = "t", "drive", "turn", "instants", "turns"
+        self.how = [job.how.get(key) for key in keys]
         two = system.with_values({name: [system.values[name]] * 2 for name in names})
         #: Whether the instants depend on the numbers.
         self.timed = any(varied(two.values, driver) for driver in system.drivers)

@@ -30,7 +30,7 @@ from mbody.system.system import System
 __all__ = ["optimize"]
 
 #: Options for the instants.
-INSTANTS = ("t", "drive", "turn", "instants", "guess", "at", "over")
+INSTANTS = ("t", "drive", "turn", "instants", "turns", "guess", "at", "over")
 #: Two aims as one, for the signature.
 Wanted = str | Sequence[str] | None
 

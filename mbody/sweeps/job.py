@@ -36,7 +36,7 @@ BLOCK, NUMBERS, FREE = 16 * LANES, 4_000_000, 4 * LANES
 #: Designs of a block whose smallest gap is looked for where they do not close.
 EXPLAINED = 8
 #: Options for the instants of a driven analysis, and for a motion.
-INSTANTS = ("t", "drive", "turn", "instants", "guess", "at", "over")
+INSTANTS = ("t", "drive", "turn", "instants", "turns", "guess", "at", "over")
 MOTION = (
     "until",
     "guess",
@@ -217,7 +217,8 @@ def prepared(
     before = 0
     if ask is not None:
         how, before = arguments_at(system, ask)
-    grid = time_grid(system, *(how.get(k) for k in ("t", "drive", "turn", "instants")))
+    keys = "t", "drive", "turn", "instants", "turns"
+    grid = time_grid(system, *(how.get(key) for key in keys))
     _check_instants(columns, len(grid.t) - before)
     course = _course(system, names, analysis, grid, guess, "t" in how and "drive" not in how)
     if guess is not None:
@@ -255,7 +256,9 @@ def _ask(system: System, how: dict[str, Any]) -> Instants | None:
     if any(name in how for name in ("t", "drive", "turn")):
         return None
     if "at" in how or "over" in how:
-        message = {name: how.pop(name) for name in ("at", "over", "instants") if name in how}
+        message = {
+            name: how.pop(name) for name in ("at", "over", "instants", "turns") if name in how
+        }
         return Instants(**message)
     return system.mechanism.ask or Instants()
 

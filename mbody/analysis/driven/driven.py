@@ -61,7 +61,9 @@ turn : str or True, optional
     A whole turn of this driver (or driven body) from t = 0 on, at equal angles, both ends
     included, with the rates of its law.
 instants : int, optional
-    How many of a turn, by default 361.
+    How many of a turn, by default 361, and 360 more for each further one.
+turns : int, optional
+    How many turns the driver makes, by default 1; 2 of a four-stroke engine.
 guess : mapping, optional
     By body, instead of its own guess: angle [rad], or (x, y, angle) of the link axes. It
     chooses the branch; between instants the branch is followed.
@@ -98,6 +100,7 @@ def driven(
     drive: Drive | None,
     turn: str | bool | None,
     instants: int | None,
+    turns: int | None,
     guess: Guesses | None,
     assembly: str | int | None = None,
     before: int = 0,
@@ -107,7 +110,7 @@ def driven(
     """
     system = as_system(model)
     check_timed(system)
-    grid = time_grid(system, t, drive, turn, instants)
+    grid = time_grid(system, t, drive, turn, instants, turns)
     if assembly is not None:
         if guess:
             raise ModelError("give a guess or an assembly, not both: each chooses the branch")

@@ -21,6 +21,7 @@ def kinematics(
     drive: Drive | None = None,
     turn: str | bool | None = None,
     instants: int | None = None,
+    turns: int | None = None,
     guess: Guesses | None = None,
     assembly: str | int | None = None,
 ) -> Solution:
@@ -49,4 +50,4 @@ def kinematics(
     >>> len(run)
     361
     """
-    return driven(model, "kinematics", t, drive, turn, instants, guess, assembly)
+    return driven(model, "kinematics", t, drive, turn, instants, turns, guess, assembly)

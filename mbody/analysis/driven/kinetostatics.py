@@ -21,6 +21,7 @@ def kinetostatics(
     drive: Drive | None = None,
     turn: str | bool | None = None,
     instants: int | None = None,
+    turns: int | None = None,
     guess: Guesses | None = None,
     assembly: str | int | None = None,
 ) -> Solution:
@@ -51,4 +52,4 @@ def kinetostatics(
     >>> run.checks.virtual_work < 1e-12
     True
     """
-    return driven(model, "kinetostatics", t, drive, turn, instants, guess, assembly)
+    return driven(model, "kinetostatics", t, drive, turn, instants, turns, guess, assembly)

@@ -16,7 +16,7 @@ from mbody.system.system import System
 __all__ = ["RequestedInstants", "analyse_with", "requested_instants", "turned_driver"]
 
 #: Those of an analysis, then those of `Instants`.
-KNOWN = ("t", "drive", "turn", "instants", "guess", "at", "over")
+KNOWN = ("t", "drive", "turn", "instants", "turns", "guess", "at", "over")
 
 
 @dataclass(frozen=True)

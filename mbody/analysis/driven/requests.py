@@ -77,7 +77,7 @@ def analyse_system_at(system: System, analysis: str, ask: Instants) -> Solution:
         return verb(system, **how)
     try:
         t, drive = how.get("t"), how.get("drive")
-        return driven(system, analysis, t, drive, None, None, None, before=before)
+        return driven(system, analysis, t, drive, None, None, None, None, before=before)
     except SolveError:
         # where the beginning cannot be reached the instants may be taken by themselves
         if "t" in how:
@@ -88,7 +88,8 @@ def analyse_system_at(system: System, analysis: str, ask: Instants) -> Solution:
 def arguments_at(system: System, ask: Instants) -> tuple[dict[str, Any], int]:
     """The arguments of an analysis, and how many instants it has before the requested ones."""
     if ask.over:
-        return {"turn": True if ask.over == "turn" else ask.over, "instants": ask.instants}, 0
+        turn = True if ask.over == "turn" else ask.over
+        return {"turn": turn, "instants": ask.instants, "turns": ask.turns}, 0
     if not ask.at:
         return {}, 0
     wanted = _instants(system, ask)

@@ -21,6 +21,7 @@ def statics(
     drive: Drive | None = None,
     turn: str | bool | None = None,
     instants: int | None = None,
+    turns: int | None = None,
     guess: Guesses | None = None,
     assembly: str | int | None = None,
 ) -> Solution:
@@ -50,4 +51,4 @@ def statics(
     >>> bool(run.effort("motor")[0] != 0.0)
     True
     """
-    return driven(model, "statics", t, drive, turn, instants, guess, assembly)
+    return driven(model, "statics", t, drive, turn, instants, turns, guess, assembly)

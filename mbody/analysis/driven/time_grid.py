@@ -34,6 +34,8 @@ __all__ = [
     "time_grid",
 ]
 
+#: Most turns that are made at one request.
+MOST = 1000
 #: Instants of a whole turn, both ends included, unless the caller says how many.
 TURN = 361
 
@@ -97,8 +99,9 @@ def time_grid(
     drive: Drive | None,
     turn: str | bool | None,
     instants: int | None,
+    turns: int | None = None,
 ) -> TimeGrid:
-    """The instants that a user requests: times, driver values given directly, or a whole turn.
+    """The instants that a user requests: times, driver values given directly, or whole turns.
 
     Raises
     ------
@@ -117,8 +120,10 @@ def time_grid(
         raise ModelError(f"turn goes alone: leave out {'t' if t is not None else 'drive'}")
     if instants is not None and turn is None:
         raise ModelError("instants goes with turn; times and driver values say how many they are")
+    if turns is not None and turn is None:
+        raise ModelError("turns goes with turn, which says whose they are: turn=True, turns=2")
     if turn is not None:
-        grid = _turn(system, turn, TURN if instants is None else instants)
+        grid = _turn(system, turn, instants, 1 if turns is None else turns)
     elif drive:
         grid = _given(system, 0.0 if t is None else t, drive)
     else:
@@ -305,7 +310,7 @@ def _check_still(system: System, driver: Driver) -> None:
         )
 
 
-def _turn(system: System, turn: str | bool, instants: int) -> TimeGrid:
+def _turn(system: System, turn: str | bool, instants: int | None, turns: int) -> TimeGrid:
     drivers = system.leaders
     if turn is True:
         if len(drivers) != 1:
@@ -331,6 +336,11 @@ def _turn(system: System, turn: str | bool, instants: int) -> TimeGrid:
             ),
             driver.name,
         )
+    if isinstance(turns, bool) or not hasattr(turns, "__index__") or not 1 <= turns <= MOST:
+        raise ModelError(f"turns must be a whole number from 1 to {MOST}, not {turns!r}")
+    turns = operator.index(turns)
+    if instants is None:
+        instants = (TURN - 1) * turns + 1
     if isinstance(instants, bool) or not hasattr(instants, "__index__") or instants < 2:
         raise ModelError(f"a turn needs at least 2 instants, a whole number, not {instants!r}")
     instants = operator.index(instants)
@@ -339,7 +349,7 @@ def _turn(system: System, turn: str | bool, instants: int) -> TimeGrid:
         raise ModelError("a turn of a batch of designs: give times or driver values instead")
     start, speed, change = _law(system, driver, np.zeros(1))[0].tolist()
     sense = math.copysign(1.0, speed or change or 1.0)
-    values = start + sense * np.linspace(0.0, 2.0 * math.pi, instants)
+    values = start + sense * np.linspace(0.0, 2.0 * math.pi * turns, instants)
     if speed == 0.0 and change == 0.0:
         # a driver at rest is turned slowly: positions without rates
         return _given(system, 0.0, {driver.name: values})
@@ -347,7 +357,9 @@ def _turn(system: System, turn: str | bool, instants: int) -> TimeGrid:
         times = np.asarray(times_of(system.law_of(driver), values, 0.0, angle_text))
     except ModelError as error:
         raise ModelError(
-            f"driver '{driver.name}' does not make a whole turn by its law: {error}", driver.name
+            f"driver '{driver.name}' does not make "
+            f"{'a whole turn' if turns == 1 else f'{turns} turns'} by its law: {error}",
+            driver.name,
         ) from None
     except Exception as error:
         raise _failed(driver, error) from error

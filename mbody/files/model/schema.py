@@ -216,6 +216,7 @@ class AskIn(of.Strict):
     at: dict[str, values] = Field(default_factory=dict)
     over: str = ""
     instants: StrictInt | None = None
+    turns: StrictInt = 1
 
 
 class UnknownIn(of.Strict):

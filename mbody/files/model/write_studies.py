@@ -70,6 +70,8 @@ def questions(writer: StudyWriter) -> dict[str, Any]:
             table["over"] = ask.over
         if ask.instants is not None:
             table["instants"] = ask.instants
+        if ask.turns != 1:
+            table["turns"] = ask.turns
         data["ask"] = table
     simulation = machine.simulation
     if simulation is not None:
