@@ -143,3 +143,8 @@ def test_the_reference_has_all(site):
     (action,) = (one for one in parser()._actions if hasattr(one, "_choices_actions"))
     for name in action.choices:
         assert f"<h2>mbody {name}<" in commands, name
+
+
+def test_the_citation_is_of_this_version():
+    text = (ROOT / "CITATION.cff").read_text("utf-8")
+    assert f"\nversion: {mbody.__version__}\n" in text
