@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, overload
+from typing import Any
 
 from mbody.cli.usage import UsageError
 from mbody.errors import ModelError
@@ -10,11 +10,7 @@ from mbody.errors import ModelError
 __all__ = ["bounds", "low_and_high", "whole_number"]
 
 
-@overload
-def whole_number(option: str, text: str) -> int: ...
-@overload
-def whole_number(option: str, text: None) -> None: ...
-def whole_number(option: str, text: str | None) -> int | None:
+def whole_number(option: str, text: str | None) -> Any:
     """A number without a sign; None where it is not given.
 
     >>> whole_number("--count", "30"), whole_number("--count", None)
