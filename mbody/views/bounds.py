@@ -61,7 +61,7 @@ def bounds(pose: Pose) -> Array:
     places += [pose.centre(body.name) for body in pose.mechanism.bodies]
     circles = [
         (pose.place(joint, field), radius)
-        for joint in pose.mechanism.joints
+        for joint in pose.joints
         for field, radius in wheels(joint, pose)
     ]
     corners, solid = outlines(pose)

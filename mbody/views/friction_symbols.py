@@ -169,7 +169,8 @@ def modes_shown(pose: Pose) -> list[str]:
     """Which marks a picture of an instant has, for its key."""
     run, k = pose.run, pose.k
     names = [one.name for one in run.mechanism.contacts if one.name in run.modes]
-    found = {run.mode(name)[k] for name in names if not isinstance(run.mechanism[name], Rope)}
+    # ropes, stops and flanks of teeth have no marks
+    found = {run.mode(name)[k] for name in names if touches_of(run, run.mechanism[name])}
     if run.stepped is not None:
         groups = (*run.mechanism.contacts, *run.mechanism.groups)
         found = {one.mode[0] for group in groups for one in touches_at(run, k, group.name)}

@@ -27,6 +27,7 @@ from mbody.model.joints import (
     Revolute,
     Rolling,
 )
+from mbody.solution.places import reaction_point
 from mbody.views.body_shapes import hatched_circle
 from mbody.views.bounds import wheels
 from mbody.views.cam_outlines import base_circle, face, outline
@@ -131,7 +132,7 @@ def _beyond_cam(sketch: Sketch, joint: Prismatic, slides: str, angle: float) -> 
     """
     pose, u = sketch.pose, direction(angle)
     place, body = pose.place(joint, slides), getattr(joint, slides).body
-    for cam in pose.mechanism.joints:
+    for cam in pose.joints:
         if isinstance(cam, CamFollower) and cam.j.body == body:
             roller = pose.number(cam, "roller")
             if np.hypot(*(pose.place(cam, "j") - place)) < roller + sketch.size("block"):
@@ -270,7 +271,7 @@ def _rolled(sketch: Sketch, joint: Joint, start: Array, end: Array) -> tuple[Arr
     """The ends of a road that is long enough for the whole motion."""
     pose, u = sketch.pose, (end - start) / max(float(np.hypot(*(end - start))), 1e-300)
     body = pose.run[joint.i.body]
-    way = np.column_stack(pose.run.reaction_point(joint.name)) - np.column_stack([body.x, body.y])
+    way = np.column_stack(reaction_point(pose.run, joint)) - np.column_stack([body.x, body.y])
     turned = pose.run[joint.i.body].angle - pose.angle(joint.i.body)
     c, s = np.cos(turned), np.sin(turned)
     along = (c * way[:, 0] + s * way[:, 1]) * u[0] + (c * way[:, 1] - s * way[:, 0]) * u[1]

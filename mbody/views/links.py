@@ -61,7 +61,7 @@ def _link(sketch: Sketch, body: str, order: int) -> None:
 def places(sketch: Sketch, body: str) -> list[Array]:
     """The places that a link connects: its nodes, and the ends of the guides on it."""
     found = list(sketch.pose.nodes[body])
-    for joint in sketch.pose.mechanism.joints:
+    for joint in sketch.pose.joints:
         if isinstance(joint, (Prismatic, PinSlot)) and guide(joint)[0] == body:
             found += travel(sketch, joint)
     return unique(found, 0.3 * sketch.size("pin"))
@@ -79,7 +79,7 @@ def _has_symbol(sketch: Sketch, body: str) -> bool:
         circles = wheels(joint, sketch.pose)
         return any(getattr(joint, side).body == body for side, _ in circles)
 
-    return any(drawn(joint) for joint in sketch.pose.mechanism.joints)
+    return any(drawn(joint) for joint in sketch.pose.joints)
 
 
 def mass_centre(sketch: Sketch, body: str) -> None:
@@ -117,7 +117,7 @@ def link_label(sketch: Sketch, body: str) -> None:
         place = nodes[0] if nodes else sketch.pose.centre(body)
         gap = 0.9 * sketch.size("block")
         wanted, turn = -math.pi / 2.0, 0.3
-        for joint in sketch.pose.mechanism.joints:
+        for joint in sketch.pose.joints:
             if isinstance(joint, CamFollower) and joint.j.body == body:
                 # on the cam it would be that of the cam
                 wanted, turn = heading(place - sketch.pose.place(joint, "i")), 1.5

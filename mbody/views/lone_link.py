@@ -27,7 +27,7 @@ WIDE, HIGH, SYMBOL = 165.0, 115.0, 1.7
 
 
 def _joints(pose: Pose, body: str) -> list[Joint]:
-    return [joint for joint in pose.mechanism.joints if body in (joint.i.body, joint.j.body)]
+    return [joint for joint in pose.joints if body in (joint.i.body, joint.j.body)]
 
 
 def _circles(pose: Pose, body: str) -> list[tuple[Joint, str, Array, float]]:

@@ -129,7 +129,7 @@ def faded(sketch: Sketch, pose: Pose, shown: Shown, part: float) -> None:
     ghost = Faded(axes, pose, sketch.unit, sketch.small)
     for order, body in enumerate(shown.bodies):
         link(ghost, body, order)
-    for joint in shown.between(pose.mechanism.joints):
+    for joint in shown.between(pose.joints):
         joint_symbol(joint, ghost)
     for artist in axes.get_children():
         if id(artist) not in before and artist.get_zorder() >= Z["ring"]:
@@ -174,7 +174,7 @@ def sketch_scale(
     unit = max(wide / SIZE["width"], high / SIZE["height"]) / part
     if not unit > 1e-12 * pose.system.length:
         unit = pose.system.length / SIZE["width"]
-    joints = shown.between(pose.mechanism.joints)
+    joints = shown.between(pose.joints)
     lengths = [1.5 * radius for joint in joints for _, radius in wheels(joint, pose)]
     for name, nodes in pose.nodes.items():
         if name in shown.bodies and len(nodes) > 1:
@@ -216,7 +216,7 @@ def sketch_mechanism(
         link(sketch, body, order)
         body_shapes(sketch, body)
     body_shapes(sketch, "ground")
-    joints = shown.between(mechanism.joints)
+    joints = shown.between(pose.joints)
     for joint in joints:
         joint_symbol(joint, sketch)
     for coupling in shown.between(mechanism.couplings):
@@ -262,7 +262,7 @@ def _rubbing(sketch: Sketch, forces: bool, shown: Shown) -> None:
 
 def _pin_labels(sketch: Sketch) -> None:
     """The names of pins, those at one place together."""
-    joints = {joint.name: joint for joint in sketch.pose.mechanism.joints}
+    joints = {joint.name: joint for joint in sketch.pose.joints}
     for place, names in sketch.pins:
         if not names:
             continue

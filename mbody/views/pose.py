@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.laws import MeasuredFormula
+from mbody.model.joint_contacts import JointContact
 from mbody.model.joints import Joint, Revolute
 from mbody.model.touching_shapes import middles_of_arcs
 from mbody.solution.checks import whole_instant
 from mbody.solution.formula_histories import formula_history
-from mbody.solution.places import Place
+from mbody.solution.places import Place, reaction_point
 from mbody.views.carriers import on
 
 if TYPE_CHECKING:
@@ -49,9 +50,19 @@ class Pose:
         self.t = float(run.t[self.k])
 
     @functools.cached_property
+    def joints(self) -> tuple[Joint, ...]:
+        """All joints; those that can separate are contacts of the system of a motion."""
+        parted = [
+            one.joint
+            for one in self.mechanism.contacts
+            if isinstance(one, JointContact) and one.name == one.joint.name
+        ]
+        return (*self.mechanism.joints, *parted)
+
+    @functools.cached_property
     def joint_places(self) -> Array:
         """The places of all joints on both their bodies (places, 2)."""
-        found = [self.place(joint, side) for joint in self.mechanism.joints for side in "ij"]
+        found = [self.place(joint, side) for joint in self.joints for side in "ij"]
         return np.array(found).reshape(-1, 2)
 
     def at_joint(self, place: Array, near: float) -> bool:
@@ -126,13 +137,13 @@ class Pose:
 
     def reaction_point(self, joint: Joint) -> Array:
         """The reaction point of a joint: a point of contact, or the place on j."""
-        return np.array([float(part[self.k]) for part in self.run.reaction_point(joint.name)])
+        return np.array([float(part[self.k]) for part in reaction_point(self.run, joint)])
 
     def pivot(self, by: str, body: str) -> Array:
         """The centre of rotation of a body: its pin on the other body, on the ground, any pin, or
         its mass centre.
         """
-        pins = [joint for joint in self.mechanism.joints if isinstance(joint, Revolute)]
+        pins = [joint for joint in self.joints if isinstance(joint, Revolute)]
         pins = [joint for joint in pins if body in (joint.i.body, joint.j.body)]
         for other in (by, "ground", ""):
             for joint in pins:

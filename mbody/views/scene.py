@@ -134,7 +134,7 @@ def sketched(pose: Pose, unit: float, small: float) -> SceneSketch:
         link(sketch, body.name, order)
         body_shapes(sketch, body.name)
     body_shapes(sketch, "ground")
-    for joint in mechanism.joints:
+    for joint in pose.joints:
         joint_symbol(joint, sketch)
     for coupling in mechanism.couplings:
         coupling_symbol(coupling, sketch)
@@ -214,7 +214,7 @@ def _scale(pose: Pose, low: Array, high: Array, own: Array) -> tuple[float, floa
     unit = max(wide / SIZE["width"], tall / SIZE["height"])
     if not unit > 1e-12 * pose.system.length:
         unit = pose.system.length / SIZE["width"]
-    lengths = [1.5 * radius for joint in pose.mechanism.joints for _, radius in wheels(joint, pose)]
+    lengths = [1.5 * radius for joint in pose.joints for _, radius in wheels(joint, pose)]
     for name, nodes in pose.nodes.items():
         if name != "ground" and len(nodes) > 1:
             lengths.append(float(np.max(np.ptp(np.array(nodes), axis=0))))
