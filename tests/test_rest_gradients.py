@@ -15,6 +15,7 @@ from mbody import (
     Spring,
     TorsionSpring,
 )
+from tests.complex_events import derivatives
 
 
 def rods():
