@@ -357,3 +357,27 @@ def test_options_of_the_command_are_a_task(capsys):
         seed=3,
     )
     assert found == json.loads(json.dumps(own.data()))
+
+
+def test_a_design_changes_nothing_else_in_its_file():
+    """A number that a formula makes, given one of its own: the parameter gives another one too."""
+    text = mbody.to_toml(mbody.gallery.load("norton_fourbar"))
+    text = text.replace("[ground]", "[parameters]\na = 5\n\n[ground]", 1)
+    text = text.replace("A = [5, 0] }", 'A = ["a", 0] }').replace(
+        "B = [10, 0] }", 'B = ["2*a", 0] }'
+    )
+    described = mbody.assemble(mbody.from_toml(text))
+    assert described.values["rocker.B.x"] == 10.0
+    how = {"minimize": "peak(A.force)", "over": "turn", "starts": 1}
+    own = described.with_values({"crank.A.x": 5.1})
+    found = mbody.optimize(own, by={"crank.A.x": (4.8, 5.2)}, **how)
+    with pytest.raises(ModelError, match=r"gives others too \('a', 'rocker.B.x'\)"):
+        _ = found.mechanism
+    # by the parameter both change, as they do in the analysis
+    found = mbody.optimize(described, by={"a": (4.8, 5.2)}, **how)
+    made = mbody.assemble(found.mechanism)
+    assert float(made.values["rocker.B.x"]) == pytest.approx(2.0 * found.values["a"], rel=1e-12)
+    # what the system had of its own goes into the file
+    heavy = described.with_values({"rocker.weight": 6.5})
+    made = mbody.assemble(mbody.optimize(heavy, by={"a": (4.8, 5.2)}, **how).mechanism)
+    assert float(made.values["rocker.weight"]) == pytest.approx(6.5, rel=1e-12)

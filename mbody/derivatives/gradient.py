@@ -10,13 +10,15 @@ import numpy as np
 
 from mbody.analysis.driven.requested_instants import requested_instants, turned_driver
 from mbody.analysis.dynamics.simulate import simulate
+from mbody.analysis.equilibria.equilibrium import equilibrium
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.derivatives.driven_instants import DrivenInstants
 from mbody.derivatives.first_states import first_state
 from mbody.derivatives.free_instants import FreeInstants
 from mbody.derivatives.named_numbers import changed, checked_names, unit_of
 from mbody.derivatives.reduced_measures import Derived, derived, instants_of
-from mbody.errors import ModelError, SolveError
+from mbody.derivatives.rest_instants import RestInstants
+from mbody.errors import ModelError, SolveError, brief
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.solution.doubts import Inherited, inherited
@@ -27,6 +29,8 @@ from mbody.system.system import System
 
 #: The analysis of motions over time.
 MOTION = "simulate"
+#: That of rest positions.
+REST = "equilibrium"
 
 __all__ = ["EventGradient", "Gradient", "gradient", "gradient_at", "gradient_of"]
 
@@ -131,11 +135,13 @@ def gradient(
         Dotted names of numbers (``"crank.A.x"``, ``"coupler.mass"``, ``"motor.law.speed"``) and
         parameters; by default all that have no formula.
     analysis : str
-        "kinetostatics", "kinematics", "statics" or "simulate".
+        "kinetostatics", "kinematics", "statics", "simulate" or "equilibrium".
     **options
         The instants: ``t``, ``drive``, ``turn``, ``instants``, ``guess`` as of the analysis, or
         ``at``, ``over`` as of `Instants`; by default those of the mechanism itself. Of "simulate"
-        its own: ``until``, ``start``, ``rtol``, ``instants``, ``times`` and others.
+        its own: ``until``, ``start``, ``rtol``, ``instants``, ``times`` and others; of
+        "equilibrium" ``position``, the number of the rest position, 0 by default, ``free``,
+        ``starts`` and ``t``.
 
     Returns
     -------
@@ -158,7 +164,8 @@ def gradient(
     own functions are differenced, which a note says. A motion over time is integrated once more
     together with the variational equations, at the same rtol; its instants are held, and so is what
     ``start`` says. Where contacts, friction and events change it the saltation matrix is applied;
-    NaN and a note where that has no derivative. Where the description prescribes the beginning,
+    NaN and a note where that has no derivative. A rest position moves by the implicit function
+    theorem. Where the description prescribes the beginning,
     ``"start.crank.angle"`` and others are numbers too. The derivative of a greatest value is that
     at its instant (envelope theorem); where two instants share the greatest value a note says so.
     The model length, by which errors are made dimensionless, is held.
@@ -180,7 +187,9 @@ def gradient(
         raise ModelError("gradient takes one design: choose one of the batch with design(n)")
     if analysis == MOTION:
         return _of_motion(system, measure, by, options)
-    wanted = requested_instants(system, analysis, options, "gradient", [MOTION])
+    if analysis == REST:
+        return _of_rest(system, measure, by, options)
+    wanted = requested_instants(system, analysis, options, "gradient", [MOTION, REST])
     checked_names(system, by)
     columns_of(system.mechanism, measure, "gradient")
     return gradient_at(wanted.analysed(system), measure, by, wanted.turning)
@@ -207,6 +216,32 @@ def _of_motion(
     return gradient_of(run, columns, names, instants=instants)
 
 
+def _of_rest(
+    system: System,
+    measure: Measures | None,
+    by: Sequence[str] | str | None,
+    options: Mapping[str, Any],
+) -> Gradient:
+    """The gradient of a rest position."""
+    names = checked_names(system, by)
+    columns = columns_of(system.mechanism, measure, "gradient")
+    found = equilibrium(system, **{name: x for name, x in options.items() if name != "position"})
+    which = options.get("position", 0)
+    if not isinstance(which, int) or not -len(found) <= which < len(found):
+        raise ModelError(
+            f"gradient: there is no rest position {brief(which)} of '{system.mechanism.name}', "
+            f"they are 0 to {len(found) - 1}"
+        )
+    if len(system.layout.friction_kind):
+        raise ModelError(
+            f"gradient: '{system.mechanism.name}' rests by friction, at any place of a band: there "
+            "is no one position to be differentiated; leave out the friction"
+        )
+    run = found[which].solution
+    instants = RestInstants(found[which], names.values())
+    return gradient_of(run, columns, names, instants=instants)
+
+
 def gradient_at(
     run: Solution, measure: Measures | None, by: Sequence[str] | str | None, turn: Any = ""
 ) -> Gradient:
@@ -221,7 +256,7 @@ def gradient_of(
     columns: Iterable[MeasuredColumn],
     by: Mapping[str, str],
     turning: str = "",
-    instants: DrivenInstants | FreeInstants | None = None,
+    instants: DrivenInstants | FreeInstants | RestInstants | None = None,
 ) -> Gradient:
     """Derivatives of the measures `columns` of a result by numbers, as `checked_names` has them;
     `instants`: by default those of a driven motion.

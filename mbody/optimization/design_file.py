@@ -35,6 +35,7 @@ def with_numbers(run: Solution, values: Mapping[str, float]) -> Mechanism:
         For numbers that its file does not have as such.
     """
     machine = run.mechanism
+    values = {**_overridden(run), **values}
     cut = file_numbers(machine, list(values))
     given: dict[str, float] = {}
     for number in cut.numbers:
@@ -59,16 +60,36 @@ def with_numbers(run: Solution, values: Mapping[str, float]) -> Mechanism:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ModelWarning)
         made = from_toml(toml(tree))
-    _check(made, values)
+    _check(made, {**run.system.values, **values}, list(values))
     return made
 
 
-def _check(made: Mechanism, values: Mapping[str, float]) -> None:
+def _overridden(run: Solution) -> dict[str, float]:
+    """Numbers of the system of a result that its description does not have, formulas aside."""
+    system, described = run.system, assemble(run.mechanism).values
+    own = {name: float(value) for name, value in system.values.items() if name in described}
+    return {
+        name: value
+        for name, value in own.items()
+        if name not in system.formulas and not _same(float(described[name]), value)
+    }
+
+
+def _same(one: float, other: float) -> bool:
+    return bool(np.isclose(one, other, rtol=SAME, atol=0.0))
+
+
+def _check(made: Mechanism, values: Mapping[str, float], named: list[str]) -> None:
+    """Refuse a mechanism whose numbers are not those of the result; `named` are of the design."""
     found = assemble(made).values
-    for name, value in values.items():
-        if not np.isclose(float(found[name]), value, rtol=SAME, atol=0.0):
-            raise ModelError(
-                f"the model file of '{made.name}' makes '{name}' of a number that gives others "
-                "too: give it one of its own; run.system has the numbers of the optimum",
-                name,
-            )
+    wrong = [name for name, value in values.items() if not _same(float(found[name]), value)]
+    if not wrong:
+        return
+    changed = [name for name in named if name in wrong] or named
+    others = listed([name for name in wrong if name not in changed][:3])
+    also = f" ({others})" if changed != wrong else ""
+    raise ModelError(
+        f"the model file of '{made.name}' makes {listed(changed)} of a number that gives others "
+        f"too{also}: give it one of its own; run.system has the numbers of the optimum",
+        changed[0],
+    )

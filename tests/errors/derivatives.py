@@ -68,7 +68,23 @@ def braked():
     return four_bar(Torque("brake", "rocker", value=1.0))
 
 
+def rough():
+    machine = Mechanism("a rough bar")
+    machine.add(
+        mbody.Body("bar", mass=1.0, cg=(0.4, 0.0)),
+        mbody.Revolute("O", "ground", "bar", friction=0.3, pin_radius=0.05),
+        mbody.Gravity("gravity", y=-9.81),
+    )
+    return machine
+
+
 SCENARIOS = {
+    "a gradient of a rest position that there is not": lambda: mbody.gradient(
+        hanging(), "bob.angle", "bob.mass", "equilibrium", position=9
+    ),
+    "a gradient of a rest by friction": lambda: mbody.gradient(
+        rough(), "bar.angle", "bar.mass", "equilibrium"
+    ),
     "a gradient by a number that there is not": lambda: gradient(by="crank.A.z"),
     "a gradient by one number twice": lambda: mbody.gradient(
         braked(), "A.force", ["brake", "brake.value"]
