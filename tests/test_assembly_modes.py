@@ -285,3 +285,37 @@ def test_an_assembly_that_there_is_not_is_refused():
     designs = mbody.assemble(machine).with_values({"rocker.B.x": [80.0, 81.0]})
     with pytest.raises(ModelError, match="one design"):
         mbody.kinematics(designs, assembly="open")
+
+
+def test_commands_take_an_assembly(capsys):
+    """The mode at the first instant requested, as `mbody assemblies` shows it there."""
+    found = {}
+    for which in ("open", "crossed", "1"):
+        words = [
+            "kinematics",
+            "norton_fourbar",
+            "--at",
+            "crank=60,62",
+            "--assembly",
+            which,
+            "--json",
+        ]
+        assert main(words) == 0
+        data = json.loads(capsys.readouterr().out)
+        found[which] = data["bodies"]["rocker"]["angle"][0]
+    modes = mbody.assembly_modes(mbody.gallery.load("norton_fourbar"), {"crank": "60 deg"})
+    for which in ("open", "crossed"):
+        expected = math.degrees(modes[which]["rocker"][2])
+        assert abs(math.remainder(found[which] - expected, 360.0)) < 1e-9
+    assert found["1"] == found[modes[0].name]
+    assert (
+        main(["poles", "norton_fourbar", "--at", "crank=60", "--assembly", "crossed", "--json"])
+        == 0
+    )
+    centres = json.loads(capsys.readouterr().out)["centres"]
+    (pole,) = [one for one in centres if one["symbol"] == "I13"]
+    assert abs(pole["y"][0] - 22.7739241063854) > 1.0
+    assert main(["kinematics", "norton_fourbar", "--assembly", "sideways"]) == 2
+    assert "there is no assembly mode 'sideways'" in capsys.readouterr().err
+    assert main(["poles", "double_pendulum", "--to", "0.1", "--assembly", "open"]) == 2
+    assert "--assembly is of driven analyses" in capsys.readouterr().err

@@ -9,7 +9,7 @@ import pytest
 import mbody
 from mbody.cli import main
 from tests.assembly_cases import slider_sixbar
-from tests.assembly_scan import compare
+from tests.assembly_scan import KINDS, compare
 
 FOUR_BARS = {
     "crank-rocker": (1, 3, 2, 3.5),
@@ -179,3 +179,51 @@ def test_command(capsys):
         "complete": True,
         "used": "open-open",
     }
+
+
+def components(machine, count=360):
+    """The number of circuits by nearness alone: modes at neighbouring values of the crank are
+    joined to the nearest one, and two that vanish together to each other.
+    """
+    name = machine.drivers[0].name
+    system = mbody.assemble(machine)
+    x = (np.arange(count) + 0.5) * 2.0 * math.pi / count
+    places = []
+    for value in x:
+        modes = mbody.assembly_modes(system, {name: value})
+        assert modes.complete
+        keys = [[f(mode[b][2]) for b in mode for f in (math.cos, math.sin)] for mode in modes]
+        places.append(np.array(keys).reshape(len(modes), 2 * len(machine.bodies)))
+    parent = {(k, n): (k, n) for k, rows in enumerate(places) for n in range(len(rows))}
+
+    def root(node):
+        while parent[node] != node:
+            node = parent[node]
+        return node
+
+    for k in range(count):
+        here, there = places[k], places[(k + 1) % count]
+        apart = np.linalg.norm(here[:, None] - there[None], axis=2)
+        left = {(k, n) for n in range(len(here))}, {((k + 1) % count, n) for n in range(len(there))}
+        for index in np.argsort(apart, axis=None)[: min(apart.shape, default=0) ** 2]:
+            n, m = np.unravel_index(index, apart.shape)
+            one, other = (k, int(n)), ((k + 1) % count, int(m))
+            if one in left[0] and other in left[1]:
+                left[0].remove(one)
+                left[1].remove(other)
+                parent[root(one)] = root(other)
+        for rest in left:
+            # what vanishes goes in pairs: the two nearest of them
+            own = sorted(rest)
+            assert len(own) in (0, 2), "several dead centres in one step: take more of them"
+            if own:
+                parent[root(own[0])] = root(own[1])
+    return len({root(node) for node in parent})
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_circuits_of_stephensons_six_bars(seed):
+    machine = KINDS["Stephenson's six-bar"](seed)
+    found = mbody.circuits(machine)
+    assert found.complete
+    assert len(found) == components(machine)

@@ -12,7 +12,7 @@ PAGE = Path(__file__).parents[1] / "docs" / "synthesis.md"
 def test_the_code_of_the_page_prints_what_it_shows(tmp_path):
     namespace = {"__name__": "synthesis"}
     done = steps(PAGE.read_text("utf-8"))
-    assert len(done) == 4
+    assert len(done) == 5
     with contextlib.chdir(tmp_path):
         for code, shown in done:
             output = printed(code, namespace)

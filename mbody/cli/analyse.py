@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from mbody.model.study import Instants
     from mbody.solution.solution import Solution
 
-__all__ = ["analyse", "check_forms", "question", "exit_status", "write"]
+__all__ = ["analyse", "assembly_of", "check_forms", "question", "exit_status", "write"]
 
 
 def analyse(args: Any) -> int:
@@ -29,7 +29,8 @@ def analyse(args: Any) -> int:
 
     check_forms(args)
     mechanism = model_of(args)
-    run = solved(mechanism, args.command, question(args, mechanism.ask))
+    wanted = question(args, mechanism.ask)
+    run = solved(mechanism, args.command, wanted, assembly_of(args))
     wants_equations = getattr(args, "equations", False)
     if wants_equations and len(run) > 1:
         raise ModelError("--equations shows one instant: choose it with --at")
@@ -89,6 +90,14 @@ def question(args: Any, own: Instants | None) -> Instants | None:
         except FormulaError as error:
             raise ModelError(f"--at {name}: {error}", name) from None
     return Instants(at=at) if at else own
+
+
+def assembly_of(args: Any) -> str | int | None:
+    """The assembly mode of the arguments: a number, or a name."""
+    text: str | None = args.assembly
+    if text is not None and text.isascii() and text.isdigit():
+        return int(text[:9])
+    return text
 
 
 def check_forms(args: Any) -> None:

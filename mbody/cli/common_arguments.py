@@ -8,6 +8,7 @@ __all__ = [
     "MODEL",
     "add_analysis",
     "add_angle",
+    "add_assembly",
     "add_instants",
     "add_json",
     "add_model",
@@ -54,6 +55,16 @@ def add_instants(command: argparse.ArgumentParser) -> None:
     )
     command.add_argument(
         "--turns", metavar="N", help="how many turns --over makes (1), 2 of a four-stroke engine"
+    )
+
+
+def add_assembly(command: argparse.ArgumentParser) -> None:
+    """Which assembly mode a driven analysis begins in."""
+    command.add_argument(
+        "--assembly",
+        metavar="MODE",
+        help="the assembly mode at the first instant, by its name or number in mbody assemblies, "
+        "such as open",
     )
 
 

@@ -4,7 +4,14 @@ from __future__ import annotations
 
 import argparse
 
-from mbody.cli.common_arguments import add_analysis, add_angle, add_instants, add_json, add_model
+from mbody.cli.common_arguments import (
+    add_analysis,
+    add_angle,
+    add_assembly,
+    add_instants,
+    add_json,
+    add_model,
+)
 
 __all__ = [
     "add_assemblies",
@@ -150,5 +157,6 @@ def add_transmission(command: argparse.ArgumentParser) -> None:
     command.add_argument("--driver", metavar="NAME", help="of several, the one that drives it")
     command.add_argument("--joint", metavar="NAME", help="of several, the one that drives it")
     add_instants(command)
+    add_assembly(command)
     add_angle(command)
     add_json(command)

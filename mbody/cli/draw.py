@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mbody.cli.analyse import question
+from mbody.cli.analyse import assembly_of, question
 from mbody.cli.freebody import motion_or_driven, named_bodies
 from mbody.cli.models import model_of, named_values
 from mbody.cli.streams import message
@@ -43,7 +43,7 @@ def draw(args: Any) -> int:
         "curvature": args.curvature,
     }
     wanted = question(args, mechanism.ask)
-    plain = count is None and args.to is None and wanted is mechanism.ask
+    plain = count is None and args.to is None and wanted is mechanism.ask and not args.assembly
     free = mechanism.simulation is not None and wanted is None
     if plain and (free or not (mechanism.drivers or args.forces)):
         return _written(drawn(mechanism, forces=args.forces, **shown, **marks), args.output)
@@ -82,7 +82,8 @@ def _motion(args: Any, mechanism: Mechanism, count: int | None) -> Solution:
         wanted = cycle(mechanism, wanted)
         if wanted.over:
             wanted = Instants(over=wanted.over, instants=max(2, count + 1), turns=wanted.turns)
-    return analyse_at(mechanism, "kinetostatics" if args.forces else "kinematics", wanted)
+    analysis = "kinetostatics" if args.forces else "kinematics"
+    return analyse_at(mechanism, analysis, wanted, assembly_of(args))
 
 
 def _instants(args: Any, run: Solution, count: int | None) -> list[int]:
@@ -156,7 +157,7 @@ def _cycled(args: Any, mechanism: Mechanism) -> Solution:
     if args.to is not None or free:
         return motion_or_driven(args, mechanism)
     wanted = cycle(mechanism, question(args, mechanism.ask))
-    return analyse_at(mechanism, "kinetostatics", wanted)
+    return analyse_at(mechanism, "kinetostatics", wanted, assembly_of(args))
 
 
 def _overlaid(args: Any, mechanism: Mechanism) -> Figure:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from mbody.cli.analyse import question
+from mbody.cli.analyse import assembly_of, question
 from mbody.cli.models import model_of, path_of
 from mbody.cli.streams import message
 from mbody.cli.usage import UsageError
@@ -45,8 +45,11 @@ def motion_or_driven(args: Any, mechanism: Mechanism, forces: bool = True) -> So
     if to is not None and (args.at or args.over):
         raise UsageError("--to follows the free motion, --at and --over are driven: give one")
     if to is not None or (mechanism.simulation is not None and wanted is mechanism.ask):
+        if args.assembly is not None:
+            raise UsageError("--assembly is of driven analyses: this is a free motion")
         return simulate(mechanism, to)
-    return analyse_at(mechanism, "kinetostatics" if forces else "kinematics", wanted)
+    analysis = "kinetostatics" if forces else "kinematics"
+    return analyse_at(mechanism, analysis, wanted, assembly_of(args))
 
 
 def named_bodies(given: list[str]) -> list[str] | None:

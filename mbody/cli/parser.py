@@ -13,6 +13,7 @@ from mbody.cli.common_arguments import (
     MODEL,
     add_analysis,
     add_angle,
+    add_assembly,
     add_instants,
     add_json,
     add_model,
@@ -189,6 +190,7 @@ def parser() -> argparse.ArgumentParser:
     derive = command("derive", "the equations in symbols and with numbers", "derive.derive")
     add_model(derive)
     add_instants(derive)
+    add_assembly(derive)
     derive.add_argument("--to", metavar="TIME", help="of the free motion at that time")
     derive.add_argument(
         "--form", choices=("text", "markdown", "latex"), default="text", help="how it is written"
@@ -276,6 +278,7 @@ def parser() -> argparse.ArgumentParser:
 def _poles(command: argparse.ArgumentParser) -> None:
     add_model(command)
     add_instants(command)
+    add_assembly(command)
     command.add_argument("--to", metavar="TIME", help="of the free motion until that time")
     add_json(command)
 
@@ -315,6 +318,7 @@ def _export(command: argparse.ArgumentParser) -> None:
 def _analysis(command: argparse.ArgumentParser) -> None:
     add_model(command)
     add_instants(command)
+    add_assembly(command)
     add_angle(command)
     if not command.prog.endswith("kinematics"):
         command.add_argument(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from mbody.cli.common_arguments import add_instants, add_model, add_picture_file
+from mbody.cli.common_arguments import add_assembly, add_instants, add_model, add_picture_file
 
 __all__ = ["add_animate", "add_draw", "add_freebody", "add_plot", "add_report", "add_view"]
 
@@ -13,6 +13,7 @@ def add_freebody(command: argparse.ArgumentParser) -> None:
     """Of `mbody freebody`."""
     add_model(command)
     add_instants(command)
+    add_assembly(command)
     command.add_argument("--to", metavar="TIME", help="of the free motion until that time")
     command.add_argument(
         "--bodies",
@@ -51,6 +52,7 @@ def add_draw(command: argparse.ArgumentParser) -> None:
     """Of `mbody draw`."""
     add_model(command)
     add_instants(command)
+    add_assembly(command)
     command.add_argument("--forces", action="store_true", help="draw the joint forces too")
     command.add_argument(
         "--path",
@@ -170,6 +172,7 @@ def add_plot(command: argparse.ArgumentParser) -> None:
         "without any, all measures; a unit in brackets behind it, as in 'B.force [kN]'",
     )
     add_instants(command)
+    add_assembly(command)
     command.add_argument("--to", metavar="TIME", help="the free motion until that time")
     command.add_argument("--x", metavar="QUANTITY", help="what it is plotted over")
     command.add_argument("--log", metavar="AXES", help="logarithmic axes: x, y or xy")

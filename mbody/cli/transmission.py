@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from mbody.cli.analyse import exit_status, question
+from mbody.cli.analyse import assembly_of, exit_status, question
 from mbody.cli.models import model_of
 
 __all__ = ["transmission"]
@@ -21,7 +21,7 @@ def transmission(args: Any) -> int:
     wanted = question(args, mechanism.ask)
     if not args.at and not args.over:
         wanted = cycle(mechanism, wanted)
-    run = analyse_at(mechanism, "kinematics", wanted)
+    run = analyse_at(mechanism, "kinematics", wanted, assembly_of(args))
     found = found_through(run, args.driver, args.output, args.joint)
     if args.json:
         print(json.dumps(found.data(args.angle or "deg"), ensure_ascii=False, allow_nan=False))

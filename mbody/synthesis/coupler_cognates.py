@@ -194,7 +194,7 @@ def cognates(model: Mechanism | System, point: str) -> CognateList:
 def _law(loop: _Loop) -> tuple[str, Any]:
     """The link that is driven, and the law of its driver."""
     drivers = loop.system.leaders
-    links = (loop.crank, loop.coupler, loop.rocker)
+    links = [loop.crank, loop.coupler, *([] if loop.guide is not None else [loop.rocker])]
     if len(drivers) == 1 and isinstance(drivers[0], AngleDriver):
         driver = drivers[0]
         if driver.bodies[0] == "ground" and driver.bodies[1] in links:
@@ -392,12 +392,7 @@ def _with_crank(
         ground={"O1": _point(pivots[0]), "O2": _point(pivots[1])},
     )
     points = {name: _point(vector) for name, vector in plane.items()}
-    driven = next((name for name, other in turning.items() if other == law[0]), "")
-    if not driven:
-        raise ModelError(
-            f"cognates: '{first.name}' is driven at '{law[0]}', which no link of the cognate turns "
-            "as: drive the crank or the rod"
-        )
+    driven = next(name for name, other in turning.items() if other == law[0])
     machine.add(
         Body(
             "crank",

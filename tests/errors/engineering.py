@@ -4,7 +4,17 @@ import functools
 
 import numpy as np
 
-from mbody import AngleDriver, Body, Revolute, Torque, assemble, kinetostatics, statics
+from mbody import (
+    AngleDriver,
+    Body,
+    Mechanism,
+    Revolute,
+    Torque,
+    assemble,
+    kinetostatics,
+    simulate,
+    statics,
+)
 from mbody.engineering import (
     energy_fluctuation,
     fluctuation,
@@ -57,6 +67,13 @@ def compressor():
     return kinetostatics(four_bar(air))
 
 
+def at_rest():
+    """A wheel on a pin, that nothing turns."""
+    machine = Mechanism("a wheel at rest")
+    machine.add(Body("wheel", mass=1.0, inertia=1.0), Revolute("W", "ground", "wheel"))
+    return machine
+
+
 def designs():
     system = assemble(compressor().mechanism).with_values({"air.area": [0.1, 0.2]})
     return kinetostatics(system)
@@ -94,7 +111,7 @@ SCENARIOS = {
     "a diagram of a batch": lambda: indicator(designs(), "air"),
     "centres of a batch": lambda: instant_centres(batch()),
     "centres of statics": lambda: instant_centres(still()),
-    "centres of what does not move": lambda: instant_centres(turn(0.0)),
+    "centres of what does not move": lambda: instant_centres(simulate(at_rest(), 0.1)),
     "a centre of one body": lambda: instant_centres(turn())["crank", "piston"],
     "a polygon of a batch": lambda: velocity_polygon(batch()),
     "a polygon of statics": lambda: velocity_polygon(still()),

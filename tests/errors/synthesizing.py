@@ -5,7 +5,7 @@ import tempfile
 from pathlib import Path
 
 import mbody
-from mbody.synthesis import Atlas
+from mbody.synthesis import Atlas, cognates
 from tests.errors.command import said
 from tests.errors.derivatives import with_parameters
 from tests.errors.models import four_bar
@@ -56,6 +56,17 @@ def model(by=None, **options):
     return lambda: mbody.synthesize(four_bar(), by=bounds, **(few | options))
 
 
+def hoekens():
+    return mbody.gallery.load("hoekens")
+
+
+def by_relative_angle():
+    """A four-bar whose coupler is turned against its crank."""
+    machine = hoekens().without("motor")
+    machine.add(mbody.AngleDriver("motor", "coupler", "-120 deg", relative_to="crank"))
+    cognates(machine, "coupler.P")
+
+
 def by_parameter():
     machine = with_parameters()
     return mbody.synthesize(machine, path=LINE, of="coupler.B", by={"crank.A.x": (1, 2)})
@@ -73,6 +84,13 @@ def without_driver():
 
 
 SCENARIOS = {
+    "cognates of a batch": lambda: cognates(
+        mbody.assemble(hoekens()).with_values({"crank.inertia": [1.0, 2.0]}), "coupler.P"
+    ),
+    "cognates of a point of the ground": lambda: cognates(hoekens(), "ground.O2"),
+    "cognates of a point of the rocker": lambda: cognates(hoekens(), "rocker.B"),
+    "cognates of a pin": lambda: cognates(hoekens(), "coupler.B"),
+    "cognates without a motor on the ground": by_relative_angle,
     "a synthesis of a model that is none": lambda: mbody.synthesize("fourbar.toml", path=LINE),
     "a synthesis of a model and a kind": model(kind="four_bar"),
     "a synthesis of a model without a point": model(of=None),

@@ -58,6 +58,11 @@ SCENARIOS = {
         ["freebody", "mud_pump", "--to", "1", "--at", "crank=3", "-o", "a.svg"]
     ),
     "a drawing of no instant": lambda: draw(run(), []),
+    "centres of two instants in a picture": lambda: draw(pair(), [0, 1], poles=True),
+    "centres in a strip": said(["draw", "hoekens", "--poles", "--strip", "-o", "a.svg"]),
+    "centres of a free motion in a mode": said(
+        ["poles", "double_pendulum", "--to", "0.1", "--assembly", "open"]
+    ),
     "a drawing of a body that is not there": lambda: draw(run(), only=["rod"]),
     "a plot over what is not there": lambda: plot(pair(), "A.force", x="crunk.angle"),
     "a plot with an unknown axis": lambda: plot(pair(), "A.force", log="z"),

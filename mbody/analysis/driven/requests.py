@@ -38,7 +38,12 @@ ANALYSES = {"kinematics": kinematics, "kinetostatics": kinetostatics, "statics":
 HERE = 1e-12
 
 
-def analyse_at(mechanism: Mechanism, analysis: str, ask: Instants | None = None) -> Solution:
+def analyse_at(
+    mechanism: Mechanism,
+    analysis: str,
+    ask: Instants | None = None,
+    assembly: str | int | None = None,
+) -> Solution:
     """A driven analysis at requested instants.
 
     The motion is followed from t = 0, so that the guesses of the bodies, which say the branch at
@@ -52,6 +57,9 @@ def analyse_at(mechanism: Mechanism, analysis: str, ask: Instants | None = None)
         "kinematics", "kinetostatics" or "statics".
     ask : Instants, optional
         By default those of the mechanism, else t = 0.
+    assembly : str or int, optional
+        The assembly mode at the first of these instants, by its name or number; by default the one
+        that the drivers lead to from their beginning.
 
     Raises
     ------
@@ -66,13 +74,18 @@ def analyse_at(mechanism: Mechanism, analysis: str, ask: Instants | None = None)
     >>> round(float(np.degrees(run["crank"].angle[0])), 6)
     90.0
     """
-    return analyse_system_at(assemble(mechanism), analysis, ask or mechanism.ask or Instants())
+    wanted = ask or mechanism.ask or Instants()
+    return analyse_system_at(assemble(mechanism), analysis, wanted, assembly)
 
 
-def analyse_system_at(system: System, analysis: str, ask: Instants) -> Solution:
+def analyse_system_at(
+    system: System, analysis: str, ask: Instants, assembly: str | int | None = None
+) -> Solution:
     """The same of a system, with the numbers that it has."""
     verb = ANALYSES[analysis]
     how, before = arguments_at(system, ask)
+    if assembly is not None:
+        return verb(system, **_from(how, before), assembly=assembly)
     if not before:
         return verb(system, **how)
     try:
@@ -80,9 +93,16 @@ def analyse_system_at(system: System, analysis: str, ask: Instants) -> Solution:
         return driven(system, analysis, t, drive, None, None, None, None, before=before)
     except SolveError:
         # where the beginning cannot be reached the instants may be taken by themselves
-        if "t" in how:
-            return verb(system, t=how["t"][before:])
-        return verb(system, drive={name: v[before:] for name, v in how["drive"].items()})
+        return verb(system, **_from(how, before))
+
+
+def _from(how: dict[str, Any], before: int) -> dict[str, Any]:
+    """Arguments without the first instants, which lead to those requested."""
+    if "t" in how:
+        return {"t": how["t"][before:]}
+    if "drive" in how:
+        return {"drive": {name: values[before:] for name, values in how["drive"].items()}}
+    return how
 
 
 def arguments_at(system: System, ask: Instants) -> tuple[dict[str, Any], int]:
