@@ -108,7 +108,9 @@ SCENARIOS = {
     "Linkage with an id that is a word": linkage(connector("a", 0, 0)),
     "Linkage with a place that is a word": linkage(connector(0, "left", 0)),
     "Linkage with a connector twice": linkage(connector(0, 0, 0), connector(0, 1, 0)),
-    "Linkage with a link twice": linkage(CRANK, link(0, 1)),
+    "Linkage with a link fastened to a loose connector": linkage(
+        CRANK, connector(9, 1, 1), link(1, 1, more='fastenconnector="9"')
+    ),
     "Linkage with a link of a thing": linkage(link(0, inner='<pin id="1"/>')),
     "Linkage with a link of nothing there": linkage(link(0, 7)),
     "Linkage fastened to no link": linkage(connector(0, 0, 0, 'fastenlink="4"')),
@@ -155,9 +157,7 @@ SCENARIOS = {
     ),
     "Linkage with an input of two links": linkage(
         connector(0, 0, 0, 'anchor="true" input="true"'),
-        connector(1, 1, 0),
-        link(0, 0, 1),
-        link(1, 0),
+        connector(1, 1, 0) + connector(2, 2, 0) + link(0, 0, 1) + link(1, 0, 2),
     ),
     "pylinkage of the older form": python([pin("A", "Crank")]),
     "pylinkage without a position": python([pin("A", position=None)]),
