@@ -6,8 +6,9 @@ import tempfile
 from pathlib import Path
 from unittest import mock
 
-from mbody.exchange import import_model
+from mbody.exchange import import_model, to_dxf
 from tests.errors.command import said
+from tests.errors.models import four_bar
 
 
 def of(text, name="file.txt", units=None):
@@ -76,7 +77,20 @@ def without_mujoco():
         planar(body(HINGE))()
 
 
+def without_ezdxf():
+    with mock.patch.dict(sys.modules, {"ezdxf": None}):
+        to_dxf(four_bar())
+
+
 SCENARIOS = {
+    "a drawing of parts without ezdxf": without_ezdxf,
+    "a drawing of parts of no width": lambda: to_dxf(four_bar(), 0.0),
+    "a drawing of parts whose holes are too wide": lambda: to_dxf(four_bar(), 1.0, 2.0),
+    "a drawing of parts of a mass": lambda: to_dxf(four_bar(), "3 kg"),
+    "a drawing of parts with instants": said(
+        ["export", "hoekens", "--to", "dxf", "--instants", "3"]
+    ),
+    "a width of what is not drawn": said(["export", "hoekens", "--to", "mjcf", "--width", "3 mm"]),
     "a file of another program that is not there": said(["import", "no.linkage2"]),
     "an address without a mechanism": lambda: import_model("https://example.org/a.pmks"),
     "a file in units that there are not": of("ground,a,R,0,0", units="parsec"),
