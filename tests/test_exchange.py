@@ -256,6 +256,23 @@ def test_linkage_ratios_and_welds(tmp_path, kind, sign):
     assert run["link2"].omega == pytest.approx(run["link1"].omega, rel=EXACT)
 
 
+@pytest.mark.parametrize(("kind", "planet"), [("gears", 1 + 3 / 2), ("chain", 1 - 3 / 2)])
+def test_linkage_planets_about_a_wheel_that_is_fastened_to_an_anchor(tmp_path, kind, planet):
+    ratio = f'<ratios><ratio type="{kind}"><link id="4" size="3"/><link id="0" size="2"/></ratio>'
+    parts = (
+        connectors((2, -40, 0, ANCHOR), (4, 0, 0, INPUT), (6, 50, 0, "")),
+        link(3, 2) + link(4, 4, more='gear="true" fastenconnector="2"'),
+        link(0, 6, more='gear="true"') + link(5, 4, 6) + ratio + "</ratios>",
+    )
+    made = linkage(tmp_path, *parts)
+    # the link of one anchor alone is no body
+    assert {body.name for body in made.mechanism.bodies} == {"link0", "link4", "link5"}
+    run = mbody.kinematics(made.mechanism, T)
+    assert run["link4"].angle == pytest.approx(0.0, abs=EXACT)
+    # Willis with the sun at rest
+    assert run["link0"].omega == pytest.approx(-math.pi * planet, rel=EXACT)
+
+
 def test_linkage_two_anchors_make_a_link_the_ground(tmp_path):
     parts = (
         connectors((0, 0, 0, INPUT), (1, 20, 0, ""), (2, 100, 0, ANCHOR), (3, 60, 80, ANCHOR)),

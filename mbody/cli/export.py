@@ -1,4 +1,4 @@
-"""`mbody export MODEL --to mjcf | image | fmu`."""
+"""`mbody export MODEL --to mjcf | dxf | image | fmu`."""
 
 from __future__ import annotations
 
@@ -16,15 +16,19 @@ def export(args: Any) -> int:
     """Write a model for another program; what that lacks is reported."""
     if args.fmi is not None and args.to != "fmu":
         raise UsageError(f"--fmi goes with --to fmu, not with --to {args.to}: leave it out")
+    if args.to != "dxf" and (args.width or args.hole):
+        raise UsageError(f"--width and --hole go with --to dxf, not with --to {args.to}")
     if args.to == "image":
         return _image(args)
     _refuse_instants(args)
+    if args.to == "dxf":
+        return _dxf(args)
     return _fmu(args) if args.to == "fmu" else _mjcf(args)
 
 
 def _refuse_instants(args: Any) -> None:
     if args.instants is not None:
-        what = "a unit" if args.to == "fmu" else "a file of MuJoCo"
+        what = {"fmu": "a unit", "dxf": "a drawing of parts"}.get(args.to, "a file of MuJoCo")
         raise UsageError(f"--instants goes with --to image: {what} has no instants")
 
 
@@ -41,6 +45,24 @@ def _mjcf(args: Any) -> int:
             file.write(made.text)
     for one in made.not_expressible:
         message(f"mbody: '{one.element}' is not in the file: {one.why}")
+    for note in made.notes:
+        message(f"mbody: {note}")
+    if args.output is not None:
+        message(f"wrote {args.output}")
+    return 0
+
+
+def _dxf(args: Any) -> int:
+    """Write a drawing of all parts."""
+    from mbody.exchange import to_dxf
+    from mbody.files.writing import writing
+
+    made = to_dxf(model_of(args), args.width, args.hole)
+    if args.output is None:
+        print(made.text, end="", flush=True)
+    else:
+        with writing(args.output) as file:
+            file.write(made.text)
     for note in made.notes:
         message(f"mbody: {note}")
     if args.output is not None:

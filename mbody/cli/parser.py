@@ -302,12 +302,14 @@ def _export(command: argparse.ArgumentParser) -> None:
     add_model(command)
     command.add_argument(
         "--to",
-        choices=("mjcf", "image", "fmu"),
+        choices=("mjcf", "dxf", "image", "fmu"),
         required=True,
-        help="mjcf: model files of MuJoCo, in SI units; image: bytes on which the compiled core "
-        "runs without Python; fmu: a unit of co-simulation, in SI units and rad; builds its "
-        "binaries where they are missing (once)",
+        help="mjcf: model files of MuJoCo, in SI units; dxf: links and contours of cams, for CAD; "
+        "image: bytes on which the compiled core runs without Python; fmu: a unit of "
+        "co-simulation, in SI units and rad; builds its binaries where they are missing (once)",
     )
+    command.add_argument("--width", metavar="LENGTH", help="of bars in a drawing, such as '20 mm'")
+    command.add_argument("--hole", metavar="LENGTH", help="diameter of holes in a drawing")
     command.add_argument("--fmi", choices=("3.0", "2.0"), help="the version of FMI of a unit (3.0)")
     command.add_argument("-o", "--output", metavar="FILE", help="by default text is printed")
     command.add_argument(

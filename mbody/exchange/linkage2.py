@@ -47,6 +47,8 @@ class _Connector:
     at: Place
     node: Node
     links: list[str] = field(default_factory=list)
+    #: How many links have it.
+    count: int = 0
 
     @property
     def name(self) -> str:
@@ -60,6 +62,29 @@ class _Connector:
     def has(self, word: str) -> bool:
         """Whether it is marked so."""
         return self.node.get(word) == "true"
+
+
+@dataclass
+class _Member:
+    """A link of the drawing, and the body that it is; none where it is a cylinder or a point."""
+
+    id: int
+    node: Node
+    connectors: list[_Connector]
+    body: str = ""
+
+    @property
+    def name(self) -> str:
+        return f"the link {self.id}"
+
+    def has(self, word: str) -> bool:
+        """Whether it is marked so."""
+        return self.node.get(word) == "true"
+
+    @property
+    def fastened(self) -> bool:
+        """Whether it moves with something else."""
+        return bool(self.node.get("fastenlink") or self.node.get("fastenconnector"))
 
 
 def linkage2_from_xml(root: Node, name: str, units: str | None) -> Imported:
@@ -86,8 +111,7 @@ class _DrawingReader:
     def __init__(self, made: DrawnLinkage, root: Node, factor: float) -> None:
         self.made, self.root, self.factor = made, root, factor
         self.connectors: dict[int, _Connector] = {}
-        self.links: dict[int, str] = {}
-        self.nodes: dict[int, Node] = {}
+        self.links: list[_Member] = []
 
     def whole(self) -> Imported:
         self._refuse_others()
@@ -95,16 +119,18 @@ class _DrawingReader:
             self._add_connector(node)
         for node in itertools.chain(self._mechanical("Link"), self._mechanical("element")):
             self._add_link(node)
+        for link in self.links:
+            self._embody(link)
         self._fasten_connectors()
         for connector in self.connectors.values():
             self._join(connector)
         for connector in self.connectors.values():
             if connector.has("slider"):
                 self._slide(connector)
-        for id_, node in self.nodes.items():
-            self._fasten_link(id_, node)
-            if node.get("actuator") == "true":
-                self._actuator(id_, node)
+        for link in self.links:
+            self._fasten_link(link)
+            if link.has("actuator"):
+                self._actuator(link)
         for ratio in self.root.iterfind("ratios/ratio"):
             self._ratio(ratio)
         for connector in self.connectors.values():
@@ -164,40 +190,54 @@ class _DrawingReader:
 
     def _add_link(self, node: Node) -> None:
         id_ = self._id(node, "the link")
-        element = f"the link {id_}"
-        if id_ in self.links:
-            raise refusal(element, "there are two of this id")
-        members = self._members(node, element)
-        self.nodes[id_] = node
-        if node.get("actuator") == "true":
-            self.links[id_] = ""  # it is a cylinder between other links
+        link = _Member(id_, node, self._members(node, f"the link {id_}"))
+        self.links.append(link)
+        if not link.has("actuator"):  # that is a cylinder between other links
+            for one in link.connectors:
+                one.count += 1
+
+    def _embody(self, link: _Member) -> None:
+        """The body of a link: its own, the ground with two anchors, none of one point."""
+        if link.has("actuator"):
             return
-        anchors = [one for one in members if one.has("anchor") and not one.has("slider")]
-        fixed = len({one.at for one in anchors}) > 1
-        link = GROUND if fixed else self.made.link(node.get("name") or f"link{id_}")
-        self.links[id_] = link
+        pins = [one for one in link.connectors if one.has("anchor") and not one.has("slider")]
+        fixed = len({one.at for one in pins}) > 1
         if fixed:
-            self.made.notes.append(f"the link {id_} has two anchors: it is part of the ground")
-        for one in members:
-            self.made.point(link, one.label, one.at)
-            one.links.append(link)
+            self.made.notes.append(f"{link.name} has two anchors: it is part of the ground")
+        wanted = any(other.node.get("fastenlink") == str(link.id) for other in self.links)
+        if len(link.connectors) == 1 and not (link.has("gear") or link.fastened or wanted):
+            (point,) = link.connectors
+            if not point.has("anchor") and point.count > 1:
+                return  # a point of other links
+            fixed = point.has("anchor")
+        link.body = GROUND if fixed else self.made.link(link.node.get("name") or f"link{link.id}")
+        for one in link.connectors:
+            self.made.point(link.body, one.label, one.at)
+            one.links.append(link.body)
 
     def _fasten_connectors(self) -> None:
         """Connectors that are fastened to a link are points of it."""
         for connector in self.connectors.values():
             id_ = connector.node.get("fastenlink") or connector.node.get("fasten")
-            if not id_:
-                continue
-            link = self._link(id_, connector.name)
-            self.made.point(link, connector.label, connector.at)
-            if link not in connector.links:
-                connector.links.append(link)
+            if id_:
+                self._fasten(connector, self._link(id_, connector.name).body)
+        for link in self.links:
+            for child in link.node.iterfind("fastenconnector"):
+                id_ = child.get("id") or ""
+                if id_.isdigit() and int(id_) in self.connectors and link.body:
+                    self._fasten(self.connectors[int(id_)], link.body)
 
-    def _link(self, id_: str | None, element: str) -> str:
-        link = self.links.get(int(id_)) if id_ and id_.isdigit() else None
-        if not link:
-            raise refusal(element, f"it refers to the link {seen(id_)}, which is not there")
-        return link
+    def _fasten(self, connector: _Connector, body: str) -> None:
+        self.made.point(body, connector.label, connector.at)
+        if body not in connector.links:
+            connector.links.append(body)
+
+    def _link(self, id_: str | None, element: str) -> _Member:
+        """The first link of an id: older files use some ids twice."""
+        for link in self.links:
+            if str(link.id) == id_ and link.body:
+                return link
+        raise refusal(element, f"it refers to the link {seen(id_)}, which is not there")
 
     def _join(self, connector: _Connector) -> None:
         """The pins of a connector: all its links on one, on the ground where it is an anchor."""
@@ -260,28 +300,29 @@ class _DrawingReader:
             )
         return best
 
-    def _fasten_link(self, id_: int, node: Node) -> None:
-        element = f"the link {id_}"
-        own, others = self.links[id_], []
-        if other := node.get("fastenlink"):
-            others.append(self._link(other, element))
-        inner = [child.get("id") for child in node if child.tag == "fastenconnector"]
-        for target in [node.get("fastenconnector"), *inner]:
-            if target is None:
-                continue
-            if not target.isdigit() or int(target) not in self.connectors:
-                raise refusal(element, f"it is fastened to {seen(target)}, which is not there")
-            others += [one for one in self.connectors[int(target)].links if one != own][:1]
-        if others and not own:
-            raise refusal(element, "an actuator that is fastened to a link is not read")
-        for other in dict.fromkeys(others):
-            members = self._members(node, element)
-            if other != own and members:
-                self.made.weld(f"weld_{own}", other, own, members[0].at)
+    def _fasten_link(self, link: _Member) -> None:
+        """Weld a link to the link, or to the link of the connector, that it is fastened to."""
+        if not link.fastened:
+            return
+        if not link.body:
+            raise refusal(link.name, "an actuator that is fastened to a link is not read")
+        if other := link.node.get("fastenlink"):
+            carrier = self._link(other, link.name).body
+        else:
+            id_ = link.node.get("fastenconnector") or ""
+            if not id_.isdigit() or int(id_) not in self.connectors:
+                raise refusal(link.name, f"it is fastened to {seen(id_)}, which is not there")
+            target = self.connectors[int(id_)]
+            others = [body for body in target.links if body != link.body]
+            if not others and not target.has("anchor"):
+                raise refusal(link.name, f"it is fastened to {target.name}, which is on no link")
+            carrier = GROUND if target.has("anchor") else others[0]
+        if carrier != link.body and link.connectors:
+            self.made.weld(f"weld_{link.body}", carrier, link.body, link.connectors[0].at)
 
-    def _actuator(self, id_: int, node: Node) -> None:
-        element = f"the actuator {id_}"
-        members = self._members(node, element)
+    def _actuator(self, link: _Member) -> None:
+        element = f"the actuator {link.id}"
+        node, members = link.node, link.connectors
         if len(members) != 2:
             raise refusal(element, f"an actuator has two connectors, not {len(members)}")
         ends = []
@@ -299,7 +340,7 @@ class _DrawingReader:
             )
         end = length + math.copysign(throw, cycles)
         law = back_and_forth([length, end, length], abs(throw * cycles) / 30.0)
-        self.made.stretch(node.get("name") or f"actuator{id_}", ends[0], ends[1], law)
+        self.made.stretch(node.get("name") or f"actuator{link.id}", ends[0], ends[1], law)
         self.made.notes.append(f"{element} goes back and forth at constant speed")
 
     def _ratio(self, ratio: Node) -> None:
@@ -307,11 +348,15 @@ class _DrawingReader:
         element = "the ratio of " + " and ".join(f"link {part.get('id')}" for part in parts)
         if len(parts) != 2:
             raise refusal(element, "a ratio has two links")
-        links = [self._link(part.get("id"), element) for part in parts]
+        wheels = [self._link(part.get("id"), element) for part in parts]
+        links = [wheel.body for wheel in wheels]
         sizes = [number_of(part.get("size"), element, "the size") for part in parts]
         if min(sizes) <= 0.0:
             raise refusal(element, "sizes of wheels must be positive")
-        centres = [self._wheel(part, element) for part in parts]
+        for wheel in wheels:
+            if not wheel.connectors:
+                raise refusal(element, f"{wheel.name} has no connector")
+        centres = [wheel.connectors[0] for wheel in wheels]
         shared = [link for link in centres[0].links if link in centres[1].links]
         carriers = [link for link in shared if link not in links]
         if centres[0].has("anchor") and centres[1].has("anchor"):
@@ -322,17 +367,17 @@ class _DrawingReader:
         terms = [(sizes[0], links[0], carriers[0]), (sign * sizes[1], links[1], carriers[0])]
         self.made.ratio(f"{'chain' if sign < 0 else 'gears'}_{links[0]}_{links[1]}", terms)
 
-    def _wheel(self, part: Node, element: str) -> _Connector:
-        """The centre of a wheel: the first connector of its link."""
-        members = self._members(self.nodes[int(part.get("id") or "")], element)
-        if not members:
-            raise refusal(element, f"the link {part.get('id')} has no connector")
-        return members[0]
-
     def _turn(self, connector: _Connector) -> None:
         element = connector.name
         rpm = number_of(connector.node.get("rpm") or 15.0, element, "rpm")
-        links = [link for link in dict.fromkeys(connector.links) if link != GROUND]
+        links = [
+            link.body
+            for link in self.links
+            if connector in link.connectors and link.body not in ("", GROUND) and not link.fastened
+        ]
+        if not links:
+            self.made.notes.append(f"{element} is an input of no link: it is left out")
+            return
         if not connector.has("anchor"):
             raise refusal(element, "it is an input that is no anchor")
         if len(links) != 1:
@@ -360,7 +405,7 @@ class _DrawingReader:
         slides = any(n.get("id") == id_ for n in self.root.iterfind("connector/slidelimit"))
         return slides or any(
             child.get("id") == id_
-            for node in self.nodes.values()
-            if node.get("actuator") == "true"
-            for child in node
+            for link in self.links
+            if link.has("actuator")
+            for child in link.node
         )

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mbody.engineering.cam_contour import cam_contour
+
 if TYPE_CHECKING:
     from mbody.model.joints import CamFollower
     from mbody.views.pose import Pose
@@ -27,23 +29,12 @@ def _radius(joint: CamFollower, pose: Pose) -> tuple[Array, Array, Array]:
 
 
 def outline(joint: CamFollower, pose: Pose) -> Array:
-    """Points (corners, 2) of the cam at this instant.
-
-    The pitch curve of a roller is R e(χ) from the cam's centre, at χ = β ∓ ψ with β the direction
-    of ψ = 0; the cam is inside it by the radius of the roller, along the normal. Under a flat face
-    the cam is the envelope of the lines of the face, h e(χ) ∓ h′ e(χ + π/2).
-    """
-    psi, R, slope = _radius(joint, pose)
-    sense = -1.0 if joint.clockwise else 1.0
-    ray = pose.direction(joint, "i") - sense * psi
-    if joint.flat:
-        along, across = R, -sense * slope
-    else:
-        roller, lean = pose.number(joint, "roller"), np.arctan2(sense * slope, R)
-        along, across = R - roller * np.cos(lean), -roller * np.sin(lean)
-    c, s = np.cos(ray), np.sin(ray)
-    at_centre = np.column_stack([along * c - across * s, along * s + across * c])
-    return pose.place(joint, "i") + at_centre
+    """Points (corners, 2) of the cam at this instant."""
+    psi = np.linspace(0.0, math.tau, CORNERS)
+    numbers, turned = pose.system.numbers, pose.angle(joint.i.body)
+    x, y = (cam_contour(joint, numbers, psi) - numbers.place(joint, "i")).T
+    c, s = math.cos(turned), math.sin(turned)
+    return pose.place(joint, "i") + np.column_stack([c * x - s * y, s * x + c * y])
 
 
 def base_circle(joint: CamFollower, pose: Pose) -> float:

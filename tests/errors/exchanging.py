@@ -6,8 +6,9 @@ import tempfile
 from pathlib import Path
 from unittest import mock
 
-from mbody.exchange import import_model
+from mbody.exchange import import_model, to_dxf
 from tests.errors.command import said
+from tests.errors.models import four_bar
 
 
 def of(text, name="file.txt", units=None):
@@ -76,7 +77,20 @@ def without_mujoco():
         planar(body(HINGE))()
 
 
+def without_ezdxf():
+    with mock.patch.dict(sys.modules, {"ezdxf": None}):
+        to_dxf(four_bar())
+
+
 SCENARIOS = {
+    "a drawing of parts without ezdxf": without_ezdxf,
+    "a drawing of parts of no width": lambda: to_dxf(four_bar(), 0.0),
+    "a drawing of parts whose holes are too wide": lambda: to_dxf(four_bar(), 1.0, 2.0),
+    "a drawing of parts of a mass": lambda: to_dxf(four_bar(), "3 kg"),
+    "a drawing of parts with instants": said(
+        ["export", "hoekens", "--to", "dxf", "--instants", "3"]
+    ),
+    "a width of what is not drawn": said(["export", "hoekens", "--to", "mjcf", "--width", "3 mm"]),
     "a file of another program that is not there": said(["import", "no.linkage2"]),
     "an address without a mechanism": lambda: import_model("https://example.org/a.pmks"),
     "a file in units that there are not": of("ground,a,R,0,0", units="parsec"),
@@ -108,7 +122,9 @@ SCENARIOS = {
     "Linkage with an id that is a word": linkage(connector("a", 0, 0)),
     "Linkage with a place that is a word": linkage(connector(0, "left", 0)),
     "Linkage with a connector twice": linkage(connector(0, 0, 0), connector(0, 1, 0)),
-    "Linkage with a link twice": linkage(CRANK, link(0, 1)),
+    "Linkage with a link fastened to a loose connector": linkage(
+        CRANK, connector(9, 1, 1), link(1, 1, more='fastenconnector="9"')
+    ),
     "Linkage with a link of a thing": linkage(link(0, inner='<pin id="1"/>')),
     "Linkage with a link of nothing there": linkage(link(0, 7)),
     "Linkage fastened to no link": linkage(connector(0, 0, 0, 'fastenlink="4"')),
@@ -155,9 +171,7 @@ SCENARIOS = {
     ),
     "Linkage with an input of two links": linkage(
         connector(0, 0, 0, 'anchor="true" input="true"'),
-        connector(1, 1, 0),
-        link(0, 0, 1),
-        link(1, 0),
+        connector(1, 1, 0) + connector(2, 2, 0) + link(0, 0, 1) + link(1, 0, 2),
     ),
     "pylinkage of the older form": python([pin("A", "Crank")]),
     "pylinkage without a position": python([pin("A", position=None)]),

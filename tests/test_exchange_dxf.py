@@ -1,0 +1,115 @@
+"""Drawings in DXF: what a reader of the format finds in them, against the model's own geometry."""
+
+import io
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+import mbody
+from mbody import cli, gallery
+from mbody.engineering.cam_contour import cam_contour
+from mbody.exchange import to_dxf
+
+ezdxf = pytest.importorskip("ezdxf")
+#: Coordinates are written with 16 digits.
+EXACT = 1e-12
+
+
+def read(drawing):
+    return ezdxf.read(io.StringIO(drawing.text))
+
+
+@pytest.mark.parametrize("name", gallery.names())
+def test_every_model_of_the_gallery_is_a_sound_drawing(name):
+    if name.startswith("n_windows_40"):
+        pytest.skip("forty loops are the same as two")
+    document = read(to_dxf(gallery.load(name)))
+    audit = document.audit()
+    assert not audit.errors and not audit.fixes
+    machine = gallery.load(name)
+    drawn = {insert.dxf.name for insert in document.modelspace().query("INSERT")}
+    assert drawn >= {body.name for body in machine.bodies}
+    # no part lies on another
+    from ezdxf.bbox import extents
+
+    boxes = [extents([insert]) for insert in document.modelspace().query("INSERT")]
+    boxes = sorted((box.extmin.x, box.extmax.x) for box in boxes if box.has_data)
+    assert all(a[1] <= b[0] for a, b in itertools.pairwise(boxes))
+
+
+def area(line):
+    """Of a closed polyline with arcs: the polygon, and a segment of a circle for each bulge."""
+    points = [(x, y, bulge) for x, y, bulge in line.get_points("xyb")]
+    total = 0.0
+    for (x, y, bulge), (u, v, _) in zip(points, points[1:] + points[:1], strict=True):
+        total += (x * v - u * y) / 2
+        if bulge:
+            angle = 4 * math.atan(bulge)
+            radius = math.hypot(u - x, v - y) / 2 / math.sin(angle / 2)
+            total += radius**2 * (angle - math.sin(angle)) / 2
+    return total
+
+
+def test_bars_and_holes_are_those_of_the_model():
+    machine = gallery.load("norton_fourbar")
+    document = read(to_dxf(machine, "2 in", 0.5))
+    assert document.units == 1  # inches
+    block = document.blocks["rocker"]
+    holes = {(c.dxf.center.x, c.dxf.center.y): c.dxf.radius for c in block.query("CIRCLE")}
+    assert holes == {(0.0, 0.0): 0.25, (10.0, 0.0): 0.25}
+    (bar,) = block.query("LWPOLYLINE")
+    assert bar.closed and bar.dxf.layer == "rocker"
+    assert area(bar) == pytest.approx(2 * 10 + math.pi, rel=EXACT)
+    # Steiner: a plate within 1 of a triangle has its area, perimeter × 1 and a circle of 1
+    (plate,) = document.blocks["coupler"].query("LWPOLYLINE")
+    p = np.array(
+        [(c.dxf.location.x, c.dxf.location.y) for c in document.blocks["coupler"].query("POINT")]
+    )
+    sides = [math.dist(p[n], p[n - 1]) for n in range(3)]
+    half = sum(sides) / 2
+    triangle = math.sqrt(half * math.prod(half - side for side in sides))
+    assert area(plate) == pytest.approx(triangle + 2 * half + math.pi, rel=1e-9)
+
+
+def test_other_units_are_millimetres():
+    machine = mbody.files.model.in_units(gallery.load("norton_fourbar"), "cm-kN-s")
+    assert read(to_dxf(machine, "20 mm", "5 mm")).units == 5
+    yards = mbody.makers.four_bar(1, 3, 2, 3.5)
+    other = mbody.files.model.in_units(yards, "km-kN-s")
+    document = read(to_dxf(other, "0.2 m", "0.1 m"))
+    assert document.units == 4
+    radii = {round(c.dxf.radius, 9) for c in document.blocks["crank"].query("CIRCLE")}
+    assert radii == {50.0}
+
+
+def test_a_cam_touches_its_follower_everywhere():
+    """The roller's centre, where the engine has it, is its radius from the drawn contour."""
+    machine = gallery.load("cam_follower")
+    system = mbody.assemble(machine)
+    (line,) = read(to_dxf(machine, "20 mm", "8 mm")).blocks["shaft"].query("LWPOLYLINE")
+    contour = np.array([point[:2] for point in line.get_points("xy")])
+    run = mbody.kinematics(machine, turn=True, instants=73)
+    joint = machine["contact"]
+    roller = float(system.numbers["contact.roller"])
+    shaft, centre = run["shaft"], run["follower"]
+    c, s = np.cos(shaft.angle), np.sin(shaft.angle)
+    x, y = centre.x - shaft.x, centre.y - shaft.y
+    local = np.column_stack([c * x + s * y, -s * x + c * y])
+    # points of the contour are some 0.25 mm apart: the nearest is up to d²/8r more away
+    nearest = [np.min(np.hypot(*(contour - place).T)) for place in local]
+    assert nearest == pytest.approx(np.full(len(local), roller), rel=1e-3)
+    assert min(nearest) > roller * (1 - 1e-6)
+    assert contour == pytest.approx(
+        cam_contour(joint, system.numbers, np.linspace(0, math.tau, 1440, endpoint=False))
+    )
+
+
+def test_the_command_writes_a_drawing(tmp_path, capsys):
+    file = tmp_path / "parts.dxf"
+    words = ["export", "hoekens", "--to", "dxf", "-o", str(file), "--width", "10 mm"]
+    assert cli.main(words) == 0
+    said = capsys.readouterr().err
+    assert "holes without a pin_radius" in said and "bars are" not in said
+    assert not ezdxf.readfile(file).audit().errors
