@@ -18,6 +18,7 @@ from mbody.engineering.instant_centres import (
     centrodes,
     instant_centres,
 )
+from mbody.engineering.internal_loads import InternalLoads, Stress, internal_loads
 from mbody.engineering.motion_polygons import (
     MotionPolygon,
     acceleration_polygon,
@@ -41,6 +42,9 @@ from mbody.engineering.spring_balance import SpringBalance, spring_balance
 from mbody.solution.momentum import momentum
 
 __all__ = [
+    "internal_loads",
+    "Stress",
+    "InternalLoads",
     "size_flywheel",
     "FlywheelSizing",
     "FlywheelProof",

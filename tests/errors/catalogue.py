@@ -15,6 +15,7 @@ from mbody.quantities import FormulaError
 from tests.errors import (
     assembling,
     balancing,
+    bars,
     bridges_pymunk,
     closing,
     command,
@@ -80,6 +81,7 @@ SUBJECTS = (
         results,
         engineering,
         engines,
+        bars,
         balancing,
         teaching,
         closing,
