@@ -142,8 +142,8 @@ def _ends(run: Solution, link: Body) -> tuple[str, ...]:
     if len(found) != 2:
         raise ModelError(
             f"the direction of the bar '{link.name}' is open: it has joints at "
-            f"{listed(found) if found else 'no named point'}; say along which two points it goes, such as "
-            'section = { rectangle = ["20 mm", "8 mm"], along = ["A", "B"] }',
+            f"{listed(found) if found else 'no named point'}; say along which two points it "
+            'goes, such as section = { rectangle = ["20 mm", "8 mm"], along = ["A", "B"] }',
             link.name,
         )
     return tuple(found)

@@ -13,7 +13,7 @@ from mbody.engineering.link_mass import LinkMass, link_mass
 from mbody.errors import ModelError
 from mbody.model.section import CrossSection, as_section
 from mbody.sheets.text_table import Column, number, paragraph, table
-from mbody.solution.checks import check_forces, one_design
+from mbody.solution.checks import check_forces
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution, as_solution
 from mbody.system.read_only import lock
@@ -280,7 +280,6 @@ def internal_loads(
     """
     run = as_solution(run)
     check_forces(run, "internal loads")
-    one_design(run, "internal loads are of one design")
     if isinstance(places, bool) or not isinstance(places, int) or not 2 <= places <= MOST:
         raise ModelError(f"places must be a whole number from 2 to {MOST}, not {places!r}")
     bar = bar_of(run, body, along)
