@@ -262,7 +262,7 @@ def motor_sizing(
 
 
 @dataclass(frozen=True)
-class _Curve:
+class _CurveNumbers:
     """A motor's curve in numbers."""
 
     speed: Array
@@ -271,7 +271,7 @@ class _Curve:
     inertia: float
 
 
-def _curve(run: Solution, motor: MotorCurve) -> _Curve:
+def _curve(run: Solution, motor: MotorCurve) -> _CurveNumbers:
     """The numbers of a curve in the units of the mechanism."""
     if not isinstance(motor, MotorCurve):
         raise ModelError(f"a motor is MotorCurve(speed, peak, continuous), not {motor!r}")
@@ -297,7 +297,7 @@ def _curve(run: Solution, motor: MotorCurve) -> _Curve:
     inertia = number_in(run.mechanism, motor.inertia, "inertia", "motor", "inertia")
     if not inertia >= 0.0:
         raise ModelError(f"the inertia of a motor is not negative: {inertia:g}")
-    return _Curve(speed, rows["peak"], rows["continuous"], inertia)
+    return _CurveNumbers(speed, rows["peak"], rows["continuous"], inertia)
 
 
 class _Load:

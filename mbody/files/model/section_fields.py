@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from pydantic import AfterValidator, Discriminator, Tag
 
 from mbody.files.model import fields as of
+from mbody.model.body import Body
 from mbody.model.section import RectangleSection, RoundSection, TubeSection
 from mbody.quantities.units import DIMENSIONS
-
-if TYPE_CHECKING:
-    from mbody.files.model.write import Writer
-    from mbody.model.body import Body
 
 __all__ = ["cross_section", "section_table"]
 
@@ -75,8 +72,8 @@ cross_section = Annotated[
 ]
 
 
-def section_table(writer: Writer, body: Body) -> dict[str, Any]:
-    """The section of a body as a file has it."""
+def section_table(writer: Any, body: Body) -> dict[str, Any]:
+    """The section of a body as a file has it; `writer` writes numbers."""
     found: Any = body.section
     name = f"{body.name}.section"
     sizes = [
