@@ -29,7 +29,7 @@ from mbody.cli.design_arguments import (
     add_tolerances,
     add_transmission,
 )
-from mbody.cli.machine_arguments import add_flywheel, add_shaking
+from mbody.cli.machine_arguments import add_flywheel, add_internal, add_shaking
 from mbody.cli.picture_arguments import (
     add_animate,
     add_draw,
@@ -64,6 +64,7 @@ examples:
   mbody poles mine.toml --at crank=60             instant centres of all pairs of bodies
   mbody balance mine.toml --on 'crank=3 in' -o balanced.toml   counterweights
   mbody shaking mine.toml --turns 2 --shafts 1,2  shaking force by order, balance shafts
+  mbody internal mine.toml --body rod --over turn -o rod.svg   bending moment, stress
   mbody flywheel mine.toml --coefficient 0.02     the flywheel for a steady speed
   mbody derive mine.toml --at crank=60            its equations, in symbols and with numbers
   mbody exercise mine.toml --vary a=40:60 --count 30 --seed 7 --key key.md > sheet.md
@@ -187,6 +188,8 @@ def parser() -> argparse.ArgumentParser:
     add_shaking(command("shaking", orders, "shaking.shaking"))
     even = "fluctuation of the energy over a cycle, and the flywheel for it"
     add_flywheel(command("flywheel", even, "flywheel.flywheel"))
+    inside = "axial force, shear force, bending moment and stress along a link"
+    add_internal(command("internal", inside, "internal.internal"))
     derive = command("derive", "the equations in symbols and with numbers", "derive.derive")
     add_model(derive)
     add_instants(derive)

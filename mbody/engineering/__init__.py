@@ -4,6 +4,7 @@ from mbody.analysis.equilibria.equilibrium_curve import equilibrium_curve
 from mbody.analysis.initial.close_loops import close_loops
 from mbody.analysis.linear.linearize import linearize
 from mbody.engineering.balance_of_forces import ForceBalance
+from mbody.engineering.bearing_loads import BearingLoad, bearing_load
 from mbody.engineering.firing import firing_angles
 from mbody.engineering.fluctuation import Fluctuation, energy_fluctuation, fluctuation
 from mbody.engineering.flywheel import flywheel
@@ -18,11 +19,13 @@ from mbody.engineering.instant_centres import (
     centrodes,
     instant_centres,
 )
+from mbody.engineering.internal_loads import InternalLoads, Stress, internal_loads
 from mbody.engineering.motion_polygons import (
     MotionPolygon,
     acceleration_polygon,
     velocity_polygon,
 )
+from mbody.engineering.motor_sizing import MotorCurve, MotorSizing, motor_sizing
 from mbody.engineering.path_curvature import (
     InflectionCircle,
     PathCurvature,
@@ -41,6 +44,14 @@ from mbody.engineering.spring_balance import SpringBalance, spring_balance
 from mbody.solution.momentum import momentum
 
 __all__ = [
+    "motor_sizing",
+    "MotorSizing",
+    "MotorCurve",
+    "bearing_load",
+    "BearingLoad",
+    "internal_loads",
+    "Stress",
+    "InternalLoads",
     "size_flywheel",
     "FlywheelSizing",
     "FlywheelProof",

@@ -12,6 +12,7 @@ import numpy as np
 
 from mbody.analysis.dynamics.simulate import simulate
 from mbody.engineering.fluctuation import Fluctuation, angle_driver, fluctuation
+from mbody.engineering.link_energy import link_energy
 from mbody.errors import ModelError
 from mbody.laws import Table
 from mbody.model.changed_elements import with_changed
@@ -320,12 +321,7 @@ def _over_cycle(run: Solution, found: Fluctuation) -> tuple[Array, Array, Array]
     """Angles between the instants too, the links' energy there at the constant speed, and what a
     mean torque has brought beyond that of the driver, the change of that energy with it.
     """
-    n = run.system.mass.shape[0]
-    rates = np.array(
-        [[run[b.name].vx, run[b.name].vy, run[b.name].omega] for b in run.mechanism.bodies]
-    )
-    mass = run.system.mass[:n, 0].reshape(-1, 3)[: len(rates)]
-    kinetic = 0.5 * np.einsum("bk,bkt->t", mass, rates**2)
+    kinetic = link_energy(run)
     angle = found.angle
     x = np.abs(angle - angle[0])
     fine = np.unique(

@@ -18,6 +18,7 @@ from mbody.model.element import (
     number_field,
     point_numbers,
 )
+from mbody.model.section import CrossSection, as_section
 from mbody.model.touching_shapes import Shape, ShapeLike, as_shapes, shape_numbers
 from mbody.quantities.number import number
 from mbody.quantities.types import (
@@ -145,6 +146,9 @@ class Body(Element):
         ``{"line": {"point": "P", "angle": 0.1}}``; all by points of the body. A point alone needs
         no shape.
 
+    section : RectangleSection, TubeSection, RoundSection, optional
+        Cross-section of a link that is a bar, of `mbody.model.section`: for its stresses alone.
+
     Examples
     --------
     >>> crank = Body("crank", mass=2.0, cg=(0.1, 0.0), points={"A": (0.2, 0.0)})
@@ -168,6 +172,7 @@ class Body(Element):
     guess: Converted[Guess, GuessLike] = default(None)
     spread: Literal["point"] | SlenderRod | SecondMoments | None = None
     shapes: Converted[dict[str, Shape], Mapping[str, ShapeLike]] = default_made(dict)
+    section: CrossSection | None = None
 
     def _enter(self) -> None:
         super()._enter()
@@ -183,7 +188,7 @@ class Body(Element):
                     f"'{name}': {point!r} is no name of a point: give text without a dot", name
                 )
             check_name(point, "point")
-            if point in ("cg", "mass", "weight", "inertia", "spread"):
+            if point in ("cg", "mass", "weight", "inertia", "spread", "section"):
                 raise ModelError(
                     f"'{name}': the name of a point may not be '{point}', which is a number of the "
                     "body: choose another",
@@ -195,6 +200,7 @@ class Body(Element):
         object.__setattr__(self, "guess", as_guess(self.guess, name))
         object.__setattr__(self, "spread", as_spread(self.spread, name))
         object.__setattr__(self, "shapes", as_shapes(self.shapes, name, points))
+        object.__setattr__(self, "section", as_section(self.section, name, points))
 
     def _check(self) -> None:
         if self.mass is not None and self.weight is not None:
@@ -243,6 +249,9 @@ class Body(Element):
             result |= shape_numbers(f"{self.name}.{key}", shape)
         if isinstance(self.spread, (SlenderRod, SecondMoments)):
             result |= {f"{self.name}.spread.{k}": v for k, v in vars(self.spread).items()}
+        if self.section is not None:
+            sizes = {key: getattr(self.section, key) for key in self.section.sizes}
+            result |= {f"{self.name}.section.{key}": size for key, size in sizes.items()}
         return result
 
     @property

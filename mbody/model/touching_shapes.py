@@ -137,7 +137,7 @@ def as_shapes(given: Any, body: str, points: Mapping[str, Any]) -> dict[str, Sha
     found: dict[str, Shape] = {}
     for name, value in given.items():
         check_name(name, "shape")
-        if name in points or name in ("cg", "mass", "weight", "inertia", "spread"):
+        if name in points or name in ("cg", "mass", "weight", "inertia", "spread", "section"):
             raise ModelError(
                 f"'{body}': the name of shape '{name}' is taken by a point or a number of the "
                 "body: choose another",

@@ -288,6 +288,8 @@ def _takes(field: dataclasses.Field[Any]) -> str:
         "shapes": "shapes by name: disc, ring, line, segment, polygon",
         "cg": "[x, y], length [m]",
         "guess": "an angle, or { x = …, y = …, angle = … }",
+        "section": "{ rectangle = [height, thickness] }, { tube = [outer, inner] } or "
+        "{ round = diameter }, with along = [point, point] where joints do not say it",
         "spread": '"point", { slender = angle } or { xx = …, yy = …, xy = … }',
     }
     return special.get(field.name) or _WRITTEN.get(str(field.type), "see below")

@@ -96,6 +96,7 @@ SCENARIOS = {
     "orders of shaking in words": said(["shaking", "v_twin", "--orders", "all"]),
     "a firing order that leaves out a cylinder": lambda: firing_angles("1-3-4", 4),
     "a firing order with a cylinder twice": lambda: firing_angles("1-3-4-3-2"),
+    "a firing order of a cylinder that is not there": lambda: firing_angles("1-5", 2),
     "a firing order in words": lambda: firing_angles("one, two"),
     "a firing order of halves": lambda: firing_angles([1.0, 2.5]),
     "a firing order of no cylinders": lambda: firing_angles("1-2", 0),

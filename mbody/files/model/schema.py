@@ -25,6 +25,7 @@ from mbody.files.model.kinds import LAWS, SECTIONS, written_fields
 from mbody.files.model.law_fields import law
 from mbody.files.model.optimize_table import OptimizeIn
 from mbody.files.model.report_table import ReportIn
+from mbody.files.model.section_fields import cross_section
 from mbody.model.body import Body
 from mbody.model.element import Element
 from mbody.model.simulation import METHODS
@@ -168,7 +169,7 @@ def _body(words: tuple[str, ...]) -> Any:
     descriptions = described(Body)
     columns: dict[str, Any] = {}
     special = {"cg": of.point, "points": of.points, "guess": of.guess}
-    special |= {"spread": of.spread, "shapes": of.shapes}
+    special |= {"spread": of.spread, "shapes": of.shapes, "section": cross_section}
     for field in dataclasses.fields(Body):
         if field.name == "name":
             continue

@@ -20,6 +20,7 @@ from mbody.files.model.limits import Limits, limits_of
 from mbody.files.model.optimize_table import task_formulas, task_tables
 from mbody.files.model.read import check_size
 from mbody.files.model.report_table import settings_table
+from mbody.files.model.section_fields import section_table
 from mbody.files.model.toml import toml
 from mbody.files.model.write_curves import curve_table
 from mbody.files.model.write_shapes import shape_tables
@@ -243,6 +244,8 @@ class Writer:
             table["guess"] = self.guess(f"{name}.guess", body.guess)
         if body.spread is not None:
             table["spread"] = self.spread(f"{name}.spread", body.spread)
+        if body.section is not None:
+            table["section"] = section_table(self, body)
         return table
 
     def points(self, body: Body) -> dict[str, Any]:

@@ -1,0 +1,333 @@
+"""A motor with its gear against what a driver asks of it: speed, peak torque, heat."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mbody.engineering.fluctuation import angle_driver
+from mbody.engineering.link_energy import link_energy
+from mbody.errors import ModelError
+from mbody.model.numbers import number_in
+from mbody.quantities.types import Number
+from mbody.sheets.text_table import Column, number, numbers, table
+from mbody.solution.checks import one_design
+from mbody.solution.doubts import Inherited, inherited
+from mbody.solution.solution import Solution, as_solution
+from mbody.system.read_only import lock
+
+__all__ = ["MotorCurve", "MotorSizing", "motor_sizing"]
+
+Array = np.ndarray
+
+#: The rows of a motor's curve, and what they measure.
+ROWS = {"speed": "angular velocity", "peak": "torque", "continuous": "torque"}
+
+
+@dataclass(frozen=True)
+class MotorCurve:
+    """A motor as its data sheet has it.
+
+    Parameters
+    ----------
+    speed : sequence of float or str
+        Speeds of the curve, from 0 to the greatest that is allowed [rad/time].
+    peak : sequence of float or str
+        The greatest torque at these speeds [force·length]; straight lines between them.
+    continuous : sequence of float or str
+        The torque that may last, of which the motor grows as hot as it may.
+    inertia : float or str
+        Of its rotor [mass·length²].
+
+    Examples
+    --------
+    >>> motor = MotorCurve(["0 rpm", "3000 rpm"], ["6 N*m", "6 N*m"], ["2 N*m", "1.6 N*m"])
+    >>> motor.inertia
+    0.0
+    """
+
+    speed: Sequence[Number]
+    peak: Sequence[Number]
+    continuous: Sequence[Number]
+    inertia: Number = 0.0
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class MotorSizing(Inherited):
+    """What a motor has to give, and how near its limits that is.
+
+    Attributes
+    ----------
+    ratio : float
+        Speed of the motor by that of the driven body.
+    rms, peak : float
+        Root of the mean square and greatest size of its torque [force·length]; the mean is over
+        motion and rest.
+    rms_speed, top_speed : float
+        The same of its speed [rad/time], of the mean too.
+    inertia_ratio : float
+        Mean inertia that it feels from the load, by its own; infinite without one of its own.
+    used : dict
+        The share of each limit that is used: "speed" of the top speed, "peak" of the peak torque at
+        the speed where it is nearest, "thermal" of the continuous torque at the rms speed.
+    active : str
+        The limit of which most is used.
+    best_ratio : float
+        With the least rms torque; infinite or zero where the torque falls all the way.
+    speed, torque : arrays (instants,)
+        Of the motor.
+    run : Solution
+    driver : str
+    """
+
+    ratio: float
+    rms: float
+    peak: float
+    rms_speed: float
+    top_speed: float
+    inertia_ratio: float
+    used: dict[str, float]
+    active: str
+    best_ratio: float
+    speed: Array
+    torque: Array
+    run: Any
+    driver: str
+
+    def __post_init__(self) -> None:
+        lock(self)
+
+    @property
+    def suffices(self) -> bool:
+        """Whether no limit is exceeded."""
+        return self.used[self.active] <= 1.0
+
+    def data(self) -> dict[str, Any]:
+        """As plain values, ready for JSON; what is infinite is null."""
+        keys = ("ratio", "rms", "peak", "rms_speed", "top_speed", "inertia_ratio", "best_ratio")
+        plain = {key: getattr(self, key) for key in keys}
+        return {
+            "driver": self.driver,
+            **{key: value if math.isfinite(value) else None for key, value in plain.items()},
+            "used": self.used,
+            "active": self.active,
+            "suffices": self.suffices,
+        }
+
+    def __str__(self) -> str:
+        unit = self.run.mechanism.units
+        torque, speed = unit.of("torque"), f"rad/{unit.time}"
+        rows = [
+            ("gear ratio", self.ratio, ""),
+            ("ratio of least rms torque", self.best_ratio, ""),
+            ("rms torque, rest included", self.rms, torque),
+            ("greatest torque", self.peak, torque),
+            ("greatest speed", self.top_speed, speed),
+            ("inertia of the load by the motor's own", self.inertia_ratio, ""),
+            *((f"{key} limit used", 100.0 * value, "%") for key, value in self.used.items()),
+        ]
+        lines = table(
+            [
+                Column("MOTOR", [row[0] for row in rows], text=True),
+                Column("", [number(row[1]) for row in rows]),
+                Column("unit", [row[2] for row in rows], text=True),
+            ]
+        )
+        verdict = "it suffices" if self.suffices else "it does not suffice"
+        head = f"{self.run.mechanism.name}: driver '{self.driver}'"
+        return "\n".join([head, "", *lines, "", f"{verdict}: the {self.active} limit is nearest"])
+
+    def __repr__(self) -> str:
+        return f"MotorSizing({numbers([self.used[self.active]])[0]} of its {self.active} limit)"
+
+
+def motor_sizing(
+    run: Solution,
+    motor: MotorCurve,
+    driver: str | None = None,
+    *,
+    ratio: float | None = None,
+    efficiency: float = 1.0,
+    rest: Number = 0.0,
+) -> MotorSizing:
+    """A motor and a gear for a driver: rms and peak torque, inertia ratio, and the limit that is
+    nearest.
+
+    T = J i α + τ/(i η) where it drives, J i α + τ η/i where it is driven
+
+    Parameters
+    ----------
+    run : Solution
+        Of kinetostatics over the cycle of work.
+    motor : MotorCurve
+    driver : str, optional
+        Name of the driver of an angle; by default the only one.
+    ratio : float, optional
+        Speed of the motor by that of the driver; by default that of the least rms torque, as far as
+        the motor's top speed lets it be.
+    efficiency : float
+        Of the gear, η, above 0 and at most 1.
+    rest : float or str
+        How long the motor stands without torque after each cycle [time]: the duty cycle.
+
+    Returns
+    -------
+    MotorSizing
+
+    Raises
+    ------
+    ModelError
+        For one instant, a batch, a motor that is none, a ratio at which the motor would turn faster
+        than its curve goes, or a driver that does not move.
+
+    Notes
+    -----
+    Heat goes with the square of the torque, and the motor's time constants are long beside a
+    cycle: its rms torque is held against what it may give for ever at its rms speed. Without losses
+    the least rms torque is at i* = √(rms τ/(J rms α)).
+
+    Source: design of servo drives, such as M. Budinger et al., or any maker's catalogue.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> machine = mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 3, 2), speed=3.0)
+    >>> run = mbody.kinetostatics(machine, turn=True)
+    >>> motor = MotorCurve([0.0, 300.0], [9.0, 9.0], [3.0, 2.0], inertia=1e-4)
+    >>> found = motor_sizing(run, motor, ratio=50.0)
+    >>> found.active, found.suffices
+    ('speed', True)
+    """
+    run = as_solution(run)
+    if not run.has_forces:
+        raise ModelError(f"{run.analysis} finds no torques: a motor is sized by kinetostatics")
+    one_design(run, "a motor is sized for one design")
+    name = angle_driver(run, driver)
+    if len(run) < 2 or not np.ptp(run.t) > 0.0:
+        raise ModelError(
+            "a motor is sized over a cycle of time, this is one instant: analyse a turn, or "
+            "several times"
+        )
+    if not 0.0 < float(efficiency) <= 1.0:
+        raise ModelError(f"the efficiency of a gear is above 0 and at most 1, not {efficiency!r}")
+    curve = _curve(run, motor)
+    pause = number_in(run.mechanism, rest, "time", name, "rest")
+    if not pause >= 0.0:
+        raise ModelError(f"the rest after a cycle is a time from 0 on, not {pause:g}", name)
+    load = _Load(run, name, curve.inertia, float(efficiency), pause)
+    top = float(np.abs(load.omega).max())
+    if not top > 0.0:
+        raise ModelError(f"driver '{name}' does not move: a motor is sized for a motion", name)
+    best = load.best_ratio()
+    limit = float(curve.speed[-1]) / top
+    chosen = min(best, limit) if ratio is None else float(ratio)
+    if not chosen > 0.0 or not math.isfinite(chosen):
+        raise ModelError(f"a gear ratio is above 0, not {chosen:g}: give one", name)
+    if chosen > limit * (1.0 + 1e-12):
+        unit = f"rad/{run.mechanism.units.time}"
+        raise ModelError(
+            f"with the ratio {chosen:g} the motor would turn at up to {chosen * top:.6g} {unit}, "
+            f"its curve ends at {curve.speed[-1]:.6g} {unit}: the ratio is at most {limit:.6g}",
+            name,
+        )
+    speed, torque = chosen * load.omega, load.torque(chosen)
+    rms, rms_speed = load.rms(torque), load.rms(speed)
+    at = np.abs(speed)
+    used = {
+        "speed": chosen * top / float(curve.speed[-1]),
+        "peak": float((np.abs(torque) / np.interp(at, curve.speed, curve.peak)).max()),
+        "thermal": rms / float(np.interp(rms_speed, curve.speed, curve.continuous)),
+    }
+    reflected = load.inertia / chosen**2
+    return MotorSizing(
+        chosen,
+        rms,
+        float(np.abs(torque).max()),
+        rms_speed,
+        chosen * top,
+        reflected / curve.inertia if curve.inertia else math.inf,
+        used,
+        max(used, key=lambda key: used[key]),
+        best,
+        speed,
+        torque,
+        run,
+        name,
+        **inherited(run),
+    )
+
+
+@dataclass(frozen=True)
+class _CurveNumbers:
+    """A motor's curve in numbers."""
+
+    speed: Array
+    peak: Array
+    continuous: Array
+    inertia: float
+
+
+def _curve(run: Solution, motor: MotorCurve) -> _CurveNumbers:
+    """The numbers of a curve in the units of the mechanism."""
+    if not isinstance(motor, MotorCurve):
+        raise ModelError(f"a motor is MotorCurve(speed, peak, continuous), not {motor!r}")
+    rows = {}
+    for key, dimension in ROWS.items():
+        values = getattr(motor, key)
+        rows[key] = np.array(
+            [number_in(run.mechanism, v, dimension, "motor", key) for v in values], dtype=float
+        )
+    sizes = {key: len(row) for key, row in rows.items()}
+    if len(set(sizes.values())) > 1 or sizes["speed"] < 2:
+        raise ModelError(
+            f"a motor's curve has as many speeds as torques, two or more, not {sizes['speed']}, "
+            f"{sizes['peak']} and {sizes['continuous']}"
+        )
+    speed = rows["speed"]
+    if speed[0] != 0.0 or not (np.diff(speed) > 0.0).all():
+        raise ModelError("the speeds of a motor's curve rise from 0 on: sort the points")
+    if not min(rows["peak"].min(), rows["continuous"].min()) > 0.0:
+        raise ModelError(
+            "the torques of a motor's curve are above 0: end it at a speed where there is some"
+        )
+    inertia = number_in(run.mechanism, motor.inertia, "inertia", "motor", "inertia")
+    if not inertia >= 0.0:
+        raise ModelError(f"the inertia of a motor is not negative: {inertia:g}")
+    return _CurveNumbers(speed, rows["peak"], rows["continuous"], inertia)
+
+
+class _Load:
+    """What a driver asks of its motor, over time."""
+
+    def __init__(
+        self, run: Solution, name: str, inertia: float, efficiency: float, rest: float
+    ) -> None:
+        _, omega, alpha = (np.asarray(part, dtype=float) for part in run.driven(name))
+        self.t, self.omega, self.alpha = run.t, omega, alpha
+        self.effort = np.asarray(run.effort(name), dtype=float)
+        self.own, self.efficiency = inertia, efficiency
+        self.whole = float(run.t[-1] - run.t[0]) + rest
+        # kinetic energy at unit rate, twice: the inertia that the driver feels
+        still = np.abs(omega) > 1e-9 * np.abs(omega).max(initial=0.0)
+        felt = 2.0 * link_energy(run)[still] / omega[still] ** 2
+        self.inertia = float(felt.mean()) if felt.size else 0.0
+
+    def torque(self, ratio: float) -> Array:
+        """Of the motor: the gear's losses are its own where it drives, else the load's."""
+        drives = self.effort * self.omega >= 0.0
+        through = np.where(drives, 1.0 / self.efficiency, self.efficiency)
+        return np.asarray(self.own * ratio * self.alpha + self.effort * through / ratio)
+
+    def rms(self, values: Array) -> float:
+        """Root of the mean square over motion and rest."""
+        return math.sqrt(float(np.trapezoid(values**2, self.t)) / self.whole)
+
+    def best_ratio(self) -> float:
+        """With the least rms torque: J² i² ⟨α²⟩ + 2 J ⟨α τ⟩ + ⟨τ²⟩/i²."""
+        carried = self.rms(self.torque(1.0) - self.own * self.alpha)
+        turned = self.own * self.rms(self.alpha)
+        return math.sqrt(carried / turned) if turned > 0.0 else math.inf
