@@ -9,7 +9,21 @@ from mbody.errors import ModelError
 from mbody.quantities.evaluate import Scope, dimension_text, evaluate
 from mbody.quantities.parse import FormulaError, parse_unit
 
-__all__ = ["convert", "deg", "rpm"]
+__all__ = ["convert", "deg", "rpm", "short_degrees"]
+
+
+def short_degrees(value: float) -> float:
+    """An angle [rad] in degrees, with the fewest digits that mean the same angle.
+
+    >>> short_degrees(math.radians(60.0)), math.degrees(math.radians(60.0))
+    (60.0, 59.99999999999999)
+    """
+    degrees = math.degrees(value)
+    for digits in range(14):
+        short = round(degrees, digits)
+        if math.radians(short) == value:
+            return short
+    return degrees
 
 
 def convert(values: Any, unit: str, to: str) -> Any:

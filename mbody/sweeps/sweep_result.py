@@ -12,7 +12,8 @@ import numpy as np
 from mbody.core.presentation import present
 from mbody.errors import ModelError
 from mbody.model.element import listed
-from mbody.sheets.text_table import Column, number, paragraph, table
+from mbody.model.numbers import dimension_named
+from mbody.sheets.text_table import Column, number, numbers, paragraph, table
 from mbody.solution.doubts import Doubt
 from mbody.sweeps.samples import DesignNumbers
 from mbody.system.read_only import locked
@@ -22,6 +23,8 @@ __all__ = ["ColumnStore", "Sweep"]
 
 #: Failed designs that a sheet names.
 NAMED = 3
+#: Designs up to which each has a row, and how many numbers a row has.
+LISTED, SHOWN = 30, 8
 
 
 class ColumnStore(Protocol):
@@ -212,6 +215,23 @@ class Sweep:
         # what a notebook shows
         return str(present("notebook", self))
 
+    def _designs(self) -> list[str]:
+        """A row for each design where they are few: its numbers, and its measures of one value."""
+        if not 1 < len(self) <= LISTED:
+            return []
+        columns = [Column("DESIGN", [str(n) for n in range(len(self))])]
+        machine = self.system.mechanism
+        for given, name in zip(self.samples.given_names, self.samples.names, strict=True):
+            kind = dimension_named(machine, name)
+            unit = "" if kind is None else machine.units.of(kind)
+            columns.append(Column(given, numbers(self.parameter(given)), unit))
+        measures = [name for name in self.names if self._column(name).ndim == 1]
+        if not measures:
+            return []  # histories
+        for name in measures:
+            columns.append(Column(name, numbers(self._column(name)), self.units[name]))
+        return ["", *table(columns[: 1 + SHOWN])]
+
     def __str__(self) -> str:
         machine, failed = self.system.mechanism, self.failures
         lines = paragraph(
@@ -227,6 +247,7 @@ class Sweep:
             "",
             *table(columns),
         ]
+        lines += self._designs()
         if failed:
             lines += ["", f"{len(failed)} of {len(self)} designs failed:"]
             some = sorted(failed.items())[:NAMED]

@@ -76,21 +76,24 @@ def _table(name: str, given: Any, dimensions: Sequence[str], units: UnitSystem) 
             f"synthesize: {name} must be a list of rows ({columns}), not {brief(given)}"
         )
     rows, scope = [], Scope(units)
-    for n, row in enumerate(given):
+    for n, row in enumerate(given, 1):
         try:
             cells = list(row) if not isinstance(row, (str, bytes)) else []
         except TypeError:
             cells = []
         if len(cells) != len(dimensions):
             raise ModelError(
-                f"synthesize: {name}[{n}] must have {len(dimensions)} numbers ({columns}), not "
-                f"{brief(row)}"
+                f"synthesize: row {n} of {name} must have {len(dimensions)} numbers ({columns}), "
+                f"not {brief(row)}"
             )
         rows.append(
             [
                 float(evaluated(number(_plain(cell), kind, name, key), scope, name, key))
                 for cell, kind, key in zip(
-                    cells, dimensions, (f"row {n}, {k}" for k in range(len(cells))), strict=True
+                    cells,
+                    dimensions,
+                    (f"row {n}, number {k}" for k in range(1, len(cells) + 1)),
+                    strict=True,
                 )
             ]
         )

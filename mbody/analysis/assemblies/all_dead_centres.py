@@ -28,6 +28,7 @@ from mbody.errors import ModelError
 from mbody.model.driver import Driver
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
+from mbody.quantities.convert import short_degrees
 from mbody.solution.doubts import Doubt, Inherited, status_of
 from mbody.system.system import System
 
@@ -113,7 +114,7 @@ class DeadCentres(Inherited):
 
     def data(self, angle: str = "deg") -> list[dict[str, Any]]:
         """Plain values, ready for JSON; angles in `angle`."""
-        turn = math.degrees if angle == "deg" else float
+        turn = short_degrees if angle == "deg" else float
         return [
             {"driver": one.driver, "value": turn(one.value), "bodies": list(one.bodies)}
             for one in self.positions

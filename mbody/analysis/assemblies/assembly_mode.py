@@ -12,6 +12,7 @@ from mbody.core.presentation import present
 from mbody.errors import ModelError, brief
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
+from mbody.quantities.convert import short_degrees
 from mbody.solution.doubts import Inherited
 from mbody.solution.heading import heading, unit_symbols
 
@@ -147,7 +148,7 @@ class AssemblyModes(Inherited):
 
     def data(self, angle: str = "deg") -> dict[str, Any]:
         """Everything as plain values, ready for JSON; angles in `angle`, "deg" or "rad"."""
-        turn = np.degrees if angle == "deg" else float
+        turn = short_degrees if angle == "deg" else float
         angular = {d.name: d.angular for d in self.mechanism.drivers}
         head = heading(
             self.mechanism.name, "assemblies", unit_symbols(self.mechanism.units, angle), self
@@ -161,13 +162,13 @@ class AssemblyModes(Inherited):
                 "branch": None,
                 "residual": mode.residual,
                 "bodies": {
-                    name: {"x": x, "y": y, "angle": float(turn(a))}
+                    name: {"x": x, "y": y, "angle": turn(float(a))}
                     for name, (x, y, a) in mode.items()
                 },
             }
             for mode in self.modes
         ]
-        at = {name: float(turn(v)) if angular[name] else v for name, v in self.at.items()}
+        at = {name: turn(float(v)) if angular[name] else v for name, v in self.at.items()}
         return head | {
             "at": at,
             "count": len(self),

@@ -24,6 +24,7 @@ from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core.presentation import present
 from mbody.errors import ModelError
 from mbody.model.mechanism import Mechanism
+from mbody.quantities.convert import short_degrees
 from mbody.quantities.types import Number
 from mbody.solution.doubts import Doubt, Inherited, status_of
 from mbody.system.system import System
@@ -115,7 +116,7 @@ class Circuits(Inherited):
     def data(self, angle: str = "deg") -> dict[str, Any]:
         """The modes as data with circuits and dead centres, ready for JSON."""
         angular = self.mechanism[self.driver].angular  # type: ignore[attr-defined]  # a driver
-        turn = math.degrees if angular and angle == "deg" else float
+        turn = short_degrees if angular and angle == "deg" else float
         found = self.modes.data(angle)
         for mode in found["modes"]:
             mode["circuit"], mode["branch"] = self.of(mode["number"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -38,7 +39,8 @@ class LimitedJoint(RubbingJoint, StrikingJoint):
     def _check(self) -> None:
         super()._check()
         if self.limits is not None and None not in self.limits:
-            self._refuse_limits(*map(float, self.limits))
+            low, high = map(float, self.limits)
+            self._refuse_limits(low, high, "")
 
     def refuse(self, at: Numbers, unit: str) -> None:
         """Refuse limits in the wrong order, of any design."""
@@ -46,13 +48,16 @@ class LimitedJoint(RubbingJoint, StrikingJoint):
         if self.limits is not None and None not in self.limits:
             pair = (at[f"{self.name}.limits.{end}"] for end in ENDS)
             for low, high in zip(*map(np.ravel, np.broadcast_arrays(*pair)), strict=True):
-                self._refuse_limits(float(low), float(high))
+                self._refuse_limits(float(low), float(high), f" {unit}")
 
-    def _refuse_limits(self, low: float, high: float) -> None:
+    def _refuse_limits(self, low: float, high: float, length: str) -> None:
         if not low < high:
+            (field,) = (one for one in dataclasses.fields(self) if one.name == "limits")
+            angular = field.metadata["limits"] == "angle"
+            unit = " rad" if angular else length
             raise ModelError(
-                f"'{self.name}': limits are {low:g} and {high:g}: give the lesser first, and two "
-                "that differ",
+                f"'{self.name}': limits are {low:g} and {high:g}{unit}: give the lesser first, and "
+                "two that differ",
                 self.name,
             )
 
