@@ -7,8 +7,8 @@ import math
 from typing import Any
 
 from mbody.cli.interrupts import interrupt
+from mbody.cli.option_values import whole_number
 from mbody.cli.streams import message
-from mbody.cli.synthesize import whole_number
 from mbody.cli.usage import UsageError
 
 __all__ = ["add_linkages", "linkages"]
@@ -42,7 +42,7 @@ def linkages(args: Any) -> int:
     from mbody.topologies.dataset import LinkageSet, write_linkages
 
     names = ("count", "nodes", "seed", "instants", "threads")
-    given = {name: whole_number(name, getattr(args, name)) for name in names}
+    given = {name: whole_number(f"--{name}", getattr(args, name)) for name in names}
     options: dict[str, Any] = {name: n for name, n in given.items() if n is not None}
     threads = options.pop("threads", None) or cores()
     if args.groups is not None:

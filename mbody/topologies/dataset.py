@@ -26,7 +26,7 @@ from mbody.sweeps.whole_files import remove_abandoned, write_whole
 from mbody.topologies.arrays import linkage_arrays
 from mbody.topologies.canonical import canonical_order
 from mbody.topologies.generator import ALIKE, GROUPS, check_groups, random_linkages, shape_of
-from mbody.topologies.linkages import linkages
+from mbody.topologies.many_linkages import linkages
 
 __all__ = ["LinkageSet", "Written", "write_linkages"]
 

@@ -86,7 +86,7 @@ SCENARIOS = {
     "linkages of no speed": lambda: linkages({"speed": float("nan")}),
     "linkages in a field without a direction": lambda: linkages({"gravity": 9.81}),
     "linkages that do not fit into memory": lambda: small_memory(
-        linkages, "mbody.topologies.linkages.memory"
+        linkages, "mbody.topologies.many_linkages.memory"
     ),
     "a linkage that is no mechanism": lambda: reason(ground=[(0, -1)]),
     "a linkage that is a frame": lambda: reason(ground=[(0, 1, 2, 3)]),
