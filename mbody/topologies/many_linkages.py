@@ -16,7 +16,7 @@ from mbody.errors import ModelError
 from mbody.quantities.types import PlainNumbers
 from mbody.topologies.arrays import LinkageArrays, linkage_arrays
 from mbody.topologies.canonical import CanonicalOrder, canonical_order
-from mbody.topologies.march import Group, follow_group
+from mbody.topologies.march import LinkageGroup, follow_group
 from mbody.topologies.plan import Graph, graph_of, planned
 
 __all__ = ["Linkages", "linkages"]
@@ -281,7 +281,7 @@ class _Work:
         joints = joints / length[:, None, None]
         prescribed = np.column_stack([motion.turn[lot], *(motion.gravity[:, None] / unit)])
         par, mass, q = plan.numbers(joints, cg, masses, made.directions[row, slides], prescribed)
-        group = Group(
+        group = LinkageGroup(
             plan,
             par,
             mass,

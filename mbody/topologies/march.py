@@ -29,7 +29,7 @@ from mbody.system.pivoting import lane_workspace
 from mbody.system.system import System
 from mbody.topologies.plan import GROUND, TopologyPlan
 
-__all__ = ["Group", "follow_group"]
+__all__ = ["LinkageGroup", "follow_group"]
 
 #: Greatest coordinate to which corrections are relative, in longest links and radians.
 REACH = 10.0
@@ -40,7 +40,7 @@ SEAM = 1e-8
 
 
 @dataclass(frozen=True, eq=False)
-class Group:
+class LinkageGroup:
     """Linkages of one topology, all in canonical order.
 
     Attributes
@@ -67,7 +67,7 @@ class Group:
 
 
 def follow_group(
-    group: Group, output: np.ndarray, margins: np.ndarray
+    group: LinkageGroup, output: np.ndarray, margins: np.ndarray
 ) -> dict[int, tuple[str, float]]:
     """Fill `output` (all linkages, instants, columns) and the margins (all linkages,); of each that
     failed its row, with why and the τ where.
@@ -80,7 +80,7 @@ def follow_group(
 class _March:
     """The motion of one group."""
 
-    def __init__(self, group: Group, output: np.ndarray, margins: np.ndarray) -> None:
+    def __init__(self, group: LinkageGroup, output: np.ndarray, margins: np.ndarray) -> None:
         self.group, self.output, self.margins = group, output, margins
         self.failures: dict[int, tuple[str, float]] = {}
         plan = group.plan
