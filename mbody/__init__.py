@@ -115,6 +115,7 @@ if TYPE_CHECKING:
     from mbody.synthesis.request import synthesize
     from mbody.system.assembler import assemble
     from mbody.system.system import System
+    from mbody.topologies.many_linkages import linkages
     from mbody.views import animate, draw, plot, view
 
 # Type checkers read the imports above and this list. At run time a name is loaded when it is first
@@ -200,6 +201,7 @@ __all__ = [
     "gradient",
     "kinematics",
     "kinetostatics",
+    "linkages",
     "load",
     "load_run",
     "member_forces",
@@ -331,6 +333,7 @@ _MODULES = {
     "stepping.simulators": "Simulators",
     "sweeps.run": "sweep",
     "synthesis.request": "synthesize",
+    "topologies.many_linkages": "linkages",
     "system.assembler": "assemble",
     "system.system": "System",
     "views": "animate draw plot view",

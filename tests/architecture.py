@@ -47,7 +47,7 @@ LAYERS = (
     ("views", "engines", "sweeps", "image"),
     ("derivatives",),
     ("live", "reports", "stepping", "exchange"),
-    ("optimization", "synthesis", "teaching"),
+    ("optimization", "synthesis", "teaching", "topologies"),
     ("envs",),
     ("cli",),
     ("__main__", "__init__"),

@@ -29,6 +29,7 @@ from mbody.cli.design_arguments import (
     add_tolerances,
     add_transmission,
 )
+from mbody.cli.linkages import add_linkages
 from mbody.cli.machine_arguments import add_flywheel, add_internal, add_shaking
 from mbody.cli.picture_arguments import (
     add_animate,
@@ -150,6 +151,8 @@ def parser() -> argparse.ArgumentParser:
     same = "other four-bars and slider-cranks with the same coupler curve"
     add_cognates(command("cognates", same, "cognates.cognates"))
     add_atlas(command("atlas", "coupler curves to start a synthesis from", "atlas.atlas"))
+    random = "a data set of random linkages with motion and forces"
+    add_linkages(command("linkages", random, "linkages.linkages"))
     solve = command(
         "solve", "the questions of a model: unknowns that meet conditions", "solve.solve"
     )

@@ -60,9 +60,12 @@ __all__ = [
     "GREATEST",
     "GREATEST_AT",
     "SHARED",
+    "TWO",
     "Designs",
     "FollowedLanes",
     "LanePath",
+    "advance",
+    "begin",
     "follow_designs",
     "follow_lanes",
 ]

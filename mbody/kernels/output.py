@@ -6,7 +6,7 @@ from mbody.core.decorators import inline, njit
 from mbody.core.lanes import ld, st
 from mbody.kernels.layout import FRICTION_NUMBERS
 
-__all__ = ["PER_PRIMITIVE", "keep", "keep_primitives", "keep_some"]
+__all__ = ["PER_PRIMITIVE", "keep", "keep_primitive", "keep_primitives", "keep_some"]
 
 #: Numbers of one primitive: λ₀, λ₁, then force (x, y) and torque on body j at the marker on j.
 PER_PRIMITIVE = 5

@@ -162,10 +162,10 @@ def cheapest(S):
 @inline
 def is_there(S, at):
     """Whether a number is more than rounding at every position."""
+    there = True
     for m in range(S.least.shape[0]):
-        if not abs(S.numbers[at, m]) > S.least[m]:
-            return False
-    return True
+        there = there and abs(S.numbers[at, m]) > S.least[m]
+    return there
 
 
 @njit
@@ -232,7 +232,7 @@ def divide_blocks(pattern: Tables, rows: Ints, columns: Ints, work: Tables) -> i
 
 @njit
 def match(pattern, column_of, row_of, work):
-    """A transversal by augmenting paths: row_of[column] and column_of[row]; whether there is one."""
+    """A transversal by augmenting paths, row_of[column], column_of[row]; whether there is one."""
     size = column_of.shape[0]
     seen, came, waiting = work[1], work[2], work[3]
     for n in range(size):

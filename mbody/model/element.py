@@ -8,6 +8,7 @@ are checked when it is made and can be changed by dotted name (``"crank.mass"``,
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -263,6 +264,18 @@ def check_name(name: Any, what: str) -> None:
         )
 
 
+@functools.cache
+def _fields(kind: Any) -> tuple[dataclasses.Field[Any], ...]:
+    """The fields of a class of elements that say what they are."""
+    return tuple(field for field in dataclasses.fields(kind) if field.metadata)
+
+
+@functools.cache
+def _places(kind: Any) -> tuple[str, ...]:
+    """Names of those that hold markers."""
+    return tuple(field.name for field in _fields(kind) if "place" in field.metadata)
+
+
 @dataclass(frozen=True)
 class Element:
     """Base of all elements: checks its own fields when it is made.
@@ -294,7 +307,7 @@ class Element:
 
     def _enter(self) -> None:
         """Let every field in: numbers, laws and places in the one form that they have inside."""
-        for field in dataclasses.fields(self):
+        for field in _fields(cast(Any, type(self))):
             value = getattr(self, field.name)
             if value is None and field.default is None:
                 continue
@@ -377,11 +390,7 @@ class Element:
 
     def places(self) -> dict[str, Marker]:
         """The element's markers by field name."""
-        cls: Any = type(self)
-        if cls not in _PLACES:
-            own = dataclasses.fields(self)
-            _PLACES[cls] = tuple(field.name for field in own if "place" in field.metadata)
-        return {name: getattr(self, name) for name in _PLACES[cls]}
+        return {name: getattr(self, name) for name in _places(cast(Any, type(self)))}
 
     def place(self, field: str) -> Marker:
         """One of `places`."""
@@ -390,7 +399,7 @@ class Element:
     def numbers(self) -> dict[str, Any]:
         """All changeable numbers of the element by dotted name; formulas while it is pending."""
         result: dict[str, Any] = {}
-        for field in dataclasses.fields(self):
+        for field in _fields(cast(Any, type(self))):
             value = getattr(self, field.name)
             name = f"{self.name}.{field.name}"
             if "dimension" in field.metadata and value is not None:
@@ -417,10 +426,6 @@ def two_bodies(element: Element) -> None:
             f"'{element.name}' would join '{i.body}' to itself: give places on two bodies",
             element.name,
         )
-
-
-#: Names of the fields that hold markers, by class.
-_PLACES: dict[Any, tuple[str, ...]] = {}
 
 
 class Numbers:

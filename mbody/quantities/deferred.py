@@ -3,12 +3,23 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Callable, Iterable, Iterator
-from typing import Any
+from types import NoneType
+from typing import Any, cast
 
 from mbody.quantities.formula import Formula
 
 __all__ = ["formulas_in", "is_pending", "substituted"]
+
+#: What has no parts, and is no formula.
+_PLAIN = frozenset({float, int, bool, str, NoneType})
+
+
+@functools.cache
+def _field_names(kind: Any) -> tuple[str, ...]:
+    """Names of the fields of a dataclass; of another class none."""
+    return tuple(f.name for f in dataclasses.fields(kind)) if dataclasses.is_dataclass(kind) else ()
 
 
 def formulas_in(value: Any, name: str = "") -> Iterator[tuple[str, Formula]]:
@@ -21,21 +32,30 @@ def formulas_in(value: Any, name: str = "") -> Iterator[tuple[str, Formula]]:
         parts = enumerate(value)
     elif isinstance(value, dict):
         parts = value.items()
-    elif dataclasses.is_dataclass(value) and not isinstance(value, type):
-        parts = ((field.name, getattr(value, field.name)) for field in dataclasses.fields(value))
+    else:
+        parts = ((field, getattr(value, field)) for field in _field_names(cast(Any, type(value))))
     for key, part in parts:
-        if type(part) is float:
-            continue  # the common case, so that long tables are searched fast
-        yield from formulas_in(part, f"{name}.{key}")
+        if type(part) not in _PLAIN:  # so that long tables are searched fast
+            yield from formulas_in(part, f"{name}.{key}")
 
 
 def is_pending(value: Any) -> bool:
     """Whether a value contains formulas, which only a mechanism can evaluate."""
-    return next(formulas_in(value), None) is not None
+    if type(value) in _PLAIN:
+        return False
+    if isinstance(value, Formula):
+        return True
+    if isinstance(value, (tuple, list)):
+        return any(map(is_pending, value))
+    if isinstance(value, dict):
+        return any(map(is_pending, value.values()))
+    return any(is_pending(getattr(value, field)) for field in _field_names(cast(Any, type(value))))
 
 
 def substituted(value: Any, instead: Callable[[Formula], Any]) -> Any:
     """The value with every formula replaced by ``instead(formula)``; itself where it has none."""
+    if type(value) in _PLAIN:
+        return value
     if isinstance(value, Formula):
         return instead(value)
     if isinstance(value, (tuple, list)):
@@ -45,8 +65,9 @@ def substituted(value: Any, instead: Callable[[Formula], Any]) -> Any:
     if isinstance(value, dict):
         pairs = {key: substituted(part, instead) for key, part in value.items()}
         return pairs if any(pairs[key] is not value[key] for key in pairs) else value
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        fields = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
+    names = _field_names(cast(Any, type(value)))
+    if names:
+        fields = {field: getattr(value, field) for field in names}
         made = {name: substituted(part, instead) for name, part in fields.items()}
         changed = {name: part for name, part in made.items() if part is not fields[name]}
         return dataclasses.replace(value, **changed) if changed else value

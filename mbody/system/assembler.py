@@ -8,6 +8,7 @@ the user's numbers (`Numbers`), for one set and for a batch alike.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -78,7 +79,7 @@ def assemble(mechanism: Mechanism, *, groups: bool = False) -> System:
         raise ModelError(f"'{mechanism.name}' has no bodies: add at least one Body")
     mechanism = snapshot(mechanism, groups=groups)
     compiler = _Compiler(mechanism)
-    numbers = compiler.numbers()
+    numbers = compiler.numbers
     par, mass = compiler.compile(numbers)
     return System(
         mechanism=mechanism,
@@ -126,7 +127,7 @@ class _Compiler:
         self.index = {body.name: n for n, body in enumerate(self.bodies)}
         self.polar = polar_points(mechanism)
         self.loads = mechanism.loads
-        at = self.read(self.numbers())
+        at = self.read(self.numbers)
         #: Drivers that follow positions, with their moving bodies.
         self.following = following(mechanism, at)
         # shapes that cannot touch have no rows
@@ -176,6 +177,7 @@ class _Compiler:
         """Numbers by dotted name, as elements read them."""
         return Numbers(numbers, self.polar, self.mechanism.bodies)
 
+    @functools.cached_property
     def numbers(self) -> dict[str, Any]:
         """All changeable numbers by dotted name."""
         names = self.mechanism.parameters.scope().names
@@ -255,10 +257,11 @@ class _Compiler:
         curves = [(signal, law.driven is not None) for law in found for signal in law.laws]
         return found + [RecordedLaw(signal, derivatives=driven) for signal, driven in curves]
 
+    @functools.cached_property
     def first_laws(self) -> list[RecordedLaw]:
         """Those of the description's numbers."""
         pairs = [pair for _, pair in self.pairs]
-        at = self.read(self.numbers())
+        at = self.read(self.numbers)
         return self.laws(self.first_primitives, self.first_actions, pairs, at)
 
     def _refuse_contacts(self, at: Numbers) -> None:
@@ -320,7 +323,7 @@ class _Compiler:
         causes = self.mechanism.loads
         for (cause, _), action in zip(self.action_owners, self.first_actions, strict=True):
             found.append((causes[cause].name, action_hook(action)))
-        laws = self.first_laws()
+        laws = self.first_laws
         names = self._law_names(laws)
         found += [
             (n, law_hook(law.law, law.derivatives)) for n, law in zip(names, laws, strict=True)
@@ -354,7 +357,7 @@ class _Compiler:
         plan = eliminate(slots)
         place = {node: k for k, node in enumerate(plan.order)}
         columns = [3 * s for node in plan.order for s in slots.sides[node][:2]]
-        laws = self.first_laws()
+        laws = self.first_laws
         sizes = [len(primitive.parameters) + 2 for primitive in primitives]
         sizes += [len(law.parameters) for law in laws]
         sizes += [len(action.parameters) for action in actions]
@@ -451,7 +454,7 @@ class _Compiler:
             form_more=integers(plan.form_more),
             fill=integers(plan.fill),
             slot_body=integers(slots.body),
-            body_slot=integers([slots.body.index(n) for n in range(bodies)]),
+            body_slot=np.searchsorted(slots.body, np.arange(bodies)),
             law_kind=integers([LAW_KINDS.index(law.law.kind) for law in laws]),
             law_par=integers(offset[a:b]),
             law_count=integers(sizes[a:b]),

@@ -278,9 +278,8 @@ class Runner:
 
     def _blocks(self, places: np.ndarray) -> list[np.ndarray]:
         """The blocks of Φ_q at positions (positions, coordinates)."""
-        blocks = []
+        blocks, sample = [], self.system.work()
         for q in places:
-            sample = self.system.work()
             sample.q[: len(q), 0] = q
             violation(self.layout, sample)
             blocks.append(sample.block[:, 0].copy())

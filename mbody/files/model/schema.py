@@ -76,7 +76,7 @@ def used_by(data: dict[str, Any]) -> Used | None:
     while level:
         table = level.pop()
         if isinstance(table, dict):
-            keys |= table.keys()
+            keys.update(table)
             level += table.values()
         elif isinstance(table, list):
             level += table

@@ -1,0 +1,1 @@
+"""Linkages of any topology as arrays: their motion and forces, random ones, data sets of them."""

@@ -1,0 +1,352 @@
+"""The function `linkages`: motion and all forces of many linkages of different topology."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mbody.analysis.driven.memory_limit import memory
+from mbody.analysis.dynamics.progress import counted
+from mbody.errors import ModelError
+from mbody.quantities.types import PlainNumbers
+from mbody.topologies.arrays import LinkageArrays, linkage_arrays
+from mbody.topologies.canonical import CanonicalOrder, canonical_order
+from mbody.topologies.march import LinkageGroup, follow_group
+from mbody.topologies.plan import Graph, graph_of, planned
+
+__all__ = ["Linkages", "linkages"]
+
+#: Linkages of one topology that are prepared at once.
+BLOCK = 4096
+
+
+@dataclass(frozen=True, eq=False)
+class Linkages:
+    """What `linkages` found; NaN where a linkage failed, or has no more joints or links.
+
+    Attributes
+    ----------
+    angle : array (linkages, instants)
+        Of the driven link from where it is given [rad].
+    positions : array (linkages, instants, joints, 2)
+        Of every joint [length].
+    forces : array (linkages, instants, links, places, 2)
+        Force on each link at each of its joints [force], by all others that meet there.
+    torque : array (linkages, instants)
+        Of the driver on the driven link [force·length].
+    margin : array (linkages,)
+        The least distance from a singular position over the motion, a number from 0 to 1, as
+        ``checks.branch.least`` of one analysis.
+    topology : array of int (linkages,)
+        Equal numbers are equal topologies; −1 where a linkage has none.
+    failures : dict
+        In a sentence why, by the number of each linkage that has no results.
+    """
+
+    angle: np.ndarray
+    positions: np.ndarray
+    forces: np.ndarray
+    torque: np.ndarray
+    margin: np.ndarray
+    topology: np.ndarray
+    failures: dict[int, str]
+
+    def __len__(self) -> int:
+        return len(self.torque)
+
+    def __str__(self) -> str:
+        good = len(self) - len(self.failures)
+        known = len(np.unique(self.topology[self.topology >= 0]))
+        topologies = "1 topology" if known == 1 else f"{known} topologies"
+        lines = [
+            f"{len(self)} linkages of {topologies}, {self.torque.shape[1]} instants: {good} moved, "
+            f"{len(self.failures)} failed"
+        ]
+        # sentences without their places
+        kinds = Counter(why.partition(" (at ")[0] for why in self.failures.values())
+        lines += [f"  {count} failed: {why}" for why, count in kinds.most_common()]
+        return "\n".join(lines)
+
+
+def linkages(
+    arrays: Mapping[str, Any],
+    *,
+    instants: int = 200,
+    turn: PlainNumbers = 2.0 * np.pi,
+    speed: PlainNumbers = 1.0,
+    gravity: tuple[float, float] = (0.0, 0.0),
+    threads: int = 1,
+    progress: Callable[[int, int], None] | bool | None = None,
+) -> Linkages:
+    """Motion, forces on every link and driver torque of many linkages of any topology: inverse
+    dynamics of data sets, atlases and searches over topologies.
+
+    Parameters
+    ----------
+    arrays : mapping
+        By name, a row for each linkage, rows filled up with −1, and NaN where they are numbers:
+
+        ``joints`` (linkages, joints, 2), positions at the start [length];
+        ``links`` (linkages, links, places) of int, the joints of each link;
+        ``ground`` (linkages, any number) of int, joints fixed to the ground;
+        ``driver`` (linkages,) of int, the link that is driven;
+        optional ``mass``, ``inertia`` (linkages, links) and ``cg`` (linkages, links, 2), the mass
+        centre at the start, by default uniform bars of unit mass a length;
+        optional ``slides`` (linkages, slides, 2) of int, a joint and the link along whose line it
+        slides, −1 for the ground (a joint −1 is no slide), and ``directions`` (linkages, slides),
+        of these lines at the start [rad]; a line goes through its joint at the start.
+    instants : int
+        How many, at equal angles of the driver, both ends included.
+    turn : float or array (linkages,)
+        By how much the driver turns [rad].
+    speed : float or array (linkages,)
+        Its constant rate [rad/time]; 0 for statics.
+    gravity : pair of float
+        Acceleration (x, y) [length/time²].
+    threads : int
+    progress : callable or bool, optional
+        Called with the number of finished linkages and of all; True shows it on standard error.
+
+    Returns
+    -------
+    Linkages
+        Positions, forces, torque, distance from singular positions; failed ones with reasons.
+
+    Raises
+    ------
+    ModelError
+        For arrays of a wrong shape or type, numbers that are none, or more than the memory holds.
+
+    Notes
+    -----
+    Equal graphs, whatever their numbering, share one symbolic phase and go side by side on lanes.
+    What fails leaves all others as they are. Forces are those of `kinetostatics` (there is one
+    source of the physics), and the same to rounding however linkages are cut into calls.
+
+    Examples
+    --------
+    A four-bar:
+
+    >>> import mbody
+    >>> found = mbody.linkages({
+    ...     "joints": [[(0, 0), (1, 0), (3, 2), (4, 0)]],
+    ...     "links": [[(0, 1), (1, 2), (2, 3)]],
+    ...     "ground": [(0, 3)],
+    ...     "driver": [0],
+    ... })
+    >>> found.positions.shape, found.forces.shape, found.failures
+    ((1, 200, 4, 2), (1, 200, 3, 2, 2), {})
+    """
+    made = linkage_arrays(arrays)
+    count, nodes = made.joints.shape[:2]
+    instants = _whole("instants", instants, 2)
+    threads = _whole("threads", threads, 1)
+    motion = _Motion(
+        _per_linkage("turn", turn, count), _per_linkage("speed", speed, count), _pair(gravity)
+    )
+    if (motion.turn == 0.0).any():
+        raise ModelError("turn is 0: the driver must turn, give an angle [rad]")
+    bars, places = made.links.shape[1:]
+    columns = 2 * nodes + 2 * bars * places + 1
+    wanted, there = 8.0 * count * instants * columns, memory()
+    if wanted > there:
+        raise ModelError(
+            f"{count} linkages at {instants} instants take {wanted / 1e9:.3g} GB, this machine has "
+            f"{there / 1e9:.3g} GB of memory: give fewer at a time, or write a data set"
+        )
+    output = np.full((count, instants, columns), np.nan)
+    margins, topology = np.full(count, np.nan), np.full(count, -1)
+    failures = dict(made.reasons)
+    work = _Work(made, motion, output, margins, topology, failures)
+    seen = counted("linkages") if progress is True else progress or None
+    done = len(failures)
+    for size in work.followed(threads):
+        done += size
+        if seen is not None:
+            seen(done, count)
+    # joints of the ground stay where they are, those without a link too
+    positions = output[:, :, : 2 * nodes].reshape(count, instants, nodes, 2)
+    which, joint = np.nonzero(made.ground & np.isnan(positions[:, 0, :, 0]))
+    positions[which, :, joint] = made.joints[which, None, joint]
+    output[list(failures)] = np.nan
+    forces = output[:, :, 2 * nodes : -1].reshape(count, instants, bars, places, 2)
+    return Linkages(
+        np.linspace(0.0, 1.0, instants) * motion.turn[:, None],
+        positions,
+        forces,
+        output[:, :, -1],
+        margins,
+        topology,
+        dict(sorted(failures.items())),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Motion:
+    """Turn and rate of every driver, and gravity."""
+
+    turn: np.ndarray
+    speed: np.ndarray
+    gravity: np.ndarray
+
+
+@dataclass(eq=False)
+class _Work:
+    """All linkages of one call, by topology, and where their results go."""
+
+    made: LinkageArrays
+    motion: _Motion
+    output: np.ndarray
+    margins: np.ndarray
+    topology: np.ndarray
+    failures: dict[int, str]
+
+    def followed(self, threads: int) -> Iterator[int]:
+        """Follow everything; gives how many linkages are done, time and again."""
+        made = self.made
+        good = np.setdiff1d(np.arange(len(made)), np.fromiter(self.failures, int))
+        if not good.size:
+            return
+        order = canonical_order(made)
+        table = np.ascontiguousarray(order.table)
+        rows = table.view(np.dtype((np.void, table.itemsize * table.shape[1]))).reshape(-1)
+        known, number = np.unique(rows[good], return_inverse=True)
+        sorted_rows = good[np.argsort(number, kind="stable")]
+        ends = np.cumsum(np.bincount(number))
+        shape = (*made.joints.shape[1:2], *made.links.shape[1:], made.slides.shape[1])
+        # the least first row of each topology numbers it
+        lots = [
+            (graph_of(known[n].tobytes(), shape), lot[at : at + BLOCK])
+            for n, lot in enumerate(np.split(sorted_rows, ends[:-1]))
+            for at in range(0, len(lot), BLOCK)
+        ]
+        for n, lot in enumerate(np.split(sorted_rows, ends[:-1])):
+            self.topology[lot] = n
+        if threads == 1:
+            for graph, lot in lots:
+                self._lot(graph, lot, order)
+                yield len(lot)
+            return
+        pool = ThreadPoolExecutor(threads, thread_name_prefix="mbody")
+        try:
+            waiting = {pool.submit(self._lot, *one, order): len(one[1]) for one in lots}
+            for future in as_completed(waiting):
+                future.result()
+                yield waiting[future]
+        finally:
+            pool.shutdown(wait=True, cancel_futures=True)
+
+    def _lot(self, graph: Graph, lot: np.ndarray, order: CanonicalOrder) -> None:
+        """Linkages of one topology."""
+        plan = planned(graph)
+        if not lot.size:
+            return
+        if isinstance(plan, str):
+            self.failures.update(dict.fromkeys(lot.tolist(), plan))
+            return
+        made, motion = self.made, self.motion
+        row, nodes, bars = lot[:, None], graph.joints, len(graph.links)
+        own = order.joints[row, np.arange(nodes)]
+        links = order.links[row, np.arange(bars)]
+        slides = order.slides[row, np.arange(len(graph.slides))]
+        joints = made.joints[row, own]
+        length = np.zeros(len(lot))
+        for one in graph.links:
+            at = joints[:, one]
+            apart = np.hypot(*np.moveaxis(at - np.roll(at, 1, axis=1), -1, 0))
+            length = np.maximum(length, apart.max(axis=1))
+        flat = lot[~(length > 0.0)]
+        if flat.size:
+            self.failures.update(dict.fromkeys(flat.tolist(), "its links have no length"))
+            self._lot(graph, lot[length > 0.0], order)
+            return
+        rest = motion.speed[lot] == 0.0
+        if rest.any() and not rest.all():
+            self._lot(graph, lot[rest], order)
+            self._lot(graph, lot[~rest], order)
+            return
+        at_rest = bool(rest.all())
+        # the time in which τ goes from 0 to 1; masses so that forces are in their own units
+        time = motion.turn[lot] / np.where(at_rest, 1.0, motion.speed[lot])
+        unit = length / time**2
+        masses = np.stack([made.mass[row, links], made.inertia[row, links]], axis=2)
+        masses *= unit[:, None, None]
+        masses[..., 1] /= length[:, None] ** 2
+        cg = made.cg[row, links] / length[:, None, None]
+        joints = joints / length[:, None, None]
+        prescribed = np.column_stack([motion.turn[lot], *(motion.gravity[:, None] / unit)])
+        par, mass, q = plan.numbers(joints, cg, masses, made.directions[row, slides], prescribed)
+        group = LinkageGroup(
+            plan,
+            par,
+            mass,
+            q,
+            self._arms(graph, joints, cg),
+            lot,
+            self._columns(graph, order, lot, own, links),
+            at_rest,
+        )
+        failed = follow_group(group, self.output, self.margins)
+        for n, (why, tau) in failed.items():
+            angle = np.degrees(tau * motion.turn[n])
+            self.failures[n] = f"{why} (at {angle:.4g} deg of its driver)" if tau else why
+        numbers = 2 * made.joints.shape[1]
+        self.output[lot, :, :numbers] *= length[:, None, None]
+        self.output[lot, :, -1] *= length[:, None]
+
+    def _arms(self, graph: Graph, joints: np.ndarray, cg: np.ndarray) -> np.ndarray:
+        """Joints from the mass centres of their links: (2·joints, linkages)."""
+        arms = joints.copy()
+        for n, one in enumerate(graph.links):
+            arms[:, one] = joints[:, one] - cg[:, n, None]
+        return np.ascontiguousarray(arms.reshape(len(joints), -1).T)
+
+    def _columns(
+        self,
+        graph: Graph,
+        order: CanonicalOrder,
+        lot: np.ndarray,
+        own: np.ndarray,
+        links: np.ndarray,
+    ) -> np.ndarray:
+        """Where the numbers of an instant go: (linkages, numbers)."""
+        nodes, places = self.made.joints.shape[1], self.made.links.shape[2]
+        first = [2 * own]
+        for n, one in enumerate(graph.links):
+            at = order.places[lot[:, None], n, np.arange(len(one))]
+            first.append(2 * (nodes + links[:, n : n + 1] * places + at))
+        pairs = np.concatenate(first, axis=1)[:, :, None] + np.arange(2)
+        torque = np.full((len(lot), 1), self.output.shape[2] - 1)
+        return np.concatenate([pairs.reshape(len(lot), -1), torque], axis=1)
+
+
+def _whole(name: str, value: Any, least: int) -> int:
+    if isinstance(value, bool) or not hasattr(value, "__index__") or int(value) < least:
+        raise ModelError(f"{name} must be a whole number from {least} on, not {value!r}")
+    return int(value)
+
+
+def _per_linkage(name: str, value: Any, count: int) -> np.ndarray:
+    """A number for each linkage."""
+    try:
+        found = np.broadcast_to(np.asarray(value, dtype=np.float64), (count,))
+    except (TypeError, ValueError):
+        raise ModelError(f"{name} must be a number, or one for each of {count} linkages") from None
+    if not np.isfinite(found).all():
+        raise ModelError(f"{name} must be finite")
+    return found
+
+
+def _pair(value: Any) -> np.ndarray:
+    try:
+        found = np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        found = np.zeros(0)
+    if found.shape != (2,) or not np.isfinite(found).all():
+        raise ModelError(f"gravity must be a pair of numbers (x, y), not {value!r}")
+    return found

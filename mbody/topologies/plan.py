@@ -1,0 +1,278 @@
+"""What all linkages of one topology share: the system, its pivots, and where each number goes.
+
+Links hang on a tree of pins that begins at the ground. Every other pin closes a loop; its two rows
+are written in the axes of one of its links, along and across the line from the pin by which this
+link hangs. There the link's angle has a coefficient of constant size across, and none along, so
+that fixed pivots stay good however the links turn: in the axes of the ground every pivot of a link
+that turns round vanishes somewhere.
+"""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mbody.errors import ModelError
+from mbody.kernels.loop_closure import violation
+from mbody.laws import ConstantSpeed
+from mbody.model.body import Body
+from mbody.model.driver import AngleDriver
+from mbody.model.element import Marker
+from mbody.model.joints import PinSlot, Revolute
+from mbody.model.loads import Gravity
+from mbody.model.mechanism import Mechanism
+from mbody.system.assembler import assemble
+from mbody.system.pivoting import LARGEST, PivotChoices, choose_pivots
+from mbody.system.system import System
+
+__all__ = ["GROUND", "Graph", "TopologyPlan", "graph_of", "planned"]
+
+#: The link number of the ground.
+GROUND = -1
+#: Random positions by whose numbers pivots are chosen, and the seed of them.
+SAMPLES, SEED = 100, 20
+
+
+@dataclass(frozen=True)
+class Graph:
+    """One topology: joints of each link, joints on the ground, the driven link, and of each slide
+    its joint and the link that it is on.
+    """
+
+    joints: int
+    links: tuple[tuple[int, ...], ...]
+    fixed: tuple[int, ...]
+    driver: int
+    slides: tuple[tuple[int, int], ...]
+
+    def of_joint(self, joint: int) -> list[int]:
+        """The links at a joint, the ground first."""
+        found = [GROUND] if joint in self.fixed else []
+        return found + [n for n, own in enumerate(self.links) if joint in own]
+
+    def edges(self) -> tuple[list[tuple[int, int, int]], list[tuple[int, int, int, int]]]:
+        """Pins of the tree, (joint, link i, link j), and those that close loops, (joint, link i,
+        link j, joint by which link i hangs).
+        """
+        tree, hangs, order = [], {GROUND: GROUND}, [GROUND]
+        for link in order:
+            at = self.fixed if link == GROUND else self.links[link]
+            for joint in at:
+                for other in self.of_joint(joint):
+                    if other not in hangs:
+                        hangs[other] = joint
+                        order.append(other)
+                        tree.append((joint, link, other))
+        depth = {link: n for n, link in enumerate(order)}
+        closing = []
+        for joint in range(self.joints):
+            # links that pins of the tree hold together there, those nearest to the ground first
+            parts = [{link} for link in self.of_joint(joint)]
+            for k, i, j in tree:
+                if k == joint:
+                    held = [part for part in parts if i in part or j in part]
+                    parts = [part for part in parts if part not in held] + [set().union(*held)]
+            roots = sorted(
+                (min(part, key=lambda n: depth.get(n, 0)) for part in parts),
+                key=lambda n: depth.get(n, 0),
+            )
+            closing += [(joint, i, roots[0], hangs.get(i, joint)) for i in roots[1:]]
+        return tree, closing
+
+    @property
+    def surplus(self) -> int:
+        """Coordinates less rows: zero where the driver leaves no freedom."""
+        meeting = [len(self.of_joint(k)) for k in range(self.joints)]
+        rows = sum(2 * (m - 1) for m in meeting if m) + len(self.slides) + 1
+        return 3 * len(self.links) - rows
+
+
+def graph_of(table: bytes, shape: tuple[int, int, int, int]) -> Graph:
+    """The graph of a row of a canonical table; shape: joints, links, places and slides."""
+    joints, bars, places, slides = shape
+    row = np.frombuffer(table, dtype=np.int16).tolist()
+    own = [row[places * n : places * (n + 1)] for n in range(bars)]
+    links = tuple(tuple(k for k in one if k >= 0) for one in own)
+    rest = row[places * bars :]
+    # joints that are not there are last
+    fixed = tuple(k for k in range(joints) if rest[k])
+    pairs = zip(rest[joints + 1 : joints + 1 + slides], rest[joints + 1 + slides :], strict=True)
+    return Graph(
+        1 + max(k for one in links for k in one),
+        tuple(one for one in links if one),
+        fixed,
+        rest[joints],
+        tuple((k, on) for k, on in pairs if k >= 0),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class TopologyPlan:
+    """The plan of one topology.
+
+    Attributes
+    ----------
+    graph : Graph
+    system : System
+        With the numbers of an example; its model length is one.
+    pivots : PivotChoices or None
+        None where Φ_q is too large for them: each linkage goes the scalar path.
+    pins : array of int (pins of the tree, 4)
+        Its primitive, its joint, and its links i and j, `GROUND` or a number.
+    closing : array of int (rows that close loops, 6)
+        The same, the joint by which link i hangs, and whether it is the row across.
+    slides : array of int (slides, 4)
+        As the pins, in the order of the graph.
+    driver : int
+        The primitive of the driver.
+    """
+
+    graph: Graph
+    system: System
+    pivots: PivotChoices | None
+    pins: np.ndarray
+    closing: np.ndarray
+    slides: np.ndarray
+    driver: int
+
+    @functools.cached_property
+    def pairs(self) -> np.ndarray:
+        """Of all primitives between links, as of `pins`."""
+        return np.concatenate([self.pins, self.closing[:, :4], self.slides])
+
+    def numbers(
+        self,
+        joints: np.ndarray,
+        cg: np.ndarray,
+        masses: np.ndarray,
+        directions: np.ndarray,
+        motion: np.ndarray,
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Parameters (parameters, linkages) and masses as kernels take them, and the positions
+        (coordinates + 3, linkages) in which the linkages are given.
+
+        Parameters
+        ----------
+        joints : array (linkages, joints, 2)
+        cg : array (linkages, links, 2)
+        masses : array (linkages, links, 2)
+            Mass and inertia.
+        directions : array (linkages, slides)
+        motion : array (linkages, 3)
+            The turn of the driver from τ = 0 to 1, the two parts of gravity.
+        """
+        L, count = self.system.layout, len(joints)
+        centre = np.concatenate([cg, np.zeros((count, 1, 2))], axis=1)
+        par = np.repeat(self.system.par[:, :1], count, axis=1)
+        for e, joint, i, j in self.pairs.tolist():
+            first = L.primitive_par[e]
+            par[first : first + 2] = (joints[:, joint] - centre[:, i]).T
+            par[first + 2 : first + 4] = (joints[:, joint] - centre[:, j]).T
+            arm = L.primitive_arm[e]
+            par[arm : arm + 2] = par[first + 2 : first + 4]
+        normals = {
+            e: np.array([-np.sin(directions[:, n]), np.cos(directions[:, n])])
+            for n, e in enumerate(self.slides[:, 0].tolist())
+        }
+        for e, joint, _, _, hang, across in self.closing.tolist():
+            line = (joints[:, joint] - joints[:, hang]).T
+            size = np.maximum(np.hypot(*line), 1e-300)
+            normals[e] = (np.array([-line[1], line[0]]) if across else line) / size
+        for e, normal in normals.items():
+            first = L.primitive_par[e] + 4
+            par[first : first + 2] = normal
+        law = L.law_par[L.primitive_signal[self.driver] // 3]
+        par[law], par[law + 1] = 0.0, motion[:, 0]
+        weight = int(L.action_signal[0]) // 3
+        par[L.law_par[weight]], par[L.law_par[weight + 1]] = motion[:, 1], motion[:, 2]
+        mass = np.zeros((3 * L.bodies + 3, count))
+        mass[0 : 3 * L.bodies : 3] = mass[1 : 3 * L.bodies : 3] = masses[..., 0].T
+        mass[2 : 3 * L.bodies : 3] = masses[..., 1].T
+        q = np.zeros((3 * L.bodies + 3, count))
+        q[0 : 3 * L.bodies : 3], q[1 : 3 * L.bodies : 3] = cg[..., 0].T, cg[..., 1].T
+        return par, mass, q
+
+
+@functools.lru_cache(maxsize=50_000)
+def planned(graph: Graph) -> TopologyPlan | str:
+    """The plan of a topology, or in a sentence why there is none."""
+    surplus = graph.surplus
+    if surplus > 0:
+        freedoms = "degree" if surplus == 1 else "degrees"
+        return f"with its driver it keeps {surplus} {freedoms} of freedom: it is no mechanism"
+    if surplus < 0:
+        return f"its driver and joints hold it {-surplus} times too often: it is no mechanism"
+    try:
+        system = replace(assemble(_example(graph)), length=1.0)
+    except ModelError as error:
+        return str(error)
+    names = {element.name: e for e, (element, _) in enumerate(system.owners)}
+    tree, closing = graph.edges()
+    pins = [(names[f"R{n}"], *edge) for n, edge in enumerate(tree)]
+    rows = [
+        (names[f"C{n}_{across}"], *edge, across)
+        for n, edge in enumerate(closing)
+        for across in (0, 1)
+    ]
+    slides = [(names[f"S{n}"], k, on, _first(graph, k)) for n, (k, on) in enumerate(graph.slides)]
+    plan = TopologyPlan(
+        graph,
+        system,
+        None,
+        np.array(pins, dtype=np.int64).reshape(-1, 4),
+        np.array(rows, dtype=np.int64).reshape(-1, 6),
+        np.array(slides, dtype=np.int64).reshape(-1, 4),
+        names["driver"],
+    )
+    if 3 * system.layout.slots > LARGEST:
+        return plan
+    pivots = _pivots(plan)
+    if pivots is None:
+        return "with its driver fixed a part can still move while another is held twice"
+    return replace(plan, pivots=pivots)
+
+
+def _first(graph: Graph, joint: int) -> int:
+    """The first link at a joint that is no ground."""
+    return next(n for n in graph.of_joint(joint) if n != GROUND)
+
+
+def _example(graph: Graph) -> Mechanism:
+    """A mechanism of this topology; its numbers are replaced."""
+    ground = {f"J{k}": (float(k), 1.0) for k in range(graph.joints)}
+    made = Mechanism("linkage", units="SI", ground=ground)
+    names = {GROUND: "ground"} | {n: f"L{n}" for n in range(len(graph.links))}
+    for n, own in enumerate(graph.links):
+        points = {f"J{k}": (float(k), 1.0) for k in own}
+        made.add(Body(names[n], mass=1.0, inertia=1.0, points=points, guess=(0.0, 0.0, 0.0)))
+    tree, closing = graph.edges()
+    for n, (k, i, j) in enumerate(tree):
+        made.add(Revolute(f"R{n}", f"{names[i]}.J{k}", f"{names[j]}.J{k}"))
+    slots = [(f"C{n}_{a}", i, k, j) for n, (k, i, j, _) in enumerate(closing) for a in (0, 1)]
+    slots += [(f"S{n}", on, k, _first(graph, k)) for n, (k, on) in enumerate(graph.slides)]
+    for name, i, k, j in slots:
+        made.add(PinSlot(name, Marker(names[i], (1.0, 0.0)), f"{names[j]}.J{k}"))
+    made.add(AngleDriver("driver", names[graph.driver], ConstantSpeed(0.0, 1.0)))
+    made.add(Gravity("gravity", x=0.0, y=-1.0))
+    return made
+
+
+def _pivots(plan: TopologyPlan) -> PivotChoices | None:
+    """Pivots by random positions of random linkages of this topology."""
+    graph, random = plan.graph, np.random.default_rng(SEED)
+    bars = len(graph.links)
+    joints = random.random((SAMPLES, graph.joints, 2))
+    cg = random.random((SAMPLES, bars, 2))
+    directions = random.uniform(0.0, np.pi, (SAMPLES, len(graph.slides)))
+    par, _, q = plan.numbers(
+        joints, cg, np.ones((SAMPLES, bars, 2)), directions, np.ones((SAMPLES, 3))
+    )
+    works, along = (plan.system.work(), plan.system.work()), []
+    for n in range(SAMPLES):
+        work = works[0 if n == 0 else 1]
+        work.par[:, 0], work.q[:, 0] = par[:, n], q[:, n]
+        violation(plan.system.layout, work)
+        along.append(work.block[:, 0].copy())
+    return choose_pivots(plan.system.layout, *works, along[1:-1])

@@ -1,0 +1,120 @@
+"""Linkages as arrays: shapes, types, graphs that are no mechanism, data sets of them."""
+
+import contextlib
+import json
+import sys
+import tempfile
+from dataclasses import asdict
+from pathlib import Path
+from unittest import mock
+
+import numpy as np
+
+import mbody
+from mbody.errors import SolveError
+from mbody.topologies.dataset import LinkageSet, write_linkages
+from tests.errors.command import said
+
+FOUR_BAR = {
+    "joints": [[(0, 0), (1, 0), (3, 2), (4, 0)]],
+    "links": [[(0, 1), (1, 2), (2, 3)]],
+    "ground": [(0, 3)],
+    "driver": [0],
+}
+
+
+def linkages(options=None, **arrays):
+    return mbody.linkages(FOUR_BAR | arrays, **({"instants": 11} | (options or {})))
+
+
+def without(name):
+    return mbody.linkages({key: part for key, part in FOUR_BAR.items() if key != name})
+
+
+def reason(**arrays):
+    """The sentence in the row of a linkage, as an error."""
+    raise SolveError(linkages(**arrays).failures[0])
+
+
+def small_memory(function, where):
+    with mock.patch(where, lambda: 1e3):
+        return function()
+
+
+def data_set(folder=None, manifest=None, **options):
+    """A data set in an empty folder, or one with this manifest."""
+    with tempfile.TemporaryDirectory() as empty, contextlib.chdir(empty):
+        Path("set").mkdir()
+        if manifest is not None:
+            Path("set", "_linkages.json").write_text(manifest)
+        threads = options.pop("threads", 1)
+        return write_linkages(
+            folder or "set", LinkageSet(**({"count": 5, "instants": 5} | options)), threads=threads
+        )
+
+
+def without_arrow():
+    with mock.patch.dict(sys.modules, {"pyarrow": None, "pyarrow.parquet": None}):
+        return data_set()
+
+
+def in_a_file():
+    with mock.patch("pathlib.Path.mkdir", side_effect=FileExistsError("File exists")):
+        return write_linkages("set", LinkageSet(5))
+
+
+def fruitless():
+    """No triad of so many turns the crank: none is drawn."""
+    none = mock.patch(
+        "mbody.topologies.dataset.random_linkages", lambda *_: {"joints": np.zeros((0, 8, 2))}
+    )
+    with none:
+        return data_set()
+
+
+SCENARIOS = {
+    "linkages that are no dict": lambda: mbody.linkages([1, 2]),
+    "linkages without joints": lambda: without("joints"),
+    "linkages of an array that there is not": lambda: linkages(weights=[1.0]),
+    "linkages of rows of different length": lambda: linkages(links=[[(0, 1), (1, 2, 3)]]),
+    "linkages of joints without a y": lambda: linkages(joints=[[0.0, 1.0, 2.0, 3.0]]),
+    "linkages whose joints have names": lambda: linkages(ground=[("A", "D")]),
+    "linkages of half joints": lambda: linkages(links=[[(0.5, 1), (1, 2), (2, 3)]]),
+    "linkages at one instant": lambda: linkages({"instants": 1}),
+    "linkages that turn by nothing": lambda: linkages({"turn": 0.0}),
+    "linkages of two speeds for one": lambda: linkages({"speed": [1.0, 2.0]}),
+    "linkages of no speed": lambda: linkages({"speed": float("nan")}),
+    "linkages in a field without a direction": lambda: linkages({"gravity": 9.81}),
+    "linkages that do not fit into memory": lambda: small_memory(
+        linkages, "mbody.topologies.many_linkages.memory"
+    ),
+    "a linkage that is no mechanism": lambda: reason(ground=[(0, -1)]),
+    "a linkage that is a frame": lambda: reason(ground=[(0, 1, 2, 3)]),
+    "a linkage that moves and is held twice": lambda: reason(
+        joints=[[(0, 0), (1, 0), (2, 0), (1, 1), (2, 1), (3, 3)]],
+        links=[[(0, 1), (2, 3), (2, 4), (3, 4), (2, 5)]],
+        ground=[(0, 2, 3, -1)],
+    ),
+    "a linkage that does not turn": lambda: reason(joints=[[(0, 0), (1, 0), (1.5, 0.5), (1.8, 0)]]),
+    "a linkage without a joint": lambda: reason(links=[[(0, 1), (1, 2), (2, 9)]]),
+    "a linkage of no length": lambda: reason(joints=[[(0, 0), (0, 0), (0, 0), (0, 0)]]),
+    "random linkages of unknown groups": lambda: data_set(groups=("tetrads",)),
+    "random linkages of no groups": lambda: data_set(groups=()),
+    "random linkages of too few joints": lambda: data_set(groups=("triads",), nodes=5),
+    "random linkages of triads that do not fit": lambda: data_set(groups=("triads",), nodes=7),
+    "a data set of no linkages": lambda: data_set(count=0),
+    "a data set that does not turn": lambda: data_set(turn=0.0),
+    "a data set of more joints than memory": lambda: small_memory(
+        data_set, "mbody.topologies.dataset.memory"
+    ),
+    "a data set on no threads": lambda: data_set(threads=0),
+    "a data set without pyarrow": without_arrow,
+    "a data set in a file": in_a_file,
+    "a data set in the folder of another": lambda: data_set(
+        manifest=json.dumps(asdict(LinkageSet(7)))
+    ),
+    "a data set with half a manifest": lambda: data_set(manifest="{"),
+    "a data set of linkages that never turn": fruitless,
+    "a data set at a speed that is a word": said(["linkages", "--to", "set", "--speed", "fast"]),
+    "a data set of half a linkage": said(["linkages", "--to", "set", "--count", "1.5"]),
+}
