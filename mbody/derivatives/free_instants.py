@@ -13,6 +13,7 @@ Leine, Nijmeijer: Dynamics and Bifurcations of Non-Smooth Mechanical Systems (20
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -41,6 +42,8 @@ Array = np.ndarray
 #: A change of the state, in its sizes, by a change of a number by its own size: what is less is
 #: integrated with the errors of this one.
 RESOLVED = 1e-3
+#: Functions of formulas that jump.
+JUMPING = re.compile(r"\b(?:sign|step)\s*\(")
 #: A rate with which a guard becomes zero below this part of its usual one: it grazes zero.
 GRAZING = 1e-6
 #: By what part the tangents of a state may differ from what the modes that follow allow; by so many
@@ -90,6 +93,16 @@ class FreeInstants:
             names = [name for name, one in self.lost.items() if one == (t, why)]
             by = "" if len(names) == len(self.names) else f" by {listed(names)}"
             found.append(f"from t = {t:.6g} {unit} on there is no derivative{by}: {why}")
+        machine = self.run.mechanism
+        parts = {one.name: one for one in (*machine.loads, *machine.states, *machine.drivers)}
+        # as they are written: what a formula or a law is made of has no other list
+        every = {**parts, **machine.curves}
+        jumps = [name for name, one in every.items() if JUMPING.search(repr(one))]
+        if jumps:
+            found.append(
+                f"{listed(jumps)} may jump (sign, step): what a jump on the way adds to the "
+                "derivatives is not in them; compare with differences"
+            )
         return found
 
     def at(self, instants: Array, with_loads: bool) -> DualSolution:
