@@ -154,6 +154,11 @@ class Marker:
     angle : float
         Direction of the marker's own x axis in the link's axes [rad]; sliding joints and
         directed drivers use it.
+
+    Examples
+    --------
+    >>> Marker("ground", (0.0, 1.0), angle="30 deg").body
+    'ground'
     """
 
     body: str
@@ -211,6 +216,17 @@ def listed(names: Iterable[str], most: int = 8) -> str:
 def number_field(dimension: str, default: Any = dataclasses.MISSING, *, sign: str = "any") -> Any:
     """Dataclass field for one number of that dimension; `sign` may require "positive" or
     "not negative"; a default of None makes it optional.
+
+    Examples
+    --------
+    A number of a load of your own:
+
+    >>> import dataclasses, mbody
+    >>> @dataclasses.dataclass(frozen=True)
+    ... class Drag(mbody.CustomLoad):
+    ...     coefficient: float = mbody.number_field("number", 1.2, sign="not negative")
+    >>> Drag("drag", "ground", "car", coefficient=0.3).coefficient
+    0.3
     """
     return dataclasses.field(default=default, metadata={"dimension": dimension, "sign": sign})
 
