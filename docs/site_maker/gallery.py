@@ -49,7 +49,8 @@ def text(_: str) -> str:
 
 def _entry(name: str) -> str:
     made = FILMS / f"{name}.svg"
-    still = f"![{name}](pictures/{name}.svg)"
+    drawn = (DOCS / "pictures" / f"{name}.svg").exists()  # `make pictures` draws them
+    still = f"![{name}](pictures/{name}.svg)" if drawn else ""
     moving = f'<img class="film" alt="{name} in motion" src="_static/{name}.svg">'
     shown = moving if made.exists() and made.stat().st_size else still
     model = mbody.gallery.load(name)

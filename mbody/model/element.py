@@ -155,8 +155,6 @@ class Marker:
         Direction of the marker's own x axis in the link's axes [rad]; sliding joints and
         directed drivers use it.
 
-    Examples
-    --------
     >>> Marker("ground", (0.0, 1.0), angle="30 deg").body
     'ground'
     """
@@ -216,10 +214,6 @@ def listed(names: Iterable[str], most: int = 8) -> str:
 def number_field(dimension: str, default: Any = dataclasses.MISSING, *, sign: str = "any") -> Any:
     """Dataclass field for one number of that dimension; `sign` may require "positive" or
     "not negative"; a default of None makes it optional.
-
-    Examples
-    --------
-    A number of a load of your own:
 
     >>> import dataclasses, mbody
     >>> @dataclasses.dataclass(frozen=True)
