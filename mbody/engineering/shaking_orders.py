@@ -61,7 +61,8 @@ class ShakingOrders(Inherited):
     --------
     >>> import mbody
     >>> rotor = mbody.Mechanism("rotor")
-    >>> rotor.add(mbody.Body("wheel", mass=2.0, cg=(0.1, 0.0)), mbody.Revolute("O", "ground", "wheel"))
+    >>> rotor.add(mbody.Body("wheel", mass=2.0, cg=(0.1, 0.0)))
+    >>> rotor.add(mbody.Revolute("O", "ground", "wheel"))
     >>> rotor.add(mbody.AngleDriver("motor", "wheel", mbody.laws.ConstantSpeed(0.0, 10.0)))
     >>> found = mbody.engineering.shaking_orders(mbody.kinetostatics(rotor, turn=True))
     >>> round(float(found.force[1]), 9)  # m e ω², which turns with the wheel

@@ -126,7 +126,7 @@ def derivation_as(solution: Solution, form: str = "text", instant: int = 0) -> s
     --------
     >>> import mbody
     >>> run = mbody.kinetostatics(mbody.gallery.load("norton_fourbar"))
-    >>> derivation_as(run, "latex").endswith("document}\\n")
+    >>> "documentclass" in derivation_as(run, "latex")
     True
     """
     if form not in FORMS:
