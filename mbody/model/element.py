@@ -215,12 +215,8 @@ def number_field(dimension: str, default: Any = dataclasses.MISSING, *, sign: st
     """Dataclass field for one number of that dimension; `sign` may require "positive" or
     "not negative"; a default of None makes it optional.
 
-    >>> import dataclasses, mbody
-    >>> @dataclasses.dataclass(frozen=True)
-    ... class Drag(mbody.CustomLoad):
-    ...     coefficient: float = mbody.number_field("number", 1.2, sign="not negative")
-    >>> Drag("drag", "ground", "car", coefficient=0.3).coefficient
-    0.3
+    >>> number_field("length", 1.0, sign="positive").default
+    1.0
     """
     return dataclasses.field(default=default, metadata={"dimension": dimension, "sign": sign})
 
