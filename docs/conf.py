@@ -16,6 +16,7 @@ exclude_patterns = ["_build", "pictures", "site_maker"]
 myst_heading_anchors = 4
 myst_enable_extensions = ["deflist"]
 highlight_language = "text"
+smartquotes = False  # quotes are part of what is written in files
 suppress_warnings = ["myst.header"]  # the page of errors has levels of its own
 
 # Notebooks are kept without outputs and run here; one that fails ends the build.
@@ -33,6 +34,7 @@ napoleon_use_rtype = False
 napoleon_custom_sections = [("Attributes", "params_style")]
 default_role = "code"
 add_module_names = False
+toc_object_entries = False
 python_maximum_signature_line_length = 80
 
 html_theme = "furo"

@@ -32,6 +32,15 @@ class ModelError(ValueError):
         Name of the body, joint, driver or load that the sentence is about.
     problems : tuple
         Of a model file: (line or None, field, sentence) of everything that is wrong with it.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> try:
+    ...     mbody.Body("rod", mass=-1.0)
+    ... except ModelError as error:
+    ...     print(error)
+    'rod': mass is -1, it must not be negative: give 0 or more
     """
 
     def __init__(self, message: str, element: str | None = None) -> None:
@@ -49,6 +58,15 @@ class SolveError(RuntimeError):
         Name of the element that the sentence is about.
     solution : Solution or None
         What was computed before the stop; its last instant is the last good one.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> try:
+    ...     mbody.kinematics(mbody.makers.four_bar(1.0, 2.5, 1.5, 5.4))
+    ... except SolveError as error:
+    ...     print(str(error)[:43], error.solution)
+    loops do not close at t = 0 s: the smallest None
     """
 
     def __init__(self, message: str, element: str | None = None, solution: Any = None) -> None:

@@ -45,6 +45,29 @@ def test_no_folder_bears_the_name_of_a_function():
     assert functions and not functions & folders
 
 
+def public():
+    """Every function and class that users are to know, but for kernels, which are called with
+    arrays."""
+    found = {f"mbody.{name}": getattr(mbody, name) for name in mbody.__all__}
+    for folder in mbody._FOLDERS:
+        module = getattr(mbody, folder)
+        found |= {f"mbody.{folder}.{name}": getattr(module, name) for name in module.__all__}
+    return {
+        name: thing
+        for name, thing in found.items()
+        if callable(thing) and not thing.__module__.endswith(".kernels")
+    }
+
+
+def test_every_public_name_has_an_example():
+    """They are run by `test_docstrings` of tests/test_readme.py, with those of all modules."""
+    names = public()
+    assert len(names) > len(mbody.__all__) + 50
+    assert not [name for name, thing in names.items() if ">>> " not in (thing.__doc__ or "")]
+    ours = {name: thing.__module__ for name, thing in names.items()}
+    assert not [name for name, module in ours.items() if not module.startswith("mbody")]
+
+
 def test_import_loads_only_what_is_used():
     code = "import sys, mbody; print(*sorted(n for n in sys.modules if n.startswith('mbody')))"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

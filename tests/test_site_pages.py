@@ -10,6 +10,7 @@ PAGES = sorted(
     for path in (DOCS / folder).rglob("*.md")
     if path.stem not in ("index", "changelog", "contributing", "decisions", "benchmarks")
 )
+PAGES.append("index.md")
 RECIPES = [page for page in PAGES if page.startswith("howto/recipes/")]
 
 

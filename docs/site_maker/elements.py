@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import dataclasses
+import itertools
+
 from mbody.files.model.kinds import LAWS, SECTIONS
-from mbody.teaching import ElementReference, element_reference
+from mbody.teaching import ElementReference, FieldReference, element_reference
 
 __all__ = ["text"]
 
@@ -24,10 +27,10 @@ def _entry(one: ElementReference) -> str:
         lines += [f"    {part.strip()}" if part.startswith("  ") else escaped(part), ""]
     if one.fields:
         lines += ["| field | takes | without it | meaning |", "|---|---|---|---|"]
-    for field in one.fields:
+    for names, field in _together(one.fields):
         rest = "needed" if field.needed else field.default or "left out"
         cells = (field.takes, rest, " ".join(field.meaning.split()))
-        lines.append(f"| `{field.name}` | " + " | ".join(map(escaped, cells)) + " |")
+        lines.append(f"| {names} | " + " | ".join(map(escaped, cells)) + " |")
     lines += ["", "```toml", one.file, "```", "", "```python", one.python, "```"]
     if one.quantities:
         words = ", ".join(f"`{name}` ({kind})" for name, kind in one.quantities.items())
@@ -46,3 +49,9 @@ def escaped(words: str) -> str:
     for k in range(1, len(parts), 2):
         parts[k] = "`" + parts[k].replace("|", "\\|") + "`"
     return "".join(parts)
+
+
+def _together(fields: tuple[FieldReference, ...]) -> list[tuple[str, FieldReference]]:
+    """The fields, those of one meaning that follow each other as one."""
+    same = itertools.groupby(fields, lambda field: dataclasses.replace(field, name=""))
+    return [(", ".join(f"`{one.name}`" for one in group), field) for field, group in same]

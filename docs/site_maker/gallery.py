@@ -7,6 +7,7 @@ from typing import Any
 
 import mbody
 from mbody.errors import ModelError, SolveError
+from site_maker.elements import escaped
 
 __all__ = ["make_films", "text"]
 
@@ -48,8 +49,12 @@ def text(_: str) -> str:
 
 def _entry(name: str) -> str:
     made = FILMS / f"{name}.svg"
-    still = f"![{name}](pictures/{name}.svg)"
+    drawn = (DOCS / "pictures" / f"{name}.svg").exists()  # `make pictures` draws them
+    still = f"![{name}](pictures/{name}.svg)" if drawn else ""
     moving = f'<img class="film" alt="{name} in motion" src="_static/{name}.svg">'
     shown = moving if made.exists() and made.stat().st_size else still
-    title = mbody.gallery.load(name).name
-    return f"## {name}\n\n{title}\n\n{shown}\n\n    mbody view {name} --open"
+    model = mbody.gallery.load(name)
+    words = [escaped(f"{text.rstrip('.')}.") for text in (model.name, model.note) if text]
+    if model.source:
+        words.append(f"*{escaped(model.source.rstrip('.'))}.*")
+    return f"## {name}\n\n{' '.join(words)}\n\n{shown}\n\n    mbody view {name} --open"

@@ -70,6 +70,14 @@ class ForceBalance(Inherited):
         The description with counterweights as parts of the links.
     system : System
         The same with the numbers of the system that was given.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> machine = mbody.gallery.load("norton_fourbar")
+    >>> found = mbody.engineering.force_balance(machine, {"crank": "3 in", "rocker": "5 in"})
+    >>> len(found.counterweights), bool(found.left < 1e-9)
+    (2, True)
     """
 
     counterweights: tuple[Counterweight, ...] = ()

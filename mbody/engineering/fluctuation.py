@@ -41,6 +41,14 @@ class Fluctuation(Inherited):
         Angles of them [rad].
     status, doubts, notes
         As of `Inherited`: those of the result.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> engine = mbody.makers.slider_crank(1, 4, masses=(0, 0, 1), speed=10.0)
+    >>> found = mbody.engineering.fluctuation(mbody.kinetostatics(engine, turn=True))
+    >>> bool(abs(found.greatest - found.least - found.fluctuation) < 1e-12)
+    True
     """
 
     angle: Array

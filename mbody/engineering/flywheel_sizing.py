@@ -53,6 +53,14 @@ class FlywheelProof(Inherited):
     angle, speed : arrays (instants,)
         Of the driven body [rad], [rad/time].
     run : Solution
+
+    Examples
+    --------
+    >>> import mbody
+    >>> engine = mbody.makers.slider_crank(1, 4, masses=(0, 0, 1), speed=10.0)
+    >>> found = mbody.engineering.size_flywheel(mbody.kinetostatics(engine, turn=True), 0.1)
+    >>> bool(found.simulated().speed.max() > 10.0)
+    True
     """
 
     coefficient: float
@@ -87,6 +95,14 @@ class FlywheelSizing(Inherited):
     run : Solution
         The motion at constant speed.
     driver : str
+
+    Examples
+    --------
+    >>> import mbody
+    >>> engine = mbody.makers.slider_crank(1, 4, masses=(0, 0, 1), speed=10.0)
+    >>> found = mbody.engineering.size_flywheel(mbody.kinetostatics(engine, turn=True), 0.1)
+    >>> round(found.coefficient, 6), found.driver
+    (0.1, 'motor')
     """
 
     inertia: float

@@ -36,6 +36,14 @@ class Indicator(Inherited):
         while they are shut.
     power : array (instants,)
         −p V̇, the power of the piston on the fluid in the chamber [power].
+
+    Examples
+    --------
+    >>> import mbody
+    >>> run = mbody.kinetostatics(mbody.gallery.load("mud_pump"), turn=True)
+    >>> chart = mbody.engineering.indicator(run, "cylinder1")
+    >>> chart.pressure.shape, bool((chart.delivery >= 0.0).all())
+    ((361,), True)
     """
 
     volume: Array

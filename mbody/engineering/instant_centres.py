@@ -46,6 +46,14 @@ class InstantCentre:
     permanence : str
         "fixed" where a pin or a slide on the ground keeps it, "permanent" where one between two
         moving bodies does, else "instantaneous".
+
+    Examples
+    --------
+    >>> import mbody
+    >>> run = mbody.kinematics(mbody.makers.slider_crank(1.0, 3.0, speed=1.0), [0.2])
+    >>> pole = mbody.engineering.instant_centres(run)["slider", "ground"]
+    >>> pole.kind, pole.permanence
+    (('infinite',), 'fixed')
     """
 
     bodies: tuple[str, str]
@@ -88,6 +96,13 @@ class InstantCentres(Inherited):
         n (n − 1)/2 of n bodies, in the order of the description, the ground last.
     length : float
         The model length, to which places that are one are compared.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=1.0), [0.3])
+    >>> len(mbody.engineering.instant_centres(run).pairs)
+    6
     """
 
     pairs: tuple[InstantCentre, ...] = field(default=())
@@ -313,6 +328,14 @@ class Centrodes(Inherited):
         body's mass centre in its own axes.
     moving_x, moving_y : arrays
         From the mass centre of the moving body, in its axes.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> run = mbody.kinematics(mbody.makers.slider_crank(1.0, 3.0, speed=1.0), [0.2, 0.4])
+    >>> found = mbody.engineering.centrodes(run, "crank")  # turns about a pin: one point
+    >>> bool(abs(found.fixed_x).max() < 1e-12)
+    True
     """
 
     fixed_x: Array

@@ -45,6 +45,15 @@ class MotionPolygon(Inherited):
     joints : dict of str to tuple of str
         Of every joint of one place the two points that meet there, one on each body. Of pins they
         have one image; of slides, slots and cams the line between their images is the sliding.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> made = mbody.makers.four_bar(1, 3, 2, 3.5, speed=2.0)
+    >>> found = mbody.engineering.velocity_polygon(mbody.kinematics(made, [0.0]))
+    >>> x, y = found.between("crank.O2", "crank.A")
+    >>> round(float(np.hypot(x, y)[0]), 12)
+    2.0
     """
 
     quantity: str = "velocity"

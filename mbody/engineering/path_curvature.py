@@ -36,6 +36,13 @@ class PathCurvature(Inherited):
     centre_x, centre_y : arrays
         In the axes of the body on which the path is seen, from the origin of the ground or from the
         mass centre of that body; NaN where the path is straight.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=1.0), [0.3])
+    >>> mbody.engineering.path_curvature(run, "crank.A").curvature
+    array([1.])
     """
 
     curvature: Array
@@ -108,6 +115,15 @@ class InflectionCircle(Inherited):
     diameter : array
     acceleration_pole_x, acceleration_pole_y : arrays
         The point without acceleration.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=1.0), [0.3])
+    >>> found = mbody.engineering.inflection_circle(run, "coupler")
+    >>> across = np.hypot(found.x - found.pole_x, found.y - found.pole_y)
+    >>> bool(abs(across - found.diameter)[0] < 1e-9)
+    True
     """
 
     pole_x: Array

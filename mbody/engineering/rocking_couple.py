@@ -29,6 +29,14 @@ class RockingCouple(Inherited):
     ----------
     x, y : arrays (instants,)
         About the x and the y axis [force·length].
+
+    Examples
+    --------
+    >>> import mbody
+    >>> engine = mbody.makers.slider_crank(1, 4, masses=(0, 0, 2), speed=10.0, start=0.0)
+    >>> couple = mbody.engineering.rocking_couple(mbody.kinetostatics(engine), {"slider": 0.5})
+    >>> round(float(abs(couple.x[0])), 9)
+    0.0
     """
 
     x: Array

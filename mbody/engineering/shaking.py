@@ -32,6 +32,17 @@ class ShakingForce(Inherited):
         the given place.
     fx_inertia, fy_inertia, moment_inertia : arrays (instants,)
         The same by d'Alembert, from the motion: inertia forces and loads of all bodies.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> rotor = mbody.Mechanism("rotor", ground={"O": (0.0, 0.0)})
+    >>> rotor.add(mbody.Body("wheel", mass=2.0, cg=(0.1, 0.0)))
+    >>> rotor.add(mbody.Revolute("O", "ground.O", "wheel"))
+    >>> rotor.add(mbody.AngleDriver("motor", "wheel", "10 rad/s*t"))
+    >>> found = mbody.engineering.shaking_force(mbody.kinetostatics(rotor), "ground.O")
+    >>> round(float(found.fx[0]), 9)  # m e ω²
+    20.0
     """
 
     fx: Array

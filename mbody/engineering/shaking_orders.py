@@ -56,6 +56,17 @@ class ShakingOrders(Inherited):
         As of `Harmonics`, of the force.
     turns : int
     run : Solution
+
+    Examples
+    --------
+    >>> import mbody
+    >>> rotor = mbody.Mechanism("rotor")
+    >>> rotor.add(mbody.Body("wheel", mass=2.0, cg=(0.1, 0.0)))
+    >>> rotor.add(mbody.Revolute("O", "ground", "wheel"))
+    >>> rotor.add(mbody.AngleDriver("motor", "wheel", mbody.laws.ConstantSpeed(0.0, 10.0)))
+    >>> found = mbody.engineering.shaking_orders(mbody.kinetostatics(rotor, turn=True))
+    >>> round(float(found.force[1]), 9)  # m e ω², which turns with the wheel
+    20.0
     """
 
     orders: Array
@@ -153,6 +164,15 @@ class BalanceShaft:
         Direction of the unbalance from the world's x axis where the driver is at 0 [rad].
     force : float
         Its centrifugal force at the speed of the run [force].
+
+    Examples
+    --------
+    >>> import mbody
+    >>> engine = mbody.makers.slider_crank(1, 4, masses=(0, 0, 2), speed=10.0)
+    >>> run = mbody.kinetostatics(engine, turn=True)
+    >>> shaft = mbody.engineering.balance_shafts(run, [1])[0]
+    >>> shaft.order, round(shaft.force, 9)
+    (1.0, 100.0)
     """
 
     order: float

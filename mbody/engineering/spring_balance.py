@@ -59,6 +59,18 @@ class SpringBalance(Inherited):
         The description with these springs.
     system : System
         The same with the numbers of the system that was given.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> arm = mbody.Mechanism("arm", ground={"top": (0, 0.4)})
+    >>> arm.add(mbody.Body("arm", mass=2.0, cg=(0.5, 0), points={"P": (0.3, 0)}))
+    >>> arm.add(mbody.Revolute("O", "ground", "arm"), mbody.Gravity("g", y=-9.81))
+    >>> arm.add(mbody.AngleDriver("hold", "arm", mbody.laws.ConstantSpeed(0.0, 1.0)))
+    >>> spring = mbody.Spring("spring", "ground.top", "arm.P", stiffness=1.0)
+    >>> found = mbody.engineering.spring_balance(arm, [spring], turn=True)
+    >>> round(float(abs(found.before["hold"]).max()), 6), found.complete
+    (9.81, True)
     """
 
     stiffness: dict[str, float] = field(default_factory=dict)

@@ -77,6 +77,19 @@ def make(
     ------
     ModelError
         For what the mechanism has not; and where Gymnasium is not installed.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> env = make(
+    ...     mbody.gallery.path("cart_pole"),
+    ...     actions={"u": ("-10 N", "10 N")},
+    ...     observations=["cart.x", "pole.angle"],
+    ...     reward={"pole.angle^2": -1.0},
+    ...     step="20 ms",
+    ... )
+    >>> env.reset(seed=1)[0].shape
+    (2,)
     """
     own = _task(model, locals())
     _gymnasium()
@@ -126,6 +139,20 @@ rtol, atol
     ------
     ModelError
         As `make`.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> envs = make_vec(
+    ...     mbody.gallery.path("cart_pole"),
+    ...     8,
+    ...     actions={"u": ("-10 N", "10 N")},
+    ...     observations=["cart.x", "pole.angle"],
+    ...     reward={"pole.angle^2": -1.0},
+    ...     step="20 ms",
+    ... )
+    >>> envs.reset(seed=1)[0].shape
+    (8, 2)
     """
     given = locals()
     own = _task(model, given)

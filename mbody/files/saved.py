@@ -158,6 +158,16 @@ def load_run(path: str | os.PathLike[str]) -> Solution:
     ------
     ModelError
         For a file that there is not, that is no saved result, or that was changed since.
+
+    Examples
+    --------
+    >>> import mbody, pathlib, tempfile
+    >>> run = mbody.kinematics(mbody.makers.slider_crank(1.0, 3.0, speed=10.0), turn=True)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = pathlib.Path(folder, "turn.npz")
+    ...     mbody.save_run(run, file)
+    ...     bool((load_run(file)["rod"].omega == run["rod"].omega).all())
+    True
     """
     try:
         arrays = unpacked(path, OWNER)

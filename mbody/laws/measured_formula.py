@@ -42,6 +42,15 @@ class MeasuredFormula(FormulaLaw):
         inputs and own states, ``t``, or ``x``, what the element's law is of.
     constants : tuple of float
         What the operations with a constant take, in their order.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> cart = mbody.Mechanism("cart")
+    >>> cart.add(mbody.Body("cart", mass=1.0), mbody.Prismatic("rail", "ground", "cart"))
+    >>> cart.add(mbody.Force("air", "cart", "2 N*s/m*cart.vx", angle="180 deg"))
+    >>> cart["air"].value
+    MeasuredFormula('2 N*s/m*cart.vx')
     """
 
     kind: ClassVar[str] = "measured"
@@ -110,6 +119,14 @@ def compile_measured(
     -----
     A plain number, a parameter or an input without a unit is in the units of the mechanism,
     whatever it measures: where there is one, sums need not fit each other.
+
+    Examples
+    --------
+    >>> from mbody.quantities import read
+    >>> from mbody.quantities.units import DIMENSIONS
+    >>> formula, measured = read("2 N*s/m*cart.vx", None), {"cart.vx": DIMENSIONS["velocity"]}
+    >>> compile_measured(formula, Scope(), measured, DIMENSIONS["force"])[0]
+    MeasuredFormula('2 N*s/m*cart.vx')
     """
     _check_units(formula, scope, quantities, dimension)
     program = PostfixProgram(frozenset(quantities))

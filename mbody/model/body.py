@@ -36,7 +36,14 @@ __all__ = ["Body", "Guess", "GuessLike", "Guesses", "SecondMoments", "SlenderRod
 
 @dataclass(frozen=True)
 class SlenderRod:
-    """Mass spread along a line at `angle` [rad] in link axes, as of a thin rod."""
+    """Mass spread along a line at `angle` [rad] in link axes, as of a thin rod.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> mbody.Body("arm", mass=1.0, inertia=0.1, spread=SlenderRod(0.5)).spread.angle
+    0.5
+    """
 
     angle: NumberField = default(0.0)
 

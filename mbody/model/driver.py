@@ -133,6 +133,16 @@ class DistanceDriver(Driver):
     law : Law, float, str or callable
         Distance [length] as a function of time, always positive; or a formula as of an
         `AngleDriver`.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> crane = mbody.Mechanism("crane", ground={"O": (0.0, 0.0), "C": (0.0, -3.0)})
+    >>> crane.add(mbody.Body("jib", points={"P": (4.0, 0.0)}, guess=0.0))
+    >>> crane.add(mbody.Revolute("O", "ground.O", "jib"))
+    >>> crane.add(DistanceDriver("cylinder", "ground.C", "jib.P", "5 m + 0.1 m/s*t"))
+    >>> round(float(mbody.kinematics(crane)["jib"].omega[0]), 9)  # 5 m · 0.1 m/s / (3 m · 4 m)
+    0.041666667
     """
 
     main: ClassVar[tuple[str, ...]] = ("i", "j")
@@ -185,6 +195,15 @@ class CoordinateDriver(Driver):
         The driven place.
     law : Law, float, str or callable
         Displacement [length] as a function of time; or a formula as of an `AngleDriver`.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> press = mbody.Mechanism("press", ground={"O": (0.0, 0.0)})
+    >>> press.add(mbody.Body("ram", mass=10.0), mbody.Prismatic("guide", "ground.O", "ram"))
+    >>> press.add(CoordinateDriver("screw", "ground.O", "ram", "0.1 m + 0.02 m/s*t"))
+    >>> round(float(mbody.kinematics(press, t=[0.0, 5.0])["ram"].x[1]), 9)
+    0.2
     """
 
     main: ClassVar[tuple[str, ...]] = ("i", "j")

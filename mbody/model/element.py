@@ -155,6 +155,9 @@ class Marker:
     angle : float
         Direction of the marker's own x axis in the link's axes [rad]; sliding joints and
         directed drivers use it.
+
+    >>> Marker("ground", (0.0, 1.0), angle="30 deg").body
+    'ground'
     """
 
     body: str
@@ -212,6 +215,9 @@ def listed(names: Iterable[str], most: int = 8) -> str:
 def number_field(dimension: str, default: Any = dataclasses.MISSING, *, sign: str = "any") -> Any:
     """Dataclass field for one number of that dimension; `sign` may require "positive" or
     "not negative"; a default of None makes it optional.
+
+    >>> number_field("length", 1.0, sign="positive").default
+    1.0
     """
     return dataclasses.field(default=default, metadata={"dimension": dimension, "sign": sign})
 

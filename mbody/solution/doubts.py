@@ -50,6 +50,16 @@ class Doubt:
         The instant from which on the result is in doubt; None where it is no matter of time.
     elements : tuple of str
         Names of the elements that it is about.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> machine = mbody.makers.slider_crank(1, 3, speed=10.0)
+    >>> push = mbody.laws.Table([0.0, 0.1], [0.0, 50.0], outside="hold")
+    >>> machine.add(mbody.Force("push", "slider.B", push))
+    >>> (doubt,) = mbody.kinetostatics(machine, t=[0.0, 0.2]).doubts
+    >>> doubt.elements, doubt.t
+    (('push',), 0.2)
     """
 
     kind: str

@@ -58,6 +58,16 @@ class Energy:
         What friction and impacts have taken, of every rough joint, contact and stop by name.
     rounding : float
         An energy that is rounding: of what rests nothing else takes part.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> swing = mbody.Mechanism("pendulum")
+    >>> swing.add(mbody.Body("bob", mass=1.0, cg=(1.0, 0.0), guess=0.0))
+    >>> swing.add(mbody.Revolute("O", "ground", "bob"), mbody.Gravity("gravity", y=-9.81))
+    >>> energy = mbody.simulate(swing, 1.0).energy
+    >>> bool(abs(energy.kinetic + energy.potential).max() < 1e-6)
+    True
     """
 
     kinetic: Array

@@ -27,6 +27,16 @@ class EventRecord:
         The contact or rough joint that it happens to: `name` is "impact", "open", "stick", "slip"
         or "rest" then, or what Painlevé's paradox is called: "inconsistent", "indeterminate" and
         "paradox".
+
+    Examples
+    --------
+    >>> import mbody
+    >>> ball = mbody.Mechanism("ball")
+    >>> ball.add(mbody.Body("ball", mass=1.0, inertia=0.1, guess=(0.0, 4.905, 0.0)))
+    >>> ball.add(mbody.Gravity("gravity", y=-9.81))
+    >>> (record,) = mbody.simulate(ball, 2.0, events=[mbody.Event("ball.y", name="down")]).events
+    >>> record.name, round(record.t, 9)
+    ('down', 1.0)
     """
 
     name: str

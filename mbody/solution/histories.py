@@ -85,6 +85,13 @@ class BodyHistory:
         Mass centre, world axes.
     angle, omega, alpha : arrays (instants,)
         Of the link's x axis [rad], and its rates.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=10.0), turn=True)
+    >>> run["crank"].angle.shape, round(float(run["crank"].omega[0]), 9)
+    ((361,), 10.0)
     """
 
     name: str
@@ -124,6 +131,16 @@ class Reaction:
     unique : tuple of three bool, or None
         Whether each of fx, fy, torque is determined; redundant constraints may leave it open, and
         the one of least norm is given. None where it was not looked at.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> rod = mbody.Mechanism("rod")
+    >>> rod.add(mbody.Body("rod", mass=2.0, guess=0.0), mbody.Revolute("O", "ground", "rod"))
+    >>> rod.add(mbody.AngleDriver("motor", "rod", 0.0), mbody.Gravity("gravity", y=-9.81))
+    >>> pin = mbody.statics(rod).reaction("O")
+    >>> round(float(pin.fy[0]), 9), pin.on, pin.unique
+    (19.62, 'rod', (True, True, True))
     """
 
     joint: str

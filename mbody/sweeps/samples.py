@@ -49,6 +49,11 @@ class Samples:
         By name: values, or a `Scatter` or (low, high) for random ones.
     count, seed : int
         Number of random designs, and the seed.
+
+    Examples
+    --------
+    >>> Samples("together", {"a": [1.0, 2.0], "b": [3.0, 4.0]}).kind
+    'together'
     """
 
     kind: str

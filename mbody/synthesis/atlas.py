@@ -51,6 +51,12 @@ class Atlas:
         P in the axes of the carrier, in its lengths, complex.
     descriptors : array (curves, 16)
         See the head of this file.
+
+    Examples
+    --------
+    >>> found = Atlas.made("slider_crank", 40, seed=1)
+    >>> found.shapes.shape, found.descriptors.shape
+    ((40, 2), (40, 16))
     """
 
     kind: str

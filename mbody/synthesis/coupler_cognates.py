@@ -54,6 +54,13 @@ class Cognate:
         Of each link the link of the first mechanism that turns as it does.
     grashof : str
         Its class; empty of slider-cranks.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> first = mbody.synthesis.cognates(mbody.gallery.load("hoekens"), "coupler.P").first
+    >>> first.mechanism.name[:7]
+    'Hoekens'
     """
 
     mechanism: Mechanism
@@ -86,6 +93,12 @@ class CognateList(list[Cognate]):
     first : Cognate
         The mechanism itself, with the same numbers.
     notes : tuple of str
+
+    Examples
+    --------
+    >>> import mbody
+    >>> len(mbody.synthesis.cognates(mbody.gallery.load("hoekens"), "coupler.P"))
+    2
     """
 
     def __init__(self, first: Cognate, found: Iterator[Cognate], notes: tuple[str, ...]) -> None:

@@ -53,6 +53,13 @@ class Design:
     zeros : (float, float) or None
         Of a function: what the angles of the crank and the output of the mechanism have more than
         the given inputs and outputs.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> machine = mbody.makers.slider_crank(1.0, 3.0)
+    >>> Design(machine, {"crank.A.x": 1.0}, 0.25, (0.5,), [0.0])
+    Design(slider-crank: error 0.25, no defects)
     """
 
     mechanism: Mechanism
@@ -108,6 +115,14 @@ class DesignList(list[Design]):
     seed : int
         Of the random ones.
     notes : tuple of str
+
+    Examples
+    --------
+    >>> import mbody
+    >>> one = Design(mbody.makers.slider_crank(1.0, 3.0), {"crank.A.x": 1.0}, 0.25, (0.5,), [0.0])
+    >>> found = DesignList([one], searched=40, seed=1)
+    >>> len(found), found.searched
+    (1, 40)
     """
 
     def __init__(

@@ -48,11 +48,9 @@ class System:
     layout : Layout
         Index lists of the kernels.
     values : dict
-        All changeable numbers by dotted name, and the parameters, each a float or an array
-        (batch,); read-only, as `formulas`: `with_values` makes a system of other numbers.
+        All changeable numbers by dotted name, and parameters: floats or arrays (batch,), read-only.
     formulas : dict
-        What numbers are made of parameters, by dotted name; a number that is given a value of its
-        own leaves it.
+        What numbers are made of parameters, by dotted name, until given values of their own.
     par, mass : arrays (parameters, batch), (3·bodies + 3, batch)
         Numbers of the kernels.
     batch : int or None
@@ -61,6 +59,9 @@ class System:
         Model length, by which sizes are made dimensionless.
     owners : tuple
         (element, index of its primitive) of every primitive, in the order of the kernels.
+
+    >>> import mbody
+    >>> mbody.assemble(mbody.makers.slider_crank(1.0, 3.0)).batch  # one set of numbers
     """
 
     mechanism: Mechanism

@@ -72,6 +72,14 @@ class Derivation(Inherited):
         What is written.
     status, doubts, notes
         As of the result.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> run = mbody.kinetostatics(mbody.gallery.load("norton_fourbar"))
+    >>> found = mbody.teaching.derivation(run)
+    >>> len(found.loops), len(found.links), found.residual < 1e-12
+    (1, 3, True)
     """
 
     loops: tuple[LoopEquations, ...]
@@ -113,6 +121,13 @@ def derivation_as(solution: Solution, form: str = "text", instant: int = 0) -> s
     ------
     ModelError
         For another form, and as `derivation`.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> run = mbody.kinetostatics(mbody.gallery.load("norton_fourbar"))
+    >>> "documentclass" in derivation_as(run, "latex")
+    True
     """
     if form not in FORMS:
         raise ModelError(f"a derivation is written as {', '.join(FORMS)}, not as {form!r}")

@@ -42,6 +42,12 @@ class FieldReference:
     default : str
         What counts without it, where that is a number or a word.
     meaning : str
+
+    Examples
+    --------
+    >>> (spring,) = element_reference("spring")
+    >>> spring.fields[0].name, spring.fields[0].needed
+    ('i', True)
     """
 
     name: str
@@ -71,6 +77,12 @@ class ElementReference:
         The same in Python.
     quantities : dict
         What measures may read of it, with dimensions.
+
+    Examples
+    --------
+    >>> (spring,) = element_reference("spring")
+    >>> spring.section, spring.cls.__name__, spring.quantities["length"]
+    ('loads', 'Spring', 'length')
     """
 
     kind: str
@@ -154,7 +166,13 @@ def element_reference(name: str) -> tuple[ElementReference, ...]:
 
 
 def reference_overview() -> str:
-    """All kinds with the first sentence of each, by the tables of model files."""
+    """All kinds with the first sentence of each, by the tables of model files.
+
+    Examples
+    --------
+    >>> reference_overview().splitlines()[0]
+    '[bodies]'
+    """
     lines, last = [], ""
     wide = max(len(kind) for _, kind, _ in _kinds()) + 2
     for section, kind, cls in _kinds():

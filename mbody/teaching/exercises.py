@@ -60,6 +60,15 @@ class Exercise:
         Of kinetostatics, of that position alone.
     transmission : float or None
         The least transmission angle of the cycle [rad], where a loop has one.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> from mbody.teaching import new_model
+    >>> make = lambda values: mbody.from_toml(new_model("fourbar"), parameters=values)
+    >>> sheet = exercises(make, {"a": ("30 mm", "50 mm")}, 1, seed=7)
+    >>> list(sheet.exercises[0].values)
+    ['a']
     """
 
     values: dict[str, str]
@@ -82,6 +91,14 @@ class ExerciseSheet:
     exercises : tuple of Exercise
     questions, key : ReportDocument
         The sheet for students, with a figure to scale of each, and the worked key.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> from mbody.teaching import new_model
+    >>> make = lambda values: mbody.from_toml(new_model("fourbar"), parameters=values)
+    >>> len(exercises(make, {"a": ("30 mm", "50 mm")}, 2, seed=7).exercises)
+    2
     """
 
     exercises: tuple[Exercise, ...]

@@ -36,6 +36,14 @@ class Check:
         Why it was not checked, or what was found.
     required : bool
         Whether a greater error than the tolerance would have failed the element.
+
+    Examples
+    --------
+    >>> from mbody import Revolute
+    >>> from mbody.testing import check_joint
+    >>> check = check_joint(Revolute("A", "crank.A", "coupler.A"))["Φ_q"]
+    >>> check.error < 1e-8, check.required
+    (True, True)
     """
 
     name: str
@@ -62,6 +70,14 @@ class Report:
         Greatest relative error that was allowed.
     checks : tuple of Check
         In the order of checking; ``report["Φ_q"]`` is one of them.
+
+    Examples
+    --------
+    >>> from mbody import Revolute
+    >>> from mbody.testing import check_joint
+    >>> report = check_joint(Revolute("A", "crank.A", "coupler.A"))
+    >>> report.worst < 1e-8, "Φ_q" in [check.name for check in report.checks]
+    (True, True)
     """
 
     element: str

@@ -119,6 +119,15 @@ class Equilibria(AtRestPositions[Equilibrium]):
         Why some rest positions may be missing.
     notes : tuple of str
         Sentences, those of the doubts among them.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> swing = mbody.Mechanism("pendulum")
+    >>> swing.add(mbody.Body("bob", mass=1.0, cg=(1.0, 0.0)), mbody.Revolute("O", "ground", "bob"))
+    >>> swing.add(mbody.Gravity("gravity", y=-9.81))
+    >>> [rest.stability for rest in mbody.equilibrium(swing)]
+    ['stable', 'unstable']
     """
 
     bands: tuple[RestBand, ...] = ()

@@ -104,6 +104,13 @@ class Mobility:
         "limits" of joints, counted as open; "joints" that can separate, counted as closed.
     notes : tuple of str
         Singular positions, loose parts and what was not computed, as sentences.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> found = mbody.mobility(mbody.makers.four_bar(1, 3, 2, 3.5))
+    >>> found.of_joints.freedom, found.driven.freedom, found.redundant
+    (1, 0, {})
     """
 
     mechanism: str

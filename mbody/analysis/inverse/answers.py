@@ -68,6 +68,17 @@ class Answer:
         ``"completed"``, or ``"doubtful: …"`` with the first doubt.
     doubts : tuple of Doubt
         Why a greatest or least value may be a local one, or a result is in doubt.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> arm = mbody.Mechanism("arm")
+    >>> arm.add(mbody.Body("arm", mass=2.0, cg=(0.5, 0.0)), mbody.Revolute("O", "ground", "arm"))
+    >>> arm.add(mbody.AngleDriver("motor", "arm", 0.0), mbody.Gravity("gravity", y=-9.81))
+    >>> arm.add(mbody.Torque("hold", "arm", value=0.0))
+    >>> answer = mbody.solve_for(arm, unknowns=["hold"], conditions="motor.effort = 0")
+    >>> round(answer[0].unknowns["hold"], 6), answer.straight
+    (9.81, True)
     """
 
     mechanism: Mechanism

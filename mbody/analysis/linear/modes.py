@@ -157,6 +157,16 @@ class ModesAt(Inherited):
 class Modes(AtRestPositions[ModesAt]):
     """The modes at one or several rest positions; ``print`` shows them as tables. Doubts of the
     positions are its own.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> swing = mbody.Mechanism("pendulum")
+    >>> swing.add(mbody.Body("bob", mass=1.0, cg=(1.0, 0.0)), mbody.Revolute("O", "ground", "bob"))
+    >>> swing.add(mbody.Gravity("gravity", y=-9.81))
+    >>> found = mbody.modes(swing)
+    >>> round(float(found[0].frequencies[0]) ** 2, 9)  # g/l
+    9.81
     """
 
     def data(self) -> dict[str, Any]:

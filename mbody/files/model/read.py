@@ -78,6 +78,15 @@ def load(
     -----
     What `save` has written is read with the same limits. ``mbody schema`` prints what is allowed in
     a file.
+
+    Examples
+    --------
+    >>> import mbody, pathlib, tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = pathlib.Path(folder, "mine.toml")
+    ...     mbody.save(mbody.makers.slider_crank("40 mm", "120 mm"), file)
+    ...     load(file).name
+    'slider-crank'
     """
     file = Path(path)
     text = text_of(file, limits)

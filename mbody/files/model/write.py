@@ -59,6 +59,15 @@ def save(
     ModelError
         When it has Python code, which no file can contain, `load` would refuse it for its size, or
         the file cannot be written.
+
+    Examples
+    --------
+    >>> import mbody, pathlib, tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = pathlib.Path(folder, "mine.json")
+    ...     save(mbody.makers.slider_crank("40 mm", "120 mm"), file)
+    ...     mbody.load(file)["rod"].points["B"]
+    (0.12, 0.0)
     """
     file, data = Path(path), as_data(mechanism)
     text = _json(data) if file.suffix.lower() == ".json" else toml(data)

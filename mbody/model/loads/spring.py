@@ -94,6 +94,16 @@ class Damper(_AlongLine):
         F = coefficient · l̇ [force·time/length].
     law : Law or callable, optional
         Instead: tension [force] as a function of the rate [length/time].
+
+    Examples
+    --------
+    >>> import mbody
+    >>> cart = mbody.Mechanism("cart", ground={"G": (0.0, 0.0)})
+    >>> cart.add(mbody.Body("cart", mass=1.0), mbody.Prismatic("rail", "ground.G", "cart"))
+    >>> cart.add(mbody.CoordinateDriver("pull", "ground.G", "cart", "1 m + 0.5 m/s*t"))
+    >>> cart.add(Damper("damper", "ground.G", "cart", coefficient=4.0))
+    >>> round(float(mbody.kinetostatics(cart).effort("pull")[0]), 9)
+    2.0
     """
 
     coefficient: OptionalNumberField = number_field("damping", None, sign="not negative")

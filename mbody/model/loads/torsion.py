@@ -86,6 +86,16 @@ class TorsionDamper(Turning):
         T = coefficient · θ̇ [force·length·time/rad].
     law : Law or callable, optional
         Instead: resisting torque as a function of the rate [rad/time].
+
+    Examples
+    --------
+    >>> import mbody
+    >>> fan = mbody.Mechanism("fan")
+    >>> fan.add(mbody.Body("fan", mass=1.0, inertia=0.1), mbody.Revolute("O", "ground", "fan"))
+    >>> fan.add(mbody.AngleDriver("motor", "fan", "10 rad/s*t"))
+    >>> fan.add(TorsionDamper("air", "ground", "fan", coefficient=0.3))
+    >>> round(float(mbody.kinetostatics(fan).effort("motor")[0]), 9)
+    3.0
     """
 
     coefficient: OptionalNumberField = number_field("torsion damping", None, sign="not negative")
