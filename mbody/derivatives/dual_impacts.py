@@ -18,7 +18,7 @@ from mbody.analysis.contact.complementarity import lemke
 from mbody.analysis.contact.contact_laws import ClosedContacts, impact_impulses
 from mbody.analysis.contact.unilateral import Unilateral
 from mbody.core.dual_number import DualNumber, value
-from mbody.derivatives.dual_motion import Instant
+from mbody.derivatives.dual_motion import DualInstant
 
 __all__ = ["ImpactDuals"]
 
@@ -51,7 +51,7 @@ class ImpactDuals:
         self.friction = [contacts[one.name].coefficients(at)[0] for one in uni.touches]
         self.restitution = [contacts[one.name].restitution_of(at) for one in uni.touches]
 
-    def velocities(self, now: Instant, closed: tuple[int, ...]) -> DualNumber | None:
+    def velocities(self, now: DualInstant, closed: tuple[int, ...]) -> DualNumber | None:
         """Velocities (coordinates,) after an impact of closed touches at an instant; None where
         which of them take part is at its limit.
         """
@@ -94,7 +94,7 @@ class ImpactDuals:
             tangents[:, k] = found.imag / TINY
         return DualNumber(plain.real, tangents)
 
-    def _after(self, now: Instant, closed: tuple[int, ...], k: int, solve: Any) -> Array | None:
+    def _after(self, now: DualInstant, closed: tuple[int, ...], k: int, solve: Any) -> Array | None:
         """Velocities after the impact, with the tangents of direction k as imaginary parts."""
         uni, n, m = self.uni, self.uni.system.coordinates, len(closed)
         block, rate, joints, mass = (

@@ -15,7 +15,7 @@ from mbody.analysis.position.assembly_analysis import SOFT, raise_user_error
 from mbody.core.dual_number import DualNumber
 from mbody.core.duals import TANGENTS
 from mbody.core.lanes import LANES, aligned
-from mbody.derivatives.mode_record import Stretch
+from mbody.derivatives.mode_record import ModeStretch
 from mbody.errors import SolveError
 from mbody.kernels.free_duals import NEXT_LENGTH, T_NOW, FreeDuals, free_duals
 from mbody.kernels.layout import Work, stand_ins
@@ -25,7 +25,7 @@ from mbody.solution.restart import Way
 from mbody.solution.solution import Solution
 from mbody.system.rank import joint_rows
 
-__all__ = ["DualMotion", "Instant", "Tangents"]
+__all__ = ["DualMotion", "DualInstant", "Tangents"]
 
 Array = np.ndarray
 
@@ -73,7 +73,7 @@ class Tangents:
 
 
 @dataclass(frozen=True, eq=False)
-class Instant:
+class DualInstant:
     """One instant in dual numbers.
 
     Attributes
@@ -136,7 +136,7 @@ class DualMotion:
         self.refinements = 1 + REFINEMENTS if light or self.regularization else 0
 
     def followed(
-        self, stretch: Stretch, begin: float, y: DualNumber, tangents: Tangents, times: Array
+        self, stretch: ModeStretch, begin: float, y: DualNumber, tangents: Tangents, times: Array
     ) -> DualNumber:
         """Pages (instants, rows) at rising times of a stretch, from a state `begin` on.
 
@@ -157,7 +157,9 @@ class DualMotion:
             changes[:, :, part] = output[:, :, 1 : 1 + part.stop - part.start]
         return DualNumber(values, changes)
 
-    def at(self, stretch: Stretch, t: DualNumber, y: DualNumber, tangents: Tangents) -> Instant:
+    def at(
+        self, stretch: ModeStretch, t: DualNumber, y: DualNumber, tangents: Tangents
+    ) -> DualInstant:
         """One instant in the modes of a stretch; the time may have tangents, too."""
         parts = []
         for first in range(0, max(tangents.count, 1), TANGENTS):
@@ -171,9 +173,9 @@ class DualMotion:
             parts.append(self._instant(work, free, width))
         if len(parts) == 1:
             return parts[0]
-        return Instant(*(_beside([getattr(one, n) for one in parts]) for n in vars(parts[0])))
+        return DualInstant(*(_beside([getattr(one, n) for one in parts]) for n in vars(parts[0])))
 
-    def _instant(self, work: Work, free: FreeDuals, width: slice) -> Instant:
+    def _instant(self, work: Work, free: FreeDuals, width: slice) -> DualInstant:
         uni, L = self.uni, self.layout
         nodes, rows, places, columns = uni.places
         lanes = np.r_[0, width]
@@ -187,7 +189,7 @@ class DualMotion:
         rate = np.zeros((count, len(lanes)))
         np.add.at(rate, rows, np.column_stack([moving.value, moving.tangents]))
         rate -= uni.units[:, None] * work.nu[2 * nodes][:, lanes]
-        return Instant(
+        return DualInstant(
             y=_dual(free.y[:-1, lanes]),
             slope=_dual(free.K[0][:-1, lanes]),
             page=_dual(free.output[0][:, lanes]),
@@ -241,7 +243,7 @@ class DualMotion:
             )
         return free
 
-    def _work(self, stretch: Stretch, tangents: Tangents) -> Work:
+    def _work(self, stretch: ModeStretch, tangents: Tangents) -> Work:
         """A workspace of dual numbers, with weights of free motion, in the modes of a stretch."""
         work = self.system.work(LANES, masses=True)
         work.memory[:, 1:] = 0.0

@@ -22,12 +22,12 @@ import numpy as np
 from mbody.analysis.initial.initial_state import event_measure
 from mbody.core.dual_number import DualNumber
 from mbody.derivatives.dual_impacts import ImpactDuals
-from mbody.derivatives.dual_motion import DualMotion, Instant, Tangents
+from mbody.derivatives.dual_motion import DualInstant, DualMotion, Tangents
 from mbody.derivatives.dual_solution import DualRecord, DualSolution, dual_solution
 from mbody.derivatives.event_time import EventTime
 from mbody.derivatives.first_states import FirstState
 from mbody.derivatives.guard_duals import GuardDuals
-from mbody.derivatives.mode_record import Stretch, stretches_of
+from mbody.derivatives.mode_record import ModeStretch, stretches_of
 from mbody.derivatives.named_numbers import number_sizes, unit_of
 from mbody.derivatives.number_tangents import dual_values, number_tangents
 from mbody.model.element import listed
@@ -121,7 +121,7 @@ class FreeInstants:
             first.accelerations,
             with_loads,
         )
-        pages = _Walk(self, motion).pages(np.array(self.run.t[instants]))
+        pages = _DualWalk(self, motion).pages(np.array(self.run.t[instants]))
         record = DualRecord(pages.value, pages.tangents, motion.first_load, system.coordinates)
         return dual_solution(self.run, self.values, record)
 
@@ -132,7 +132,7 @@ class FreeInstants:
         return np.zeros(len(instants), dtype=bool)
 
 
-class _Walk:
+class _DualWalk:
     """One way through all stretches."""
 
     def __init__(self, instants: FreeInstants, motion: DualMotion) -> None:
@@ -168,7 +168,7 @@ class _Walk:
         changes = np.zeros((len(t), motion.rows, width))
         y = DualNumber(self.all.first.y, self.all.first.tangents)
         begun = DualNumber(self.all.first.t, np.zeros(width))
-        before: Stretch | None = None
+        before: ModeStretch | None = None
         for stretch in self.all.stretches:
             y = self._entered(before, stretch, begun, y)
             after = stretch.t if before is not None else -np.inf
@@ -197,7 +197,7 @@ class _Walk:
     # -- the beginning of a stretch -----------------------------------------------------------
 
     def _entered(
-        self, before: Stretch | None, stretch: Stretch, begun: DualNumber, y: DualNumber
+        self, before: ModeStretch | None, stretch: ModeStretch, begun: DualNumber, y: DualNumber
     ) -> DualNumber:
         """The state at the held time with which a stretch begins, from that at the end of the one
         before it, which moves with the time `begun`.
@@ -209,7 +209,7 @@ class _Walk:
         if len(stretch.on):
             if stretch.strikes:
                 y = self._struck(old, stretch, begun, y)
-            now = motion.at(_all_off(old), begun, y, self.tangents)
+            now = motion.at(old.all_off(), begun, y, self.tangents)
             self._anchor(stretch, now)
         slope = stretch.slope
         if slope is None:
@@ -234,7 +234,7 @@ class _Walk:
         return DualNumber(first, np.where(wrong, 0.0, after.tangents))
 
     def _at_the_beginning(
-        self, stretch: Stretch, begun: DualNumber, before: DualNumber, after: DualNumber
+        self, stretch: ModeStretch, begun: DualNumber, before: DualNumber, after: DualNumber
     ) -> None:
         """Where a change at the very beginning jumps, other numbers have it or have it not."""
         motion, first = self.motion, self.all.first
@@ -249,14 +249,14 @@ class _Walk:
         self._lose(size > APART * np.maximum(most, self.all.resolved), stretch.t, why)
 
     def _struck(
-        self, old: Stretch, stretch: Stretch, begun: DualNumber, y: DualNumber
+        self, old: ModeStretch, stretch: ModeStretch, begun: DualNumber, y: DualNumber
     ) -> DualNumber:
         """The state after the impacts with which a stretch begins."""
         n = self.system.coordinates
         for strike in stretch.strikes:
             if stretch.lost:
                 break
-            now = self.motion.at(_all_off(old), begun, y, self.tangents)
+            now = self.motion.at(old.all_off(), begun, y, self.tangents)
             v = self.impacts.velocities(now, strike.closed)
             if v is None:
                 why = "whether contacts take part in the impact, or stick, is at its limit"
@@ -267,7 +267,7 @@ class _Walk:
             y = DualNumber(state, changes)
         return y
 
-    def _anchor(self, stretch: Stretch, now: Instant) -> None:
+    def _anchor(self, stretch: ModeStretch, now: DualInstant) -> None:
         """Sticking begins where it does, which depends on the numbers."""
         uni, anchor = self.motion.uni, 0.0 * self.tangents.anchor
         phases = self.tangents.phases.copy()
@@ -291,7 +291,7 @@ class _Walk:
             self.tangents.par, self.tangents.mass, anchor, phases, self.tangents.resolved
         )
 
-    def _turned(self, n: int, row: int, now: Instant) -> Array:
+    def _turned(self, n: int, row: int, now: DualInstant) -> Array:
         """Tangents of the angle by which the row along touch n, of two circles, is turned."""
         ends = []
         for b, k in zip(self.motion.uni.bodies[n], (0, 2), strict=True):
@@ -303,7 +303,7 @@ class _Walk:
         psi = now.par[row + 4] * i + now.par[row + 5] * j + now.par[row + 6]
         return np.asarray((np.arctan2(by - ay, bx - ax) - psi).tangents)
 
-    def _pose(self, body: int, now: Instant) -> tuple[Any, Any, Any]:
+    def _pose(self, body: int, now: DualInstant) -> tuple[Any, Any, Any]:
         if 3 * body >= self.system.coordinates:
             zero = DualNumber(0.0, np.zeros(len(self.names)))
             return zero, zero, zero
@@ -312,7 +312,7 @@ class _Walk:
 
     # -- the end of a stretch -----------------------------------------------------------------
 
-    def _left(self, stretch: Stretch, y: DualNumber) -> tuple[DualNumber, Instant | None]:
+    def _left(self, stretch: ModeStretch, y: DualNumber) -> tuple[DualNumber, DualInstant | None]:
         """The time at which a stretch ends; the instant there that moves with it, where the motion
         ends by an event.
         """
@@ -331,17 +331,17 @@ class _Walk:
         y.tangents[:] = self._moved(y, now, t).tangents
         return t, None
 
-    def _ends(self, stretch: Stretch) -> bool:
+    def _ends(self, stretch: ModeStretch) -> bool:
         """Whether the motion ends with it, by an event of the user."""
         run, events = self.all.run, self.all.events
         last = stretch is self.all.stretches[-1] and run.ending != "completed"
         return last and bool(events) and events[-1].t == stretch.end
 
-    def _moved(self, y: DualNumber, now: Instant, t: DualNumber) -> DualNumber:
+    def _moved(self, y: DualNumber, now: DualInstant, t: DualNumber) -> DualNumber:
         """A state at a held time as one that moves with a time."""
         return DualNumber(y.value, y.tangents + np.outer(now.slope.value, t.tangents))
 
-    def _when(self, stretch: Stretch, now: Instant) -> DualNumber:
+    def _when(self, stretch: ModeStretch, now: DualInstant) -> DualNumber:
         """The time at which the guard of a stretch is zero."""
         guard, width, end = stretch.guard, len(self.names), stretch.end
         assert guard is not None
@@ -367,7 +367,9 @@ class _Walk:
         size = np.maximum(np.abs(row), np.abs(other))
         return np.abs(row - other) > (APART + TOLERANCES * self.motion.way.rtol) * size
 
-    def _zero(self, stretch: Stretch, guard: Any, now: Instant, ahead: Instant) -> Array | None:
+    def _zero(
+        self, stretch: ModeStretch, guard: Any, now: DualInstant, ahead: DualInstant
+    ) -> Array | None:
         """−(g_y S + g_p)/ġ of a guard; None where it has no derivative, or grazes zero."""
         g, rate = (self.guards.value(guard, stretch, one) for one in (now, ahead))
         if g is None or rate is None:
@@ -388,7 +390,7 @@ class _Walk:
             return speed * speed / self.system.length
         return 0.0
 
-    def _ahead(self, stretch: Stretch, now: Instant) -> Instant:
+    def _ahead(self, stretch: ModeStretch, now: DualInstant) -> DualInstant:
         """The instant with derivatives by time along the motion, its one direction."""
         y = DualNumber(now.y.value, now.slope.value[:, None])
         t = DualNumber(stretch.end, np.ones(1))
@@ -396,14 +398,14 @@ class _Walk:
 
     # -- events -------------------------------------------------------------------------------
 
-    def _record(self, stretch: Stretch, row: Array) -> None:
+    def _record(self, stretch: ModeStretch, row: Array) -> None:
         """The events at the end of a stretch."""
         row = np.where(self._gone, np.nan, row)
         for one in self.all.run.events:
             if one.contact and abs(one.t - stretch.end) <= self.short:
                 self.all.events.append(EventTime(one.name, one.contact, one.t, row))
 
-    def _own_event(self, event: Any, stretch: Stretch, page: DualNumber) -> None:
+    def _own_event(self, event: Any, stretch: ModeStretch, page: DualNumber) -> None:
         """A zero of a measured quantity."""
         motion, width = self.motion, len(self.names)
         y = self._state(page)
@@ -419,7 +421,7 @@ class _Walk:
         row = np.where(self._gone, np.nan, row)
         self.all.events.append(EventTime(event.name, "", event.t, row))
 
-    def _measured(self, name: str, now: Instant, part: int) -> Any:
+    def _measured(self, name: str, now: DualInstant, part: int) -> Any:
         """What an event is of, at an instant; of its part 1 numbers have no tangents."""
         page, n = now.page, self.system.coordinates
         width = page.tangents.shape[-1]
@@ -456,20 +458,6 @@ class _Walk:
         """NaN by numbers that are lost."""
         gone = np.flatnonzero(self._gone)
         changes[np.ix_(instants, np.arange(changes.shape[1]), gone)] = np.nan
-
-
-def _all_off(stretch: Stretch) -> Stretch:
-    """The same with no row on and nothing that slides: what rows measure alone."""
-    return Stretch(
-        stretch.t,
-        on=0.0 * stretch.on,
-        anchor=0.0 * stretch.anchor,
-        phases=stretch.phases,
-        sense=0.0 * stretch.sense,
-        modes=stretch.modes,
-        pairs=stretch.pairs,
-        inputs=stretch.inputs,
-    )
 
 
 def _resolved(system: System, names: Sequence[str]) -> Array:

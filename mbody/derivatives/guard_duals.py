@@ -13,8 +13,8 @@ import numpy as np
 from mbody.analysis.contact.unilateral import SENSES, Unilateral
 from mbody.analysis.dynamics.located import Guard
 from mbody.core.dual_number import DualNumber, value
-from mbody.derivatives.dual_motion import Instant
-from mbody.derivatives.mode_record import Stretch
+from mbody.derivatives.dual_motion import DualInstant
+from mbody.derivatives.mode_record import ModeStretch
 from mbody.kernels.friction_laws import FRICTION_KINDS
 from mbody.kernels.output import PER_PRIMITIVE
 
@@ -44,7 +44,7 @@ class GuardDuals:
         #: Of every touch its static friction.
         self.static = [static[touch.name] for touch in uni.touches]
 
-    def value(self, guard: Guard, stretch: Stretch, now: Instant) -> Any:
+    def value(self, guard: Guard, stretch: ModeStretch, now: DualInstant) -> Any:
         """The value of a guard, a dual number; None of one that has no derivatives here."""
         touches = self.uni.touches
         if guard.kind == "close":
@@ -70,7 +70,7 @@ class GuardDuals:
         """Whether a guard follows from forces, not from positions and rates alone."""
         return guard.kind in ("open", "slip", "share", "paradox")
 
-    def _sliding(self, stretch: Stretch, number: int) -> tuple[int, str]:
+    def _sliding(self, stretch: ModeStretch, number: int) -> tuple[int, str]:
         touches = self.uni.touches
         if number < len(touches):
             return touches[number].tangent, stretch.modes[number]
@@ -84,7 +84,7 @@ class GuardDuals:
         touch = self.uni.touches[number]
         return -touch.spot.sense * self._multiplier(page, touch.normal)
 
-    def _reserve(self, m: int, now: Instant) -> Any:
+    def _reserve(self, m: int, now: DualInstant) -> Any:
         """How much more friction a rough joint that sticks could have: of the nearer sense."""
         pair, L = self.uni.rough[m], self.uni.layout
         force = self._multiplier(now.page, pair.tangent)
@@ -96,7 +96,7 @@ class GuardDuals:
         back = self._limit(pair.pair, now, x, y, -1.0) + force
         return ahead if value(ahead) <= value(back) else back
 
-    def _limit(self, f: int, now: Instant, x: Any, y: Any, sense: float) -> Any:
+    def _limit(self, f: int, now: DualInstant, x: Any, y: Any, sense: float) -> Any:
         """Static friction of pair f by the multipliers of what presses it, as of
         `mbody.analysis.contact.joint_friction`.
         """

@@ -15,7 +15,7 @@ from mbody.analysis.initial.initial_state import state_of
 from mbody.kernels.step_state import TIME
 from mbody.solution.solution import Solution
 
-__all__ = ["Stretch", "Strike", "stretches_of"]
+__all__ = ["ModeStretch", "Strike", "stretches_of"]
 
 Array = np.ndarray
 
@@ -32,7 +32,7 @@ class Strike:
 
 
 @dataclass(eq=False)
-class Stretch:
+class ModeStretch:
     """A motion between two changes of modes, or set times.
 
     Attributes
@@ -78,8 +78,21 @@ class Stretch:
     also: tuple[Guard, ...] = ()
     lost: str = ""
 
+    def all_off(self) -> ModeStretch:
+        """The same with no row on and nothing that slides: what rows measure alone."""
+        return ModeStretch(
+            self.t,
+            on=0.0 * self.on,
+            anchor=0.0 * self.anchor,
+            phases=self.phases,
+            sense=0.0 * self.sense,
+            modes=self.modes,
+            pairs=self.pairs,
+            inputs=self.inputs,
+        )
 
-def stretches_of(run: Solution) -> list[Stretch]:
+
+def stretches_of(run: Solution) -> list[ModeStretch]:
     """The stretches of a motion of `simulate`."""
     (begun,) = run.begun
     t, q, v = state_of(begun.system, begun.start)
@@ -95,15 +108,15 @@ def stretches_of(run: Solution) -> list[Stretch]:
     return found
 
 
-def _between_set_times(run: Solution, first: float) -> list[Stretch]:
+def _between_set_times(run: Solution, first: float) -> list[ModeStretch]:
     """The stretches of a motion whose modes do not change."""
     last = float(run.t[-1])
     times = Interruptions(run.system, run.system.work(), first, last)
-    found = [Stretch(first, inputs=times.inputs())]
+    found = [ModeStretch(first, inputs=times.inputs())]
     while (t := times.next(found[-1].t)) < last:
         times.at(t, lambda *_: [])
         found[-1].end = t
-        found.append(Stretch(t, inputs=times.inputs()))
+        found.append(ModeStretch(t, inputs=times.inputs()))
     return found
 
 
@@ -112,7 +125,7 @@ class ModeRecorder(ContactIntegration):
 
     def __init__(self, *given: object) -> None:
         super().__init__(*given)  # type: ignore[arg-type]
-        self.stretches: list[Stretch] = []
+        self.stretches: list[ModeStretch] = []
         self.strikes: list[Strike] = []
         self.why = ""
 
@@ -131,7 +144,7 @@ class ModeRecorder(ContactIntegration):
         if self.stretches:
             self.stretches[-1].end = t
         self.stretches.append(
-            Stretch(
+            ModeStretch(
                 t,
                 strikes=tuple(self.strikes),
                 y=self.y.copy(),

@@ -52,6 +52,13 @@ class BearingLoad(Inherited):
         L₁₀ in revolutions, 10⁶ (C/P)^p; None without the bearing's rating.
     time : float or None
         The same in units of time of the mechanism.
+
+    >>> import mbody
+    >>> machine = mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 3, 2), speed=9.0)
+    >>> run = mbody.kinetostatics(machine, turn=True)
+    >>> found = bearing_load(run, "A", "roller")
+    >>> float(found.force.max()) == found.greatest, found.life
+    (True, None)
     """
 
     force: Array

@@ -82,6 +82,13 @@ class MotorSizing(Inherited):
         Of the motor.
     run : Solution
     driver : str
+
+    >>> import mbody
+    >>> machine = mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 3, 2), speed=9.0)
+    >>> run = mbody.kinetostatics(machine, turn=True)
+    >>> found = motor_sizing(run, MotorCurve([0.0, 300.0], [9.0, 9.0], [3.0, 2.0]), ratio=20.0)
+    >>> round(found.top_speed, 6), found.rms < found.peak
+    (180.0, True)
     """
 
     ratio: float

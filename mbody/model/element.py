@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from numbers import Real
@@ -492,12 +491,3 @@ class Numbers:
         plain = set(own) == {"value"}
         numbers = {k: self[name if plain else f"{name}.{k}"] for k in own}
         return Signal(value, list(value.parameters(numbers)))
-
-
-def wrapped(angle: float) -> float:
-    """The angle [rad] within −π … π.
-
-    >>> wrapped(2 * math.pi + 0.5)  # doctest: +ELLIPSIS
-    0.5...
-    """
-    return math.remainder(angle, 2.0 * math.pi)

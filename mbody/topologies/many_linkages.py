@@ -40,8 +40,7 @@ class Linkages:
     torque : array (linkages, instants)
         Of the driver on the driven link [force·length].
     margin : array (linkages,)
-        The least distance from a singular position over the motion, a number from 0 to 1, as
-        ``checks.branch.least`` of one analysis.
+        The least distance from a singular position over the motion, a number from 0 to 1.
     topology : array of int (linkages,)
         Equal numbers are equal topologies; −1 where a linkage has none.
     failures : dict

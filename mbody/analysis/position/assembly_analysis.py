@@ -13,7 +13,7 @@ from mbody.analysis.position.closed_position import ClosedPosition
 from mbody.analysis.position.initial_guess import placed
 from mbody.analysis.position.joint_places import direction, place
 from mbody.analysis.position.misclosure import explain_gap, refuse_near_redundant, violations
-from mbody.analysis.position.missing_guesses import nearest_to_guesses
+from mbody.analysis.position.missing_guesses import nearest_to_guesses, wrapped
 from mbody.analysis.position.unused_points import unused_points
 from mbody.analysis.position.user_physics_checks import check_own
 from mbody.analysis.position.whole_turns import ambiguous, by_rows, by_springs
@@ -22,7 +22,7 @@ from mbody.errors import ModelError, ModelWarning, SolveError
 from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import close, laws_of_time
 from mbody.model.body import Body, Guesses, as_guess
-from mbody.model.element import listed, wrapped
+from mbody.model.element import listed
 from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
 from mbody.system.assembler import assemble

@@ -10,13 +10,12 @@ import numpy as np
 
 from mbody.analysis.position.initial_guess import placed, unguessed
 from mbody.model.body import Guesses
-from mbody.model.element import wrapped
 from mbody.system.system import System
 
 if TYPE_CHECKING:
     from mbody.analysis.position.closed_position import ClosedPosition
 
-__all__ = ["nearest_to_guesses"]
+__all__ = ["nearest_to_guesses", "wrapped"]
 
 Array = np.ndarray
 
@@ -172,3 +171,12 @@ def _say_others(
             f"{then:.1f} deg as well: give it a guess to choose"
         )
         return
+
+
+def wrapped(angle: float) -> float:
+    """The angle [rad] within −π … π.
+
+    >>> wrapped(2 * math.pi + 0.5)  # doctest: +ELLIPSIS
+    0.5...
+    """
+    return math.remainder(angle, 2.0 * math.pi)
