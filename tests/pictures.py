@@ -20,7 +20,7 @@ README = ROOT / "README.md"
 BEGIN, END = "<!-- pictures: made by `make pictures` -->\n", "<!-- end of the pictures -->\n"
 
 #: Pictures beside these, of searches that take too long to repeat; documents show them.
-KEPT = {"dwell.svg": "optimization.md"}
+KEPT = {"dwell.svg": "optimization.md", "rod_inside.svg": "engines.md"}
 #: What is shown beside the instant that the model requests: an instant, paths, joint forces.
 SHOWN = {
     "double_pendulum": {"after": 1.0},

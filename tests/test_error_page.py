@@ -13,6 +13,15 @@ from tests.errors.page import PAGE, page
 
 #: Texts in functions that make errors, which are none of a sentence.
 OTHERWISE = {
+    "the position that is drawn": "of a note, as those that follow",
+    "the diameter of holes": "of a note",
+    "lengths are in mm": "a note",
+    "wheels are pitch circles, without teeth": "a note",
+    "bars are ": "of a note",
+    " wide: the model does not say how wide": "of a note",
+    "holes without a pin_radius have a diameter of ": "of a note",
+    "the cognates have no masses and no loads": "a note",
+    " linkages are written": "the status of a data set",
     " bytes, with binaries for ": "what the command has written",
     "mbody: building the binaries of co-simulation units (once) ...": "what the command does",
     "singular start": "the mark of one",

@@ -170,7 +170,7 @@ RUN = mbody.kinetostatics(shaft(ConstantSpeed(0.0, 5.0)), turn=True, instants=9)
         (lambda: motor_sizing(RUN, LARGE, ratio=0.0), "a gear ratio is above 0"),
         (lambda: motor_sizing(RUN, LARGE, efficiency=1.2), "above 0 and at most 1"),
         (lambda: bearing_load(RUN, "motor"), "there is no revolute joint"),
-        (lambda: bearing_load(RUN, "O", "plain"), "a bearing is 'ball', 'roller'"),
+        (lambda: bearing_load(RUN, "O", "plain"), "bearing 'O' is 'ball', 'roller'"),
     ],
 )
 def test_refusals(call, words):

@@ -478,7 +478,7 @@ def test_random_linkages_stay_assembled():
 
 
 def test_random_linkages_by_seed_and_of_every_kind():
-    one, turn = random_linkage.__wrapped__(5, 3, sliders=True)
+    one, turn = random_linkage(5, 3, sliders=True)
     two, again = random_linkage(5, 3, sliders=True)
     assert list(one) == list(two) and turn == again
     kinds = Counter()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from mbody.cli.common_arguments import add_instants, add_json, add_model
+from mbody.cli.common_arguments import add_assembly, add_instants, add_json, add_model
 
 __all__ = ["add_flywheel", "add_internal", "add_shaking"]
 
@@ -55,4 +55,5 @@ def add_internal(command: argparse.ArgumentParser) -> None:
         "-o", "--output", metavar="FILE", help="draw the diagrams; ends in .svg, .png or .pdf"
     )
     add_instants(command)
+    add_assembly(command)
     add_json(command)

@@ -163,12 +163,13 @@ def bearing_load(
     exponent = EXPONENTS.get(kind, 0.0) if isinstance(kind, str) else float(kind)
     if not 1.0 <= exponent <= 20.0:
         raise ModelError(
-            f"a bearing is 'ball', 'roller', or its exponent from 1 to 20, not {kind!r}", joint
+            f"bearing '{joint}' is 'ball', 'roller', or its exponent from 1 to 20, not {kind!r}",
+            joint,
         )
     if len(run) < 2 or not np.ptp(run.t) > 0.0:
         raise ModelError(
-            "a bearing's load is of a cycle of time, this is one instant: analyse a turn, or "
-            "several times",
+            f"the load of bearing '{joint}' is of a cycle of time, this is one instant: analyse a "
+            "turn, or several times",
             joint,
         )
     element: Any = run.mechanism[joint]
@@ -190,7 +191,7 @@ def bearing_load(
     if rating is not None:
         capacity = number_in(run.mechanism, rating, "force", joint, "rating")
         if not capacity > 0.0:
-            raise ModelError(f"the rating of a bearing is above 0, not {capacity:g}", joint)
+            raise ModelError(f"the rating of bearing '{joint}' is above 0, not {capacity:g}", joint)
         life = 1e6 * (capacity / equivalent) ** exponent if equivalent else math.inf
         time = life * TURN * cycle / turned if turned else math.inf
     mean = float(np.trapezoid(force, run.t)) / cycle

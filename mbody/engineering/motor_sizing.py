@@ -135,8 +135,8 @@ class MotorSizing(Inherited):
             ("greatest torque", self.peak, torque),
             ("greatest speed", self.top_speed, speed),
             ("inertia of the load by the motor's own", self.inertia_ratio, ""),
-            *((f"{key} limit used", 100.0 * value, "%") for key, value in self.used.items()),
         ]
+        rows += [(f"{key} limit used", 100.0 * value, "%") for key, value in self.used.items()]
         lines = table(
             [
                 Column("MOTOR", [row[0] for row in rows], text=True),
@@ -224,7 +224,9 @@ def motor_sizing(
     curve = _curve(run, motor)
     pause = number_in(run.mechanism, rest, "time", name, "rest")
     if not pause >= 0.0:
-        raise ModelError(f"the rest after a cycle is a time from 0 on, not {pause:g}", name)
+        raise ModelError(
+            f"driver '{name}': the rest after a cycle is a time from 0 on, not {pause:g}", name
+        )
     load = _Load(run, name, curve.inertia, float(efficiency), pause)
     top = float(np.abs(load.omega).max())
     if not top > 0.0:
@@ -233,7 +235,9 @@ def motor_sizing(
     limit = float(curve.speed[-1]) / top
     chosen = min(best, limit) if ratio is None else float(ratio)
     if not chosen > 0.0 or not math.isfinite(chosen):
-        raise ModelError(f"a gear ratio is above 0, not {chosen:g}: give one", name)
+        raise ModelError(
+            f"driver '{name}': a gear ratio is above 0, not {chosen:g}: give one", name
+        )
     if chosen > limit * (1.0 + 1e-12):
         unit = f"rad/{run.mechanism.units.time}"
         raise ModelError(

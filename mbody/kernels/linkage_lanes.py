@@ -78,35 +78,41 @@ def follow_linkages(
     """Follow all pieces, as many at a time as there are lanes, the path the same for each time. The
     last lanes repeat the last piece.
     """
+    w = wide()
     pieces, lanes = batch.member.shape[0], batch.page.shape[1]
     for low in range(0, pieces, lanes):
-        for lane in range(lanes):
-            piece = min(low + lane, pieces - 1)
-            member = batch.member[piece]
-            put_column(batch.par, member, W.par, lane)
-            put_column(batch.mass, member, W.mass, lane)
-            put_column(batch.arm, member, batch.arms, lane)
-            put_column(batch.q, piece, W.q, lane)
-        follow_pieces(L, P, Q, W, F, path, followed, batch, low)
+        put_pieces(W, batch, low)
+        begin(L, W, followed, TWO)
+        worst = 0.0 * w
+        for k in range(path.s.shape[0]):
+            most = advance(L, P, Q, W, F, path, followed, k)
+            # the position where a determinant is least; W.base is no part of the motion
+            for n in range(3 * L.bodies):
+                st(W.base, n, select_le(most, worst, ld(W.base, n, w), ld(W.q, n, w)), w)
+            worst = larger(worst, most)
+            keep_linkage(L, W, w, batch)
+            store_instant(batch, low, min(lanes, pieces - low), k)
+        st(batch.page, 0, worst, w)
+        store_ends(L, W, followed, batch, low)
 
 
 @njit
-def follow_pieces(L, P, Q, W, F, path, followed, batch, low):
-    """Follow the pieces in the lanes."""
-    w = wide()
-    begin(L, W, followed, TWO)
-    worst = 0.0 * w
-    many = min(batch.page.shape[1], batch.member.shape[0] - low)
-    for k in range(path.s.shape[0]):
-        most = advance(L, P, Q, W, F, path, followed, k)
-        # the position where a determinant is least; W.base is no part of the motion
-        for n in range(3 * L.bodies):
-            st(W.base, n, select_le(most, worst, ld(W.base, n, w), ld(W.q, n, w)), w)
-        worst = larger(worst, most)
-        keep_linkage(L, W, w, batch)
-        store_instant(batch, low, many, k)
-    st(batch.page, 0, worst, w)
-    for lane in range(many):
+def put_pieces(W, batch, low):
+    """Numbers and first positions of the pieces from `low` on, one a lane."""
+    pieces, lanes = batch.member.shape[0], batch.page.shape[1]
+    for lane in range(lanes):
+        piece = min(low + lane, pieces - 1)
+        member = batch.member[piece]
+        put_column(batch.par, member, W.par, lane)
+        put_column(batch.mass, member, W.mass, lane)
+        put_column(batch.arm, member, batch.arms, lane)
+        put_column(batch.q, piece, W.q, lane)
+
+
+@njit
+def store_ends(L, W, followed, batch, low):
+    """How the pieces in the lanes ended; the page has the greatest growth of each."""
+    for lane in range(min(batch.page.shape[1], batch.member.shape[0] - low)):
         batch.failed[low + lane] = followed.found[FAILED, lane]
         batch.greatest[low + lane] = batch.page[0, lane]
         for n in range(3 * L.bodies):
