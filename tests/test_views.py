@@ -295,8 +295,8 @@ def test_the_pictures_are_those_of_the_gallery(anew):
             links = len(gallery.load(stem).bodies)
             # some 5 kB a link, with its joints and loads
             assert len(kept) < 70_000 + 2_500 * max(0, links - 20), name
-        else:  # a free-body diagram has a polygon and a table beside its picture
-            assert len(kept) < 80_000, name
+        else:  # diagrams and polygons of vectors beside a picture
+            assert len(kept) < 120_000, name
 
 
 def test_the_readme_shows_them():

@@ -13,7 +13,13 @@ __all__ = ["GROUPS", "names_of", "text"]
 #: Pages of the names of `mbody` itself: by the folders in which a name is defined.
 GROUPS = {
     "describing": ("mbody.model",),
-    "analyses": ("mbody.analysis", "mbody.engines", "mbody.sweeps", "mbody.stepping"),
+    "analyses": (
+        "mbody.analysis",
+        "mbody.engines",
+        "mbody.sweeps",
+        "mbody.stepping",
+        "mbody.topologies",
+    ),
     "design": ("mbody.derivatives", "mbody.optimization", "mbody.synthesis"),
     "results": ("mbody.solution", "mbody.system", "mbody.errors"),
     "files": ("mbody.files", "mbody.views", "mbody.reports"),

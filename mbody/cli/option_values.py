@@ -38,7 +38,7 @@ def low_and_high(option: str, text: str) -> tuple[str, str]:
 def bounds(option: str, text: str) -> tuple[Any, Any]:
     """Both parts as numbers or formulas; plain angles are in degrees.
 
-    >>> [str(one) for one in bounds("--span", "40:60 deg")]
+    >>> [one.text for one in bounds("--span", "40:60 deg")]
     ['40', '60 deg']
     """
     from mbody.quantities import FormulaError, read
