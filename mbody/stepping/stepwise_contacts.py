@@ -12,6 +12,7 @@ from mbody.analysis.dynamics.contact_motion import ContactIntegration
 from mbody.analysis.dynamics.modal_motion import Closing
 from mbody.kernels.layout import Work
 from mbody.model.event import Event
+from mbody.model.simulation import ADAPTIVE
 from mbody.solution.restart import Way
 from mbody.solution.solution import Solution
 from mbody.stepping.carried_modes import CarriedModes
@@ -182,7 +183,7 @@ def stepwise(system: System, start: Solution, way: Way, events: tuple[Event, ...
         For contacts and friction with a method that does not decide their modes.
     """
     if has_modes(system):
-        if way.method not in ("dop853", "dopri5"):
+        if way.method not in ADAPTIVE:
             refuse_modes(system, f"the method '{way.method}'")
         return StepwiseContacts(system, start, way, events)
     if events:

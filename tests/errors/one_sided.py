@@ -107,7 +107,7 @@ SCENARIOS = {
     ),
     "a body by the name of a limit": lambda: simulate(limited(0.0, "A_low"), 1.0),
     "limits by steps with impulses": lambda: simulate(limited(), 1.0, method="moreau", step=0.01),
-    "limits by an implicit method": lambda: simulate(limited(), 1.0, method="radau5"),
+    "limits by steps of one length": lambda: simulate(limited(), 1.0, method="rattle4", step=0.01),
     "limits of a file that are no pair": file(
         "[joints.A]\nrevolute = ['ground', 'bob']\nlimits = 3\n"
     ),

@@ -125,8 +125,10 @@ SCENARIOS = {
     "a contact between bodies that are welded": followed(
         Fixed("weld", "ground.O", "wheel.C"), y=0.0, radius=0.01, i="ground.wall", j="wheel.E"
     ),
-    "a contact by a method without events": followed(method="radau5"),
-    "a contact led step by step by another method": lambda: Simulator(resting(), method="radau5"),
+    "a contact by steps of one length": followed(method="generalized-alpha", step=0.01),
+    "a contact led step by step by another method": lambda: Simulator(
+        resting(), method="rattle", step=0.01
+    ),
     "a mode of what has none": lambda: Simulator(resting()).mode("door"),
     "linear equations where something strikes": striking,
     "the mode of a contact that there is not": lambda: simulate(resting(), 0.01).mode("hand"),

@@ -149,7 +149,7 @@ def refuse_modes(system: System, what: str) -> None:
     names += [system.owners[int(L.switched[s])][0].name for s in L.friction_tangent]
     raise ModelError(
         f"{listed(dict.fromkeys(names), 4)} of '{machine.name}' may open, stick or slide, which "
-        f"{what} does not decide: follow the motion by simulate with the method dop853 or dopri5, "
+        f"{what} does not decide: follow the motion by simulate with dop853, dopri5 or radau5, "
         "or leave out contacts and friction",
         names[0],
     )

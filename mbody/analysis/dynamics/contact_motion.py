@@ -25,7 +25,15 @@ from mbody.analysis.dynamics.modal_integration import ModalIntegration
 from mbody.analysis.dynamics.modal_motion import Closing
 from mbody.kernels.friction import DETERMINANT
 from mbody.kernels.friction_laws import FRICTION_KINDS
-from mbody.kernels.step_state import MORE, NEAR_SINGULAR, NEXT, NOT_FINITE, STEP_VANISHED, TIME
+from mbody.kernels.step_state import (
+    JACOBIAN_VALID,
+    MORE,
+    NEAR_SINGULAR,
+    NEXT,
+    NOT_FINITE,
+    STEP_VANISHED,
+    TIME,
+)
 from mbody.model.element import listed
 from mbody.solution.certificate import as_reported, changed
 from mbody.solution.event_record import EventRecord
@@ -178,7 +186,7 @@ class ContactIntegration(ModalIntegration):
     def _begin_anew(self) -> None:
         """Steps begin at the modes that were decided."""
         state = self.state
-        state[NEAR_SINGULAR] = 0.0
+        state[NEAR_SINGULAR] = state[JACOBIAN_VALID] = 0.0
         self.steps.jumped(self.motion)
         self.closing = Closing({n for n, mode in enumerate(self.modes) if mode != "open"})
         self.guards = guards_of(self)

@@ -133,7 +133,7 @@ class _WithPassages:
 
     def __init__(self) -> None:
         self.explicit = ExplicitSteps(order_8())
-        self.inner: Motion | None = None
+        self.inner: Stepping | None = None
 
     def kernel(self, motion: Motion, until: float, count: int, outputs: Outputs) -> Any:
         """Steps until a singular position, at most."""
@@ -166,16 +166,16 @@ class _WithPassages:
         if self.inner is None:
             rows, terms = self.explicit.rows, self.explicit.terms
             width, causes = len(outer.y), outer.P.shape[1]
-            inner = outer.replaced(
+            self.inner = outer.replaced(
                 K=np.zeros((rows, width)),
                 P=np.zeros((rows, causes)),
                 F=np.zeros((terms, width)),
                 G=np.zeros((terms, causes)),
             )
-            self.inner = replace(motion, stepping=inner)
-        inner, t = self.inner.stepping, outer.state[TIME]
+        inner, t = self.inner, outer.state[TIME]
         inner.K[0], inner.P[0] = outer.K[0], outer.P[0]
-        code = self.explicit.steps(self.inner, until, 1, outputs)
+        # the layout is that of the rows that are on at present
+        code = self.explicit.steps(replace(motion, stepping=inner), until, 1, outputs)
         if outer.state[TIME] > t:
             outer.K[0], outer.P[0] = inner.K[0], inner.P[0]
             self.forget(motion)

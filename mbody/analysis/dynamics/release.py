@@ -21,6 +21,7 @@ from mbody.analysis.freedom.single_design import released
 from mbody.analysis.initial.initial_state import state_of
 from mbody.errors import SolveError
 from mbody.kernels.step_state import PROGRESS
+from mbody.model.simulation import ADAPTIVE
 from mbody.solution.restart import Restart, Way
 from mbody.solution.solution import Solution
 from mbody.system.system import System
@@ -69,7 +70,7 @@ def integrate_phases(
         now = {name: t for name, t in later.items() if t == until}
         state = state or state_of(free, start)
         first_part, decided = None, has_modes(free)
-        if decided and request.way.method not in ("dop853", "dopri5"):
+        if decided and request.way.method not in ADAPTIVE:
             refuse_modes(free, f"the method '{request.way.method}'")
         if restart is None and not decided:
             first_part = singular_start(free, start, state, request, until)
