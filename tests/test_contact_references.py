@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 import mbody
 from mbody import SimulationSettings
@@ -269,3 +270,45 @@ def test_a_box_on_an_incline_does_not_creep():
     run = mbody.simulate(mbody.from_toml(text))
     assert set(run.mode("under")) == {"stick"}
     assert max(float(np.abs(getattr(run["block"], k)).max()) for k in ("x", "y", "angle")) < 1e-12
+
+
+def box_under_a_load(formula: str, until: float, instants: int) -> mbody.Solution:
+    """A box of two corners on the incline of 0.3 rad, pushed along it."""
+    text = models.INCLINE.replace("points = { C = [0, 0] }", BOX).replace(
+        'under = { contact = ["ground.slope", "block.C"], friction = 0.4 }', CORNERS
+    )
+    machine = mbody.from_toml(text)
+    machine.add(mbody.Force("push", "block.A", formula, angle=0.3))
+    machine.simulation = SimulationSettings(
+        until=until, rtol=1e-8, instants=instants, start={"block": {"x": 0, "y": 0, "angle": 0.3}}
+    )
+    return mbody.simulate(machine)
+
+
+BOX = "points = { A = [-0.1, 0], B = [0.1, 0] }\ncg = [0, 0.1]"
+CORNERS = "\n".join(
+    f'{name} = {{ contact = ["ground.slope", "block.{corner}"], friction = 0.4 }}'
+    for name, corner in (("lower", "A"), ("upper", "B"))
+)
+
+
+def test_a_load_that_swings_within_the_cone_moves_nothing_until_it_leaves_it():
+    """It holds forces from m g (sin α − μ cos α) to m g (sin α + μ cos α)."""
+    middle, half = 2.0 * G * math.sin(0.3), 2.0 * G * 0.4 * math.cos(0.3)
+    run = box_under_a_load(f"{middle!r} + {0.98 * half!r}*sin(2*pi*t)", 400.0, 801)
+    assert not run.events
+    for part in ("x", "y", "angle"):
+        way = np.asarray(getattr(run["block"], part))
+        assert float(np.abs(way - way[0]).max()) < 1e-15
+    # the amplitude grows over each cycle: the first top that is beyond the cone begins the motion
+    grows = f"{middle!r} + {half!r}*(0.5 + t/100)*sin(2*pi*t)"
+    run = box_under_a_load(grows, 50.3, 11)
+
+    def beyond(t: float) -> float:
+        return (0.5 + t / 100.0) * abs(math.sin(2.0 * math.pi * t)) - 1.0
+
+    # 0.5 + t/100 = 1.0025 at the first quarter of a cycle after 50 s, 0.9975 at the last one before
+    starts = brentq(beyond, 50.1, 50.25, xtol=1e-14)
+    assert run.events[0].name == "slip"
+    # the load is flat there: a rounding ε of the force is worth √ε of a cycle, here 1e-14/0.05
+    assert float(run.events[0].t) == pytest.approx(starts, abs=1e-11)
