@@ -18,6 +18,7 @@ from mbody.derivatives.free_instants import FreeInstants
 from mbody.derivatives.named_numbers import changed, checked_names, unit_of
 from mbody.derivatives.reduced_measures import Derived, derived, instants_of
 from mbody.derivatives.rest_instants import RestInstants
+from mbody.derivatives.unfollowed_jumps import with_formulas_of_the_instant
 from mbody.errors import ModelError, SolveError, brief
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
@@ -211,6 +212,7 @@ def _of_motion(
                 f"gradient: derivatives of a motion with {name} are not there: prescribe the start "
                 "in the simulation of the mechanism, or give start, a result"
             )
+    system = with_formulas_of_the_instant(system)
     run = simulate(system, **options)
     instants = FreeInstants(run, first_state(run, list(names.values()), given), names.values())
     return gradient_of(run, columns, names, instants=instants)
