@@ -2,12 +2,15 @@
 motion of their own.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 
 import mbody
 from mbody import (
     Body,
+    CustomLoad,
     Force,
     Gravity,
     Mechanism,
@@ -248,3 +251,34 @@ def test_an_input_that_jumps():
     assert g["last(bob.omega)"]["bob.inertia"] == pytest.approx(exact, rel=1e-6)
     assert np.isnan(g["last(bob.omega)"]["t0"])
     assert any("by 't0': 'u' jumps" in note for note in g.notes)
+
+
+@dataclass(frozen=True)
+class Pushed(CustomLoad):
+    """A torque of the user's own, which jumps at an angle or does not."""
+
+    jumps: bool = True
+
+    def physics(self, i, j, p, t):
+        """To either side of −0.2 rad, or as a spring."""
+        more = np.sign(j[2] + 0.2) if self.jumps else -(j[2] + 0.2)
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 3.0 * more
+
+
+@pytest.mark.parametrize("jumps", [True, False])
+def test_functions_of_users_are_compared_with_differences(jumps):
+    machine = Mechanism(
+        "pendulum",
+        simulation=SimulationSettings(
+            2.0, {"bob": {"angle": 0.3, "omega": 1.0}}, rtol=1e-9, instants=3
+        ),
+    )
+    machine.add(
+        Body("bob", mass=1.3, inertia=0.2, cg=(0.7, 0.0), guess=0.3),
+        Revolute("O", "ground", "bob"),
+        Gravity("gravity", y=-9.81),
+        Pushed("own", "ground", "bob", jumps=jumps),
+    )
+    g = mbody.gradient(machine, "last(bob.angle)", ["bob.mass", "gravity.y"], "simulate")
+    assert np.isnan(g.jacobian).all() == jumps
+    assert any("'own' jump on the way" in note for note in g.notes) == jumps

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,9 +12,11 @@ from mbody.analysis.driven.requested_instants import requested_instants, turned_
 from mbody.analysis.dynamics.simulate import simulate
 from mbody.analysis.equilibria.equilibrium import equilibrium
 from mbody.analysis.position.assembly_analysis import as_system
+from mbody.derivatives.difference_check import compared_with_differences, may_jump_unseen
 from mbody.derivatives.driven_instants import DrivenInstants
 from mbody.derivatives.first_states import first_state
 from mbody.derivatives.free_instants import FreeInstants
+from mbody.derivatives.gradient_result import EventGradient, Gradient
 from mbody.derivatives.named_numbers import changed, checked_names, unit_of
 from mbody.derivatives.reduced_measures import Derived, derived, instants_of
 from mbody.derivatives.rest_instants import RestInstants
@@ -22,10 +24,9 @@ from mbody.derivatives.unfollowed_jumps import with_formulas_of_the_instant
 from mbody.errors import ModelError, SolveError, brief
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
-from mbody.solution.doubts import Inherited, inherited
+from mbody.solution.doubts import inherited
 from mbody.solution.solution import Solution
 from mbody.sweeps.columns import MeasuredColumn, Measures, columns_of
-from mbody.system.read_only import lock
 from mbody.system.system import System
 
 #: The analysis of motions over time.
@@ -33,85 +34,7 @@ MOTION = "simulate"
 #: That of rest positions.
 REST = "equilibrium"
 
-__all__ = ["EventGradient", "Gradient", "gradient", "gradient_at", "gradient_of"]
-
-
-@dataclass(frozen=True)
-class EventGradient:
-    """When something happens in a motion, an `EventRecord`, with derivatives.
-
-    Attributes
-    ----------
-    name, contact : str
-        As of the record.
-    t : float
-    by : dict
-        Derivatives of the time by number; NaN where there is none.
-    """
-
-    name: str
-    contact: str
-    t: float
-    by: dict[str, float]
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Gradient(Inherited):
-    """Measured quantities with their derivatives.
-
-    Attributes
-    ----------
-    value : dict
-        By measure: a float, or an array (instants,).
-    by : tuple of str
-        The numbers.
-    jacobian : array (measures, numbers), or (measures, instants, numbers)
-        Derivatives in the units of the mechanism and of the measures; NaN where redundant loops do
-        not close with another number, and at instants without forces or with limits, which a note
-        says.
-    units : dict
-        By measure, then by number: the unit of the derivative.
-    at : dict
-        By measure the time of the instant that was taken, of a greatest or least value and of one
-        instant; None where all instants count.
-    measured : dict
-        By measure its unit.
-    events : tuple of EventGradient
-        Of a motion over time: when what happens in it does.
-    status, doubts : str, tuple of Doubt
-        Of the result.
-    notes : tuple of str
-        Where there is no derivative, measures that no number changes, and the doubts.
-    """
-
-    value: dict[str, Any]
-    by: tuple[str, ...]
-    jacobian: np.ndarray
-    units: dict[str, dict[str, str]]
-    at: dict[str, float | None]
-    measured: dict[str, str]
-    events: tuple[EventGradient, ...] = ()
-    _rows: dict[str, int] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "_rows", {name: n for n, name in enumerate(self.value)})
-        lock(self)
-
-    def __getitem__(self, measure: str) -> dict[str, Any]:
-        """The derivatives of one measure by name: floats, or arrays (instants,)."""
-        if measure not in self._rows:
-            raise ModelError(
-                f"there is no measure {measure!r} here (there are: {listed(self.value)})",
-                str(measure),
-            )
-        row = self.jacobian[self._rows[measure]]
-        parts = row if row.ndim == 1 else row.T
-        whole = (float(part) if row.ndim == 1 else part for part in parts)
-        return dict(zip(self.by, whole, strict=True))
-
-    def __repr__(self) -> str:
-        shape = " × ".join(str(size) for size in self.jacobian.shape)
-        return f"Gradient({listed(self.value)} by {len(self.by)} numbers: {shape})"
+__all__ = ["gradient", "gradient_at", "gradient_of"]
 
 
 def gradient(
@@ -215,7 +138,17 @@ def _of_motion(
     system = with_formulas_of_the_instant(system)
     run = simulate(system, **options)
     instants = FreeInstants(run, first_state(run, list(names.values()), given), names.values())
-    return gradient_of(run, columns, names, instants=instants)
+    found = gradient_of(run, columns, names, instants=instants)
+    if not may_jump_unseen(system):
+        return found
+    return compared_with_differences(
+        found,
+        system,
+        list(names.values()),
+        columns,
+        lambda other, rtol: simulate(other, **{**options, "rtol": rtol}),
+        run.begun[0].request.way.rtol,
+    )
 
 
 def _of_rest(
