@@ -10,13 +10,14 @@ import numpy as np
 
 from mbody.analysis.driven.requested_instants import requested_instants, turned_driver
 from mbody.analysis.dynamics.simulate import simulate
-from mbody.analysis.equilibria.equilibrium import equilibrium
+from mbody.analysis.equilibria.equilibrium import Equilibrium, equilibrium
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.derivatives.difference_check import compared_with_differences, may_jump_unseen
 from mbody.derivatives.driven_instants import DrivenInstants
 from mbody.derivatives.first_states import first_state
 from mbody.derivatives.free_instants import FreeInstants
-from mbody.derivatives.gradient_result import EventGradient, Gradient
+from mbody.derivatives.gradient_result import EventGradient, Gradient, per
+from mbody.derivatives.mode_gradient import mode_gradient
 from mbody.derivatives.named_numbers import changed, checked_names, unit_of
 from mbody.derivatives.reduced_measures import Derived, derived, instants_of
 from mbody.derivatives.rest_instants import RestInstants
@@ -33,6 +34,8 @@ from mbody.system.system import System
 MOTION = "simulate"
 #: That of rest positions.
 REST = "equilibrium"
+#: That of small motions about them.
+SMALL = "modes"
 
 __all__ = ["gradient", "gradient_at", "gradient_of"]
 
@@ -59,13 +62,16 @@ def gradient(
         Dotted names of numbers (``"crank.A.x"``, ``"coupler.mass"``, ``"motor.law.speed"``) and
         parameters; by default all that have no formula.
     analysis : str
-        "kinetostatics", "kinematics", "statics", "simulate" or "equilibrium".
+        "kinetostatics", "kinematics", "statics", "simulate", "equilibrium" or "modes".
     **options
         The instants: ``t``, ``drive``, ``turn``, ``instants``, ``guess`` as of the analysis, or
         ``at``, ``over`` as of `Instants`; by default those of the mechanism itself. Of "simulate"
         its own: ``until``, ``start``, ``rtol``, ``instants``, ``times`` and others; of
         "equilibrium" ``position``, the number of the rest position, 0 by default, ``free``,
-        ``starts`` and ``t``.
+        ``starts`` and ``t``, as of "modes". Measures of "modes" are ``frequency(1)``,
+        ``natural_frequency(1)``, ``hertz(1)``, ``damping_ratio(1)`` and ``decay_rate(1)`` of a mode
+        of that position, slow ones first, and ``stiffness(crank)`` or ``stiffness(crank, arm)`` of
+        what leads free motions.
 
     Returns
     -------
@@ -85,8 +91,8 @@ def gradient(
     -----
     The equations of the analysis are solved once more in dual numbers, which carry derivatives
     through every operation: no differences are taken, so there is no step to choose. Only users'
-    own functions are differenced, which a note says. A motion over time is integrated once more
-    together with the variational equations, at the same rtol; its instants are held, and so is what
+    own functions and the matrices of small motions are differenced, which a note says. A motion
+    over time is integrated once more together with the variational equations, at the same rtol; its instants are held, and so is what
     ``start`` says. Where contacts, friction and events change it the saltation matrix is applied;
     NaN and a note where that has no derivative. A rest position moves by the implicit function
     theorem. Where the description prescribes the beginning,
@@ -113,7 +119,9 @@ def gradient(
         return _of_motion(system, measure, by, options)
     if analysis == REST:
         return _of_rest(system, measure, by, options)
-    wanted = requested_instants(system, analysis, options, "gradient", [MOTION, REST])
+    if analysis == SMALL:
+        return mode_gradient(_rest(system, options), measure, checked_names(system, by))
+    wanted = requested_instants(system, analysis, options, "gradient", [MOTION, REST, SMALL])
     checked_names(system, by)
     columns_of(system.mechanism, measure, "gradient")
     return gradient_at(wanted.analysed(system), measure, by, wanted.turning)
@@ -160,6 +168,12 @@ def _of_rest(
     """The gradient of a rest position."""
     names = checked_names(system, by)
     columns = columns_of(system.mechanism, measure, "gradient")
+    rest = _rest(system, options)
+    return gradient_of(rest.solution, columns, names, instants=RestInstants(rest, names.values()))
+
+
+def _rest(system: System, options: Mapping[str, Any]) -> Equilibrium:
+    """One rest position, number `position` of them."""
     found = equilibrium(system, **{name: x for name, x in options.items() if name != "position"})
     which = options.get("position", 0)
     if not isinstance(which, int) or not -len(found) <= which < len(found):
@@ -172,9 +186,7 @@ def _of_rest(
             f"gradient: '{system.mechanism.name}' rests by friction, at any place of a band: there "
             "is no one position to be differentiated; leave out the friction"
         )
-    run = found[which].solution
-    instants = RestInstants(found[which], names.values())
-    return gradient_of(run, columns, names, instants=instants)
+    return found[which]
 
 
 def gradient_at(
@@ -230,7 +242,7 @@ def gradient_of(
         by=tuple(by),
         jacobian=np.array([one.row for one in found.values()]),
         units={
-            name: {number: _per(one.unit, unit) for number, unit in units.items()}
+            name: {number: per(one.unit, unit) for number, unit in units.items()}
             for name, one in found.items()
         },
         at={name: one.at for name, one in found.items()},
@@ -305,11 +317,3 @@ def _without(
         row[..., places] = np.nan
         found[name] = replace(one, row=row)
     return [sentence]
-
-
-def _per(unit: str, by: str) -> str:
-    """Unit of a quotient."""
-    if not by:
-        return unit
-    below = f"({by})" if any(letter in by for letter in "·/ ") else by
-    return f"{unit or '1'}/{below}"

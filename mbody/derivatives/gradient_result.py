@@ -12,7 +12,7 @@ from mbody.model.element import listed
 from mbody.solution.doubts import Inherited
 from mbody.system.read_only import lock
 
-__all__ = ["EventGradient", "Gradient"]
+__all__ = ["EventGradient", "Gradient", "per"]
 
 
 @dataclass(frozen=True)
@@ -91,3 +91,11 @@ class Gradient(Inherited):
     def __repr__(self) -> str:
         shape = " × ".join(str(size) for size in self.jacobian.shape)
         return f"Gradient({listed(self.value)} by {len(self.by)} numbers: {shape})"
+
+
+def per(unit: str, by: str) -> str:
+    """Unit of a quotient."""
+    if not by:
+        return unit
+    below = f"({by})" if any(letter in by for letter in "·/ ") else by
+    return f"{unit or '1'}/{below}"
