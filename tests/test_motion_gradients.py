@@ -175,12 +175,3 @@ def test_what_has_no_derivatives_is_refused():
         mbody.gradient(
             free, "last(crank.angle)", analysis="simulate", until=0.01, rates={"crank": 1.0}
         )
-
-
-def test_loads_that_jump_are_noted():
-    machine = pendulum()
-    machine.add(mbody.Torque("kick", "bob", value="1 N*m*sign(bob.angle)"))
-    found = mbody.gradient(machine, "last(bob.angle)", ["bob.mass"], analysis="simulate")
-    assert any("'kick' may jump" in note for note in found.notes)
-    plain = mbody.gradient(pendulum(), "last(bob.angle)", ["bob.mass"], analysis="simulate")
-    assert not plain.notes

@@ -15,10 +15,11 @@ from mbody.analysis.position.assembly_analysis import SOFT, raise_user_error
 from mbody.core.dual_number import DualNumber
 from mbody.core.duals import TANGENTS
 from mbody.core.lanes import LANES, aligned
+from mbody.derivatives.formula_jumps import held
 from mbody.derivatives.mode_record import ModeStretch
 from mbody.errors import SolveError
 from mbody.kernels.free_duals import NEXT_LENGTH, T_NOW, FreeDuals, free_duals
-from mbody.kernels.layout import Work, stand_ins
+from mbody.kernels.layout import Layout, Work, stand_ins
 from mbody.kernels.step_state import DONE
 from mbody.kernels.tableaus import order_8
 from mbody.solution.restart import Way
@@ -78,6 +79,7 @@ class DualInstant:
 
     Attributes
     ----------
+    t : float
     y, slope : DualNumber (numbers,)
         The state, projected on the constraints, and its derivative.
     page : DualNumber (rows,)
@@ -88,10 +90,11 @@ class DualInstant:
         Φ_q of these.
     joints : DualNumber (rows, coordinates)
         Φ_q of all others.
-    par, signal, blocks : DualNumber
+    par, signal, blocks, formula : DualNumber
         Of the workspace.
     """
 
+    t: float
     y: DualNumber
     slope: DualNumber
     page: DualNumber
@@ -102,6 +105,7 @@ class DualInstant:
     par: DualNumber
     signal: DualNumber
     blocks: DualNumber
+    formula: DualNumber
 
 
 class DualMotion:
@@ -123,8 +127,9 @@ class DualMotion:
     ) -> None:
         self.run, self.system, self.way = run, run.system, way
         system = self.system
-        held = held_inputs(system)
-        self.held, self.layout = held, without_held(system.runtime(), held)
+        self.held = held_inputs(system)
+        self.layout = without_held(system.runtime(), self.held)
+        self.sided: dict[tuple[tuple[int, float], ...], tuple[Layout, dict[int, float]]] = {}
         self.uni = Unilateral(system)
         self.loads = len(system.mechanism.loads) if with_loads else 0
         self.first_load = system.page_rows + 1 + 3 * len(system.drivers)
@@ -150,8 +155,8 @@ class DualMotion:
         for first in range(0, max(tangents.count, 1), TANGENTS):
             part = slice(first, min(first + TANGENTS, tangents.count))
             some = DualNumber(y.value, y.tangents[:, part])
-            work = self._work(stretch, tangents.part(part))
-            free = self._called(work, begin, some, tangents.resolved[part], times)
+            L, work = self._layout(stretch)[0], self._work(stretch, tangents.part(part))
+            free = self._called(L, work, begin, some, tangents.resolved[part], times)
             output = np.asarray(free.output)
             values[:] = output[:, :, 0]
             changes[:, :, part] = output[:, :, 1 : 1 + part.stop - part.start]
@@ -165,15 +170,18 @@ class DualMotion:
         for first in range(0, max(tangents.count, 1), TANGENTS):
             part = slice(first, min(first + TANGENTS, tangents.count))
             width = slice(1, 1 + part.stop - part.start)
-            work = self._work(stretch, tangents.part(part))
+            L, work = self._layout(stretch)[0], self._work(stretch, tangents.part(part))
             work.time[0, width] = t.tangents[part]
             some = DualNumber(y.value, y.tangents[:, part])
             now = np.array([t.value])
-            free = self._called(work, float(t.value), some, tangents.resolved[part], now)
+            free = self._called(L, work, float(t.value), some, tangents.resolved[part], now)
             parts.append(self._instant(work, free, width))
         if len(parts) == 1:
             return parts[0]
-        return DualInstant(*(_beside([getattr(one, n) for one in parts]) for n in vars(parts[0])))
+        names = [n for n in vars(parts[0]) if n != "t"]
+        return DualInstant(
+            parts[0].t, *(_beside([getattr(one, n) for one in parts]) for n in names)
+        )
 
     def _instant(self, work: Work, free: FreeDuals, width: slice) -> DualInstant:
         uni, L = self.uni, self.layout
@@ -190,6 +198,7 @@ class DualMotion:
         np.add.at(rate, rows, np.column_stack([moving.value, moving.tangents]))
         rate -= uni.units[:, None] * work.nu[2 * nodes][:, lanes]
         return DualInstant(
+            t=float(free.t[0]),
             y=_dual(free.y[:-1, lanes]),
             slope=_dual(free.K[0][:-1, lanes]),
             page=_dual(free.output[0][:, lanes]),
@@ -200,10 +209,20 @@ class DualMotion:
             par=_dual(work.par[: len(self.system.par), lanes]),
             signal=_dual(work.signal[:, lanes]),
             blocks=_dual(blocks[: 12 * L.nodes]),
+            formula=_dual(work.formula[:, lanes]),
         )
 
+    def _layout(self, stretch: ModeStretch) -> tuple[Layout, dict[int, float]]:
+        """The layout in which formulas are on the sides of a stretch, with what is held."""
+        if not stretch.sides:
+            return self.layout, {}
+        key = tuple(sorted(stretch.sides.items()))
+        if key not in self.sided:
+            self.sided[key] = held(self.layout, stretch.sides)
+        return self.sided[key]
+
     def _called(
-        self, work: Work, begin: float, first: DualNumber, resolved: Array, times: Array
+        self, L: Layout, work: Work, begin: float, first: DualNumber, resolved: Array, times: Array
     ) -> FreeDuals:
         """The kernel from a state on."""
         system, method = self.system, order_8()
@@ -232,7 +251,7 @@ class DualMotion:
             error=np.zeros((2, size, LANES)),
             output=np.zeros((len(times), self.rows, LANES)),
         )
-        code = free_duals(self.layout, work, method, free, STEPS)
+        code = free_duals(L, work, method, free, STEPS)
         raise_user_error(system)
         if code != DONE or not np.isfinite(free.output).all():
             unit = system.mechanism.units.time
@@ -258,6 +277,8 @@ class DualMotion:
         there = np.abs(own[:, :, 0] * weights[:, :, 0] - 1.0) < 1e-9
         slopes = -own[:, :, width] * np.square(weights[:, :, :1])
         weights[:, :, width] = np.where(there[:, :, None], slopes, 0.0)
+        for place, value in self._layout(stretch)[1].items():
+            work.formula[place, 0] = value
         for name, value in stretch.inputs.items():
             work.signal[self.held[name], 0] = value
         if count := len(stretch.on):

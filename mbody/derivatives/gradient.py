@@ -3,114 +3,41 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from mbody.analysis.driven.requested_instants import requested_instants, turned_driver
 from mbody.analysis.dynamics.simulate import simulate
-from mbody.analysis.equilibria.equilibrium import equilibrium
+from mbody.analysis.equilibria.equilibrium import Equilibrium, equilibrium
 from mbody.analysis.position.assembly_analysis import as_system
+from mbody.derivatives.difference_check import compared_with_differences, may_jump_unseen
 from mbody.derivatives.driven_instants import DrivenInstants
 from mbody.derivatives.first_states import first_state
 from mbody.derivatives.free_instants import FreeInstants
+from mbody.derivatives.gradient_result import EventGradient, Gradient, per
+from mbody.derivatives.mode_gradient import mode_gradient
 from mbody.derivatives.named_numbers import changed, checked_names, unit_of
 from mbody.derivatives.reduced_measures import Derived, derived, instants_of
 from mbody.derivatives.rest_instants import RestInstants
+from mbody.derivatives.unfollowed_jumps import with_formulas_of_the_instant
 from mbody.errors import ModelError, SolveError, brief
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
-from mbody.solution.doubts import Inherited, inherited
+from mbody.solution.doubts import inherited
 from mbody.solution.solution import Solution
 from mbody.sweeps.columns import MeasuredColumn, Measures, columns_of
-from mbody.system.read_only import lock
 from mbody.system.system import System
 
 #: The analysis of motions over time.
 MOTION = "simulate"
 #: That of rest positions.
 REST = "equilibrium"
+#: That of small motions about them.
+SMALL = "modes"
 
-__all__ = ["EventGradient", "Gradient", "gradient", "gradient_at", "gradient_of"]
-
-
-@dataclass(frozen=True)
-class EventGradient:
-    """When something happens in a motion, an `EventRecord`, with derivatives.
-
-    Attributes
-    ----------
-    name, contact : str
-        As of the record.
-    t : float
-    by : dict
-        Derivatives of the time by number; NaN where there is none.
-    """
-
-    name: str
-    contact: str
-    t: float
-    by: dict[str, float]
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Gradient(Inherited):
-    """Measured quantities with their derivatives.
-
-    Attributes
-    ----------
-    value : dict
-        By measure: a float, or an array (instants,).
-    by : tuple of str
-        The numbers.
-    jacobian : array (measures, numbers), or (measures, instants, numbers)
-        Derivatives in the units of the mechanism and of the measures; NaN where redundant loops do
-        not close with another number, and at instants without forces or with limits, which a note
-        says.
-    units : dict
-        By measure, then by number: the unit of the derivative.
-    at : dict
-        By measure the time of the instant that was taken, of a greatest or least value and of one
-        instant; None where all instants count.
-    measured : dict
-        By measure its unit.
-    events : tuple of EventGradient
-        Of a motion over time: when what happens in it does.
-    status, doubts : str, tuple of Doubt
-        Of the result.
-    notes : tuple of str
-        Where there is no derivative, measures that no number changes, and the doubts.
-    """
-
-    value: dict[str, Any]
-    by: tuple[str, ...]
-    jacobian: np.ndarray
-    units: dict[str, dict[str, str]]
-    at: dict[str, float | None]
-    measured: dict[str, str]
-    events: tuple[EventGradient, ...] = ()
-    _rows: dict[str, int] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "_rows", {name: n for n, name in enumerate(self.value)})
-        lock(self)
-
-    def __getitem__(self, measure: str) -> dict[str, Any]:
-        """The derivatives of one measure by name: floats, or arrays (instants,)."""
-        if measure not in self._rows:
-            raise ModelError(
-                f"there is no measure {measure!r} here (there are: {listed(self.value)})",
-                str(measure),
-            )
-        row = self.jacobian[self._rows[measure]]
-        parts = row if row.ndim == 1 else row.T
-        whole = (float(part) if row.ndim == 1 else part for part in parts)
-        return dict(zip(self.by, whole, strict=True))
-
-    def __repr__(self) -> str:
-        shape = " × ".join(str(size) for size in self.jacobian.shape)
-        return f"Gradient({listed(self.value)} by {len(self.by)} numbers: {shape})"
+__all__ = ["gradient", "gradient_at", "gradient_of"]
 
 
 def gradient(
@@ -135,13 +62,16 @@ def gradient(
         Dotted names of numbers (``"crank.A.x"``, ``"coupler.mass"``, ``"motor.law.speed"``) and
         parameters; by default all that have no formula.
     analysis : str
-        "kinetostatics", "kinematics", "statics", "simulate" or "equilibrium".
+        "kinetostatics", "kinematics", "statics", "simulate", "equilibrium" or "modes".
     **options
         The instants: ``t``, ``drive``, ``turn``, ``instants``, ``guess`` as of the analysis, or
         ``at``, ``over`` as of `Instants`; by default those of the mechanism itself. Of "simulate"
         its own: ``until``, ``start``, ``rtol``, ``instants``, ``times`` and others; of
         "equilibrium" ``position``, the number of the rest position, 0 by default, ``free``,
-        ``starts`` and ``t``.
+        ``starts`` and ``t``, as of "modes". Measures of "modes" are ``frequency(1)``,
+        ``natural_frequency(1)``, ``hertz(1)``, ``damping_ratio(1)`` and ``decay_rate(1)`` of a mode
+        of that position, slow ones first, and ``stiffness(crank)`` or ``stiffness(crank, arm)`` of
+        what leads free motions.
 
     Returns
     -------
@@ -161,8 +91,8 @@ def gradient(
     -----
     The equations of the analysis are solved once more in dual numbers, which carry derivatives
     through every operation: no differences are taken, so there is no step to choose. Only users'
-    own functions are differenced, which a note says. A motion over time is integrated once more
-    together with the variational equations, at the same rtol; its instants are held, and so is what
+    own functions and the matrices of small motions are differenced, which a note says. A motion
+    over time is integrated once more together with the variational equations, at the same rtol; its instants are held, and so is what
     ``start`` says. Where contacts, friction and events change it the saltation matrix is applied;
     NaN and a note where that has no derivative. A rest position moves by the implicit function
     theorem. Where the description prescribes the beginning,
@@ -189,7 +119,9 @@ def gradient(
         return _of_motion(system, measure, by, options)
     if analysis == REST:
         return _of_rest(system, measure, by, options)
-    wanted = requested_instants(system, analysis, options, "gradient", [MOTION, REST])
+    if analysis == SMALL:
+        return mode_gradient(_rest(system, options), measure, checked_names(system, by))
+    wanted = requested_instants(system, analysis, options, "gradient", [MOTION, REST, SMALL])
     checked_names(system, by)
     columns_of(system.mechanism, measure, "gradient")
     return gradient_at(wanted.analysed(system), measure, by, wanted.turning)
@@ -211,9 +143,20 @@ def _of_motion(
                 f"gradient: derivatives of a motion with {name} are not there: prescribe the start "
                 "in the simulation of the mechanism, or give start, a result"
             )
+    system = with_formulas_of_the_instant(system)
     run = simulate(system, **options)
     instants = FreeInstants(run, first_state(run, list(names.values()), given), names.values())
-    return gradient_of(run, columns, names, instants=instants)
+    found = gradient_of(run, columns, names, instants=instants)
+    if not may_jump_unseen(system):
+        return found
+    return compared_with_differences(
+        found,
+        system,
+        list(names.values()),
+        columns,
+        lambda other, rtol: simulate(other, **{**options, "rtol": rtol}),
+        run.begun[0].request.way.rtol,
+    )
 
 
 def _of_rest(
@@ -225,6 +168,12 @@ def _of_rest(
     """The gradient of a rest position."""
     names = checked_names(system, by)
     columns = columns_of(system.mechanism, measure, "gradient")
+    rest = _rest(system, options)
+    return gradient_of(rest.solution, columns, names, instants=RestInstants(rest, names.values()))
+
+
+def _rest(system: System, options: Mapping[str, Any]) -> Equilibrium:
+    """One rest position, number `position` of them."""
     found = equilibrium(system, **{name: x for name, x in options.items() if name != "position"})
     which = options.get("position", 0)
     if not isinstance(which, int) or not -len(found) <= which < len(found):
@@ -237,9 +186,7 @@ def _of_rest(
             f"gradient: '{system.mechanism.name}' rests by friction, at any place of a band: there "
             "is no one position to be differentiated; leave out the friction"
         )
-    run = found[which].solution
-    instants = RestInstants(found[which], names.values())
-    return gradient_of(run, columns, names, instants=instants)
+    return found[which]
 
 
 def gradient_at(
@@ -295,7 +242,7 @@ def gradient_of(
         by=tuple(by),
         jacobian=np.array([one.row for one in found.values()]),
         units={
-            name: {number: _per(one.unit, unit) for number, unit in units.items()}
+            name: {number: per(one.unit, unit) for number, unit in units.items()}
             for name, one in found.items()
         },
         at={name: one.at for name, one in found.items()},
@@ -370,11 +317,3 @@ def _without(
         row[..., places] = np.nan
         found[name] = replace(one, row=row)
     return [sentence]
-
-
-def _per(unit: str, by: str) -> str:
-    """Unit of a quotient."""
-    if not by:
-        return unit
-    below = f"({by})" if any(letter in by for letter in "·/ ") else by
-    return f"{unit or '1'}/{below}"

@@ -14,6 +14,7 @@ from mbody.analysis.contact.unilateral import SENSES, Unilateral
 from mbody.analysis.dynamics.located import Guard
 from mbody.core.dual_number import DualNumber, value
 from mbody.derivatives.dual_motion import DualInstant
+from mbody.derivatives.formula_jumps import JumpGuard
 from mbody.derivatives.mode_record import ModeStretch
 from mbody.kernels.friction_laws import FRICTION_KINDS
 from mbody.kernels.output import PER_PRIMITIVE
@@ -44,8 +45,10 @@ class GuardDuals:
         #: Of every touch its static friction.
         self.static = [static[touch.name] for touch in uni.touches]
 
-    def value(self, guard: Guard, stretch: ModeStretch, now: DualInstant) -> Any:
+    def value(self, guard: Guard | JumpGuard, stretch: ModeStretch, now: DualInstant) -> Any:
         """The value of a guard, a dual number; None of one that has no derivatives here."""
+        if isinstance(guard, JumpGuard):
+            return now.formula[guard.number]
         touches = self.uni.touches
         if guard.kind == "close":
             found = touches[guard.number].spot.sense * now.value[touches[guard.number].normal]
@@ -66,7 +69,7 @@ class GuardDuals:
             return self._reserve(guard.number - len(touches), now)
         return None
 
-    def kind_of(self, guard: Guard) -> bool:
+    def kind_of(self, guard: Guard | JumpGuard) -> bool:
         """Whether a guard follows from forces, not from positions and rates alone."""
         return guard.kind in ("open", "slip", "share", "paradox")
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from mbody.analysis.dynamics.interruptions import Interruptions
 from mbody.analysis.dynamics.jumping_forces import AT_ZERO
 from mbody.analysis.dynamics.located import Guard
 from mbody.analysis.initial.initial_state import state_of
+from mbody.derivatives.formula_jumps import JumpGuard, JumpWatch, arguments
 from mbody.kernels.step_state import TIME
 from mbody.solution.solution import Solution
 
@@ -53,12 +55,18 @@ class ModeStretch:
     inputs : dict
         Inputs that keep their values.
     end : float
-    guard : Guard or None
+    guard : Guard, JumpGuard or None
         What is zero at the end; None of a set time and of the end of the motion.
     also : tuple of Guard
         Others that are zero at the end.
     lost : str
         Why there are no derivatives from here on; empty where there are.
+    sides : dict
+        On which side arguments of jumps are, 1 or −1, by place: set by what follows the motion.
+    crossed : int or None
+        The argument that was zero where it begins.
+    sizes : dict
+        The greatest values of arguments of jumps along the motion, by place.
     """
 
     t: float
@@ -74,9 +82,12 @@ class ModeStretch:
     groups: dict[int, list[int]] = field(default_factory=dict)
     inputs: dict[str, float] = field(default_factory=dict)
     end: float = np.inf
-    guard: Guard | None = None
+    guard: Guard | JumpGuard | None = None
     also: tuple[Guard, ...] = ()
     lost: str = ""
+    sides: dict[int, float] = field(default_factory=dict)
+    crossed: int | None = None
+    sizes: dict[int, float] = field(default_factory=dict)
 
     def all_off(self) -> ModeStretch:
         """The same with no row on and nothing that slides: what rows measure alone."""
@@ -89,22 +100,45 @@ class ModeStretch:
             modes=self.modes,
             pairs=self.pairs,
             inputs=self.inputs,
+            sides=self.sides,
         )
 
 
 def stretches_of(run: Solution) -> list[ModeStretch]:
     """The stretches of a motion of `simulate`."""
     (begun,) = run.begun
-    t, q, v = state_of(begun.system, begun.start)
-    if not has_modes(begun.system):
-        found = _between_set_times(run, t)
-    else:
-        way, events = begun.request.way, begun.request.events
-        recorder = ModeRecorder(begun.system, begun.start, way, events)
-        times = begun.request.times
+    system, way, events = begun.system, begun.request.way, begun.request.events
+    t, q, v = state_of(system, begun.start)
+    watch: JumpWatch | None = None
+    times = begun.request.times
+    if has_modes(system):
+        watch = recorder = ModeRecorder(system, begun.start, way, events)
         recorder.run(t, q, v, times[times <= run.t[-1]], None)
         found = recorder.stretches
+    else:
+        found = _between_set_times(run, t)
+        if arguments(system.layout):
+            watch = JumpWatch(system, begun.start, way, events)
+            watch.run(t, q, v, times[times <= run.t[-1]], None)
     found[-1].end = float(run.t[-1])
+    return found if watch is None else _at_jumps(found, watch)
+
+
+def _at_jumps(stretches: list[ModeStretch], watch: JumpWatch) -> list[ModeStretch]:
+    """The stretches, parted where arguments of jumps are zero."""
+    found = list(stretches)
+    for t, place in sorted(watch.crossings):
+        k = next((k for k, one in enumerate(found) if one.t < t <= one.end), None)
+        if k is None:
+            continue
+        after = replace(
+            found[k], t=t, strikes=(), y=None, slope=None, lost="", crossed=place, sizes={}
+        )
+        found[k].end, found[k].also = t, ()
+        found[k].guard = JumpGuard(place, watch.greatest[place])
+        found.insert(k + 1, after)
+    for one in found:
+        one.sizes = dict(watch.greatest)
     return found
 
 
@@ -120,11 +154,11 @@ def _between_set_times(run: Solution, first: float) -> list[ModeStretch]:
     return found
 
 
-class ModeRecorder(ContactIntegration):
+class ModeRecorder(JumpWatch, ContactIntegration):
     """Integrates a motion once more, and notes where its modes change."""
 
-    def __init__(self, *given: object) -> None:
-        super().__init__(*given)  # type: ignore[arg-type]
+    def __init__(self, *given: Any) -> None:
+        super().__init__(*given)
         self.stretches: list[ModeStretch] = []
         self.strikes: list[Strike] = []
         self.why = ""

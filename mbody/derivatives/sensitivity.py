@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.driven.requests import ANALYSES
-from mbody.derivatives.gradient import Gradient, gradient_of
+from mbody.derivatives.gradient import gradient_of
+from mbody.derivatives.gradient_result import Gradient
 from mbody.derivatives.named_numbers import changed, checked_names
 from mbody.errors import ModelError
 from mbody.model.study import Measure

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.position.assembly_analysis import as_system
-from mbody.derivatives.gradient import Gradient, gradient
+from mbody.derivatives.gradient import gradient
+from mbody.derivatives.gradient_result import Gradient
 from mbody.derivatives.named_numbers import checked_names, unit_of
 from mbody.derivatives.tolerance_allocation import Allocation, allocated, limits
 from mbody.derivatives.tolerance_bands import ToleranceBand, first_order, of_samples, second_order
