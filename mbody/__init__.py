@@ -46,7 +46,6 @@ if TYPE_CHECKING:
     from mbody.analysis.equilibria.equilibrium import Equilibria, equilibrium
     from mbody.analysis.freedom.mobility import Mobility, mobility
     from mbody.analysis.inverse.answers import Answer
-    from mbody.analysis.inverse.solve_for import solve_for
     from mbody.analysis.linear.modes import Modes, modes
     from mbody.derivatives.fit import fit
     from mbody.derivatives.gradient import gradient
@@ -55,6 +54,7 @@ if TYPE_CHECKING:
     from mbody.errors import ModelError, SolveError
     from mbody.files.model import from_toml, load, save, to_toml
     from mbody.files.saved import load_run, save_run
+    from mbody.inverse.solve_for import solve_for
     from mbody.model.body import Body, SlenderRod
     from mbody.model.contact import Between, Contact, Rope
     from mbody.model.controller import Controller
@@ -293,7 +293,7 @@ _MODULES = {
     "analysis.equilibria.equilibrium": "Equilibria equilibrium",
     "analysis.freedom.mobility": "Mobility mobility",
     "analysis.inverse.answers": "Answer",
-    "analysis.inverse.solve_for": "solve_for",
+    "inverse.solve_for": "solve_for",
     "analysis.linear.modes": "Modes modes",
     "derivatives.fit": "fit",
     "derivatives.gradient": "gradient",

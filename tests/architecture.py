@@ -48,7 +48,7 @@ LAYERS = (
     ("derivatives",),
     ("live", "reports", "stepping", "exchange"),
     ("optimization", "synthesis", "teaching", "topologies"),
-    ("envs",),
+    ("envs", "inverse"),
     ("cli",),
     ("__main__", "__init__"),
 )

@@ -23,8 +23,8 @@ import numpy as np
 import mbody
 from mbody import ModelError, SolveError, Torque, gallery, solve_for
 from mbody.analysis.driven.requests import Instants, analyse_at
-from mbody.analysis.inverse.trials import Trials
 from mbody.errors import ModelWarning
+from mbody.inverse.trials import Trials
 from mbody.makers import makers
 from mbody.model.study import Question, Unknown
 from mbody.solution.measures import measured
@@ -281,7 +281,7 @@ def verdict(case: Case) -> tuple[str, str, float]:
         )
     except SolveError as error:
         spent = time.process_time() - begin
-        if not good.any():
+        if not good.any() or ("without bound" in str(error) and endless(case, u, value, good)):
             return "none, rightly", str(error), spent
         return "refused", str(error), spent
     spent = time.process_time() - begin
@@ -309,6 +309,59 @@ def verdict(case: Case) -> tuple[str, str, float]:
     if answer.doubts:
         return ("doubted, and wrong" if wrong else "doubted"), f"{text}; {answer.status}", spent
     return ("WRONG" if wrong else "agrees"), text, spent
+
+
+def endless(case: Case, u: Array, value: Array, good: Array) -> bool:
+    """Whether plain analyses grow without bound towards an edge of the range that can be scanned:
+    by a factor each time that they are a hundred times as near to it.
+    """
+    sign = 1.0 if case.greatest else -1.0
+    whole = np.isfinite(value)
+    for k in np.flatnonzero(whole[1:] != whole[:-1]):
+        inside, outside = (k, k + 1) if whole[k] else (k + 1, k)
+        if not good[inside]:
+            continue
+        begin, far, near = float(u[inside]), float(u[inside]), float(u[outside])
+        guess = link_poses(_followed(case, begin))
+        found = {}
+        for _ in range(60):
+            middle = 0.5 * (far + near)
+            run = _near(case, middle, guess)
+            if run is None:
+                near = middle
+            else:
+                far, guess, found[middle] = (
+                    middle,
+                    link_poses(run),
+                    float(run.measure(case.measure)[0]),
+                )
+        parts = [(abs(place - far), sign * one) for place, one in found.items() if place != far]
+        width = abs(float(u[outside]) - begin)
+        tops = [
+            max((one for apart, one in parts if apart >= part * width), default=-math.inf)
+            for part in (1e-2, 1e-4, 1e-6)
+        ]
+        if math.isfinite(tops[0]) and tops[2] > 3.0 * abs(tops[1]) > 9.0 * tops[0]:
+            return True
+    return False
+
+
+def _near(case: Case, u: float, guess: Any) -> mbody.Solution | None:
+    """The plain analysis there on the branch of a place nearby; None where there is none."""
+    try:
+        run = plain(case, u, guess)
+    except (ModelError, SolveError):
+        return None
+    now = link_poses(run)
+    return None if max(abs(now[b][2] - guess[b][2]) for b in now) > 0.4 else run
+
+
+def _followed(case: Case, end: float) -> mbody.Solution:
+    """The plain analysis at a place that the scan came to, reached from the design as it is."""
+    run = case.first
+    for u in np.linspace(_present(case.machine, case.unknown), end, PLACES):
+        run = plain(case, float(u), link_poses(run))
+    return run
 
 
 def _allowed(case: Case, u: Array) -> Array:

@@ -16,9 +16,9 @@ NONE = "no solution:"
 
 def solve(args: Any) -> int:
     """Answer one question of a model, or all of them; 1 where one has none, or a doubt."""
-    from mbody.analysis.inverse.solve_for import solve_for
     from mbody.files.answers import answer_data
     from mbody.files.results import error_data
+    from mbody.inverse.solve_for import solve_for
     from mbody.sheets.answers import sheet
     from mbody.solution.doubts import Doubt, Inherited, inherited
     from mbody.solution.heading import heading, unit_symbols

@@ -101,6 +101,11 @@ class Aim:
         return self.column.by in (SMALLEST if self.greatest else GREATEST)
 
     @property
+    def squared(self) -> bool:
+        """Whether it is a root of squares to be least, whose square bends as a quadratic does."""
+        return self.column.by == "rms" and not self.greatest
+
+    @property
     def sign(self) -> float:
         """By what it is multiplied to be least."""
         return -1.0 if self.greatest else 1.0

@@ -12,11 +12,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any, Protocol
 
 import numpy as np
 
-from mbody.optimization.aims_and_limits import Aim, AimRows, Limit
-from mbody.optimization.design_evaluation import Evaluation, Evaluator
+from mbody.optimization.aims_and_limits import AimRows
 from mbody.optimization.linear_steps import Linearized, linear_steps
 
 __all__ = ["Program", "Found"]
@@ -35,20 +35,49 @@ GAIN = 1e-9
 SLIGHT = 1e-3
 
 
+class Goal(Protocol):
+    """What is to be least, as an `Aim`."""
+
+    @property
+    def each(self) -> bool:
+        """Whether the worst of several rows decides."""
+
+    @property
+    def squared(self) -> bool:
+        """Whether its square bends as a quadratic does."""
+
+    def rows(self, at: Any) -> AimRows:
+        """AimRows of which the greatest is to be least."""
+
+
+class Bound(Protocol):
+    """What is to hold, as a `Limit`."""
+
+    @property
+    def equal(self) -> bool:
+        """Whether its rows are to be zero, not only not negative."""
+
+    def rows(self, at: Any) -> AimRows:
+        """What is left of it."""
+
+    def margin(self, at: Any) -> float:
+        """By how much it holds."""
+
+
 @dataclass(frozen=True)
 class Found:
     """Where a search ended.
 
     Attributes
     ----------
-    at : Evaluation
+    at : Evaluation, or another design with derivatives
     value : float
         What is least, with the sign that makes it so.
     broken : float
         How much the worst limit is broken, as a part of its size.
     """
 
-    at: Evaluation
+    at: Any
     value: float
     broken: float
 
@@ -58,50 +87,53 @@ class Program:
 
     Parameters
     ----------
-    evaluator : Evaluator
+    evaluator : callable
+        Makes an `Evaluation` of numbers, or another design with `x` and `mobility`; None where it
+        cannot be analysed.
     low, high : array (numbers,)
-    aim : Aim
-    limits : sequence of Limit
+    aim : Goal
+    limits : sequence of Bound
     """
 
     def __init__(
         self,
-        evaluator: Evaluator,
+        evaluator: Callable[[np.ndarray], Any],
         bounds: tuple[np.ndarray, np.ndarray],
-        aim: Aim,
-        limits: Sequence[Limit],
+        aim: Goal,
+        limits: Sequence[Bound],
         mark: Callable[[], None],
     ) -> None:
-        self.evaluator, self.aim, self.limits, self.mark = evaluator, aim, list(limits), mark
+        self.evaluator, self.aim, self.mark = evaluator, aim, mark
+        self.limits: list[Any] = list(limits)
         self.low, self.high = bounds
         self.width = self.high - self.low
         self.sizes: list[float] | None = None
         self.scale, self.mobile = 1.0, 0.0
         self._place = np.empty(0)
-        self._at: Evaluation | None = None
+        self._at: Any | None = None
 
     # -- sizes ----------------------------------------------------------------------------------
 
-    def measure_by(self, at: Evaluation) -> None:
+    def measure_by(self, at: Any) -> None:
         """Take the sizes of everything from one design."""
         self.sizes = [_size(limit.rows(at)) for limit in self.limits]
         rows = self.aim.rows(at).values
         self.scale = float(np.abs(rows).max()) or 1.0
         self.mobile = at.mobility()[0] / FASTEST**2
 
-    def broken(self, at: Evaluation) -> float:
+    def broken(self, at: Any) -> float:
         """How much the worst limit is broken, as a part of its size; 0 where all hold."""
         assert self.sizes is not None
         parts = [limit.margin(at) / s for limit, s in zip(self.limits, self.sizes, strict=True)]
         return max(0.0, -min(parts, default=0.0))
 
-    def value(self, at: Evaluation) -> float:
+    def value(self, at: Any) -> float:
         """What is least, with the sign that makes it so."""
         return float(self.aim.rows(at).values.max())
 
     # -- the search -----------------------------------------------------------------------------
 
-    def at(self, x: np.ndarray) -> Evaluation | None:
+    def at(self, x: np.ndarray) -> Any:
         """A design with derivatives, the last one kept."""
         if not np.array_equal(x, self._place):
             self.mark()
@@ -150,7 +182,7 @@ class Program:
                 best = one
         return best
 
-    def _linearized(self, u: np.ndarray, at: Evaluation) -> Linearized:
+    def _linearized(self, u: np.ndarray, at: Any) -> Linearized:
         """All rows about a design."""
         assert self.sizes is not None
         aims = self.aim.rows(at).times(1.0 / self.scale)
@@ -181,20 +213,19 @@ class Program:
             by_equal=slopes[True],
         )
 
-    def _found(self, at: Evaluation) -> Found:
+    def _found(self, at: Any) -> Found:
         return Found(at, self.value(at), self.broken(at))
 
-    def _round(self, start: Evaluation, chosen: _Chosen) -> Evaluation | None:
+    def _round(self, start: Any, chosen: _Chosen) -> Any:
         """One search with the rows that are chosen."""
         from scipy.optimize import minimize
 
         n, each = len(self.width), self.aim.each
-        # the square of a root of squares bends as a quadratic does
-        squared = self.aim.column.by == "rms" and not self.aim.greatest
+        squared = self.aim.squared
         size = abs(self.value(start)) or self.scale
         last = [start]
 
-        def design(y: np.ndarray) -> tuple[Evaluation, bool]:
+        def design(y: np.ndarray) -> tuple[Any, bool]:
             at = self.at(self.low + self.width * np.clip(y[:n], 0.0, 1.0))
             if at is not None:
                 last[0] = at
@@ -257,7 +288,7 @@ class Program:
 class _Chosen:
     """The rows of every limit that a search looks at; the last group is what is minimised."""
 
-    def __init__(self, program: Program, at: Evaluation) -> None:
+    def __init__(self, program: Program, at: Any) -> None:
         self.program = program
         self.picked: list[np.ndarray] = []
         for rows in self._all(at):
@@ -265,7 +296,7 @@ class _Chosen:
             some = np.unique(np.linspace(0, count - 1, min(count, ROWS)).astype(int))
             self.picked.append(np.union1d(some, _lowest(rows.values)))
 
-    def _all(self, at: Evaluation) -> list[AimRows]:
+    def _all(self, at: Any) -> list[AimRows]:
         """All limits as parts of their sizes, then the rows that z is to be above, negative."""
         program = self.program
         assert program.sizes is not None
@@ -277,7 +308,7 @@ class _Chosen:
             found.append(program.aim.rows(at).times(-1.0 / program.scale))
         return found
 
-    def add(self, at: Evaluation) -> bool:
+    def add(self, at: Any) -> bool:
         """Add the rows that are worse than all that were looked at; whether there are any."""
         more = False
         for n, rows in enumerate(self._all(at)):
@@ -300,7 +331,7 @@ class _Chosen:
         ]
         return np.concatenate([*parts, [False]])
 
-    def values(self, at: Evaluation, z: float | None) -> np.ndarray:
+    def values(self, at: Any, z: float | None) -> np.ndarray:
         """The rows that are picked, none to be negative; the last one is mobility."""
         found = [rows.values[own] for rows, own in zip(self._all(at), self.picked, strict=True)]
         if z is not None:
@@ -308,7 +339,7 @@ class _Chosen:
         own = at.mobility()[0]
         return np.concatenate([*found, [np.log(own / max(self.program.mobile, 1e-300))]])
 
-    def slopes(self, at: Evaluation, with_z: bool) -> np.ndarray:
+    def slopes(self, at: Any, with_z: bool) -> np.ndarray:
         """Their derivatives by the numbers, each as a part of its range, and by z."""
         found = [rows.slopes[own] for rows, own in zip(self._all(at), self.picked, strict=True)]
         own, slope, _ = at.mobility()

@@ -1,1 +1,1 @@
-"""Inverse problems: unknown numbers of a description that meet conditions."""
+"""Questions: conditions between measured quantities, and answers."""

@@ -21,7 +21,7 @@ from mbody.system.system import System
 __all__ = ["ClosedDesigns", "close_in_stages"]
 
 #: A stage may move coordinates by so much, in model lengths and radians, so that no other branch
-#: is near: as `mbody.analysis.inverse.trials`.
+#: is near: as `mbody.inverse.trials`.
 LEAP = 0.5
 #: A stage may miss where the last one led by this part of its way and of the last one's.
 BENT = 0.5

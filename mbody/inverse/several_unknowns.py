@@ -1,21 +1,23 @@
 """The greatest value of several unknowns: climbs from many starts, checked by samples.
 
-A climb ends at a local greatest value (sequential quadratic programming, Kraft 1988). That it is
-the greatest of all is not proved; it is in doubt where climbs end at different values, or a sample
-is better than all.
+A climb is a search of `optimize`: sequential quadratic programming with exact derivatives, ended by
+linear steps. Its end is a local greatest value; that it is the greatest of all is not proved, and
+in doubt where climbs end at different values, or a sample is better than all.
 """
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from mbody.analysis.inverse.roots import HOLDS, Residuals, about, newton, spread
-from mbody.analysis.inverse.unknowns import Wanted
+from mbody.inverse.roots import HOLDS, Affine, Residuals, newton, spread
+from mbody.inverse.unknowns import Wanted
+from mbody.optimization.aims_and_limits import AimRows
+from mbody.optimization.nonlinear_program import Program
 
 __all__ = ["Climbed", "climbed"]
 
@@ -23,8 +25,8 @@ Array = np.ndarray
 
 #: Starts of climbs, samples that check them, and combinations of binding rows that are tried.
 STARTS, SAMPLES, CORNERS = 12, 80, 60
-#: An unknown without bounds is sought up to so many steps from the start.
-REACH = 1e4
+#: An unknown without bounds is sought so many steps about a place, then farther.
+REACHES = (10.0, 1e2, 1e3, 1e4)
 #: Values that differ by less than this part of their size are one; a row binds below it.
 SAME = 1e-6
 #: What binds is met to rounding within this part of the unknowns.
@@ -62,86 +64,93 @@ class Climbed:
         return not self.better and self.agreeing == self.starts and self.starts > 1
 
 
+@dataclass(frozen=True)
+class _Place:
+    """Rows about a place, as a design of the optimizer."""
+
+    x: Array
+    rows: Affine
+
+    def mobility(self) -> tuple[float, Array, int]:
+        """No limit: one instant may be near to a singular position, which the answer says."""
+        return 1.0, np.zeros(len(self.x)), 0
+
+
+@dataclass(frozen=True)
+class _Row:
+    """One of the rows, as an aim of the optimizer or a limit."""
+
+    index: int
+    sign: float = 1.0
+    equal: bool = False
+    #: One row is smooth, and neither the worst of several nor a root of squares.
+    each: bool = False
+    squared: bool = False
+
+    def rows(self, at: _Place) -> AimRows:
+        """Its value and its slopes."""
+        k = [self.index]
+        return AimRows(at.rows.rest[k], at.rows.slope[k], np.array([0])).times(self.sign)
+
+    def margin(self, at: _Place) -> float:
+        """By how much it holds."""
+        value = float(at.rows.rest[self.index])
+        return -abs(value) if self.equal else value
+
+
 class _Hill:
-    """Rows about a place, kept while one asks for values and slopes there."""
+    """Climbs over rows within the bounds of the unknowns."""
 
     def __init__(
         self, rows: Residuals, equations: int, wanted: Sequence[Wanted], sign: float
     ) -> None:
         self.rows, self.equations, self.sign = rows, equations, sign
-        low, high = np.array([self._bounds(one) for one in wanted]).T
-        self.low, self.high = low, high
-        self.given = np.array([[one.bounds[k] == (low, high)[k][n] for k in (0, 1)]
-                               for n, one in enumerate(wanted)])  # fmt: skip
-        start = np.array([one.start / one.scale for one in wanted])
-        rest, size = rows(start[None])
+        self.wanted = wanted
+        self.start = np.array([one.start / one.scale for one in wanted])
+        self.low, self.high = self._box(self.start, REACHES[-1])
+        bounds = np.array([one.bounds for one in wanted])
+        self.given = bounds == np.stack([self.low, self.high], axis=1)
+        rest, size = rows(self.start[None])
         self.scale = np.where(np.isfinite(size[0]) & (size[0] > 0.0), size[0], 1.0)
-        self.place, self.rest, self.slope = np.full(len(start), np.nan), rest[0], np.zeros((1, 1))
+        last = rest.shape[1] - 1
+        self.aim = _Row(last, -sign)
+        self.limits = [_Row(k, equal=k < equations) for k in range(last)]
 
-    @staticmethod
-    def _bounds(one: Wanted) -> tuple[float, float]:
-        start, (low, high) = one.start / one.scale, one.bounds
-        reach = one.turn or REACH
-        return max(low, start - reach), min(high, start + reach)
+    def _box(self, middle: Array, reach: float) -> tuple[Array, Array]:
+        """Bounds of a search about a place: those of the unknowns, where they have none, so far."""
+        bounds = np.array([one.bounds for one in self.wanted])
+        far = np.array([one.turn or reach for one in self.wanted])
+        return np.maximum(bounds[:, 0], middle - far), np.minimum(bounds[:, 1], middle + far)
 
-    def look(self, u: Array) -> None:
-        """Values and slopes at a place; where there are none, far below and flat."""
-        if np.array_equal(u, self.place):
-            return
-        found = about(self.rows, np.clip(u, self.low, self.high))
-        self.place = u.copy()
-        if found is None:
-            self.rest = np.where(np.arange(len(self.rest)) == len(self.rest) - 1, -1e6, -1.0)
-            self.rest = (
-                self.rest
-                * self.scale
-                * np.where(np.arange(len(self.rest)) == len(self.rest) - 1, self.sign, 1.0)
-            )
-            self.slope = np.zeros((len(self.rest), len(u)))
-        else:
-            self.rest, self.slope = found.rest, found.slope
+    def _at(self, x: Array) -> _Place | None:
+        here = self.rows.about(x)
+        return None if here is None else _Place(x, here)
 
     def climb(self, u: Array) -> Array | None:
-        """The end of a climb; None where it does not end."""
-        from scipy.optimize import minimize
-
-        def part(name: str, rows: slice | int, factor: Array | float) -> Callable[[Array], Array]:
-            def rows_at(u: Array) -> Array:
-                self.look(u)
-                found: Array = (getattr(self, name)[rows].T * factor).T
-                return found
-
-            return rows_at
-
-        last = len(self.rest) - 1
-        conditions = []
-        for kind, rows in (("eq", slice(0, self.equations)), ("ineq", slice(self.equations, last))):
-            if rows.start < rows.stop:
-                factor = 1.0 / self.scale[rows]
-                conditions.append(
-                    {
-                        "type": kind,
-                        "fun": part("rest", rows, factor),
-                        "jac": part("slope", rows, factor),
-                    }
-                )
-        with np.errstate(all="ignore"):
-            found = minimize(
-                part("rest", last, -self.sign / self.scale[last]),
-                np.clip(u, self.low, self.high),
-                jac=part("slope", last, -self.sign / self.scale[last]),
-                bounds=list(zip(self.low, self.high, strict=True)),
-                constraints=conditions,
-                method="SLSQP",
-                options={"maxiter": 80, "ftol": 1e-13},
-            )
-        if found.status not in (0, 8) or not np.isfinite(found.x).all():
-            return None
-        return np.asarray(np.clip(found.x, self.low, self.high))
+        """The end of a climb; None where it cannot begin. Where an unknown has no bounds the box is
+        widened as long as climbs end at its sides.
+        """
+        end = np.clip(u, self.low, self.high)
+        for reach in REACHES:
+            low, high = self._box(end, reach)
+            low, high = np.maximum(low, self.low), np.minimum(high, self.high)
+            program = Program(self._at, (low, high), self.aim, self.limits, _nothing)
+            program.sizes = self.scale[:-1].tolist()
+            program.scale, program.mobile = float(self.scale[-1]), 1.0
+            found = program.search(end)
+            if found is None:
+                return None
+            end = found.at.x
+            near = SAME * (high - low)
+            inner = (end <= low + near) & (low > self.low)
+            inner |= (end >= high - near) & (high < self.high)
+            if not inner.any():
+                break
+        return np.asarray(np.clip(end, self.low, self.high))
 
     def met(self, u: Array) -> tuple[float, float] | None:
         """The value at a place and by how much it breaks conditions, as a part of their terms."""
-        here = about(self.rows, u)
+        here = self.rows.about(u)
         if here is None:
             return None
         part = here.rest[:-1] / np.maximum(here.size[:-1], 1e-300)
@@ -150,7 +159,7 @@ class _Hill:
 
     def refined(self, u: Array) -> Array:
         """The same with conditions, and what binds, met to rounding."""
-        here = about(self.rows, u)
+        here = self.rows.about(u)
         if here is None:
             return u
         part = np.abs(here.rest[:-1]) / np.maximum(here.size[:-1], 1e-300)
@@ -164,6 +173,10 @@ class _Hill:
         return found.base if inside else u
 
 
+def _nothing() -> None:
+    """Climbs are not stopped."""
+
+
 def climbed(rows: Residuals, equations: int, wanted: Sequence[Wanted], sign: float) -> Climbed:
     """Where the objective, times a sign, is greatest: of rows as those of `Trials.rows`.
 
@@ -173,7 +186,7 @@ def climbed(rows: Residuals, equations: int, wanted: Sequence[Wanted], sign: flo
         How many rows, the first ones, are to be zero; all others but the last not negative.
     """
     hill = _Hill(rows, equations, wanted, sign)
-    start = np.array([one.start / one.scale for one in wanted])
+    start = hill.start
     grids = [one.grid for one in wanted]
     every = spread(grids, STARTS + SAMPLES)
     ends: list[tuple[float, Array]] = []

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from mbody.analysis.inverse.global_maximum import ENDLESS, OPEN, Profile, Values
-from mbody.analysis.inverse.unknowns import Wanted
+from mbody.inverse.global_maximum import ENDLESS, OPEN, Profile, Slopes, Values
+from mbody.inverse.unknowns import Wanted
 
 __all__ = ["Extremum", "Unbounded", "extremum"]
 
@@ -91,22 +91,36 @@ class _Range:
         """The parameter of a place."""
         return u if self.even else math.asinh(u - self.start)
 
-    def profile(self, values: Values, noise: Array) -> Profile:
+    def profile(self, values: Values, slopes: Slopes, noise: Array) -> Profile:
         """The samples of a function of the unknown."""
         low, high = self.s(self.low), self.s(self.high)
         start, zero = self.s(self.start), self.s(0.0)
         return Profile(
-            lambda s: values(self.u(s)), low, high, start, noise, self.stops, also=(zero,)
+            lambda s: values(self.u(s)),
+            lambda s: self._by_parameter(slopes, s),
+            low,
+            high,
+            start,
+            noise,
+            self.stops,
+            also=(zero,),
         )
 
+    def _by_parameter(self, slopes: Slopes, s: float) -> tuple[Array, Array]:
+        """Values and derivatives by the parameter."""
+        value, slope = slopes(float(self.u(np.array([s]))[0]))
+        return value, slope if self.even else slope * math.cosh(s)
 
-def extremum(one: Wanted, values: Values, noise: Array) -> Extremum:
+
+def extremum(one: Wanted, values: Values, slopes: Slopes, noise: Array) -> Extremum:
     """Where the last column is greatest while no other is negative.
 
     Parameters
     ----------
     values : Values
         Of the unknown in its steps.
+    slopes : Slopes
+        The same with derivatives.
     noise : array (columns,)
         What is rounding of every column.
 
@@ -116,7 +130,7 @@ def extremum(one: Wanted, values: Values, noise: Array) -> Extremum:
     """
     for reach in TURNS if one.angle else REACHES:
         space = _Range(one, reach)
-        profile = space.profile(values, noise)
+        profile = space.profile(values, slopes, noise)
         best = profile.best(space.s(space.start))
         at_end = best is not None and best.outer and not space.given[best.outer > 0]
         if not at_end and (best is not None or all(space.given)):

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from mbody.analysis.inverse.answers import Answer
-from mbody.analysis.inverse.solver import Solver
 from mbody.errors import ModelError, brief
+from mbody.inverse.solver import Solver
 from mbody.model.mechanism import Mechanism
 from mbody.model.study import PlacesLike, Question, TextsLike, Unknowns
 

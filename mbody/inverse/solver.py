@@ -12,21 +12,21 @@ import numpy as np
 
 from mbody.analysis.inverse.answers import Answer, AnswerCase
 from mbody.analysis.inverse.conditions import check_question, relations
-from mbody.analysis.inverse.extremum import Extremum, Unbounded, extremum
-from mbody.analysis.inverse.refusals import Refusals
-from mbody.analysis.inverse.roots import (
+from mbody.errors import ModelError, SolveError
+from mbody.inverse.extremum import Extremum, Unbounded, extremum
+from mbody.inverse.refusals import Refusals
+from mbody.inverse.roots import (
     HOLDS,
     Affine,
     SingularEquations,
-    about,
     affine,
     newton,
     scan,
     spread,
 )
-from mbody.analysis.inverse.several_unknowns import climbed
-from mbody.analysis.inverse.trials import Trials
-from mbody.errors import ModelError, SolveError
+from mbody.inverse.rows import Rows
+from mbody.inverse.several_unknowns import climbed
+from mbody.inverse.trials import Trials
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.study import Question
@@ -61,13 +61,11 @@ class Solver:
         self.equations, self.sides = relations(question)
         self.trials = Trials(mechanism, question)
         self.wanted = self.trials.wanted
+        #: What is left of conditions, then of side conditions, then the objective.
+        self.rows = Rows(self.trials, [*self.equations, *self.sides], question.objective)
         self.refusals = Refusals(mechanism, question, (self.equations, self.sides), self.trials)
         self.notes: list[str] = []
         self.doubts: list[Doubt] = []
-
-    def rows(self, us: Array) -> tuple[Array, Array]:
-        """What is left of conditions, then of side conditions, then the objective."""
-        return self.trials.rows([*self.equations, *self.sides], self.question.objective, us)
 
     def answer(self) -> Answer:
         """All solutions."""
@@ -182,7 +180,7 @@ class Solver:
         if not self.question.objective:
             return self._roots(range(len(self.equations)))
         u = self._one() if len(self.wanted) == 1 else self._several()
-        place = about(self.rows, u)
+        place = self.rows.about(u)
         if place is None:  # alone, as between two edges
             rest, size = self.rows(u[None])
             place = Affine(u, rest[0], np.zeros((rest.shape[1], len(u))), size[0])
@@ -190,15 +188,22 @@ class Solver:
 
     def _one(self) -> Array:
         """The best value of one unknown, over the whole of its range."""
-        (one,), sign = self.wanted, 1.0 if self.question.greatest else -1.0
+        (one,) = self.wanted
+        signs = np.ones(len(self.sides) + 1)
+        signs[-1] = 1.0 if self.question.greatest else -1.0
 
         def values(us: Array) -> tuple[Array, Array]:
             rest, size = self.rows(us[:, None])
-            rest[:, -1] *= sign
-            return rest, size
+            return rest * signs, size
+
+        def slopes(u: float) -> tuple[Array, Array]:
+            here = self.rows.about(np.array([u]))
+            if here is None:
+                return np.full(len(signs), np.nan), np.full(len(signs), np.nan)
+            return here.rest * signs, here.slope[:, 0] * signs
 
         try:
-            best = extremum(one, values, self._noise())
+            best = extremum(one, values, slopes, self._noise())
         except Unbounded as error:
             raise SolveError(self.refusals.endless(error.u, error.edge)) from None
         where = f"{self.refusals.at(best.low)} to {self.refusals.at(best.high)}"
@@ -364,7 +369,7 @@ class Solver:
             Where a side condition is broken, or the analysis fails.
         """
         run = self.trials.run(place.base)
-        rest = self.trials.residuals(run, [*self.equations, *self.sides], self.question.objective)
+        rest, _ = self.trials.measured(run, self.rows.relations, self.question.objective)
         first, last = len(self.equations), len(self.equations) + len(self.sides)
         values, units = self.refusals.values(place.base)
         margins: dict[str, float] = {}

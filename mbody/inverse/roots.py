@@ -1,20 +1,30 @@
 """Numbers that make rows zero: straight where rows are straight, by Newton's method where not.
 
-`Residuals` is a function of an array of trials (trials, unknowns) that gives (rest, size), each
-(trials, rows): the residual of every row and how large its terms are; NaN where a trial fails.
+`Residuals` are a function of an array of trials (trials, unknowns) that gives (rest, size), each
+(trials, rows): the residual of every row and how large its terms are; NaN where a trial fails. They
+know their slopes at a place.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
-__all__ = ["Affine", "SingularEquations", "about", "affine", "newton", "scan", "spread"]
+__all__ = [
+    "Affine",
+    "Residuals",
+    "SingularEquations",
+    "affine",
+    "differences",
+    "newton",
+    "scan",
+    "spread",
+]
 
 Array = np.ndarray
-Residuals = Callable[[Array], tuple[Array, Array]]
 #: An unknown and what is left of a row there.
 Place = tuple[float, float]
 
@@ -69,6 +79,16 @@ class Affine:
         return self.base + step
 
 
+class Residuals(Protocol):
+    """Rows as functions of the unknowns."""
+
+    def __call__(self, us: Array) -> tuple[Array, Array]:
+        """Values and the size of their terms at places, (places, rows) each."""
+
+    def about(self, u: Array) -> Affine | None:
+        """All rows about a place; None where they have no values."""
+
+
 def affine(rows: Residuals, start: Array) -> Affine | None:
     """The rows as straight functions of the unknowns; None where they are not straight."""
     n = len(start)
@@ -86,8 +106,10 @@ def affine(rows: Residuals, start: Array) -> Affine | None:
     return Affine(start, rest[0], slope, whole)
 
 
-def about(rows: Residuals, u: Array) -> Affine | None:
-    """All rows about a place, with their slopes by differences; None where they have no values."""
+def differences(rows: Residuals, u: Array) -> Affine | None:
+    """All rows about a place with their slopes by differences, of what has no exact derivatives;
+    None where they have no values.
+    """
     h = 1e-6 * np.maximum(1.0, np.abs(u))
     rest, size = rows(np.vstack([u, u + np.diag(h)]))
     if not np.isfinite(rest[0]).all():
@@ -105,7 +127,7 @@ def about(rows: Residuals, u: Array) -> Affine | None:
 
 
 def newton(rows: Residuals, chosen: Sequence[int], start: Array) -> Affine | None:
-    """Newton's method with differences, its steps shortened where what is left grows.
+    """Newton's method, its steps shortened where what is left grows.
 
     Returns
     -------
@@ -116,7 +138,7 @@ def newton(rows: Residuals, chosen: Sequence[int], start: Array) -> Affine | Non
     u, before = start.copy(), np.inf
     best: tuple[float, Affine] | None = None
     for _ in range(40):
-        here = about(rows, u)
+        here = rows.about(u)
         if here is None:
             return None
         slope, terms = here.slope, here.size[index] + 1e-300

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbody.analysis.inverse.roots import HOLDS
+from mbody.inverse.roots import HOLDS
 
 __all__ = ["CLOSED", "Best", "Profile"]
 
@@ -22,6 +22,8 @@ Array = np.ndarray
 #: Values (places, columns) and the sizes of their terms at places (places,); NaN where there are
 #: none. The last column is to be greatest where all others are not negative.
 Values = Callable[[Array], tuple[Array, Array]]
+#: Values and derivatives at one place, (columns,) each; NaN where there are none.
+Slopes = Callable[[float], tuple[Array, Array]]
 
 #: Samples of a range at first, places between that check them, and how many there may be in all.
 SAMPLES, CHECKS, MOST = 120, 41, 1500
@@ -36,10 +38,8 @@ FLOOR = 1e-10
 STRIDE = 8
 #: Summits that are followed in one round.
 PEAKS = 12
-#: Steps of a bisection or of a search for a zero or a summit.
+#: Steps of a search for a zero or a summit.
 STEPS = 100
-#: Golden section.
-GOLDEN = 0.381966011250105
 #: Parts of a spacing by which values near an edge are compared, from far to near.
 NEAR = (1e-2, 1e-4, 1e-6)
 
@@ -75,6 +75,7 @@ class Profile:
     Parameters
     ----------
     values : Values
+    slopes : Slopes
     low, high, start : float
         The range and a place in it, from which one goes to both sides.
     noise : array (columns,)
@@ -88,6 +89,7 @@ class Profile:
     def __init__(
         self,
         values: Values,
+        slopes: Slopes,
         low: float,
         high: float,
         start: float,
@@ -96,7 +98,7 @@ class Profile:
         also: Sequence[float],
     ) -> None:
         self.noise = noise
-        self.values, self.low, self.high = values, low, high
+        self.values, self.slopes, self.low, self.high = values, slopes, low, high
         self.spacing = (high - low) / SAMPLES
         self.x = np.empty(0)
         self.y = self.size = np.empty((0, 0))
@@ -266,13 +268,15 @@ class Profile:
     def _summit(self, column: int, sign: float, x: float) -> float:
         """Sample the summit of a column, of the given sign, about a sample."""
         k = int(np.searchsorted(self.x, x))
-        top = summit(lambda p: sign * self._one(column, p), *self.x[k - 1 : k + 2])
+
+        def look(place: float) -> tuple[float, float]:
+            value, slope = self.slopes(place)
+            here = sign * float(value[column]), sign * float(slope[column])
+            return here if math.isfinite(here[0] + here[1]) else (-math.inf, -1.0)
+
+        top = summit(look, *self.x[k - 1 : k + 2].tolist())
         self.add(np.array([top]))
         return top
-
-    def _one(self, column: int, x: float) -> float:
-        y = float(self.values(np.array([x]))[0][0, column])
-        return y if math.isfinite(y) else -math.inf
 
     def _zero(self, column: int, a: float, b: float) -> None:
         """Sample the last place of a side condition that is met, between two of different sign."""
@@ -321,7 +325,7 @@ class Profile:
         k = int(equal[np.abs(self.x[equal] - near).argmin()])
         while y[max(k - 1, 0) : k + 2].max() > y[k]:
             k = int(max(k - 1, 0) + y[max(k - 1, 0) : k + 2].argmax())
-        x = self._exact(k)
+        x = float(self.x[k])
         outer = -1 if x == self.x[0] else 1 if x == self.x[-1] else 0
         return Best(x, float(self.at(x)[-1]), self.edges.get(x, CLOSED), outer)
 
@@ -354,58 +358,36 @@ class Profile:
         self.add(np.array(ends))
         return found
 
-    def _exact(self, k: int) -> float:
-        """The place of a summit by its slope, which is sharper there than the values are."""
-        here, top, good = float(self.x[k]), float(self.y[k, -1]), self.allowed
-        if not (0 < k < len(self.x) - 1 and good[k - 1] and good[k + 1]):
-            return here
-        x, h = here, 2e-3 * self.spacing
-        for _ in range(2):
-            y = self.values(x + h * np.arange(-2.0, 3.0))[0]
-            f = y[:, -1]
-            slope = (f[0] - 8.0 * f[1] + 8.0 * f[3] - f[4]) / (12.0 * h)
-            bend = (-f[0] + 16.0 * f[1] - 30.0 * f[2] + 16.0 * f[3] - f[4]) / (12.0 * h * h)
-            step = -slope / bend if bend < 0.0 else math.inf
-            if not abs(step) <= h or not (y[:, :-1] >= 0.0).all():
-                return here
-            x += step
-        floor = 1e-13 * float(self.size[k, -1])
-        return x if self.at(x)[-1] >= top - floor else here
 
+def summit(look: Callable[[float], tuple[float, float]], a: float, x: float, c: float) -> float:
+    """The place of the greatest value between a and c, x being greater than both: where the slope
+    changes its sign, at a kink as well (regula falsi, Illinois).
 
-def summit(f: Callable[[float], float], a: float, x: float, c: float) -> float:
-    """The place of the greatest value between a and c, x being greater than both (Brent 1973):
-    parabolas where they serve, else golden sections.
+    Parameters
+    ----------
+    look : callable
+        Value and slope at a place; −inf where there is none.
     """
-    v = w = x
-    fx = fv = fw = f(x)
-    step = before = c - a
+    top, slope = look(x)
+    best = top, x
+    # the slope is positive at `low`; at `high` it is not, or the value is less than at `low`
+    low, high, bottom = (x, c, top) if slope > 0.0 else (a, x, -math.inf)
+    rising, falling = (slope, math.nan) if slope > 0.0 else (math.nan, slope)
+    side = 0
     for _ in range(STEPS):
-        middle = 0.5 * (a + c)
-        least = 1e-9 * (abs(x) + abs(c - a))
-        if abs(x - middle) <= 2.0 * least - 0.5 * (c - a):
+        if high - low <= 4e-16 * (abs(low) + abs(high)) + 1e-14 * (c - a) or slope == 0.0:
             break
-        p = q = 0.0
-        if abs(before) > least:
-            r, q = (x - w) * (fx - fv), (x - v) * (fx - fw)
-            p = (x - v) * q - (x - w) * r
-            q = 2.0 * (q - r)
-            p = -p if q > 0.0 else p
-            q = abs(q)
-        if q > 0.0 and abs(p) < abs(0.5 * q * before) and a < x + p / q < c:
-            before, step = step, p / q
+        middle = (low * falling - high * rising) / (falling - rising)
+        if not low < middle < high:
+            middle = 0.5 * (low + high)
+        if middle in (low, high):
+            break
+        value, slope = look(middle)
+        best = max(best, (value, middle))
+        if slope > 0.0 and value >= bottom:
+            falling = 0.5 * falling if side == 1 else falling
+            low, bottom, rising, side = middle, value, slope, 1
         else:
-            before = (c if x < middle else a) - x
-            step = GOLDEN * before
-        u = x + (step if abs(step) >= least else math.copysign(least, step))
-        fu = f(u)
-        if fu >= fx:
-            a, c = (x, c) if u >= x else (a, x)
-            v, fv, w, fw, x, fx = w, fw, x, fx, u, fu
-        else:
-            a, c = (u, c) if u < x else (a, u)
-            if fu >= fw or w == x:
-                v, fv, w, fw = w, fw, u, fu
-            elif fu >= fv or v in (x, w):
-                v, fv = u, fu
-    return x
+            rising = 0.5 * rising if side == -1 else rising
+            high, falling, side = middle, slope if slope <= 0.0 else math.nan, -1
+    return best[1]

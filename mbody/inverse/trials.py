@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import copy
+import functools
 import warnings
 from dataclasses import dataclass, replace
 from typing import Any
@@ -14,9 +15,9 @@ from mbody.analysis.driven.requests import ANALYSES, analyse_at
 from mbody.analysis.driven.runner import PathEnded, Runner
 from mbody.analysis.driven.time_grid import by_time
 from mbody.analysis.inverse.conditions import Relation
-from mbody.analysis.inverse.unknowns import Wanted
 from mbody.analysis.position.assembly_analysis import SUSPICIOUS, check_determined, closed_near
 from mbody.errors import ModelError, ModelWarning, SolveError
+from mbody.inverse.unknowns import Wanted
 from mbody.laws import Polynomial
 from mbody.model.driver import DRIVEN
 from mbody.model.mechanism import Mechanism, snapshot, with_element
@@ -80,6 +81,8 @@ class Trials:
         self.system = assemble(self._freed(mechanism, moved))
         self.wanted = [self._wanted(mechanism, first, one) for one in question.unknowns]
         self.steady = all(one.steady for one in self.wanted)
+        #: Whether a quantity may be of what loads do.
+        self.with_loads = bool(self.system.mechanism.loads)
         self._times = np.array([self.time])
         #: Where trials succeeded: (trials, unknowns), in steps; and what was found there.
         self.places = np.array([[one.present / one.scale for one in self.wanted]])
@@ -202,8 +205,8 @@ class Trials:
         -------
         arrays (trials, relations + 1), NaN where a trial fails
         """
-        self.count += len(us)
         if self.steady and len(us) > 1:
+            self.count += len(us)
             try:
                 batch = self.system.with_values(self._values(us))
                 run = self.analysis(batch, t=self.time, guess=self.known[0].poses)
@@ -212,12 +215,10 @@ class Trials:
                 pass  # one by one, so that the others have values
         found = np.full((2, len(us), len(relations) + 1), np.nan)
         for n, u in enumerate(us):
-            with contextlib.suppress(ModelError, SolveError):
-                there = self._trial(u)
-                if there is not None:
-                    found[:, n] = np.array(self._whole(there, relations, objective, 1))[:, 0]
-                    continue
-            self.failed = u
+            there = self.reached(u)
+            if there is not None:
+                with contextlib.suppress(ModelError, SolveError):
+                    found[:, n] = self.measured(there, relations, objective)
         return found[0], found[1]
 
     @property
@@ -310,9 +311,26 @@ class Trials:
         run = runner.solution(start, instant, Record([block], 1, batch=False))
         return Reached(run, link_poses(run), side, redundant, float(start.ratio))
 
-    def residuals(self, run: Solution, relations: list[Relation], objective: str) -> Array:
-        """right − left of every relation, then the objective: (relations + 1,)."""
-        return self._whole(run, relations, objective, 1)[0][0]
+    def measured(
+        self, run: Solution, relations: list[Relation], objective: str
+    ) -> tuple[Array, Array]:
+        """right − left of every relation, then the objective, and the size of their terms, of one
+        trial: (relations + 1,) each.
+        """
+        rest, size = self._whole(run, relations, objective, 1)
+        return rest[0], size[0]
+
+    def reached(self, u: Array) -> Solution | None:
+        """The analysis with one set of values on the branch of the start; None where there is
+        none.
+        """
+        self.count += 1
+        with contextlib.suppress(ModelError, SolveError):
+            there = self._trial(u)
+            if there is not None:
+                return there
+        self.failed = u
+        return None
 
     def _whole(
         self, run: Solution, relations: list[Relation], objective: str, count: int
@@ -324,6 +342,17 @@ class Trials:
             rest[:, -1] = np.reshape(measured(run, objective)[0], (-1, len(run)))[:, -1]
             size[:, -1] = np.abs(rest[:, -1])
         return rest, size
+
+    @functools.cached_property
+    def numbers(self) -> tuple[list[str], Array]:
+        """Numbers of the system that depend on the unknowns, and their derivatives by these, in
+        steps: (numbers, unknowns).
+        """
+        n = len(self.wanted)
+        made = self._values(np.vstack([np.zeros(n), np.eye(n)]))
+        names = list(made)
+        ways = [made[name][1:] - made[name][0] for name in names]
+        return names, np.array(ways).reshape(len(names), n)
 
     def _values(self, us: Array) -> dict[str, Array]:
         """Numbers of the system for such unknowns, by dotted name: arrays (trials,)."""

@@ -7,9 +7,9 @@ import math
 import numpy as np
 
 from mbody.analysis.inverse.conditions import Relation
-from mbody.analysis.inverse.roots import SingularEquations
-from mbody.analysis.inverse.trials import Trials
 from mbody.errors import SolveError
+from mbody.inverse.roots import SingularEquations
+from mbody.inverse.trials import Trials
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.study import Question
