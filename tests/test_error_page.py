@@ -13,6 +13,12 @@ from tests.errors.page import PAGE, page
 
 #: Texts in functions that make errors, which are none of a sentence.
 OTHERWISE = {
+    "knife edge": "the word of a follower",
+    "': no base radii: its follower is not on one guide or pin of the ground, or its cam does "
+    "not turn about a fixed centre": "a note",
+    "': no pressure angle: the follower cannot move": "a note",
+    "': no base circle keeps the pressure angle within ": "of a note",
+    " deg: change the guide, the arm or the lift": "of a note",
     "the position that is drawn": "of a note, as those that follow",
     "the diameter of holes": "of a note",
     "lengths are in mm": "a note",

@@ -53,6 +53,11 @@ COMMANDS = {
         ("toggle_press peak(knee.effort) --over turn", True),
     ],
     "cognates": [("hoekens --point coupler.P", False)],
+    "cam": [("cam_follower", False)],
+    "bearings": [("norton_fourbar", False)],
+    "motor": [
+        ("norton_fourbar --speed 0,100 --peak 900,900 --continuous 300,300", False),
+    ],
     "flywheel": [("v_twin --coefficient 0.02", False)],
     "internal": [("norton_fourbar --body coupler", False)],
     "shaking": [("v_twin", False)],

@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mbody.cli.analyse import question
+from mbody.cli.analyse import assembly_of, question
 from mbody.cli.interrupts import interrupt
 from mbody.cli.models import model_of, named_values, path_of
 from mbody.cli.streams import message
@@ -116,7 +116,9 @@ def _runs(args: Any) -> dict[str, Solution]:
         if args.to is not None and (args.at or args.over):
             raise UsageError("give --to, or --at or --over, not both")
         wanted = question(args, mechanism.ask)
-        found[name] = motion(mechanism, wanted, args.to, lambda t: interrupt.mark())
+        found[name] = motion(
+            mechanism, wanted, args.to, lambda t: interrupt.mark(), assembly_of(args)
+        )
         interrupt.done()
     args.set = own
     return found

@@ -30,7 +30,14 @@ from mbody.cli.design_arguments import (
     add_transmission,
 )
 from mbody.cli.linkages import add_linkages
-from mbody.cli.machine_arguments import add_flywheel, add_internal, add_shaking
+from mbody.cli.machine_arguments import (
+    add_bearings,
+    add_cam,
+    add_flywheel,
+    add_internal,
+    add_motor,
+    add_shaking,
+)
 from mbody.cli.picture_arguments import (
     add_animate,
     add_draw,
@@ -67,6 +74,9 @@ examples:
   mbody shaking mine.toml --turns 2 --shafts 1,2  shaking force by order, balance shafts
   mbody internal mine.toml --body rod --over turn -o rod.svg   bending moment, stress
   mbody flywheel mine.toml --coefficient 0.02     the flywheel for a steady speed
+  mbody motor mine.toml --speed '0 rpm,3000 rpm' --peak '6 N*m,5 N*m' --continuous '2 N*m,1.6 N*m'
+  mbody bearings mine.toml --rating 'A=12 kN'     equivalent loads and lives
+  mbody cam mine.toml --limit 30 --csv contour.csv   pressure angle, undercut, contour
   mbody derive mine.toml --at crank=60            its equations, in symbols and with numbers
   mbody exercise mine.toml --vary a=40:60 --count 30 --seed 7 --key key.md > sheet.md
   mbody crosscheck mine.toml --against pinocchio  a second opinion, by another engine
@@ -184,6 +194,8 @@ def parser() -> argparse.ArgumentParser:
     add_assemblies(command("assemblies", every, "assemblies.assemblies"))
     through = "transmission angle, mechanical advantage and velocity ratio over the cycle"
     add_transmission(command("transmission", through, "transmission.transmission"))
+    disc = "a cam: pressure angle, curvature, undercut, contour and least base circle"
+    add_cam(command("cam", disc, "cam.cam"))
     _poles(command("poles", "instant centres of all pairs of bodies", "poles.poles"))
     balance = "counterweights and springs that balance"
     add_balance(command("balance", balance, "balance.balance"))
@@ -191,6 +203,10 @@ def parser() -> argparse.ArgumentParser:
     add_shaking(command("shaking", orders, "shaking.shaking"))
     even = "fluctuation of the energy over a cycle, and the flywheel for it"
     add_flywheel(command("flywheel", even, "flywheel.flywheel"))
+    drive = "a motor and its gear against the torque and speed of a driver"
+    add_motor(command("motor", drive, "motor.motor"))
+    lasting = "loads of bearings over a cycle, their spectra and lives"
+    add_bearings(command("bearings", lasting, "bearings.bearings"))
     inside = "axial force, shear force, bending moment and stress along a link"
     add_internal(command("internal", inside, "internal.internal"))
     derive = command("derive", "the equations in symbols and with numbers", "derive.derive")

@@ -31,6 +31,7 @@ def add_report(command: argparse.ArgumentParser) -> None:
     """Of `mbody report`."""
     add_model(command)
     add_instants(command)
+    add_assembly(command)
     command.add_argument("--to", metavar="TIME", help="of the free motion until that time")
     for option, names, text in (
         ("sections", "NAMES", "what it contains, in order, with commas; by default everything"),
@@ -96,6 +97,7 @@ def add_draw(command: argparse.ArgumentParser) -> None:
 def _moving(command: argparse.ArgumentParser) -> None:
     add_model(command)
     add_instants(command)
+    add_assembly(command)
     command.add_argument("--to", metavar="TIME", help="the last time, such as 10 or '2 min'")
     command.add_argument(
         "--vary",

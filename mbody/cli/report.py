@@ -6,7 +6,7 @@ import shlex
 from argparse import Namespace
 from typing import Any
 
-from mbody.cli.analyse import exit_status, question
+from mbody.cli.analyse import assembly_of, exit_status, question
 from mbody.cli.freebody import named_bodies
 from mbody.cli.models import model_of, path_of
 from mbody.cli.streams import message
@@ -45,6 +45,7 @@ def report(args: Any) -> int:
         compare=other,
         labels=_labels(args),
         command=_command(args),
+        assembly=assembly_of(args),
     )
     files = found.save(output)
     message(f"wrote {files[0]}" + (f" and {len(files) - 1} pictures" if len(files) > 1 else ""))
@@ -66,7 +67,7 @@ def _command(args: Any) -> str:
     words = ["mbody", "report", args.model]
     for option in ("set", "at", "sections", "without", "plot", "polar", "against", "compare"):
         words += [word for value in getattr(args, option) for word in (f"--{option}", value)]
-    for option in ("units", "over", "instants", "turns", "to", "title"):
+    for option in ("units", "over", "instants", "turns", "assembly", "to", "title"):
         if getattr(args, option) is not None:
             words += [f"--{option}", getattr(args, option)]
     return shlex.join(words)

@@ -8,7 +8,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from mbody.cli.analyse import exit_status, question
+from mbody.cli.analyse import assembly_of, exit_status, question
 from mbody.cli.models import model_of
 from mbody.cli.usage import UsageError
 
@@ -50,7 +50,7 @@ def cycle_run(args: Any, mechanism: Mechanism, analysis: str = "kinetostatics") 
     wanted = question(args, mechanism.ask)
     if not args.at and (wanted is None or not wanted.over):
         wanted = Instants(over="turn")
-    return analyse_at(mechanism, analysis, wanted)
+    return analyse_at(mechanism, analysis, wanted, assembly_of(args))
 
 
 def _number(text: str, option: str) -> float:

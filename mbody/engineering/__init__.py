@@ -5,6 +5,9 @@ from mbody.analysis.initial.close_loops import close_loops
 from mbody.analysis.linear.linearize import linearize
 from mbody.engineering.balance_of_forces import ForceBalance
 from mbody.engineering.bearing_loads import BearingLoad, bearing_load
+from mbody.engineering.cam_limits import cam_analysis
+from mbody.engineering.cam_profile import cam_profile
+from mbody.engineering.cam_result import CamAnalysis, CamPlace
 from mbody.engineering.firing import firing_angles
 from mbody.engineering.fluctuation import Fluctuation, energy_fluctuation, fluctuation
 from mbody.engineering.flywheel import flywheel
@@ -44,6 +47,10 @@ from mbody.engineering.spring_balance import SpringBalance, spring_balance
 from mbody.solution.momentum import momentum
 
 __all__ = [
+    "CamAnalysis",
+    "CamPlace",
+    "cam_analysis",
+    "cam_profile",
     "motor_sizing",
     "MotorSizing",
     "MotorCurve",

@@ -22,6 +22,7 @@ __all__ = [
     "RelativeMotion",
     "at_unit_speed",
     "check_moving",
+    "pose_at",
     "relative_motion",
     "relative_path",
 ]
@@ -85,14 +86,27 @@ def at_unit_speed(run: Solution) -> Solution:
     if len(leaders) != 1:
         return run
     (driver,) = leaders
-    guess = {}
-    for body in run.mechanism.bodies:
-        origin = run.point(Marker(body.name, (0.0, 0.0)))
-        guess[body.name] = float(origin.x[0]), float(origin.y[0]), float(run[body.name].angle[0])
     values = run.driven(driver.name)[0]
-    moved = kinematics(run.system, drive={driver.name: (values, 1.0)}, guess=guess)
+    moved = kinematics(run.system, drive={driver.name: (values, 1.0)}, guess=pose_at(run, 0))
     note = f"'{driver.name}' is at rest: {AT_REST}"
     return changed(moved, notes=(*run.notes, note))
+
+
+def pose_at(run: Solution, k: int) -> dict[str, tuple[float, float, float]]:
+    """(x, y, angle) of the link axes of every body at one instant of one design: a guess.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5), [0.0])
+    >>> pose_at(run, 0)["crank"]
+    (0.0, 0.0, 0.0)
+    """
+    found = {}
+    for body in run.mechanism.bodies:
+        origin = run.point(Marker(body.name, (0.0, 0.0)))
+        found[body.name] = float(origin.x[k]), float(origin.y[k]), float(run[body.name].angle[k])
+    return found
 
 
 def relative_path(

@@ -167,6 +167,7 @@ def report(
     compare: Mechanism | Solution | None = None,
     labels: Sequence[str] = ("this design", "other design"),
     command: str = "",
+    assembly: str | int | None = None,
 ) -> MechanismReport:
     """The engineer's document of a mechanism: sketch, inputs, method, forces, checks, and more.
 
@@ -199,6 +200,8 @@ def report(
         What the two designs are called there.
     command : str
         That repeats the report.
+    assembly : str or int, optional
+        The assembly mode at the first instant, by its name or number, as of `kinetostatics`.
 
     Returns
     -------
@@ -224,7 +227,7 @@ def report(
     own = kept or ReportSettings()
     chosen = check_sections(sections or own.sections or tuple(SECTIONS))
     left_out = check_sections(without or (() if sections else own.without))
-    run, marked = _analysed(model, at, to)
+    run, marked = _analysed(model, at, to, assembly)
     if instants:
         marked = [whole_instant(run, k) for k in instants]
     subject = Subject(
@@ -237,7 +240,7 @@ def report(
         command=command,
     )
     if compare is not None:
-        second, at_second = _analysed(compare, at, to)
+        second, at_second = _analysed(compare, at, to, assembly)
         described = compare.mechanism if isinstance(compare, Solution) else compare
         subject.label, other = labels
         subject.other = Subject(second, at_second, described, label=other)
@@ -249,14 +252,18 @@ def report(
 
 
 def _analysed(
-    model: Mechanism | Solution, at: Instants | None, to: Any
+    model: Mechanism | Solution, at: Instants | None, to: Any, assembly: str | int | None
 ) -> tuple[Solution, list[int]]:
     """The result of a design, and the instants at which its links are drawn alone."""
     if isinstance(model, Solution):
         check_forces(model, "reports")
+        if assembly is not None:
+            raise ModelError(
+                "a result has its assembly mode already: give the mechanism, or leave assembly out"
+            )
         return model, [force_peak(model)]
     if not isinstance(model, Mechanism):
         raise ModelError(
             f"a report is of a mechanism or of what an analysis found, not of {brief(model)}"
         )
-    return run_of(model, at, to)
+    return run_of(model, at, to, assembly)

@@ -186,20 +186,28 @@ def book(name: str) -> str:
     return f"{parts[1]}_{{{parts[2].strip('()')}{rest}}}"
 
 
-def run_of(mechanism: Mechanism, wanted: Instants | None, to: Any) -> tuple[Solution, list[int]]:
+def run_of(
+    mechanism: Mechanism, wanted: Instants | None, to: Any, assembly: str | int | None = None
+) -> tuple[Solution, list[int]]:
     """The result that a report shows, and the instants that were asked for in it.
 
     A mechanism that asks for single instants is analysed over its whole turn as well where it can
-    turn, so that peaks are those of the cycle; the instants are then marked in it.
+    turn, so that peaks are those of the cycle; the instants are then marked in it. With an assembly
+    mode, which is one of the first instant, they stay alone.
 
     Raises
     ------
     ModelError
-        For a model without anything that moves or is loaded.
+        For a model without anything that moves or is loaded, an assembly mode of a free motion.
     SolveError
         As of the analysis.
     """
     if to is not None or (mechanism.simulation is not None and wanted is None):
+        if assembly is not None:
+            raise ModelError(
+                "an assembly mode is of driven analyses, and this is a free motion: leave it out, "
+                "or choose instants"
+            )
         run = simulate(mechanism, to)
         return run, [force_peak(run)] if len(run) else []
     if not mechanism.drivers:
@@ -211,21 +219,25 @@ def run_of(mechanism: Mechanism, wanted: Instants | None, to: Any) -> tuple[Solu
     ask = wanted or mechanism.ask
     single = ask is not None and not ask.over
     alone = ask is not None and single and all(len(row) == 1 for row in ask.at.values())
-    if alone and _turns(mechanism):
+    if alone and assembly is None and _turns(mechanism):
         try:
             whole = analyse_at(mechanism, "kinetostatics", cycle(mechanism, ask))
             asked = analyse_at(mechanism, "kinetostatics", ask)
             return whole, [_nearest(whole, asked)]
         except SolveError:
             pass  # it cannot turn round: its own instants are reported
-    run = analyse_at(mechanism, "kinetostatics", ask or cycle(mechanism, None))
+    run = analyse_at(mechanism, "kinetostatics", ask or cycle(mechanism, None), assembly)
     if single and len(run) <= FEW:
-        return _between(mechanism, run, ask, wanted)
+        return _between(mechanism, run, ask, wanted, assembly)
     return run, [force_peak(run)]
 
 
 def _between(
-    mechanism: Mechanism, run: Solution, ask: Instants | None, wanted: Instants | None
+    mechanism: Mechanism,
+    run: Solution,
+    ask: Instants | None,
+    wanted: Instants | None,
+    assembly: str | int | None,
 ) -> tuple[Solution, list[int]]:
     """The few instants of a model with as many between as make smooth curves, and where they are;
     instants that the user chose stay alone.
@@ -235,7 +247,7 @@ def _between(
     if wanted is not None or smooth is ask or count < 2 or smooth.over:
         return run, list(range(count))
     try:
-        whole = analyse_at(mechanism, "kinetostatics", smooth)
+        whole = analyse_at(mechanism, "kinetostatics", smooth, assembly)
     except SolveError:
         return run, list(range(count))
     # of equal steps from one to the next

@@ -33,6 +33,7 @@ def motion(
     wanted: Instants | None = None,
     to: Any = None,
     progress: Callable[[float], None] | None = None,
+    assembly: str | int | None = None,
 ) -> Solution:
     """The motion of a model that has not been analysed.
 
@@ -46,6 +47,8 @@ def motion(
         The last time, of free or driven motion.
     progress : function, optional
         Of free motion, as of `simulate`.
+    assembly : str or int, optional
+        Of driven motion, the assembly mode at its first instant, as of `kinetostatics`.
 
     Raises
     ------
@@ -68,19 +71,27 @@ def motion(
                 "give a later one"
             )
         try:
-            return kinetostatics(mechanism, t=np.linspace(0.0, last, 2 * SMOOTH - 1))
+            return kinetostatics(
+                mechanism, t=np.linspace(0.0, last, 2 * SMOOTH - 1), assembly=assembly
+            )
         except ModelError:
             free = True  # drivers leave a freedom: the rest moves by itself
     if free and wanted is None:
+        if assembly is not None:
+            raise ModelError(
+                "an assembly mode is of driven analyses, and this is a free motion: leave it out, "
+                "or choose instants"
+            )
         return simulate(mechanism, to, instants=FREE, progress=progress)
     if wanted is not mechanism.ask and wanted is not None:
-        run = analyse_at(mechanism, "kinetostatics", wanted)
+        run = analyse_at(mechanism, "kinetostatics", wanted, assembly)
         # requested positions are shown in the order in which the motion has them
         return run if np.all(np.diff(run.t) >= 0.0) else run.take(np.argsort(run.t, kind="stable"))
     try:
-        return analyse_at(mechanism, "kinetostatics", cycle(mechanism, mechanism.ask))
+        return analyse_at(mechanism, "kinetostatics", cycle(mechanism, mechanism.ask), assembly)
     except (ModelError, SolveError) as error:
-        found = _range(mechanism)
+        # of the mode that the guesses choose
+        found = _range(mechanism) if assembly is None else None
         if found is None:
             raise error from None
         return found

@@ -28,6 +28,13 @@ WORDS = {
     "a file that cannot be written": ["kinematics", "hoekens", "--csv", "/no/where.csv"],
     "a length that is to turn": ["kinematics", "scissor_lift", "--over", "turn"],
     "a turn of nothing that drives": ["kinematics", "simple_pendulum", "--over", "turn"],
+    "a limit that is no angle": ["cam", "cam_follower", "--limit", "30 +"],
+    "points of no table": ["cam", "cam_follower", "--points", "73"],
+    "bearings of what has none": ["bearings", "pile_of_discs"],
+    "a gear ratio in words": [
+        *("motor", "norton_fourbar", "--speed", "0,100", "--peak", "9,9"),
+        *("--continuous", "3,3", "--ratio", "high"),
+    ],
     "steps without a count": ["kinematics", "hoekens", "--at", "crank=0:360"],
     "steps of two units": ["kinematics", "hoekens", "--at", "crank=0 deg:1 rad:5"],
     "steps of words": ["kinematics", "hoekens", "--at", "t=now:then:5"],
@@ -51,5 +58,6 @@ def said(words):
 SCENARIOS = {
     "a rest of what is held": said(["equilibrium", "norton_fourbar"]),
     **{name: said(words) for name, words in (WORDS | WRITERS).items()},
+    "a contour and its data at one place": said(["cam", "cam_follower", "--json", "--csv", "-"]),
     "two forms at one place": said(["kinematics", "norton_fourbar", "--json", "--csv", "-"]),
 }

@@ -28,6 +28,9 @@ SCENARIOS = {
     "a view of nothing that moves, at the command": said(
         ["view", "norton_fourbar", "--at", "t=0", "-o", "none.html"]
     ),
+    "a view of an assembly that swings": said(
+        ["view", "double_pendulum", "--assembly", "1", "-o", "none.html"]
+    ),
     "a view of a batch": lambda: view(batch()),
     "a view of a name": lambda: view("hoekens"),
     "a view of no motion": lambda: view({}),

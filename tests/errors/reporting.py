@@ -8,6 +8,7 @@ from unittest import mock
 
 from mbody import Body, Mechanism, Revolute, gallery, report
 from tests.errors.command import said
+from tests.errors.engines import turn
 from tests.errors.models import four_bar
 from tests.errors.results import batch, motion
 
@@ -37,6 +38,10 @@ def into_a_file():
 SCENARIOS = {
     "a report of what nothing moves": lambda: report(loose()),
     "a report of a name": lambda: report("mud_pump"),  # type: ignore[arg-type]
+    "a report of an assembly of a result": lambda: report(turn(), assembly="open"),
+    "a report of an assembly that swings": said(
+        ["report", "double_pendulum", "--assembly", "1", "-o", "none.html"]
+    ),
     "a report of kinematics": lambda: report(motion()),
     "a report of a batch": lambda: report(batch()),
     "a section that is not there": lambda: report(four_bar(), ["joint"]),

@@ -1,0 +1,88 @@
+"""`mbody cam MODEL`: pressure angle, curvature, contour and base circle of a cam."""
+
+from __future__ import annotations
+
+import csv
+import json
+import sys
+from typing import IO, TYPE_CHECKING, Any
+
+from mbody.cli.analyse import exit_status
+from mbody.cli.models import model_of
+from mbody.cli.option_values import whole_number
+from mbody.cli.shaking import cycle_run
+from mbody.cli.streams import message
+from mbody.cli.usage import UsageError
+from mbody.errors import ModelError
+
+if TYPE_CHECKING:
+    from mbody.engineering import CamAnalysis
+    from mbody.quantities.types import Number
+
+__all__ = ["cam"]
+
+#: Points of a contour.
+POINTS = 361
+
+
+def cam(args: Any) -> int:
+    """Print what limits a cam, and write its contour."""
+    from mbody.engineering import cam_analysis
+
+    printed = args.csv in ("-", "/dev/stdout")
+    if printed and args.json:
+        raise UsageError("--json and --csv - print to the same place: give --csv a file")
+    if args.points is not None and not args.csv:
+        raise UsageError("--points goes with --csv")
+    points = whole_number("--points", args.points)
+    run = cycle_run(args, model_of(args), "kinematics")
+    found = cam_analysis(run, args.joint, limit=_limit(args.limit))
+    if args.csv:
+        _write(found, args.csv, printed, POINTS if points is None else points, args.angle or "rad")
+    if args.json:
+        from mbody.solution.heading import heading, unit_symbols
+
+        angle = args.angle or "deg"
+        machine = run.mechanism
+        head = heading(machine.name, "cam", unit_symbols(machine.units, angle), found)
+        print(json.dumps(head | found.data(angle), ensure_ascii=False, allow_nan=False))
+    elif not printed:
+        print(found)
+    return exit_status(found, shown=not printed)
+
+
+def _limit(text: str | None) -> Number | None:
+    """An angle, without a unit in degrees."""
+    from mbody.quantities import FormulaError, read
+
+    if text is None:
+        return None
+    try:
+        return read(text, None, "deg")
+    except FormulaError as error:
+        raise ModelError(f"--limit: {error}") from None
+
+
+def _write(found: CamAnalysis, path: str, printed: bool, points: int, angle: str) -> None:
+    import numpy as np
+
+    from mbody.files.writing import writing
+
+    rows = found.contour(points)
+    if angle == "deg":
+        rows = rows.copy()
+        rows[:, 0] = np.degrees(rows[:, 0])
+    if printed:
+        _rows(found, sys.stdout, rows, angle)
+        return
+    with writing(path) as file:
+        _rows(found, file, rows, angle)
+    message(f"wrote {path}")
+
+
+def _rows(found: CamAnalysis, file: IO[str], rows: Any, angle: str) -> None:
+    unit = found.mechanism.units.length
+    names = ("x", "y", "pitch_x", "pitch_y", "radius_of_curvature")
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow([f"psi [{angle}]", *(f"{name} [{unit}]" for name in names)])
+    writer.writerows(rows.tolist())
