@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from mbody.cli.common_arguments import add_assembly, add_instants, add_json, add_model
+from mbody.cli.common_arguments import add_angle, add_assembly, add_instants, add_json, add_model
 
 __all__ = ["add_flywheel", "add_internal", "add_shaking"]
 
@@ -21,6 +21,7 @@ def add_shaking(command: argparse.ArgumentParser) -> None:
         "--shafts", metavar="ORDERS", help="balance shafts for these orders, with commas: 1,2"
     )
     add_instants(command)
+    add_angle(command)
     add_json(command)
 
 
@@ -38,6 +39,7 @@ def add_flywheel(command: argparse.ArgumentParser) -> None:
         "--simulate", action="store_true", help="prove it by the free motion with that flywheel"
     )
     add_instants(command)
+    add_angle(command)
     add_json(command)
 
 
