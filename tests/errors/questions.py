@@ -58,9 +58,9 @@ def stopped_at_the_top():
     """A free motion that is to stop where its greatest angle is zero."""
     from mbody import Event, gallery, simulate
 
-    return simulate(
-        gallery.load("simple_pendulum"), 1.0, events=[Event("max(pendulum.angle)", name="top")]
-    )
+    machine = gallery.load("simple_pendulum")
+    machine.measures["highest"] = Measure("max(pendulum.angle)")
+    return simulate(machine, 1.0, events=[Event("highest", name="top")])
 
 
 def loaded():
