@@ -182,7 +182,7 @@ def test_the_four_bar_as_data(run):
     }
     keys = "mbody model analysis units status doubts notes t bodies points reactions efforts"
     assert list(told)[:12] == keys.split()
-    assert list(told)[12:] == ["unique_efforts", "loads", "measures", "checks"]
+    assert list(told)[12:] == ["powers", "unique_efforts", "loads", "measures", "checks"]
     assert told["analysis"] == "kinetostatics" and told["mbody"] == mbody.__version__
     assert told["bodies"]["crank"]["angle"] == [pytest.approx(60.0)]
     motion = ["x", "y", "angle", "vx", "vy", "omega", "ax", "ay", "alpha"]

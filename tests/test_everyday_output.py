@@ -77,3 +77,119 @@ def test_rows_of_a_request_are_counted_from_one():
         mbody.synthesize(path=[*good[:2], (1.0,), *good[2:]])
     with pytest.raises(ModelError, match=r"row 2, number 1"):
         mbody.synthesize(path=[good[0], ("long", 1.0), *good[1:]])
+
+
+def instants(text):
+    """The rows of the table of a few instants: name and unit, then the cells."""
+    body = text.partition("INSTANTS")[2].partition("─\n")[2].partition("\n\n")[0]
+    return [re.split(r"  +", line.strip()) for line in body.splitlines()]
+
+
+def test_a_few_instants_have_a_column_each(capsys):
+    machine = gallery.load("norton_fourbar")
+    assert cli.main(["kinetostatics", "norton_fourbar", "--at", "crank=20,50,80"]) == 0
+    found = {row[0]: row[1:] for row in instants(capsys.readouterr().out)}
+    assert cli.main(["kinetostatics", "norton_fourbar", "--at", "crank=20,50,80", "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    power = [
+        m * w
+        for m, w in zip(data["efforts"]["motor"], data["bodies"]["crank"]["omega"], strict=True)
+    ]
+    for name, unit, values in (
+        ("motor torque", "lbf·in", data["efforts"]["motor"]),
+        ("motor power", "lbf·in/s", power),
+        ("rocker ω", "rad/s", data["bodies"]["rocker"]["omega"]),
+        ("coupler angle", "deg", data["bodies"]["coupler"]["angle"]),
+        ("F32, A", "lbf", np.hypot(data["reactions"]["A"]["fx"], data["reactions"]["A"]["fy"])),
+    ):
+        assert found[name][0] == unit
+        cells = [float(cell) for cell in found[name][1:]]
+        # six digits of the greatest in a row, angles to a thousandth
+        np.testing.assert_allclose(
+            cells, values, rtol=0, atol=max(1e-3, 1e-5 * max(map(abs, values)))
+        )
+    run = mbody.kinetostatics(machine, turn="motor", instants=7)
+    assert "INSTANTS" not in str(run) and "INSTANTS" not in str(mbody.kinetostatics(machine))
+
+
+def test_points_have_their_velocities_on_the_sheet():
+    run = mbody.kinetostatics(gallery.load("norton_fourbar"))
+    rows = str(run).partition("POINTS")[2].partition("─\n")[2].partition("\n\n")[0].splitlines()
+    found = {row.split()[0]: row.replace("@", " ").replace("°", " ").split()[1:] for row in rows}
+    # pins on the ground rest, and a pin between links has one row
+    assert list(found) == ["crank.A", "coupler.B", "coupler.P"]
+    for name, cells in found.items():
+        point = run.point(name)
+        speed = math.hypot(point.vx[0], point.vy[0])
+        assert float(cells[2]) == pytest.approx(speed, rel=1e-5)
+        towards = math.degrees(math.atan2(point.vy[0], point.vx[0])) % 360
+        assert float(cells[3]) == pytest.approx(towards, abs=1e-3)
+
+
+def test_kilograms_and_watts_stand_beside_tonnes(capsys):
+    said = {}
+    for units in ("mm-N-s", "SI", "cm-kN-s", "in-lbf-s"):
+        assert cli.main(["kinetostatics", "norton_fourbar", f"--units={units}"]) == 0
+        said[units] = capsys.readouterr().out
+    crank = {}
+    for units, text in said.items():
+        rows = [line.split() for line in text.splitlines()]
+        crank[units] = next(row for row in rows if row[:2] == ["2", "crank"])
+        drive = next(row for row in rows if row[:2] == ["T12", "motor"])
+        beside = units in ("mm-N-s", "cm-kN-s")
+        assert len(drive) == (8 if beside else 7)
+    kilograms, watts = 1.5 / 386 * 4.4482216152605 / 0.0254, 6080.94 * 4.4482216152605 * 0.0254
+    for units in ("mm-N-s", "cm-kN-s"):
+        assert float(crank[units][3]) == pytest.approx(kilograms, rel=1e-5)
+        drive = next(line.split() for line in said[units].splitlines() if line.startswith("T12"))
+        assert float(drive[4]) == pytest.approx(watts, rel=1e-5)
+
+
+def test_degrees_in_tables_have_no_rounding(capsys):
+    how = ["kinematics", "norton_fourbar", "--at", "crank=20,60,380,420,780,1000"]
+    assert cli.main([*how, "--csv", "-", "--angle", "deg"]) == 0
+    header, *lines = (line.split(",") for line in capsys.readouterr().out.splitlines())
+    column = [float(line[header.index("crank.angle [deg]")]) for line in lines]
+    assert cli.main([*how, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["bodies"]["crank"]["angle"] == column
+    assert [angle % 360 for angle in column] == [20, 60, 20, 60, 60, 280]
+
+
+@pytest.mark.parametrize(
+    ("words", "keys"),
+    [
+        (["shaking", "--shafts", "1"], ("shafts", 0, "angle")),
+        (["flywheel", "--coefficient", "0.02"], ("greatest_at",)),
+        (["poles", "--at", "crank=60"], ("centres", 3, "direction", 0)),
+    ],
+)
+def test_angles_in_degrees_by_every_command(words, keys, tmp_path, capsys):
+    path = tmp_path / "slider_crank.toml"
+    assert cli.main(["new", "slidercrank", "-o", str(path)]) == 0
+    command, *rest = words
+    found = {}
+    for unit in ("deg", "rad"):
+        assert cli.main([command, str(path), *rest, "--json", "--angle", unit]) == 0
+        data = json.loads(capsys.readouterr().out)
+        assert data["units"]["angle"] == unit
+        for key in keys:
+            data = data[key]
+        found[unit] = data
+    if found["rad"] is None:
+        assert found["deg"] is None
+    else:
+        assert found["deg"] == pytest.approx(math.degrees(found["rad"]), rel=1e-14)
+
+
+def test_a_sweep_gives_angles_in_degrees(capsys):
+    how = ["sweep", "norton_fourbar", "--vary", "rocker.B.x=9.5,10.5", "--over", "turn", "--json"]
+    how += ["--measure", "max(rocker.angle)", "--measure", "span(rocker.angle - crank.angle)"]
+    how += ["--measure", "peak(A.force)"]
+    found = []
+    for more in (["--angle", "deg"], []):
+        assert cli.main([*how, *more]) == 0
+        found.append(json.loads(capsys.readouterr().out)["columns"])
+    for name, values in found[1].items():
+        if "(" in name:
+            factor = math.degrees(1.0) if "angle" in name else 1.0
+            np.testing.assert_allclose(found[0][name], np.multiply(values, factor), rtol=1e-14)

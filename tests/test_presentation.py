@@ -289,10 +289,11 @@ def test_columns_have_names_and_units(norton):
     ]
     assert names[9] == "crank.alpha [rad/s²]"
     assert names[28:31] == ["O2.fx [lbf]", "O2.fy [lbf]", "O2.torque [lbf·in]"]
-    assert names[40:] == ["motor.effort [lbf·in]", "F12 [lbf]", "T12 [lbf·in]"]
-    assert len(names) == 1 + 27 + 12 + 1 + len(norton.mechanism.measures)
+    assert names[40:43] == ["motor.effort [lbf·in]", "F12 [lbf]", "T12 [lbf·in]"]
+    assert names[43:46] == ["motor.power [lbf·in/s]", "crank.A.x [in]", "crank.A.y [in]"]
+    assert len(names) == 1 + 27 + 12 + 1 + len(norton.mechanism.measures) + 1 + 3 * 6
     assert table["A.fx [lbf]"][0] == norton.reaction("A").fx[0]
-    assert len(mbody.kinematics(build()).columns()) == 28
+    assert len(mbody.kinematics(build()).columns()) == 28 + 3 * 6
 
 
 def test_a_file_brings_back_every_bit(turn, tmp_path):
@@ -319,7 +320,7 @@ def test_a_frame(turn):
     pandas = pytest.importorskip("pandas")
     frame = turn.to_dataframe()
     assert isinstance(frame, pandas.DataFrame)
-    assert frame.shape == (361, 43)
+    assert frame.shape == (361, 43 + 1 + 3 * 6)
     assert np.array_equal(frame["motor.effort [lbf·in]"], turn.effort("motor"))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from mbody.cli.models import named_values, path_of
+from mbody.cli.models import model_in, named_values, path_of
 from mbody.cli.option_values import low_and_high, whole_number
 from mbody.cli.streams import message
 from mbody.cli.usage import UsageError
@@ -18,7 +18,7 @@ __all__ = ["exercise"]
 
 def exercise(args: Any) -> int:
     """Print the sheet, and write its figures and the key."""
-    from mbody.files.model import in_units, load
+    from mbody.files.model import in_units
     from mbody.files.writing import writing
     from mbody.teaching.exercises import exercises
 
@@ -30,7 +30,7 @@ def exercise(args: Any) -> int:
         raise UsageError("choose what differs between exercises: --vary NAME=LOW:HIGH")
 
     def make(values: Mapping[str, str]) -> Mechanism:
-        machine = load(path, parameters={**fixed, **values})
+        machine = model_in(path, {**fixed, **values})
         return in_units(machine, args.units) if args.units else machine
 
     count, seed = (whole_number(f"--{name}", getattr(args, name)) for name in ("count", "seed"))

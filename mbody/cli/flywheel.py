@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from mbody.cli.analyse import exit_status
 from mbody.cli.models import model_of
+from mbody.cli.option_values import in_degrees
 from mbody.cli.shaking import cycle_run
 from mbody.cli.usage import UsageError
 
@@ -34,8 +35,10 @@ def flywheel(args: Any) -> int:
     if args.json:
         from mbody.solution.heading import heading, unit_symbols
 
-        head = heading(run.mechanism.name, "flywheel", unit_symbols(run.mechanism.units), found)
-        data = head | found.data()
+        symbols = unit_symbols(run.mechanism.units, args.angle or "rad")
+        data = heading(run.mechanism.name, "flywheel", symbols, found) | found.data()
+        for key in ("least_at", "greatest_at") if args.angle == "deg" else ():
+            data[key] = in_degrees(data[key])
         if proof is not None:
             data["simulated"] = {"coefficient": proof.coefficient, "status": proof.status}
         print(json.dumps(data, ensure_ascii=False, allow_nan=False))

@@ -22,6 +22,7 @@ def add_shaking(command: argparse.ArgumentParser) -> None:
     )
     add_instants(command)
     add_assembly(command)
+    add_angle(command)
     add_json(command)
 
 
@@ -40,6 +41,7 @@ def add_flywheel(command: argparse.ArgumentParser) -> None:
     )
     add_instants(command)
     add_assembly(command)
+    add_angle(command)
     add_json(command)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +12,7 @@ from mbody.errors import ModelError
 if TYPE_CHECKING:
     from mbody.model.mechanism import Mechanism
 
-__all__ = ["named_values", "path_of", "model_of"]
+__all__ = ["model_of", "model_in", "named_values", "path_of"]
 
 
 def model_of(args: Any) -> Mechanism:
@@ -23,10 +23,32 @@ def model_of(args: Any) -> Mechanism:
     ModelError
         Where there is no such model, or it is none.
     """
-    from mbody.files.model import in_units, load
+    from mbody.files.model import in_units
 
-    mechanism = load(path_of(args.model), parameters=named_values(args.set, "--set"))
+    mechanism = model_in(path_of(args.model), named_values(args.set, "--set"))
     return in_units(mechanism, args.units) if args.units else mechanism
+
+
+def model_in(path: Path, parameters: Mapping[str, str] | None = None) -> Mechanism:
+    """The mechanism of a file, with other values of its parameters.
+
+    Raises
+    ------
+    ModelError
+        As of `load`; for a file of another program with the command that imports it.
+    """
+    from mbody.exchange import other_program
+    from mbody.files.model import load
+
+    try:
+        return load(path, parameters=parameters or {})
+    except ModelError:
+        if whose := other_program(path):
+            raise ModelError(
+                f"'{path.name}' is a file of {whose}, not a model: make one of it, mbody import "
+                f"{path.name} -o {path.stem}.toml"
+            ) from None
+        raise
 
 
 def path_of(model: str) -> Path:

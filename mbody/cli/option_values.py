@@ -6,8 +6,20 @@ from typing import Any
 
 from mbody.cli.usage import UsageError
 from mbody.errors import ModelError
+from mbody.quantities.convert import short_degrees
 
-__all__ = ["bounds", "low_and_high", "whole_number"]
+__all__ = ["bounds", "in_degrees", "low_and_high", "whole_number"]
+
+
+def in_degrees(angles: Any) -> Any:
+    """An angle [rad], or a list of them, in degrees; None stays where there is none.
+
+    >>> in_degrees([0.0, None])
+    [0.0, None]
+    """
+    if isinstance(angles, list):
+        return [in_degrees(one) for one in angles]
+    return None if angles is None else short_degrees(angles)
 
 
 def whole_number(option: str, text: str | None) -> Any:

@@ -302,6 +302,7 @@ def _poles(command: argparse.ArgumentParser) -> None:
     add_instants(command)
     add_assembly(command)
     command.add_argument("--to", metavar="TIME", help="of the free motion until that time")
+    add_angle(command)
     add_json(command)
 
 
@@ -381,4 +382,5 @@ def _sweep(command: argparse.ArgumentParser) -> None:
         "--to", metavar="FOLDER", help="keep the answers there, to be continued later"
     )
     command.add_argument("--csv", metavar="FILE", help="write a line for each design")
+    add_angle(command)
     add_json(command)

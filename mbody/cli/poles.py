@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from mbody.cli.analyse import exit_status
 from mbody.cli.freebody import motion_or_driven
 from mbody.cli.models import model_of
+from mbody.cli.option_values import in_degrees
 
 if TYPE_CHECKING:
     from mbody.engineering.instant_centres import InstantCentre, InstantCentres
@@ -31,9 +32,13 @@ def poles(args: Any) -> int:
         from mbody.solution.heading import heading, unit_symbols
 
         machine = run.mechanism
-        data = heading(machine.name, "poles", unit_symbols(machine.units), found) | {
+        symbols = unit_symbols(machine.units, args.angle or "rad")
+        centres = found.data()
+        for one in centres if args.angle == "deg" else ():
+            one["direction"] = in_degrees(one["direction"])
+        data = heading(machine.name, "poles", symbols, found) | {
             "t": run.t.tolist(),
-            "centres": found.data(),
+            "centres": centres,
             "collinearity": found.collinearity(),
             "sentences": [found.sentences(k) for k in range(len(run))],
             "polygons": [velocity_polygon(run).data(), acceleration_polygon(run).data()],

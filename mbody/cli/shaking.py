@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from mbody.cli.analyse import assembly_of, exit_status, question
 from mbody.cli.models import model_of
+from mbody.cli.option_values import in_degrees
 from mbody.cli.usage import UsageError
 
 if TYPE_CHECKING:
@@ -32,8 +33,12 @@ def shaking(args: Any) -> int:
     if args.json:
         from mbody.solution.heading import heading, unit_symbols
 
-        head = heading(run.mechanism.name, "shaking", unit_symbols(run.mechanism.units), found)
-        data = head | found.data() | {"shafts": [dataclasses.asdict(one) for one in shafts]}
+        symbols = unit_symbols(run.mechanism.units, args.angle or "rad")
+        plain = [dataclasses.asdict(one) for one in shafts]
+        for one in plain if args.angle == "deg" else ():
+            one["angle"] = in_degrees(one["angle"])
+        head = heading(run.mechanism.name, "shaking", symbols, found)
+        data = head | found.data() | {"shafts": plain}
         print(json.dumps(data, ensure_ascii=False, allow_nan=False))
     else:
         print(found)

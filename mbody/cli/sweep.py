@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from mbody.cli.analyse import exit_status, question
@@ -15,6 +16,8 @@ from mbody.errors import ModelError
 from mbody.solution.heading import heading
 
 if TYPE_CHECKING:
+    from mbody.model.mechanism import Mechanism
+    from mbody.model.study import Measure
     from mbody.sweeps import Sweep
 
 __all__ = ["sweep", "values_of"]
@@ -35,7 +38,10 @@ def sweep(args: Any) -> int:
         else {"at": ask.at, "over": ask.over, "instants": ask.instants, "turns": ask.turns}
     )
     options |= {"to": args.to, "progress": lambda done, of: interrupt.mark()}
-    found = solved(mechanism, parameters, args.analysis, args.measure or None, **options)
+    measures = args.measure or None
+    if args.angle == "deg":
+        measures = _in_degrees(mechanism, args.measure or list(mechanism.measures))
+    found = solved(mechanism, parameters, args.analysis, measures or None, **options)
     interrupt.done()
     if args.csv:
         _write(found, args.csv)
@@ -44,6 +50,25 @@ def sweep(args: Any) -> int:
     else:
         print(found)
     return exit_status(found)
+
+
+def _in_degrees(mechanism: Mechanism, names: Sequence[str]) -> dict[str, Measure]:
+    """The measures by name, those of angles that have no unit of their own in degrees."""
+    from mbody.model.study import Measure
+    from mbody.quantities.units import DIMENSIONS
+    from mbody.solution.measures import check_measure
+
+    rad = mechanism.units.of(DIMENSIONS["angle"])
+    found = {}
+    for name in names:
+        one = mechanism.measures.get(name) or Measure(name)
+        inner = mechanism.measures.get(one.history.of, one.history)
+        of = inner.of
+        if one.by:
+            of = f"at({of}, {one.instant})" if one.by == "at" else f"{one.by}({of})"
+        plain = not one.unit and not inner.by and check_measure(mechanism, inner) == rad
+        found[name] = Measure(of, "deg") if plain else one
+    return found
 
 
 def values_of(name: str, text: str) -> Any:

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from mbody.cli.models import named_values, path_of
+from mbody.cli.models import model_in, named_values, path_of
 from mbody.cli.option_values import bounds, whole_number
 from mbody.cli.streams import message
 from mbody.cli.usage import UsageError
@@ -17,7 +17,6 @@ __all__ = ["numbered_file", "synthesize"]
 
 def synthesize(args: Any) -> int:
     """Find designs, write them as model files, and print them as a table or as data."""
-    from mbody.files.model import load
     from mbody.synthesis import synthesize as designs_for
     from mbody.synthesis.point_files import read_demand
 
@@ -36,7 +35,7 @@ def synthesize(args: Any) -> int:
     options |= {"kind": args.kind, "units": args.units, "of": args.point, "atlas": args.atlas}
     if args.span is not None:
         options["span"] = bounds("--span", args.span)
-    model = None if args.model is None else load(path_of(args.model))
+    model = None if args.model is None else model_in(path_of(args.model))
     found = designs_for(
         model,
         by=by or None,

@@ -32,13 +32,16 @@ class NeededInstants:
     Attributes
     ----------
     needed : array of int
-        Numbers of instants; the first is that of a greatest or least value, others share it.
+        Numbers of instants; the first is that of a greatest or least value, others share it. Of
+        "span" those of the greatest value, then those of the least.
     single : bool
         Whether one instant decides.
     value : float or array
         As the result has it.
     loads : bool
         Whether it has what loads do.
+    greatest : int
+        Of "span", how many of the needed are of the greatest value.
     """
 
     needed: np.ndarray
@@ -46,6 +49,7 @@ class NeededInstants:
     value: Any
     unit: str
     loads: bool
+    greatest: int = 0
 
 
 @dataclass(frozen=True)
@@ -68,10 +72,13 @@ def instants_of(run: Solution, column: MeasuredColumn) -> NeededInstants:
             f"'{column.name}': there is no such instant, they are 0 to {count - 1}", column.name
         )
     found = np.asarray(reduced(column, history))
-    single, needed = True, np.arange(count)
+    single, needed, greatest = True, np.arange(count), 0
     if column.by in ("peak", "max", "min"):
         size = {"peak": np.abs(history), "max": history, "min": -history}[column.by]
         needed = _greatest(size)
+    elif column.by == "span":
+        single, high, low = False, _greatest(history), _greatest(-history)
+        needed, greatest = np.concatenate([high, low]), len(high)
     elif column.by in ("first", "last", "at"):
         place = {"first": 0, "last": -1, "at": column.instant}[column.by]
         needed = np.array([place % count])
@@ -83,7 +90,7 @@ def instants_of(run: Solution, column: MeasuredColumn) -> NeededInstants:
     exact = float(found) if found.ndim == 0 else found
     if found.shape == (1,) and not column.by:
         exact = float(found[0])
-    return NeededInstants(needed, single, exact, unit, owned)
+    return NeededInstants(needed, single, exact, unit, owned, greatest)
 
 
 def _greatest(size: np.ndarray) -> np.ndarray:
@@ -130,6 +137,11 @@ def derived(
     row = tangents
     if column.by == "mean":
         row = tangents.mean(axis=0)
+    elif column.by == "span":
+        low = choice.greatest
+        row = tangents[0] - tangents[low]
+        for k in (slice(None, low), slice(low, None)):
+            notes += _tied(column, values[k], tangents[k], times[k])
     elif column.by == "rms":
         size = float(np.sqrt(np.square(values).mean()))
         row = (values[:, None] * tangents).mean(axis=0) / size if size else 0.0 * tangents[0]

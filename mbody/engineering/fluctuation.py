@@ -22,6 +22,10 @@ __all__ = ["Fluctuation", "energy_fluctuation", "fluctuation", "angle_driver"]
 Array = np.ndarray
 
 
+#: Work of a cycle that is rounding, beside the fluctuation of its energy.
+ROUNDING = 1e-12
+
+
 @dataclass(frozen=True, eq=False)
 class Fluctuation(Inherited):
     """The turning-moment diagram of a cycle, with mean torque and fluctuation of energy.
@@ -71,8 +75,11 @@ class Fluctuation(Inherited):
 
     @property
     def energy_coefficient(self) -> float:
-        """Coefficient of fluctuation of energy, ΔE / work of a cycle; infinite without work."""
-        return self.fluctuation / abs(self.work) if self.work else math.inf
+        """Coefficient of fluctuation of energy, ΔE / work of a cycle; infinite without work, or
+        with one that is rounding beside ΔE.
+        """
+        none = abs(self.work) <= ROUNDING * self.fluctuation
+        return math.inf if none else self.fluctuation / abs(self.work)
 
     @property
     def torque_coefficient(self) -> float:

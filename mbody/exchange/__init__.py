@@ -2,6 +2,6 @@
 
 from mbody.exchange.dxf import PartDrawing, to_dxf
 from mbody.exchange.imported import Imported
-from mbody.exchange.recognition import import_model
+from mbody.exchange.recognition import import_model, other_program
 
-__all__ = ["Imported", "PartDrawing", "import_model", "to_dxf"]
+__all__ = ["Imported", "PartDrawing", "import_model", "other_program", "to_dxf"]

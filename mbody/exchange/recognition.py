@@ -20,7 +20,7 @@ from mbody.exchange.pylinkage import is_pylinkage, pylinkage_from_json
 from mbody.files.model.read import text_of
 from mbody.quantities.units import unit_system
 
-__all__ = ["import_model"]
+__all__ = ["import_model", "other_program"]
 
 FORMATS = (
     "PMKS (text, address, .pmks), Linkage (.linkage2), pylinkage (JSON), MJCF and URDF (planar)"
@@ -81,6 +81,27 @@ def import_model(file: str | os.PathLike[str], units: str | None = None) -> Impo
         if str(path.name) in str(error):
             raise
         raise ModelError(f"'{path.name}': {error}") from None
+
+
+def other_program(file: str | os.PathLike[str]) -> str:
+    """Whose file it seems to be, such as "Linkage"; empty where it is no file that is imported, or
+    cannot be read.
+
+    >>> other_program("no such file")
+    ''
+    """
+    try:
+        text = text_of(Path(file))
+        start = text.lstrip()[:1]
+        if start == "<":
+            tag = ElementTree.fromstring(text).tag
+            return {"linkage2": "Linkage", "mujoco": "MuJoCo", "robot": "URDF"}.get(tag, "")
+        if start == "{":
+            data: Any = json.loads(text)
+            return "PMKS" if is_pmks_json(data) else "pylinkage" if is_pylinkage(data) else ""
+        return "PMKS" if is_pmks_text(text) else ""
+    except (ModelError, ElementTree.ParseError, ValueError, RecursionError):
+        return ""
 
 
 def _imported(text: str, path: Path, units: str | None) -> Imported:

@@ -1,12 +1,13 @@
 """Results as data: one form for every analysis, the same in Python, JSON and on the command line.
 
 ``{"mbody", "model", "analysis", "units", "status", "doubts", "notes", "t", "bodies", "points",
-"reactions", "efforts", "unique_efforts", "loads", "inputs", "states", "losses", "modes", "ranges",
-"friction", "measures", "checks"}``, of which "inputs" and "states" are those of mechanisms that
-have some, and "losses" to "friction" of mechanisms with friction in joints. Every list has one
-entry an instant. x and y of a body are its mass centre. Reactions act on body j by body i, in world
-axes, at the joint's place on j. omega and alpha are in rad and the time unit always, angles in the
-unit that "units" says.
+"reactions", "efforts", "powers", "unique_efforts", "loads", "inputs", "states", "losses", "modes",
+"ranges", "friction", "measures", "checks"}``, of which "inputs" and "states" are those of
+mechanisms that have some, and "losses" to "friction" of mechanisms with friction in joints. Every
+list has one entry an instant; a measure that is one number of all instants has it at each. x and y
+of a body are its mass centre. Reactions act on body j by body i, in world axes, at the joint's
+place on j. omega and alpha are in rad and the time unit always, angles in the unit that "units"
+says.
 """
 
 from __future__ import annotations
@@ -14,13 +15,15 @@ from __future__ import annotations
 import json
 import math
 import os
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mbody.files.friction_data import friction_data
-from mbody.files.tables import own_column
+from mbody.files.tables import driving_powers, own_column
 from mbody.files.writing import writing
+from mbody.quantities.convert import degrees_of
 from mbody.quantities.units import DIMENSIONS
 from mbody.solution.checks import one_design
 from mbody.solution.contact_forces import acting_contacts
@@ -62,7 +65,7 @@ def data(solution: Solution, angle: str = "deg") -> dict[str, Any]:
     one_design(solution, "data are of one design")
     machine = solution.mechanism
     units = machine.units
-    turned = math.degrees(1.0) if angle == "deg" else 1.0
+    turned = degrees_of if angle == "deg" else np.asarray
     # closing the loops finds velocities, but no accelerations
     found = 6 if solution.analysis == "close_loops" else 9
     keys, at_points = BODY[:found], POINT[: found - found // 3]
@@ -73,7 +76,8 @@ def data(solution: Solution, angle: str = "deg") -> dict[str, Any]:
         "t": _list(solution.t),
         "bodies": {
             body.name: {
-                key: _list(getattr(solution[body.name], key) * (turned if key == "angle" else 1.0))
+                key: _list(turned(history.angle) if key == "angle" else getattr(history, key))
+                for history in [solution[body.name]]
                 for key in keys
             }
             for body in machine.bodies
@@ -85,6 +89,7 @@ def data(solution: Solution, angle: str = "deg") -> dict[str, Any]:
         },
         "reactions": _reactions(solution),
         "efforts": {each.name: _list(solution.effort(each.name)) for each in giving},
+        "powers": {name: _list(one) for name, one in driving_powers(solution).items()},
         "unique_efforts": {each.name: solution.unique_effort(each.name) for each in giving},
         "loads": _loads(solution, turned),
         **_signals(solution, angle),
@@ -160,7 +165,7 @@ def _reactions(solution: Solution) -> dict[str, Any]:
     return found
 
 
-def _loads(solution: Solution, turned: float) -> dict[str, Any]:
+def _loads(solution: Solution, turned: Callable[[Any], np.ndarray]) -> dict[str, Any]:
     """Forces of loads, and what springs and dampers go by; not of what acts on every body."""
     found = {}
     for load in solution.mechanism.loads:
@@ -169,7 +174,7 @@ def _loads(solution: Solution, turned: float) -> dict[str, Any]:
             history = solution.load(load.name)
             own = _fields(history, keys)
             if "angle" in own:
-                own["angle"] = _list(np.asarray(history.angle) * turned)
+                own["angle"] = _list(turned(history.angle))
             found[load.name] = {"on": history.on, "by": history.by, **own}
     return found
 
@@ -189,13 +194,15 @@ def _signals(solution: Solution, angle: str) -> dict[str, Any]:
     }
 
 
-def _measure(solution: Solution, measure: Any, turned: float) -> list[float | None] | None:
+def _measure(
+    solution: Solution, measure: Any, turned: Callable[[Any], np.ndarray]
+) -> list[float | None] | None:
     """History of a measure; None where it needs forces, which the analysis does not find."""
     if not found_by(solution, measure):
         return None
     values, dimension, _ = measured(solution, measure)
     plain_angle = dimension == DIMENSIONS["angle"] and not measure.unit
-    return _list(values * turned if plain_angle else values)
+    return _list(turned(values) if plain_angle else values)
 
 
 def error_data(error: Exception) -> dict[str, Any]:

@@ -12,16 +12,19 @@ import numpy as np
 from mbody.errors import ModelError
 from mbody.files.friction_data import friction_columns
 from mbody.files.writing import writing
+from mbody.model.moving_points import moving_points
+from mbody.quantities.convert import degrees_of
 from mbody.quantities.units import DIMENSIONS
 from mbody.solution.checks import one_design
 from mbody.solution.doubts import certificate
+from mbody.solution.drive_histories import prescribed_rate
 from mbody.solution.measures import found_by, measured
 from mbody.solution.own_histories import own_history, shown_states
 
 if TYPE_CHECKING:
     from mbody.solution.solution import Solution
 
-__all__ = ["columns", "dataframe", "own_column", "print_csv", "write_csv"]
+__all__ = ["columns", "dataframe", "driving_powers", "own_column", "print_csv", "write_csv"]
 
 MOTION = {
     "x": "length",
@@ -40,10 +43,11 @@ def columns(solution: Solution, angle: str = "rad") -> dict[str, np.ndarray]:
     """All histories of one motion by column name, each with its unit.
 
     Time first, then nine columns a body (mass centre and angle), three a joint (force and torque
-    on its body j), one a coupling, a driver, an input, an own state and a measure; kinematics has
-    no forces. Rough joints have a column of their loss, drivers those of the limits of their effort
-    where joints rest. Where forces are not determined, each joint, coupling and driver has a column
-    ``"A.unique"``, 1 or 0.
+    on its body j), one a coupling, a driver, an input, an own state and a measure, the power of
+    every driver, and six columns a point that moves (of a pin that on the first of its links);
+    kinematics has no forces. Rough joints have a column of their loss, drivers those of the limits
+    of their effort where joints rest. Where forces are not determined, each joint, coupling and
+    driver has a column ``"A.unique"``, 1 or 0.
 
     Parameters
     ----------
@@ -80,11 +84,11 @@ def columns(solution: Solution, angle: str = "rad") -> dict[str, np.ndarray]:
                 continue  # it finds velocities, no accelerations
             values = getattr(history, key)
             if dimension == "angle" and angle == "deg":
-                table[f"{body.name}.{key} [deg]"] = np.degrees(values)
+                table[f"{body.name}.{key} [deg]"] = degrees_of(values)
             else:
                 table[f"{body.name}.{key} [{unit(dimension)}]"] = values
     if not solution.has_forces:
-        return table | _signals(solution, angle) | _measures(solution, angle)
+        return table | _signals(solution, angle) | _measures(solution, angle) | _points(solution)
     unique = uniqueness(solution)
     for joint in mechanism.joints:
         reaction = solution.reaction(joint.name)
@@ -105,14 +109,42 @@ def columns(solution: Solution, angle: str = "rad") -> dict[str, np.ndarray]:
         table[f"{each.name}.effort [{effort}]"] = solution.effort(each.name)
         table |= unique.get(each.name, {})
     table |= friction_columns(solution)
-    return table | _signals(solution, angle) | _measures(solution, angle)
+    table |= _signals(solution, angle) | _measures(solution, angle)
+    for name, power in driving_powers(solution).items():
+        table[f"{name}.power [{unit('power')}]"] = power
+    return table | _points(solution)
+
+
+#: Of a point, beside its place.
+POINT = {key: MOTION[key] for key in ("x", "y", "vx", "vy", "ax", "ay")}
+
+
+def _points(solution: Solution) -> dict[str, np.ndarray]:
+    """Six columns a point that moves, of a pin one side; four where there are no accelerations."""
+    unit, table = solution.mechanism.units.of, {}
+    for name in moving_points(solution.mechanism):
+        history = solution.point(name)
+        for key, dimension in POINT.items():
+            if dimension != "acceleration" or solution.analysis != "close_loops":
+                table[f"{name}.{key} [{unit(dimension)}]"] = getattr(history, key)
+    return table
+
+
+def driving_powers(solution: Solution) -> dict[str, np.ndarray]:
+    """The power of every driver; none at rest and without forces."""
+    if not solution.has_forces or solution.analysis == "statics":
+        return {}
+    return {
+        driver.name: solution.effort(driver.name) * prescribed_rate(solution, driver.name)
+        for driver in solution.mechanism.drivers
+    }
 
 
 def own_column(solution: Solution, element: Any, angle: str = "rad") -> tuple[np.ndarray, str]:
     """The history of an input or an own state, and its unit, empty for a plain number."""
     values, dimension = own_history(solution, element.name), element.dimension
     if dimension == DIMENSIONS["angle"] and angle == "deg":
-        return np.degrees(values), "deg"
+        return degrees_of(values), "deg"
     return values, "" if dimension is None else solution.mechanism.units.of(dimension)
 
 
@@ -153,7 +185,7 @@ def _measures(solution: Solution, angle: str) -> dict[str, np.ndarray]:
             continue
         values, dimension, unit = measured(solution, measure)
         if dimension == DIMENSIONS["angle"] and not measure.unit and angle == "deg":
-            values, unit = np.degrees(values), "deg"
+            values, unit = degrees_of(values), "deg"
         found[f"{name} [{unit}]" if unit else name] = values
     return found
 
@@ -181,7 +213,7 @@ def dataframe(solution: Solution) -> Any:
     >>> import mbody
     >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=10.0), turn=True)
     >>> dataframe(run).shape
-    (361, 28)
+    (361, 46)
     """
     table = columns(solution)
     try:

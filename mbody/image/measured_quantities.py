@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from mbody.errors import ModelError
 from mbody.image.changeable import Changeable
 from mbody.kernels.number_program import NumberProgram
 from mbody.model.joints import Joint
@@ -80,7 +81,9 @@ def measured_quantities(changeable: Changeable) -> MeasuredProgram:
                 value = value[()]
             recording.place_of(value)
         except Exception as error:  # whatever Python does with a number that is none
-            why = str(error) if isinstance(error, Untraceable) else type(error).__name__
+            why = (
+                str(error) if isinstance(error, ModelError | Untraceable) else type(error).__name__
+            )
             found.notes.append(f"'{name}' is not among the measures of the image: {why}")
             continue
         targets.append(value)

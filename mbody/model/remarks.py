@@ -163,8 +163,8 @@ def _unused_inputs(mechanism: Mechanism) -> Iterator[str]:
     """Inputs that no formula of a load, a state, a measure or a controller names."""
     used = {name for formula in mechanism.formulas.values() for name in formula.names}
     used |= {name for one in mechanism.described_states for name in rate_names(one)}
-    texts = [measure.of for measure in mechanism.measures.values()]
-    texts += [text for one in mechanism.controllers for text in one.reads]
+    used |= {name for measure in mechanism.measures.values() for name in measure.names}
+    texts = [text for one in mechanism.controllers for text in one.reads]
     used |= {name for text in texts for name in read(text, None).names}
     for one in mechanism.inputs:
         if one.name not in used:

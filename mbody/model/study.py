@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from mbody.errors import ModelError
+from mbody.model.reductions import outermost
 from mbody.quantities import Formula, FormulaError, parse_unit, read
 from mbody.quantities.number import NotANumber, NotFinite, float_or_formula
 from mbody.quantities.types import (
@@ -119,12 +120,16 @@ class Measure:
     ----------
     of : str
         Histories by name with the usual arithmetic: ``"coupler.P.y - ground.O2.y"``,
-        ``"motor.effort"``, ``"A.force"``, ``"rocker.angle"``.
+        ``"motor.effort"``, ``"A.force"``, ``"rocker.angle"``. One number of all instants by
+        ``peak(…)``, ``max(…)``, ``min(…)``, ``span(…)``, ``rms(…)``, ``mean(…)``, ``first(…)``,
+        ``last(…)`` or ``at(…, instant)`` around the whole.
     unit : str, optional
         In which it is shown, by default that of the mechanism.
 
     >>> Measure("coupler.angle - rocker.angle", "deg").of
     'coupler.angle - rocker.angle'
+    >>> Measure("peak(A.force)").by, Measure("peak(A.force)").history.of
+    ('peak', 'A.force')
     """
 
     of: str
@@ -135,11 +140,35 @@ class Measure:
             if not isinstance(getattr(self, key), str):
                 raise ModelError(f"measure: {key} must be text, not {getattr(self, key)!r}")
         try:
-            read(self.of, None, curves=True)
+            read(outermost(self.of).of, None, curves=True)
             if self.unit:
                 parse_unit(self.unit)
         except FormulaError as error:
             raise ModelError(f"measure: {error}") from None
+
+    @property
+    def by(self) -> str:
+        """How its instants become one number, such as "peak"; empty where each has its own."""
+        return outermost(self.of).by
+
+    @property
+    def instant(self) -> int:
+        """The number of the instant, of ``at(…)``."""
+        return outermost(self.of).instant
+
+    @property
+    def history(self) -> Measure:
+        """The measure without its reduction."""
+        return Measure(outermost(self.of).of, self.unit) if self.by else self
+
+    @property
+    def names(self) -> frozenset[str]:
+        """What its formula names.
+
+        >>> sorted(Measure("peak(A.fx - B.fx)").names)
+        ['A.fx', 'B.fx']
+        """
+        return frozenset(read(outermost(self.of).of, None, curves=True).names)
 
 
 @dataclass(frozen=True)
@@ -299,7 +328,5 @@ def measures_without(measures: Mapping[str, Measure], gone: set[str]) -> dict[st
     return {
         key: measure
         for key, measure in measures.items()
-        if gone.isdisjoint(
-            name.partition(".")[0] for name in read(measure.of, None, curves=True).names
-        )
+        if gone.isdisjoint(name.partition(".")[0] for name in measure.names)
     }

@@ -75,6 +75,9 @@ def _rows(column: MeasuredColumn, at: Evaluation, every: bool) -> AimRows:
         root = float(np.sqrt(np.square(value).mean()))
         way = (value[:, None] * slope).mean(axis=0) / max(root, 1e-300)
         return AimRows(np.array([root]), way[None], np.array([-1]))
+    if column.by == "span":
+        high, low = int(value.argmax()), int(value.argmin())
+        return AimRows(value[[high]] - value[low], slope[[high]] - slope[low], np.array([-1]))
     if column.by == "mean":
         return AimRows(value.mean(keepdims=True), slope.mean(axis=0)[None], np.array([-1]))
     return AimRows(value, slope, count)

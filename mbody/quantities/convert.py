@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from mbody.errors import ModelError
 from mbody.quantities.evaluate import Scope, dimension_text, evaluate
 from mbody.quantities.parse import FormulaError, parse_unit
 
-__all__ = ["convert", "deg", "rpm", "short_degrees"]
+__all__ = ["convert", "deg", "degrees_of", "rpm", "short_degrees"]
 
 
 def short_degrees(value: float) -> float:
@@ -24,6 +26,20 @@ def short_degrees(value: float) -> float:
         if math.radians(short) == value:
             return short
     return degrees
+
+
+def degrees_of(values: Any) -> np.ndarray:
+    """Angles [rad] in degrees, to fifteen digits: what follows is the rounding of the conversion,
+    which shows as 59.99999999999999.
+
+    >>> degrees_of([math.radians(60.0), math.nan]).tolist()
+    [60.0, nan]
+    """
+    degrees = np.degrees(np.asarray(values, dtype=float))
+    sizes = np.abs(degrees)
+    plain = (sizes > 1e-7) & (sizes < 1e12)  # 10^k is exact up to k = 22
+    scale = 10.0 ** (14 - np.floor(np.log10(np.where(plain, sizes, 1.0))))
+    return np.where(plain, np.rint(degrees * scale) / scale, degrees)
 
 
 def convert(values: Any, unit: str, to: str) -> Any:

@@ -17,6 +17,7 @@ from mbody.sheets.names import (
     ABOUT,
     ROUNDING,
     closing,
+    everyday,
     force_floor,
     force_names,
     heading,
@@ -25,6 +26,7 @@ from mbody.sheets.names import (
     swiftness,
     torque_cells,
 )
+from mbody.sheets.points import points
 from mbody.sheets.signals import signals
 from mbody.sheets.summary import summary
 from mbody.sheets.text_table import Column, angles, even, number, numbers, paragraph, polars, table
@@ -85,7 +87,7 @@ class _Instant:
 
     def lines(self) -> list[str]:
         when = f"at t = {number(self.t)} {self.unit('time')}"
-        parts = [self._links()]
+        parts = [self._links(), points(self.solution) if self.accelerates else []]
         if self.forces:
             parts.append(self._joints())
         parts += [couplings(self.solution), contacts(self.solution)]
@@ -119,6 +121,7 @@ class _Instant:
         columns = [
             Column("LINKS", link_names(self.mechanism), text=True),
             Column("mass", ["", *numbers(mass[:, 0])], unit("mass")),
+            *self._kilograms(mass[:, 0]),
             Column("I_G", ["", *numbers(mass[:, 2])], unit("inertia")),
         ]
         if not self.moves:
@@ -135,6 +138,11 @@ class _Instant:
             vector = polars(ax, ay, ROUNDING * swift * length)
             columns.append(Column("a_G", ["", *vector], unit("acceleration")))
         return table(columns)
+
+    def _kilograms(self, mass: Array) -> list[Column]:
+        """The masses again where the unit of the system is not in everyday use."""
+        found = everyday(self.mechanism.units, "mass", mass)
+        return [Column(one.title, ["", *one.cells], one.unit) for one in found]
 
     def _joints(self) -> list[str]:
         found = []
@@ -181,6 +189,7 @@ class _Instant:
             columns.append(Column(kind, numbers(effort), unit(kind)))
             if self.moves:
                 columns.append(Column("power", numbers(effort * rate), unit("power")))
+                columns += everyday(self.mechanism.units, "power", effort * rate)
         if turns:
             columns.append(
                 Column("angle", [f"{v + 0.0:.3f}" for v in np.degrees(value).round(3)], "deg")

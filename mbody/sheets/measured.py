@@ -40,7 +40,7 @@ def _floor(solution: Solution, dimension: Dimension) -> float:
 
 def _cleared(solution: Solution, measure: Measure, values: np.ndarray) -> np.ndarray:
     """Values with 0 for what is rounding, beside the mechanism or beside the greatest of them."""
-    plain, dimension, _ = measured(solution, Measure(measure.of))
+    plain, dimension, _ = measured(solution, Measure(measure.history.of))
     floor = max(_floor(solution, dimension), ROUNDING * float(np.abs(plain).max()))
     return np.where(np.abs(plain) <= floor, 0.0, values)
 
@@ -52,13 +52,18 @@ def measures(solution: Solution) -> list[str]:
     """
     if not solution.mechanism.measures or solution.record.batch:
         return []
-    cells: dict[str, list[str]] = {key: [] for key in ("name", "least", "greatest", "unit", "of")}
+    cells: dict[str, list[str]] = {
+        key: [] for key in ("name", "least", "greatest", "value", "unit", "of")
+    }
     for name, measure in solution.mechanism.measures.items():
         cells["name"].append(name)
         cells["of"].append(measure.of)
+        alone = bool(measure.by) or len(solution) == 1
         if not found_by(solution, measure):
-            for key in ("least", "greatest", "unit"):
+            for key in ("value", "unit") if alone else ("least", "greatest", "unit"):
                 cells[key].append("–")
+            for key in ("least", "greatest") if alone else ("value",):
+                cells[key].append("")
             continue
         values, dimension, unit = measured(solution, measure)
         if dimension == DIMENSIONS["angle"] and not measure.unit:
@@ -68,15 +73,16 @@ def measures(solution: Solution) -> list[str]:
             number(np.fmin.reduce(values, axis=None)),
             number(np.fmax.reduce(values, axis=None)),
         )
-        for key, cell in zip(("least", "greatest", "unit"), (*extremes, unit), strict=True):
+        cells["unit"].append(unit)
+        shown = ("", "", extremes[0]) if alone else (*extremes, "")
+        for key, cell in zip(("least", "greatest", "value"), shown, strict=True):
             cells[key].append(cell)
     columns = [
         Column("MEASURES", cells["name"], text=True),
         Column("least", cells["least"]),
         Column("greatest", cells["greatest"]),
+        Column("value", cells["value"]),
         Column("unit", cells["unit"], text=True),
         Column("of", cells["of"], text=True),
     ]
-    if len(solution) == 1:
-        columns[1:3] = [Column("value", cells["least"])]
     return table(columns)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.sheets.text_table import numbers, paragraph
+from mbody.sheets.text_table import Column, numbers, paragraph
 from mbody.solution.contact_forces import acting_contacts
 
 if TYPE_CHECKING:
@@ -27,6 +27,7 @@ __all__ = [
     "ROUNDING",
     "certified",
     "closing",
+    "everyday",
     "force_floor",
     "force_names",
     "forces_on",
@@ -123,6 +124,15 @@ def _exchanged(name: str) -> str:
     # as `force_names` writes them: two digits, or two numbers in brackets
     name = re.sub(r"^([A-Z])(\d)(\d)", r"\1\3\2", name)
     return re.sub(r"^([A-Z])\((\d+),(\d+)\)", r"\1(\3,\2)", name)
+
+
+def everyday(system: UnitSystem, dimension: str, values: Array, floor: float = 0.0) -> list[Column]:
+    """A column of the same values in kg or W, where the system has another unit of them."""
+    found = system.everyday(dimension)
+    if found is None:
+        return []
+    unit, ratio = found
+    return [Column("", numbers(values * ratio, floor * ratio), unit)]
 
 
 def heading(solution: Solution, when: str) -> list[str]:

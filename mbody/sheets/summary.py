@@ -8,12 +8,14 @@ import numpy as np
 
 from mbody.sheets.contacts import contacts
 from mbody.sheets.couplings import couplings
+from mbody.sheets.few_instants import few_instants
 from mbody.sheets.friction import friction
 from mbody.sheets.measured import measures
 from mbody.sheets.names import (
     ABOUT,
     ROUNDING,
     closing,
+    everyday,
     force_floor,
     force_names,
     heading,
@@ -61,7 +63,7 @@ class _Summary:
         self.spans = len(solution) > 1 and np.ptp(solution.t) > 0.0
 
     def lines(self) -> list[str]:
-        parts = [self._links()]
+        parts = [few_instants(self.solution), self._links()]
         if self.forces:
             parts.append(self._joints())
         parts += [couplings(self.solution), contacts(self.solution)]
@@ -193,11 +195,9 @@ class _Summary:
             rates = np.array([self.states[:, number_of[d.name], 1] for d in chosen])
             rates = rates[:, None, :] if self.batch else rates
             power = np.fmax.reduce(np.abs(efforts * rates).reshape(len(chosen), -1), axis=1)
-            columns.append(
-                Column(
-                    "peak power", numbers(power, floor * np.abs(rates).max()), self.unit("power")
-                )
-            )
+            least = floor * np.abs(rates).max()
+            columns.append(Column("peak power", numbers(power, least), self.unit("power")))
+            columns += everyday(self.mechanism.units, "power", power, least)
         over = "time" if self._by_time() else "the instants"
         return [*table(columns), f"mean and rms over {over}"]
 

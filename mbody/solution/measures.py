@@ -14,6 +14,7 @@ from mbody.model.element import listed
 from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
 from mbody.model.own_equations import owned
+from mbody.model.reductions import reduce_history
 from mbody.model.state_quantities import MOTION, ORIGIN, TURNING
 from mbody.model.study import Measure
 from mbody.quantities import (
@@ -59,7 +60,8 @@ def measured(solution: Result, measure: Measure | str) -> tuple[np.ndarray, Dime
         joints fx, fy, torque (on body j) and force, the magnitude, and the loss of rough ones; of
         loads the same, of springs
         and dampers their tension and length or their torque and angle, and the rate; of drivers
-        effort, power, value, rate and acceleration; ``t``; the parameters.
+        effort, power, value, rate and acceleration; ``t``; the parameters. What is one number of
+        all instants, as ``"peak(A.force)"``, is the same at each.
 
     Returns
     -------
@@ -80,11 +82,20 @@ def measured(solution: Result, measure: Measure | str) -> tuple[np.ndarray, Dime
     (2.872281, 'm')
     """
     wanted = measure if isinstance(measure, Measure) else Measure(measure)
-    value, dimension, unit = valued(solution, wanted)
+    value, dimension, unit = valued(solution, wanted.history)
     shape = solution.t.shape
     if solution.record.batch:
         shape = (solution.record.count, *shape)
-    return np.broadcast_to(np.asarray(value, dtype=float), shape), dimension, unit
+    values = np.broadcast_to(np.asarray(value, dtype=float), shape)
+    if wanted.by:
+        count = shape[-1]
+        if wanted.by == "at" and not -count <= wanted.instant < count:
+            raise ModelError(
+                f"measure {wanted.of!r}: there is no such instant, they are 0 to {count - 1}"
+            )
+        one = reduce_history(wanted.by, wanted.instant, values)
+        values = np.broadcast_to(one[..., None], shape)
+    return values, dimension, unit
 
 
 def valued(solution: Result, measure: Measure) -> tuple[Any, Dimension, str]:
@@ -112,13 +123,13 @@ def quantity(solution: Result, owner: str, key: str) -> tuple[Any, Dimension]:
 
 
 def check_measure(mechanism: Mechanism, measure: Measure) -> str:
-    """Refuse a measure that names what the mechanism has not, or whose units do not fit; of others
+    """Refuse a history that names what the mechanism has not, or whose units do not fit; of others
     the unit that values are in.
 
     Raises
     ------
     ModelError
-        Such as `measured` raises later.
+        Such as `measured` raises later, or for what is one number of all instants.
     """
     return _valued(measure, _Histories(mechanism, lambda *name: 1.0))[2]
 
@@ -171,7 +182,7 @@ def found_by(solution: Result, measure: Measure) -> bool:
     machine = solution.mechanism
     joints = {joint.name for joint in (*machine.joints, *machine.contacts)}
     drivers = {element.name for element in (*machine.drivers, *machine.couplings)}
-    for name in parse(measure.of, curves=True).names:
+    for name in measure.names:
         owner, _, key = name.rpartition(".")
         if (owner in joints and key in REACTION) or (
             owner in drivers and key in ("effort", "power")
@@ -182,6 +193,11 @@ def found_by(solution: Result, measure: Measure) -> bool:
 
 def _valued(measure: Measure, names: _Histories) -> tuple[Any, Dimension, str]:
     """Value of a measure, its dimension and its unit."""
+    if measure.by:
+        raise ModelError(
+            f"measure {measure.of!r} is one number of all instants: give what changes from instant "
+            f"to instant, {measure.history.of!r}"
+        )
     scope = Scope(names.mechanism.units, names)
     try:
         tree = parse(measure.of, curves=True)

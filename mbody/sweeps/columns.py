@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeAlias
@@ -11,24 +10,14 @@ import numpy as np
 
 from mbody.errors import ModelError, brief
 from mbody.model.mechanism import Mechanism
+from mbody.model.reductions import REDUCTIONS, Reduced, outermost, reduce_history
 from mbody.model.study import Measure
 from mbody.solution.measures import check_measure
 
-__all__ = ["REDUCTIONS", "MeasuredColumn", "columns_of", "reduced"]
+__all__ = ["MeasuredColumn", "columns_of", "reduced"]
 
 #: Columns that the table of a sweep always has.
 TAKEN = ("design", "error")
-
-#: Reductions from the instants of a design to one number.
-REDUCTIONS = {
-    "max": lambda a: a.max(axis=-1),
-    "min": lambda a: a.min(axis=-1),
-    "peak": lambda a: np.abs(a).max(axis=-1),
-    "rms": lambda a: np.sqrt(np.square(a).mean(axis=-1)),
-    "mean": lambda a: a.mean(axis=-1),
-    "first": lambda a: a[..., 0],
-    "last": lambda a: a[..., -1],
-}
 
 
 @dataclass(frozen=True)
@@ -54,9 +43,7 @@ class MeasuredColumn:
 
 def reduced(column: MeasuredColumn, history: np.ndarray) -> np.ndarray:
     """The column of a history (…, instants)."""
-    if column.by == "at":
-        return history[..., column.instant]
-    return np.asarray(REDUCTIONS[column.by](history)) if column.by else history
+    return reduce_history(column.by, column.instant, history)
 
 
 #: A measured quantity, with its reduction to one number or without.
@@ -119,37 +106,23 @@ def _column(mechanism: Mechanism, of: Any, name: str, verb: str) -> MeasuredColu
             f"{', '.join(REDUCTIONS)}, not {brief(of)}"
         )
     by, inner, instant = (reduction, of.strip(), 0) if reduction else _outermost(of, verb)
-    own = mechanism.measures.get(inner)
-    measure = Measure(inner, unit) if own is None else own
+    measure = mechanism.measures.get(inner) or Measure(inner, unit)
+    if measure.by and by:
+        raise ModelError(
+            f"{verb}: '{inner}' is one number of all instants already, {measure.of}: leave "
+            f"'{by}' out"
+        )
+    if measure.by:
+        by, instant, measure = measure.by, measure.instant, measure.history
     check_measure(mechanism, measure)
     return MeasuredColumn(
         name or (f"{reduction}({inner})" if reduction else of.strip()), measure, by, instant
     )
 
 
-def _outermost(text: str, verb: str) -> tuple[str, str, int]:
-    """The reduction of a formula, the formula, and the instant of "at"."""
-    match = re.fullmatch(r"\s*(\w+)\s*\((.*)\)\s*", text, re.DOTALL)
-    if match is None or match[1] not in (*REDUCTIONS, "at"):
-        return "", text.strip(), 0
-    parts, depth, part = [], 0, ""
-    for letter in match[2]:
-        depth += {"(": 1, ")": -1}.get(letter, 0)
-        if depth < 0:  # the last bracket closes another one
-            return "", text.strip(), 0
-        if letter == "," and depth == 0:
-            parts.append(part)
-            part = ""
-        else:
-            part += letter
-    parts = [one.strip() for one in (*parts, part)]
-    if match[1] == "at":
-        if len(parts) != 2 or not re.fullmatch(r"-?\d{1,9}", parts[1]):
-            raise ModelError(
-                f"{verb}: {brief(text)}: at takes a quantity and the number of an instant, as in "
-                "at(A.force, 0)"
-            )
-        return "at", parts[0], int(parts[1])
-    if len(parts) != 1:  # the greater of two quantities, at every instant
-        return "", text.strip(), 0
-    return match[1], parts[0], 0
+def _outermost(text: str, verb: str) -> Reduced:
+    """The reduction of a formula; errors begin with the verb."""
+    try:
+        return outermost(text)
+    except ModelError as error:
+        raise ModelError(f"{verb}: {error}") from None

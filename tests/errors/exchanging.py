@@ -41,6 +41,18 @@ ENDS = connector(5, 60, 10, 'anchor="true"') + connector(6, 140, 10, 'anchor="tr
 SLIDE = 'slider="true"'
 
 
+def as_model(text, name):
+    """The command with a file of another program in place of a model."""
+
+    def action():
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / name
+            path.write_text(text, encoding="utf-8")
+            said(["kinematics", str(path)])()
+
+    return action
+
+
 def pin(id_, kind="revolute", position=(0.0, 0.0), **more):
     return {"id": id_, "type": kind, "position": position and list(position)} | more
 
@@ -83,6 +95,8 @@ def without_ezdxf():
 
 
 SCENARIOS = {
+    "a file of another program as a model": as_model("ground,crank,R,0,0", "crank.txt"),
+    "a file of another program as a model, in XML": as_model("<linkage2/>", "crank.linkage2"),
     "a drawing of parts without ezdxf": without_ezdxf,
     "a drawing of parts of no width": lambda: to_dxf(four_bar(), 0.0),
     "a drawing of parts whose holes are too wide": lambda: to_dxf(four_bar(), 1.0, 2.0),

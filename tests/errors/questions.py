@@ -54,6 +54,15 @@ def _arm(law):
     return Body("arm", mass=1.0), pin, AngleDriver("lever", "arm", law)
 
 
+def stopped_at_the_top():
+    """A free motion that is to stop where its greatest angle is zero."""
+    from mbody import Event, gallery, simulate
+
+    machine = gallery.load("simple_pendulum")
+    machine.measures["highest"] = Measure("max(pendulum.angle)")
+    return simulate(machine, 1.0, events=[Event("highest", name="top")])
+
+
 def loaded():
     from mbody import Gravity, Torque, kinetostatics
 
@@ -66,6 +75,9 @@ SCENARIOS = {
     "a measure that is no formula": lambda: Measure("crank.x +"),
     "a measure in no unit": lambda: Measure("crank.x", "parsnip"),
     **{f"measuring {name}": lambda of=of: loaded().measure(of) for name, of in MEASURES.items()},
+    "a measure of an instant that there is not": lambda: run().measure("at(crank.x, 3)"),
+    "a measure of an instant without its number": lambda: Measure("at(crank.x)"),
+    "an event of one number of all instants": stopped_at_the_top,
     "a measure in nothing": lambda: run().measure(Measure("crank.x", "m*0")),
     "a measure in a wrong unit": lambda: run().measure(Measure("crank.x", "N")),
     **QUESTIONS,

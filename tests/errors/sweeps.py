@@ -11,6 +11,7 @@ from unittest import mock
 import mbody
 from mbody.errors import SolveError
 from mbody.files.seal import OPEN_SEAL
+from mbody.model.study import Measure
 from mbody.sweeps import (
     Normal,
     Uniform,
@@ -44,6 +45,12 @@ def undriven():
 
 def without_a_measure():
     return mbody.sweep(four_bar(), CRANK)
+
+
+def reduced_again():
+    machine = four_bar()
+    machine.measures["pin"] = Measure("peak(A.force)")
+    return mbody.sweep(machine, CRANK, measure="rms(pin)")
 
 
 def of_a_batch():
@@ -145,6 +152,7 @@ SCENARIOS = {
     "a sweep of a measure that is a number": lambda: sweep(measure=3),
     "a sweep of measures that are numbers": lambda: sweep(measure=[3]),
     "a sweep of a measure twice": lambda: sweep(measure=["A.force", "A.force"]),
+    "a sweep of a reduced measure, reduced again": reduced_again,
     "a sweep at no instant": lambda: sweep(measure="at(A.force, 0.1)"),
     "a sweep at an instant that there is not": lambda: sweep(measure="at(A.force, 3)"),
     "a sweep by an unknown analysis": lambda: sweep(analysis="dynamics"),

@@ -13,7 +13,7 @@ from mbody.analysis.linear.about_motion import Moving
 from mbody.errors import ModelError
 from mbody.model.study import Measure
 from mbody.solution.doubts import Doubt, Inherited, inherited
-from mbody.solution.measures import measured
+from mbody.solution.measures import check_measure, measured
 from mbody.system.driver_formulas import followed_inputs
 from mbody.system.read_only import lock
 
@@ -99,6 +99,8 @@ def state_matrices(
             name,
         )
     of = [machine.measures.get(one, one) if isinstance(one, str) else one for one in wanted]
+    for one in of:
+        check_measure(machine, one if isinstance(one, Measure) else Measure(one))
 
     def values(y: Array, w: Array, own: Array | None = None) -> Array:
         a, rates, run = nearby.instant(y, w, own)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from mbody.model.mechanism import Mechanism
-from mbody.quantities import read
 
 __all__ = ["unused_points"]
 
@@ -23,7 +22,7 @@ def unused_points(mechanism: Mechanism) -> list[str]:
     for contact in mechanism.contacts:
         used |= contact.points()
     for measure in mechanism.measures.values():
-        used |= {name.rpartition(".")[0] for name in read(measure.of, None, curves=True).names}
+        used |= {name.rpartition(".")[0] for name in measure.names}
     bodies = [mechanism.ground, *mechanism.bodies]
     names = [f"{body.name}.{point}" for body in bodies for point in body.points]
     return [name for name in names if name not in used]

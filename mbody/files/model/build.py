@@ -172,7 +172,7 @@ def _questions(given: Any, mechanism: Mechanism) -> list[Problem]:
         try:
             measure = Measure(entry) if isinstance(entry, str) else Measure(entry.of, entry.unit)
             mechanism.measures[name] = measure
-            check_measure(mechanism, measure)
+            check_measure(mechanism, measure.history)
         except ModelError as error:
             problems.append(Problem(("measures", name), str(error).removeprefix("measure: ")))
     if given.ask is not None:

@@ -235,7 +235,8 @@ def text_of(file: Path, limits: Limits | None = None) -> str:
         return raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise ModelError(
-            f"'{name}' is no text: byte {error.start + 1} is not UTF-8; models are TOML or JSON"
+            f"'{name}' is no text: byte {error.start + 1} is not UTF-8; models are TOML or JSON, "
+            "files of other programs that `mbody import` reads are text too: save it as UTF-8"
         ) from None
 
 
