@@ -289,18 +289,34 @@ def _example(graph: Graph) -> Mechanism:
     made = Mechanism("linkage", units="SI", ground=ground)
     names = {GROUND: "ground"} | {n: f"L{n}" for n in range(len(graph.links))}
     for n, own in enumerate(graph.links):
-        points = {f"J{k}": (float(k), 1.0) for k in own}
-        made.add(Body(names[n], mass=1.0, inertia=1.0, points=points, guess=(0.0, 0.0, 0.0)))
+        made.add(_link(names[n], own))
     tree, closing = graph.edges()
     for n, (k, i, j) in enumerate(tree):
-        made.add(Revolute(f"R{n}", f"{names[i]}.J{k}", f"{names[j]}.J{k}"))
+        made.add(_pin(f"R{n}", names[i], k, names[j]))
     slots = [(f"C{n}_{a}", i, k, j) for n, (k, i, j, _) in enumerate(closing) for a in (0, 1)]
     slots += [(f"S{n}", on, k, _first(graph, k)) for n, (k, on) in enumerate(graph.slides)]
     for name, i, k, j in slots:
-        made.add(PinSlot(name, Marker(names[i], (1.0, 0.0)), f"{names[j]}.J{k}"))
+        made.add(_slot(name, names[i], k, names[j]))
     made.add(AngleDriver("driver", names[graph.driver], ConstantSpeed(0.0, 1.0)))
     made.add(Gravity("gravity", x=0.0, y=-1.0))
     return made
+
+
+# topologies share most of their elements, which never change
+@functools.lru_cache(maxsize=10_000)
+def _link(name: str, own: tuple[int, ...]) -> Body:
+    points = {f"J{k}": (float(k), 1.0) for k in own}
+    return Body(name, mass=1.0, inertia=1.0, points=points, guess=(0.0, 0.0, 0.0))
+
+
+@functools.lru_cache(maxsize=10_000)
+def _pin(name: str, i: str, joint: int, j: str) -> Revolute:
+    return Revolute(name, f"{i}.J{joint}", f"{j}.J{joint}")
+
+
+@functools.lru_cache(maxsize=10_000)
+def _slot(name: str, i: str, joint: int, j: str) -> PinSlot:
+    return PinSlot(name, Marker(i, (1.0, 0.0)), f"{j}.J{joint}")
 
 
 def _pivots(plan: TopologyPlan) -> PivotChoices | None:
