@@ -52,11 +52,8 @@ def is_pending(value: Any) -> bool:
         parts = value.values()
     else:
         parts = [getattr(value, field) for field in _field_names(cast(Any, type(value)))]
-    for part in parts:
-        # no call for a plain number: there are hundreds in a description
-        if type(part) not in _PLAIN and is_pending(part):
-            return True
-    return False
+    # no call for a plain number: there are hundreds in a description
+    return any(type(part) not in _PLAIN and is_pending(part) for part in parts)
 
 
 def substituted(value: Any, instead: Callable[[Formula], Any]) -> Any:
