@@ -214,6 +214,13 @@ def goals() -> list[Goal]:
         Goal(
             "a position, all reactions", 0.1, False, " µs", median("norton_fourbar, one of", 1e-6)
         ),
+        Goal(
+            "a linkage of 8 joints, 200 positions, all forces",
+            0.2,
+            False,
+            " ms",
+            median("linkage of 8 joints", 1e-3),
+        ),
         Goal("10⁴ four-bars × 360, two threads", 0.3, False, " s", median(turned, 1.0)),
         Goal("the same, the goal beyond", 0.12, False, " s", median(turned, 1.0)),
         Goal(

@@ -17,6 +17,7 @@ import mbody
 from benchmarks import models, page, results, studies, targets
 from benchmarks.frame import OURS, Engine, Row, Scope, Trial, in_turn, race, sufficient_trial
 from benchmarks.peers import by_hand, closed_form, kinetostatic
+from benchmarks.peers.dyads import dyad_order, dyad_positions
 from benchmarks.planar import absolute, planar
 from benchmarks.questions import QUESTIONS, andrews, bodies, sweeps
 
@@ -110,6 +111,20 @@ def test_equations_of_andrews_by_hand():
     y = np.append(andrews.angles_of(machine.pose[:, 2]), np.zeros(7))
     ours = andrews.angles_of(alpha(system))
     assert np.abs(by_hand.andrews(0.0, y)[7:] - ours).max() <= ROUNDING * np.abs(ours).max()
+
+
+def test_positions_dyad_by_dyad():
+    from mbody.topologies.generator import random_linkages
+
+    arrays = random_linkages(2, 7, np.random.default_rng(3))
+    found = mbody.linkages(arrays, instants=41)
+    for n in range(0, len(found), 5):
+        links, fixed = arrays["links"][n].tolist(), arrays["ground"][n].tolist()
+        paths = dyad_positions(arrays["joints"][n], links, fixed, 41)
+        # closed loops are off by rounding over the sine of the least angle, 0.1
+        assert np.abs(paths.swapaxes(0, 1) - found.positions[n]).max() <= ROUNDING
+    with pytest.raises(ValueError, match="not of dyads"):
+        dyad_order([[0, 1], [1, 2]], [0], [0, 1])
 
 
 def test_equations_of_a_chain_by_hand():

@@ -51,7 +51,9 @@ def test_a_file_has_what_linkages_finds(tmp_path):
     size = np.nanmax(np.abs(found.forces), axis=(1, 2, 3, 4), keepdims=True)
     assert (np.isnan(kept) == np.isnan(found.forces)).all()
     assert np.nanmax(np.abs(kept - found.forces) / size) < 1e-6
-    assert np.allclose(table["margin"].to_numpy(), found.margin, 1e-6)
+    # on lanes by the instant with the least determinant; of the few that go alone, as the last
+    # three here, by the nearest of all instants
+    assert np.allclose(table["margin"].to_numpy(), found.margin, 0.02)
     names = np.array(table["topology"].to_pylist())
     same = names[:, None] == names[None, :]
     assert (same == (found.topology[:, None] == found.topology[None, :])).all()

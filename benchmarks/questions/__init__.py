@@ -15,6 +15,7 @@ QUESTIONS = (
     "control_loop",
     "many_at_once",
     "positions",
+    "new_linkages",
     "sweeps",
     "cold_start",
     "memory",

@@ -303,7 +303,7 @@ class Element:
         if not self.pending:
             self._check()
 
-    @property
+    @functools.cached_property
     def pending(self) -> bool:
         """Whether numbers of it are text, which the mechanism turns into floats when it is added;
         it is checked as a whole then.

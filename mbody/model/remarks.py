@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -51,11 +52,17 @@ def remarks(mechanism: Mechanism, kept: dict[str, Any] | None = None) -> tuple[s
 def _tables(mechanism: Mechanism) -> Iterator[str]:
     """Splines that leave the range of their points, and motions whose rate jumps."""
     for element in mechanism:
-        for field in dataclasses.fields(element):
+        for field in _law_fields(type(element)):
             law = getattr(element, field.name)
-            if isinstance(law, Table) and "law" in field.metadata:
+            if isinstance(law, Table):
                 of, value = (dimension_of(field.metadata[key]) for key in ("of", "law"))
                 yield from _table(mechanism.units, element, field.name, law, of, value)
+
+
+@functools.cache
+def _law_fields(kind: type[Element]) -> tuple[dataclasses.Field[Any], ...]:
+    """Fields of a kind of element that are laws."""
+    return tuple(field for field in dataclasses.fields(kind) if "law" in field.metadata)
 
 
 def _table(

@@ -45,11 +45,15 @@ def is_pending(value: Any) -> bool:
         return False
     if isinstance(value, Formula):
         return True
+    parts: Iterable[Any]
     if isinstance(value, (tuple, list)):
-        return any(map(is_pending, value))
-    if isinstance(value, dict):
-        return any(map(is_pending, value.values()))
-    return any(is_pending(getattr(value, field)) for field in _field_names(cast(Any, type(value))))
+        parts = value
+    elif isinstance(value, dict):
+        parts = value.values()
+    else:
+        parts = [getattr(value, field) for field in _field_names(cast(Any, type(value)))]
+    # no call for a plain number: there are hundreds in a description
+    return any(type(part) not in _PLAIN and is_pending(part) for part in parts)
 
 
 def substituted(value: Any, instead: Callable[[Formula], Any]) -> Any:

@@ -32,6 +32,8 @@ def float_or_formula(value: Any, dimension: Dimension | None) -> float | Formula
     FormulaError
         When it is neither; the message follows the name of the field.
     """
+    if type(value) is float and math.isfinite(value):
+        return value
     if isinstance(value, Real) and not isinstance(value, bool):
         try:
             result = float(value)

@@ -275,19 +275,26 @@ class _Compiler:
             joint.refuse(at, self.mechanism.units.length)
         self._refuse_contacts(at)
         columns, masses = self.columns(numbers)
-        batch = max((np.size(value) for value in numbers.values() if np.ndim(value)), default=1)
+        arrays = [value for value in numbers.values() if type(value) is not float]
+        batch = max((np.size(value) for value in arrays if np.ndim(value)), default=1)
         return _stack(columns, batch), _stack(masses, batch)
 
     def columns(self, numbers: dict[str, Any]) -> tuple[list[Any], list[Any]]:
         """The rows of parameters and masses, each a number or an array (batch,)."""
         at = self.read(numbers)
-        made = self.frictions(at)
-        pairs = [pair for own in made.values() for pair in own]
-        primitives, actions = self.primitives(at, made), self.actions(at)
+        if numbers is self.numbers:
+            # those of the description were made already
+            pairs = [pair for _, pair in self.pairs]
+            primitives, actions, laws = self.first_primitives, self.first_actions, self.first_laws
+        else:
+            made = self.frictions(at)
+            pairs = [pair for own in made.values() for pair in own]
+            primitives, actions = self.primitives(at, made), self.actions(at)
+            laws = self.laws(primitives, actions, pairs, at)
         columns: list[Any] = []
         for (element, _), primitive in zip(self.owners, primitives, strict=True):
             columns += [*primitive.parameters, *_arm(element, at)]
-        for law in self.laws(primitives, actions, pairs, at):
+        for law in laws:
             columns.extend(law.parameters)
         for action in actions:
             columns.extend(action.parameters)

@@ -42,6 +42,8 @@ def locked(value: Any) -> Any:
     ...
     ValueError: assignment destination is read-only
     """
+    if type(value) is float:  # most are
+        return value
     if isinstance(value, np.ndarray):
         view = value.view()
         view.flags.writeable = False

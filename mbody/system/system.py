@@ -15,6 +15,7 @@ from mbody.core.presentation import present
 from mbody.errors import ModelError
 from mbody.kernels.layout import (
     FRICTION_NUMBERS,
+    Frame,
     Layout,
     Work,
     frame_of,
@@ -362,7 +363,10 @@ class System:
         blank = self._blanks.get(lanes)
         if blank is None:
             blank = self._blanks[lanes] = self._blank(lanes)
-        work = blank.copied()
+        frame, column = blank
+        memory = frame.blank()
+        memory[:] = column
+        work = Work(frame, memory)
         if self.batch is not None:
             work.par[:] = self.par[:, np.broadcast_to(designs, lanes)]
             work.mass[:] = self.mass[:, np.broadcast_to(designs, lanes)]
@@ -373,12 +377,14 @@ class System:
         return work
 
     @functools.cached_property
-    def _blanks(self) -> dict[int, Work]:
-        """A fresh workspace by number of lanes, to be copied."""
+    def _blanks(self) -> dict[int, tuple[Frame, np.ndarray]]:
+        """Fresh workspaces by number of lanes."""
         return {}
 
-    def _blank(self, lanes: int) -> Work:
-        """A workspace with all that is the same for every position."""
+    def _blank(self, lanes: int) -> tuple[Frame, np.ndarray]:
+        """The frame of a workspace, and all that is the same for every position: a column, since
+        all lanes begin alike.
+        """
         L = self.layout
         frame = frame_of(L, self.par.shape[0], self.signals, lanes)
         work = Work(frame, frame.blank())
@@ -400,7 +406,7 @@ class System:
             violation(self.runtime(), one)
             for name in ("block", "phi", "nu", "gamma"):
                 getattr(work, name)[:] = getattr(one, name)
-        return work
+        return frame, work.memory[:, :1].copy()
 
     @functools.cached_property
     def _fixed_rows(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from mbody.topologies.arrays import LinkageArrays
 
-__all__ = ["CanonicalOrder", "canonical_order"]
+__all__ = ["CanonicalOrder", "canonical_order", "row_bytes"]
 
 Words = np.ndarray
 
@@ -43,24 +43,42 @@ class CanonicalOrder:
 
 
 def canonical_order(made: LinkageArrays) -> CanonicalOrder:
-    """The canonical order of every linkage."""
-    count, nodes = made.joints.shape[:2]
-    bars, places = made.links.shape[1:]
-    flat = made.links.reshape(count, -1)
+    """The canonical order of every linkage; those of one numbering are ordered once."""
+    count = len(made)
+    parts = [made.links, made.ground, made.driver, made.slides]
+    rows = np.concatenate([part.reshape(count, -1) for part in parts], axis=1)
+    _, first, number = np.unique(row_bytes(rows), return_index=True, return_inverse=True)
+    found = _order(made.links[first], made.ground[first], made.driver[first], made.slides[first])
+    return CanonicalOrder(*(part[number] for part in found))
+
+
+def row_bytes(table: np.ndarray) -> np.ndarray:
+    """Rows of a table as one number of many bytes each, to be compared."""
+    table = np.ascontiguousarray(table)
+    return table.view(np.dtype((np.void, table.itemsize * table.shape[1]))).reshape(-1)
+
+
+def _order(
+    described: np.ndarray, ground: np.ndarray, driver: np.ndarray, slides: np.ndarray
+) -> tuple[np.ndarray, ...]:
+    """The parts of a canonical order, of the parts of so many descriptions."""
+    count, nodes = ground.shape
+    bars, places = described.shape[1:]
+    flat = described.reshape(count, -1)
     used = (flat >= 0) & (flat < nodes)
     at = np.where(used, flat, nodes)
     owner = np.repeat(np.arange(bars), places)
-    slid = made.slides[..., 0]
+    slid = slides[..., 0]
     slid = np.where((slid >= 0) & (slid < nodes), slid, nodes)
-    guide = np.where(slid < nodes, made.slides[..., 1], -1)
+    guide = np.where(slid < nodes, slides[..., 1], -1)
     guide = np.where((guide >= -1) & (guide < bars), guide, -1)
     there = np.zeros((count, nodes + 1), dtype=bool)
     np.put_along_axis(there, at, True, 1)
     there[:, nodes] = False
     fixed = np.zeros((count, nodes + 1), dtype=bool)
-    fixed[:, :nodes] = made.ground & there[:, :nodes]
+    fixed[:, :nodes] = ground & there[:, :nodes]
     whole = used.reshape(count, bars, places).any(axis=2)
-    driven = np.arange(bars) == made.driver[:, None]
+    driven = np.arange(bars) == driver[:, None]
     joint = _mixed(fixed.astype(np.uint64) + np.uint64(2) * there)
     joint[:, nodes] = 0
     link = _mixed(driven.astype(np.uint64) + np.uint64(2) * whole + np.uint64(7))
@@ -96,13 +114,13 @@ def canonical_order(made: LinkageArrays) -> CanonicalOrder:
         [
             np.where(links == nodes, -1, links).reshape(count, -1),
             np.take_along_axis(fixed, joint_order, axis=1),
-            np.take_along_axis(new_link, np.clip(made.driver, 0, bars - 1)[:, None], axis=1),
+            np.take_along_axis(new_link, np.clip(driver, 0, bars - 1)[:, None], axis=1),
             np.take_along_axis(own, slide_order, axis=1),
             np.take_along_axis(on, slide_order, axis=1),
         ],
         axis=1,
     ).astype(np.int16)
-    return CanonicalOrder(joint_order, link_order, place_order, slide_order, table)
+    return joint_order, link_order, place_order, slide_order, table
 
 
 def _refined(

@@ -9,7 +9,6 @@ triangles; whether a triad does is for the analysis to say.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -26,8 +25,13 @@ FIRST = 3
 ANGLES, LEAST = 73, 0.01
 #: Places that are tried for a new joint.
 TRIES = 12
-#: Linkages of each topology that are drawn.
-ALIKE = 16
+#: Every how many of these angles are looked at first.
+FEW = 8
+#: Linkages of each topology, which fill the lanes, and for each joint after the first how many more
+#: are drawn because some never close.
+ALIKE, SPARE = 16, 5
+#: Bytes of the paths of linkages that are drawn at once.
+MOST = 64e6
 #: How often a group is a slider, and a linkage has a triad.
 SLIDERS, TRIADS = 0.25, 0.5
 
@@ -64,22 +68,6 @@ def shape_of(nodes: int, groups: tuple[str, ...]) -> tuple[int, int, int]:
     return bars, 3 if "triads" in groups else 2, added if "sliders" in groups else 0
 
 
-@dataclass
-class _Batch:
-    """Linkages of one topology that grow, joint by joint."""
-
-    joints: np.ndarray
-    path: np.ndarray
-    links: list[tuple[int, ...]] = field(default_factory=lambda: [(0, 1)])
-    slides: list[tuple[int, int]] = field(default_factory=list)
-    directions: list[np.ndarray] = field(default_factory=list)
-
-    def keep(self, good: np.ndarray) -> None:
-        """Only these linkages."""
-        self.joints, self.path = self.joints[good], self.path[good]
-        self.directions = [one[good] for one in self.directions]
-
-
 def random_linkages(
     topologies: int,
     nodes: int,
@@ -106,153 +94,214 @@ def random_linkages(
         Joints 0 and 2 are on the ground, link 0 is the crank.
     """
     check_groups(groups, nodes)
-    made = [_batch(nodes, random, groups, turn) for _ in range(topologies)]
-    bars, places, slides = shape_of(nodes, groups)
-    parts: dict[str, list[np.ndarray]] = {"joints": [], "links": [], "slides": [], "directions": []}
-    for one in made:
-        count = len(one.joints)
-        links = np.full((bars, places), -1)
-        for n, link in enumerate(one.links):
-            links[n, : len(link)] = link
-        on = np.full((slides, 2), -1)
-        along = np.zeros((count, slides))
-        for n, pair in enumerate(one.slides):
-            on[n], along[:, n] = pair, one.directions[n]
-        parts["joints"].append(one.joints)
-        parts["links"].append(np.tile(links, (count, 1, 1)))
-        parts["slides"].append(np.tile(on, (count, 1, 1)))
-        parts["directions"].append(along)
-    found = {name: np.concatenate(own) for name, own in parts.items()}
-    count = len(found["joints"])
-    return found | {"ground": np.tile([0, 2], (count, 1)), "driver": np.zeros(count, dtype=int)}
+    drawn = ALIKE + SPARE * (nodes - FIRST)
+    at_once = max(1, int(MOST / (16 * drawn * nodes * ANGLES)))
+    parts = [
+        _drawn(min(at_once, topologies - n), drawn, nodes, random, groups, turn)
+        for n in range(0, topologies, at_once)
+    ]
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
-def _batch(nodes: int, random: np.random.Generator, groups: tuple[str, ...], turn: float) -> _Batch:
-    """Linkages of one random topology; few or none where they seldom close."""
-    angles = np.linspace(0.0, turn, ANGLES)
-    joints = np.zeros((ALIKE, nodes, 2))
-    joints[:, :FIRST] = random.random((ALIKE, FIRST, 2))
-    path = np.zeros((ALIKE, nodes, ANGLES, 2))
-    path[:, 0], path[:, 2] = joints[:, 0, None], joints[:, 2, None]
-    crank = joints[:, 1] - joints[:, 0]
-    path[:, 1] = joints[:, 0, None] + _turned(crank[:, None], angles)
-    batch = _Batch(joints, path)
-    triad = "triads" in groups and nodes >= FIRST + 3
-    triad &= groups == ("triads",) or random.random() < TRIADS
-    closed = ["dyads" in groups, "sliders" in groups]
-    k = FIRST
-    while k < nodes:
-        left = nodes - k
-        if triad and (left == 3 or not any(closed)):
-            _add_triad(batch, k, random)
-            k += 3
-            continue
-        if closed[1] and (not closed[0] or random.random() < SLIDERS):
-            _add_slider(batch, k, random)
-        else:
-            _add_dyad(batch, k, random)
-        k += 1
-    return batch
+def _drawn(
+    topologies: int,
+    drawn: int,
+    nodes: int,
+    random: np.random.Generator,
+    groups: tuple[str, ...],
+    turn: float,
+) -> dict[str, np.ndarray]:
+    """The same, all at once; drawn: linkages of each topology."""
+    grown = _Growth(topologies, drawn, nodes, random, groups, turn)
+    for k, own in enumerate(_kinds(topologies, nodes, random, groups).T):
+        for kind, add in (("dyads", grown.dyads), ("sliders", grown.sliders)):
+            of_kind = np.flatnonzero(own == GROUPS.index(kind))
+            if of_kind.size:
+                add(k, of_kind)
+        grown.triads(k, np.flatnonzero(own == GROUPS.index("triads")))
+    return grown.arrays()
+
+
+def _kinds(
+    topologies: int, nodes: int, random: np.random.Generator, groups: tuple[str, ...]
+) -> np.ndarray:
+    """Of every topology the group, a number of `GROUPS`, that begins with each joint; −1 for none:
+    (topologies, nodes). Triads are last.
+    """
+    closed = "dyads" in groups, "sliders" in groups
+    slid = random.random((topologies, nodes)) < SLIDERS if closed[0] else True
+    kinds = np.where(np.logical_and(slid, closed[1]), 1, 0) * np.ones((topologies, nodes), int)
+    kinds[:, :FIRST] = -1
+    if "triads" in groups and nodes >= FIRST + 3:
+        with_triad = np.ones(topologies, dtype=bool)
+        if any(closed):
+            with_triad = random.random(topologies) < TRIADS
+        first = nodes - 3 if any(closed) else FIRST
+        kinds[with_triad, first:] = -1
+        kinds[with_triad, first::3] = 2
+    return kinds
+
+
+class _Growth:
+    """Linkages that grow, joint by joint; those of a topology are next to each other."""
+
+    def __init__(
+        self,
+        topologies: int,
+        drawn: int,
+        nodes: int,
+        random: np.random.Generator,
+        groups: tuple[str, ...],
+        turn: float,
+    ) -> None:
+        self.random, self.drawn, count = random, drawn, topologies * drawn
+        bars, places, slides = shape_of(nodes, groups)
+        self.links = np.full((topologies, bars, places), -1)
+        self.slides = np.full((topologies, slides, 2), -1)
+        self.many = np.ones((topologies, 2), dtype=int) * [1, 0]  # links and slides
+        self.joints = np.zeros((count, nodes, 2))
+        self.path = np.zeros((count, nodes, ANGLES, 2))
+        self.directions = np.zeros((count, slides))
+        self.alive = np.ones(count, dtype=bool)
+        self.topology = np.repeat(np.arange(topologies), drawn)
+        self.joints[:, :FIRST] = random.random((count, FIRST, 2))
+        self.path[:, 0], self.path[:, 2] = self.joints[:, 0, None], self.joints[:, 2, None]
+        crank = self.joints[:, 1] - self.joints[:, 0]
+        angles = np.linspace(0.0, turn, ANGLES)
+        self.path[:, 1] = self.joints[:, 0, None] + _turned(crank[:, None], angles)
+        self.links[:, 0, :2] = 0, 1
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """The first linkages of each topology that closed."""
+        number = np.cumsum(self.alive.reshape(-1, self.drawn), axis=1).reshape(-1)
+        kept = np.flatnonzero(self.alive & (number <= ALIKE))
+        of = self.topology[kept]
+        return {
+            "joints": self.joints[kept],
+            "links": self.links[of],
+            "slides": self.slides[of],
+            "directions": self.directions[kept],
+            "ground": np.tile([0, 2], (len(kept), 1)),
+            "driver": np.zeros(len(kept), dtype=int),
+        }
+
+    def dyads(self, k: int, which: np.ndarray) -> None:
+        """Joint k of these topologies on bars to two joints before it."""
+        ends = self._joints_before(k, 2, which)
+        i, j = ends[:, self.topology]
+
+        def placed(rest: np.ndarray, x: np.ndarray, every: int) -> Placed:
+            start, end = self.path[rest, i[rest], ::every], self.path[rest, j[rest], ::every]
+            d = end - start
+            square = np.maximum(d[..., 0] ** 2 + d[..., 1] ** 2, 1e-12)
+            begun, last = self.joints[rest, i[rest]], self.joints[rest, j[rest]]
+            own, other, first = x - begun, x - last, last - begun
+            a, b = (own * own).sum(axis=1)[:, None], (other * other).sum(axis=1)[:, None]
+            along = (square + a - b) / (2.0 * square)
+            across = a / square - along**2
+            side = np.sign(first[:, 0] * own[:, 1] - first[:, 1] * own[:, 0])[:, None]
+            height = side * np.sqrt(np.maximum(across, 0.0))
+            path = np.empty_like(d)
+            path[..., 0] = start[..., 0] + along * d[..., 0] - height * d[..., 1]
+            path[..., 1] = start[..., 1] + along * d[..., 1] + height * d[..., 0]
+            # sin² of the angle between the bars
+            return path, (across * square * square > LEAST * a * b).all(axis=1)
+
+        self._place(k, which, placed)
+        for end in ends:
+            self._link(which, np.column_stack([end[which], np.full(len(which), k)]))
+
+    def sliders(self, k: int, which: np.ndarray) -> None:
+        """Joint k on a bar to a joint before it, on a line of the ground or of a bar."""
+        random, topologies = self.random, len(self.links)
+        (end,) = self._joints_before(k, 1, which)
+        on = np.full(topologies, -1)
+        # a line of the ground is one through its two joints
+        line = np.tile([0, 2], (topologies, 1))
+        for n in which.tolist():
+            own = self.links[n, : self.many[n, 0]]
+            bars = np.flatnonzero((own != end[n]).all(axis=1))
+            if bars.size and random.random() < 0.5:
+                on[n] = random.choice(bars)
+                line[n] = own[on[n], :2]
+        i, (p, q) = end[self.topology], line[self.topology].T
+        directions = random.uniform(0.0, np.pi, len(self.joints))
+
+        def placed(rest: np.ndarray, x: np.ndarray, every: int) -> Placed:
+            start, foot = self.path[rest, i[rest], ::every], self.path[rest, p[rest], ::every]
+            along = self.path[rest, q[rest], ::every] - foot
+            turned = np.arctan2(along[..., 1], along[..., 0])
+            turned = turned - turned[:, :1]
+            angle = directions[rest, None] + turned
+            through = foot + _turned((x - self.joints[rest, p[rest]])[:, None], turned)
+            u = np.stack([np.cos(angle), np.sin(angle)], axis=2)
+            d = through - start
+            length = ((x - self.joints[rest, i[rest]]) ** 2).sum(axis=1)[:, None]
+            far = d[..., 0] * u[..., 1] - d[..., 1] * u[..., 0]
+            left = length - far**2
+            middle = (d * u).sum(axis=2)
+            sign = np.sign(middle[:, :1])
+            travel = sign * np.sqrt(np.maximum(left, 0.0)) - middle
+            path = through + travel[..., None] * u
+            return path, (left > LEAST * length).all(axis=1) & (sign[:, 0] != 0.0)
+
+        self._place(k, which, placed)
+        self._link(which, np.column_stack([end[which], np.full(len(which), k)]))
+        at = self.many[which, 1]
+        self.slides[which, at] = np.column_stack([np.full(len(which), k), on[which]])
+        rows = np.flatnonzero(np.isin(self.topology, which))
+        self.directions[rows, self.many[self.topology[rows], 1]] = directions[rows]
+        self.many[which, 1] += 1
+
+    def triads(self, k: int, which: np.ndarray) -> None:
+        """Joints k to k + 2 on one link, each on a bar to a joint before it."""
+        if not which.size:
+            return
+        ends = self._joints_before(k, 3, which)
+        rows = np.flatnonzero(np.isin(self.topology, which))
+        self.joints[rows, k : k + 3] = self.random.random((len(rows), 3, 2))
+        # the paths are not known here: further groups may not stand on a triad
+        self._link(which, np.tile(np.arange(k, k + 3), (len(which), 1)))
+        for n, end in enumerate(ends):
+            self._link(which, np.column_stack([end[which], np.full(len(which), k + n)]))
+
+    def _joints_before(self, k: int, many: int, which: np.ndarray) -> np.ndarray:
+        """So many different joints before k, (many, topologies); zeros for other topologies."""
+        found = np.zeros((len(self.links), many), dtype=int)
+        found[which] = self.random.random((len(which), k)).argsort(axis=1)[:, :many]
+        return found.T
+
+    def _link(self, which: np.ndarray, joints: np.ndarray) -> None:
+        """A further link of these topologies."""
+        self.links[which, self.many[which, 0], : joints.shape[1]] = joints
+        self.many[which, 0] += 1
+
+    def _place(
+        self,
+        k: int,
+        which: np.ndarray,
+        placed: Callable[[np.ndarray, np.ndarray, int], Placed],
+    ) -> None:
+        """Draw joint k of every linkage of these topologies until it closes; linkages for which it
+        never does are left out. placed: its path at some of the angles, of linkages and its first
+        positions.
+        """
+        rest = np.flatnonzero(self.alive & np.isin(self.topology, which))
+        for _ in range(TRIES):
+            if not rest.size:
+                break
+            x = self.random.random((len(rest), 2))
+            # most are refused by a few angles already
+            likely = np.flatnonzero(placed(rest, x, FEW)[1])
+            path, closes = placed(rest[likely], x[likely], 1)
+            good = likely[closes]
+            self.joints[rest[good], k] = x[good]
+            self.path[rest[good], k] = path[closes]
+            rest = np.delete(rest, good)
+        self.alive[rest] = False
 
 
 def _turned(v: np.ndarray, angles: np.ndarray) -> np.ndarray:
     """Vectors (…, 2) turned by angles."""
     c, s = np.cos(angles), np.sin(angles)
     return np.stack([c * v[..., 0] - s * v[..., 1], s * v[..., 0] + c * v[..., 1]], axis=-1)
-
-
-def _pair(below: int, random: np.random.Generator) -> tuple[int, int]:
-    i, j = random.choice(below, 2, replace=False).tolist()
-    return int(i), int(j)
-
-
-def _place(
-    batch: _Batch,
-    k: int,
-    random: np.random.Generator,
-    placed: Callable[[np.ndarray, np.ndarray], Placed],
-) -> np.ndarray:
-    """Draw joint k of every linkage until it closes; linkages for which it never does are left
-    out. placed: its path, of linkages and its first positions. Gives which stay.
-    """
-    good = np.zeros(len(batch.joints), dtype=bool)
-    for _ in range(TRIES):
-        rest = np.flatnonzero(~good)
-        if not rest.size:
-            break
-        x = random.random((len(rest), 2))
-        path, closes = placed(rest, x)
-        batch.joints[rest[closes], k] = x[closes]
-        batch.path[rest[closes], k] = path[closes]
-        good[rest[closes]] = True
-    return good
-
-
-def _add_dyad(batch: _Batch, k: int, random: np.random.Generator) -> None:
-    """Joint k on bars to two joints before it."""
-    i, j = _pair(k, random)
-
-    def placed(rest: np.ndarray, x: np.ndarray) -> Placed:
-        start, end = batch.path[rest, i], batch.path[rest, j]
-        d = end - start
-        square = np.maximum((d * d).sum(axis=2), 1e-12)
-        own, other = x - batch.joints[rest, i], x - batch.joints[rest, j]
-        a, b = (own * own).sum(axis=1)[:, None], (other * other).sum(axis=1)[:, None]
-        along = (square + a - b) / (2.0 * square)
-        across = a / square - along**2
-        first = batch.joints[rest, j] - batch.joints[rest, i]
-        side = np.sign(first[:, 0] * own[:, 1] - first[:, 1] * own[:, 0])[:, None]
-        height = side * np.sqrt(np.maximum(across, 0.0))
-        normal = np.stack([-d[..., 1], d[..., 0]], axis=2)
-        path = start + along[..., None] * d + height[..., None] * normal
-        # sin² of the angle between the bars
-        return path, (across * square * square > LEAST * a * b).all(axis=1)
-
-    good = _place(batch, k, random, placed)
-    batch.links += [(i, k), (j, k)]
-    batch.keep(good)
-
-
-def _add_slider(batch: _Batch, k: int, random: np.random.Generator) -> None:
-    """Joint k on a bar to a joint before it, on a line of the ground or of a bar."""
-    i = int(random.integers(0, k))
-    bars = [n for n, link in enumerate(batch.links) if i not in link]
-    on = -1 if not bars or random.random() < 0.5 else int(random.choice(bars))
-    directions = random.uniform(0.0, np.pi, len(batch.joints))
-
-    def placed(rest: np.ndarray, x: np.ndarray) -> Placed:
-        start = batch.path[rest, i]
-        angle = np.broadcast_to(directions[rest, None], start.shape[:2])
-        through = np.broadcast_to(x[:, None], start.shape)
-        if on >= 0:
-            p, q = batch.links[on][:2]
-            line = batch.path[rest, q] - batch.path[rest, p]
-            begun = line[:, 0]
-            turned = np.arctan2(line[..., 1], line[..., 0])
-            turned = turned - np.arctan2(begun[:, 1], begun[:, 0])[:, None]
-            angle = angle + turned
-            through = batch.path[rest, p] + _turned((x - batch.joints[rest, p])[:, None], turned)
-        u = np.stack([np.cos(angle), np.sin(angle)], axis=2)
-        d = through - start
-        length = ((x - batch.joints[rest, i]) ** 2).sum(axis=1)[:, None]
-        far = d[..., 0] * u[..., 1] - d[..., 1] * u[..., 0]
-        left = length - far**2
-        middle = (d * u).sum(axis=2)
-        sign = np.sign(middle[:, :1])
-        travel = sign * np.sqrt(np.maximum(left, 0.0)) - middle
-        path = through + travel[..., None] * u
-        return path, (left > LEAST * length).all(axis=1) & (sign[:, 0] != 0.0)
-
-    good = _place(batch, k, random, placed)
-    batch.links.append((i, k))
-    batch.slides.append((k, on))
-    batch.directions.append(directions)
-    batch.keep(good)
-
-
-def _add_triad(batch: _Batch, k: int, random: np.random.Generator) -> None:
-    """Joints k to k + 2 on one link, each on a bar to a joint before it."""
-    ends = random.choice(k, 3, replace=False).tolist()
-    batch.joints[:, k : k + 3] = random.random((len(batch.joints), 3, 2))
-    # the paths are not known here: further groups may not stand on a triad
-    batch.links += [(k, k + 1, k + 2), *((int(end), k + n) for n, end in enumerate(ends))]

@@ -15,9 +15,9 @@ from mbody.analysis.dynamics.progress import counted
 from mbody.errors import ModelError
 from mbody.quantities.types import PlainNumbers
 from mbody.topologies.arrays import LinkageArrays, linkage_arrays
-from mbody.topologies.canonical import CanonicalOrder, canonical_order
+from mbody.topologies.canonical import CanonicalOrder, canonical_order, row_bytes
 from mbody.topologies.march import LinkageGroup, follow_group
-from mbody.topologies.plan import Graph, graph_of, planned
+from mbody.topologies.plan import Graph, TopologyPlan, graph_of, planned
 
 __all__ = ["Linkages", "linkages"]
 
@@ -212,9 +212,7 @@ class _Work:
         if not good.size:
             return
         order = canonical_order(made)
-        table = np.ascontiguousarray(order.table)
-        rows = table.view(np.dtype((np.void, table.itemsize * table.shape[1]))).reshape(-1)
-        known, number = np.unique(rows[good], return_inverse=True)
+        known, number = np.unique(row_bytes(order.table)[good], return_inverse=True)
         sorted_rows = good[np.argsort(number, kind="stable")]
         ends = np.cumsum(np.bincount(number))
         shape = (*made.joints.shape[1:2], *made.links.shape[1:], made.slides.shape[1])
@@ -250,15 +248,12 @@ class _Work:
             return
         made, motion = self.made, self.motion
         row, nodes, bars = lot[:, None], graph.joints, len(graph.links)
-        own = order.joints[row, np.arange(nodes)]
-        links = order.links[row, np.arange(bars)]
-        slides = order.slides[row, np.arange(len(graph.slides))]
+        own = order.joints[lot, :nodes]
+        links = order.links[lot, :bars]
+        slides = order.slides[lot, : len(graph.slides)]
         joints = made.joints[row, own]
-        length = np.zeros(len(lot))
-        for one in graph.links:
-            at = joints[:, one]
-            apart = np.hypot(*np.moveaxis(at - np.roll(at, 1, axis=1), -1, 0))
-            length = np.maximum(length, apart.max(axis=1))
+        apart = joints[:, plan.sides[0]] - joints[:, plan.sides[1]]
+        length = np.hypot(apart[..., 0], apart[..., 1]).max(axis=1)
         flat = lot[~(length > 0.0)]
         if flat.size:
             self.failures.update(dict.fromkeys(flat.tolist(), "its links have no length"))
@@ -285,9 +280,9 @@ class _Work:
             par,
             mass,
             q,
-            self._arms(graph, joints, cg),
+            plan.arms(joints, cg),
             lot,
-            self._columns(graph, order, lot, own, links),
+            self._columns(plan, order, lot, own, links),
             at_rest,
         )
         failed = follow_group(group, self.output, self.margins)
@@ -298,16 +293,9 @@ class _Work:
         self.output[lot, :, :numbers] *= length[:, None, None]
         self.output[lot, :, -1] *= length[:, None]
 
-    def _arms(self, graph: Graph, joints: np.ndarray, cg: np.ndarray) -> np.ndarray:
-        """Joints from the mass centres of their links: (2·joints, linkages)."""
-        arms = joints.copy()
-        for n, one in enumerate(graph.links):
-            arms[:, one] = joints[:, one] - cg[:, n, None]
-        return np.ascontiguousarray(arms.reshape(len(joints), -1).T)
-
     def _columns(
         self,
-        graph: Graph,
+        plan: TopologyPlan,
         order: CanonicalOrder,
         lot: np.ndarray,
         own: np.ndarray,
@@ -315,10 +303,9 @@ class _Work:
     ) -> np.ndarray:
         """Where the numbers of an instant go: (linkages, numbers)."""
         nodes, places = self.made.joints.shape[1], self.made.links.shape[2]
-        first = [2 * own]
-        for n, one in enumerate(graph.links):
-            at = order.places[lot[:, None], n, np.arange(len(one))]
-            first.append(2 * (nodes + links[:, n : n + 1] * places + at))
+        link, place = plan.places
+        at = order.places[lot[:, None], link, place]
+        first = [2 * own, 2 * (nodes + links[:, link] * places + at)]
         pairs = np.concatenate(first, axis=1)[:, :, None] + np.arange(2)
         torque = np.full((len(lot), 1), self.output.shape[2] - 1)
         return np.concatenate([pairs.reshape(len(lot), -1), torque], axis=1)

@@ -7,6 +7,7 @@ the angle of the driver at τ = 1 and ω its rate, time is T τ with T = φ/ω.
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -27,7 +28,7 @@ from mbody.kernels.linkage_lanes import (
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.system.pivoting import lane_workspace
 from mbody.system.system import System
-from mbody.topologies.plan import GROUND, TopologyPlan
+from mbody.topologies.plan import TopologyPlan
 
 __all__ = ["LinkageGroup", "follow_group"]
 
@@ -83,21 +84,15 @@ class _March:
     def __init__(self, group: LinkageGroup, output: np.ndarray, margins: np.ndarray) -> None:
         self.group, self.output, self.margins = group, output, margins
         self.failures: dict[int, tuple[str, float]] = {}
-        plan = group.plan
-        count = group.par.shape[1]
-        self.system: System = replace(plan.system, par=group.par, mass=group.mass, batch=count)
         self.analysis = "statics" if group.at_rest else "kinetostatics"
         self.tau = np.linspace(0.0, 1.0, output.shape[1])
-        self.grid = by_time(self.system, self.tau)
-        nodes = plan.graph.joints
-        bodies = {k: n for n, own in enumerate(plan.graph.links) for k in own}
-        self.node = np.array([bodies.get(k, len(plan.graph.links)) for k in range(nodes)])
-        self.places = [(n, k) for n, own in enumerate(plan.graph.links) for k in own]
-        number = {place: n for n, place in enumerate(self.places)}
-        self.force_at = np.full((len(self.system.owners), 2), -1, dtype=np.int64)
-        for e, k, i, j in plan.pairs.tolist():
-            # the force of a slide on its guide is at no joint of it
-            self.force_at[e] = number.get((i, k), GROUND), number[j, k]
+
+    @functools.cached_property
+    def system(self) -> System:
+        """All linkages as a batch, for those that go alone."""
+        group = self.group
+        count = group.par.shape[1]
+        return replace(group.plan.system, par=group.par, mass=group.mass, batch=count)
 
     def on_lanes(self) -> None:
         """All linkages: those that fill the lanes whole, the others in pieces."""
@@ -136,7 +131,7 @@ class _March:
         s = self.tau[np.minimum(index, instants - 1)]
         ends = np.minimum(first + steps, instants - 1)
         batch = self._batch(linkages, first, ends - first + 1, start.copy())
-        plan, work = group.plan, self.system.work(LANES, np.zeros(LANES, dtype=np.int64))
+        plan, work = group.plan, group.plan.system.work(LANES)
         assert plan.pivots is not None
         path = LanePath(
             mode=BY_TIME,
@@ -155,7 +150,7 @@ class _March:
             shape = (len(start), len(linkages), pieces)
             gap = batch.q.reshape(shape)[:, :, :-1] - start.reshape(shape)[:, :, 1:]
             failed |= ~(np.abs(gap).max(axis=(0, 2)) <= SEAM)
-        self._margins(batch, work, failed)
+        self._margins(batch, failed)
         return linkages[failed]
 
     def _batch(
@@ -169,8 +164,8 @@ class _March:
             par=group.par,
             mass=group.mass,
             arm=arm,
-            node=self.node,
-            force_at=self.force_at,
+            node=group.plan.bodies,
+            force_at=group.plan.force_at,
             driver=group.plan.driver,
             member=np.repeat(linkages, pieces),
             first=np.tile(first, len(linkages)),
@@ -186,13 +181,20 @@ class _March:
             column=group.column,
         )
 
-    def _margins(self, batch: LinkageBatch, lanes: Work, failed: np.ndarray) -> None:
-        """The margin of each linkage, by the piece that comes nearest to another branch."""
+    def _margins(self, batch: LinkageBatch, failed: np.ndarray) -> None:
+        """The margin of each linkage: its distance from another branch where the determinant of a
+        block is least.
+        """
         distances = np.full(len(batch.member), np.inf)
-        branch_distances(self.system.layout, self._work(0), batch, distances)
-        least = np.sqrt(np.maximum(distances, 0.0)).reshape(len(failed), -1).min(axis=1)
-        linkage = batch.member.reshape(len(failed), -1)[:, 0]
-        self.margins[self.group.row[linkage[~failed]]] = least[~failed]
+        system = self.group.plan.system
+        branch_distances(system.layout, system.work(), batch, distances)
+        # the piece with the least determinant, so that it does not matter into how many it is cut
+        pieces = batch.greatest.reshape(len(failed), -1)
+        worst = np.where(np.isfinite(pieces), pieces, -1.0).argmax(axis=1)
+        least = np.sqrt(np.maximum(distances, 0.0)).reshape(pieces.shape)
+        linkage = batch.member.reshape(pieces.shape)[:, 0]
+        good = np.flatnonzero(~failed)
+        self.margins[self.group.row[linkage[good]]] = least[good, worst[good]]
 
     def _work(self, linkage: int) -> Work:
         return self.system.work(designs=linkage)
@@ -216,7 +218,8 @@ class _March:
         group, row = self.group, int(self.group.row[linkage])
         runner, start = Runner(self.system, self.analysis), self._start(linkage)
         try:
-            found = runner.scalar(start, self.grid, design=linkage, reach=REACH)
+            grid = by_time(self.system, self.tau)
+            found = runner.scalar(start, grid, design=linkage, reach=REACH)
         except PathEnded as stuck:
             self._fail(row, self._why(stuck, start.work, linkage), stuck.place)
             return
@@ -250,19 +253,20 @@ class _March:
 
     def _page(self, found: np.ndarray, arm: np.ndarray) -> np.ndarray:
         """What is kept of all instants, from all rows of the kernel (instants, rows)."""
-        nodes, n3 = len(self.node), self.system.coordinates
-        kept = np.zeros((len(found), linkage_rows(nodes, len(self.places))))
+        plan, n3 = self.group.plan, self.system.coordinates
+        nodes = plan.graph.joints
+        kept = np.zeros((len(found), linkage_rows(nodes, plan.places.shape[1])))
         q = np.concatenate([found[:, :n3], np.zeros((len(found), 3))], axis=1)
-        for n, b in enumerate(self.node.tolist()):
+        for n, b in enumerate(plan.bodies.tolist()):
             x, y, angle = q[:, 3 * b], q[:, 3 * b + 1], q[:, 3 * b + 2]
             c, s = np.cos(angle), np.sin(angle)
             kept[:, 2 * n] = x + c * arm[2 * n] - s * arm[2 * n + 1]
             kept[:, 2 * n + 1] = y + s * arm[2 * n] + c * arm[2 * n + 1]
-        for e, (i, j) in enumerate(self.force_at.tolist()):
+        for e, (i, j) in enumerate(plan.force_at.tolist()):
             first = 3 * n3 + PER_PRIMITIVE * e
             force = found[:, first + 2 : first + 4]
             for place, sign in ((i, -1.0), (j, 1.0)):
                 if place >= 0:
                     kept[:, 2 * (nodes + place) : 2 * (nodes + place) + 2] += sign * force
-        kept[:, -1] = found[:, 3 * n3 + PER_PRIMITIVE * self.group.plan.driver + 4]
+        kept[:, -1] = found[:, 3 * n3 + PER_PRIMITIVE * plan.driver + 4]
         return kept

@@ -142,6 +142,48 @@ class TopologyPlan:
         """Of all primitives between links, as of `pins`."""
         return np.concatenate([self.pins, self.closing[:, :4], self.slides])
 
+    @functools.cached_property
+    def places(self) -> np.ndarray:
+        """Of each place of a link the link, and its number there: (2, places)."""
+        found = [(n, p) for n, own in enumerate(self.graph.links) for p in range(len(own))]
+        return np.array(found).T
+
+    @functools.cached_property
+    def sides(self) -> np.ndarray:
+        """Joints at both ends of the sides of all links: (2, sides)."""
+        found = [
+            pair for own in self.graph.links for pair in zip(own, (*own[1:], own[0]), strict=True)
+        ]
+        return np.array(found).T
+
+    @functools.cached_property
+    def bodies(self) -> np.ndarray:
+        """A link at each joint, as kernels count them: the ground is last."""
+        found = np.full(self.graph.joints, len(self.graph.links))
+        for n, own in enumerate(self.graph.links):
+            found[list(own)] = n
+        return found
+
+    @functools.cached_property
+    def force_at(self) -> np.ndarray:
+        """Places that the force on link i and that on link j of each primitive belong to, or −1:
+        (primitives, 2).
+        """
+        places = [(n, k) for n, own in enumerate(self.graph.links) for k in own]
+        number = {place: n for n, place in enumerate(places)}
+        found = np.full((len(self.system.owners), 2), -1, dtype=np.int64)
+        for e, k, i, j in self.pairs.tolist():
+            # the force of a slide on its guide is at no joint of it
+            found[e] = number.get((i, k), -1), number[j, k]
+        return found
+
+    def arms(self, joints: np.ndarray, cg: np.ndarray) -> np.ndarray:
+        """Joints (linkages, joints, 2) from the mass centres (linkages, links, 2) of `bodies`:
+        (2·joints, linkages).
+        """
+        found = joints - _with_ground(cg)[:, self.bodies]
+        return np.ascontiguousarray(found.reshape(len(joints), -1).T)
+
     def numbers(
         self,
         joints: np.ndarray,
@@ -164,25 +206,22 @@ class TopologyPlan:
             The turn of the driver from τ = 0 to 1, the two parts of gravity.
         """
         L, count = self.system.layout, len(joints)
-        centre = np.concatenate([cg, np.zeros((count, 1, 2))], axis=1)
+        centre = _with_ground(cg)
         par = np.repeat(self.system.par[:, :1], count, axis=1)
-        for e, joint, i, j in self.pairs.tolist():
-            first = L.primitive_par[e]
-            par[first : first + 2] = (joints[:, joint] - centre[:, i]).T
-            par[first + 2 : first + 4] = (joints[:, joint] - centre[:, j]).T
-            arm = L.primitive_arm[e]
-            par[arm : arm + 2] = par[first + 2 : first + 4]
-        normals = {
-            e: np.array([-np.sin(directions[:, n]), np.cos(directions[:, n])])
-            for n, e in enumerate(self.slides[:, 0].tolist())
-        }
-        for e, joint, _, _, hang, across in self.closing.tolist():
-            line = (joints[:, joint] - joints[:, hang]).T
-            size = np.maximum(np.hypot(*line), 1e-300)
-            normals[e] = (np.array([-line[1], line[0]]) if across else line) / size
-        for e, normal in normals.items():
-            first = L.primitive_par[e] + 4
-            par[first : first + 2] = normal
+        # (linkages, …) to rows
+        x, c = (np.ascontiguousarray(part.transpose(1, 2, 0)) for part in (joints, centre))
+        e, joint, i, j = self.pairs.T
+        first, two = L.primitive_par[e][:, None], np.arange(2)
+        par[first + two], arm = x[joint] - c[i], x[joint] - c[j]
+        par[first + 2 + two] = arm
+        par[L.primitive_arm[e][:, None] + two] = arm
+        first = L.primitive_par[self.slides[:, 0]] + 4
+        par[first], par[first + 1] = -np.sin(directions.T), np.cos(directions.T)
+        e, joint, _, _, hang, across = self.closing.T
+        line = x[joint] - x[hang]
+        line /= np.maximum(np.hypot(line[:, 0], line[:, 1]), 1e-300)[:, None]
+        line[across == 1] = np.stack([-line[:, 1], line[:, 0]], axis=1)[across == 1]
+        par[L.primitive_par[e][:, None] + 4 + two] = line
         law = L.law_par[L.primitive_signal[self.driver] // 3]
         par[law], par[law + 1] = 0.0, motion[:, 0]
         weight = int(L.action_signal[0]) // 3
@@ -234,6 +273,11 @@ def planned(graph: Graph) -> TopologyPlan | str:
     return replace(plan, pivots=pivots)
 
 
+def _with_ground(cg: np.ndarray) -> np.ndarray:
+    """Mass centres (linkages, links, 2) with that of the ground, the origin, behind them."""
+    return np.concatenate([cg, np.zeros((len(cg), 1, 2))], axis=1)
+
+
 def _first(graph: Graph, joint: int) -> int:
     """The first link at a joint that is no ground."""
     return next(n for n in graph.of_joint(joint) if n != GROUND)
@@ -245,18 +289,34 @@ def _example(graph: Graph) -> Mechanism:
     made = Mechanism("linkage", units="SI", ground=ground)
     names = {GROUND: "ground"} | {n: f"L{n}" for n in range(len(graph.links))}
     for n, own in enumerate(graph.links):
-        points = {f"J{k}": (float(k), 1.0) for k in own}
-        made.add(Body(names[n], mass=1.0, inertia=1.0, points=points, guess=(0.0, 0.0, 0.0)))
+        made.add(_link(names[n], own))
     tree, closing = graph.edges()
     for n, (k, i, j) in enumerate(tree):
-        made.add(Revolute(f"R{n}", f"{names[i]}.J{k}", f"{names[j]}.J{k}"))
+        made.add(_pin(f"R{n}", names[i], k, names[j]))
     slots = [(f"C{n}_{a}", i, k, j) for n, (k, i, j, _) in enumerate(closing) for a in (0, 1)]
     slots += [(f"S{n}", on, k, _first(graph, k)) for n, (k, on) in enumerate(graph.slides)]
     for name, i, k, j in slots:
-        made.add(PinSlot(name, Marker(names[i], (1.0, 0.0)), f"{names[j]}.J{k}"))
+        made.add(_slot(name, names[i], k, names[j]))
     made.add(AngleDriver("driver", names[graph.driver], ConstantSpeed(0.0, 1.0)))
     made.add(Gravity("gravity", x=0.0, y=-1.0))
     return made
+
+
+# topologies share most of their elements, which never change
+@functools.lru_cache(maxsize=10_000)
+def _link(name: str, own: tuple[int, ...]) -> Body:
+    points = {f"J{k}": (float(k), 1.0) for k in own}
+    return Body(name, mass=1.0, inertia=1.0, points=points, guess=(0.0, 0.0, 0.0))
+
+
+@functools.lru_cache(maxsize=10_000)
+def _pin(name: str, i: str, joint: int, j: str) -> Revolute:
+    return Revolute(name, f"{i}.J{joint}", f"{j}.J{joint}")
+
+
+@functools.lru_cache(maxsize=10_000)
+def _slot(name: str, i: str, joint: int, j: str) -> PinSlot:
+    return PinSlot(name, Marker(i, (1.0, 0.0)), f"{j}.J{joint}")
 
 
 def _pivots(plan: TopologyPlan) -> PivotChoices | None:

@@ -61,7 +61,7 @@ def _link(sketch: Sketch, body: str, order: int) -> None:
 def places(sketch: Sketch, body: str) -> list[Array]:
     """The places that a link connects: its nodes, and the ends of the guides on it."""
     found = list(sketch.pose.nodes[body])
-    for joint in sketch.pose.joints:
+    for joint in sketch.pose.joints_of.get(body, ()):
         if isinstance(joint, (Prismatic, PinSlot)) and guide(joint)[0] == body:
             found += travel(sketch, joint)
     return unique(found, 0.3 * sketch.size("pin"))
@@ -79,7 +79,7 @@ def _has_symbol(sketch: Sketch, body: str) -> bool:
         circles = wheels(joint, sketch.pose)
         return any(getattr(joint, side).body == body for side, _ in circles)
 
-    return any(drawn(joint) for joint in sketch.pose.joints)
+    return any(drawn(joint) for joint in sketch.pose.joints_of.get(body, ()))
 
 
 def mass_centre(sketch: Sketch, body: str) -> None:

@@ -152,6 +152,15 @@ class Pose:
         return self.centre(body)
 
     @functools.cached_property
+    def joints_of(self) -> dict[str, list[Joint]]:
+        """The joints of each body."""
+        found: dict[str, list[Joint]] = {}
+        for joint in self.joints:
+            for body in {joint.i.body, joint.j.body}:
+                found.setdefault(body, []).append(joint)
+        return found
+
+    @functools.cached_property
     def nodes(self) -> dict[str, list[Array]]:
         """Places on each body: of joints, drivers and loads, and its points."""
         found: dict[str, list[Array]] = {name: [] for name in self.system.bodies}

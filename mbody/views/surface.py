@@ -83,12 +83,12 @@ class PaperSurface:
         common: dict[str, Any] = {"solid_capstyle": "round", "solid_joinstyle": "round"}
         if look.halo:
             under = Line2D(*points.T, lw=look.width + 2.4, color=PAPER, zorder=z, **common)
-            self.axes.add_line(under)
+            self.axes.add_artist(under)
         drawn = Line2D(
             *points.T, lw=look.width, color=look.edge, ls=look.dashes, zorder=z, **common
         )
         self._keep(drawn, look.name)
-        self.axes.add_line(drawn)
+        self.axes.add_artist(drawn)
 
     def polygon(self, corners: Array, look: Look) -> None:
         """A closed outline, filled."""
@@ -97,7 +97,7 @@ class PaperSurface:
         colors: dict[str, Any] = {"fc": look.fill, "ec": look.edge, "lw": look.width}
         drawn = Polygon(corners, closed=True, zorder=look.z, joinstyle="round", **colors)
         self._keep(drawn, look.name)
-        self.axes.add_patch(drawn)
+        self.axes.add_artist(drawn)
 
     def circle(self, centre: Array, radius: float, look: Look) -> None:
         """A circle of a radius in the units of the mechanism."""
@@ -107,7 +107,7 @@ class PaperSurface:
         place = float(centre[0]), float(centre[1])
         drawn = Circle(place, radius, zorder=look.z, ls=look.dashes, **colors)
         self._keep(drawn, look.name)
-        self.axes.add_patch(drawn)
+        self.axes.add_artist(drawn)
 
     def text(self, at: Any, label: Label, **more: Any) -> None:
         """A text at a place, on white where it covers something."""
