@@ -222,7 +222,7 @@ def test_ctrl_c_leaves_what_was_done():
             raise KeyboardInterrupt
 
     samples = monte_carlo({"crank.A.x": Uniform(0.1)}, 2000, seed=5)
-    options = {"measure": "peak(A.force)", "turn": True, "instants": 37}
+    options = {"measure": "peak(A.force)", "turn": True, "instants": 37, "threads": 2}
     part = mbody.sweep(four_bar(), samples, progress=stop, **options)
     whole = mbody.sweep(four_bar(), samples, **options)
     assert part.status == "stopped: after 512 of 2000 designs"

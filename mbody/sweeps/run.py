@@ -8,6 +8,7 @@ from typing import Any
 
 from mbody.analysis.dynamics.progress import counted
 from mbody.analysis.position.assembly_analysis import as_system
+from mbody.core.lanes import LANES
 from mbody.errors import ModelError
 from mbody.model.mechanism import Mechanism
 from mbody.sweeps.cluster import connected, on_cluster
@@ -23,7 +24,7 @@ from mbody.system.system import System
 __all__ = ["sweep"]
 
 #: Designs of a piece that are analysed one by one, and of a file or a message to a cluster.
-SINGLE, LARGE = 16, 16 * BLOCK
+SINGLE, LARGE = 16, 4 * BLOCK
 
 
 def sweep(
@@ -113,7 +114,10 @@ def sweep(
     samples = drawn(system, parameters)
     columns = columns_of(system.mechanism, measure)
     job = prepared(system, samples.names, columns, analysis, options)
-    count, size = len(samples.values), _piece(job, to is not None or scheduler is not None)
+    count, far = len(samples.values), to is not None or scheduler is not None
+    size = _piece(job, far)
+    if not far and job.grid is not None:  # each thread has two pieces at least
+        size = min(size, -(-count // (2 * _threads(system, threads) * LANES)) * LANES)
     kept = ResultsInMemory(job, count) if to is None else Store(to, job, samples, size)
     pieces = kept.missing(list(range(0, count, size)))
     if scheduler is None:
@@ -146,7 +150,7 @@ def _threads(system: System, threads: int | None) -> int:
 
 
 def _piece(job: Job, far: bool) -> int:
-    """Designs of a piece, a multiple of the lanes."""
+    """Designs of a piece at most, a multiple of the lanes."""
     if job.course is None:
         return 4 * SINGLE if far else SINGLE
-    return max(job.block, LARGE * job.block // BLOCK) if far else job.block
+    return max(job.block, min(LARGE, 16 * job.block)) if far else job.block

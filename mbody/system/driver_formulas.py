@@ -157,9 +157,10 @@ def followed_inputs(machine: Mechanism, at: Numbers) -> dict[str, str]:
 
 def followed_states(driver: Element, machine: Mechanism, at: Numbers) -> tuple[str, ...]:
     """Own states that a driver follows."""
-    signal = at.law(driver, "law")
-    if not isinstance(signal.law, MeasuredFormula):
+    own: Any = driver
+    if not isinstance(own.law, MeasuredFormula):
         return ()
+    signal = at.law(driver, "law")
     return tuple(sorted(recorded_driver(driver, signal, machine, at).states))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Mapping
 from typing import Any, NoReturn
 
@@ -57,7 +58,13 @@ def locked(value: Any) -> Any:
 
 def lock(result: Any) -> None:
     """Lock every array and every dict among the fields of a frozen dataclass, in place."""
-    for field in dataclasses.fields(result):
-        value = getattr(result, field.name)
+    for name in _names(type(result)):
+        value = getattr(result, name)
         if isinstance(value, (np.ndarray, dict, tuple)):
-            object.__setattr__(result, field.name, locked(value))
+            object.__setattr__(result, name, locked(value))
+
+
+@functools.cache
+def _names(kind: type) -> tuple[str, ...]:
+    """Of the fields of a dataclass: to list them takes longer than to lock them."""
+    return tuple(field.name for field in dataclasses.fields(kind))

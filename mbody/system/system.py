@@ -281,12 +281,13 @@ class System:
         if bad.size:
             which = f"'{name}'[{bad[0]}]" if array.ndim else f"'{name}'"
             raise ModelError(f"{which} is {array.flat[bad[0]]}, it must be finite", name)
-        sign, unit = self.rule(name)
-        if (sign == "positive" and (array <= 0.0).any()) or (sign and (array < 0.0).any()):
+        least = array.min()
+        sign, unit = self.rule(name) if least <= 0.0 else ("", "")
+        if (sign and least < 0.0) or (sign == "positive" and least == 0.0):
             rule = "not be negative: give 0 or more"
             if sign == "positive":
                 rule = "be positive: give more than 0"
-            raise ModelError(f"'{name}' is {array.min():g} {unit}, it must {rule}", name)
+            raise ModelError(f"'{name}' is {least:g} {unit}, it must {rule}", name)
         return array[()]  # a float where it is one number
 
     def rule(self, name: str) -> tuple[str, str]:

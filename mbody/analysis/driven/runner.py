@@ -248,13 +248,14 @@ class Runner:
         """Follow all lanes from the positions in `work`: (steps, rows, lanes), and what the kernel
         found of each lane, (FOUND, lanes).
         """
-        followed = followed_lanes(np.empty((len(path.s), self.rows, LANES)))
+        # an odd number of rows: one row of all steps is read without cache lines that collide
+        followed = followed_lanes(np.empty((len(path.s), self.rows | 1, LANES)))
         pivots = self.pivots(work)
         if pivots is None:  # every lane goes the scalar path
             followed.found[FAILED] = 1.0
         else:
             follow_lanes(self.layout, *pivots, work, lane_workspace(pivots, LANES), path, followed)
-        return followed.output, followed.found
+        return followed.output[:, : self.rows], followed.found
 
     def pivots(self, work: Any) -> PivotChoices | None:
         """Pivots of the square Φ_q, chosen once for a topology by the positions of the lanes."""
