@@ -3,7 +3,11 @@
 
     python -m tests.coulomb_enumeration 1000
 
-compares so many of them with the first instant of a motion.
+compares so many of them with the first instant of a motion,
+
+    python -m tests.coulomb_enumeration 1000 0 0.4
+
+with instants of motions of 0.4 s, from the seed 0 on.
 """
 
 from __future__ import annotations
@@ -12,7 +16,7 @@ import itertools
 import math
 import sys
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import minimize
@@ -20,7 +24,7 @@ from scipy.optimize import minimize
 import mbody
 from tests.coulomb_linkages import Linkage, curvature, gradient, linkage
 
-__all__ = ["Comparison", "Coulomb", "compare"]
+__all__ = ["Comparison", "Coulomb", "Followed", "compare", "follow"]
 
 #: Starts of Newton's method for the forces of one set of modes: limits of joints bend, or have a
 #: corner, so that there may be several.
@@ -28,6 +32,10 @@ STARTS = 12
 #: How often solutions are sought again, from other starts, where the engine says that there are
 #: several and one was found.
 AGAIN = 4
+#: Instants of a motion that are compared; a gap below this that does not grow is closed.
+COMPARED, CLOSED = 6, 1e-9
+#: The linkages move by some metres a second: slower than this is at rest.
+AT_REST = 1e-10
 
 
 class Coulomb:
@@ -164,7 +172,7 @@ class Coulomb:
             return u
         a = self.free + self.W @ u
         near = 1e-7 * (1.0 + np.abs(a).max())
-        if np.abs(self.W @ Z).max() < 1e-9 and any(np.abs(a - b).max() < near for b in known):
+        if np.abs(self.W @ Z).max(initial=0.0) < 1e-9 and any(np.abs(a - b).max() < near for b in known):
             return None
         best = u
         for _ in range(4):
@@ -274,6 +282,84 @@ def compare(one: Linkage, rng: np.random.Generator) -> Comparison:
     return Comparison(ours, theirs, float(least), margin, modes)
 
 
+@dataclass
+class Followed:
+    """Instants of one motion: how many, at how many of them some joint or contact rubs or holds,
+    by how much accelerations differ at the worst, what happened, and how the motion ended.
+    """
+
+    instants: int
+    holding: int
+    difference: float
+    events: Counter
+    status: str
+
+
+def follow(one: Linkage, rng: np.random.Generator, until: float) -> Followed:
+    """A motion, whose accelerations at some instants must be among those that the law allows at
+    the positions and velocities there.
+    """
+    one.machine.simulation = replace(one.machine.simulation, until=until, rtol=1e-10)
+    run = mbody.simulate(one.machine, times=np.sort(rng.uniform(0.0, until, COMPARED)))
+    found = Followed(0, 0, 0.0, Counter(e.name for e in run.events), run.status)
+    bodies = [run[f"b{k}"] for k in range(len(one.q) // 3)]
+
+    def whole(k: int, *parts: str) -> np.ndarray:
+        return np.array([getattr(body, part)[k] for body in bodies for part in parts])
+
+    rested = False
+    for k in range(len(run.t)):
+        if min((abs(float(run.t[k] - e.t)) for e in run.events), default=1.0) < 1e-6:
+            continue  # at a change of modes rounding decides which of them an instant shows
+        q, v = whole(k, "x", "y", "angle"), whole(k, "vx", "vy", "omega")
+        a = whole(k, "ax", "ay", "alpha")
+        if np.abs(v).max() < AT_REST:
+            if rested:
+                continue  # as before
+            v[:], rested = 0.0, True
+        rates = gradient(one.normals, q) @ v if one.normals else np.zeros(0)
+        still = 1e-8 * (1e-300 + np.abs(v).max())
+        closed = [
+            n
+            for n, gap in enumerate(one.normals)
+            if abs(float(np.real(gap(q.astype(complex))))) < CLOSED and abs(rates[n]) <= still
+        ]
+        parts = {
+            name: [getattr(one, name)[n] for n in closed] for name in ("normals", "tangents", "mu")
+        }
+        law = Coulomb(replace(one, q=q, v=v, **parts))
+        size = 1.0 + float(np.abs(a).max())
+        least = min(
+            (float(np.abs(a - b).max()) / size for b, _ in law.solutions(rng)), default=np.inf
+        )
+        if least > 1e-6 and law.admits(a, rng):
+            least = 0.0
+        found.instants += 1
+        found.holding += bool(closed or one.rubs)
+        found.difference = max(found.difference, least)
+    return found
+
+
+def follow_many(count: int, first: int, until: float) -> None:
+    instants, ends, events, wrong = 0, Counter(), Counter(), []
+    for seed in range(first, first + count):
+        rng = np.random.default_rng(seed)
+        one = linkage(rng)
+        try:
+            found = follow(one, rng, until)
+        except mbody.errors.SolveError as error:
+            ends["error"] += 1
+            print(f"{seed}: {error}")
+            continue
+        instants += found.instants
+        ends[found.status.partition(":")[0]] += 1
+        events.update(found.events)
+        if not found.difference < 1e-6:
+            wrong.append(seed)
+            print(f"{seed}: {found}")
+    print(f"{count} motions, {instants} instants: {dict(ends)}, {dict(events)}; differ: {wrong}")
+
+
 def main(count: int, first: int = 0) -> None:
     kinds, wrong = Counter(), []
     for seed in range(first, first + count):
@@ -293,4 +379,7 @@ def main(count: int, first: int = 0) -> None:
 
 
 if __name__ == "__main__":
-    main(*map(int, sys.argv[1:]))
+    if len(sys.argv) > 3:
+        follow_many(int(sys.argv[1]), int(sys.argv[2]), float(sys.argv[3]))
+    else:
+        main(*map(int, sys.argv[1:]))
