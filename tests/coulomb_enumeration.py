@@ -172,7 +172,8 @@ class Coulomb:
             return u
         a = self.free + self.W @ u
         near = 1e-7 * (1.0 + np.abs(a).max())
-        if np.abs(self.W @ Z).max(initial=0.0) < 1e-9 and any(np.abs(a - b).max() < near for b in known):
+        given = np.abs(self.W @ Z).max(initial=0.0) < 1e-9
+        if given and any(np.abs(a - b).max() < near for b in known):
             return None
         best = u
         for _ in range(4):
