@@ -126,6 +126,8 @@ class Coulomb:
         minimization.
         """
         found = []
+        if not len(self.c):  # nothing holds or touches it
+            return [(self.free, np.inf)]
         for closed, senses in self.ways():
             for start in range(STARTS if self.rubs else 1):
                 u = rng.normal(0.0, 3.0 * 10.0 ** (start % 4), len(self.c)) * (start > 0)

@@ -227,6 +227,26 @@ def test_a_rod_ends_in_the_point_of_genot_and_brogliato(before, slower):
     assert float(run["rod"].omega[-1]) == pytest.approx(rate, abs=1e-4)
 
 
+def test_a_rod_comes_near_that_point_by_a_power_of_the_angle():
+    """With x = θ − θ*, y = ω − ω* the force is (b_θ x + b_ω y)/(A′ x), so that y goes as |x|^κ, κ =
+    2 s (μ s − c)/(2 s c − μ (s² − c²)): what an angle is short of the point, a rate is by the power
+    0.612 of it.
+    """
+    mu = 1.7
+    angle = math.atan((3.0 * mu - math.sqrt(9.0 * mu * mu - 16.0)) / 2.0)
+    rate, s, c = math.sqrt(G / math.sin(angle)), math.sin(angle), math.cos(angle)
+    machine = mbody.from_toml(models.ROD.replace("friction = 1.4", f"friction = {mu}"))
+    start = {"rod": rod(angle - 0.05, rate - 0.5, -8.0)}
+    machine.simulation = SimulationSettings(until=0.3, rtol=1e-13, start=start)
+    end = float(mbody.simulate(machine).t[-1])
+    run = mbody.simulate(machine, times=[end - 1e-6, end - 1e-8])
+    short = [np.abs(part) for part in (run["rod"].angle - angle, run["rod"].omega - rate)]
+    power = math.log(short[1][0] / short[1][1]) / math.log(short[0][0] / short[0][1])
+    kappa = 2.0 * s * (mu * s - c) / (2.0 * s * c - mu * (s * s - c * c))
+    # a part of x itself is left, (1e-7)^(1 − κ) = 2e-3
+    assert power == pytest.approx(kappa, abs=5e-3)
+
+
 def rocking(count: int) -> tuple[list[float], list[float]]:
     """Times of the impacts of a block that rocks, and rates after them: quarter periods by
     quadrature, Housner's ratio 1 − 3/2 sin²α.
