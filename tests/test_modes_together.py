@@ -7,7 +7,7 @@ import pytest
 
 import mbody
 from mbody import Body, Contact, Force, Gravity, Mechanism, Revolute
-from tests.coulomb_enumeration import compare
+from tests.coulomb_enumeration import compare, follow
 from tests.coulomb_linkages import linkage
 from tests.rough import rough
 from tests.test_braking_vehicle import MODEL, braked
@@ -21,6 +21,15 @@ def test_modes_are_those_of_enumeration(seed):
     rng = np.random.default_rng(seed)
     found = compare(linkage(rng), rng)
     assert found.agrees, found
+
+
+@pytest.mark.parametrize("seed", [205, 209, 215, 224, 235, 237, 240, 244])
+def test_motions_are_those_of_enumeration(seed):
+    """The same at instants of motions that stick, slip and open."""
+    rng = np.random.default_rng(seed)
+    found = follow(linkage(rng), rng, 0.4)
+    assert found.status == "completed" and found.events and found.holding > 0
+    assert found.difference < 1e-9, found
 
 
 def brake(drum_torque, push=100.0, friction=0.2, mu=0.5):

@@ -38,6 +38,10 @@ class DualRecord(Record):
         """What compiled code would take."""
         raise TypeError("compiled code computes it without derivatives")
 
+    def at(self, rows: slice, instants: np.ndarray, design: int = 0) -> np.ndarray:
+        """The same."""
+        raise TypeError("compiled code computes it without derivatives")
+
     def load_on(self, cause: int, first: int) -> tuple[Any, Any, Any]:
         """Force and torque of a load on a body."""
         row = self.loads + self.size * cause + first

@@ -64,6 +64,16 @@ class Record:
         lanes, instants, width = block.shape  # no rows where there are no joints
         return np.ascontiguousarray(block.reshape(lanes * instants, width)[: self.count])
 
+    def at(self, rows: slice, instants: Array, design: int = 0) -> Array:
+        """Many rows at some instants, by their numbers, of a motion or of one design of a batch:
+        (instants, rows).
+        """
+        if self.batch:
+            return np.ascontiguousarray(self.table(rows)[design, instants])
+        block = self._pieces(self.blocks[0])
+        lanes, places = np.divmod(instants, len(block))
+        return np.ascontiguousarray(block[places, rows, lanes])
+
     def load_on(self, cause: int, first: int) -> tuple[Array, Array, Array] | None:
         """Force and torque of a load at the coordinates of a body from `first` on, where they are
         kept; None where kernels compute them, as for all that analyses give.

@@ -9,7 +9,7 @@ import numpy as np
 from mbody.model.mechanism import Mechanism
 from mbody.solution.result import Result
 
-__all__ = ["motion_rows", "own_history", "shown_states"]
+__all__ = ["motion_at", "motion_rows", "own_history", "shown_states"]
 
 Array = np.ndarray
 
@@ -23,11 +23,21 @@ def shown_states(mechanism: Mechanism) -> list[Any]:
 
 def motion_rows(solution: Result) -> Array:
     """q, v, a, own states and inputs: (instants, 9·bodies + …), or (designs, …) of a batch."""
+    parts = [solution.record.table(rows) for rows in _kept_rows(solution)]
+    return np.concatenate(parts, axis=-1) if len(parts) > 1 else parts[0]
+
+
+def motion_at(solution: Result, instants: Array, design: int = 0) -> Array:
+    """The same of one design at some instants, by their numbers: (instants, 9·bodies + …)."""
+    parts = [solution.record.at(rows, instants, design) for rows in _kept_rows(solution)]
+    return np.concatenate(parts, axis=-1) if len(parts) > 1 else parts[0]
+
+
+def _kept_rows(solution: Result) -> list[slice]:
+    """Where q, v and a are kept, and own states and inputs, if there are any."""
     system = solution.system
-    motion, own = solution.record.table(slice(0, 3 * system.coordinates)), system.own_rows
-    if own.start == own.stop:
-        return motion
-    return np.concatenate([motion, solution.record.table(own)], axis=-1)
+    own = system.own_rows
+    return [slice(0, 3 * system.coordinates), *([own] if own.start < own.stop else [])]
 
 
 def own_history(solution: Result, name: str) -> Array:

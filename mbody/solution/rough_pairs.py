@@ -9,7 +9,7 @@ import numpy as np
 from mbody.kernels.friction_instants import PER_PAIR, StoredMotion, rates_of_pairs
 from mbody.kernels.friction_laws import FRICTION_KINDS, LASTING
 from mbody.kernels.output import PER_PRIMITIVE
-from mbody.solution.own_histories import motion_rows
+from mbody.solution.own_histories import motion_at, motion_rows
 from mbody.solution.result import Result
 from mbody.system.system import System
 
@@ -92,13 +92,13 @@ def tangent_forces(solution: Result) -> Array:
 
 def stored_motion(solution: Result, design: int = 0, instants: Array | None = None) -> StoredMotion:
     """The motion of one design at all instants, or at some, as the kernels take it."""
-    motion, t = motion_rows(solution), np.array(solution.t)
-    motion = motion[design] if solution.record.batch else motion
-    if instants is not None:
-        motion, t = motion[instants], t[instants]
-    return StoredMotion(
-        motion=np.ascontiguousarray(motion), t=t, regularization=solution.regularization
-    )
+    t = np.array(solution.t)
+    if instants is None:
+        motion = motion_rows(solution)
+        motion = np.ascontiguousarray(motion[design] if solution.record.batch else motion)
+    else:
+        motion, t = motion_at(solution, instants, design), t[instants]
+    return StoredMotion(motion=motion, t=t, regularization=solution.regularization)
 
 
 def pair_rates(solution: Result) -> Array:

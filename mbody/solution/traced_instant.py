@@ -52,6 +52,10 @@ class TracedRecord:
         """What compiled code would take."""
         raise Untraceable("compiled code computes it")
 
+    def at(self, rows: slice, instants: Any, design: int = 0) -> Any:
+        """The same."""
+        raise Untraceable("compiled code computes it")
+
 
 #: Steps of formulas that read the instant, and what those of positions and velocities read.
 READ = ("position", "velocity", "turn", "time", "signal", "own")
