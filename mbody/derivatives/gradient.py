@@ -92,8 +92,9 @@ def gradient(
     The equations of the analysis are solved once more in dual numbers, which carry derivatives
     through every operation: no differences are taken, so there is no step to choose. Only users'
     own functions and the matrices of small motions are differenced, which a note says. A motion
-    over time is integrated once more together with the variational equations, at the same rtol; its instants are held, and so is what
-    ``start`` says. Where contacts, friction and events change it the saltation matrix is applied;
+    over time is integrated once more together with the variational equations, at the same rtol; its
+    instants are held, and so is what ``start`` says. Where contacts, friction, events and jumps of
+    formulas change it the saltation matrix is applied;
     NaN and a note where that has no derivative. A rest position moves by the implicit function
     theorem. Where the description prescribes the beginning,
     ``"start.crank.angle"`` and others are numbers too. The derivative of a greatest value is that

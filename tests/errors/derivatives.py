@@ -85,6 +85,12 @@ SCENARIOS = {
     "a gradient of a rest by friction": lambda: mbody.gradient(
         rough(), "bar.angle", "bar.mass", "equilibrium"
     ),
+    "a gradient of a mode that there is not": lambda: mbody.gradient(
+        hanging(), "frequency(2)", "bob.mass", "modes"
+    ),
+    "a gradient of modes by what is no measure of them": lambda: mbody.gradient(
+        hanging(), "bob.angle", "bob.mass", "modes"
+    ),
     "a gradient by a number that there is not": lambda: gradient(by="crank.A.z"),
     "a gradient by one number twice": lambda: mbody.gradient(
         braked(), "A.force", ["brake", "brake.value"]
@@ -102,7 +108,7 @@ SCENARIOS = {
     "a gradient of a loss by friction": lambda: mbody.gradient(
         slider_crank(), "A.loss", "crank.A.x"
     ),
-    "a gradient of another analysis": lambda: gradient(analysis="modes"),
+    "a gradient of another analysis": lambda: gradient(analysis="sweep"),
     "a gradient of a motion in steps with impulses": lambda: mbody.gradient(
         mbody.gallery.load("pile_of_discs"), "last(c1.y)", analysis="simulate", until=0.01
     ),
