@@ -59,10 +59,13 @@ def add_optimize(command: argparse.ArgumentParser) -> None:
         metavar="RELATION",
         help="a limit at all instants, such as 'peak(motor.effort) <= 20 N*m'; again for more",
     )
-    command.add_argument("--analysis", metavar="NAME", help="kinetostatics, kinematics or statics")
+    kinds = "kinetostatics, kinematics, statics or simulate"
+    command.add_argument("--analysis", metavar="NAME", help=kinds)
     command.add_argument(
         "--over", metavar="WHAT", help="a whole turn: 'turn', or which driver is to make it"
     )
+    command.add_argument("--turns", metavar="N", help="of a cycle of several turns, with --over")
+    command.add_argument("--until", metavar="TIME", help="of simulate: the last time")
     command.add_argument("--starts", metavar="N", help="searches (8)")
     command.add_argument("--seed", metavar="N", help="of their starts (0)")
     command.add_argument("-o", "--output", metavar="FILE", help="write the best model (.toml)")

@@ -37,6 +37,7 @@ NUMBERS = ("by", "start")
 
 #: A number of the mechanism: plain, or text with units and parameters.
 quantity: Any = of.number(None)
+time: Any = of.number(DIMENSIONS["time"])
 
 
 class OptimizeIn(of.Strict):
@@ -48,9 +49,13 @@ class OptimizeIn(of.Strict):
     subject_to: str | list[str] = Field(
         default_factory=list, description="Limits such as 'peak(motor.effort) <= 20 N*m'."
     )
-    analysis: str = "kinetostatics"
+    analysis: str = Field(
+        "kinetostatics", description="Or kinematics, statics, simulate: a motion over time."
+    )
     over: str = Field("", description="'turn' or a driver; by default the instants of [ask].")
     instants: int | None = None
+    turns: int | None = Field(None, description="Turns of a cycle, with over.")
+    until: time = Field(None, description="The last time, of analysis = 'simulate'.")
     start: dict[str, quantity] | None = None
     starts: int | None = Field(None, description="How many searches.")
     seed: int | None = None
@@ -98,6 +103,8 @@ def task_formulas(mechanism: Mechanism) -> Iterator[Formula]:
                 dimension = meant(mechanism, name)[1] or NUMBER
                 several = value if isinstance(value, tuple) else (value,)
                 yield from (one.of(dimension) for one in several if isinstance(one, Formula))
+        if isinstance(task.until, Formula):
+            yield task.until.of(DIMENSIONS["time"])
 
 
 def task_tables(writer: StudyWriter) -> dict[str, Any]:
@@ -115,6 +122,8 @@ def _table(writer: StudyWriter, task: OptimizationTask) -> dict[str, Any]:
             continue
         if one.name in NUMBERS:
             value = {name: _written(writer, name, own) for name, own in value.items()}
+        elif one.name == "until":
+            value = writer.wanted(value, DIMENSIONS["time"])
         elif isinstance(value, tuple):
             value = list(value) if len(value) > 1 else value[0]
         table[one.name] = value
