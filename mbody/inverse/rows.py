@@ -16,13 +16,13 @@ from mbody.model.study import Measure
 from mbody.solution.measures import valued
 from mbody.solution.solution import Solution
 
-__all__ = ["Rows"]
+__all__ = ["ConditionRows"]
 
 Array = np.ndarray
 _FIRST = np.array([0])
 
 
-class Rows:
+class ConditionRows:
     """right − left of every relation, then the objective, as functions of the unknowns in steps.
 
     Parameters
