@@ -123,7 +123,7 @@ def add_fit(command: argparse.ArgumentParser) -> None:
         help="CSV files of measured runs, with headings: t or the drivers, then measures or "
         "formulas, with a unit in brackets, as in 'slider.x [mm]'",
     )
-    names = "the unknown numbers, such as crank.A.x, with commas"
+    names = "the unknown numbers, such as crank.A.x, with commas; by default those of [fit]"
     command.add_argument("--by", action="append", default=[], metavar="NAMES", help=names)
     shifted = "columns with an unknown constant, as of an encoder, with commas"
     command.add_argument("--offset", action="append", default=[], metavar="NAMES", help=shifted)

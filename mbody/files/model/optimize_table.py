@@ -23,10 +23,13 @@ from mbody.quantities.units import DIMENSIONS, NUMBER
 
 __all__ = [
     "OptimizeIn",
+    "in_radians",
     "keep_task",
     "optimization_tasks",
+    "quantity",
     "task_formulas",
     "task_tables",
+    "written_number",
 ]
 
 #: Under which they are kept with the mechanism, so that copies of that have them too.
@@ -77,15 +80,15 @@ def keep_task(mechanism: Mechanism, name: str, entry: Any, angle: str) -> None:
             raise ModelError(f"by.{number} must be [low, high], not of {len(pair)} values", number)
     for key in NUMBERS:
         if given.get(key) is not None:
-            given[key] = {n: _turned(mechanism, n, v, angle) for n, v in given[key].items()}
+            given[key] = {n: in_radians(mechanism, n, v, angle) for n, v in given[key].items()}
     kept = vars(mechanism).setdefault(KEPT, {})
     kept[name] = OptimizationTask(**given)
 
 
-def _turned(mechanism: Mechanism, name: str, value: Any, angle: str) -> Any:
+def in_radians(mechanism: Mechanism, name: str, value: Any, angle: str) -> Any:
     """Plain degrees as radians, where the number is an angle."""
     if isinstance(value, list):
-        return tuple(_turned(mechanism, name, part, angle) for part in value)
+        return tuple(in_radians(mechanism, name, part, angle) for part in value)
     degrees = meant(mechanism, name)[1] == DIMENSIONS["angle"] and angle == "deg"
     return math.radians(value) if degrees and not isinstance(value, Formula) else value
 
@@ -121,7 +124,7 @@ def _table(writer: StudyWriter, task: OptimizationTask) -> dict[str, Any]:
         if value is None or value == getattr(plain, one.name):
             continue
         if one.name in NUMBERS:
-            value = {name: _written(writer, name, own) for name, own in value.items()}
+            value = {name: written_number(writer, name, own) for name, own in value.items()}
         elif one.name == "until":
             value = writer.wanted(value, DIMENSIONS["time"])
         elif isinstance(value, tuple):
@@ -130,7 +133,8 @@ def _table(writer: StudyWriter, task: OptimizationTask) -> dict[str, Any]:
     return table
 
 
-def _written(writer: StudyWriter, name: str, value: Any) -> Any:
+def written_number(writer: StudyWriter, name: str, value: Any) -> Any:
+    """A number of the mechanism, or a pair of bounds, as a file has it."""
     dimension = meant(writer.mechanism, name)[1] or NUMBER
     if isinstance(value, tuple):
         return [writer.wanted(part, dimension) for part in value]
