@@ -11,6 +11,7 @@ from mbody.cli.common_arguments import (
     add_instants,
     add_json,
     add_model,
+    add_output,
 )
 
 __all__ = [
@@ -68,7 +69,7 @@ def add_optimize(command: argparse.ArgumentParser) -> None:
     command.add_argument("--until", metavar="TIME", help="of simulate: the last time")
     command.add_argument("--starts", metavar="N", help="searches (8)")
     command.add_argument("--seed", metavar="N", help="of their starts (0)")
-    command.add_argument("-o", "--output", metavar="FILE", help="write the best model (.toml)")
+    add_output(command, "write the best model (.toml)")
     command.add_argument("--csv", metavar="FILE", help="write the numbers as a table")
     add_json(command)
 
@@ -87,7 +88,7 @@ def add_balance(command: argparse.ArgumentParser) -> None:
     names = "springs of the model whose stiffnesses are found, with commas"
     command.add_argument("--springs", action="append", default=[], metavar="NAMES", help=names)
     add_instants(command)
-    command.add_argument("-o", "--output", metavar="FILE", help="write the balanced model (.toml)")
+    add_output(command, "write the balanced model (.toml)")
     add_json(command)
 
 
@@ -145,9 +146,7 @@ def add_assemblies(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--driver", metavar="NAME", help="of several, the one whose circuits are followed"
     )
-    command.add_argument(
-        "-o", "--output", metavar="FILE", help="draw all of them; ends in .svg, .png or .pdf"
-    )
+    add_output(command, "draw all of them; ends in .svg, .png or .pdf")
     add_angle(command)
     add_json(command)
 
