@@ -143,7 +143,10 @@ class MultiStart:
                 far = [np.abs((x - other) / width).max() for other in chosen]
                 if len(chosen) < self.count and min(far, default=1.0) > apart:
                     chosen.append(x)
-        return [x for x in chosen if self.evaluator(x) is not None][: self.count]
+        begun = [x for x in chosen if self.evaluator(x) is not None]
+        if not begun:
+            raise self._unreachable(len(values))
+        return begun[: self.count]
 
     def _examined(
         self,
@@ -181,8 +184,8 @@ class MultiStart:
         ranges = self.ranges
         why = self.evaluator.failure(ranges.start)
         return SolveError(
-            f"optimize: none of {count} designs within the bounds can be analysed at all instants; "
-            f"at the start: {why}; give other bounds"
+            f"optimize: none of {count} designs within the bounds can be analysed at all instants "
+            f"with derivatives; at the start: {why}; give other bounds"
         )
 
     def _none(self, nearest: Found, limits: Sequence[Limit]) -> SolveError:
