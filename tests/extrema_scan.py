@@ -323,7 +323,7 @@ def endless(case: Case, u: Array, value: Array, good: Array) -> bool:
             continue
         begin, far, near = float(u[inside]), float(u[inside]), float(u[outside])
         guess = link_poses(_followed(case, begin))
-        found = {}
+        found = {begin: sign * float(value[inside])}
         for _ in range(60):
             middle = 0.5 * (far + near)
             run = _near(case, middle, guess)
@@ -336,7 +336,7 @@ def endless(case: Case, u: Array, value: Array, good: Array) -> bool:
                     float(run.measure(case.measure)[0]),
                 )
         parts = [(abs(place - far), sign * one) for place, one in found.items() if place != far]
-        width = abs(float(u[outside]) - begin)
+        width = abs(far - begin)
         tops = [
             max((one for apart, one in parts if apart >= part * width), default=-math.inf)
             for part in (1e-2, 1e-4, 1e-6)

@@ -13,10 +13,12 @@ import mbody
 from mbody.engineering import close_loops
 from mbody.engines.comparison import Comparison
 from mbody.engines.crosscheck import ALWAYS, ENGINES, Crosscheck, installed
+from mbody.engines.independent_reading import evaluated
 from mbody.engines.opinion import Inexpressible, Opinion, Row
 from mbody.engines.spanning_tree import spanning_tree, tree_motion
 from mbody.model.body import SecondMoments
 from mbody.model.loads import CentrifugalField, CustomLoad
+from mbody.quantities.number import float_or_formula
 from tests.linkages import random_linkage, times_within
 from validation.crosschecks import PAGE, row
 
@@ -474,3 +476,21 @@ def test_a_system_is_judged_with_the_numbers_that_it_has():
     found = mbody.crosscheck(system, "pinocchio")
     assert found.agrees
     assert found.run.effort("motor") == pytest.approx(mbody.kinetostatics(system).effort("motor"))
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("0.0024 kg*m^2", 0.0024),  # m is the metre, though there is a parameter m
+        ("5 N/m", 5.0),
+        ("2 m*l", 6.0),  # l is no unit that continues one
+        ("3 mm*l/m", 0.003 * 3.0 / 2.0),  # behind a parameter m is one, too
+        ("4 kg * m", 8.0),  # a unit has no spaces
+    ],
+)
+def test_a_unit_is_read_independently_of_parameters_of_its_name(text, value):
+    """As the grammar of formulas says; the values are worked out by hand, m = 2 and l = 3."""
+    machine = mbody.Mechanism("named as units", parameters={"m": 2.0, "l": 3.0})
+    found, measured = evaluated(text, {"m": 2.0, "l": 3.0}, machine)
+    assert found == pytest.approx(value, rel=1e-15) and measured
+    assert float_or_formula(text, None).value(machine.parameters.scope()) == pytest.approx(found)

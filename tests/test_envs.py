@@ -96,3 +96,14 @@ def test_a_motion_that_fails_ends_its_episode():
     _, reward, ended, _, info = env.step(np.array([-1.0]))
     angle = float(env.sims["wheel"].angle[0])
     assert not ended and not info and reward == pytest.approx(-(angle**2) - 0.5)
+
+
+def test_a_name_of_the_gallery():
+    """As in the command, a name that is no file is one of the gallery."""
+    how = {"actions": {"u": ("-10 N", "10 N")}, "observations": ["cart.x", "pole.angle"]}
+    how |= {"reward": {"pole.angle^2": -1.0}, "step": "20 ms"}
+    pair = [mbody.envs.make(m, **how) for m in ("cart_pole", mbody.gallery.path("cart_pole"))]
+    first, second = (env.reset(seed=3)[0] for env in pair)
+    assert np.array_equal(first, second)
+    with pytest.raises(mbody.ModelError, match="the gallery has no model 'cart_pile'"):
+        mbody.envs.make("cart_pile", **how)

@@ -342,3 +342,44 @@ def test_the_command(capsys, tmp_path):
     assert got["analysis"] == "fit" and got["status"] == "completed"
     assert got["values"]["crank.A.x"] == pytest.approx(fitted(data)["crank.A.x"], rel=1e-12)
     assert len(got["covariance"]) == 3 and got["undetermined"] == []
+
+
+#: What the file says of the fit of `engine`.
+TABLE = """
+[fit]
+by         = { "crank.A.x" = ["9 cm", 0.12], "rod.B.x" = [0.25, 0.35] }
+offsets    = ["slider.x"]
+deviations = { "slider.x" = 0.1 }
+analysis   = "kinematics"
+confidence = 0.9
+"""
+
+
+def test_a_table_of_a_file(capsys, tmp_path):
+    """The file says what is unknown; options come before it; it is written as it was read."""
+    data = encoder()
+    with (tmp_path / "run.csv").open("w", newline="") as stream:
+        rows = csv.writer(stream)
+        rows.writerow(data)
+        rows.writerows(zip(*data.values(), strict=True))
+    machine = mbody.from_toml(mbody.to_toml(engine()) + TABLE)
+    model = tmp_path / "engine.toml"
+    mbody.save(machine, model)
+    assert TABLE.strip() in model.read_text()
+    words = ["fit", str(model), str(tmp_path / "run.csv"), "--json"]
+    assert main(words) == 0
+    got = json.loads(capsys.readouterr().out)
+    by = {"crank.A.x": (0.09, 0.12), "rod.B.x": (0.25, 0.35)}
+    found = mbody.fit(
+        engine(),
+        data,
+        by,
+        "kinematics",
+        offsets=["slider.x"],
+        deviations={"slider.x": 0.1},
+        confidence=0.9,
+    )
+    assert got["values"]["crank.A.x"] == pytest.approx(found["crank.A.x"], rel=1e-12)
+    assert got["intervals"]["rod.B.x"] == pytest.approx(found.intervals["rod.B.x"], rel=1e-9)
+    assert main([*words, "--by", "crank.A.x"]) == 0
+    assert "rod.B.x" not in json.loads(capsys.readouterr().out)["values"]

@@ -303,8 +303,8 @@ def optimized(minimize="peak(motor.effort)", by=None, **more):
         ({"start": {"rocker.B.x": 10.0}}, "which by does not vary"),
         ({"start": {"crank.A.x": 7.0}}, "beyond its bounds 4 to 6"),
         ({"starts": 0}, "starts must be a whole number"),
-        ({"analysis": "simulate"}, "there is no analysis 'simulate'"),
-        ({"until": 3}, "there is no option 'until'"),
+        ({"analysis": "modes"}, "there is no analysis 'modes'"),
+        ({"until": 3}, "kinetostatics has no option 'until'"),
         ({"minimize": "peak(rocker.angle)", "by": {"F_P": (1.0, 2.0)}}, "none of 'F_P' changes"),
     ],
 )

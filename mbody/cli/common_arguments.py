@@ -12,9 +12,12 @@ __all__ = [
     "add_instants",
     "add_json",
     "add_model",
+    "add_output",
+    "add_paths",
     "add_picture_file",
     "add_resting",
     "add_tables",
+    "add_vary",
 ]
 
 MODEL = "a model file (TOML, or JSON by its ending), or the name of a gallery model"
@@ -82,11 +85,32 @@ def add_angle(command: argparse.ArgumentParser) -> None:
     )
 
 
-def add_picture_file(command: argparse.ArgumentParser) -> None:
+def add_output(command: argparse.ArgumentParser, about: str, *, required: bool = False) -> None:
+    """The file that is written; `about` says which endings there are, or what happens without."""
+    command.add_argument("-o", "--output", metavar="FILE", required=required, help=about)
+
+
+def add_picture_file(command: argparse.ArgumentParser, *, required: bool = True) -> None:
     """The file of a picture."""
+    add_output(command, "ends in .svg, .png or .pdf", required=required)
+
+
+def add_paths(command: argparse.ArgumentParser) -> None:
+    """Points whose paths are drawn."""
     command.add_argument(
-        "-o", "--output", metavar="FILE", required=True, help="ends in .svg, .png or .pdf"
+        "--path",
+        action="append",
+        default=[],
+        metavar="POINT",
+        help="draw the path of a point, such as coupler.P",
     )
+
+
+def add_vary(
+    command: argparse.ArgumentParser, about: str, form: str = "NAME=LOW:HIGH:COUNT"
+) -> None:
+    """Numbers that differ between designs."""
+    command.add_argument("--vary", action="append", default=[], metavar=form, help=about)
 
 
 def add_analysis(command: argparse.ArgumentParser) -> None:

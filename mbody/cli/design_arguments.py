@@ -11,6 +11,7 @@ from mbody.cli.common_arguments import (
     add_instants,
     add_json,
     add_model,
+    add_output,
 )
 
 __all__ = [
@@ -59,13 +60,16 @@ def add_optimize(command: argparse.ArgumentParser) -> None:
         metavar="RELATION",
         help="a limit at all instants, such as 'peak(motor.effort) <= 20 N*m'; again for more",
     )
-    command.add_argument("--analysis", metavar="NAME", help="kinetostatics, kinematics or statics")
+    kinds = "kinetostatics, kinematics, statics or simulate"
+    command.add_argument("--analysis", metavar="NAME", help=kinds)
     command.add_argument(
         "--over", metavar="WHAT", help="a whole turn: 'turn', or which driver is to make it"
     )
+    command.add_argument("--turns", metavar="N", help="of a cycle of several turns, with --over")
+    command.add_argument("--until", metavar="TIME", help="of simulate: the last time")
     command.add_argument("--starts", metavar="N", help="searches (8)")
     command.add_argument("--seed", metavar="N", help="of their starts (0)")
-    command.add_argument("-o", "--output", metavar="FILE", help="write the best model (.toml)")
+    add_output(command, "write the best model (.toml)")
     command.add_argument("--csv", metavar="FILE", help="write the numbers as a table")
     add_json(command)
 
@@ -84,7 +88,7 @@ def add_balance(command: argparse.ArgumentParser) -> None:
     names = "springs of the model whose stiffnesses are found, with commas"
     command.add_argument("--springs", action="append", default=[], metavar="NAMES", help=names)
     add_instants(command)
-    command.add_argument("-o", "--output", metavar="FILE", help="write the balanced model (.toml)")
+    add_output(command, "write the balanced model (.toml)")
     add_json(command)
 
 
@@ -120,7 +124,7 @@ def add_fit(command: argparse.ArgumentParser) -> None:
         help="CSV files of measured runs, with headings: t or the drivers, then measures or "
         "formulas, with a unit in brackets, as in 'slider.x [mm]'",
     )
-    names = "the unknown numbers, such as crank.A.x, with commas"
+    names = "the unknown numbers, such as crank.A.x, with commas; by default those of [fit]"
     command.add_argument("--by", action="append", default=[], metavar="NAMES", help=names)
     shifted = "columns with an unknown constant, as of an encoder, with commas"
     command.add_argument("--offset", action="append", default=[], metavar="NAMES", help=shifted)
@@ -142,9 +146,7 @@ def add_assemblies(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--driver", metavar="NAME", help="of several, the one whose circuits are followed"
     )
-    command.add_argument(
-        "-o", "--output", metavar="FILE", help="draw all of them; ends in .svg, .png or .pdf"
-    )
+    add_output(command, "draw all of them; ends in .svg, .png or .pdf")
     add_angle(command)
     add_json(command)
 

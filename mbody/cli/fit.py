@@ -1,4 +1,4 @@
-"""`mbody fit MODEL DATA.csv --by NAMES`: numbers from measured histories."""
+"""`mbody fit MODEL DATA.csv`: numbers from measured histories, by options or a table [fit]."""
 
 from __future__ import annotations
 
@@ -15,14 +15,21 @@ __all__ = ["fit"]
 def fit(args: Any) -> int:
     """Fit the numbers, and print them with their intervals."""
     from mbody.derivatives.fit import fit as solved
+    from mbody.files.model.fit_table import fit_settings
     from mbody.solution.heading import heading, unit_symbols
 
     names = [name.strip() for names in args.by for name in names.split(",")]
-    if not names:
-        raise UsageError("choose the unknown numbers: --by NAMES")
     offsets = [name.strip() for names in args.offset for name in names.split(",")]
     mechanism = model_of(args)
-    found = solved(mechanism, list(args.data), names, args.analysis, offsets=offsets)
+    kept = fit_settings(mechanism)
+    how = kept.arguments() if kept is not None else {}
+    given = {"by": names, "offsets": offsets, "analysis": args.analysis}
+    how |= {name: value for name, value in given.items() if value}
+    if "by" not in how:
+        raise UsageError(
+            "choose the unknown numbers: --by NAMES, or by = [...] in a table [fit] of the file"
+        )
+    found = solved(mechanism, list(args.data), **how)
     if args.json:
         head = heading(mechanism.name, "fit", unit_symbols(mechanism.units), found)
         print(json.dumps(head | found.data(), ensure_ascii=False, allow_nan=False))

@@ -4,7 +4,14 @@ from __future__ import annotations
 
 import argparse
 
-from mbody.cli.common_arguments import add_angle, add_assembly, add_instants, add_json, add_model
+from mbody.cli.common_arguments import (
+    add_angle,
+    add_assembly,
+    add_instants,
+    add_json,
+    add_model,
+    add_output,
+)
 
 __all__ = ["add_bearings", "add_cam", "add_flywheel", "add_internal", "add_motor", "add_shaking"]
 
@@ -55,9 +62,7 @@ def add_internal(command: argparse.ArgumentParser) -> None:
         "--lumped", action="store_true", help="take its mass as a lump at its mass centre"
     )
     command.add_argument("--to", metavar="TIME", help="of the free motion until that time")
-    command.add_argument(
-        "-o", "--output", metavar="FILE", help="draw the diagrams; ends in .svg, .png or .pdf"
-    )
+    add_output(command, "draw the diagrams; ends in .svg, .png or .pdf")
     add_instants(command)
     add_assembly(command)
     add_json(command)

@@ -53,18 +53,9 @@ def model_in(path: Path, parameters: Mapping[str, str] | None = None) -> Mechani
 
 def path_of(model: str) -> Path:
     """The file of a model: one that exists, else one of the gallery."""
-    from mbody import gallery
+    from mbody.gallery import model_path
 
-    path = Path(model)
-    looks_like_a_file = path.suffix in (".toml", ".json") or len(path.parts) > 1
-    if looks_like_a_file or model not in gallery.names():
-        try:
-            there = path.exists()
-        except (OSError, ValueError):
-            there = False
-        if there or looks_like_a_file:
-            return path
-    return gallery.path(model)
+    return model_path(model)
 
 
 def named_values(texts: Sequence[str], option: str) -> dict[str, Any]:

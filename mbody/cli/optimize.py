@@ -98,6 +98,8 @@ def _of_options(args: Any) -> OptimizationTask | None:
         "by": {name: bounds(name, text) for name, text in named_values(args.by, "--by").items()},
         "over": args.over,
         "analysis": args.analysis,
+        "turns": whole_number("--turns", args.turns),
+        "until": args.until,
         "starts": whole_number("--starts", args.starts),
         "seed": whole_number("--seed", args.seed),
     }

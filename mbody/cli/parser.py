@@ -17,8 +17,10 @@ from mbody.cli.common_arguments import (
     add_instants,
     add_json,
     add_model,
+    add_output,
     add_resting,
     add_tables,
+    add_vary,
 )
 from mbody.cli.design_arguments import (
     add_assemblies,
@@ -217,7 +219,7 @@ def parser() -> argparse.ArgumentParser:
     derive.add_argument(
         "--form", choices=("text", "markdown", "latex"), default="text", help="how it is written"
     )
-    derive.add_argument("-o", "--output", metavar="FILE", help="by default it is printed")
+    add_output(derive, "by default it is printed")
     add_report(command("report", "the engineer's document, for screen and paper", "report.report"))
     cross = command(
         "crosscheck",
@@ -242,23 +244,17 @@ def parser() -> argparse.ArgumentParser:
     show.add_argument("model", metavar="MODEL", help=MODEL)
     drawn = command("exercise", "questions with round numbers, and a key", "exercise.exercise")
     add_model(drawn)
-    drawn.add_argument(
-        "--vary",
-        action="append",
-        default=[],
-        metavar="NAME=LOW:HIGH",
-        help="a parameter of the model that differs between exercises",
-    )
+    add_vary(drawn, "a parameter of the model that differs between exercises", "NAME=LOW:HIGH")
     drawn.add_argument("--count", metavar="N", default="1", help="how many exercises (1)")
     drawn.add_argument("--seed", metavar="S", default="0", help="the same seed, the same sheet (0)")
     drawn.add_argument("--key", metavar="FILE", help="write the worked solutions (Markdown)")
-    drawn.add_argument("-o", "--output", metavar="FILE", help="by default the sheet is printed")
+    add_output(drawn, "by default the sheet is printed")
     new = command("new", "a commented model file to begin with", "new.new")
     new.add_argument(
         "kind", metavar="KIND", help="fourbar, slidercrank, sixbar, gears, cam or pendulum"
     )
     new.add_argument("--lengths", metavar="LENGTHS", help="all of its lengths, with commas")
-    new.add_argument("-o", "--output", metavar="FILE", help="KIND.toml by default; - prints it")
+    add_output(new, "KIND.toml by default; - prints it")
     explain = command("explain", "an element: its fields, units and an example", "explain.explain")
     explain.add_argument(
         "element", metavar="ELEMENT", nargs="?", help="such as spring; all kinds without it"
@@ -318,7 +314,7 @@ def _import(command: argparse.ArgumentParser) -> None:
         metavar="SYSTEM",
         help="units of the model, such as SI; numbers of files without units are in these (mm-N-s)",
     )
-    command.add_argument("-o", "--output", metavar="FILE", help="by default it is printed")
+    add_output(command, "by default it is printed")
 
 
 def _export(command: argparse.ArgumentParser) -> None:
@@ -334,7 +330,7 @@ def _export(command: argparse.ArgumentParser) -> None:
     command.add_argument("--width", metavar="LENGTH", help="of bars in a drawing, such as '20 mm'")
     command.add_argument("--hole", metavar="LENGTH", help="diameter of holes in a drawing")
     command.add_argument("--fmi", choices=("3.0", "2.0"), help="the version of FMI of a unit (3.0)")
-    command.add_argument("-o", "--output", metavar="FILE", help="by default text is printed")
+    add_output(command, "by default text is printed")
     command.add_argument(
         "--instants", metavar="N", help="how many of a turn (361) and of a free motion in an image"
     )
@@ -362,13 +358,7 @@ def _analysis(command: argparse.ArgumentParser) -> None:
 
 def _sweep(command: argparse.ArgumentParser) -> None:
     add_model(command)
-    command.add_argument(
-        "--vary",
-        action="append",
-        default=[],
-        metavar="NAME=LOW:HIGH:COUNT",
-        help="a number that differs between designs, or NAME=1,2,3; several make a grid",
-    )
+    add_vary(command, "a number that differs between designs, or NAME=1,2,3; several make a grid")
     command.add_argument(
         "--measure",
         action="append",

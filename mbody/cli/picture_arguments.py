@@ -4,7 +4,15 @@ from __future__ import annotations
 
 import argparse
 
-from mbody.cli.common_arguments import add_assembly, add_instants, add_model, add_picture_file
+from mbody.cli.common_arguments import (
+    add_assembly,
+    add_instants,
+    add_model,
+    add_output,
+    add_paths,
+    add_picture_file,
+    add_vary,
+)
 
 __all__ = ["add_animate", "add_draw", "add_freebody", "add_plot", "add_report", "add_view"]
 
@@ -22,9 +30,7 @@ def add_freebody(command: argparse.ArgumentParser) -> None:
         metavar="NAMES",
         help="which links, with commas between them; by default all",
     )
-    command.add_argument(
-        "-o", "--output", metavar="FILE", help="ends in .svg, .png or .pdf (MODEL.svg)"
-    )
+    add_output(command, "ends in .svg, .png or .pdf (MODEL.svg)")
 
 
 def add_report(command: argparse.ArgumentParser) -> None:
@@ -44,9 +50,7 @@ def add_report(command: argparse.ArgumentParser) -> None:
         command.add_argument(f"--{option}", action="append", default=[], metavar=names, help=text)
     command.add_argument("--title", metavar="TEXT", help="of the document")
     command.add_argument("--open", action="store_true", help="open it in the browser")
-    command.add_argument(
-        "-o", "--output", metavar="FILE", help="ends in .html, .md, .tex or .pdf (MODEL.html)"
-    )
+    add_output(command, "ends in .html, .md, .tex or .pdf (MODEL.html)")
 
 
 def add_draw(command: argparse.ArgumentParser) -> None:
@@ -55,13 +59,7 @@ def add_draw(command: argparse.ArgumentParser) -> None:
     add_instants(command)
     add_assembly(command)
     command.add_argument("--forces", action="store_true", help="draw the joint forces too")
-    command.add_argument(
-        "--path",
-        action="append",
-        default=[],
-        metavar="POINT",
-        help="draw the path of a point, such as coupler.P",
-    )
+    add_paths(command)
     command.add_argument("--to", metavar="TIME", help="the free motion until that time")
     command.add_argument(
         "--positions", metavar="N", help="N equal steps of the turn or of the motion"
@@ -99,25 +97,13 @@ def _moving(command: argparse.ArgumentParser) -> None:
     add_instants(command)
     add_assembly(command)
     command.add_argument("--to", metavar="TIME", help="the last time, such as 10 or '2 min'")
-    command.add_argument(
-        "--vary",
-        action="append",
-        default=[],
-        metavar="NAME=LOW:HIGH:COUNT",
-        help="designs that are shown with one another, or NAME=1,2,3",
-    )
+    add_vary(command, "designs that are shown with one another, or NAME=1,2,3")
     command.add_argument(
         "--show",
         metavar="WHAT",
         help="with commas: names, forces, velocities, accelerations, paths, centres, ghosts",
     )
-    command.add_argument(
-        "--path",
-        action="append",
-        default=[],
-        metavar="POINT",
-        help="show the path of a point, such as coupler.P",
-    )
+    add_paths(command)
 
 
 def add_view(command: argparse.ArgumentParser) -> None:
@@ -141,12 +127,7 @@ def add_view(command: argparse.ArgumentParser) -> None:
         "--recorded", action="store_true", help="the page plays the recorded motion only"
     )
     command.add_argument("--open", action="store_true", help="open the page in the browser")
-    command.add_argument(
-        "-o",
-        "--output",
-        metavar="FILE",
-        help="ends in .html (MODEL.html by default), or in .json for the web component",
-    )
+    add_output(command, "ends in .html (MODEL.html by default), or in .json for the web component")
 
 
 def add_animate(command: argparse.ArgumentParser) -> None:
@@ -155,12 +136,7 @@ def add_animate(command: argparse.ArgumentParser) -> None:
     command.add_argument("--duration", metavar="S", help="seconds of the film")
     command.add_argument("--rate", metavar="N", help="frames a second (25)")
     command.add_argument("--width", metavar="PX", help="pixels (640)")
-    command.add_argument(
-        "-o",
-        "--output",
-        metavar="FILE",
-        help="ends in .gif (MODEL.gif by default), .webp, .apng, .svg or .mp4",
-    )
+    add_output(command, "ends in .gif (MODEL.gif by default), .webp, .apng, .svg or .mp4")
 
 
 def add_plot(command: argparse.ArgumentParser) -> None:
@@ -183,13 +159,7 @@ def add_plot(command: argparse.ArgumentParser) -> None:
         action="store_true",
         help="without the bars that say what is open, sticks, slides or rolls",
     )
-    command.add_argument(
-        "--vary",
-        action="append",
-        default=[],
-        metavar="NAME=LOW:HIGH:COUNT",
-        help="several designs, overlaid; more than six are a band",
-    )
+    add_vary(command, "several designs, overlaid; more than six are a band")
     for kind, text in (
         ("polar", "magnitudes of joint forces over the angle of the crank"),
         ("hodograph", "the curves of the tips of joint forces"),

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import argparse
 
-from mbody.cli.common_arguments import add_json, add_model
+from mbody.cli.common_arguments import (
+    add_json,
+    add_model,
+    add_output,
+)
 
 __all__ = ["add_atlas", "add_cognates", "add_synthesize"]
 
@@ -25,12 +29,7 @@ def add_cognates(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--point", metavar="NAME", required=True, help="of the coupler, such as coupler.P"
     )
-    command.add_argument(
-        "-o",
-        "--output",
-        metavar="FILE",
-        help="where the cognates are written: cognate.toml, cognate-2.toml",
-    )
+    add_output(command, "where the cognates are written: cognate.toml, cognate-2.toml")
     add_json(command)
 
 
@@ -84,10 +83,5 @@ def add_synthesize(command: argparse.ArgumentParser) -> None:
         ("seed", "N", "of the random designs (0)"),
     ):
         command.add_argument(f"--{name}", metavar=metavar, help=text)
-    command.add_argument(
-        "-o",
-        "--output",
-        metavar="FILE",
-        help="where the designs are written: design.toml, design-2.toml, …",
-    )
+    add_output(command, "where the designs are written: design.toml, design-2.toml, …")
     command.add_argument("--json", action="store_true", help="print data instead of text")

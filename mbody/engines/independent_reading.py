@@ -34,7 +34,7 @@ from mbody.model.element import Element, Marker, Polar
 from mbody.model.loads import Torque, TorsionDamper, TorsionSpring
 from mbody.model.mechanism import Mechanism
 from mbody.quantities import Formula
-from mbody.quantities.units import DIMENSIONS
+from mbody.quantities.units import DIMENSIONS, SYMBOLS
 from mbody.system.assembler import assemble
 from mbody.system.system import System
 
@@ -367,15 +367,16 @@ def parsed(
     """A formula as Python's syntax tree, with units as numbers, and whether it had units; None
     where Python and pint cannot read it.
     """
-    measured, own = False, {*parameters, *_FUNCTIONS, "t", "x", "pi"}
+    measured = False
 
     def bracketed(found: re.Match[str]) -> str:
         nonlocal measured
         number, unit = found.groups()
-        parts = re.split(r"([*/])", unit.replace(" ", ""))
-        # directly after a number there is a unit; further on, a name may be a parameter
+        parts = re.split(r"(\s*[*/]\s*)", unit)
+        # directly after a number there is a unit; further on what is a symbol of one, written
+        # without spaces, belongs to it, and all else are names of parameters
         kept, parts = parts[:1], parts[1:]
-        while parts and parts[1].partition("^")[0] not in own:
+        while parts and len(parts[0]) == 1 and _is_symbol(parts[1].partition("^")[0]):
             kept += parts[:2]
             parts = parts[2:]
         measured = True
@@ -387,6 +388,11 @@ def parsed(
         return ast.parse(plain.strip(), mode="eval").body, measured
     except Exception:  # any error of Python's parser or of pint
         return None
+
+
+def _is_symbol(name: str) -> bool:
+    """Whether a name may go on a unit, by the grammar of formulas; what it measures says pint."""
+    return name in SYMBOLS and name not in ("t", "x")
 
 
 def _names(parameters: dict[str, Any]) -> dict[str, Any]:

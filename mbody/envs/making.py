@@ -10,6 +10,7 @@ from mbody.analysis.position.assembly_analysis import as_system
 from mbody.envs.task import Task, task
 from mbody.errors import ModelError
 from mbody.files.model import load
+from mbody.gallery import model_path
 from mbody.model.mechanism import Mechanism
 from mbody.quantities.types import Number
 from mbody.system.system import System
@@ -43,7 +44,7 @@ def make(
     Parameters
     ----------
     model : Mechanism, System, str or Path
-        A description, or its file.
+        A description, its file, or a name of the gallery, such as ``"cart_pole"``.
     actions : mapping
         Inputs of the mechanism by name, each with its lowest and highest value; an action beyond
         them is cut.
@@ -82,7 +83,7 @@ def make(
     --------
     >>> import mbody
     >>> env = make(
-    ...     mbody.gallery.path("cart_pole"),
+    ...     "cart_pole",
     ...     actions={"u": ("-10 N", "10 N")},
     ...     observations=["cart.x", "pole.angle"],
     ...     reward={"pole.angle^2": -1.0},
@@ -165,7 +166,7 @@ rtol, atol
 
 def _task(model: Any, given: Mapping[str, Any]) -> Task:
     if isinstance(model, str | Path):
-        model = load(model)
+        model = load(model_path(str(model)))
     return task(
         as_system(model),
         given["actions"],

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from mbody.model.mechanism import Mechanism
     from mbody.quantities.types import Number
 
-__all__ = ["load", "names", "path"]
+__all__ = ["load", "model_path", "names", "path"]
 
 LISTED = "'mbody models' lists all, in Python mbody.gallery.names()"
 
@@ -54,6 +54,29 @@ def path(name: str) -> Path:
         kept.close
     )  # in a zip file the package needs a temporary copy, removed at the end
     return kept.enter_context(resources.as_file(file))
+
+
+def model_path(model: str) -> Path:
+    """The file of a model: one that exists, else one of the gallery.
+
+    Raises
+    ------
+    ModelError
+        Where there is neither.
+
+    >>> model_path("hoekens").name
+    'hoekens.toml'
+    """
+    file = Path(model)
+    looks_like_a_file = file.suffix in (".toml", ".json") or len(file.parts) > 1
+    if looks_like_a_file or model not in names():
+        try:
+            there = file.exists()
+        except (OSError, ValueError):
+            there = False
+        if there or looks_like_a_file:
+            return file
+    return path(model)
 
 
 def load(name: str, parameters: Mapping[str, Number] | None = None) -> Mechanism:

@@ -16,13 +16,13 @@ from mbody.model.study import Measure
 from mbody.solution.measures import valued
 from mbody.solution.solution import Solution
 
-__all__ = ["Rows"]
+__all__ = ["ConditionRows"]
 
 Array = np.ndarray
 _FIRST = np.array([0])
 
 
-class Rows:
+class ConditionRows:
     """right − left of every relation, then the objective, as functions of the unknowns in steps.
 
     Parameters
@@ -31,16 +31,10 @@ class Rows:
     relations : sequence of Relation
     objective : str
         A quantity, empty where there is none.
-
-    Attributes
-    ----------
-    differenced : bool
-        Whether a derivative had to be taken by differences, of what has no exact one.
     """
 
     def __init__(self, trials: Trials, relations: Sequence[Relation], objective: str) -> None:
         self.trials, self.relations, self.objective = trials, list(relations), objective
-        self.differenced = False
 
     def __call__(self, us: Array) -> tuple[Array, Array]:
         """Values and the size of their terms, (trials, rows) each; NaN where a trial fails."""
@@ -53,7 +47,6 @@ class Rows:
             return None
         slope = self._slopes(run)
         if slope is None or not np.isfinite(slope).all():
-            self.differenced = True
             return differences(self, u)
         rest, size = self.trials.measured(run, self.relations, self.objective)
         if not np.isfinite(rest).all():

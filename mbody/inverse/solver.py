@@ -24,7 +24,7 @@ from mbody.inverse.roots import (
     scan,
     spread,
 )
-from mbody.inverse.rows import Rows
+from mbody.inverse.rows import ConditionRows
 from mbody.inverse.several_unknowns import climbed
 from mbody.inverse.trials import Trials
 from mbody.model.element import listed
@@ -62,7 +62,7 @@ class Solver:
         self.trials = Trials(mechanism, question)
         self.wanted = self.trials.wanted
         #: What is left of conditions, then of side conditions, then the objective.
-        self.rows = Rows(self.trials, [*self.equations, *self.sides], question.objective)
+        self.rows = ConditionRows(self.trials, [*self.equations, *self.sides], question.objective)
         self.refusals = Refusals(mechanism, question, (self.equations, self.sides), self.trials)
         self.notes: list[str] = []
         self.doubts: list[Doubt] = []

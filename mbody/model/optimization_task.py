@@ -25,7 +25,9 @@ class OptimizationTask:
     analysis : str
     over : str
         ``"turn"`` or a driver, as of `Instants`; empty: the instants of the mechanism.
-    instants : int, optional
+    instants, turns : int, optional
+    until : float or str, optional
+        The last time, of ``analysis="simulate"``.
     start : mapping, optional
     starts, seed, points : int, optional
         As of `mbody.optimize`.
@@ -43,6 +45,8 @@ class OptimizationTask:
     analysis: str = "kinetostatics"
     over: str = ""
     instants: int | None = None
+    turns: int | None = None
+    until: Any = None
     start: Mapping[str, Any] | None = None
     starts: int | None = None
     seed: int | None = None
@@ -68,7 +72,7 @@ class OptimizationTask:
             "analysis": self.analysis,
             "start": self.start,
         }
-        for key in ("starts", "seed", "points", "instants"):
+        for key in ("starts", "seed", "points", "instants", "turns", "until"):
             if getattr(self, key) is not None:
                 found[key] = getattr(self, key)
         if self.over:

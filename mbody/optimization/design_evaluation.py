@@ -206,6 +206,18 @@ class Evaluator:
         check_determined(system, start, self.analysis)
         return start
 
+    def failure(self, x: np.ndarray) -> str:
+        """Why a design cannot be analysed with derivatives."""
+        try:
+            self.run(x)
+        except (ModelError, SolveError) as error:
+            return str(error)
+        return "the quantities have no finite value there"
+
+    def plain(self, x: np.ndarray) -> Evaluation | None:
+        """As it is judged before searches: with derivatives, which cost little here."""
+        return self(x)
+
     def __call__(self, x: np.ndarray) -> Evaluation | None:
         """A design with derivatives; None where it cannot be analysed."""
         try:

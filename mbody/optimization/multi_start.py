@@ -11,6 +11,7 @@ from mbody.derivatives.named_numbers import changed
 from mbody.errors import ModelError, SolveError
 from mbody.optimization.aims_and_limits import Aim, Limit
 from mbody.optimization.design_evaluation import Evaluator
+from mbody.optimization.motion_evaluation import MotionEvaluator
 from mbody.optimization.nonlinear_program import HOLDS, Found, Program
 from mbody.optimization.ranges import Ranges
 from mbody.optimization.start_designs import Screen, spread_designs
@@ -58,7 +59,7 @@ class MultiStart:
         Called with the finished searches and all.
     """
 
-    evaluator: Evaluator
+    evaluator: Evaluator | MotionEvaluator
     screen: Screen
     ranges: Ranges
     count: int
@@ -86,7 +87,7 @@ class MultiStart:
         SolveError
             Where no design can be analysed, or none meets the limits.
         """
-        program, notes = self.program(aim, limits), []
+        program, notes = self.program(aim, limits), list(self.ranges.notes)
         status, found = "completed", []
         try:
             starts = self.starts(aim)
@@ -142,7 +143,10 @@ class MultiStart:
                 far = [np.abs((x - other) / width).max() for other in chosen]
                 if len(chosen) < self.count and min(far, default=1.0) > apart:
                     chosen.append(x)
-        return [x for x in chosen if self.evaluator(x) is not None][: self.count]
+        begun = [x for x in chosen if self.evaluator(x) is not None]
+        if not begun:
+            raise self._unreachable(len(values))
+        return begun[: self.count]
 
     def _examined(
         self,
@@ -178,15 +182,10 @@ class MultiStart:
     def _unreachable(self, count: int) -> SolveError:
         """The error where no design within the bounds can be analysed."""
         ranges = self.ranges
-        try:
-            self.evaluator.run(ranges.start)
-        except (ModelError, SolveError) as error:
-            why = str(error)
-        else:
-            why = "the quantities have no finite value there"
+        why = self.evaluator.failure(ranges.start)
         return SolveError(
-            f"optimize: none of {count} designs within the bounds can be analysed at all instants; "
-            f"at the start: {why}; give other bounds"
+            f"optimize: none of {count} designs within the bounds can be analysed at all instants "
+            f"with derivatives; at the start: {why}; give other bounds"
         )
 
     def _none(self, nearest: Found, limits: Sequence[Limit]) -> SolveError:

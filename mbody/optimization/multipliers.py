@@ -12,10 +12,15 @@ from mbody.optimization.nonlinear_program import Program
 
 __all__ = ["Binding", "binding"]
 
-#: What is nearer to its limit than this part of its size may bind.
-NEAR = 1e-4
+#: What is nearer to its limit than this part of its size may bind: the least of these with which
+#: the derivatives balance up to such a part, so that of neighbouring instants the nearest counts.
+NEAR, BALANCED = (1e-7, 1e-6, 1e-5, 1e-4), 1e-3
 #: A multiplier below this part of the greatest effect does not.
 COUNTS = 1e-6
+
+#: Where no derivative is greater, as the part by which the objective would change over a range, the
+#: place is a smooth optimum: what is left is measured by this.
+FLAT = 0.1
 
 
 @dataclass(frozen=True)
@@ -46,6 +51,16 @@ def binding(program: Program, at: Evaluation) -> tuple[list[Binding], float]:
     objective as those of what binds, with multipliers that are not negative (non-negative least
     squares; Lawson and Hanson 1974). Also what is left of the objective's derivatives, as a part.
     """
+    found = []
+    for near in NEAR:
+        found.append(_binding(program, at, near))
+        if found[-1][1] <= BALANCED:
+            break
+    return min(found, key=lambda pair: pair[1])
+
+
+def _binding(program: Program, at: Evaluation, near: float) -> tuple[list[Binding], float]:
+    """The same with all that is so near to its limit."""
     from scipy.optimize import nnls
 
     width, sizes = program.width, program.sizes or []
@@ -53,22 +68,22 @@ def binding(program: Program, at: Evaluation) -> tuple[list[Binding], float]:
     about: list[tuple[int, int, int, bool, float]] = []
     for n, (limit, size) in enumerate(zip(program.limits, sizes, strict=True)):
         rows = limit.rows(at)
-        near = np.abs(rows.values) <= NEAR * size if limit.equal else rows.values <= NEAR * size
-        for k in np.flatnonzero(near):
+        left = np.abs(rows.values) if limit.equal else rows.values
+        for k in np.flatnonzero(left <= near * size):
             for sign in (1.0, -1.0) if limit.equal else (1.0,):
                 columns.append(sign * rows.slopes[k] * width / size)
                 about.append((n, int(rows.instants[k]), -1, False, sign * size))
     own, slope, instant = at.mobility()
-    if own < program.mobile * (1.0 + NEAR):
+    if own < program.mobile * (1.0 + near):
         columns.append(slope * width / program.mobile)
         about.append((-2, instant, -1, False, program.mobile))
     for j in range(len(width)):
         for upper, gap in ((False, at.x[j] - program.low[j]), (True, program.high[j] - at.x[j])):
-            if gap <= NEAR * 1e-2 * width[j]:
+            if gap <= near * 1e-2 * width[j]:
                 columns.append((-1.0 if upper else 1.0) * np.eye(len(width))[j])
                 about.append((-1, -1, j, upper, width[j]))
     rows = program.aim.rows(at)
-    top = np.flatnonzero(rows.values >= rows.values.max() - NEAR * program.scale)
+    top = np.flatnonzero(rows.values >= rows.values.max() - near * program.scale)
     slopes = rows.slopes[top] * width / program.scale
     # weights of the instants that share the greatest value: their sum is 1
     heavy = 1e3 * max(1.0, float(np.abs(slopes).max(initial=0.0)))
@@ -78,7 +93,7 @@ def binding(program: Program, at: Evaluation) -> tuple[list[Binding], float]:
     weights, parts = found[: len(top)], found[len(top) :]
     pull = weights @ slopes
     rest = pull - (np.array(columns).T @ parts if columns else 0.0)
-    greatest = max(float(np.abs(slopes).max(initial=0.0)), 1e-300)
+    greatest = max(float(np.abs(slopes).max(initial=0.0)), FLAT)
     return _joined(about, parts, program), float(np.abs(rest).max(initial=0.0)) / greatest
 
 

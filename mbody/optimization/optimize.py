@@ -16,6 +16,7 @@ from mbody.model.mechanism import Mechanism
 from mbody.model.optimization_task import OptimizationTask
 from mbody.optimization.aims_and_limits import aim_of, limit_of
 from mbody.optimization.design_evaluation import Evaluator
+from mbody.optimization.motion_evaluation import MotionEvaluator
 from mbody.optimization.multi_start import MultiStart
 from mbody.optimization.optimum import Optimum
 from mbody.optimization.pareto_front import pareto_front
@@ -29,8 +30,10 @@ from mbody.system.system import System
 
 __all__ = ["optimize"]
 
-#: Options for the instants.
+#: Options for the instants, and those of a motion over time.
 INSTANTS = ("t", "drive", "turn", "instants", "turns", "guess", "at", "over")
+MOTION = "simulate"
+OF_MOTION = ("until", "method", "rtol", "atol", "step", "instants", "every", "times", "events")
 #: Two aims as one, for the signature.
 Wanted = str | Sequence[str] | None
 
@@ -72,7 +75,7 @@ def optimize(
         Limits on the whole cycle: ``"min(abs(sin(coupler.angle - rocker.angle))) >= 0.64"``,
         ``"peak(motor.effort) <= 20 N*m"``, ``"coupler.P.y >= 2 mm"`` (at all instants).
     analysis : str
-        "kinetostatics", "kinematics" or "statics".
+        "kinetostatics", "kinematics", "statics", or "simulate" for a motion over time.
     start : mapping, optional
         By number where the first search begins, instead of the description.
     starts : int
@@ -86,8 +89,10 @@ def optimize(
     progress : callable or bool, optional
         Called with the number of finished searches and of all; True shows it on standard error.
     **options
-        The instants: ``over="turn"``, ``at``, ``t``, ``drive``, ``turn``, ``instants``, ``guess``,
-        as of `sweep`; by default those of the mechanism itself.
+        The instants: ``over="turn"``, ``at``, ``t``, ``drive``, ``turn``, ``turns``,
+        ``instants``, ``guess``, as of `sweep`; by default those of the mechanism itself. Of a
+        motion: ``until``, ``times``, ``instants``, ``every``, ``events``, ``method``, ``rtol``,
+        ``atol``, ``step``, as of `simulate`.
 
     Returns
     -------
@@ -136,17 +141,23 @@ def optimize(
     _check_counts(starts=starts, points=points)
     _check_options(analysis, options)
     ranges = ranges_of(system, by, start)
-    count = len(_job(system, ranges, (), analysis, options).instants)
-    machine = system.mechanism
+    machine, names = system.mechanism, list(ranges.names)
+    motion = MotionEvaluator(system, names, options) if analysis == MOTION else None
+    if motion is not None:
+        count = motion.instants
+    else:
+        count = len(_job(system, ranges, (), analysis, options).instants)
     goals = [aim_of(machine, text, greatest, count) for text, greatest in aims]
     texts = [subject_to] if isinstance(subject_to, str) else list(subject_to)
     limits = [limit_of(machine, text, count) for text in texts]
-    columns = Screen.columns(goals, limits)
-    job = _job(system, ranges, columns, analysis, options)
-    evaluator = Evaluator(job, list(ranges.names), turned_driver(system, _turn(job)))
-    screen = Screen(job, evaluator, goals, limits)
+    if motion is not None:
+        screen = Screen(None, motion, goals, limits)
+    else:
+        job = _job(system, ranges, Screen.columns(goals, limits), analysis, options)
+        turned = turned_driver(system, job.how.get("turn"))
+        screen = Screen(job, Evaluator(job, names, turned), goals, limits)
     seen = counted("searches") if progress is True else progress or None
-    search = MultiStart(evaluator, screen, ranges, starts, seed, seen)
+    search = MultiStart(screen.evaluator, screen, ranges, starts, seed, seen)
     if len(goals) == 2:
         return pareto_front(search, goals, limits, points, loss)
     ended = search.ended(goals[0], limits)
@@ -194,15 +205,17 @@ def _check_counts(**counts: Any) -> None:
 
 
 def _check_options(analysis: str, options: Mapping[str, Any]) -> None:
-    if analysis not in ANALYSES:
+    known = [*ANALYSES, MOTION]
+    if analysis not in known:
         raise ModelError(
             f"optimize: there is no analysis {brief(analysis)} with derivatives (there are: "
-            f"{listed(ANALYSES)})"
+            f"{listed(known)})"
         )
+    own = OF_MOTION if analysis == MOTION else INSTANTS
     for name in options:
-        if name not in INSTANTS:
+        if name not in own:
             raise ModelError(
-                f"optimize: there is no option {name!r} (there are: {', '.join(INSTANTS)})"
+                f"optimize: {analysis} has no option {name!r} (there are: {', '.join(own)})"
             )
 
 
@@ -214,7 +227,3 @@ def _job(
     options: Mapping[str, Any],
 ) -> Any:
     return prepared(system, tuple(ranges.names), columns, analysis, options)
-
-
-def _turn(job: Any) -> Any:
-    return job.how.get("turn")

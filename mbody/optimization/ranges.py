@@ -31,6 +31,8 @@ class Ranges:
         The names as given.
     low, high, start : array (numbers,)
     units : tuple of str
+    notes : tuple of str
+        Numbers of the description that lie beyond their bounds, where the search does not begin.
     """
 
     names: tuple[str, ...]
@@ -39,6 +41,7 @@ class Ranges:
     high: np.ndarray
     start: np.ndarray
     units: tuple[str, ...]
+    notes: tuple[str, ...] = ()
 
 
 def ranges_of(
@@ -69,7 +72,7 @@ def ranges_of(
             f"{listed(by)})",
             str(strange[0]),
         )
-    first = []
+    first, notes = [], []
     for n, (given, name) in enumerate(names.items()):
         own = float(system.values[name])
         if start is not None and given in start:
@@ -80,6 +83,8 @@ def ranges_of(
                     f"{high[n]:g}",
                     given,
                 )
+        elif not low[n] <= own <= high[n]:
+            notes.append(_beyond(system, given, name, own, (low[n], high[n])))
         first.append(own)
     return Ranges(
         names=tuple(names.values()),
@@ -88,7 +93,18 @@ def ranges_of(
         high=high,
         start=np.clip(np.array(first), low, high),
         units=tuple(unit_of(system.mechanism, name) for name in names.values()),
+        notes=tuple(notes),
     )
+
+
+def _beyond(system: System, given: str, name: str, own: float, bounds: tuple[float, float]) -> str:
+    """The note of a number whose bounds leave the description out."""
+    unit = unit_of(system.mechanism, name)
+    near = float(np.clip(own, *bounds))
+    return (
+        f"'{given}' is {own:.6g} {unit}".rstrip()
+        + f" in the description, beyond its bounds: the first search begins at {near:.6g} {unit}"
+    ).rstrip()
 
 
 def _bounds(system: System, given: str, name: str, pair: Any) -> tuple[float, float]:

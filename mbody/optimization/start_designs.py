@@ -13,6 +13,7 @@ from mbody.analysis.driven.batch_continuation import BatchSetup
 from mbody.model.study import Measure
 from mbody.optimization.aims_and_limits import Aim, Limit
 from mbody.optimization.design_evaluation import Evaluation, Evaluator
+from mbody.optimization.motion_evaluation import MotionEvaluator
 from mbody.sweeps.columns import MeasuredColumn
 from mbody.sweeps.job import Job, side_by_side
 
@@ -36,8 +37,8 @@ class Screen:
 
     Parameters
     ----------
-    job : Job
-        Of the measures that `columns` names.
+    job : Job or None
+        Of the measures that `columns` names; None of motions over time, which go one by one.
     evaluator : Evaluator
         For designs that cannot go side by side.
     known : array (numbers,), optional
@@ -46,8 +47,8 @@ class Screen:
 
     def __init__(
         self,
-        job: Job,
-        evaluator: Evaluator,
+        job: Job | None,
+        evaluator: Evaluator | MotionEvaluator,
         aims: Sequence[Aim],
         limits: Sequence[Limit],
         known: np.ndarray | None = None,
@@ -58,7 +59,7 @@ class Screen:
     def about(self, at: Evaluation) -> Screen:
         """The same, designs closed from the position of one of them."""
         job = self.job
-        if isinstance(job.course, BatchSetup):
+        if job is not None and isinstance(job.course, BatchSetup):
             near = replace(job.course, pose=at.pose, origin=at.run.system.par[:, 0].copy())
             job = replace(job, course=near)
         return Screen(job, self.evaluator, self.aims, self.limits, at.x)
@@ -68,6 +69,8 @@ class Screen:
         """Whether designs go side by side. Lanes go from one instant to the next by steps of one
         length: where instants lie far apart, one design gets there and lanes do not.
         """
+        if self.job is None:
+            return False
         found = side_by_side(self.job, self._known[None])
         return found is not None and (bool(found[1][0]) or self.evaluator(self._known) is None)
 
@@ -94,9 +97,9 @@ class Screen:
 
     def _histories(self, designs: np.ndarray) -> list[Any]:
         job = self.job
-        found = side_by_side(job, designs) if self.by_lanes else None
-        if found is None:
-            return [self.evaluator(x) for x in designs]
+        found = side_by_side(job, designs) if job is not None and self.by_lanes else None
+        if job is None or found is None:
+            return [self.evaluator.plain(x) for x in designs]
         columns, good = found
         measures = [column.measure for column in job.columns]
         made: list[Any] = []

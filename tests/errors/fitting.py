@@ -48,6 +48,11 @@ def fallen():
     return mbody.fit(machine, columns, "gravity.y", events=[end])
 
 
+def of_a_table(text):
+    """A file that says what is fitted."""
+    return mbody.from_toml(mbody.to_toml(mbody.makers.slider_crank(0.1, 0.3)) + f"\n[fit]\n{text}")
+
+
 SCENARIOS = {
     "a fit of a batch": batch,
     "a fit of one datum": lambda: fit(
@@ -91,5 +96,7 @@ SCENARIOS = {
     "a data file in another script": file("t,rocker.angle\n0,\xe9\n"),
     "a data file that is not there": lambda: fit("none.csv"),
     "a number that a fit has not": lambda: fit(data())["coupler.B.x"],
+    "a table of a fit with one bound": lambda: of_a_table('by = { "crank.A.x" = [0.1] }'),
+    "a table of a fit of a number that there is not": lambda: of_a_table('by = ["crank.A.z"]'),
     "a fit without unknowns": said(["fit", "norton_fourbar", "none.csv"]),
 }

@@ -7,6 +7,7 @@ from pathlib import Path
 import mbody
 from mbody import Mechanism
 from mbody.model.optimization_task import OptimizationTask
+from mbody.model.simulation import SimulationSettings
 from tests.errors.command import said
 from tests.errors.derivatives import with_parameters
 from tests.errors.models import four_bar
@@ -56,6 +57,26 @@ def of_one_parameter():
     return optimize("peak(O.force)", by, system).mechanism
 
 
+def of_motions():
+    """Motions that an event ends, all of them elsewhere than that of the description."""
+    machine = mbody.Mechanism("oscillator", ground={"O": (0.0, 0.0)})
+    machine.add(
+        mbody.Body("block", mass=1.0, inertia=1.0, points={"P": (0.0, 0.0)}),
+        mbody.Prismatic("guide", "ground.O", "block.P"),
+        mbody.Spring("spring", "ground.O", "block.P", stiffness=6.0),
+    )
+    machine.simulation = SimulationSettings(
+        0.6, {"block": {"x": 0.3}}, events=[mbody.Event("block.x", stop=True)]
+    )
+    mbody.optimize(
+        machine,
+        minimize="last(block.x)",
+        by={"spring.stiffness": (10.0, 16.0)},
+        analysis="simulate",
+        starts=1,
+    )
+
+
 SCENARIOS = {
     "an optimization of a batch": of_a_batch,
     "an optimization of nothing": lambda: optimize(None),
@@ -78,7 +99,8 @@ SCENARIOS = {
     "an optimization with a start of another number": lambda: optimize(start={"rocker.B.x": 2.0}),
     "an optimization with a start beyond its bounds": lambda: optimize(start={"crank.A.x": 2.0}),
     "an optimization with no starts": lambda: optimize(starts=0),
-    "an optimization of another analysis": lambda: optimize(analysis="simulate"),
+    "an optimization of another analysis": lambda: optimize(analysis="modes"),
+    "an optimization of motions that end elsewhere": of_motions,
     "an optimization with an option that there is not": lambda: optimize(until=3.0),
     "an optimization with a limit that is no text": lambda: optimize(subject_to=[3]),
     "an optimization with a limit that is none": lambda: optimize(subject_to="B.force"),

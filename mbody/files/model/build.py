@@ -9,6 +9,7 @@ from mbody.analysis.driven.requests import check_instants, dimension_of_instants
 from mbody.analysis.initial.initial_state import check_simulation
 from mbody.analysis.inverse.conditions import check_question
 from mbody.errors import ModelError
+from mbody.files.model.fit_table import keep_fit
 from mbody.files.model.kinds import SECTIONS
 from mbody.files.model.optimize_table import keep_task
 from mbody.files.model.problems import ENOUGH, Path, Problem
@@ -217,6 +218,10 @@ def _questions(given: Any, mechanism: Mechanism) -> list[Problem]:
             keep_task(mechanism, name, entry, given.angle)
         except ModelError as error:
             problems.append(Problem(("optimize", name), str(error)))
+    try:
+        keep_fit(mechanism, given.fit, given.angle)
+    except ModelError as error:
+        problems.append(Problem(("fit",), str(error)))
     return problems
 
 

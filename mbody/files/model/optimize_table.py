@@ -23,10 +23,13 @@ from mbody.quantities.units import DIMENSIONS, NUMBER
 
 __all__ = [
     "OptimizeIn",
+    "in_radians",
     "keep_task",
     "optimization_tasks",
+    "quantity",
     "task_formulas",
     "task_tables",
+    "written_number",
 ]
 
 #: Under which they are kept with the mechanism, so that copies of that have them too.
@@ -37,6 +40,7 @@ NUMBERS = ("by", "start")
 
 #: A number of the mechanism: plain, or text with units and parameters.
 quantity: Any = of.number(None)
+time: Any = of.number(DIMENSIONS["time"])
 
 
 class OptimizeIn(of.Strict):
@@ -48,9 +52,13 @@ class OptimizeIn(of.Strict):
     subject_to: str | list[str] = Field(
         default_factory=list, description="Limits such as 'peak(motor.effort) <= 20 N*m'."
     )
-    analysis: str = "kinetostatics"
+    analysis: str = Field(
+        "kinetostatics", description="Or kinematics, statics, simulate: a motion over time."
+    )
     over: str = Field("", description="'turn' or a driver; by default the instants of [ask].")
     instants: int | None = None
+    turns: int | None = Field(None, description="Turns of a cycle, with over.")
+    until: time = Field(None, description="The last time, of analysis = 'simulate'.")
     start: dict[str, quantity] | None = None
     starts: int | None = Field(None, description="How many searches.")
     seed: int | None = None
@@ -72,15 +80,15 @@ def keep_task(mechanism: Mechanism, name: str, entry: Any, angle: str) -> None:
             raise ModelError(f"by.{number} must be [low, high], not of {len(pair)} values", number)
     for key in NUMBERS:
         if given.get(key) is not None:
-            given[key] = {n: _turned(mechanism, n, v, angle) for n, v in given[key].items()}
+            given[key] = {n: in_radians(mechanism, n, v, angle) for n, v in given[key].items()}
     kept = vars(mechanism).setdefault(KEPT, {})
     kept[name] = OptimizationTask(**given)
 
 
-def _turned(mechanism: Mechanism, name: str, value: Any, angle: str) -> Any:
+def in_radians(mechanism: Mechanism, name: str, value: Any, angle: str) -> Any:
     """Plain degrees as radians, where the number is an angle."""
     if isinstance(value, list):
-        return tuple(_turned(mechanism, name, part, angle) for part in value)
+        return tuple(in_radians(mechanism, name, part, angle) for part in value)
     degrees = meant(mechanism, name)[1] == DIMENSIONS["angle"] and angle == "deg"
     return math.radians(value) if degrees and not isinstance(value, Formula) else value
 
@@ -98,6 +106,8 @@ def task_formulas(mechanism: Mechanism) -> Iterator[Formula]:
                 dimension = meant(mechanism, name)[1] or NUMBER
                 several = value if isinstance(value, tuple) else (value,)
                 yield from (one.of(dimension) for one in several if isinstance(one, Formula))
+        if isinstance(task.until, Formula):
+            yield task.until.of(DIMENSIONS["time"])
 
 
 def task_tables(writer: StudyWriter) -> dict[str, Any]:
@@ -114,14 +124,17 @@ def _table(writer: StudyWriter, task: OptimizationTask) -> dict[str, Any]:
         if value is None or value == getattr(plain, one.name):
             continue
         if one.name in NUMBERS:
-            value = {name: _written(writer, name, own) for name, own in value.items()}
+            value = {name: written_number(writer, name, own) for name, own in value.items()}
+        elif one.name == "until":
+            value = writer.wanted(value, DIMENSIONS["time"])
         elif isinstance(value, tuple):
             value = list(value) if len(value) > 1 else value[0]
         table[one.name] = value
     return table
 
 
-def _written(writer: StudyWriter, name: str, value: Any) -> Any:
+def written_number(writer: StudyWriter, name: str, value: Any) -> Any:
+    """A number of the mechanism, or a pair of bounds, as a file has it."""
     dimension = meant(writer.mechanism, name)[1] or NUMBER
     if isinstance(value, tuple):
         return [writer.wanted(part, dimension) for part in value]

@@ -21,6 +21,7 @@ from pydantic import (
 from mbody.files.model import fields as of
 from mbody.files.model.curve_fields import curve
 from mbody.files.model.described_fields import described
+from mbody.files.model.fit_table import FitIn
 from mbody.files.model.kinds import LAWS, SECTIONS, written_fields
 from mbody.files.model.law_fields import law
 from mbody.files.model.optimize_table import OptimizeIn
@@ -35,7 +36,7 @@ from mbody.quantities.units import DIMENSIONS, UNIT_SYSTEMS, dimension_of
 __all__ = ["Used", "everything", "json_schema", "model", "used_by"]
 
 
-STUDIES = ("measures", "solve", "optimize", "gravity", "ask", "simulate", "report")
+STUDIES = ("measures", "solve", "optimize", "gravity", "ask", "simulate", "fit", "report")
 TABLES = ("parameters", "curves", "inputs", "bodies", *SECTIONS, "states", *STUDIES)
 
 
@@ -324,6 +325,7 @@ def model(used: Used) -> Any:
         "gravity": _gravity(used.laws),
         "ask": AskIn,
         "simulate": SimulateIn,
+        "fit": FitIn,
         "report": ReportIn,
     }
     sections = [section for section in SECTIONS if section in used.tables]
@@ -359,6 +361,7 @@ def model(used: Used) -> Any:
         "gravity": (tables["gravity"], Field(None, description="Gravity on every body.")),
         "ask": (tables["ask"], Field(None, description="The instants to analyse.")),
         "simulate": (tables["simulate"], Field(None, description="The motion that is followed.")),
+        "fit": (tables["fit"], Field(None, description="What `mbody fit` finds from data.")),
         "report": (tables["report"], Field(None, description="What `mbody report` writes.")),
         "schema_": (str, Field(None, alias="$schema", description="Where this schema lies.")),
     }

@@ -15,6 +15,7 @@ from typing import Any
 
 from mbody.errors import ModelError
 from mbody.files.model.cells import alike, plain, short_angle, word
+from mbody.files.model.fit_table import fit_formulas, fit_table
 from mbody.files.model.kinds import LAWS, SECTIONS, kind_of, section_of, written_fields
 from mbody.files.model.limits import Limits, limits_of
 from mbody.files.model.optimize_table import task_formulas, task_tables
@@ -130,6 +131,7 @@ class Writer:
             *self.formulas.values(),
             *requested_formulas(mechanism),
             *task_formulas(mechanism),
+            *fit_formulas(mechanism),
         ]
         open_angles = {f.angle for f in formulas if self.is_open(f)}
         self.angle = "rad" if open_angles == {"rad"} else "deg"
@@ -213,6 +215,8 @@ class Writer:
         data |= questions(self)
         tasks = task_tables(self)
         data |= {"optimize": tasks} if tasks else {}
+        fitted = fit_table(self)
+        data |= {"fit": fitted} if fitted else {}
         table = settings_table(machine)
         return data | {"report": table} if table else data
 
