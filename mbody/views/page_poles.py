@@ -89,7 +89,7 @@ def _centre(
     x[away] = y[away] = np.nan
     bodies = [found.bodies.index(name) for name in one.bodies]
     name = found.symbol(one)
-    data = {
+    data: dict[str, Any] = {
         "t": text_runs(f"$I_{{{name[1:]}}}$"),
         "kind": one.permanence,
         "of": list(one.bodies),
