@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import mbody
+from mbody import AngleDriver, Body, Marker, Mechanism, Prismatic, Revolute
 from mbody.cli import main
 from tests.assembly_cases import slider_sixbar
 from tests.assembly_scan import KINDS, compare
@@ -227,3 +228,77 @@ def test_circuits_of_stephensons_six_bars(seed):
     found = mbody.circuits(machine)
     assert found.complete
     assert len(found) == components(machine)
+
+
+def slotted_lever(a, d, h):
+    """A lever under the crank; its slot runs beside its pivot, over a block on the crank's pin."""
+    machine = Mechanism("slotted lever", ground={"O": (0, 0), "A": (0, -d)})
+    machine.add(
+        *(Body("crank", points={"B": (a, 0)}), Body("block"), Body("lever")),
+        Revolute("O", "ground.O", "crank"),
+        Revolute("B", "crank.B", "block"),
+        Revolute("A", "ground.A", "lever"),
+        Prismatic("slot", Marker("lever", (0, h), 0.0), "block"),
+        AngleDriver("motor", "crank", 0.3),
+    )
+    # the pin comes as near to the pivot as the slot passes it: a² + d² + 2 a d sin x = h²
+    return machine, roots_of_sine([(h * h - a * a - d * d) / (2 * a * d)])
+
+
+def slotted_crank(b, d, h):
+    """A slot on the crank, over a block at the end of a rocker."""
+    machine = Mechanism("slotted crank", ground={"O": (0, 0), "A": (d, 0)})
+    machine.add(
+        *(Body("crank"), Body("block"), Body("rocker", points={"B": (b, 0)})),
+        Revolute("O", "ground.O", "crank"),
+        Revolute("A", "ground.A", "rocker"),
+        Revolute("B", "rocker.B", "block"),
+        Prismatic("slot", Marker("crank", (0, h), 0.0), "block"),
+        AngleDriver("motor", "crank", 0.3),
+    )
+    # the slot touches the circle of the rocker: |d sin x + h| = b
+    return machine, roots_of_sine([(b - h) / d, (-b - h) / d])
+
+
+def knee(a, b, c, d):
+    """A four-bar whose angle between crank and coupler is driven."""
+    machine = Mechanism("knee", ground={"O": (0, 0), "P": (d, 0)})
+    machine.add(
+        Body("crank", points={"A": (a, 0)}),
+        *(Body("coupler", points={"B": (b, 0)}), Body("rocker", points={"B": (c, 0)})),
+        Revolute("O", "ground.O", "crank"),
+        Revolute("A", "crank.A", "coupler"),
+        Revolute("B", "coupler.B", "rocker.B"),
+        Revolute("P", "ground.P", "rocker"),
+        AngleDriver("motor", "coupler", 1.0, relative_to="crank"),
+    )
+    # the bars c and d are in line where |a + b e^(ix)| is their difference or their sum
+    cosines = [(reach**2 - a * a - b * b) / (2 * a * b) for reach in (abs(c - d), c + d)]
+    found = [math.acos(q) for q in cosines if abs(q) < 1.0]
+    return machine, sorted([*found, *(2.0 * math.pi - x for x in found)])
+
+
+def roots_of_sine(values):
+    found = [math.asin(q) for q in values if abs(q) < 1.0]
+    return sorted([*(x % (2.0 * math.pi) for x in found), *(math.pi - x for x in found)])
+
+
+@pytest.mark.parametrize(("make", "count"), [(slotted_lever, 3), (slotted_crank, 3), (knee, 4)])
+def test_slots_that_turn_and_angles_between_links(make, count):
+    """In closed form, for ten of each; proven to be all."""
+    rng = np.random.default_rng(11)
+    turning = 0
+    for _ in range(10):
+        machine, wanted = make(*rng.uniform(0.5, 3.0, count).tolist())
+        found = mbody.dead_centres(machine)
+        assert found.complete
+        if found.closes:
+            assert found.values == pytest.approx(wanted, abs=1e-9)
+            assert found.full_turn is (not wanted)
+            turning += not wanted
+    assert turning or make is knee
+
+
+def test_a_shaper_turns_in_every_mode():
+    found = mbody.dead_centres(mbody.gallery.load("quick_return"))
+    assert found.complete and found.full_turn

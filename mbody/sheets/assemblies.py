@@ -154,4 +154,9 @@ def _dead_centres(found: DeadCentres) -> str:
     else:
         shown = [f"{value:.9g} {found.mechanism.units.length}" for value in found.values]
     proof = "; it is proven that there are no more" if found.complete else ""
-    return f"dead centres of '{found.driver}': {', '.join(shown) or 'none was met'}{proof}"
+    turns = ""
+    if angular and shown:
+        turns = f". '{found.driver}' does not turn all the way round in every mode"
+    elif angular:
+        turns = ". Whether it turns all the way round in every mode is not proven"
+    return f"dead centres of '{found.driver}': {', '.join(shown) or 'none was met'}{proof}{turns}"

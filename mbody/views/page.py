@@ -28,6 +28,7 @@ from mbody.views.film_svg import film_svg
 from mbody.views.motions import motion
 from mbody.views.page_data import numbers, scene_data
 from mbody.views.page_free_bodies import free_bodies_data
+from mbody.views.page_poles import poles_data
 from mbody.views.scene import scene
 
 __all__ = [
@@ -55,6 +56,7 @@ PARTS = (
     "motion",
     "drawing",
     "names",
+    "poles",
     "picture",
     "plot",
     "modes",
@@ -234,6 +236,8 @@ class Viewer:
         data = found.run.data()
         if free and (forces := free_bodies_data(found.run, data, shown)):
             shown["free"] = forces
+        if free and (centres := poles_data(found)):
+            shown["poles"] = centres
         return {"data": numbers(data), "scene": {**shown, "design": name}}, found.notes
 
     @property

@@ -5,7 +5,8 @@ Jacobian of one group is singular: f(α, s) = 0 for the groups up to it and ∂f
 unknowns x, n ≠ 0, the driver's value unknown too. The groups after it must close there as well. In
 ∂f/∂α n the components of n multiply cosines of single angles, as displacements on slides do, so
 that the search of assembly modes solves these rows too. n is scaled in patches, one component 1 and
-no other beyond ±1.
+no other beyond ±1. Where a slide turns with the only link of its group, as in a slotted lever, the
+link's component is 1: then the products with the displacement are of two unknowns again.
 """
 
 from __future__ import annotations
@@ -139,7 +140,8 @@ def dead_centres(model: Mechanism | System, driver: str | None = None) -> DeadCe
     -------
     DeadCentres
         `complete` is False, with the reason as a note, where mode and slide move in a way that the
-        search does not cover (slots that turn, cylinders that drive, cams).
+        search does not cover: drivers of lengths, gears inside loops or beside a driver between two
+        moving links, slides that turn in groups of several links, cams.
 
     Raises
     ------
@@ -191,10 +193,11 @@ def single_driver(system: System, name: str | None) -> Driver:
 
 
 def _all(system: System, driver: Driver) -> DeadCentres:
-    if not driver.angular or driver.bodies[0] != "ground":
-        raise NotCovered(f"'{driver.name}' does not drive an angle from the ground")
-    linkage = Linkage(system, {}, released=driver.name)
-    body = system.bodies[driver.bodies[1]]
+    if not driver.angular:
+        raise NotCovered(f"'{driver.name}' does not drive an angle")
+    # the angle between two moving links is that of one as the other sees it
+    linkage = Linkage(system, {}, released=driver.name, base=driver.bodies[0])
+    body = linkage.index[driver.bodies[1]]
     own = linkage.variable[body]
     groups = assur_groups(linkage, own)
     positions, boxes, reason = [], 0, ""
@@ -206,6 +209,8 @@ def _all(system: System, driver: Driver) -> DeadCentres:
             whole = made.rows.unknowns
             found = all_roots(rows, max(MOST - boxes, 1), reach)
             boxes += found.boxes
+            if not made.rows.bounded:
+                reason = "slides in it may run as far as they like"
             if len(found.low):
                 reason = "positions stay open, as where branches cross (a change point)"
             if len(rows.B) > rows.unknowns and len(found.points):
@@ -272,8 +277,6 @@ def _patches(
     )
     made = GroupRows(linkage, whole, ({}, {linkage.bodies: 0j}), tuple(ends))
     rows = made.rows
-    if any(d >= 0 for d in rows.along):
-        raise NotCovered("a slide turns with its guide")
     if len(set(rows.of.tolist())) < len(rows.of):
         raise NotCovered("gears turn inside a loop")
     earlier = {v for group in groups[:-1] for v in group.angles} | {own}
@@ -282,9 +285,15 @@ def _patches(
     }
     turning = [d for d in range(len(rows.of)) if made.names[rows.of[d]] not in earlier]
     slides = _own_slides(linkage, pairs, ends)
+    led = [m for m, d in enumerate(rows.along) if d in turning]
+    if led:
+        if len(turning) > 1 or slides != led or len(led) > 1:
+            raise NotCovered("a slide turns with its guide, in a group of several links or slides")
+        yield made, *_turning_slide(rows, turning[0], led[0])
+        return
     columns = [rows.ratio[d] * 1j * rows.P[:, d] for d in turning]
     columns += [rows.scale * rows.Q[:, m] for m in slides]
-    along = [*turning, *([-1] * len(slides))]
+    along = [*turning, *(rows.along[m] for m in slides)]
     kept = np.flatnonzero(np.abs(np.array(columns)).max(axis=0) > 0.0)
     for j in range(len(columns)):
         yield made, *_patch(rows, columns, along, kept, j)
@@ -313,6 +322,29 @@ def _patch(
     )
     reach = np.concatenate([rows.reach, np.full(len(others), 1.0 + 1e-9)])
     return made, reach
+
+
+def _turning_slide(rows: LoopRows, d: int, m: int) -> tuple[LoopRows, np.ndarray]:
+    """The one patch of a slide that turns with the only link of the group: its direction alone
+    cannot close, so that the link's component of n is 1. The loop bounds that of the slide.
+    """
+    guide = rows.Q[:, m]
+    kept = np.flatnonzero((np.abs(rows.P[:, d]) > 0.0) | (np.abs(guide) > 0.0))
+    arms, unit = float(np.abs(rows.P[:, d]).max()), float(np.abs(guide).max())
+    most = (arms / unit + rows.reach[m]) * (1.0 + 1e-9)
+    count, size = len(kept), rows.Q.shape[1]
+    P = np.zeros((count, rows.P.shape[1]), dtype=complex)
+    P[:, d] = rows.ratio[d] * 1j * rows.P[kept, d]
+    lower = np.zeros((count, size + 1), dtype=complex)
+    lower[:, m], lower[:, size] = rows.ratio[d] * 1j * guide[kept], most * guide[kept]
+    upper = np.concatenate([rows.Q, np.zeros((len(rows.B), 1))], axis=1)
+    made = rows.extended(
+        np.concatenate([rows.P, P]),
+        np.concatenate([upper, lower]),
+        np.concatenate([rows.B, np.zeros(count)]),
+        [*rows.along, d],
+    )
+    return made, np.concatenate([rows.reach, [1.0 + 1e-9]])
 
 
 def _early(made: GroupRows, v: int, groups: list[Group]) -> bool:

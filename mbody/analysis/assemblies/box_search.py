@@ -111,25 +111,30 @@ class _BoxSearch:
         rows = self.rows
         lo, hi = box
         every = np.repeat(np.eye(len(rows.B))[None], len(lo), 0)
-        spare = OPEN if len(rows.B) > rows.unknowns else 0.0
-        alive = rows.cut(every, (lo, hi), np.ones(len(lo), dtype=bool), spare)
+        alive = self._cut(every, (lo, hi))
         lo, hi = lo[alive], hi[alive]
         for _ in range(2):
             if not len(lo):
                 break
             middle = 0.5 * (lo + hi)
             Y = np.linalg.pinv(rows.jacobian(middle), rcond=ROUGH)
-            alive = rows.cut(Y, (lo, hi), np.ones(len(lo), dtype=bool), spare)
+            alive = self._cut(Y, (lo, hi))
             lo, hi, middle, Y = lo[alive], hi[alive], middle[alive], Y[alive]
             if not len(lo):
                 break
-            if not spare:
+            if len(rows.B) <= rows.unknowns:
                 middle = np.clip(middle, lo, hi)
                 a, b = rows.krawczyk(Y, middle, (lo, hi))
                 lo, hi = np.maximum(lo, a), np.minimum(hi, b)
                 alive = (lo <= hi).all(1)
                 lo, hi = lo[alive], hi[alive]
         return lo, hi
+
+    def _cut(self, Y: np.ndarray, box: Box) -> np.ndarray:
+        """Shrink boxes, in place, by the rows Y f = 0; which may hold a root."""
+        rows = self.rows
+        spare = OPEN if len(rows.B) > rows.unknowns else 0.0
+        return rows.cut(Y, box, np.ones(len(box[0]), dtype=bool), spare)
 
     def _unsettled(self, box: Box) -> Box:
         """Boxes that are not covered by a box with one root, which is kept."""
@@ -171,7 +176,10 @@ class _BoxSearch:
         width = (hi - lo) * self.weight
         tiny = width.max(1) < SMALL
         if tiny.any():
-            self.open.append((lo[tiny], hi[tiny]))
+            # Krawczyk's operator may have shrunk a box to a point after the rows were looked at
+            low, high = lo[tiny], hi[tiny]
+            alive = self._cut(np.repeat(np.eye(len(self.rows.B))[None], len(low), 0), (low, high))
+            self.open.append((low[alive], high[alive]))
         lo, hi, width = lo[~tiny], hi[~tiny], width[~tiny]
         widest, every = width.argmax(1), np.arange(len(lo))
         half = 0.5 * (lo[every, widest] + hi[every, widest])

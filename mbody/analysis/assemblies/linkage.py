@@ -66,7 +66,8 @@ class Pair:
 
 
 class Linkage:
-    """Directions and pairs of one design, its drivers at given values but for one released.
+    """Directions and pairs of one design, its drivers at given values but for one released, seen
+    from a base, by default the ground.
 
     Attributes
     ----------
@@ -90,11 +91,21 @@ class Linkage:
     """
 
     def __init__(
-        self, system: System, drive: dict[str, float], t: float = 0.0, released: str = ""
+        self,
+        system: System,
+        drive: dict[str, float],
+        t: float = 0.0,
+        released: str = "",
+        base: str = "ground",
     ) -> None:
         self.system, self.released = system, released
         self.names = [*(body.name for body in system.mechanism.bodies), "ground"]
         self.bodies = len(self.names) - 1
+        # another base and the ground change places: a kinematic inversion
+        self.index = dict(system.bodies)
+        own = self.index[base]
+        self.index[base], self.index["ground"] = self.bodies, own
+        self.names[own], self.names[-1] = "ground", base
         self.pairs: list[Pair] = []
         self.meshed: set[int] = set()
         self._forms: list[tuple[dict[int, float], float]] = [
@@ -114,6 +125,8 @@ class Linkage:
         points = _CoincidentPlaces(self.pairs, system.length)
         for element, primitive in wheels:
             self._mesh(element, primitive, points)
+        if self.meshed and base != "ground":
+            raise NotCovered("gears or couplings turn beside a driver between two moving links")
         self._finish()
 
     def _primitives(self) -> dict[int, tuple[Any, ConstraintPrimitive]]:
@@ -133,7 +146,7 @@ class Linkage:
 
     def _enter(self, element: Any, primitive: ConstraintPrimitive, value: float) -> None:
         kind, p = primitive.kind, [float(number) for number in primitive.parameters]
-        i, j = self.system.bodies[primitive.i], self.system.bodies[primitive.j]
+        i, j = self.index[primitive.i], self.index[primitive.j]
         if kind == "angle":
             self._relate({i: -1.0, j: 1.0}, value - p[0], element)
         elif kind == "sum" and all(part.kind == "angle" for part in primitive.parts):
@@ -158,7 +171,7 @@ class Linkage:
         factors: dict[int, float] = {}
         for n, part in enumerate(primitive.parts):
             for name, sign in ((part.i, -1.0), (part.j, 1.0)):
-                k = self.system.bodies[name]
+                k = self.index[name]
                 factors[k] = factors.get(k, 0.0) + sign * p[1 + 7 * n]
         self._relate(factors, p[0], element, turns=True)
         self.meshed |= set(factors) - {self.bodies}
@@ -166,7 +179,7 @@ class Linkage:
     def _mesh(self, wheels: Any, primitive: ConstraintPrimitive, points: _CoincidentPlaces) -> None:
         """ρ_i θ_i + ρ_j θ_j + phase is the direction of the line of centres."""
         p = [float(number) for number in primitive.parameters]
-        i, j = self.system.bodies[primitive.i], self.system.bodies[primitive.j]
+        i, j = self.index[primitive.i], self.index[primitive.j]
         arms = complex(p[0], p[1]), complex(p[2], p[3])
         rods = [one for one in self.pairs if one.kind == "rod" and (one.i, one.j) == (i, j)]
         rods = [one for one in rods if abs(one.arm_i - arms[0]) + abs(one.arm_j - arms[1]) == 0.0]

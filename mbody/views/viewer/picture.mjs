@@ -3,6 +3,7 @@
 
 import { clamp, el, nice, shown, sv } from "./elements.mjs";
 import { Drawing, arrow } from "./drawing.mjs";
+import { Poles } from "./poles.mjs";
 import { Crowd, alongside, around, atArrow, dotted, within, write } from "./names.mjs";
 
 /** Pixels of the longest arrow, less in low pictures, where the slider for arrows is in the middle. */
@@ -41,6 +42,7 @@ export class Picture {
     this.ghosts = n ? [] : viewer.motions.slice(1).map((motion) => new Drawing(motion, this.layers.ghosts.appendChild(sv("g", { class: "ghost" })), unit, { named: false }));
     this.centres = this.layers.world.querySelectorAll('[data-name^="cg:"], [data-name^="centre:"], [data-name^="tie:"]');
     this.#overlay();
+    this.poles = this.motion.scene.poles ? new Poles(this) : null;
     this.#listen();
   }
   /** What the picture is called by who cannot see it. */
@@ -134,6 +136,7 @@ export class Picture {
     layers.world.classList.toggle("solved", Boolean(viewer.live)); // marks and circles of friction are of the recorded motion
     this.#arrows();
     this.#names();
+    this.poles?.draw(matrix);
     this.#scales();
     if (this.hovered) this.#describe();
   }

@@ -10,6 +10,7 @@ import { Picture, longest } from "./picture.mjs";
 import { Plot } from "./plot.mjs";
 import { ModeBars } from "./modes.mjs";
 import { FreeBodyPanel } from "./free_body.mjs";
+import { PolygonPanel } from "./poles.mjs";
 
 const CSS = /*css*/"";
 
@@ -17,6 +18,7 @@ const SWITCHES = [
   ["names", "Names", "n", true], ["forces", "Forces", "f", false], ["velocities", "Velocities", "v", false],
   ["accelerations", "Accelerations", "a", false], ["paths", "Paths", "p", true], ["centres", "Mass centres", "c", true],
   ["ghosts", "Other designs", "g", true], ["free", "Free body", "b", false],
+  ["poles", "Instant centres", "i", false], ["polygons", "Polygons", "y", false],
 ];
 /** How several designs are shown. */
 const ARRANGEMENTS = ["ghosted", "side by side"];
@@ -176,7 +178,8 @@ export class Viewer extends HTMLElement {
     }
 
     this.free = scene.free ? new FreeBodyPanel(this) : null;
-    const left = el("div", {}, this.stage, bar, toggles, ...(this.free ? [this.free.root] : []));
+    this.polygons = scene.poles ? new PolygonPanel(this) : null;
+    const left = el("div", {}, this.stage, bar, toggles, ...[this.free, this.polygons].filter(Boolean).map((one) => one.root));
     this.plotBox = el("div", { class: "plots" });
     this.body = el("div", { class: "body" }, left, this.plotBox);
     this.said = el("div", { class: "said", "aria-live": "polite" });
@@ -203,7 +206,7 @@ export class Viewer extends HTMLElement {
   #has(key) {
     const { scene } = this.main;
     return { names: scene.labels.length, forces: scene.forces.length, velocities: scene.movers.length, accelerations: scene.movers.length && scene.rates,
-      paths: scene.movers.length, centres: scene.shapes.some((s) => s.n.startsWith("cg:")), ghosts: this.motions.length > 1, free: scene.free }[key];
+      paths: scene.movers.length, centres: scene.shapes.some((s) => s.n.startsWith("cg:")), ghosts: this.motions.length > 1, free: scene.free, poles: scene.poles?.centres.length, polygons: scene.poles }[key];
   }
   /** The first picture: of the motion that the page is about. */
   get picture() { return this.pictures[0]; }
@@ -272,7 +275,7 @@ export class Viewer extends HTMLElement {
     const about = el("details", {}, el("summary", {}, "How this was made"), el("p", {}, ...lines.flatMap((l) => [l, " "])));
     if (data.digest) about.append(el("p", {}, "SHA-256 of the model file: ", el("code", {}, data.digest)));
     if (made.why) about.append(el("p", {}, made.why));
-    about.append(el("p", {}, "Keys: Space plays, ← and → step (with Shift by ten), Home and End, + and − zoom, 0 fits, n f v a p c g b switch what is shown, d puts several designs side by side. Drag moves the picture, a click on a pin or point shows its path."));
+    about.append(el("p", {}, "Keys: Space plays, ← and → step (with Shift by ten), Home and End, + and − zoom, 0 fits, n f v a p c g b i y switch what is shown, d puts several designs side by side. Drag moves the picture, a click on a pin or point shows its path."));
     return el("div", {}, notes, about);
   }
   #theme(dark) {
@@ -468,6 +471,7 @@ export class Viewer extends HTMLElement {
     if (this.on.ghosts) for (const one of this.motions.slice(1)) one.set(one.find(m.value2(m.x)));
     for (const one of this.seen) one.draw();
     if (this.on.free) this.free.draw();
+    this.polygons?.draw();
     for (const plot of this.plots) plot.move();
     this.modes?.move();
     this.scrub.value = Math.round(this.at);
