@@ -17,6 +17,10 @@ FILMS = DOCS / "_build" / "films"
 SECONDS, RATE, WIDTH = 4.0, 12.0, 400
 
 
+#: Films of this site, by model; none where it is built without them.
+MOVING: set[str] = set()
+
+
 def make_films(app: Any) -> None:
     """A film of every model that moves, unless it is there and newer than its model."""
     if not app.config.films:
@@ -27,6 +31,8 @@ def make_films(app: Any) -> None:
     names = mbody.gallery.names()
     for name in status_iterator(names, "films of the gallery... ", "green", len(names)):
         film(name)
+        if (FILMS / f"{name}.svg").stat().st_size:
+            MOVING.add(name)
     app.config.html_static_path.append(str(FILMS))
 
 
@@ -48,11 +54,10 @@ def text(_: str) -> str:
 
 
 def _entry(name: str) -> str:
-    made = FILMS / f"{name}.svg"
     drawn = (DOCS / "pictures" / f"{name}.svg").exists()  # `make pictures` draws them
     still = f"![{name}](pictures/{name}.svg)" if drawn else ""
     moving = f'<img class="film" alt="{name} in motion" src="_static/{name}.svg">'
-    shown = moving if made.exists() and made.stat().st_size else still
+    shown = moving if name in MOVING else still
     model = mbody.gallery.load(name)
     words = [escaped(f"{text.rstrip('.')}.") for text in (model.name, model.note) if text]
     if model.source:
