@@ -17,6 +17,8 @@ FILMS = DOCS / "_build" / "films"
 SECONDS, RATE, WIDTH = 4.0, 12.0, 400
 
 
+#: What the film of a model has of other parameters than its file, where nothing moves with these.
+OTHERWISE = {"pile_of_discs": {"mu": 0.4}}
 #: Films of this site, by model; none where it is built without them.
 MOVING: set[str] = set()
 
@@ -41,7 +43,7 @@ def film(name: str) -> None:
     source, made = mbody.gallery.path(name), FILMS / f"{name}.svg"
     if made.exists() and made.stat().st_mtime > source.stat().st_mtime:
         return
-    model = mbody.gallery.load(name)
+    model = mbody.gallery.load(name, OTHERWISE.get(name))
     try:
         mbody.animate(model, made, duration=SECONDS, rate=RATE, width=WIDTH, show=["paths"])
     except (ModelError, SolveError):
@@ -62,4 +64,5 @@ def _entry(name: str) -> str:
     words = [escaped(f"{text.rstrip('.')}.") for text in (model.name, model.note) if text]
     if model.source:
         words.append(f"*{escaped(model.source.rstrip('.'))}.*")
-    return f"## {name}\n\n{' '.join(words)}\n\n{shown}\n\n    mbody view {name} --open"
+    other = "".join(f" --set {key}={value}" for key, value in OTHERWISE.get(name, {}).items())
+    return f"## {name}\n\n{' '.join(words)}\n\n{shown}\n\n    mbody view {name}{other} --open"
