@@ -193,3 +193,14 @@ def test_a_sweep_gives_angles_in_degrees(capsys):
         if "(" in name:
             factor = math.degrees(1.0) if "angle" in name else 1.0
             np.testing.assert_allclose(found[0][name], np.multiply(values, factor), rtol=1e-14)
+
+
+@pytest.mark.parametrize("size", [1.0, 1e12])
+def test_sheets_of_six_instants_are_as_wide_as_others(size):
+    machine = mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 2, 3), speed=25.0 * size)
+    run = mbody.kinetostatics(machine, drive={"motor": (np.linspace(0, 2, 6), 25.0 * size)})
+    text = str(run)
+    tables = text.count("INSTANTS")
+    assert max(map(len, text.splitlines())) <= 100 and tables == (1 if size == 1.0 else 2)
+    titles = [line.split()[1:] for line in text.splitlines() if line.startswith("INSTANTS")]
+    assert [title for row in titles for title in row] == list("123456")

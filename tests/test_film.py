@@ -12,7 +12,7 @@ from PIL import Image
 import mbody
 from mbody import ModelError, gallery
 from mbody.cli import main
-from mbody.views.film_frames import FilmSet, places
+from mbody.views.film_frames import MARGIN, FilmSet, places
 from mbody.views.film_raster import painted
 from mbody.views.motions import motion
 from mbody.views.style import INK, LINK
@@ -156,3 +156,12 @@ def test_a_film_that_cannot_be_made_leaves_no_file(tmp_path):
     with mock.patch.dict(sys.modules, {"PIL": None}), pytest.raises(mbody.ModelError):
         mbody.animate(run, file, duration=0.1)
     assert not file.exists()
+
+
+@pytest.mark.parametrize(("model", "letters"), [("norton_fourbar", 17.0), ("geneva_drive", None)])
+def test_a_long_title_is_smaller_and_fits(model, letters):
+    film = FilmSet({"": motion(gallery.load(model))}, 5, 400, (), ())
+    size = film.title_size()
+    assert size == letters if letters else 9.0 < size < 17.0
+    # letters of the usual fonts are half as wide as high
+    assert len(film.title()) * size * 0.5 <= 400 - 2 * MARGIN

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 from site_maker import commands, elements, gallery, python
-from site_maker.docstrings import plain
+from site_maker.docstrings import dashes, plain
 
 __all__ = ["MAKERS", "filled", "setup"]
 
@@ -48,6 +48,7 @@ def setup(app: Any) -> dict[str, Any]:
     app.connect("builder-inited", gallery.make_films)
     app.connect("source-read", _read)
     app.connect("autodoc-process-docstring", plain, priority=100)  # before napoleon
+    app.connect("doctree-read", dashes)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
 
 

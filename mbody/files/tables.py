@@ -213,7 +213,7 @@ def dataframe(solution: Solution) -> Any:
     >>> import mbody
     >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=10.0), turn=True)
     >>> dataframe(run).shape
-    (361, 46)
+    (361, 40)
     """
     table = columns(solution)
     try:

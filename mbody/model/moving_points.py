@@ -1,4 +1,4 @@
-"""Which points of a mechanism results show: those that move, of a pin one side."""
+"""Which points of a mechanism results show: those that move."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def moving_points(mechanism: Mechanism) -> list[str]:
 
     >>> import mbody
     >>> moving_points(mbody.makers.four_bar(1, 3, 2, 3.5))
-    ['crank.A', 'coupler.B', 'coupler.P']
+    ['crank.A', 'coupler.B']
     """
     order = {name: n for n, name in enumerate(["ground", *(b.name for b in mechanism.bodies)])}
     again: set[str] = set()

@@ -8,7 +8,7 @@ import numpy as np
 
 from mbody.quantities.units import DIMENSIONS
 from mbody.sheets.names import ROUNDING, force_floor, force_names, swiftness
-from mbody.sheets.text_table import Column, angles, numbers, table
+from mbody.sheets.text_table import WIDTH, Column, angles, numbers, table
 from mbody.solution.measures import found_by, measured
 
 if TYPE_CHECKING:
@@ -60,14 +60,22 @@ class _Rows:
         self.floor = force_floor(solution) if solution.has_forces else 0.0
 
     def lines(self) -> list[str]:
+        """One table, or two below each other where the instants are wider than a sheet."""
+        if not self.names:
+            return []
         columns = [
             Column(str(n), list(cells))
             for n, cells in enumerate(zip(*self.cells, strict=True), start=1)
         ]
-        names, units = (
-            Column(t, c, text=True) for t, c in (("INSTANTS", self.names), ("", self.units))
-        )
-        return table([names, units, *columns]) if self.names else []
+        head = [
+            Column("INSTANTS", self.names, text=True, whole=True),
+            Column("", self.units, text=True, whole=True),
+        ]
+        whole = table([*head, *columns])
+        if max(map(len, whole)) <= WIDTH:
+            return whole
+        half = (len(columns) + 1) // 2
+        return [*table([*head, *columns[:half]]), "", *table([*head, *columns[half:]])]
 
     def add(self, name: str, unit: str, values: Array, floor: float = 0.0) -> None:
         self._row(name, unit, numbers(values, floor))

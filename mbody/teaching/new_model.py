@@ -60,7 +60,7 @@ def new_model(kind: str, lengths: Sequence[str | float] = ()) -> str:
     names = KINDS[word]
     if lengths and len(lengths) != len(names):
         raise ModelError(
-            f"a {word} has {len(names)} lengths ({', '.join(names)} of its file), not "
+            f"'{word}' has {len(names)} lengths ({', '.join(names)} of its file), not "
             f"{len(lengths)}: give all of them"
         )
     for name, length in zip(names, lengths, strict=False):

@@ -35,6 +35,8 @@ Array = np.ndarray
 
 #: Seconds that a film lasts where the motion itself would be too quick or too slow to follow.
 SHORTEST, LONGEST, USUAL = 2.0, 20.0, 6.0
+#: Height of the letters of a title [pixels], as it is and at least, and the width of one beside it.
+TITLE, SMALLEST, LETTER = 17.0, 9.0, 0.54
 #: Pixels: the margin, the title above and the scales below.
 MARGIN, ABOVE, BELOW = 26, 46, 30
 #: With more joints than this their forces have no names, which could not be read.
@@ -335,6 +337,11 @@ class FilmSet:
                 parts = [stretch.value(getattr(history, key)) for key in keys]
                 found.append(FilmArrow(kind, "", color, way, np.column_stack(parts)))
         return found
+
+    def title_size(self) -> float:
+        """Height of the letters of the title [pixels], so that it fits into the width."""
+        room = self.width - 2 * MARGIN
+        return float(min(TITLE, max(SMALLEST, room / (LETTER * max(1, len(self.title()))))))
 
     def title(self) -> str:
         """The name of the mechanism."""

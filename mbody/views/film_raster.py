@@ -45,7 +45,9 @@ def painted(film: FilmSet, frame: int) -> Array:
         if np.isfinite(name.at[frame, 0]):
             canvas.text(name.text, name.at[frame], name.color, name.size, italic=name.italic)
     top = film.height - MARGIN
-    canvas.text(drawable_title(film.title()), (MARGIN, top), INK, 1.7, left=True)
+    canvas.text(
+        drawable_title(film.title()), (MARGIN, top), INK, 0.1 * film.title_size(), left=True
+    )
     canvas.text(film.instant(frame), (MARGIN, top - 0.5 * ABOVE), SOFT, 1.4, left=True)
     _scales(canvas, film)
     return canvas.pixels()

@@ -37,7 +37,7 @@ def film_svg(film: FilmSet, seconds: float) -> str:
         f'height="{tall}" role="img" aria-label="{title}">',
         f"<title>{title}</title>",
         f'<rect width="{wide}" height="{tall}" fill="{PAPER}"/>',
-        _text(film.title(), MARGIN, MARGIN + 6, INK, 17, "start", SANS),
+        _text(film.title(), MARGIN, MARGIN + 6, INK, film.title_size(), "start", SANS),
     ]
     still = film.stretches[0]
     count = len(still)
@@ -208,9 +208,9 @@ def _name(film: FilmSet, name: FilmName, order: list[int], timing: str) -> str:
     return _moving_text(name.text, moves, name.color, 14, italic, timing, shown)
 
 
-def _text(text: str, x: float, y: float, color: str, size: int, anchor: str, family: str) -> str:
+def _text(text: str, x: float, y: float, color: str, size: float, anchor: str, family: str) -> str:
     return (
-        f'<text x="{x:.1f}" y="{y:.1f}" fill="{color}" font-size="{size}" '
+        f'<text x="{x:.1f}" y="{y:.1f}" fill="{color}" font-size="{size:.3g}" '
         f'text-anchor="{anchor}" font-family="{family}">{escape(text)}</text>'
     )
 

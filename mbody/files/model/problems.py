@@ -91,7 +91,14 @@ def _sentence(error: Any, schema: dict[str, Any], data: Any) -> str:
     if kind == "too_long":
         sentence = f"must be a list of {error['ctx']['max_length']}"
     message = sentence or error["msg"][0].lower() + error["msg"][1:]
-    return f"{message}, not {_short(repr(error['input']))}"
+    return f"{message}, not {_short(repr(error['input']))}{_example(path)}"
+
+
+def _example(path: Path) -> str:
+    """Where an example is, of what is wrong in the table of an element behind its kind."""
+    if len(path) < 3 or path[2] not in SECTIONS.get(str(path[0]), {}):
+        return ""
+    return f" (mbody explain {path[2]} shows an example)"
 
 
 def _short(value: Any) -> str:
