@@ -25,7 +25,7 @@ def add_linkages(command: argparse.ArgumentParser) -> None:
     ):
         command.add_argument(f"--{name}", metavar=metavar, help=text)
     command.add_argument(
-        "--groups", metavar="NAMES", help="of dyads,sliders,triads: what is drawn, by default all"
+        "--groups", metavar="NAMES", help="of dyads,sliders,triads,assur: what is drawn, by default all"
     )
     command.add_argument("--turn", metavar="DEG", help="turn of the crank [deg] (360)")
     command.add_argument("--speed", metavar="RATE", help="of the crank [rad/s] (1)")

@@ -58,7 +58,7 @@ class LinkageSet:
     count, nodes, seed : int
         Linkages; joints of each; of the random numbers.
     groups : tuple of str
-        Of "dyads", "sliders", "triads".
+        Of "dyads", "sliders", "triads", "assur".
     instants : int
     turn : float
         Of the crank [rad].
