@@ -232,9 +232,7 @@ def test_what_has_no_mode_is_refused_by_a_sentence():
     sim = Simulator(wheel())
     with pytest.raises(mbody.ModelError, match=r"'door' is no contact.*there are: 'road'"):
         sim.mode("door")
-    with pytest.raises(
-        mbody.ModelError, match=r"may open, stick or slide.*'rattle'.*dop853, dopri5 or radau5"
-    ):
+    with pytest.raises(mbody.ModelError, match=r"may open, stick or slide.*'rattle'.*dop853, dopri5 or radau5"):
         Simulator(wheel(), method="rattle", step=0.01)
     with pytest.raises(mbody.ModelError, match=r"the state that is set is of another mechanism"):
         Simulator(pushed()).state = sim.state
