@@ -13,6 +13,7 @@ from mbody.model.study import Instants
 from mbody.views import draw, save
 from mbody.views.free_bodies import draw_free_bodies
 from mbody.views.motions import motion
+from tests.linkage_sheet import linkage_sheet
 
 ROOT = Path(__file__).parents[1]
 FOLDER = ROOT / "docs" / "pictures"
@@ -81,7 +82,7 @@ def make(folder):
     """Write all pictures into a folder; their names."""
     for name in gallery.names():
         save(picture(name), folder / f"{name}.svg")
-    made = [film(folder), diagram(folder), polygons(folder)]
+    made = [film(folder), diagram(folder), polygons(folder), linkage_sheet(folder)]
     return sorted([*made, *(f"{name}.svg" for name in gallery.names())])
 
 

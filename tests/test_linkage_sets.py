@@ -80,6 +80,18 @@ def test_threads_and_a_new_beginning_give_the_same_bytes(tmp_path):
         assert files[1].read_bytes() == content
 
 
+def test_parts_make_the_whole(tmp_path):
+    what = LinkageSet(count=12, nodes=6, seed=1, instants=9, groups=("dyads",))
+    with mock.patch("mbody.topologies.dataset.PIECE", 5):
+        first = write_linkages(tmp_path, what, part=(1, 2))
+        assert (first.done, first.count) == (7, 7)
+        second = write_linkages(tmp_path, what, part=(2, 2))
+        assert (second.done, second.count) == (5, 5)
+        calls: list[tuple[int, int]] = []
+        write_linkages(tmp_path, what, progress=lambda done, of: calls.append((done, of)))
+        assert calls == [(12, 12)]
+
+
 def test_ctrl_c_keeps_what_was_done(tmp_path):
     what = LinkageSet(count=12, nodes=6, seed=1, instants=9, groups=("dyads",))
 

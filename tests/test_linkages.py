@@ -7,7 +7,8 @@ import pytest
 
 import mbody
 from mbody.laws import ConstantSpeed
-from mbody.topologies.generator import random_linkages
+from mbody.topologies.assur_graphs import assur_bars
+from mbody.topologies.generator import GROUPS, random_linkages
 from mbody.topologies.plan import graph_of, planned
 from tests.dense_linkages import forces_of, moved, random_dyads
 
@@ -92,7 +93,8 @@ def as_mechanism(arrays, n, speed):
 
 
 @pytest.mark.parametrize(
-    ("groups", "nodes"), [(("dyads", "sliders"), 8), (("sliders",), 6), (("triads",), 6)]
+    ("groups", "nodes"),
+    [(("dyads", "sliders"), 8), (("sliders",), 6), (("triads",), 6), (("assur",), 7)],
 )
 def test_slides_and_triads_are_those_of_mechanisms_of_elements(groups, nodes):
     random = np.random.default_rng(8)
@@ -100,7 +102,9 @@ def test_slides_and_triads_are_those_of_mechanisms_of_elements(groups, nodes):
     found = mbody.linkages(arrays, gravity=GRAVITY, speed=SPEED, instants=41)
     moving = [n for n in range(len(found)) if n not in found.failures]
     assert len(moving) >= 4
-    if "triads" in groups:
+    if "assur" in groups:
+        assert (arrays["links"][moving] >= 0).all()
+    elif "triads" in groups:
         assert any((arrays["links"][n] >= 0).all(axis=1).any() for n in moving)
     else:
         assert any((arrays["slides"][n, :, 0] >= 0).any() for n in moving)
@@ -274,9 +278,26 @@ def test_plans_are_kept_by_topology():
     assert graph_of(np.array([0, 1, 1, 0, 0], dtype=np.int16).tobytes(), (2, 1, 2, 0)).links
 
 
+def test_assur_groups_contain_no_smaller_ones():
+    """Without any one of its bars every new joint of a group can move (Servatius et al. 2010)."""
+    random = np.random.default_rng(6)
+    for size in (3, 4, 5, 5, 5, 5, 8):
+        bars = assur_bars(4, size, random)
+        x = random.random((4 + size, 2))
+        matrix = np.zeros((len(bars), 2 * len(x)))
+        for row, (i, j) in zip(matrix, bars, strict=True):
+            row[2 * i : 2 * i + 2], row[2 * j : 2 * j + 2] = x[i] - x[j], x[j] - x[i]
+        matrix = matrix[:, 8:]
+        assert matrix.shape == (2 * size, 2 * size)
+        # columns of the inverse are the motions without a bar; both to rounding of random numbers
+        motions = np.linalg.inv(matrix).T.reshape(-1, size, 2)
+        rates = np.hypot(motions[..., 0], motions[..., 1])
+        assert (rates > 1e-9 * rates.max()).all()
+
+
 def test_generator_gives_what_it_is_asked_for():
     random = np.random.default_rng(0)
-    for groups in (("dyads",), ("sliders",), ("triads",), ("dyads", "sliders", "triads")):
+    for groups in (("dyads",), ("sliders",), ("triads",), ("dyads", "triads"), GROUPS):
         arrays = random_linkages(4, 9, random, groups)
         links, slides = arrays["links"], arrays["slides"]
         used = (links >= 0).sum(axis=2)

@@ -25,12 +25,15 @@ def add_linkages(command: argparse.ArgumentParser) -> None:
     ):
         command.add_argument(f"--{name}", metavar=metavar, help=text)
     command.add_argument(
-        "--groups", metavar="NAMES", help="of dyads,sliders,triads: what is drawn, by default all"
+        "--groups", metavar="NAMES", help="of dyads,sliders,triads,assur, by default all"
     )
     command.add_argument("--turn", metavar="DEG", help="turn of the crank [deg] (360)")
     command.add_argument("--speed", metavar="RATE", help="of the crank [rad/s] (1)")
     command.add_argument(
         "--scheduler", metavar="ADDRESS", help="of a Dask cluster, such as tcp://10.0.0.5:8786"
+    )
+    command.add_argument(
+        "--part", metavar="K/N", help="the K-th of N parts, each a process of its own (1/1)"
     )
     command.add_argument("--to", metavar="FOLDER", required=True, help="goes on where one is begun")
 
@@ -59,13 +62,25 @@ def linkages(args: Any) -> int:
 
     what = LinkageSet(**({"count": 1000} | options))
     found = write_linkages(
-        args.to, what, threads=threads, scheduler=args.scheduler, progress=progress
+        args.to,
+        what,
+        threads=threads,
+        scheduler=args.scheduler,
+        part=_part(args.part),
+        progress=progress,
     )
     interrupt.done()
     if found.status != "completed":
         message(found.status)
     message(f"wrote {found.folder}: {found.done} of {found.count} linkages")
     return 0 if found.status == "completed" else 1
+
+
+def _part(text: str | None) -> tuple[int, int]:
+    own, _, parts = ("1/1" if text is None else text).partition("/")
+    if not (own.isdecimal() and parts.isdecimal()):
+        raise UsageError(f"--part takes numbers such as 3/16, not {str(text)[:40]!r}")
+    return int(own), int(parts)
 
 
 def _number(option: str, text: str) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import Any, cast
 
 from mbody.laws import Table
 from mbody.model.element import Element, listed
@@ -52,7 +52,7 @@ def remarks(mechanism: Mechanism, kept: dict[str, Any] | None = None) -> tuple[s
 def _tables(mechanism: Mechanism) -> Iterator[str]:
     """Splines that leave the range of their points, and motions whose rate jumps."""
     for element in mechanism:
-        for field in _law_fields(type(element)):
+        for field in _law_fields(cast(Any, type(element))):
             law = getattr(element, field.name)
             if isinstance(law, Table):
                 of, value = (dimension_of(field.metadata[key]) for key in ("of", "law"))
@@ -60,7 +60,7 @@ def _tables(mechanism: Mechanism) -> Iterator[str]:
 
 
 @functools.cache
-def _law_fields(kind: type[Element]) -> tuple[dataclasses.Field[Any], ...]:
+def _law_fields(kind: Any) -> tuple[dataclasses.Field[Any], ...]:
     """Fields of a kind of element that are laws."""
     return tuple(field for field in dataclasses.fields(kind) if "law" in field.metadata)
 

@@ -33,6 +33,7 @@ from mbody.system.elimination_order import eliminate, split
 from mbody.system.formula_rows import FormulaRows, RecordedLaw, followed, following, recorded
 from mbody.system.friction_table import friction_table
 from mbody.system.hooks import action_hook, law_hook, primitive_hook
+from mbody.system.number_columns import designs_of, stacked
 from mbody.system.polar_points import polar_points
 from mbody.system.system import System
 
@@ -275,9 +276,8 @@ class _Compiler:
             joint.refuse(at, self.mechanism.units.length)
         self._refuse_contacts(at)
         columns, masses = self.columns(numbers)
-        arrays = [value for value in numbers.values() if type(value) is not float]
-        batch = max((np.size(value) for value in arrays if np.ndim(value)), default=1)
-        return _stack(columns, batch), _stack(masses, batch)
+        designs = designs_of(numbers)
+        return stacked(columns, designs), stacked(masses, designs)
 
     def columns(self, numbers: dict[str, Any]) -> tuple[list[Any], list[Any]]:
         """The rows of parameters and masses, each a number or an array (batch,)."""
@@ -497,11 +497,3 @@ class _Compiler:
 def _arm(element: Element, at: Numbers) -> tuple[Any, Any]:
     """Arm of the place on j, where the reaction is reported; angles need none."""
     return at.arm(element, "j") if "j" in element.places() else (0.0, 0.0)
-
-
-def _stack(columns: list[Any], batch: int) -> np.ndarray:
-    """Numbers and arrays (batch,) as rows of one array."""
-    result = np.empty((len(columns), batch))
-    for n, column in enumerate(columns):
-        result[n] = column
-    return result

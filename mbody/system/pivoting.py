@@ -157,9 +157,16 @@ class _DiagonalBlocks:
 
 
 def _sign(order: np.ndarray) -> int:
-    """Sign of a permutation, of numbers in any order, by its inversions."""
-    inversions = np.triu(order[:, None] > order[None, :]).sum()
-    return -1 if inversions % 2 else 1
+    """Sign of a permutation, of numbers in any order, by its cycles."""
+    following = np.argsort(order).tolist()
+    sign = 1
+    for n in range(len(following)):
+        # each exchange puts one number in its place
+        while following[n] != n:
+            other = following[n]
+            following[n], following[other] = following[other], other
+            sign = -sign
+    return sign
 
 
 def _pivots(

@@ -361,13 +361,11 @@ class System:
         `masses` chooses the masses as weights (free motion) instead of geometric ones.
         """
         L = self.layout
-        blank = self._blanks.get(lanes)
-        if blank is None:
-            blank = self._blanks[lanes] = self._blank(lanes)
-        frame, column = blank
-        memory = frame.blank()
-        memory[:] = column
-        work = Work(frame, memory)
+        if lanes not in self._blanks:
+            self._blanks[lanes] = self._blank(lanes)
+        frame, column = self._blanks[lanes]
+        work = Work(frame, frame.blank())
+        work.memory[:] = column
         if self.batch is not None:
             work.par[:] = self.par[:, np.broadcast_to(designs, lanes)]
             work.mass[:] = self.mass[:, np.broadcast_to(designs, lanes)]
@@ -383,9 +381,7 @@ class System:
         return {}
 
     def _blank(self, lanes: int) -> tuple[Frame, np.ndarray]:
-        """The frame of a workspace, and all that is the same for every position: a column, since
-        all lanes begin alike.
-        """
+        """Its frame, and all that is the same for every position: a column, for all lanes alike."""
         L = self.layout
         frame = frame_of(L, self.par.shape[0], self.signals, lanes)
         work = Work(frame, frame.blank())
@@ -411,10 +407,8 @@ class System:
 
     @functools.cached_property
     def _fixed_rows(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Numbers of the nodes that no position changes, each (rows, 1).
-
-        The proximal term and the identity rows, and the blocks of the welds between the slots of
-        one body: equal x and y, then equal angle.
+        """Numbers of the nodes that no position changes, (rows, 1): proximal terms, identity rows,
+        and blocks of the welds of one body's slots: equal x and y, then equal angle.
         """
         L = self.layout
         weights, pad, blocks = (np.zeros((size * L.nodes, 1)) for size in (2, 2, 12))
@@ -459,9 +453,7 @@ class System:
 
     def runtime(self) -> Layout:
         """The layout with handles for the user's own functions, alive as long as the system."""
-        if not self.has_user_code:
-            return self.layout
-        return self._registered
+        return self._registered if self.has_user_code else self.layout
 
     @functools.cached_property
     def _registered(self) -> Layout:

@@ -58,7 +58,7 @@ class LinkageSet:
     count, nodes, seed : int
         Linkages; joints of each; of the random numbers.
     groups : tuple of str
-        Of "dyads", "sliders", "triads".
+        Of "dyads", "sliders", "triads", "assur".
     instants : int
     turn : float
         Of the crank [rad].
@@ -117,7 +117,7 @@ class Written:
     ----------
     folder : Path
     done, count : int
-        Linkages that are in the folder, and that are wanted.
+        Linkages of the part that are in the folder, and that are wanted.
     status : str
         "completed", or "stopped: …" after Ctrl-C.
     """
@@ -134,6 +134,7 @@ def write_linkages(
     *,
     threads: int = 1,
     scheduler: str | None = None,
+    part: tuple[int, int] = (1, 1),
     progress: Callable[[int, int], None] | None = None,
 ) -> Written:
     """Write a data set, or what is missing of it.
@@ -145,6 +146,8 @@ def write_linkages(
     threads : int
     scheduler : str, optional
         Address of a Dask scheduler whose workers make the files' contents.
+    part : pair of int
+        Which of how many parts of the files to write, (3, 16): a process each, into one folder.
     progress : callable, optional
         Called with the number of linkages that are written, and of all.
 
@@ -156,10 +159,14 @@ def write_linkages(
     what.check()
     if isinstance(threads, bool) or not isinstance(threads, int) or threads < 1:
         raise ModelError(f"threads must be a whole number from 1 on, not {threads!r}")
+    own, parts = part
+    if not 1 <= own <= parts:
+        raise ModelError(f"there is no part {own} of {parts}: give 1/{parts} to {parts}/{parts}")
     kept = _Folder(folder, what)
-    pieces = range(-(-what.count // PIECE))
+    pieces = range(own - 1, -(-what.count // PIECE), parts)
     missing = [n for n in pieces if not kept.sound(n)]
-    done = what.count - sum(_size(what, n) for n in missing)
+    count = sum(_size(what, n) for n in pieces)
+    done = count - sum(_size(what, n) for n in missing)
     status = "completed"
     source = (
         _on_threads(what, missing, threads)
@@ -168,17 +175,17 @@ def write_linkages(
     )
     try:
         if progress is not None:
-            progress(done, what.count)
+            progress(done, count)
         for n, content in source:
             kept.keep(n, content)
             done += _size(what, n)
             if progress is not None:
-                progress(done, what.count)
+                progress(done, count)
     except KeyboardInterrupt:
-        status = f"stopped: {done} of {what.count} linkages are written"
+        status = f"stopped: {done} of {count} linkages are written"
     finally:
         source.close()
-    return Written(kept.folder, done, what.count, status)
+    return Written(kept.folder, done, count, status)
 
 
 def _size(what: LinkageSet, piece: int) -> int:

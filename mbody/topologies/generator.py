@@ -3,7 +3,8 @@
 Groups leave a linkage its one degree of freedom (Assur 1914). Dyads are two bars and a new joint;
 sliders one bar to a new joint on a line of the ground or of a link; triads a link with three new
 joints, a bar at each. Dyads and sliders are drawn until they close over the whole turn, by their
-triangles; whether a triad does is for the analysis to say.
+triangles; whether a triad or a larger group ("assur", `mbody.topologies.assur_graphs`) does is for
+the analysis to say.
 """
 
 from __future__ import annotations
@@ -14,10 +15,13 @@ import numpy as np
 
 from mbody.errors import ModelError
 from mbody.model.element import listed
+from mbody.topologies.assur_graphs import LARGEST_GROUP, LEAST_GROUP, assur_bars
 
 __all__ = ["ALIKE", "GROUPS", "check_groups", "random_linkages", "shape_of"]
 
-GROUPS = ("dyads", "sliders", "triads")
+GROUPS = ("dyads", "sliders", "triads", "assur")
+#: Those whose closing is known here, so that others may stand on them.
+CLOSED = ("dyads", "sliders")
 #: Joints of the crank and the ground before any group.
 FIRST = 3
 #: Angles of the crank at which a group must close, and the least sin² of a dyad's angle there, and
@@ -32,8 +36,8 @@ FEW = 8
 ALIKE, SPARE = 16, 5
 #: Bytes of the paths of linkages that are drawn at once.
 MOST = 64e6
-#: How often a group is a slider, and a linkage has a triad.
-SLIDERS, TRIADS = 0.25, 0.5
+#: How often a group is a slider, and a linkage ends with a triad or a larger group.
+SLIDERS, OPEN = 0.25, 0.5
 
 #: Positions (linkages, angles, 2) of a new joint, and whether it closes (linkages,).
 Placed = tuple[np.ndarray, np.ndarray]
@@ -51,7 +55,7 @@ def check_groups(groups: tuple[str, ...], nodes: int) -> None:
             raise ModelError(f"there are no groups {name!r} (there are: {listed(GROUPS)})")
     if not groups:
         raise ModelError(f"name one or more groups: {listed(GROUPS)}")
-    least = FIRST + (3 if groups == ("triads",) else 1)
+    least = FIRST + (1 if set(groups) & set(CLOSED) else LEAST_GROUP)
     if nodes < least:
         raise ModelError(
             f"linkages of {listed(groups)} have {least} joints or more, not {nodes}: the crank and "
@@ -64,7 +68,8 @@ def check_groups(groups: tuple[str, ...], nodes: int) -> None:
 def shape_of(nodes: int, groups: tuple[str, ...]) -> tuple[int, int, int]:
     """Most links, places of a link and slides of linkages of so many joints."""
     added = nodes - FIRST
-    bars = 1 + (2 * added if "dyads" in groups else added + added // 3)
+    twice = "dyads" in groups or "assur" in groups
+    bars = 1 + (2 * added if twice else added + added // 3)
     return bars, 3 if "triads" in groups else 2, added if "sliders" in groups else 0
 
 
@@ -83,7 +88,8 @@ def random_linkages(
         How many; joints of each.
     random : numpy.random.Generator
     groups : tuple of str
-        "dyads", "sliders", "triads": which are drawn.
+        "dyads", "sliders", "triads", "assur" (any groups of bars with three to five joints): which
+        are drawn.
     turn : float
         The turn of the crank [rad] over which dyads and sliders must close.
 
@@ -113,12 +119,14 @@ def _drawn(
 ) -> dict[str, np.ndarray]:
     """The same, all at once; drawn: linkages of each topology."""
     grown = _Growth(topologies, drawn, nodes, random, groups, turn)
-    for k, own in enumerate(_kinds(topologies, nodes, random, groups).T):
+    kinds = _kinds(topologies, nodes, random, groups)
+    for k, own in enumerate(kinds.T):
         for kind, add in (("dyads", grown.dyads), ("sliders", grown.sliders)):
             of_kind = np.flatnonzero(own == GROUPS.index(kind))
             if of_kind.size:
                 add(k, of_kind)
         grown.triads(k, np.flatnonzero(own == GROUPS.index("triads")))
+        grown.assur(k, np.flatnonzero(own == GROUPS.index("assur")), kinds)
     return grown.arrays()
 
 
@@ -126,20 +134,39 @@ def _kinds(
     topologies: int, nodes: int, random: np.random.Generator, groups: tuple[str, ...]
 ) -> np.ndarray:
     """Of every topology the group, a number of `GROUPS`, that begins with each joint; −1 for none:
-    (topologies, nodes). Triads are last.
+    (topologies, nodes). Triads and larger groups are last.
     """
-    closed = "dyads" in groups, "sliders" in groups
+    closed = tuple(name in groups for name in CLOSED)
     slid = random.random((topologies, nodes)) < SLIDERS if closed[0] else True
     kinds = np.where(np.logical_and(slid, closed[1]), 1, 0) * np.ones((topologies, nodes), int)
     kinds[:, :FIRST] = -1
-    if "triads" in groups and nodes >= FIRST + 3:
-        with_triad = np.ones(topologies, dtype=bool)
-        if any(closed):
-            with_triad = random.random(topologies) < TRIADS
-        first = nodes - 3 if any(closed) else FIRST
-        kinds[with_triad, first:] = -1
-        kinds[with_triad, first::3] = 2
+    last = [name for name in GROUPS if name in groups and name not in CLOSED]
+    if not last or nodes < FIRST + LEAST_GROUP:
+        return kinds
+    for own in kinds:
+        if not any(closed):
+            _fill(own, FIRST, last, random)
+        elif random.random() < OPEN:
+            kind = str(random.choice(last))
+            most = min(LARGEST_GROUP if kind == "assur" else LEAST_GROUP, nodes - FIRST)
+            first = nodes - int(random.integers(LEAST_GROUP, most + 1))
+            own[first:] = -1
+            own[first] = GROUPS.index(kind)
     return kinds
+
+
+def _fill(own: np.ndarray, k: int, kinds: list[str], random: np.random.Generator) -> None:
+    """The groups of one linkage that has no others, from joint k on."""
+    own[k:] = -1
+    while k < len(own):
+        left = len(own) - k
+        # what is left must be enough for a group, or nothing
+        sizes = [n for n in range(LEAST_GROUP, LARGEST_GROUP + 1) if left - n not in (1, 2)]
+        sizes = [n for n in sizes if n <= left]
+        fit = [name for name in kinds if name == "assur" or left % LEAST_GROUP == 0]
+        kind = str(random.choice(fit or kinds))
+        own[k] = GROUPS.index(kind)
+        k += LEAST_GROUP if kind == "triads" else int(random.choice(sizes))
 
 
 class _Growth:
@@ -264,6 +291,16 @@ class _Growth:
         self._link(which, np.tile(np.arange(k, k + 3), (len(which), 1)))
         for n, end in enumerate(ends):
             self._link(which, np.column_stack([end[which], np.full(len(which), k + n)]))
+
+    def assur(self, k: int, which: np.ndarray, kinds: np.ndarray) -> None:
+        """Joints from k to the next group, each on bars to others of them or before."""
+        for n in which.tolist():
+            after = np.flatnonzero(kinds[n, k + 1 :] >= 0)
+            size = int(after[0]) + 1 if after.size else kinds.shape[1] - k
+            rows = slice(n * self.drawn, (n + 1) * self.drawn)
+            self.joints[rows, k : k + size] = self.random.random((self.drawn, size, 2))
+            for bar in assur_bars(k, size, self.random):
+                self._link(np.array([n]), np.array([bar]))
 
     def _joints_before(self, k: int, many: int, which: np.ndarray) -> np.ndarray:
         """So many different joints before k, (many, topologies); zeros for other topologies."""

@@ -116,5 +116,7 @@ SCENARIOS = {
     "a data set with half a manifest": lambda: data_set(manifest="{"),
     "a data set of linkages that never turn": fruitless,
     "a data set at a speed that is a word": said(["linkages", "--to", "set", "--speed", "fast"]),
+    "the third of two parts of a data set": said(["linkages", "--to", "set", "--part", "3/2"]),
+    "a part of a data set that is a word": said(["linkages", "--to", "set", "--part", "half"]),
     "a data set of half a linkage": said(["linkages", "--to", "set", "--count", "1.5"]),
 }
