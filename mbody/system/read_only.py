@@ -65,6 +65,6 @@ def lock(result: Any) -> None:
 
 
 @functools.cache
-def _names(kind: type) -> tuple[str, ...]:
+def _names(kind: Any) -> tuple[str, ...]:
     """Of the fields of a dataclass: to list them takes longer than to lock them."""
     return tuple(field.name for field in dataclasses.fields(kind))
