@@ -12,7 +12,7 @@ import functools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -291,7 +291,7 @@ def tables_of_time(system: System) -> list[Table]:
     return [
         getattr(element, name)
         for element in (*machine.joints, *machine.drivers, *machine.loads, *machine.inputs)
-        for name in _laws_of_time(type(element))
+        for name in _laws_of_time(cast(Any, type(element)))
         if isinstance(getattr(element, name), Table)
     ]
 
