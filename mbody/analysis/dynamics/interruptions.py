@@ -307,7 +307,7 @@ def _laws_of_time(kind: Any) -> tuple[str, ...]:
 def _corners(system: System, first: float, until: float) -> Array:
     """Times within a motion at which laws of time have corners, ascending."""
     found = [law.corners(first, until) for law in tables_of_time(system)]
-    return np.unique(np.concatenate([np.empty(0), *found]))
+    return np.unique(np.concatenate(found)) if found else np.empty(0)
 
 
 def input_value(law: Any, name: str, system: System, t: float) -> float:
