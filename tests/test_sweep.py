@@ -208,6 +208,20 @@ def test_a_number_that_a_body_cannot_have_fails_one_design():
     assert np.isfinite(found["O2.force"][[0, 2]]).all()
 
 
+def test_an_invalid_number_leaves_the_lanes_of_others():
+    mass = np.linspace(1.0, 2.0, 53)
+    wrong = mass.copy()
+    wrong[20] = -1.0
+    options = {"measure": "peak(A.force)", "turn": True, "instants": 19, "threads": 1}
+    whole = mbody.sweep(four_bar(), {"coupler.mass": mass}, **options)
+    found = mbody.sweep(four_bar(), {"coupler.mass": wrong}, **options)
+    assert list(found.failures) == [20]
+    force, expected = found["peak(A.force)"], whole["peak(A.force)"]
+    beside = np.arange(16, 32) != 20  # the lanes of the invalid one: alone, to rounding
+    assert_array_equal(np.delete(force, np.arange(16, 32)), np.delete(expected, np.arange(16, 32)))
+    assert_allclose(force[16:32][beside], expected[16:32][beside], rtol=1e-11)
+
+
 def test_a_measure_without_a_value_is_told():
     found = mbody.sweep(
         slider_crank(), {"crank.A.x": [0.9, 1.1]}, "kinematics", "sqrt(rod.B.x - 3.37 m)"

@@ -178,7 +178,8 @@ def read(
     6.67233242289075
     """
     if isinstance(value, Formula):
-        return value if dimension is None else verified(value.of(dimension))
+        known = dimension is None or value.dimension == dimension
+        return value if known else verified(value.of(dimension))
     if isinstance(value, str):
         text = value.strip()
         return verified(Formula(text, dimension, angle, tree=parse(text, curves=curves)))

@@ -316,8 +316,12 @@ def _block(job: Job, values: np.ndarray) -> PieceResult:
     if job.course is not None:
         try:
             found, alone, way = _together(job, job.course, values)
-        except ModelError:  # one of them has an invalid number
-            pass
+        except ModelError:  # one of them has an invalid number: those beside it go together
+            if len(values) > LANES:
+                half = -(-len(values) // (2 * LANES)) * LANES
+                result.put(0, _block(job, values[:half]))
+                result.put(half, _block(job, values[half:]))
+                return result
         else:
             for column, history in zip(result.columns, found, strict=True):
                 column[~alone] = history.reshape(column.shape)[~alone]

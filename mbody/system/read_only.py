@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 from collections.abc import Mapping
-from typing import Any, NoReturn
+from typing import Any, NoReturn, cast
 
 import numpy as np
 
@@ -58,13 +58,13 @@ def locked(value: Any) -> Any:
 
 def lock(result: Any) -> None:
     """Lock every array and every dict among the fields of a frozen dataclass, in place."""
-    for name in _names(type(result)):
+    for name in _names(cast(Any, type(result))):
         value = getattr(result, name)
         if isinstance(value, (np.ndarray, dict, tuple)):
             object.__setattr__(result, name, locked(value))
 
 
 @functools.cache
-def _names(kind: type) -> tuple[str, ...]:
+def _names(kind: Any) -> tuple[str, ...]:
     """Of the fields of a dataclass: to list them takes longer than to lock them."""
     return tuple(field.name for field in dataclasses.fields(kind))

@@ -281,13 +281,12 @@ class System:
         if bad.size:
             which = f"'{name}'[{bad[0]}]" if array.ndim else f"'{name}'"
             raise ModelError(f"{which} is {array.flat[bad[0]]}, it must be finite", name)
-        least = array.min()
-        sign, unit = self.rule(name) if least <= 0.0 else ("", "")
-        if (sign and least < 0.0) or (sign == "positive" and least == 0.0):
+        sign, unit = self.rule(name) if array.min() <= 0.0 else ("", "")
+        if (sign == "positive") or (sign and array.min() < 0.0):
             rule = "not be negative: give 0 or more"
             if sign == "positive":
                 rule = "be positive: give more than 0"
-            raise ModelError(f"'{name}' is {least:g} {unit}, it must {rule}", name)
+            raise ModelError(f"'{name}' is {array.min():g} {unit}, it must {rule}", name)
         return array[()]  # a float where it is one number
 
     def rule(self, name: str) -> tuple[str, str]:

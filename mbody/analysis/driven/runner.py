@@ -232,8 +232,8 @@ class Runner:
         if grid.mode == BY_DRIVER:
             rates = grid.given[index, 0, 1:]
             given = np.ascontiguousarray(rates.transpose(0, 2, 1)).reshape(-1, LANES)
-        s = grid.s[index]
-        t = s if grid.t is grid.s else grid.t[index]
+        s = grid.s.take(index)
+        t = s if grid.t is grid.s else grid.t.take(index)
         return LanePath(
             mode=grid.mode,
             s=s,

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+import functools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -288,17 +289,25 @@ def tables_of_time(system: System) -> list[Table]:
     """Tables among the laws of time."""
     machine = system.mechanism
     return [
-        getattr(element, part.name)
+        getattr(element, name)
         for element in (*machine.joints, *machine.drivers, *machine.loads, *machine.inputs)
-        for part in dataclasses.fields(element)
-        if part.metadata.get("of") == "time" and isinstance(getattr(element, part.name), Table)
+        for name in _laws_of_time(cast(Any, type(element)))
+        if isinstance(getattr(element, name), Table)
     ]
+
+
+@functools.cache
+def _laws_of_time(kind: Any) -> tuple[str, ...]:
+    """Fields of an element that are laws of time: to look for them took a tenth of a short motion
+    of many bodies.
+    """
+    return tuple(one.name for one in dataclasses.fields(kind) if one.metadata.get("of") == "time")
 
 
 def _corners(system: System, first: float, until: float) -> Array:
     """Times within a motion at which laws of time have corners, ascending."""
     found = [law.corners(first, until) for law in tables_of_time(system)]
-    return np.unique(np.concatenate([np.empty(0), *found]))
+    return np.unique(np.concatenate(found)) if found else np.empty(0)
 
 
 def input_value(law: Any, name: str, system: System, t: float) -> float:

@@ -300,7 +300,7 @@ def _number(
 ) -> Any:
     """A number of a simulation in the units of the mechanism; parameters as a system has them."""
     found = number_in(mechanism, value, dimension, "simulation", name)
-    if isinstance(value, Formula) and parameters:
+    if isinstance(value, Formula) and value.names and parameters:
         scope = mechanism.parameters.scope(parameters)
         try:
             found = value.of(DIMENSIONS[dimension]).value(scope)
