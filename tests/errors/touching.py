@@ -44,8 +44,8 @@ def resting(*more, y=0.5, i="ground.floor", j="wheel.rim", radius=0.5, **numbers
     return made
 
 
-def followed(*more, method=None, **how):
-    return lambda: simulate(resting(*more, **how), 0.01, method=method)
+def followed(*more, **how):
+    return lambda: simulate(resting(*more, **how), 0.01)
 
 
 def many():
@@ -125,7 +125,9 @@ SCENARIOS = {
     "a contact between bodies that are welded": followed(
         Fixed("weld", "ground.O", "wheel.C"), y=0.0, radius=0.01, i="ground.wall", j="wheel.E"
     ),
-    "a contact by steps of one length": followed(method="generalized-alpha", step=0.01),
+    "a contact by steps of one length": lambda: simulate(
+        resting(), 0.01, method="generalized-alpha", step=0.001
+    ),
     "a contact led step by step by another method": lambda: Simulator(
         resting(), method="rattle", step=0.01
     ),
