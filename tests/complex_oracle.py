@@ -101,9 +101,7 @@ class ComplexOracle:
 
     def _rows(self, e: Any, q: Any, t: Any) -> list[Any]:
         if isinstance(e, Coupling):
-            names = [f"{e.name}.terms[{k}].factor" for k in range(len(e.parts))]
-            if names[0] not in self.p.values:
-                raise Unwritten(f"factors of {e.name}")
+            names = [f"{e.name}.{k}.factor" for k in range(len(e.parts))]
             parts = [self.p[n] * self._term(e, k, q) for k, n in enumerate(names)]
             return [sum(parts[1:], parts[0]) - self.p[f"{e.name}.value"]]
         if isinstance(e, AngleDriver):
@@ -158,7 +156,12 @@ class ComplexOracle:
         term = coupling.parts[k]
         if term.angle is not None:
             return self.pose(q, term.angle)[2] - self.pose(q, term.relative_to)[2]
-        raise Unwritten("couplings of lengths")
+        (ax, ay), (bx, by) = (self.place(q, coupling, f"{k}.{end}") for end in "ij")
+        dx, dy = bx - ax, by - ay
+        if term.distance is not None:
+            return sqrt(dx * dx + dy * dy)
+        axis = self.heading(q, coupling, f"{k}.i")
+        return cos(axis) * dx + sin(axis) * dy
 
     def radii(self, e: Any) -> tuple[Any, Any]:
         """Radii of two wheels from their centres towards each other, that of a ring negative."""

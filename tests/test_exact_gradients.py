@@ -23,7 +23,7 @@ from mbody import (
 from mbody.derivatives.named_numbers import checked_names
 from mbody.laws import SHAPES, Harmonic, Polynomial, Rise
 from tests.complex_oracle import ComplexOracle
-from tests.gradients import ALLOWED, compared, linkage
+from tests.gradients import ALLOWED, compared, linkage, machine
 from tests.odd_mechanisms import planetary, rack, wheel, yoke
 from tests.rough import cam_drive, drawer, gear_pair, rack_and_pinion, slider_crank
 from tests.test_belts import braked, drive
@@ -43,6 +43,37 @@ def test_gallery(model):
 def test_random_linkages(seed, analysis):
     _, system, t = linkage(seed)
     found = compared(system, analysis, t[:1], step=7)
+    assert found.numbers > 10 and found.worst <= ALLOWED, found.where
+
+
+@pytest.mark.parametrize("seed", [6, 46, 171])
+def test_random_machines(seed):
+    """Elements of any kind: a belt's coupling, gears, slots; redundant rows in the last."""
+    _, system, t = machine(seed)
+    found = compared(system, "kinetostatics", t, step=9, shared=False)
+    assert found.numbers > 5 and found.worst <= ALLOWED, found.where
+
+
+def test_a_coupling_of_lengths():
+    """A rope over a pulley: two distances and a way, whose sum does not change."""
+    machine = Mechanism("a tackle", ground={"P": (0.0, 2.0), "Q": (3.0, 2.0)})
+    machine.add(
+        Body("arm", mass=1.0, inertia=0.2, cg=(0.5, 0.0), points={"E": (1.0, 0.1)}),
+        Revolute("O", "ground", "arm"),
+        Body("load", mass=3.0, inertia=0.1, guess=(3.0, 0.5, 0.0)),
+        Prismatic("guide", Marker("ground", (3.0, 0.0), 0.5 * np.pi), "load"),
+        mbody.LengthCoupling(
+            "rope",
+            [
+                mbody.CouplingTerm(1.0, distance=("ground.P", "arm.E")),
+                mbody.CouplingTerm(-2.0, coordinate=(Marker("ground", (3.0, 0.0), 1.5), "load")),
+            ],
+            value=0.6,
+        ),
+        mbody.Gravity("g", y=-9.81),
+        AngleDriver("motor", "arm", Polynomial((0.3, 2.0, 1.0))),
+    )
+    found = compared(mbody.assemble(machine), "kinetostatics", [0.1])
     assert found.numbers > 10 and found.worst <= ALLOWED, found.where
 
 

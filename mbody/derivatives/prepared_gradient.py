@@ -181,7 +181,8 @@ class DesignPoint:
         prepared, choices = self.prepared, self._choices
         instants = DrivenInstants(self.run, prepared.names, prepared.wanted.turning, self._tangents)
         deciding = [one.needed[:1] if one.single else one.needed for one in choices]
-        needed = np.unique(np.concatenate(deciding))
+        # those of one measure are in order
+        needed = deciding[0] if len(deciding) == 1 else np.unique(np.concatenate(deciding))
         record = instants.rows_at(needed, any(one.loads for one in choices))
         programs = prepared.programs(self.run, record)
         rows, whole = [], None
