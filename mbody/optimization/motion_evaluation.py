@@ -112,7 +112,7 @@ class MotionEvaluator:
             whole, instants = self._derived(x)
         except (ModelError, SolveError):
             return None
-        if instants.lost:  # after a change from which on there is no derivative
+        if instants.lost.gone.any():  # after a change from which on there is no derivative
             return None
         return _MotionEvaluation(np.array(x), instants.run, whole, np.zeros(0))
 

@@ -10,7 +10,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from mbody.errors import SolveError
+from mbody.errors import ModelError, SolveError
+from mbody.solution.measures import found_by
 from mbody.synthesis.demands import conditions
 from mbody.synthesis.design import Design
 from mbody.synthesis.following import Followed
@@ -149,6 +150,12 @@ class Judge:
             why = "misses beyond the tolerance"
         if found.motion is not None:
             for condition in conditions(self.subject_to, found.system.mechanism):
+                if not found_by(found.motion, condition.column.measure):
+                    raise ModelError(
+                        f"synthesize: '{condition.text}' is about a force, and a "
+                        f"{found.system.mechanism.name} that is sought by its lengths has neither "
+                        "masses nor loads: give a model that has them"
+                    )
                 margins[condition.text] = margin = condition.margin(found.motion)
                 if margin < 0.0 and not why:
                     why = condition.text

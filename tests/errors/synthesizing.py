@@ -140,6 +140,7 @@ SCENARIOS = {
     "bounds of a function": function(by={"crank.A.x": (1, 2)}),
     "bounds of a pin of a plane": lambda: mbody.synthesize(poses=POSES, by={"coupler.P.x": (0, 1)}),
     "a condition that is none": path(subject_to="coupler.P.y"),
+    "a condition about a force of a linkage": path(subject_to="peak(motor.effort) <= 2 N*m"),
     "a condition of another dimension": path(subject_to="min(coupler.P.y) >= 2 kg"),
     "a path that no coupler passes in order": path(WILD),
     "a path nobody reaches": path(WILD, defective=True, tolerance="1 mm"),
