@@ -302,3 +302,18 @@ def test_slots_that_turn_and_angles_between_links(make, count):
 def test_a_shaper_turns_in_every_mode():
     found = mbody.dead_centres(mbody.gallery.load("quick_return"))
     assert found.complete and found.full_turn
+
+
+def test_reports_and_pages_begin_in_the_assembly_that_is_chosen():
+    from mbody.reports.subject import run_of
+    from mbody.views.motions import motion
+
+    machine = mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 1, 1), speed=2.0)
+    wanted = {
+        name: mbody.kinetostatics(machine, turn=True, assembly=name)["rocker"].angle
+        for name in ("open", "crossed")
+    }
+    assert np.abs(wanted["open"] - wanted["crossed"]).min() > 0.1
+    for name, angle in wanted.items():
+        for run in (motion(machine, assembly=name), run_of(machine, None, None, name)[0]):
+            assert np.abs(run["rocker"].angle - angle).max() < 1e-12

@@ -72,6 +72,7 @@ def differences(output, shown):
         ("docs/centres.md", 1),
         ("docs/balancing.md", 3),
         ("docs/engines.md", 4),
+        ("docs/cams.md", 3),
         ("docs/tolerances.md", 2),
         ("docs/identification.md", 2),
         ("docs/teaching.md", 3),
