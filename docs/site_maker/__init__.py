@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from site_maker import commands, elements, gallery, python
@@ -46,10 +47,23 @@ def setup(app: Any) -> dict[str, Any]:
     """What Sphinx calls at the start."""
     app.add_config_value("films", True, "env", bool)
     app.connect("builder-inited", gallery.make_films)
+    app.connect("env-get-outdated", _made)
     app.connect("source-read", _read)
     app.connect("autodoc-process-docstring", plain, priority=100)  # before napoleon
     app.connect("doctree-read", dashes)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
+
+
+def _made(app: Any, env: Any, *changes: set[str]) -> list[str]:
+    """Pages that are read anew whenever the site is built: the code that they are made of is
+    unknown to Sphinx.
+    """
+    paths = ((name, Path(env.doc2path(name))) for name in env.found_docs)
+    return [
+        name
+        for name, path in paths
+        if path.suffix == ".md" and _PLACE.search(path.read_text("utf-8"))
+    ]
 
 
 def _read(app: Any, page: str, source: list[str]) -> None:

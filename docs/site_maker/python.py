@@ -16,6 +16,7 @@ GROUPS = {
     "analyses": (
         "mbody.analysis",
         "mbody.engines",
+        "mbody.inverse",
         "mbody.sweeps",
         "mbody.stepping",
         "mbody.topologies",
