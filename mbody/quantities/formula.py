@@ -178,8 +178,9 @@ def read(
     6.67233242289075
     """
     if isinstance(value, Formula):
-        known = dimension is None or value.dimension == dimension
-        return value if known else verified(value.of(dimension))
+        if dimension is None or value.dimension == dimension:
+            return value
+        return verified(value.of(dimension))
     if isinstance(value, str):
         text = value.strip()
         return verified(Formula(text, dimension, angle, tree=parse(text, curves=curves)))
