@@ -1,5 +1,7 @@
 """The tutorial, the recipes and the pages about other programs: all that they say is run."""
 
+from pathlib import Path
+
 import pytest
 
 from tests.pages import DOCS, follow, missing_lines
@@ -10,7 +12,8 @@ PAGES = sorted(
     for path in (DOCS / folder).rglob("*.md")
     if path.stem not in ("index", "changelog", "contributing", "decisions", "benchmarks")
 )
-PAGES.append("index.md")
+PAGES += [f"{name}.md" for name in ("index", "derivatives", "motion", "optimization", "results")]
+PAGES.append("sweeps.md")
 RECIPES = [page for page in PAGES if page.startswith("howto/recipes/")]
 
 
@@ -19,6 +22,15 @@ def test_a_page_does_what_it_says(page, tmp_path):
     compared = follow((DOCS / page).read_text("utf-8"), tmp_path)
     if page in RECIPES:
         assert compared, "a recipe shows what it prints"
+
+
+def test_no_page_with_a_program_is_left_out():
+    """Others are run by the test of their subject, which names them."""
+    tests = "".join(path.read_text("utf-8") for path in Path(__file__).parent.rglob("*.py"))
+    for path in DOCS.rglob("*.md"):
+        if "```python" in path.read_text("utf-8"):
+            name = path.relative_to(DOCS).as_posix()
+            assert name in PAGES or f'{path.name}"' in tests, name
 
 
 def test_there_are_twenty_recipes():
