@@ -28,7 +28,7 @@ def linkage_sheet(folder: Path) -> str:
     axes = figure.subplots(len(ROWS), COLUMNS)
     for own, (groups, nodes, seed) in zip(axes, ROWS, strict=True):
         arrays = random_linkages(60, nodes, np.random.default_rng(seed), groups)
-        found = mbody.linkages(arrays, instants=91)
+        found = mbody.linkages(arrays, instants=73)
         for axis, n in zip(own, chosen(arrays, found, groups), strict=True):
             one(axis, arrays, found, n)
     figure.subplots_adjust(0.01, 0.01, 0.99, 0.99, 0.06, 0.06)
@@ -81,15 +81,18 @@ def one(axis, arrays, found, n):
     path, start = found.positions[n], arrays["joints"][n]
     links = [[k for k in link if k >= 0] for link in arrays["links"][n]]
     shown = coupler(arrays, found, n)
-    for k in range(3, len(start)):
+    for k in np.flatnonzero(np.ptp(path, axis=0).max(axis=1) > 0.0):
         look = {"color": CURVES[1][0], "lw": 1.4} if k == shown else {"color": SOFT, "lw": 0.5}
-        axis.plot(*path[:, k].T, zorder=1, **look)
-    for number, link in enumerate(links):
-        color = DRIVE if number == 0 else INK
+        # thin lines have fewer points, which keeps the file small
+        axis.plot(*path[:: 1 if k == shown else 2, k].T, zorder=1, **look)
+    crank, *others = links
+    for link in others:
         if len(link) > 2:
-            axis.fill(*start[link].T, fc="#dde5ec", ec=color, lw=1.0, zorder=2)
-        else:
-            axis.plot(*start[link].T, color=color, lw=1.6, zorder=3, solid_capstyle="round")
+            axis.fill(*start[link].T, fc="#dde5ec", ec=INK, lw=1.0, zorder=2)
+    # all bars are one path of the file, with gaps between them
+    bars = [[*start[link], (np.nan, np.nan)] for link in others if len(link) == 2]
+    for color, line in ((DRIVE, start[crank]), (INK, np.reshape(bars, (-1, 2)))):
+        axis.plot(*line.T, color=color, lw=1.6, zorder=3, solid_capstyle="round")
     reach = np.ptp(path.reshape(-1, 2), axis=0).max()
     for (k, on), angle in zip(arrays["slides"][n], arrays["directions"][n], strict=True):
         if k >= 0:

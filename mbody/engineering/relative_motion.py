@@ -99,8 +99,8 @@ def pose_at(run: Solution, k: int) -> dict[str, tuple[float, float, float]]:
     --------
     >>> import mbody
     >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5), [0.0])
-    >>> pose_at(run, 0)["crank"]
-    (0.0, 0.0, 0.0)
+    >>> print(*np.round(pose_at(run, 0)["crank"], 6))
+    0.0 0.0 1.047198
     """
     found = {}
     for body in run.mechanism.bodies:

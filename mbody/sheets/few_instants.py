@@ -78,7 +78,9 @@ class _Rows:
         return [*table([*head, *columns[:half]]), "", *table([*head, *columns[half:]])]
 
     def add(self, name: str, unit: str, values: Array, floor: float = 0.0) -> None:
-        self._row(name, unit, numbers(values, floor))
+        cells = numbers(values, floor)
+        there = np.isfinite(values)
+        self._row(name, unit, [c if seen else "–" for c, seen in zip(cells, there, strict=True)])
 
     def _row(self, name: str, unit: str, cells: list[str]) -> None:
         self.names.append(name)
@@ -143,4 +145,5 @@ class _Rows:
             values, dimension, unit = measured(self.solution, measure)
             if dimension == DIMENSIONS["angle"] and not measure.unit:
                 values, unit = np.degrees(values), "deg"
-            self.add(name, unit, values, ROUNDING * float(np.abs(values).max()))
+            finite = np.abs(values[np.isfinite(values)])
+            self.add(name, unit, values, ROUNDING * float(finite.max(initial=0.0)))

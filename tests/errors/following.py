@@ -71,7 +71,12 @@ def followed_matrices():
     return Simulator(machine).state_matrices("second.angle")
 
 
+def matrices_of_a_peak():
+    return Simulator(mbody.gallery.load("simple_pendulum")).state_matrices("peak(pendulum.angle)")
+
+
 SCENARIOS = {
+    "matrices of one number of all instants": matrices_of_a_peak,
     "a driver that follows a rate": lambda: assemble(arms("0.1 s*first.omega")),
     "a driver that follows a state of a rate": lambda: assemble(
         arms("z", State("z", rate="first.omega", start="0 rad"))
