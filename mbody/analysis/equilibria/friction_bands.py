@@ -44,6 +44,9 @@ Sample = tuple[Node, float, bool]
 PARTS = 4
 #: Halvings of an interval that holds an end, and steps of the search for a least reserve.
 HALVINGS, GOLDEN = 60, 40
+#: A least reserve lies below the least sample by no more than neighbours lie above it (1.4 times as
+#: much at a cusp, less at a corner): one that is this many times as much above zero stays positive.
+DEEP = 10.0
 #: A rate of sliding below this part of the greatest is rounding.
 ROUNDING = 1e-9
 #: An end is located to this, in model lengths and radians.
@@ -263,7 +266,8 @@ class _Located:
             before, after = samples[n - 1][1], samples[n + 1][1]
             sense = 1.0 if value >= 0.0 else -1.0
             near = sense * value <= min(sense * before, sense * after)
-            if not near or sense * before < 0.0 or sense * after < 0.0:
+            rise = max(sense * before, sense * after) - sense * value
+            if not near or min(sense * before, sense * after) < 0.0 or sense * value > DEEP * rise:
                 yield sample
                 continue
             beside = self._nearest(samples[n - 1][0], samples[n + 1][0], sense)
