@@ -304,8 +304,9 @@ class Unilateral:
         y = np.cos(ti) * py - np.sin(ti) * px - ay
         way = ux * x + uy * y
         found[which] = np.column_stack([way, length - way])
-        for n, past, length in zip(*self._round_about(work), strict=True):
-            found[n] = np.minimum(found[n], (past, length - past))
+        if len(self._arcs[0]):
+            for n, past, length in zip(*self._round_about(work), strict=True):
+                found[n] = np.minimum(found[n], (past, length - past))
         return found
 
     @functools.cached_property

@@ -19,6 +19,8 @@ Array = np.ndarray
 
 #: Guards that follow from positions and rates.
 PLACES = ("close", "lock", "edge", "enter", "stop")
+#: Guards that follow from where a touch is along its edge.
+ALONG = ("edge", "enter")
 
 
 def guards_of(motion: ModalMotion) -> list[Guard]:
@@ -65,8 +67,10 @@ def guard_values(motion: ModalMotion, t: Array, pages: Array, guards: list[Guard
             found[k] = _by_pages(motion, pages[:, :, 0], guard)
         else:
             by_position.append(k)
+    kinds = {guards[k].kind for k in by_position}
+    with_rows, with_edges = not kinds <= set(ALONG), not kinds.isdisjoint(("close", *ALONG))
     # while nothing moves what follows from the position alone is as it was
-    still = not motion.system.drivers and all(guards[k].kind in PLACES for k in by_position)
+    still = not motion.system.drivers and kinds <= set(PLACES)
     for m, page in enumerate(pages[:, :, 0] if by_position else ()):
         if still and m > 0 and (page[: 2 * n] == pages[m - 1, : 2 * n, 0]).all():
             found[by_position, m] = found[by_position, m - 1]
@@ -74,9 +78,11 @@ def guard_values(motion: ModalMotion, t: Array, pages: Array, guards: list[Guard
         probe.q[:n, 0], probe.v[:n, 0] = page[:n], page[n : 2 * n]
         probe.time[0, 0] = t[m]
         laws_of_time(motion.layout, probe)
-        rows = uni.read(probe)
-        gaps, approach = uni.gaps(rows), uni.approach(rows)
-        along = uni.along(probe).min(axis=1, initial=np.inf)
+        if with_rows:
+            rows = uni.read(probe)
+            gaps, approach = uni.gaps(rows), uni.approach(rows)
+        if with_edges:
+            along = uni.along(probe).min(axis=1, initial=np.inf)
         for k in by_position:
             kind, number = guards[k].kind, guards[k].number
             if kind == "close":
