@@ -25,8 +25,11 @@ def pytest_report_header():
     return f"core: {chosen().name}, {chosen().reason}"
 
 
-def pytest_collection_finish():
-    """Thousands of tests are many objects: tests that collect garbage need not look at them."""
+@pytest.fixture(scope="module", autouse=True)
+def few_objects_to_collect():
+    """Thousands of tests, and what modules before keep, are a million objects: tests that collect
+    garbage many times, as those of memory and of benchmarks, need not look at them each time.
+    """
     gc.collect()
     gc.freeze()
 
