@@ -31,7 +31,7 @@ def machine(**measures):
 
 
 def test_every_reduction_is_that_of_the_history():
-    assert set(PLAIN) == set(REDUCTIONS)
+    assert {*PLAIN, "integral"} == set(REDUCTIONS)
     own = machine(**{by: (f"{by}(motor.effort)", "N*m") for by in PLAIN})
     run = mbody.kinetostatics(own, turn="motor", instants=37)
     history = (run.effort("motor") * 4.4482216152605 * 0.0254).tolist()
@@ -41,6 +41,123 @@ def test_every_reduction_is_that_of_the_history():
         # a sum of 37 numbers
         assert found[0] == pytest.approx(plain(history), rel=1e-13, abs=1e-13)
     assert run.measure("at(motor.effort, 3)")[0] == run.effort("motor")[3]
+
+
+def arm(units="SI", speed="2 rad/s"):
+    made = mbody.Mechanism("arm", units=units)
+    made.add(
+        mbody.Body("arm", mass="3 kg", inertia="0.1 kg*m^2", cg=("0.5 m", 0.0)),
+        mbody.Revolute("O", "ground", "arm"),
+        mbody.AngleDriver("motor", "arm", mbody.laws.ConstantSpeed(0.0, speed)),
+        mbody.Gravity("gravity", y="-10 m/s^2"),
+    )
+    return made
+
+
+@pytest.mark.parametrize("units", ["SI", "mm-N-ms", "in-lbf-s", "cm-kN-min"])
+def test_an_integral_over_time(units):
+    """The work of a motor that lifts an arm at a constant rate, P = m g r ω cos ωt: m g r sin ωT,
+    of which the trapezoidal rule has the part h/2 cot h/2, with the angle h between instants.
+    """
+    own = arm(units)
+    own.measures["work"] = Measure("integral(motor.power)", "J")
+    own.measures["heat"] = Measure("motor.power", "W")
+    t = np.linspace(0.0, 0.6, 31) * own.units.second
+    run = mbody.kinetostatics(own, t)
+    half = 0.5 * 2.0 * 0.6 / 30
+    exact = 3.0 * 10.0 * 0.5 * np.sin(1.2) * half / np.tan(half)
+    # rounding of units and of a sum of 31 numbers
+    assert run.measure("work")[0] == pytest.approx(exact, rel=1e-13)
+    joule = float(own.units.unit("torque").ratio)
+    assert run.measure("integral(motor.power)")[0] * joule == pytest.approx(exact, rel=1e-13)
+    assert run.measure("integral(arm.omega)")[0] == pytest.approx(1.2, rel=1e-13)
+    masses = {"arm.mass": ["3 kg", "6 kg"]}
+    found = mbody.sweep(own, masses, measure=["work", "integral(heat)"], t=t)
+    for name, unit in (("work", 1.0), ("integral(heat)", joule)):
+        assert found[name] * unit == pytest.approx([exact, 2.0 * exact], rel=1e-13)
+    assert found.units["work"] == "J"
+    slope = mbody.gradient(own, "work", ["arm.mass", "arm.cg.x"], t=t)
+    numbers = mbody.assemble(own).values
+    logarithmic = slope.jacobian[0] * [numbers["arm.mass"], numbers["arm.cg.x"]]
+    assert logarithmic == pytest.approx([exact, exact], rel=1e-12)
+
+
+def test_an_integral_over_a_turn_whose_time_moves():
+    """Work against a damper, c ω² T of a turn T = 2π/ω: its derivative by ω is 2π c."""
+    own = arm(speed="2 rad/s")
+    own.add(mbody.TorsionDamper("oil", "arm", coefficient="0.25 N*m*s/rad"))
+    names = ["motor.law.speed", "oil.coefficient"]
+    found = mbody.gradient(own, "integral(motor.power)", names, turn="motor", instants=61)
+    exact = [2.0 * np.pi * 0.25, 4.0 * np.pi]
+    assert found.value["integral(motor.power)"] == pytest.approx(np.pi, rel=1e-12)
+    np.testing.assert_allclose(found.jacobian[0], exact, rtol=1e-11)
+    designs = mbody.sweep(
+        own,
+        {"motor.law.speed": [1.0, 2.0, 3.0]},
+        measure="integral(motor.power)",
+        turn="motor",
+        instants=61,
+    )
+    by_speed = 2.0 * np.pi * 0.25 * np.array([1.0, 2.0, 3.0])
+    np.testing.assert_allclose(designs["integral(motor.power)"], by_speed, rtol=1e-11)
+
+
+def test_an_integral_of_a_motion_that_an_event_ends():
+    """∫ω dt of a falling pendulum up to an angle is that angle, whenever it gets there: its
+    derivatives vanish as the instants become many, while those of the time do not.
+    """
+    end = Event("bob.angle + 1 rad", stop=True, name="there")
+    settings = mbody.SimulationSettings(
+        3.0, {"bob": {"angle": 0.0, "omega": 0.0}}, rtol=1e-12, instants=3001, events=[end]
+    )
+    own = mbody.Mechanism("pendulum", simulation=settings)
+    own.add(
+        mbody.Body("bob", mass=1.3, inertia=0.2, cg=(0.7, 0.0)),
+        mbody.Revolute("O", "ground", "bob"),
+        mbody.Gravity("gravity", y=-9.81),
+    )
+    names = ["bob.inertia", "gravity.y"]
+    measures = ["integral(bob.omega)", "last(t)", "integral(bob.angle)"]
+    found = mbody.gradient(own, measures, names, analysis="simulate")
+    # the trapezoidal rule at steps of 1 ms: 1e-6 of the greatest rate of the integrand
+    assert found.value["integral(bob.omega)"] == pytest.approx(-1.0, abs=2e-6)
+    np.testing.assert_allclose(found.jacobian[0], 0.0, atol=2e-6)
+    assert (np.abs(found.jacobian[1]) > 1e-2).all()
+    system = mbody.assemble(own)
+    for k, name in enumerate(names):
+        start, ends = float(system.values[name]), []
+        step = 1e-4 * abs(start)
+        for way in (-2.0, -1.0, 1.0, 2.0):
+            other = system.with_values({name: start + way * step})
+            ends.append(mbody.simulate(other).measure("integral(bob.angle)")[0])
+        numeric = (8.0 * (ends[2] - ends[1]) - (ends[3] - ends[0])) / (12.0 * step)
+        # four places; motions to 1e-12 over steps of 1e-4
+        assert found.jacobian[2, k] == pytest.approx(numeric, rel=1e-7)
+
+
+def test_a_limit_of_an_integral():
+    """The least torque against a damper with so much work over a turn: at the bound of the work."""
+    own = arm(speed="2 rad/s")
+    own.add(mbody.TorsionDamper("oil", "arm", coefficient="0.25 N*m*s/rad"))
+    found = mbody.optimize(
+        own,
+        maximize="mean(motor.effort)",
+        by={"oil.coefficient": (0.1, 0.5)},
+        subject_to=["integral(motor.power) <= 4 J"],
+        over="motor",
+        instants=61,
+        starts=3,
+    )
+    # 2π c ω = 4; the limits of the search hold to 1e-6
+    assert found.values["oil.coefficient"] == pytest.approx(1.0 / np.pi, rel=1e-6)
+
+
+def test_an_integral_where_no_time_passes_is_refused():
+    run = mbody.kinetostatics(arm(), drive={"motor": [0.1, 0.2]})
+    with pytest.raises(ModelError, match="integral: no time passes over the instants, 2 of"):
+        run.measure("integral(motor.power)")
+    with pytest.raises(ModelError, match="integral: no time passes over the instants, 1 of"):
+        mbody.gradient(arm(), "integral(motor.power)", "arm.mass", t=[0.1])
 
 
 @pytest.mark.parametrize("text", ["max(A.fx, A.fy)", "peak(A.fx)/2", "(peak(A.fx))", "abs(A.fx)"])

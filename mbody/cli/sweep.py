@@ -54,6 +54,7 @@ def sweep(args: Any) -> int:
 
 def _in_degrees(mechanism: Mechanism, names: Sequence[str]) -> dict[str, Measure]:
     """The measures by name, those of angles that have no unit of their own in degrees."""
+    from mbody.model.reductions import outermost
     from mbody.model.study import Measure
     from mbody.quantities.units import DIMENSIONS
     from mbody.solution.measures import check_measure
@@ -62,12 +63,13 @@ def _in_degrees(mechanism: Mechanism, names: Sequence[str]) -> dict[str, Measure
     found = {}
     for name in names:
         one = mechanism.measures.get(name) or Measure(name)
-        inner = mechanism.measures.get(one.history.of, one.history)
+        by, of, instant = outermost(one.of)
+        inner = mechanism.measures.get(of) or Measure(of)
         of = inner.of
-        if one.by:
-            of = f"at({of}, {one.instant})" if one.by == "at" else f"{one.by}({of})"
-        plain = not one.unit and not inner.by and check_measure(mechanism, inner) == rad
-        found[name] = Measure(of, "deg") if plain else one
+        if by:
+            of = f"at({of}, {instant})" if by == "at" else f"{by}({of})"
+        unit = "" if inner.by else check_measure(mechanism, Measure(of, one.unit).history)
+        found[name] = Measure(of, "deg") if unit == rad and not one.unit else one
     return found
 
 

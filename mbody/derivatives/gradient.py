@@ -55,9 +55,9 @@ def gradient(
         Of one design.
     measure : str, Measure, list or dict of them
         As of `sweep`: formulas of histories such as ``"A.force"``, or measures of the mechanism by
-        name; in ``peak(…)``, ``max(…)``, ``min(…)``, ``rms(…)``, ``mean(…)``, ``first(…)``,
-        ``last(…)`` or ``at(…, instant)`` the instants become one number. By default the measures
-        of the mechanism.
+        name; in ``peak(…)``, ``max(…)``, ``min(…)``, ``rms(…)``, ``mean(…)``, ``integral(…)``,
+        ``first(…)``, ``last(…)`` or ``at(…, instant)`` the instants become one number. By default
+        the measures of the mechanism.
     by : list of str, optional
         Dotted names of numbers (``"crank.A.x"``, ``"coupler.mass"``, ``"motor.law.speed"``) and
         parameters; by default all that have no formula.

@@ -15,7 +15,7 @@ from mbody.solution.measures import measured, valued
 from mbody.solution.solution import Solution
 from mbody.sweeps.columns import MeasuredColumn, reduced
 
-__all__ = ["NeededInstants", "Derived", "derived", "instants_of"]
+__all__ = ["NeededInstants", "Derived", "derived", "instants_of", "integral_slope"]
 
 #: Values this close, as a part of the greatest, count as equal.
 EQUAL = 1e-9
@@ -71,7 +71,7 @@ def instants_of(run: Solution, column: MeasuredColumn) -> NeededInstants:
         raise ModelError(
             f"'{column.name}': there is no such instant, they are 0 to {count - 1}", column.name
         )
-    found = np.asarray(reduced(column, history))
+    found = np.asarray(reduced(column, history, run.t / run.mechanism.units.second))
     single, needed, greatest = True, np.arange(count), 0
     if column.by in ("peak", "max", "min"):
         size = {"peak": np.abs(history), "max": history, "min": -history}[column.by]
@@ -137,6 +137,8 @@ def derived(
     row = tangents
     if column.by == "mean":
         row = tangents.mean(axis=0)
+    elif column.by == "integral":
+        row = integral_slope(values, tangents, part.t) / part.mechanism.units.second
     elif column.by == "span":
         low = choice.greatest
         row = tangents[0] - tangents[low]
@@ -148,6 +150,17 @@ def derived(
         if size == 0.0:
             notes.append(_at_zero(column))
     return Derived(choice.value, row, choice.unit, None, tuple(notes))
+
+
+def integral_slope(values: np.ndarray, tangents: np.ndarray, t: Any) -> np.ndarray:
+    """Derivatives of an integral by the trapezoidal rule: of the history (instants, numbers), and
+    of the times t, a dual number where they move.
+    """
+    times = np.broadcast_to(value(t), values.shape)
+    row = np.trapezoid(tangents, times, axis=0)
+    if isinstance(t, DualNumber):
+        row = row + (0.5 * (values[1:] + values[:-1])) @ np.diff(t.tangents, axis=0)
+    return row
 
 
 def _at_corners(column: MeasuredColumn, found: set[str]) -> list[str]:

@@ -1,4 +1,4 @@
-"""Reductions of a measured history to one number: peak, rms, span and others."""
+"""Reductions of a measured history to one number: peak, rms, integral and others."""
 
 from __future__ import annotations
 
@@ -10,20 +10,22 @@ import numpy as np
 
 from mbody.errors import ModelError, brief
 
-__all__ = ["REDUCTIONS", "Reduced", "outermost", "reduce_history"]
+__all__ = ["REDUCTIONS", "Reduced", "check_times", "integrand", "outermost", "reduce_history"]
 
 Array = np.ndarray
 
-#: Reductions from the instants, the last axis, to one number.
-REDUCTIONS: dict[str, Callable[[Array], Array]] = {
-    "max": lambda a: a.max(axis=-1),
-    "min": lambda a: a.min(axis=-1),
-    "peak": lambda a: np.abs(a).max(axis=-1),
-    "span": lambda a: a.max(axis=-1) - a.min(axis=-1),
-    "rms": lambda a: np.sqrt(np.square(a).mean(axis=-1)),
-    "mean": lambda a: a.mean(axis=-1),
-    "first": lambda a: a[..., 0],
-    "last": lambda a: a[..., -1],
+#: Reductions of values at the instants t, in s, the last axis, to one number. An integral is that
+#: by the trapezoidal rule of what `integrand` makes, the quantity times 1 s.
+REDUCTIONS: dict[str, Callable[[Array, Array], Array]] = {
+    "max": lambda a, t: a.max(axis=-1),
+    "min": lambda a, t: a.min(axis=-1),
+    "peak": lambda a, t: np.abs(a).max(axis=-1),
+    "span": lambda a, t: a.max(axis=-1) - a.min(axis=-1),
+    "rms": lambda a, t: np.sqrt(np.square(a).mean(axis=-1)),
+    "mean": lambda a, t: a.mean(axis=-1),
+    "integral": lambda a, t: np.trapezoid(a, t, axis=-1),
+    "first": lambda a, t: a[..., 0],
+    "last": lambda a, t: a[..., -1],
 }
 
 
@@ -45,15 +47,48 @@ class Reduced(NamedTuple):
     instant: int = 0
 
 
-def reduce_history(by: str, instant: int, history: Array) -> Array:
-    """A history (…, instants) reduced; as it is where `by` is empty.
+def reduce_history(by: str, instant: int, history: Array, t: Array) -> Array:
+    """A history (…, instants) at the times t, in s, reduced; as it is where `by` is empty.
 
-    >>> float(reduce_history("span", 0, np.array([1.0, -2.0, 4.0])))
+    Raises
+    ------
+    ModelError
+        For an integral over instants between which no time passes.
+
+    >>> float(reduce_history("span", 0, np.array([1.0, -2.0, 4.0]), np.arange(3.0)))
     6.0
     """
     if by == "at":
         return np.asarray(history[..., instant])
-    return np.asarray(REDUCTIONS[by](history)) if by else history
+    check_times(by, t)
+    return np.asarray(REDUCTIONS[by](history, t)) if by else history
+
+
+def check_times(by: str, t: Array) -> None:
+    """Refuse an integral over instants between which no time passes.
+
+    Raises
+    ------
+    ModelError
+        For one instant, or times that do not increase.
+    """
+    if by != "integral":
+        return
+    if t.shape[-1] < 2 or not (t[..., -1] > t[..., 0]).all() or (np.diff(t) < 0.0).any():
+        raise ModelError(
+            f"integral: no time passes over the instants, {t.shape[-1]} of them: give times, as t, "
+            "or a turn of a driver that has a rate; mean(…) needs none"
+        )
+
+
+def integrand(of: str) -> str:
+    """The history of which an integral over time is the reduction: with the dimension that the
+    integral has.
+
+    >>> integrand("motor.power")
+    '(motor.power)*(1 s)'
+    """
+    return f"({of})*(1 s)"
 
 
 def outermost(text: str) -> Reduced:

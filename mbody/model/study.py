@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from mbody.errors import ModelError
-from mbody.model.reductions import outermost
+from mbody.model.reductions import integrand, outermost
 from mbody.quantities import Formula, FormulaError, parse_unit, read
 from mbody.quantities.number import NotANumber, NotFinite, float_or_formula
 from mbody.quantities.types import (
@@ -121,7 +121,8 @@ class Measure:
     of : str
         Histories by name with the usual arithmetic: ``"coupler.P.y - ground.O2.y"``,
         ``"motor.effort"``, ``"A.force"``, ``"rocker.angle"``. One number of all instants by
-        ``peak(…)``, ``max(…)``, ``min(…)``, ``span(…)``, ``rms(…)``, ``mean(…)``, ``first(…)``,
+        ``peak(…)``, ``max(…)``, ``min(…)``, ``span(…)``, ``rms(…)``, ``mean(…)``,
+        ``integral(…)`` over time, ``first(…)``,
         ``last(…)`` or ``at(…, instant)`` around the whole.
     unit : str, optional
         In which it is shown, by default that of the mechanism.
@@ -158,8 +159,11 @@ class Measure:
 
     @property
     def history(self) -> Measure:
-        """The measure without its reduction."""
-        return Measure(outermost(self.of).of, self.unit) if self.by else self
+        """The measure without its reduction; of an integral times 1 s, so that its unit fits."""
+        by, of, _ = outermost(self.of)
+        if not by:
+            return self
+        return Measure(integrand(of) if by == "integral" else of, self.unit)
 
     @property
     def names(self) -> frozenset[str]:

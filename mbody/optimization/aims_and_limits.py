@@ -7,8 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mbody.core.dual_number import DualNumber
+from mbody.derivatives.reduced_measures import integral_slope
 from mbody.errors import ModelError, brief
 from mbody.model.mechanism import Mechanism
+from mbody.model.reductions import check_times
 from mbody.model.study import Measure
 from mbody.optimization.design_evaluation import Evaluation
 from mbody.solution.measures import check_measure, checked_sides
@@ -78,6 +81,11 @@ def _rows(column: MeasuredColumn, at: Evaluation, every: bool) -> AimRows:
     if column.by == "span":
         high, low = int(value.argmax()), int(value.argmin())
         return AimRows(value[[high]] - value[low], slope[[high]] - slope[low], np.array([-1]))
+    if column.by == "integral":
+        t, moving = at.history(Measure("t", "s"))
+        check_times(column.by, t)
+        row = integral_slope(value, slope, DualNumber(t, moving))
+        return AimRows(np.trapezoid(value, t, axis=0)[None], row[None], np.array([-1]))
     if column.by == "mean":
         return AimRows(value.mean(keepdims=True), slope.mean(axis=0)[None], np.array([-1]))
     return AimRows(value, slope, count)

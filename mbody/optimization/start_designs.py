@@ -80,6 +80,8 @@ class Screen:
         every = [aim.column for aim in aims]
         every += [side for limit in limits for side in (limit.left, limit.right)]
         measures = dict.fromkeys(column.measure for column in every)
+        if any(column.by == "integral" for column in every):
+            measures[Measure("t", "s")] = None
         return tuple(MeasuredColumn(f"{n}", one) for n, one in enumerate(measures))
 
     def judged(self, designs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

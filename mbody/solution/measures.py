@@ -93,7 +93,8 @@ def measured(solution: Result, measure: Measure | str) -> tuple[np.ndarray, Dime
             raise ModelError(
                 f"measure {wanted.of!r}: there is no such instant, they are 0 to {count - 1}"
             )
-        one = reduce_history(wanted.by, wanted.instant, values)
+        t = np.asarray(solution.t) / solution.mechanism.units.second
+        one = reduce_history(wanted.by, wanted.instant, values, t)
         values = np.broadcast_to(one[..., None], shape)
     return values, dimension, unit
 

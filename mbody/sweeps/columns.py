@@ -10,7 +10,7 @@ import numpy as np
 
 from mbody.errors import ModelError, brief
 from mbody.model.mechanism import Mechanism
-from mbody.model.reductions import REDUCTIONS, Reduced, outermost, reduce_history
+from mbody.model.reductions import REDUCTIONS, Reduced, integrand, outermost, reduce_history
 from mbody.model.study import Measure
 from mbody.solution.measures import check_measure
 
@@ -41,9 +41,9 @@ class MeasuredColumn:
     instant: int = 0
 
 
-def reduced(column: MeasuredColumn, history: np.ndarray) -> np.ndarray:
-    """The column of a history (…, instants)."""
-    return reduce_history(column.by, column.instant, history)
+def reduced(column: MeasuredColumn, history: np.ndarray, t: np.ndarray) -> np.ndarray:
+    """The column of a history (…, instants) at the times t, in s."""
+    return reduce_history(column.by, column.instant, history, t)
 
 
 #: A measured quantity, with its reduction to one number or without.
@@ -114,6 +114,9 @@ def _column(mechanism: Mechanism, of: Any, name: str, verb: str) -> MeasuredColu
         )
     if measure.by:
         by, instant, measure = measure.by, measure.instant, measure.history
+    elif by == "integral":
+        check_measure(mechanism, Measure(measure.of))
+        measure = Measure(integrand(measure.of), unit)
     check_measure(mechanism, measure)
     return MeasuredColumn(
         name or (f"{reduction}({inner})" if reduction else of.strip()), measure, by, instant

@@ -20,6 +20,7 @@ from mbody.core.lanes import LANES
 from mbody.errors import ModelError, SolveError
 from mbody.model.element import listed
 from mbody.model.numbers import varied
+from mbody.model.reductions import check_times
 from mbody.model.study import Instants
 from mbody.solution.doubts import Doubt
 from mbody.solution.histories import Record
@@ -220,16 +221,18 @@ def prepared(
         how, before = arguments_at(system, ask)
     keys = "t", "drive", "turn", "instants", "turns"
     grid = time_grid(system, *(how.get(key) for key in keys))
-    _check_instants(columns, len(grid.t) - before)
+    _check_instants(columns, grid.t[before:])
     course = _course(system, names, analysis, grid, guess, "t" in how and "drive" not in how)
     if guess is not None:
         how["guess"], ask = guess, None
     return Job(system, names, columns, units, analysis, how, ask, grid, before, course, wanted)
 
 
-def _check_instants(columns: tuple[MeasuredColumn, ...], count: int) -> None:
-    """Refuse an instant that there is not."""
+def _check_instants(columns: tuple[MeasuredColumn, ...], t: np.ndarray) -> None:
+    """Refuse an instant that there is not, and integrals where no time passes."""
+    count = len(t)
     for column in columns:
+        check_times(column.by, t)
         if column.by == "at" and not -count <= column.instant < count:
             raise ModelError(
                 f"sweep: '{column.name}': there is no such instant, they are 0 to {count - 1}"
@@ -248,7 +251,7 @@ def _drift(
     except (ModelError, SolveError):
         return None
     if drift is not None:
-        _check_instants(columns, len(drift.request.times))
+        _check_instants(columns, np.asarray(drift.request.times))
     return drift
 
 
@@ -387,8 +390,14 @@ def _together(
     kept = _SelectedRows(job.wanted, rows[:, :, job.before :])
     run = Solution(system, job.analysis, times[job.before :], kept, given)
     with np.errstate(all="ignore"):
-        found = [reduced(c, measured(run, c.measure)[0]) for c in job.columns]
+        found = _columns(job, run)
         return found, ~sound | unfit(run), way
+
+
+def _columns(job: Job, run: Solution) -> list[np.ndarray]:
+    """The columns of a result."""
+    t = run.t / run.mechanism.units.second
+    return [reduced(c, measured(run, c.measure)[0], t) for c in job.columns]
 
 
 def _design(job: Job, values: np.ndarray) -> System:
@@ -431,7 +440,7 @@ def _alone(job: Job, values: np.ndarray) -> tuple[Solution, list[Any]]:
     else:
         run = ANALYSES[job.analysis](system, **job.how)
         run = run.take(np.arange(job.before, len(run))) if job.before else run
-    _check_instants(job.columns, len(run))
+    _check_instants(job.columns, run.t)
     with np.errstate(all="ignore"):
-        found = [reduced(c, measured(run, c.measure)[0]) for c in job.columns]
+        found = _columns(job, run)
     return run, [part if part.size > 1 else part.reshape(-1)[0] for part in found]

@@ -55,8 +55,8 @@ def sweep(
     measure : str, Measure, list or dict of them
         Formulas of histories as of `Solution.measure`, or measures of the mechanism by name; in
         ``max(…)``, ``min(…)``, ``peak(…)`` (of the absolute value), ``rms(…)``, ``mean(…)``,
-        ``first(…)``, ``last(…)`` or ``at(…, instant)`` the instants of a design become one number;
-        ``(Measure("A.force", "kN"), "peak")`` has a unit of its own.
+        ``integral(…)`` over time, ``first(…)``, ``last(…)`` or ``at(…, instant)`` the instants of a
+        design become one number; ``(Measure("A.force", "kN"), "peak")`` has a unit of its own.
         By default the measures of the mechanism.
     threads : int, optional
         By default as many as this process has cores.

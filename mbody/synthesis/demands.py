@@ -56,7 +56,8 @@ class MotionCondition:
     def margin(self, run: Any) -> float:
         """By how much a result meets it; negative where it does not."""
         value, limit = sides(run, self.column.measure.of, self.limit)
-        return float((self.sign * (reduced(self.column, value) - limit)).min())
+        found = reduced(self.column, value, run.t / run.mechanism.units.second)
+        return float((self.sign * (found - limit)).min())
 
 
 def counted(name: str, value: Any, least: int = 1) -> int:

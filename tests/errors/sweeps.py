@@ -127,6 +127,9 @@ SCENARIOS = {
     "a sweep from here to there": said(["sweep", "hoekens", "--vary", "a=1:2"]),
     "a sweep of a name that is no formula": said(["sweep", "hoekens", "--vary", "a=1 +:2:3"]),
     "a sweep of nothing": lambda: sweep({}),
+    "an integral over no time": lambda: sweep(
+        measure="integral(A.force)", drive={"motor": [0.1, 0.2]}
+    ),
     "a sweep of a number that there is not": lambda: sweep({"crank.length": [1.0]}),
     "a sweep of one number twice": lambda: mbody.sweep(
         four_bar(mbody.Torque("brake", "rocker", value=1.0)),

@@ -105,6 +105,15 @@ class UnitSystem:
         wanted = dimension_of(dimension)
         return Unit(self.of(wanted), self._ratio(wanted), 0, wanted)
 
+    @functools.cached_property
+    def second(self) -> float:
+        """1 s in the unit of time.
+
+        >>> unit_system("mm-N-ms").second
+        1000.0
+        """
+        return float(1 / self._ratio(DIMENSIONS["time"]))
+
     def _ratio(self, wanted: Dimension) -> Fraction:
         length, force, time = (SYMBOLS[s] for s in (self.length, self.force, self.time))
         mass = force.ratio * time.ratio**2 / length.ratio
