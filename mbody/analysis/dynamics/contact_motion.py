@@ -58,6 +58,8 @@ FLIGHT = 1.2
 #: again what is less than rounding of it is taken for a little more.
 ROUNDING = {"close": 1e-14, "edge": 1e-14, "enter": 1e-14, "stop": 1e-13, "lock": 1e-13}
 FORCES = 1e-12
+#: What begins below zero may be so many times as far below it until it counts as falling.
+BELOW = 1.5
 
 
 class ContactIntegration(ModalIntegration):
@@ -127,11 +129,13 @@ class ContactIntegration(ModalIntegration):
         elif guard.kind == "enter":
             self.beyond.discard(n)
         elif guard.kind == "slip":
-            closing.sliding = {n: self._impending(n)}
+            closing.sliding = self._together(n, self._impending(n))
         elif guard.kind == "share" and self.shared is not None:
             self.load()
             reserve = self.shared.reserve(self, self.page[:, 0], self.work)
-            closing.sliding, closing.opened = reserve.sliding, reserve.opened
+            for one, sense in reserve.sliding.items():
+                closing.sliding |= self._together(one, sense)
+            closing.opened = reserve.opened
         elif guard.kind == "stop":
             closing.stopped = {n}
         return self._settle()
@@ -141,6 +145,17 @@ class ContactIntegration(ModalIntegration):
         touches = len(self.uni.touches)
         row = self.uni.touches[n].tangent if n < touches else self.uni.rough[n - touches].tangent
         return float(np.sign(self.uni.multiplier(self.page[:, 0], row))) or 1.0
+
+    def _together(self, n: int, sense: float) -> dict[int, float]:
+        """The senses in which all slides that sticks by the row of touch or rough joint n."""
+        group = self.groups.get(n, [n])
+        if len(group) == 1:
+            return {n: sense}
+        self.load()
+        rows, units = self.uni.read(self.work), self.system.coordinate_units**2
+        own = rows.block[self.uni.touches[n].tangent] * units
+        along = {k: own @ rows.block[self.uni.touches[k].tangent] for k in group}
+        return {k: sense * float(np.sign(part)) for k, part in along.items()}
 
     def _who(self, guard: Guard) -> str:
         touches = self.uni.touches
@@ -192,8 +207,9 @@ class ContactIntegration(ModalIntegration):
         self.guards = guards_of(self)
         self._check_finite(self.K, float(state[TIME]))
         found, sizes = self._guarded()
+        # what begins below zero is zero from there on: it falls where it falls further
         self.fresh = {
-            guard: ROUNDING.get(guard.kind, FORCES) * size
+            guard: max(ROUNDING.get(guard.kind, FORCES) * size, -BELOW * value)
             for guard, value, size in zip(self.guards, found, sizes, strict=True)
             if abs(value) <= AT_ZERO * size
         }
