@@ -4,7 +4,9 @@ A corner on an edge is at the end of that edge where it meets another corner. Se
 through both corners, and their gaps are all zero there. Convex bodies are apart as long as one of
 these gaps does not close: their distance is the greatest of the gaps, so that its
 rate is the greatest of their rates. What slides over the end of a table or from one segment of a
-floor to the next strikes none of the edges that it meets there.
+floor to the next strikes none of the edges that it meets there. An edge keeps a corner off only
+where both edges of that corner are on its free side: the sides of boxes of one width, one upon the
+other, do not hold each other.
 
 Gilbert, Johnson, Keerthi (1988); Ericson: Real-Time Collision Detection (2005), 5.5.
 """
@@ -74,10 +76,14 @@ class Corners:
             (one.touch, one.end): meeting.get(frozenset({one.corner, one.other}), [])
             for one in ends
         }
+        #: Touches that may be at ends of their edges; the same edges with the corners beside those
+        #: of these touches.
+        self.ended, self.beside = _corners_beside(ends)
 
     def passed(self, gaps: Array, rates: Array, along: Array, near: float, slow: float) -> Array:
-        """Which touches are none, (touches,): by what is no corner, and at a corner what approaches
-        an edge while another edge there keeps both bodies apart.
+        """Which touches are none, (touches,): by what is no corner, at a corner what is behind the
+        edge but for that corner, and what approaches an edge there while another one keeps both
+        bodies apart.
 
         Parameters
         ----------
@@ -89,6 +95,10 @@ class Corners:
             A gap, and a rate, that is none.
         """
         found = self.never.copy()
+        at_end = (np.abs(along) <= near).any(axis=1)
+        if at_end.any():
+            behind = at_end[self.ended] & (gaps[self.beside] < -near)
+            found[self.ended[behind]] = True
         for n in np.flatnonzero(rates < -slow):
             for end in np.flatnonzero(np.abs(along[n]) <= near):
                 found[n] |= any(
@@ -109,6 +119,28 @@ def _ends(n: int, spot: Spot, length: float) -> list[_EdgeEnd]:
         _EdgeEnd(n, end, (ux, uy), _corner(spot.normal.i, place, length), other)
         for end, place in enumerate(((x, y), (x + along * ux, y + along * uy)))
     ]
+
+
+def _corners_beside(ends: list[_EdgeEnd]) -> tuple[Array, Array]:
+    """Of touches by a corner and on an edge that ends, both as numbers: each, and the touch on the
+    same edge of a corner that an edge joins to that one.
+    """
+    edges: dict[int, list[Corner]] = defaultdict(list)
+    for one in ends:
+        edges[one.touch].append(one.corner)
+    joined: dict[Corner, set[Corner]] = defaultdict(set)
+    for a, b in edges.values():
+        joined[a].add(b)
+        joined[b].add(a)
+    touch_of = {(*edges[one.touch], one.other): one.touch for one in ends}
+    pairs = {
+        (n, touch_of[a, b, beside])
+        for (a, b, corner), n in touch_of.items()
+        for beside in joined[corner]
+        if (a, b, beside) in touch_of
+    }
+    found = np.array(sorted(pairs), dtype=np.int64).reshape(-1, 2)
+    return found[:, 0], found[:, 1]
 
 
 def _corner(body: str, place: tuple[float, float], length: float) -> Corner:

@@ -6,6 +6,7 @@ import numpy as np
 
 from mbody.analysis.contact.joint_friction import JointFriction
 from mbody.analysis.contact.unilateral import SENSES
+from mbody.analysis.dynamics.contact_decision import STILL
 from mbody.analysis.dynamics.friction_model import force_size
 from mbody.analysis.dynamics.located import Guard
 from mbody.analysis.dynamics.modal_motion import ModalMotion
@@ -21,6 +22,8 @@ Array = np.ndarray
 PLACES = ("close", "lock", "edge", "enter", "stop")
 #: Guards that follow from where a touch is along its edge.
 ALONG = ("edge", "enter")
+#: Edges of which one is this near to the line of the other, in model lengths, lie on one line.
+FLUSH = 1e-14
 
 
 def guards_of(motion: ModalMotion) -> list[Guard]:
@@ -34,12 +37,12 @@ def guards_of(motion: ModalMotion) -> list[Guard]:
             kind = "lock" if motion.uni.one_way[n] else "enter" if n in motion.beyond else "close"
             found.append(Guard(kind, n))
             continue
+        if touch.spot.ends:
+            found.append(Guard("edge", n))
         if mode == "idle":
             continue
         if n not in pressing:
             found.append(Guard("open", n))
-        if touch.spot.ends:
-            found.append(Guard("edge", n))
         if touch.static == 0.0:
             continue
         if mode == "stick":
@@ -61,6 +64,7 @@ def guard_values(motion: ModalMotion, t: Array, pages: Array, guards: list[Guard
     """Values (guards, instants) by times and pages (instants, rows, 1)."""
     n, uni, probe = motion.system.coordinates, motion.uni, motion.probe
     found = np.empty((len(guards), len(pages)))
+    flush, slow = FLUSH * motion.system.length, STILL * motion.speed
     by_position = list[int]()
     for k, guard in enumerate(guards):
         if _follows_from_pages(motion, guard):
@@ -88,6 +92,10 @@ def guard_values(motion: ModalMotion, t: Array, pages: Array, guards: list[Guard
             if kind == "close":
                 # past its ends it is as far from there as it is from them
                 found[k, m] = max(gaps[number], -along[number] - motion.near)
+                on_one_line = abs(gaps[number]) <= flush and abs(approach[number]) <= slow
+                if on_one_line and guards[k] not in motion.fresh:
+                    # what leaves its edge does so first
+                    found[k, m] = max(motion.near - along[number], -flush)
             elif kind == "lock":
                 found[k, m] = approach[number]
             elif kind in ("edge", "enter"):

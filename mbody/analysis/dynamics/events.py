@@ -289,21 +289,32 @@ class EventIntegration(Integration):
     def _crossings(
         self, saved: Saved, times: Array, found: Array, rising: Array
     ) -> list[LocatedZero]:
-        """Every zero crossing of a step, located, in the order of time."""
-        crossings = []
+        """The zero crossings of a step up to the first that ends it, located, in the order of
+        time.
+        """
+        brackets = []
         watched: list[Event | Guard] = [*self.events, *self.guards]
+        near = LOCATED * (self.step[1] - self.step[0])
         for k, event in enumerate(watched):
-            near = LOCATED * (self.step[1] - self.step[0])
-            sampled = (times, found[k], rising[k])
             again = functools.partial(self._again, saved, k)
-            t, history, _ = refined(again, sampled, near)
+            t, history, _ = refined(again, (times, found[k], rising[k]), near)
             for n in sign_changes(t, history):
-                a, b = float(history[n]), float(history[n + 1])
-                if event.direction * a <= 0.0:
-                    crossings.append(
-                        self._located(saved, event, (float(t[n]), a), (float(t[n + 1]), b))
-                    )
+                left, right = ((float(t[m]), float(history[m])) for m in (n, n + 1))
+                if event.direction * left[1] <= 0.0:
+                    brackets.append((left, right, event))
+        crossings, ends = [], math.inf
+        for left, right, event in sorted(brackets, key=lambda one: one[0][0]):
+            if left[0] > ends:
+                break
+            one = self._located(saved, event, left, right)
+            if self._counts(one):
+                crossings.append(one)
+                ends = min(ends, one.t) if event.stop else ends
         return sorted(crossings, key=lambda one: one.t)
+
+    def _counts(self, one: LocatedZero) -> bool:
+        """Whether what is zero there is an event."""
+        return True
 
     def _again(self, saved: Saved, k: int, times: Array) -> tuple[Array, Array]:
         """Values and rates of one event at further times of a step."""

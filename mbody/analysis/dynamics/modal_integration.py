@@ -191,7 +191,9 @@ class ModalIntegration(JumpIntegration):
         found, rising = super()._sampled(times, marks, pages)
         for k, guard in enumerate(self.guards, start=len(self.events)):
             if (least := self.fresh.get(guard)) is not None:
-                found[k] = np.where(np.abs(found[k]) <= least, least, found[k])
+                rounding = np.abs(found[k]) <= least
+                found[k] = np.where(rounding, least, found[k])
+                rising[k] = np.where(rounding, 0.0, rising[k])
         return found, rising
 
     def _sample_count(self, h: float) -> int:
@@ -221,12 +223,6 @@ class ModalIntegration(JumpIntegration):
         far = np.minimum(np.minimum(low, high), g[:, 1:-1])
         size = np.abs(g).max(axis=1, initial=0.0, keepdims=True)
         return bool((error <= np.maximum(UNSEEN * far, RESOLVED * size)).all())
-
-    def _crossings(
-        self, saved: Saved, times: Array, found: Array, rising: Array
-    ) -> list[LocatedZero]:
-        crossings = super()._crossings(saved, times, found, rising)
-        return [one for one in crossings if self._counts(one)]
 
     def _counts(self, one: LocatedZero) -> bool:
         """Whether a gap that closes does so within the ends of its edge: what comes round an end

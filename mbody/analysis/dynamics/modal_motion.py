@@ -105,6 +105,8 @@ class ModalMotion(Protocol):
         Open touches that have left their edge over its end.
     guards : list of Guard
         What is watched.
+    fresh : dict
+        What is rounding of guards that began at zero.
     y, K, page, scale : arrays
         State, derivatives, what is kept of the instant, sizes of the coordinates.
     work, probe : Work
@@ -121,6 +123,7 @@ class ModalMotion(Protocol):
     shared: SharedForces | None
     beyond: set[int]
     guards: list[Guard]
+    fresh: dict[Guard, float]
     y: Array
     K: Array
     page: Array
