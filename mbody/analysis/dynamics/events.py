@@ -306,11 +306,17 @@ class EventIntegration(Integration):
         for left, right, event in sorted(brackets, key=lambda one: one[0][0]):
             if left[0] > ends:
                 break
+            if not self._may_count(saved, event, np.array([left[0], right[0]])):
+                continue
             one = self._located(saved, event, left, right)
             if self._counts(one):
                 crossings.append(one)
                 ends = min(ends, one.t) if event.stop else ends
         return sorted(crossings, key=lambda one: one.t)
+
+    def _may_count(self, saved: Saved, event: Event | Guard, times: Array) -> bool:
+        """Whether a zero between two times can be an event."""
+        return True
 
     def _counts(self, one: LocatedZero) -> bool:
         """Whether what is zero there is an event."""

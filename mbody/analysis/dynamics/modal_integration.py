@@ -224,20 +224,37 @@ class ModalIntegration(JumpIntegration):
         size = np.abs(g).max(axis=1, initial=0.0, keepdims=True)
         return bool((error <= np.maximum(UNSEEN * far, RESOLVED * size)).all())
 
+    def _may_count(self, saved: Saved, event: Event | Guard, times: Array) -> bool:
+        """What is behind an edge at both times closes no gap between them."""
+        if not isinstance(event, Guard) or event.kind != "close":
+            return True
+        later = times[times > saved.state[TIME]]
+        self._restore(saved)
+        _, pages, _ = self._run(self.target, 1, later)
+        before = np.broadcast_to(saved.page, (len(times) - len(later), *saved.page.shape))
+        for t, page in zip(times, [*before, *pages], strict=True):
+            if self.uni.gaps(self._look_at(t, page))[event.number] >= -self.near:
+                return True
+        return False
+
     def _counts(self, one: LocatedZero) -> bool:
         """Whether a gap that closes does so within the ends of its edge: what comes round an end
         from behind closes none.
         """
         if not isinstance(one.event, Guard) or one.event.kind != "close":
             return True
-        n, page, probe = self.system.coordinates, one.saved.page[:, 0], self.probe
-        probe.q[:n, 0], probe.v[:n, 0], probe.time[0, 0] = page[:n], page[n : 2 * n], one.t
-        laws_of_time(self.layout, probe)
-        rows = self.uni.read(probe)
+        rows = self._look_at(one.t, one.saved.page)
         if self.uni.gaps(rows)[one.event.number] < -self.near:
             return False
-        within = self.uni.within_edges(rows, probe, self.near, STILL * self.speed)
+        within = self.uni.within_edges(rows, self.probe, self.near, STILL * self.speed)
         return bool(within[one.event.number])
+
+    def _look_at(self, t: float, page: Array) -> Rows:
+        """The rows at a time and page (rows, 1), of which the probe has the position."""
+        n, probe = self.system.coordinates, self.probe
+        probe.q[:n, 0], probe.v[:n, 0], probe.time[0, 0] = page[:n, 0], page[n : 2 * n, 0], t
+        laws_of_time(self.layout, probe)
+        return self.uni.read(probe)
 
     # -- restarts -----------------------------------------------------------------------------
 

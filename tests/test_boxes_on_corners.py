@@ -1,0 +1,140 @@
+"""Boxes that stand on several corners, pushed by a force that grows with time."""
+
+import numpy as np
+import pytest
+
+import mbody
+
+G = 9.81
+#: A force begins at nothing and grows by so much [N/s].
+RATE = 20.0
+GROUNDS = {
+    "line": '{ line = { point = "O", angle = 0 } }',
+    "segment": '{ segment = ["L", "R"] }',
+    "polygon": '{ polygon = ["P", "Q", "R", "L"] }',
+}
+
+
+def stack(widths, masses, frictions, *, ground="line", until=2.2, high=0.0):
+    """One box upon the other, each 0.2 m high, the lowest pushed to the right `high` above its
+    foot.
+    """
+    text = [
+        'name = "boxes"\nangle = "rad"\n[ground]',
+        "points = { O = [0, 0], L = [-20, 0], R = [20, 0], P = [-20, -1], Q = [20, -1] }",
+        f"shapes = {{ floor = {GROUNDS[ground]} }}",
+    ]
+    contacts, start, below = ["[contacts]"], [], "ground.floor"
+    for n, (w, m, mu) in enumerate(zip(widths, masses, frictions, strict=True)):
+        corners = f"A = [{-w / 2}, 0], B = [{w / 2}, 0], C = [{w / 2}, 0.2], D = [{-w / 2}, 0.2]"
+        text += [
+            f"[bodies.b{n}]\nmass = {m}\ninertia = {m * (w * w + 0.04) / 12}\ncg = [0, 0.1]",
+            f"points = {{ {corners}, H = [{-w / 2}, {high}] }}",
+            'shapes = { box = { polygon = ["A", "B", "C", "D"] } }',
+        ]
+        contacts.append(f'c{n} = {{ contact = ["{below}", "b{n}.box"], friction = {mu} }}')
+        start.append(f'b{n} = {{ x = 0, y = {0.2 * n}, angle = "0 rad" }}')
+        below = f"b{n}.box"
+    text += [
+        *contacts,
+        f'[loads]\npush = {{ force = "{RATE} N/s*t", at = "b0.H", angle = "0 rad" }}',
+        f"[gravity]\ny = {-G}",
+        f"[simulate]\nuntil = {until}\nrtol = 1e-10\nstart = {{ {', '.join(start)} }}",
+    ]
+    return mbody.from_toml("\n".join(text))
+
+
+def events(run):
+    return [(one.name, one.contact, float(one.t)) for one in run.events]
+
+
+@pytest.mark.parametrize("ground", GROUNDS)
+@pytest.mark.parametrize("high", [0.0, 0.07, 0.2])
+def test_a_box_slides_on_all_its_corners_where_the_force_exceeds_friction(ground, high):
+    """At μ m g/rate; then x = rate (t − t₁)³/(6 m)."""
+    run = mbody.simulate(stack([1.0], [5.0], [0.3], ground=ground, high=high))
+    first = 0.3 * 5.0 * G / RATE
+    assert run.status == "completed"
+    assert events(run) == [("slip", "c0", pytest.approx(first, abs=1e-12))]
+    since = np.maximum(run.t - first, 0.0)
+    assert run["b0"].x == pytest.approx(RATE * since**3 / (6.0 * 5.0), abs=1e-11)
+    assert run.reaction("c0").fy == pytest.approx(5.0 * G, rel=1e-11)
+    assert run.energy.error < 1e-10
+
+
+def test_a_box_tips_where_friction_holds():
+    """Pushed at the top of its side: over its leading corner at m g w/(2 h rate), to which its
+    weight and the push are in balance.
+    """
+    run = mbody.simulate(stack([0.1], [5.0], [0.9], high=0.2, until=0.75))
+    first = 5.0 * G * 0.1 / (2.0 * 0.2 * RATE)
+    still = run.t < first
+    assert not run.events
+    assert np.abs(run["b0"].angle[still]).max() < 1e-14
+    assert (run["b0"].angle[run.t > first + 0.01] < 0.0).all()
+    # J θ̈ = −(rate (t − t₁)) h about the corner, as long as the angle is small
+    inertia = 5.0 * (0.01 + 0.04) / 12.0 + 5.0 * (0.05**2 + 0.1**2)
+    soon = np.flatnonzero(run.t > first)[:3]
+    expected = -RATE * 0.2 * (run.t[soon] - first) ** 3 / (6.0 * inertia)
+    # the weight's arm grows with the angle: 5·9.81·0.1/J of it, times (Δt)²/20
+    assert run["b0"].angle[soon] == pytest.approx(expected, rel=5e-3)
+    # of 0.06 J, where heights are followed to 1e-11 m of a weight of 49 N
+    assert run.energy.error < 1e-8
+
+
+@pytest.mark.parametrize(
+    ("widths", "ground"),
+    [
+        ((1.2, 0.8, 0.5), "line"),
+        ((1.2, 0.8, 0.5), "polygon"),
+        ((1.0, 1.0, 1.0), "line"),
+        ((1.0, 1.0, 1.0), "segment"),
+        ((0.5, 0.8, 1.2), "line"),
+    ],
+)
+def test_three_boxes_slide_in_the_order_of_their_friction(widths, ground):
+    """The lowest from μ₀ M g = rate t on; the two upper ones, together, from where its acceleration
+    exceeds μ₁ g. Sides of equal boxes lie on one line and hold nothing.
+    """
+    m, mu = (3.0, 2.0, 1.0), (0.3, 0.2, 0.25)
+    run = mbody.simulate(stack(widths, m, mu, ground=ground, until=1.75))
+    first = 0.3 * 6.0 * G / RATE
+    second = (0.3 + 0.2) * 6.0 * G / RATE
+    assert run.status == "completed"
+    assert events(run) == [
+        ("slip", "c0", pytest.approx(first, abs=1e-11)),
+        ("slip", "c1", pytest.approx(second, abs=1e-11)),
+    ]
+    ahead = run["b0"].x - run["b1"].x
+    since = np.maximum(run.t - second, 0.0)
+    assert ahead == pytest.approx(RATE * since**3 / (6.0 * 3.0), abs=1e-11)
+    assert run["b2"].x == pytest.approx(run["b1"].x, abs=1e-12)
+    assert run.reaction("c2").fy == pytest.approx(1.0 * G, rel=1e-11)
+    assert run.energy.error < 1e-10
+
+
+@pytest.mark.parametrize("widths", [(1.2, 0.8), (1.0, 1.0)])
+def test_the_upper_box_tips_over_the_end_of_the_lower_one(widths):
+    """It lags by rate (t − t₁)³/(6 m₀), past the corner of the lower one; its friction μ m g,
+    h/2 below its mass centre, lifts it where that lacks μ h/2 of the corner.
+    """
+    run = mbody.simulate(stack(widths, (3.0, 2.0), (0.3, 0.3), until=2.5))
+    begins = 0.3 * 10.0 * G / RATE
+    lags = widths[0] / 2.0 - 0.3 * 0.1
+    tips = begins + (lags * 6.0 * 3.0 / RATE) ** (1.0 / 3.0)
+    angle = run["b1"].angle
+    assert np.abs(angle[run.t < tips]).max() < 1e-11
+    assert (np.abs(angle[run.t > tips + 0.01]) > 1e-7).all()
+    assert run.status == "completed"
+    assert run.events[-1].name == "open"
+    # both move on a line of the lower one: energy is the work of the push less that of friction
+    assert run.energy.error < 1e-10
+
+
+def test_a_stack_at_rest_on_equal_boxes_stays():
+    """Five of one width, without a push that exceeds friction: corner upon corner."""
+    run = mbody.simulate(stack([1.0] * 5, [1.0] * 5, [0.4] * 5, until=0.9))
+    assert run.status == "completed"
+    assert not run.events
+    moved = [np.ptp(getattr(run[f"b{n}"], part)) for n in range(5) for part in ("x", "y", "angle")]
+    assert float(max(moved)) < 1e-12
