@@ -138,3 +138,53 @@ def test_a_stack_at_rest_on_equal_boxes_stays():
     assert not run.events
     moved = [np.ptp(getattr(run[f"b{n}"], part)) for n in range(5) for part in ("x", "y", "angle")]
     assert float(max(moved)) < 1e-12
+
+
+def leaning_stack(rng, count):
+    """Boxes of random size that do not stand in the middle of each other, one of them pushed at a
+    corner; without rebounds.
+    """
+    text = [
+        'name = "boxes"\nangle = "rad"\n[ground]\npoints = { O = [0, 0] }',
+        f"shapes = {{ floor = {GROUNDS['line']} }}",
+    ]
+    contacts, start, x, y, below = ["[contacts]"], [], 0.0, 0.0, "ground.floor"
+    for n in range(count):
+        w, h, m = rng.choice([0.3, 0.4, 0.5]), rng.choice([0.1, 0.2, 0.3]), rng.choice([1.0, 2.0])
+        mu = rng.uniform(0.1, 0.7)
+        corners = f"A = [{-w / 2}, 0], B = [{w / 2}, 0], C = [{w / 2}, {h}], D = [{-w / 2}, {h}]"
+        text += [
+            f"[bodies.b{n}]\nmass = {m}\ninertia = {m * (w * w + h * h) / 12}\ncg = [0, {h / 2}]",
+            f"points = {{ {corners} }}",
+            'shapes = { box = { polygon = ["A", "B", "C", "D"] } }',
+        ]
+        for k, one in enumerate(dict.fromkeys([below, "ground.floor"])):
+            ends = f'contact = ["{one}", "b{n}.box"], friction = {mu}, restitution = 0'
+            contacts.append(f"c{n}{k} = {{ {ends} }}")
+        start.append(f'b{n} = {{ x = {x}, y = {y}, angle = "0 rad" }}')
+        x, y, below = x + rng.choice([-0.1, -0.05, 0.0, 0.05, 0.1]), y + h, f"b{n}.box"
+    force, corner = rng.choice([-1.0, 1.0]) * rng.uniform(10.0, 40.0), rng.choice(list("ABCD"))
+    law = f"{force} N*sin(6 rad/s*t)"
+    text += [
+        *contacts,
+        f'[loads]\npush = {{ force = "{law}", at = "b{rng.integers(count)}.{corner}", angle = 0 }}',
+        f"[gravity]\ny = {-G}",
+        f"[simulate]\nuntil = 0.5\nrtol = 1e-9\nstart = {{ {', '.join(start)} }}",
+    ]
+    return mbody.from_toml("\n".join(text))
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_random_stacks_move_as_steps_with_impulses_do(seed):
+    """Two solvers that share no decision: located events, and steps of 0.1 ms without any, whose
+    error is of the order of the step.
+    """
+    machine = leaning_stack(np.random.default_rng(seed), 1 + seed % 3)
+    run = mbody.simulate(machine)
+    steps = mbody.simulate(machine, method="moreau", step=1e-4)
+    assert run.status == steps.status == "completed"
+    assert run.energy.error < 1e-7
+    for body in (one.name for one in machine.bodies):
+        for part in ("x", "y", "angle"):
+            own, other = (getattr(one[body], part) for one in (run, steps))
+            assert np.interp(run.t, steps.t, other) == pytest.approx(own, abs=2e-3)

@@ -25,7 +25,10 @@ from mbody.kernels.friction import (
     add_sliding,
     friction_error,
     friction_sizes,
+    list_sliding,
     load_columns,
+    number_sliding,
+    pair_sliding,
     senses_by_rates,
     store_sliding,
     viscous_friction,
@@ -399,15 +402,16 @@ def rough_multipliers_square(L, P, W, w, F):
 
 @njit
 def responses_square(L, P, W, w, F):
-    """W.response ← λ by the friction of each pair, two at a time."""
-    size, pairs = 2 * L.nodes, L.friction_kind.shape[0]
-    for f in range(0, pairs - 1, 2):
-        load_columns(L, W, w, f, W.u)
-        load_columns(L, W, w, f + 1, W.r)
-        first = W.response[size * f : size * (f + 1)]
-        second = W.response[size * (f + 1) : size * (f + 2)]
+    """W.response ← λ by the friction of each pair that slides, two at a time."""
+    list_sliding(L, W, w)
+    size, pairs = 2 * L.nodes, number_sliding(W, w)
+    for s in range(0, pairs - 1, 2):
+        load_columns(L, W, w, pair_sliding(W, w, s), W.u)
+        load_columns(L, W, w, pair_sliding(W, w, s + 1), W.r)
+        first = W.response[size * s : size * (s + 1)]
+        second = W.response[size * (s + 1) : size * (s + 2)]
         solve_both_transposed(P, W, w, F, W.u, first, W.r, second)
     if pairs % 2 == 1:
-        f = pairs - 1
-        load_columns(L, W, w, f, W.u)
-        solve_transposed(P, W, w, F, W.u, W.response[size * f : size * (f + 1)])
+        s = pairs - 1
+        load_columns(L, W, w, pair_sliding(W, w, s), W.u)
+        solve_transposed(P, W, w, F, W.u, W.response[size * s : size * (s + 1)])

@@ -29,7 +29,8 @@ that there is one solution: the certificate. Where it is not below 1 the solutio
 no friction, with s times all coefficients, s from 0 to 1; where det(I − φ′ B) vanishes on the way
 the mechanism jams, from that part s of its coefficients on.
 
-Pairs whose sense is 0 have no sliding friction: they are open, or stick by a row of their own.
+Pairs whose sense is 0 have no sliding friction: they are open, or stick by a row of their own. Of
+many places where bodies may touch few slide: B and I − φ′ B are of those that do, in any lane.
 Pfeiffer, Glocker: Multibody Dynamics with Unilateral Contacts (1996), 5.
 """
 
@@ -64,7 +65,10 @@ __all__ = [
     "friction_error",
     "friction_sizes",
     "lasting_senses",
+    "list_sliding",
     "load_columns",
+    "number_sliding",
+    "pair_sliding",
     "responses",
     "senses_by_rates",
     "sliding_rates",
@@ -157,6 +161,30 @@ def lasting_senses(L, W, w):
 
 
 @njit
+def list_sliding(L, W, w):
+    """W.sliding ← how many pairs slide in a lane, and their numbers."""
+    found = 0
+    for f in range(L.friction_kind.shape[0]):
+        sense = ld(W.sense, f, w)
+        if highest(sense * sense) > 0.0:
+            found += 1
+            st(W.sliding, found, 0.0 * sense + f, w)
+    st(W.sliding, 0, 0.0 * ld(W.size, 0, w) + found, w)
+
+
+@inline
+def number_sliding(W, w):
+    """How many pairs slide in a lane."""
+    return int(highest(ld(W.sliding, 0, w)))
+
+
+@inline
+def pair_sliding(W, w, s):
+    """The number of pair s of those that slide."""
+    return int(highest(ld(W.sliding, s + 1, w)))
+
+
+@njit
 def any_sliding(L, W, w):
     """One in lanes where a pair slides, else zero; W.slip and W.friction as without sliding."""
     found = 0.0 * ld(W.size, 0, w)
@@ -190,14 +218,15 @@ def load_columns(L, W, w, f, target):
 def responses(L, W, w):
     """W.response ← columns of B on nodes, by the present factor of S = G W⁻¹ Gᵀ."""
     size = 2 * L.nodes
-    for f in range(L.friction_kind.shape[0]):
-        load_columns(L, W, w, f, W.u)
+    list_sliding(L, W, w)
+    for s in range(number_sliding(W, w)):
+        load_columns(L, W, w, pair_sliding(W, w, s), W.u)
         for n in range(W.u.shape[0]):
             st(W.u, n, ld(W.u, n, w) * ld(W.weight, n, w), w)
         apply_g(L, W, w, W.u, W.x)
         solve(L, W, w)
         for n in range(size):
-            st(W.response, size * f + n, ld(W.x, n, w), w)
+            st(W.response, size * s + n, ld(W.x, n, w), w)
 
 
 @njit
@@ -216,16 +245,19 @@ def spectral_bound(L, W, w, close):
     """The first bound below 1, else the least, by the quotients of Collatz and Wielandt: of any
     positive vector the greatest quotient is a bound.
     """
-    pairs = L.friction_kind.shape[0]
+    pairs = number_sliding(W, w)
     m = W.newton
     one = 0.0 * ld(W.size, 0, w) + 1.0
-    for f in range(pairs):
+    for r in range(pairs):
+        f = pair_sliding(W, w, r)
         node = 2 * L.friction_node[f]
+        # what is at rest in a lane has no friction there that another pair could change
+        slides = ld(W.sense, f, w) * ld(W.sense, f, w)
         for c in range(pairs):
             o = 2 * L.nodes * c + node
             x, y = ld(W.response, o, w), ld(W.response, o + 1, w)
-            st(m, pairs * f + c, greatest_slope(L, W, w, f, x, y, close), w)
-        st(m, pairs * pairs + f, one, w)
+            st(m, pairs * r + c, slides * greatest_slope(L, W, w, f, x, y, close), w)
+        st(m, pairs * pairs + r, one, w)
     radius = 1e300 * one
     for _ in range(POWERS):
         quotient, most = 0.0 * one, 0.0 * one
@@ -252,13 +284,15 @@ def newton_pass(L, W, w, moving):
     x′ = W.kept_slip among the loads; of lanes that are `moving`, 1 or 0. Returns the greatest
     change of x, the greatest x and det(I − φ′ B).
     """
-    pairs = L.friction_kind.shape[0]
+    pairs = number_sliding(W, w)
     m = W.newton
     one = 0.0 * ld(W.size, 0, w) + 1.0
     right, ahead = pairs * pairs, pairs * (pairs + 1)
     for c in range(pairs):
-        st(m, ahead + c, ld(W.slip, c, w) - ld(W.kept_slip, c, w), w)
-    for f in range(pairs):
+        f = pair_sliding(W, w, c)
+        st(m, ahead + c, ld(W.slip, f, w) - ld(W.kept_slip, f, w), w)
+    for r in range(pairs):
+        f = pair_sliding(W, w, r)
         node = 2 * L.friction_node[f]
         x, y = ld(W.lam, node, w), ld(W.lam, node + 1, w)
         for c in range(pairs):
@@ -271,8 +305,8 @@ def newton_pass(L, W, w, moving):
         for c in range(pairs):
             o = 2 * L.nodes * c + node
             slope = by_x * ld(W.response, o, w) + by_y * ld(W.response, o + 1, w)
-            st(m, pairs * f + c, (one if f == c else 0.0 * one) - slope, w)
-        st(m, right + f, slides * size - ld(W.slip, f, w), w)
+            st(m, pairs * r + c, (one if r == c else 0.0 * one) - slope, w)
+        st(m, right + r, slides * size - ld(W.slip, f, w), w)
     # elimination with the pivots of the diagonal: I − φ′ B is an H-matrix where the certificate
     # holds; elsewhere a vanishing pivot means that it jams, which the determinant shows
     determinant = one
@@ -296,8 +330,9 @@ def newton_pass(L, W, w, moving):
         x = moving * x / ld(m, pairs * k + k, w)
         st(m, right + k, x, w)
         change = larger(change, larger(x, -x))
-        whole = ld(W.slip, k, w) + x
-        st(W.slip, k, whole, w)
+        f = pair_sliding(W, w, k)
+        whole = ld(W.slip, f, w) + x
+        st(W.slip, f, whole, w)
         greatest = larger(greatest, larger(whole, -whole))
     return change, greatest, determinant
 
@@ -342,14 +377,14 @@ def by_levels(L, W, w):
     determinant and the part s that was reached. W.slip is that of the last s. Of one motion: lanes
     would share s.
     """
-    pairs = L.friction_kind.shape[0]
+    pairs = number_sliding(W, w)
     one = 0.0 * ld(W.size, 0, w) + 1.0
     determinant, reached, step = one, 0.0, 1.0 / LEVELS
     before = pairs * (pairs + 2)
     while reached < 1.0 and step > LEAST_LEVEL:
         level = min(1.0, reached + step)
-        for f in range(pairs):
-            st(W.newton, before + f, ld(W.slip, f, w), w)
+        for s in range(pairs):
+            st(W.newton, before + s, ld(W.slip, pair_sliding(W, w, s), w), w)
         arms(L, W, w, level)
         good, found, left = False, one, passes_more(w)
         for _ in range(PASSES + left):
@@ -362,14 +397,15 @@ def by_levels(L, W, w):
                 if left == 0:
                     break
                 left -= 1
-        for f in range(pairs):
-            good = good and lowest(ld(W.slip, f, w)) >= -NEGATIVE * highest(greatest)
+        for s in range(pairs):
+            size = lowest(ld(W.slip, pair_sliding(W, w, s), w))
+            good = good and size >= -NEGATIVE * highest(greatest)
         if good:
             determinant, reached = found, level
             step = min(2.0 * step, 1.0 / LEVELS)
             continue
-        for f in range(pairs):
-            st(W.slip, f, ld(W.newton, before + f, w), w)
+        for s in range(pairs):
+            st(W.slip, pair_sliding(W, w, s), ld(W.newton, before + s, w), w)
         step = 0.5 * step
     return determinant, reached
 
@@ -379,7 +415,8 @@ def add_sliding(L, W, w):
     """W.force ← W.force − Σ σ gᵀ (x − what was there before): what slides as a load on the
     coordinates. W.kept_slip is what is there.
     """
-    for f in range(L.friction_kind.shape[0]):
+    for s in range(number_sliding(W, w)):
+        f = pair_sliding(W, w, s)
         k, i, j = tangent(L, W, w, f)
         change = ld(W.slip, f, w) - ld(W.kept_slip, f, w)
         add_row(W, w, k, i, j, ld(W.sense, f, w) * change)
@@ -392,7 +429,8 @@ def friction_error(L, W, w):
     agree. An error of x is at most by 1 − ϱ greater than that.
     """
     off, greatest = 0.0 * ld(W.size, 0, w), 0.0 * ld(W.size, 0, w)
-    for f in range(L.friction_kind.shape[0]):
+    for s in range(number_sliding(W, w)):
+        f = pair_sliding(W, w, s)
         node = 2 * L.friction_node[f]
         size, _, _ = size_of(L, W, w, f, ld(W.lam, node, w), ld(W.lam, node + 1, w))
         slip, slides = ld(W.slip, f, w), ld(W.sense, f, w) * ld(W.sense, f, w)

@@ -198,8 +198,10 @@ class Work(Bundle):
     friction: Rows
     # by what the size of friction follows from multipliers (`mbody.kernels.friction_laws`)
     arm: Rows
-    # λ by the friction of each pair, (pairs · rows of all nodes); Newton's matrix and vectors; the
-    # sizes that are among the loads
+    # how many pairs slide in a lane, and their numbers
+    sliding: Rows
+    # λ by the friction of each pair that slides, (pairs · rows of all nodes); Newton's matrix and
+    # vectors; the sizes that are among the loads
     response: Rows
     newton: Rows
     kept_slip: Rows
@@ -317,6 +319,7 @@ def _frame(shape: tuple[int, ...], parameters: int, signals: int, lanes: int) ->
         "scratch": 32,
         "past": 9 * coordinates,
         "friction": FRICTION_NUMBERS,
+        "sliding": pairs + 1,
         "response": 2 * nodes * pairs,
         "newton": pairs * (pairs + 3),
         "arm": ARMS * pairs,

@@ -22,7 +22,7 @@ Array = np.ndarray
 #: Parts of an account that are one array each.
 PLAIN = ("kinetic", "potential", "work", "dissipated", "balance")
 #: Rounding of an account, as a part of what its greatest force does along the model length.
-ROUNDING = 1e-13
+ROUNDING = 2e-12
 #: Loads whose work is accounted one by one.
 ACCOUNTED = 64
 
