@@ -209,7 +209,7 @@ class ContactIntegration(ModalIntegration):
         found, sizes = self._guarded()
         # what begins below zero is zero from there on: it falls where it falls further
         self.fresh = {
-            guard: max(ROUNDING.get(guard.kind, FORCES) * size, -BELOW * value)
+            guard: max(ROUNDING.get(guard.kind, FORCES) * size, -BELOW * float(value))
             for guard, value, size in zip(self.guards, found, sizes, strict=True)
             if abs(value) <= AT_ZERO * size
         }

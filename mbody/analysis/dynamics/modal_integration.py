@@ -16,6 +16,7 @@ from mbody.analysis.dynamics.jumping_forces import JumpIntegration
 from mbody.analysis.dynamics.located import Guard, LocatedZero, Saved
 from mbody.analysis.dynamics.modal_motion import Closing, SharedForces
 from mbody.analysis.dynamics.modal_restart import fresh_guards, set_switched, shared_of
+from mbody.analysis.dynamics.zero_crossings import extrema
 from mbody.kernels.layout import Layout
 from mbody.kernels.loop_closure import laws_of_time
 from mbody.kernels.step_state import TIME
@@ -34,6 +35,9 @@ Array = np.ndarray
 NEAR = 1e-10
 #: What cubics of reserves do not show, as a part of the least of them near by, or of the greatest.
 UNSEEN, RESOLVED = 0.25, 1e-3
+#: What is behind an edge comes to it where a cubic shows that it comes nearer than this part of how
+#: far behind it is at an end.
+BEHIND = 0.5
 
 
 class ModalIntegration(JumpIntegration):
@@ -225,17 +229,23 @@ class ModalIntegration(JumpIntegration):
         return bool((error <= np.maximum(UNSEEN * far, RESOLVED * size)).all())
 
     def _may_count(self, saved: Saved, event: Event | Guard, times: Array) -> bool:
-        """What is behind an edge at both times closes no gap between them."""
+        """What is well behind an edge from one time to the other closes no gap between them."""
         if not isinstance(event, Guard) or event.kind != "close":
             return True
         later = times[times > saved.state[TIME]]
         self._restore(saved)
         _, pages, _ = self._run(self.target, 1, later)
         before = np.broadcast_to(saved.page, (len(times) - len(later), *saved.page.shape))
-        for t, page in zip(times, [*before, *pages], strict=True):
-            if self.uni.gaps(self._look_at(t, page))[event.number] >= -self.near:
-                return True
-        return False
+        rows = [self._look_at(t, one) for t, one in zip(times, [*before, *pages], strict=True)]
+        gaps, rates = (
+            np.array([part(one)[event.number] for one in rows])
+            for part in (self.uni.gaps, self.uni.approach)
+        )
+        _, between = extrema(
+            np.diff(times), *(one[k : k + 1] for one in (gaps, rates) for k in (0, 1))
+        )
+        nearest = max(gaps.max(), np.nan_to_num(between, nan=-np.inf).max())
+        return bool(nearest >= min(-self.near, BEHIND * gaps.max()))
 
     def _counts(self, one: LocatedZero) -> bool:
         """Whether a gap that closes does so within the ends of its edge: what comes round an end
