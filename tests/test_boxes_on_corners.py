@@ -188,3 +188,27 @@ def test_random_stacks_move_as_steps_with_impulses_do(seed):
         for part in ("x", "y", "angle"):
             own, other = (getattr(one[body], part) for one in (run, steps))
             assert np.interp(run.t, steps.t, other) == pytest.approx(own, abs=2e-3)
+
+
+def test_derivatives_of_a_box_that_begins_to_slide():
+    """By static friction, through t₁ alone, by sliding friction and by mass, against the closed
+    form x(t₁, μ, m); the time of the slip itself is μ₀ m g/rate.
+    """
+    m, mu, most, until = 5.0, 0.25, 0.3, 2.2
+    machine = stack([1.0], [m], [mu], ground="polygon", until=until)
+    text = mbody.to_toml(machine).replace("friction = 0.25", "friction = 0.25, static = 0.3")
+    by = ["c0.static", "c0.friction", "b0.mass"]
+    found = mbody.gradient(mbody.from_toml(text), "last(b0.x)", by=by, analysis="simulate")
+    first = most * m * G / RATE
+    by_first = RATE / m * (first * first - first * until) + mu * G * (until - first)
+    moved = until**3 - 3.0 * first**2 * until + 2.0 * first**3
+    expected = [
+        by_first * m * G / RATE,
+        -0.5 * G * (until - first) ** 2,
+        by_first * most * G / RATE - RATE * moved / (6.0 * m * m),
+    ]
+    assert found.jacobian[0] == pytest.approx(expected, rel=1e-9)
+    (slip,) = found.events
+    assert [slip.by[name] for name in by] == pytest.approx(
+        [m * G / RATE, 0.0, most * G / RATE], rel=1e-9
+    )

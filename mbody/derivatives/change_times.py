@@ -8,7 +8,7 @@ import numpy as np
 
 from mbody.analysis.dynamics.located import Guard
 from mbody.analysis.initial.initial_state import event_measure
-from mbody.core.dual_number import DualNumber
+from mbody.core.dual_number import DualNumber, value
 from mbody.derivatives.dual_motion import DualInstant, DualMotion, Tangents
 from mbody.derivatives.dual_solution import DualRecord, dual_solution
 from mbody.derivatives.event_time import EventTime
@@ -50,6 +50,8 @@ class ChangeTimes:
     ) -> None:
         self.run, self.motion, self.values, self.lost = run, motion, values, lost
         self.guards = GuardDuals(motion.uni, values)
+        #: By time alone, along which no number changes.
+        self.along = GuardDuals(motion.uni, {name: value(one) for name, one in values.items()})
         self.width = len(lost.names)
         self.short = SAME * float(run.t[-1] - run.begun[0].start.t[0])
         self.events: list[EventTime] = []
@@ -112,7 +114,8 @@ class ChangeTimes:
         self, stretch: ModeStretch, guard: Any, now: DualInstant, ahead: DualInstant
     ) -> Array | None:
         """−(g_y S + g_p)/ġ of a guard; None where it has no derivative, or grazes zero."""
-        g, rate = (self.guards.value(guard, stretch, one) for one in (now, ahead))
+        g = self.guards.value(guard, stretch, now)
+        rate = self.along.value(guard, stretch, ahead)
         if g is None or rate is None:
             return None
         change = float(rate.tangents[0])

@@ -19,6 +19,7 @@ from mbody.derivatives.number_tangents import dual_values
 from mbody.errors import ModelError
 from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import laws_of_time
+from mbody.kernels.output import PER_PRIMITIVE
 from mbody.laws import ConstantSpeed
 from mbody.model.driver import AngleDriver, CoordinateDriver
 from mbody.model.element import Marker
@@ -88,8 +89,21 @@ def first_state(run: Solution, names: Sequence[str], given: bool) -> FirstState:
     lost: dict[str, str] = {}
     if not given:
         tangents[: 2 * n], lost = _prescribed(system, start, names)
-    a = run.record.table(slice(2 * n, 3 * n))[0]
-    return FirstState(t, y, tangents, a, begun.request.way, lost)
+    return FirstState(t, y, tangents, _accelerations(run), begun.request.way, lost)
+
+
+def _accelerations(run: Solution) -> np.ndarray:
+    """The accelerations of the first instant, for sizes alone; of what rests with forces those that
+    these would give to all mass.
+    """
+    system, n = run.system, run.system.coordinates
+    a = np.abs(run.record.table(slice(2 * n, 3 * n))[0])
+    mass = float(system.mass[:n:3, 0].sum())
+    if not len(system.layout.switched) or mass <= 0.0:
+        return np.asarray(a)
+    primitives = run.record.table(slice(3 * n, 3 * n + PER_PRIMITIVE * len(system.owners)))[0]
+    force = float(np.abs(primitives.reshape(-1, PER_PRIMITIVE)[:, 2:4]).max(initial=0.0))
+    return np.maximum(a, np.tile([force / mass, force / mass, 0.0], n // 3))
 
 
 def _refuse_motion(run: Solution) -> None:
