@@ -78,7 +78,12 @@ class ChangeTimes:
         for other in stretch.also:
             if self.guards.kind_of(other) != self.guards.kind_of(guard):
                 continue
+            if self.guards.behind(other, now):
+                continue
             beside = self._zero(stretch, other, now, ahead)
+            if beside is None and other.kind == "close":
+                # of edges on one line one comes upon the other where it passes its end
+                beside = self._zero(stretch, Guard("enter", other.number), now, ahead)
             gone = True if beside is None else self._differ(row, beside)
             self.lost.lose(gone, end, together)
         if end - self.before[0] <= self.short:

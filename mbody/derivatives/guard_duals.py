@@ -5,6 +5,7 @@ The same quantities as of `mbody.analysis.dynamics.contact_guards`, each of one 
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
 from typing import Any
 
@@ -18,6 +19,9 @@ from mbody.derivatives.formula_jumps import JumpGuard
 from mbody.derivatives.mode_record import ModeStretch
 from mbody.kernels.friction_laws import FRICTION_KINDS
 from mbody.kernels.output import PER_PRIMITIVE
+from mbody.model.contact_spots import Spot
+from mbody.model.element import Numbers
+from mbody.system.polar_points import polar_points
 
 __all__ = ["GuardDuals"]
 
@@ -40,6 +44,7 @@ class GuardDuals:
     def __init__(self, uni: Unilateral, numbers: Mapping[str, Any]) -> None:
         self.uni, self.system = uni, uni.system
         contacts = {one.name: one for one in self.system.mechanism.contacts}
+        self.numbers = numbers
         at: Any = numbers
         static = {name: one.coefficients(at)[1] for name, one in contacts.items()}
         #: Of every touch its static friction.
@@ -52,12 +57,14 @@ class GuardDuals:
         touches = self.uni.touches
         if guard.kind == "close":
             found = touches[guard.number].spot.sense * now.value[touches[guard.number].normal]
-            # else it is an end of its edge that is passed
-            return found if abs(value(found)) < NEAR * self.system.length else None
+            return None if self.behind(guard, now) else found
         if guard.kind == "lock":
             return touches[guard.number].spot.sense * now.rate[touches[guard.number].normal]
         if guard.kind == "open":
             return self._pressing(now.page, guard.number)
+        if guard.kind in ("edge", "enter"):
+            along = self._along(guard.number, now)
+            return along if guard.kind == "edge" or along is None else -along
         if guard.kind == "stop":
             row, mode = self._sliding(stretch, guard.number)
             return SENSES[mode] * now.rate[row]
@@ -69,9 +76,44 @@ class GuardDuals:
             return self._reserve(guard.number - len(touches), now)
         return None
 
+    def behind(self, guard: Guard | JumpGuard, now: DualInstant) -> bool:
+        """Whether what has no gap to close only passes an end of the edge that it is behind."""
+        if guard.kind != "close":
+            return False
+        touch = self.uni.touches[guard.number]
+        gap = float(touch.spot.sense * value(now.value)[touch.normal])
+        return gap < -NEAR * self.system.length
+
     def kind_of(self, guard: Guard | JumpGuard) -> bool:
         """Whether a guard follows from forces, not from positions and rates alone."""
         return guard.kind in ("open", "slip", "share", "paradox")
+
+    @functools.cached_property
+    def _spots(self) -> list[Spot]:
+        """Of every touch where it is, by the numbers."""
+        machine = self.system.mechanism
+        at = Numbers(dict(self.numbers), polar_points(machine), machine.bodies)
+        return [spot for contact in machine.contacts for spot in contact.spots(at)]
+
+    def _along(self, number: int, now: DualInstant) -> Any:
+        """How far a touch is from the nearer end of its edge, within it; None of arcs."""
+        spot = self._spots[number]
+        if spot.edge is None or spot.arcs:
+            return None
+        (ax, ay), (ux, uy), length = spot.edge
+        (xi, yi, ti), (xj, yj, tj) = (self._pose(body, now) for body in self.uni.bodies[number])
+        jx, jy = spot.arm
+        px = xj + np.cos(tj) * jx - np.sin(tj) * jy - xi
+        py = yj + np.sin(tj) * jx + np.cos(tj) * jy - yi
+        x, y = np.cos(ti) * px + np.sin(ti) * py - ax, np.cos(ti) * py - np.sin(ti) * px - ay
+        way = ux * x + uy * y
+        return way if value(way) <= value(length - way) else length - way
+
+    def _pose(self, body: int, now: DualInstant) -> tuple[Any, Any, Any]:
+        """x, y and angle of a body; the ground is the last one."""
+        if 3 * body >= self.system.coordinates:
+            return 0.0, 0.0, 0.0
+        return now.y[3 * body], now.y[3 * body + 1], now.y[3 * body + 2]
 
     def _sliding(self, stretch: ModeStretch, number: int) -> tuple[int, str]:
         touches = self.uni.touches

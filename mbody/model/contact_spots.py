@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
+from mbody.core.dual_number import value, where
 from mbody.laws import Constant
 from mbody.model.primitives import ConstraintPrimitive, Signal
 from mbody.model.touching_shapes import ArcEnd, Disc, Line, Polygon, Ring, Segment, Shape, Vertex
@@ -211,10 +212,10 @@ def _edge(at: Numbers, side: Side, number: int) -> tuple[tuple[Any, Any], tuple[
         following = corners[1:] + corners[:1]
         pairs = zip(corners, following, strict=True)
         area = sum(p[0] * q[1] - p[1] * q[0] for p, q in pairs)
-        inside_left = np.sign(area)
+        inside_left = value(area) > 0.0
         a, b = (
-            tuple(np.where(inside_left > 0.0, q, p)[()] for p, q in zip(a, b, strict=True)),
-            tuple(np.where(inside_left > 0.0, p, q)[()] for p, q in zip(a, b, strict=True)),
+            tuple(where(inside_left, q, p)[()] for p, q in zip(a, b, strict=True)),
+            tuple(where(inside_left, p, q)[()] for p, q in zip(a, b, strict=True)),
         )
     dx, dy = b[0] - a[0], b[1] - a[1]
     length = np.hypot(dx, dy)
