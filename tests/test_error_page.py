@@ -79,18 +79,20 @@ def test_no_scenario_hides_another(part):
     assert not [name for name, count in Counter(names(part)).items() if count > 1]
 
 
-#: What the processor's rounding decides: how many branches a search met that ends before it is
-#: complete, and at which step, of very many, the length of steps vanished.
-ROUNDED = (
-    re.compile(r"^\S+ +the start of 'chain'.*\n +and at least .*\n(?: .*\n)*", re.M),
-    re.compile(r"at t = \S+ s the step\s+has"),
-)
+#: What the processor's rounding decides, and how often each is on the page: how many branches a
+#: search met that ends before it is complete, at which step, of very many, the length of steps
+#: vanished, and which of many designs, none of which will do, came nearest.
+ROUNDED = {
+    re.compile(r"^\S+ +the start of 'chain'.*\n +and at least .*\n(?: .*\n)*", re.M): 1,
+    re.compile(r"at t = \S+ s the step\s+has"): 1,
+    re.compile(r"(?<=nearest is off by )\S+ m at point \d(?=, with a defect of branch)"): 2,
+}
 
 
 def steady(text):
     """The page without what rounding decides."""
-    for part in ROUNDED:
-        assert len(part.findall(text)) == 1, part.pattern
+    for part, count in ROUNDED.items():
+        assert len(part.findall(text)) == count, part.pattern
         text = part.sub("", text)
     return text
 
