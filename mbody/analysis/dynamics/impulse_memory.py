@@ -81,7 +81,9 @@ class ImpulseMemory:
             self.room *= 2
         self.contacts, self.interior = self._contacts(), self._interior(0)
         self.recall(contacts[:, :3].astype(np.int64), contacts[:, 3:])
-        self.interior.old_pull[:], self.interior.count[WAITING] = pull, int(waiting[0])
+        # a step that needs no interior-point method leaves what joints take as it was
+        self.interior.pull[:] = self.interior.old_pull[:] = pull
+        self.interior.count[WAITING] = int(waiting[0])
 
     def _contacts(self) -> ContactWork:
         """Memory for contacts."""
@@ -154,7 +156,7 @@ class ImpulseMemory:
         needed = int(before.count[NEEDED])
         if needed > len(before.matrix):
             self.interior = self._interior(needed + needed // 2)
-            self.interior.old_pull[:], self.interior.count[:] = before.old_pull, before.count
+            self._go_on_from(before)
             return
         lacking = int(old.counts[FOUND] + old.counts[LACKING]) > self.room
         if lacking:
@@ -162,9 +164,14 @@ class ImpulseMemory:
         self.columns = 2 * self.columns if not lacking else max(self.columns, COLUMNS)
         self.contacts = self._contacts()
         self.interior = self._interior(len(before.matrix))
-        self.interior.old_pull[:], self.interior.count[:] = before.old_pull, before.count
+        self._go_on_from(before)
         kept = np.unique(old.old_slot[old.old_slot >= 0])
         self.recall(old.old[kept], old.old_impulse[kept])
+
+    def _go_on_from(self, before: InteriorWork) -> None:
+        """What new memory of the interior-point method has of the old one."""
+        new = self.interior
+        new.pull[:], new.old_pull[:], new.count[:] = before.pull, before.old_pull, before.count
 
     def recall(self, old: Array, impulses: Array) -> None:
         """Begin the next step with contacts (shapes, feature) and their impulses."""

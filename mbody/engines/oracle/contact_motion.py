@@ -363,7 +363,7 @@ class DenseContactMotion:
             if len(self.events) > MOST_EVENTS:
                 raise NotImplementedError(f"more than {MOST_EVENTS} events")
             q, v, closed, modes = self._transition(t, q, v, ended)
-            guards = self._guards(q, closed, modes)
+            guards = self._guards(t, q, v, closed, modes)
             span = solve_ivp(
                 functools.partial(self._derivative, closed=closed, modes=modes),
                 (t, end),
@@ -438,8 +438,10 @@ class DenseContactMotion:
                 mu[k] = self.touching.spots[k].static
         return mu
 
-    def _guards(self, q: Array, closed: Sequence[int], modes: Sequence[str]) -> list[ModeGuard]:
-        """Functions whose zeros end the modes that begin at q."""
+    def _guards(
+        self, t: float, q: Array, v: Array, closed: Sequence[int], modes: Sequence[str]
+    ) -> list[ModeGuard]:
+        """Functions whose zeros end the modes that begin at t."""
         n, m = 3 * self.reference.n, len(self.touching)
         mu = self._sliding(modes, closed)
 
@@ -488,4 +490,8 @@ class DenseContactMotion:
                 add(ModeGuard(reserve, k, -1.0), k, FORWARD)
             elif mode in SENSE:
                 add(ModeGuard(sliding, k, SENSE[mode]), k)
+        y = np.concatenate([q, v])
+        for guard in guards:
+            if guard.function in (pressing, reserve):
+                guard.begin(t, y, float(np.abs(np.append(*forces(t, y)[1:])).max()))
         return guards
