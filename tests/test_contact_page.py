@@ -12,7 +12,7 @@ PAGE = Path(__file__).parents[1] / "docs" / "contact.md"
 def test_the_code_of_the_page_prints_what_it_shows():
     namespace = {"__name__": "contact"}
     done = steps(PAGE.read_text("utf-8"))
-    assert len(done) == 6
+    assert len(done) == 7
     for code, shown in done:
         output = printed(code, namespace)
         assert shown is not None, code

@@ -16,6 +16,7 @@ from mbody.engineering import close_loops
 from mbody.files.arrays import packed, unpacked
 from mbody.files.saved import OWNER
 from mbody.model.simulation import EVEN, METHODS
+from tests import driven_contacts
 from tests.fuzz.properties import guarded
 
 
@@ -66,6 +67,43 @@ def test_what_is_saved_comes_back(tmp_path):
 def test_numpy_reads_it_too(path):
     with np.load(path, allow_pickle=False) as file:
         assert file["t"].tolist() == swung().t.tolist()
+
+
+@pytest.mark.parametrize(
+    "closed",
+    [{"hinge": [[0], False]}, {"foot": [[9], False]}, {"foot": [[-1], False]}, {"foot": 0}],
+)
+def test_contacts_that_are_closed_fit_the_mechanism(tmp_path, closed):
+    run = mbody.statics(mbody.from_toml(driven_contacts.HELD_LADDER))
+    mbody.save_run(run, tmp_path / "run.npz")
+
+    def change(arrays):
+        header = json.loads(arrays["header"].tobytes())
+        header["closed"] |= closed
+        arrays["header"] = np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)
+
+    resealed(tmp_path / "run.npz", change)
+    refused(tmp_path / "run.npz", "'closed'")
+
+
+def test_a_motion_with_limits_goes_on_from_a_file(tmp_path):
+    door = mbody.Mechanism("door", ground={"hinge": (0.0, 0.0)})
+    door.add(
+        mbody.Body("door", mass=20.0, inertia=6.0, cg=(0.45, 0.0), points={"hinge": (0.0, 0.0)}),
+        mbody.Revolute(
+            "hinge", "ground.hinge", "door.hinge", limits=(0.0, "110 deg"), restitution=0.4
+        ),
+        mbody.TorsionSpring("closer", "door", stiffness=8.0, free_angle=-0.5),
+    )
+    start = {"door": {"angle": "100 deg", "omega": 1.5}}
+    door.simulation = mbody.SimulationSettings(until=2.0, start=start)
+    first = mbody.simulate(door, 1.0)
+    mbody.save_run(first, tmp_path / "run.npz")
+    again = mbody.load_run(tmp_path / "run.npz")
+    assert again.mode("hinge_low") == first.mode("hinge_low")
+    one, other = (mbody.simulate(door, 2.0, start=run) for run in (first, again))
+    assert (one["door"].angle == other["door"].angle).all()
+    assert mbody.from_toml(mbody.to_toml(first.mechanism)) == door
 
 
 def test_no_byte_may_change(path):

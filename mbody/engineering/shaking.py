@@ -6,11 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbody.analysis.driven.free_body import acting_on_several, coupled, driven
+from mbody.analysis.driven.forces_on_several import acting_on_several, coupled
+from mbody.analysis.driven.free_body import driven
 from mbody.errors import ModelError
 from mbody.model.driver import Driver
 from mbody.model.element import Marker, as_marker
 from mbody.solution.checks import loaded, one_design
+from mbody.solution.contact_forces import acting_contacts
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.places import reaction_torque
 from mbody.solution.solution import Solution, as_solution
@@ -142,7 +144,11 @@ def _by_joints(run: Solution, x: Array, y: Array) -> Array:
         torque = reaction_torque(run, joint, -force.fx, -force.fy, force.torque)
         at_place = np.column_stack([force.fx, force.fy, torque])
         total += _about(at_place, place.x - x, place.y - y)
-    for element, bodies in acting_on_several(run.system):
+    for contact in acting_contacts(run):
+        if "ground" in contact.bodies:
+            force = run.reaction(contact.name, on="ground")
+            total += _about(np.column_stack([force.fx, force.fy, force.torque]), -x, -y)
+    for element, bodies in acting_on_several(run):
         # internal forces have the sum zero: the ground has the opposite of the moving bodies
         if "ground" not in bodies:
             continue

@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.driven.free_body import acting_on_several, coupled, driven
+from mbody.analysis.driven.forces_on_several import acting_on_several, coupled
+from mbody.analysis.driven.free_body import driven
 from mbody.engines.comparison import Comparison
 from mbody.engines.formula_loads import follows_formula
 from mbody.engines.gear_contacts import MESHING, constraint_rates
@@ -21,8 +22,8 @@ from mbody.engines.pressing_stops import without_pressing_stops
 from mbody.model.driver import AngleDriver
 from mbody.model.element import listed
 from mbody.model.loads import Gravity
-from mbody.model.stop import Stop
 from mbody.solution.checks import each_load_of
+from mbody.solution.contact_forces import acting_contacts
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
@@ -139,14 +140,12 @@ def _joints(system: System, run: Solution, pose: Array) -> tuple[Array, Array]:
             run.reaction_point(driver.name) if ahead else (np.zeros(len(run)), np.zeros(len(run)))
         )
         act(driver, np.array([fx, fy]), torque, place)
-    for contact in run.system.mechanism.contacts if moving else ():
-        if isinstance(contact, Stop):
-            continue  # it does not press at these instants
+    for contact in acting_contacts(run):
         one, body = run.reaction(contact.name), contact.bodies[1]
         # its torque is about the mass centre of j
         centre = (0.0, 0.0) if body == "ground" else (run[body].x, run[body].y)
         act(contact, np.array([one.fx, one.fy]), one.torque, centre)
-    for element, _ in acting_on_several(system):
+    for element, _ in acting_on_several(run):
         for k in range(len(run)):
             found[k] += coupled(run, element.name, k)[: pose.shape[1]]
     return found, size

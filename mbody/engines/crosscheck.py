@@ -176,6 +176,8 @@ def crosscheck(
         run = simulate(system)
     else:
         run = analyse_system_at(system, "kinetostatics", system.mechanism.ask or Instants())
+    if any(one.closed for one in run.mechanism.contacts):
+        system = run.system  # its contacts are closed
     found = {}
     for name in names:
         why = _loading_error(name) if against is None else ""

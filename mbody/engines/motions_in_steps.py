@@ -19,8 +19,8 @@ import numpy as np
 from mbody.analysis.dynamics.simulate import simulate
 from mbody.engines.opinion import Inexpressible, Row
 from mbody.errors import ModelError, SolveError
+from mbody.model.closed_mechanism import with_others
 from mbody.model.contact import Contact
-from mbody.model.mechanism import with_others
 from mbody.solution.solution import Solution
 from mbody.system.assembler import assemble, with_numbers_of
 from mbody.system.system import System

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mbody.model.one_sided_constraint import joined
+
 if TYPE_CHECKING:
     from mbody.solution.solution import Solution
 
@@ -49,7 +51,7 @@ def _ranges(solution: Solution) -> dict[str, Any]:
         limits = solution.range(one.name)
         if not np.array_equal(limits.low, limits.high, equal_nan=True):
             efforts[one.name] = {"low": _list(limits.low), "high": _list(limits.high)}
-    for joint in machine.joints:
+    for joint in joined(machine):
         limits = solution.range(joint.name)
         low, high = (
             np.stack([one.fx, one.fy, one.torque], axis=-1) for one in (limits.low, limits.high)

@@ -121,11 +121,11 @@ def _motion(solution: Solution) -> dict[str, Any]:
         plain["energy"] = solution.energy.data()
     if solution.analysis == "simulate":
         plain["events"] = [_event(one) for one in solution.events]
-        if solution.modes:
-            plain["modes"] = {name: list(words) for name, words in solution.modes.items()}
-            plain["contacts"] = {
-                one.name: _list(solution.contact(one.name)) for one in solution.mechanism.contacts
-            }
+    if solution.modes:
+        plain["modes"] = {name: list(words) for name, words in solution.modes.items()}
+        plain["contacts"] = {
+            one.name: _list(solution.contact(one.name)) for one in solution.mechanism.contacts
+        }
     return plain
 
 

@@ -11,6 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from mbody.analysis.contact.closed_contacts import reclosed
+from mbody.analysis.contact.unilateral import with_contacts_of_joints
 from mbody.analysis.dynamics.restart_checks import check_restart, finite
 from mbody.analysis.freedom.single_design import released
 from mbody.errors import ModelError, SolveError, brief
@@ -18,10 +20,11 @@ from mbody.files.arrays import Unreadable, packed, unpacked
 from mbody.files.model import Limits
 from mbody.files.model.read import from_json
 from mbody.files.model.write import to_json
-from mbody.files.saved_parts import array, check_header, modal_state, pages, want
+from mbody.files.saved_parts import array, check_header, closed_places, modal_state, pages, want
 from mbody.files.saved_stepped import stepped_arrays, stepped_contacts, stepped_header
 from mbody.files.writing import writing
 from mbody.kernels.step_state import PROGRESS
+from mbody.model.joint_contacts import JointContact
 from mbody.solution.doubts import as_doubt
 from mbody.solution.energy import Energy
 from mbody.solution.event_record import EventRecord
@@ -112,6 +115,11 @@ def save_run(run: Solution, path: str | os.PathLike[str]) -> None:
         "released_at": dict(run.released),
         "stats": run.stats,
     }
+    if any(isinstance(one, JointContact) for one in run.mechanism.contacts):
+        header["separated"] = run.analysis == "simulate"
+    closed = [one for one in run.mechanism.contacts if one.closed]
+    if closed:
+        header["closed"] = {one.name: [list(one.closed), one.rolls] for one in closed}
     if run.energy is not None:
         arrays |= {f"energy.{name}": getattr(run.energy, name) for name in ENERGIES}
         header["works"] = list(run.energy.by)
@@ -207,9 +215,15 @@ def _system(header: Mapping[str, Any]) -> System:
     want(isinstance(model, str), "its model is no text")
     try:
         system = assemble(from_json(model, limits=UNLIMITED), groups="stepped" in header)
+        if header.get("separated"):
+            system = with_contacts_of_joints(system)
+        if "closed" in header:
+            system = reclosed(system, closed_places(header["closed"]))
         numbers = isinstance(values, dict) and all(type(v) is float for v in values.values())
         want(numbers and values.keys() == system.values.keys(), "its numbers are not of its model")
         return with_numbers_of(system, values)
+    except LookupError:
+        raise Unreadable("'closed' names a contact, or a place, that is not there") from None
     except (ModelError, SolveError) as error:
         raise Unreadable(f"its model is none: {str(error).splitlines()[0][:200]}") from None
 

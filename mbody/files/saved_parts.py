@@ -17,7 +17,7 @@ from mbody.system.system import System
 #: Numbers that a float can have.
 MOST = 1e300
 
-__all__ = ["array", "check_header", "modal_state", "pages", "want"]
+__all__ = ["array", "check_header", "closed_places", "modal_state", "pages", "want"]
 
 
 def want(sound: bool, what: str) -> None:
@@ -77,7 +77,8 @@ def check_header(header: Mapping[str, Any], system: System) -> None:
     want(stats is None or counts, "'stats' are no counts")
     open_parts = header["dependencies"]
     if open_parts is not None:
-        joints = {joint.name for joint in system.mechanism.joints}
+        closed = {one.name for one in system.mechanism.contacts if one.closed}
+        joints = {joint.name for joint in system.mechanism.joints} | closed
         want(
             isinstance(open_parts, dict) and joints <= {*open_parts}, "'dependencies' lack a joint"
         )
@@ -116,6 +117,20 @@ MODAL: dict[str, tuple[Any, ...]] = {
     "fresh": (str, int, float),
     "struck": (int, float),
 }
+
+
+def closed_places(found: Any) -> dict[str, tuple[tuple[int, ...], bool]]:
+    """By contact the numbers of its places that are closed, and whether it rolls; refuses what is
+    of another kind.
+    """
+    parts: dict[str, tuple[tuple[int, ...], bool]] = {}
+    rows: dict[str, Any] = found if isinstance(found, dict) else {"": None}
+    for name, row in rows.items():
+        pair = isinstance(row, list) and len(row) == 2 and isinstance(row[0], list)
+        sound = pair and type(row[1]) is bool and all(type(n) is int and n >= 0 for n in row[0])
+        want(sound, "'closed' is of another kind")
+        parts[name] = tuple(row[0]), row[1]
+    return parts
 
 
 def modal_state(found: Any) -> ModalState:

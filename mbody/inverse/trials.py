@@ -19,8 +19,9 @@ from mbody.analysis.position.assembly_analysis import SUSPICIOUS, check_determin
 from mbody.errors import ModelError, ModelWarning, SolveError
 from mbody.inverse.unknowns import Wanted
 from mbody.laws import Polynomial
+from mbody.model.closed_mechanism import snapshot, with_element
 from mbody.model.driver import DRIVEN
-from mbody.model.mechanism import Mechanism, snapshot, with_element
+from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import meant, moves_nothing, plain
 from mbody.model.study import Instants, Question, Unknown
 from mbody.quantities.units import DIMENSIONS, Dimension

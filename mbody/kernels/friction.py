@@ -14,8 +14,8 @@ every φ_k is positively homogeneous:
     a pin of radius r        ρ |R|,  ρ = μ r/√(1 + μ²): the friction circle, R the whole reaction
     a guide of length ℓ      μ max(|N|, 2 |T + μ σ h N/2|/ℓ): two points at the ends press, h the
                              height between its rails; ℓ = 0: μ |N|
-    a pair that is pressed   μ |N|, of a cam's follower with |N| = |λ| |g|, g the part of its row
-                             that pushes the follower
+    a pair that is pressed   μ |N|, in one sense alone μ max(N, 0); of a cam's follower with
+                             |N| = |λ| |g|, g the part of its row that pushes the follower
     a torque of wheels       μ |N| + b σ N: rolling resistance, and the loss of teeth, which may
                              depend on which wheel drives
     a clutch, a packing      the torque, or the force, of its law; of a band brake more in one sense

@@ -41,7 +41,7 @@ FRICTION_KINDS = (
     "force",
     "pull",
 )
-PIN, GUIDE, _, COUPLE, FOLLOWER, APART, TORQUE, FORCE, PULL = range(9)
+PIN, GUIDE, PRESSED, COUPLE, FOLLOWER, APART, TORQUE, FORCE, PULL = range(9)
 #: Kinds whose sense lasts, and which lose nothing.
 LASTING = ("apart", "pull")
 #: What `Layout.senses` means: the rates decide the senses; they are in W.sense, of pairs that
@@ -90,8 +90,9 @@ def arms(L, W, w, part):
 @inline
 def store_arms(L, W, w, f, part):
     """W.arm of pair f: the radius ρ of a pin's friction circle; μ, 2 μ/ℓ (zero without a length)
-    and μ σ h/2 of a guide; what a clutch or packing has; else what multiplies |λ| and λ. That teeth
-    press apart and belts pull is no friction, of which there may be a part.
+    and μ σ h/2 of a guide; what a clutch or packing has; else what multiplies |λ| and λ, of which
+    one sign alone counts where a pair is pressed in one sense. That teeth press apart and belts
+    pull is no friction, of which there may be a part.
     """
     o, kind = L.friction_par[f], L.friction_kind[f]
     mu = ld(W.coefficient, f, w) * (1.0 if kind in (APART, PULL) else part)
@@ -103,6 +104,10 @@ def store_arms(L, W, w, f, part):
         long = select_le(length, third, third + 1.0, length)
         second = select_le(length, third, third, 2.0 * mu / long)
         third = 0.5 * mu * ld(W.sense, f, w) * ld(W.par, o + 5, w)
+    elif kind == PRESSED:
+        one_way = ld(W.par, o + 4, w)
+        first = mu * (1.0 - 0.5 * one_way * one_way)
+        second = -0.5 * one_way * mu
     elif kind == FOLLOWER:
         first = on_cam(L, W, w, f, mu)
     elif kind == COUPLE:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from mbody.model.closed_mechanism import with_others
 from mbody.model.element import Element
-from mbody.model.mechanism import Mechanism, with_others
+from mbody.model.mechanism import Mechanism
 
 __all__ = ["with_changed"]
 

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from mbody.errors import ModelError, brief
-from mbody.model.constraint import Constraint
 from mbody.model.contact_spots import Spot, contact_spots
 from mbody.model.element import (
     InheritedPlace,
@@ -22,7 +21,8 @@ from mbody.model.element import (
     place_field,
     two_bodies,
 )
-from mbody.model.primitives import ConstraintPrimitive, FrictionPrimitive
+from mbody.model.one_sided_constraint import OneSided
+from mbody.model.primitives import ConstraintPrimitive
 from mbody.model.static_friction import refuse_static
 from mbody.model.touching_shapes import Shape, Vertex, points_of, refuse_shapes
 
@@ -34,7 +34,6 @@ __all__ = [
     "IMPACT_LAWS",
     "Between",
     "Contact",
-    "OneSided",
     "Rope",
     "refuse_coefficients",
     "restitutions",
@@ -45,87 +44,6 @@ __all__ = [
 MOST_CONTACTS = 2000
 #: Laws of impacts.
 IMPACT_LAWS = ("poisson", "newton")
-
-
-@dataclass(frozen=True)
-class OneSided(Constraint):
-    """Base of contacts and ropes: distances that may grow, or shrink, but not the other way.
-
-    They act in `simulate`, which decides what is open and what is closed; all other analyses leave
-    them out, with a note.
-    """
-
-    role: ClassVar[str] = "contact"
-
-    @property
-    def described(self) -> str:
-        """The name of the element that was described: of what a joint brings the joint."""
-        return self.name
-
-    def spots(self, at: Numbers) -> list[Spot]:
-        """Where it may act, with the rows of each."""
-        raise NotImplementedError
-
-    def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
-        """The normal row of every spot, off at first."""
-        return [spot.normal for spot in self.spots(at)]
-
-    def frictions(self, at: Numbers) -> list[FrictionPrimitive]:
-        """The friction of every spot, by the row along it."""
-        mu, static = self.coefficients(at)
-        return [
-            FrictionPrimitive("pressed", spot.tangent, n, [mu, static, 0.0, 0.0, 0.0, 0.0])
-            for n, spot in enumerate(self.spots(at))
-            if spot.tangent is not None
-        ]
-
-    def points(self) -> set[str]:
-        """Dotted names of the points that it touches."""
-        markers = self.places().values()
-        return {f"{one.body}.{one.point}" for one in markers if isinstance(one.point, str)}
-
-    def coefficients(self, at: Numbers) -> tuple[float, float]:
-        """Kinetic and static friction."""
-        return 0.0, 0.0
-
-    def restitution_of(self, at: Numbers) -> float:
-        """Restitution, from 0 to 1."""
-        return 0.0
-
-    def refuse(self, at: Numbers, unit: str) -> None:
-        """Refuse numbers, of one design or of a batch, that do not fit together.
-
-        Raises
-        ------
-        ModelError
-        """
-
-    @property
-    def described_as(self) -> str:
-        """The element of the description that it belongs to."""
-        return self.name
-
-    def overlapping(
-        self, depth: float, place: tuple[float, float], values: Mapping[str, Any], units: UnitSystem
-    ) -> str:
-        """The sentence of a motion that begins beyond it.
-
-        Parameters
-        ----------
-        depth : float
-            By how much, in the unit of its row.
-        place : pair
-            Where, world axes [length].
-        values : mapping
-            Numbers of the system by dotted name.
-        units : UnitSystem
-        """
-        raise NotImplementedError
-
-    def quantities(self) -> dict[str, str]:
-        """The force, its components and torque about the mass centre of j; the pressing force."""
-        forces = dict.fromkeys(("fx", "fy", "force", "contact"), "force")
-        return forces | {"torque": "torque"}
 
 
 @dataclass(frozen=True)
@@ -240,7 +158,7 @@ class Contact(OneSided):
         pairs = zip(self.bodies, self.shapes, strict=True)
         return {f"{body}.{point}" for body, shape in pairs for point in points_of(shape)}
 
-    def spots(self, at: Numbers) -> list[Spot]:
+    def every_spot(self, at: Numbers) -> list[Spot]:
         """Each point with each line, and each two circles."""
         sides = zip((self.i, self.j), self.shapes, strict=True)
         return [make(at) for make in contact_spots(*sides)]
@@ -415,7 +333,7 @@ class Rope(OneSided):
         """None that must not vanish: a slack rope's ends may meet."""
         return ()
 
-    def spots(self, at: Numbers) -> list[Spot]:
+    def every_spot(self, at: Numbers) -> list[Spot]:
         """The one distance."""
         arms = [*at.arm(self, "i"), *at.arm(self, "j")]
         return [Spot.taut(self.bodies, arms, at[f"{self.name}.length"])]

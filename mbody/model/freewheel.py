@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from mbody.errors import ModelError
-from mbody.model.contact import OneSided
 from mbody.model.contact_spots import Spot
 from mbody.model.element import InheritedPlace, place_field, two_bodies
+from mbody.model.one_sided_constraint import OneSided
 from mbody.model.primitives import ConstraintPrimitive
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ class Freewheel(OneSided):
         """As of a contact; it presses with a torque."""
         return super().quantities() | {"contact": "torque"}
 
-    def spots(self, at: Numbers) -> list[Spot]:
+    def every_spot(self, at: Numbers) -> list[Spot]:
         """The angle between the bodies, from where it holds."""
         row = ConstraintPrimitive("angle", *self.bodies, "a", [0.0], switched=True)
         return [Spot.one_way(row, -1.0 if self.clockwise else 1.0)]

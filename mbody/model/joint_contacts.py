@@ -12,18 +12,26 @@ from typing import TYPE_CHECKING, Any
 
 from mbody.errors import ModelError
 from mbody.laws import Constant
-from mbody.model.contact import OneSided
+from mbody.model.closed_mechanism import with_others
 from mbody.model.contact_spots import Spot
 from mbody.model.element import Marker
 from mbody.model.joints import Joint
-from mbody.model.mechanism import Mechanism, with_others
+from mbody.model.mechanism import Mechanism
+from mbody.model.one_sided_constraint import OneSided
 from mbody.model.primitives import Signal
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
     from mbody.quantities.units import UnitSystem
 
-__all__ = ["JointContact", "JointLimit", "contacts_of", "with_joint_contacts"]
+__all__ = [
+    "JointContact",
+    "JointLimit",
+    "as_described",
+    "contacts_of",
+    "limits_of",
+    "with_joint_contacts",
+]
 
 
 @dataclass(frozen=True)
@@ -75,7 +83,7 @@ class JointContact(OneSided):
         mu = at[f"{joint.name}.friction"]
         return mu, mu if joint.static is None else at[f"{joint.name}.static"]  # type: ignore[return-value]  # one design
 
-    def spots(self, at: Numbers) -> list[Spot]:
+    def every_spot(self, at: Numbers) -> list[Spot]:
         """The flanks of the joint."""
         return [_spot(flank) for flank in self.joint.flanks(at)]
 
@@ -127,7 +135,7 @@ class JointLimit(JointContact):
         """As of a contact; of a turning joint it presses with a torque."""
         return super().quantities() | ({"contact": "torque"} if self._angular else {})
 
-    def spots(self, at: Numbers) -> list[Spot]:
+    def every_spot(self, at: Numbers) -> list[Spot]:
         """The free coordinate of the joint, less the limit."""
         limit = Signal(Constant(0.0), [at[f"{self.joint.name}.limits.{self.end}"]])
         row = replace(self.joint.free_row(at), signal=limit)
@@ -167,6 +175,27 @@ def contacts_of(joint: Joint) -> list[OneSided]:
     return found + [JointLimit(f"{joint.name}_{end}", joint, end) for end in joint.limited]
 
 
+def limits_of(machine: Mechanism) -> list[OneSided]:
+    """The limits of the joints of a mechanism.
+
+    Raises
+    ------
+    ModelError
+        Where the name of one is taken.
+    """
+    limits: list[OneSided] = [
+        one for joint in machine.joints for one in contacts_of(joint) if isinstance(one, JointLimit)
+    ]
+    for one in limits:
+        if one.name in machine:
+            raise ModelError(
+                f"the name '{one.name}' is that of a limit of '{one.described}': rename the "
+                f"{type(machine[one.name]).__name__} of that name",
+                one.name,
+            )
+    return limits
+
+
 def with_joint_contacts(machine: Mechanism) -> Mechanism:
     """The mechanism with the contacts that its joints bring, closed to additions: limits beside
     them, what can separate in their place.
@@ -176,15 +205,18 @@ def with_joint_contacts(machine: Mechanism) -> Mechanism:
     ModelError
         Where the name of one is taken.
     """
-    gone = {joint.name for joint in machine.joints if joint.can_separate}
-    found: list[OneSided] = []
-    for joint in machine.joints:
-        for one in contacts_of(joint):
-            if one.name in machine and one.name not in gone:
-                raise ModelError(
-                    f"the name '{one.name}' is that of a limit of '{joint.name}': rename the "
-                    f"{type(machine[one.name]).__name__} of that name",
-                    one.name,
-                )
-            found.append(one)
-    return with_others(machine, gone, found)
+    limits_of(machine)  # refuses names that are taken
+    return with_others(machine, set(), [one for j in machine.joints for one in contacts_of(j)])
+
+
+def as_described(machine: Mechanism) -> Mechanism:
+    """The mechanism without the contacts that its joints bring, and with contacts that may open in
+    the place of those that are closed for good.
+    """
+    limits = {one.name for one in machine.contacts if isinstance(one, JointLimit)}
+    joints = [one.joint for one in machine.contacts if type(one) is JointContact]
+    closed = [one for one in machine.contacts if one.closed and one.name not in limits]
+    opened = [replace(one, closed=(), rolls=False) for one in closed]
+    if not (limits or joints or opened):
+        return machine
+    return with_others(machine, limits, [*joints, *opened])

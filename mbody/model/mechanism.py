@@ -12,9 +12,8 @@ from mbody.core.presentation import present
 from mbody.errors import ModelError, brief
 from mbody.laws import Law
 from mbody.model.body import Body
-from mbody.model.compiled_formulas import compiled_state, compiled_stop
 from mbody.model.constraint import Constraint
-from mbody.model.contact import Between, Contact, OneSided
+from mbody.model.contact import Between, Contact
 from mbody.model.control_checks import check_formula_name, check_sets
 from mbody.model.controller import Controller
 from mbody.model.coupling import Coupling
@@ -26,11 +25,11 @@ from mbody.model.evaluation import resolved
 from mbody.model.inputs import Input
 from mbody.model.joints import Joint
 from mbody.model.loads import Load
+from mbody.model.one_sided_constraint import OneSided
 from mbody.model.own_equations import OwnState
 from mbody.model.simulation import SimulationSettings
 from mbody.model.state_quantities import measured_names
 from mbody.model.states import State, check_unmeasured
-from mbody.model.stop import Stop
 from mbody.model.study import Instants, Measure, Question, measures_without
 from mbody.model.touching_shapes import ShapeLike
 from mbody.quantities import Formula, Parameters
@@ -39,13 +38,7 @@ from mbody.quantities.number import evaluated, number
 from mbody.quantities.types import Number
 from mbody.quantities.units import Dimension, UnitSystem, unit_system
 
-__all__ = [
-    "Mechanism",
-    "snapshot",
-    "with_element",
-    "with_others",
-    "without_contacts",
-]
+__all__ = ["Mechanism"]
 
 E = TypeVar("E", bound=Element)
 
@@ -199,6 +192,27 @@ class Mechanism:
             self._elements, self.formulas, self.fixed_parameters = before
             raise
 
+    @property
+    def is_closed(self) -> bool:
+        """Whether it belongs to a system, so that nothing can be added."""
+        return self._sorted is not None
+
+    def closed_with(
+        self, elements: Iterable[Element], formulas: Mapping[str, Formula] | None = None
+    ) -> Mechanism:
+        """A copy of these elements alone, closed to additions; by default all numbers follow what
+        they followed.
+        """
+        made = copy.copy(self)
+        made._elements = {element.name: element for element in elements}
+        made.formulas = dict(self.formulas if formulas is None else formulas)
+        made._sorted = {}
+        return made
+
+    def described_group(self, name: str) -> Between:
+        """A group of contacts with the text that its numbers were made of."""
+        return self._groups[name]
+
     def without(self, *drivers: str) -> Mechanism:
         """The same mechanism without some of its drivers, whose coordinates are free then;
         measures, questions and instants that name them are left out.
@@ -343,8 +357,13 @@ class Mechanism:
 
     @property
     def constraints(self) -> tuple[Constraint, ...]:
-        """Joints, couplings, drivers, and contacts and ropes, in this order."""
-        return (*self.joints, *self.couplings, *self.drivers, *self.contacts)
+        """Joints, couplings, contacts and ropes that are closed for good, drivers, and all other
+        contacts and ropes, in this order.
+        """
+        contacts = self.contacts
+        closed = [one for one in contacts if one.closed]
+        others = [one for one in contacts if not one.closed]
+        return (*self.joints, *self.couplings, *closed, *self.drivers, *others)
 
     @property
     def contacts(self) -> tuple[OneSided, ...]:
@@ -435,66 +454,3 @@ class Mechanism:
 def _measure(name: Any, value: Any) -> Measure:
     check_name(name, "measure")
     return value if isinstance(value, Measure) else Measure(value)
-
-
-# -- copies that are closed to additions -----------------------------------------------------------
-
-
-def snapshot(machine: Mechanism, *, groups: bool = False) -> Mechanism:
-    """The mechanism as it is now, closed to additions: what a system keeps; with single contacts in
-    the place of their groups, unless these are to stay.
-    """
-    if machine._sorted is not None:
-        return machine
-    kept = copy.copy(machine)
-    for group in () if groups else machine.groups:
-        del kept._elements[group.name]
-        own = f"{group.name}."
-        kept.formulas = {k: f for k, f in kept.formulas.items() if not k.startswith(own)}
-        kept.add(*machine._groups[group.name].contacts((*machine.bodies, machine.ground)))
-    kept._brought = None
-    for state in machine.described_states:
-        kept._elements[state.name], formulas = compiled_state(machine, state)
-        kept.formulas |= formulas
-    for stop in (one for one in machine.contacts if isinstance(one, Stop)):
-        kept._elements[stop.name], formulas = compiled_stop(machine, stop)
-        kept.formulas |= formulas
-    kept._sorted = {}
-    return kept
-
-
-def without_contacts(machine: Mechanism) -> Mechanism:
-    """The mechanism without contacts, ropes and groups of contacts, closed to additions."""
-    kept = copy.copy(machine)
-    gone = {one.name for one in (*machine.contacts, *machine.groups)}
-    kept._elements = {name: one for name, one in machine._elements.items() if name not in gone}
-    kept.formulas = {k: f for k, f in kept.formulas.items() if k.partition(".")[0] not in gone}
-    kept._sorted = {}
-    return kept
-
-
-def with_others(machine: Mechanism, gone: set[str], others: Iterable[Element]) -> Mechanism:
-    """The mechanism with other elements in the place of some, closed to additions; all numbers
-    follow what they followed.
-    """
-    kept = copy.copy(machine)
-    kept._elements = {name: one for name, one in machine._elements.items() if name not in gone}
-    kept._elements |= {one.name: one for one in others}
-    kept._sorted = {}
-    return kept
-
-
-def with_element(machine: Mechanism, element: Element) -> Mechanism:
-    """The mechanism with another element in the place of the one of that name, closed to additions;
-    its numbers follow no parameters.
-    """
-    kept = copy.copy(machine)
-    kept._elements[element.name] = element
-    own = (element.name, f"{element.name}.")
-    kept.formulas = {
-        name: formula
-        for name, formula in machine.formulas.items()
-        if name != own[0] and not name.startswith(own[1])
-    }
-    kept._sorted = {}
-    return kept

@@ -8,7 +8,9 @@ from collections.abc import Iterator, Mapping
 from typing import Any, cast
 
 from mbody.laws import Table
+from mbody.model.contact import Contact
 from mbody.model.element import Element, listed
+from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
 from mbody.model.state_quantities import measured_names
 from mbody.model.states import STEADY, rate_names
@@ -16,7 +18,7 @@ from mbody.quantities import Formula, FormulaError, Scope, Valued, read
 from mbody.quantities.evaluate import has_units
 from mbody.quantities.units import DIMENSIONS, Dimension, UnitSystem, dimension_of
 
-__all__ = ["kept_states", "left_out", "remarks", "without_friction"]
+__all__ = ["kept_states", "left_out", "remarks", "rubbing", "without_friction"]
 
 #: A unit of mass above so many kilograms, and the plain masses in it that are seldom meant.
 HEAVY, MUCH = 100, 0.1
@@ -183,8 +185,8 @@ def _unused_inputs(mechanism: Mechanism) -> Iterator[str]:
 
 def left_out(mechanism: Mechanism, analysis: str) -> tuple[str, ...]:
     """Notes of an analysis that follows no motion over time: contacts that are open in it."""
-    names = [one.name for one in mechanism.contacts]
-    limited = [joint.name for joint in mechanism.joints if joint.limited]
+    names = [one.name for one in mechanism.contacts if not one.closed]
+    limited = [joint.name for joint in mechanism.joints if _limits_left(mechanism, joint)]
     found = []
     if names:
         what = "contact" if len(names) == 1 else "contacts"
@@ -199,6 +201,19 @@ def left_out(mechanism: Mechanism, analysis: str) -> tuple[str, ...]:
     return tuple(found)
 
 
+def _limits_left(mechanism: Mechanism, joint: Joint) -> bool:
+    """Whether a joint has limits of which none is closed for good."""
+    ends = [f"{joint.name}_{end}" for end in joint.limited]
+    return bool(ends) and not any(end in mechanism for end in ends)
+
+
+def rubbing(mechanism: Mechanism) -> list[str]:
+    """Names of the joints that rub, and of the contacts that are closed for good and may slip."""
+    closed = [one for one in mechanism.contacts if one.closed and not one.rolls]
+    rough = [one.name for one in closed if isinstance(one, Contact)]
+    return [*(joint.name for joint in mechanism.joints if joint.rubs), *rough]
+
+
 def without_friction(mechanism: Mechanism, analysis: str) -> tuple[str, ...]:
     """Notes of an analysis that leaves out friction of joints.
 
@@ -209,7 +224,7 @@ def without_friction(mechanism: Mechanism, analysis: str) -> tuple[str, ...]:
     >>> without_friction(machine, "equilibrium")[0][:41]
     "friction of 'O': left out of equilibrium,"
     """
-    names = [joint.name for joint in mechanism.joints if joint.rubs]
+    names = rubbing(mechanism)
     if not names:
         return ()
     return (

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from mbody.errors import ModelError, brief
 from mbody.laws import MeasuredFormula, compile_measured
-from mbody.model.contact import OneSided, refuse_coefficients, restitutions
+from mbody.model.contact import refuse_coefficients, restitutions
 from mbody.model.contact_spots import Spot
 from mbody.model.element import NumberField, number_field
+from mbody.model.one_sided_constraint import OneSided
 from mbody.model.primitives import ConstraintPrimitive
 from mbody.quantities import Formula, FormulaError, Scope, evaluate, read
 from mbody.quantities.evaluate import Valued, dimension_text
@@ -48,7 +49,8 @@ class Stop(OneSided):
 
     Notes
     -----
-    It acts in `simulate`, on all bodies that the formula measures: ``run.contact(name)`` is λ, a
+    It acts in `simulate`, and in other analyses where it is met and nothing else determines the
+    position, on all bodies that the formula measures: ``run.contact(name)`` is λ, a
     force, or a torque where g is an angle; ``run.mode(name)`` is "open" or "stick". The forces on
     the bodies are λ times the derivatives of g, so that there is no one reaction.
 
@@ -167,7 +169,7 @@ class Stop(OneSided):
         row = "l" if dimension is None else kinds[dimension]
         return replace(self, gap=law, row=row), made
 
-    def spots(self, at: Numbers) -> list[Spot]:
+    def every_spot(self, at: Numbers) -> list[Spot]:
         """The one coordinate."""
         row = ConstraintPrimitive(
             "formula", "ground", "ground", self.row, [], at.law(self, "gap"), switched=True

@@ -264,7 +264,10 @@ def _rubbing(subject: Subject) -> Iterator[str]:
         )
     elif machine.joints:
         yield "Joints have no clearance and no friction, other than the loads above describe."
-    if machine.contacts or machine.groups:
+    closed = [one.name for one in machine.contacts if one.closed]
+    if closed:
+        yield f"Contacts are kept closed: {', '.join(closed)}; what slides has Coulomb friction."
+    elif machine.contacts or machine.groups:
         yield (
             "Contacts press and do not pull; what sticks is a constraint, what slides has Coulomb "
             "friction; impacts take no time."

@@ -1,4 +1,4 @@
-"""The table of contacts, ropes and rough joints in the sheets of a motion."""
+"""The table of contacts, ropes and rough joints in sheets."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ __all__ = ["contacts"]
 
 
 def contacts(solution: Solution) -> list[str]:
-    """What every contact did: how often it struck, its modes in their order, the greatest pressing
-    force, what it took of the energy.
+    """What every contact did: how often it struck, its mode at the end, its greatest force,
+    what it took of the energy; of a driven motion its modes and the greatest force alone.
     """
     modes = solution.modes
     if not modes or not len(solution):
@@ -25,6 +25,9 @@ def contacts(solution: Solution) -> list[str]:
     machine = solution.mechanism
     pressing = {one.name: one.quantities()["contact"] for one in machine.contacts}
     names, unit = list(modes), machine.units.of
+    driven = solution.analysis != "simulate"
+    if driven:  # its rough joints are in a table of their own
+        names = [name for name in names if name in pressing]
     floor = force_floor(solution)
     most = [float(np.abs(solution.contact(n)).max()) if n in pressing else 0.0 for n in names]
     strikes = [
@@ -40,14 +43,16 @@ def contacts(solution: Solution) -> list[str]:
     ]
     if "torque" not in pressing.values():
         kinds.pop()
-    columns = [
-        Column("CONTACTS", names, text=True),
-        Column("impacts", [str(n) if n else "" for n in strikes]),
-    ]
+    columns = [Column("CONTACTS", names, text=True)]
+    if not driven:
+        columns.append(Column("impacts", [str(n) if n else "" for n in strikes]))
     columns += [
         Column(title, _of_kind(cells, names, pressing, kind), unit(kind))
         for title, kind, cells in kinds
     ]
+    if driven:
+        shown = [", ".join(dict.fromkeys(map(str, modes[n]))) for n in names]
+        return table([*columns, Column("", shown, text=True, whole=True)])
     columns += [
         Column("took", numbers(np.array([lost[n] for n in names])), unit("torque")),
         Column("at the end", [str(modes[n][-1]) for n in names], text=True),

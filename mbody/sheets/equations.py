@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from mbody.model.coupling import Coupling
     from mbody.model.driver import Driver
     from mbody.model.joints import Joint
+    from mbody.model.one_sided_constraint import OneSided
     from mbody.solution.solution import Solution
 
 __all__ = ["equations", "system_of_equations"]
@@ -137,6 +138,8 @@ class _UnknownColumns:
     def equations(self) -> Equations:
         """All columns beside m a − loads."""
         found = [unknown for joint in self.mechanism.joints for unknown in self._joint(joint)]
+        for contact in self.mechanism.contacts:
+            found += self._contact(contact) if contact.closed else []
         found += [self._coupling(coupling) for coupling in self.mechanism.couplings]
         found += [self._driver(driver) for driver in self.mechanism.drivers]
         links, n3 = link_names(self.mechanism)[1:], self.system.coordinates
@@ -232,6 +235,24 @@ class _UnknownColumns:
             (f"λ{n}", "force" if kind == "l" else "torque", f"multiplier of row {n}")
             for n, kind in enumerate(kinds, 1)
         ], None
+
+    def _contact(self, contact: OneSided) -> list[_Unknown]:
+        """The forces of a contact that is closed for good: across it at each place, and along it
+        where it rolls.
+        """
+        exerted, lam = self._multipliers(contact.name)
+        spots = contact.spots(self.system.numbers)
+        unit, found = self.unit(contact.quantities()["contact"]), list[_Unknown]()
+        for n, (column, force) in enumerate(zip(exerted.T, lam, strict=True)):
+            across, place = n < len(spots), n % len(spots)
+            sign = -spots[place].sense if across else 1.0
+            number = str(place + 1) if len(spots) > 1 else ""
+            name = f"{'N' if across else 'T'}{number},{contact.name}"
+            where = f" at its place {number}" if number else ""
+            what = "pressing force" if across else "force along"
+            meaning = f"{what} of {contact.name}{where}"
+            found.append(_Unknown(name, unit, meaning, sign * column, sign * float(force)))
+        return found
 
     def _coupling(self, coupling: Coupling) -> _Unknown:
         exerted, lam = self._multipliers(coupling.name)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mbody.model.one_sided_constraint import joined
 from mbody.quantities.units import DIMENSIONS
 from mbody.sheets.names import ROUNDING, force_floor, force_names, swiftness
 from mbody.sheets.text_table import WIDTH, Column, angles, numbers, table
@@ -126,7 +127,7 @@ class _Rows:
         if not self.solution.has_forces:
             return
         names = force_names(self.mechanism)
-        for joint in self.mechanism.joints:
+        for joint in joined(self.mechanism):
             name, on = names[joint.name]
             reaction = self.solution.reaction(joint.name, on)
             shown = name if name.endswith(joint.name) else f"{name}, {joint.name}"

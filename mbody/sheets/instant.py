@@ -9,6 +9,7 @@ import numpy as np
 
 from mbody.analysis.driven.free_body import member_forces
 from mbody.laws import MeasuredFormula
+from mbody.model.one_sided_constraint import joined
 from mbody.sheets.contacts import contacts
 from mbody.sheets.couplings import couplings
 from mbody.sheets.friction import friction
@@ -21,6 +22,7 @@ from mbody.sheets.names import (
     force_floor,
     force_names,
     heading,
+    joint_torque,
     link_names,
     remark,
     swiftness,
@@ -39,7 +41,6 @@ __all__ = ["sheet"]
 
 Array = np.ndarray
 
-COMPONENTS = ("fx", "fy", "torque")
 
 #: Members that a sheet shows.
 MEMBERS = 12
@@ -146,12 +147,13 @@ class _Instant:
 
     def _joints(self) -> list[str]:
         found = []
-        for joint in self.mechanism.joints:
+        for joint in joined(self.mechanism):
             name, on = self.names[joint.name]
             found.append((name, joint.name, self.solution.reaction(joint.name, on)))
         if not found:
             return []
-        x, y, torque = (np.array([getattr(r, k)[0] for *_, r in found]) for k in COMPONENTS)
+        x, y = (np.array([getattr(r, k)[0] for *_, r in found]) for k in ("fx", "fy"))
+        torque = np.array([joint_torque(self.mechanism, r)[0] for *_, r in found])
         floor, unit = force_floor(self.solution), self.unit("force")
         turning = torque_cells(self.solution, torque, floor)
         lines = table(

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mbody.model.contact import Contact, Rope
+from mbody.model.one_sided_constraint import joined
 from mbody.sheets.text_table import Column, numbers, paragraph
 from mbody.solution.contact_forces import acting_contacts
 
@@ -23,6 +25,7 @@ if TYPE_CHECKING:
     from mbody.solution.solution import Solution
 
 __all__ = [
+    "joint_torque",
     "ABOUT",
     "ROUNDING",
     "certified",
@@ -78,8 +81,8 @@ def force_names(mechanism: Mechanism) -> dict[str, tuple[str, str]]:
         between = f"{link[by]}{link[on]}" if len(link) < 10 else f"({link[by]},{link[on]})"
         return letter + between
 
-    for joint in mechanism.joints:
-        by, on = sorted((joint.i.body, joint.j.body), key=lambda body: -link[body])
+    for joint in joined(mechanism):
+        by, on = sorted(joint.bodies, key=lambda body: -link[body])
         if on == "ground":
             by, on = on, by
         found[joint.name] = (pair("F", by, on), on, False)
@@ -106,7 +109,7 @@ def forces_on(mechanism: Mechanism, body: str) -> dict[str, str]:
     >>> forces_on(mbody.makers.four_bar(1, 3, 2, 3.5), "coupler")
     {'A': 'F23', 'B': 'F43'}
     """
-    ends = {joint.name: (joint.i.body, joint.j.body) for joint in mechanism.joints}
+    ends = {joint.name: joint.bodies for joint in joined(mechanism)}
     ends |= {driver.name: driver.bodies for driver in mechanism.drivers}
     return {
         element: name if on == body else _exchanged(name)
@@ -236,6 +239,14 @@ def torque_cells(solution: Solution, torque: Array, floor: float) -> list[str]:
     if not (np.abs(torque) > floor).any():
         return [""] * len(torque)
     return numbers(torque, floor)
+
+
+def joint_torque(mechanism: Mechanism, reaction: Reaction) -> Array:
+    """The torque of a reaction as sheets show it: none of a contact, whose force acts at the place
+    where it touches.
+    """
+    force_alone = isinstance(mechanism[reaction.joint], Contact | Rope)
+    return np.asarray(0.0 * reaction.torque if force_alone else reaction.torque)
 
 
 def remark(reaction: Reaction) -> str:

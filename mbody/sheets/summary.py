@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mbody.model.one_sided_constraint import joined
 from mbody.sheets.contacts import contacts
 from mbody.sheets.couplings import couplings
 from mbody.sheets.few_instants import few_instants
@@ -19,6 +20,7 @@ from mbody.sheets.names import (
     force_floor,
     force_names,
     heading,
+    joint_torque,
     link_names,
     remark,
     swiftness,
@@ -141,7 +143,7 @@ class _Summary:
 
     def _joints(self) -> list[str]:
         found = []
-        for joint in self.mechanism.joints:
+        for joint in joined(self.mechanism):
             name, on = self.names[joint.name]
             found.append((name, joint.name, self.solution.reaction(joint.name, on)))
         if not found:
@@ -152,7 +154,8 @@ class _Summary:
             for key in ("fx", "fy")
         )
         floor = force_floor(self.solution)
-        torque = np.array([np.fmax.reduce(np.abs(r.torque), axis=None) for *_, r in found])
+        turning = [np.abs(joint_torque(self.mechanism, r)) for *_, r in found]
+        torque = np.array([np.fmax.reduce(one, axis=None) for one in turning])
         turning = torque_cells(self.solution, torque, floor)
         lines = table(
             [

@@ -14,7 +14,7 @@ from mbody.kernels.load_breakdown import breakdown as kernel
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.kernels.residuals import RESIDUALS, Finished, residuals_of
 from mbody.model.element import listed
-from mbody.model.joints import Joint
+from mbody.solution.contact_forces import contact_wrench
 from mbody.solution.histories import Checks, Reaction
 from mbody.solution.own_histories import motion_rows
 from mbody.solution.places import reaction_torque
@@ -121,11 +121,11 @@ def _motion(solution: Result, design: int) -> np.ndarray:
     return motion[design] if solution.record.batch else motion
 
 
-def loaded(solution: Result, instant: int) -> Work:
+def loaded(solution: Result, instant: int, design: int = 0) -> Work:
     """A workspace at one instant of one design: its motion, its rows, and the sum of all loads on
     the coordinates in `force`.
     """
-    return _audit(solution, 0, slice(instant, instant + 1 or None))[1]
+    return _audit(solution, design, slice(instant, instant + 1 or None))[1]
 
 
 def each_load_of(solution: Result, instant: int) -> np.ndarray:
@@ -204,7 +204,7 @@ def breakdown(solution: Result, name: str, on: str | None) -> dict[str, Any]:
         known = listed(system.primitives_of)
         raise ModelError(f"'{name}' is neither a joint nor a driver (there are: {known})", name)
     element: Any = system.mechanism[name]
-    if element.role != "joint":
+    if element.role not in ("joint", "contact"):
         row = PER_PRIMITIVE * primitives[0]
         return {cause: -output[:, n, row, 0] for n, cause in enumerate(causes)}
     whole = solution.reaction(name, on)
@@ -214,8 +214,13 @@ def breakdown(solution: Result, name: str, on: str | None) -> dict[str, Any]:
     }
 
 
-def _alone(solution: Result, joint: Joint, whole: Reaction, rows: np.ndarray) -> Reaction:
+def _alone(solution: Result, joint: Any, whole: Reaction, rows: np.ndarray) -> Reaction:
     """The part of a whole reaction that is in these rows."""
+    if joint.role == "contact":
+        wrench = contact_wrench(
+            solution, joint, whole.on, lambda e, n: rows[:, PER_PRIMITIVE * e + n]
+        )
+        return Reaction(joint.name, whole.on, whole.by, *wrench, whole.unique)
     sign = 1.0 if whole.on == joint.j.body else -1.0
     primitives = solution.system.primitives_of[joint.name]
     parts = [

@@ -2,28 +2,38 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from mbody.errors import ModelError
-from mbody.model.contact import OneSided
+from mbody.kernels.output import PER_PRIMITIVE
 from mbody.model.element import listed
 from mbody.model.joint_contacts import JointContact
+from mbody.model.one_sided_constraint import OneSided
 from mbody.model.stop import Stop
 from mbody.solution.histories import Reaction
 from mbody.solution.result import Result
 from mbody.system.read_only import locked
 
-__all__ = ["acting_contacts", "contact_reaction", "pressing_force", "with_reaction"]
+__all__ = [
+    "acting_contacts",
+    "contact_reaction",
+    "contact_wrench",
+    "least_pressing",
+    "pressing_force",
+    "pressing_forces",
+    "with_reaction",
+]
 
 Array = np.ndarray
 
 
 def acting_contacts(solution: Any) -> tuple[OneSided, ...]:
     """The contacts that acted, between two bodies: they have a reaction."""
-    every: tuple[OneSided, ...] = solution.mechanism.contacts if solution.modes else ()
-    return tuple(one for one in every if one.bodies)
+    every: tuple[OneSided, ...] = solution.mechanism.contacts
+    return tuple(one for one in every if one.bodies and (solution.modes or one.closed))
 
 
 def with_reaction(solution: Result, name: Any) -> Any:
@@ -52,7 +62,9 @@ def with_reaction(solution: Result, name: Any) -> Any:
     return element
 
 
-def contact_reaction(solution: Any, contact: Any, on: str | None) -> Reaction:
+def contact_reaction(
+    solution: Any, contact: Any, on: str | None, unique: tuple[bool, bool, bool] | None
+) -> Reaction:
     """Force and torque of a contact or rope on body `on`, by default j: the torque about the mass
     centre of that body.
     """
@@ -67,14 +79,26 @@ def contact_reaction(solution: Any, contact: Any, on: str | None) -> Reaction:
     i, j = contact.bodies
     if on not in (None, i, j):
         raise ModelError(f"contact '{contact.name}' is between '{i}' and '{j}', not {on!r}")
-    body = i if on == i else j
-    by = j if on == i else i
+    body, by = (i, j) if on == i else (j, i)
+    parts = contact_wrench(solution, contact, body, solution.primitive_history)
+    return Reaction(contact.name, body, by, *parts, unique)
+
+
+def contact_wrench(
+    solution: Any, contact: Any, body: str, forces: Callable[[int, int], Array]
+) -> tuple[Array, Array, Array]:
+    """Force components and torque of a contact on a body; `forces` gives a component, 2 to 4, of a
+    primitive on the second body of its row.
+    """
+    i, j = contact.bodies
     own = solution[body]
-    fx, fy, torque = (np.zeros(np.shape(own.x)) for _ in range(3))
+    fx: Any = 0.0
+    fy: Any = 0.0
+    torque: Any = 0.0
     spots = contact.spots(solution.system.numbers)
     for n, e in enumerate(solution.system.primitives_of[contact.name]):
         spot = spots[n % len(spots)]
-        x, y, turning = (solution.primitive_history(e, k) for k in (2, 3, 4))
+        x, y, turning = (forces(e, k) for k in (2, 3, 4))
         second = i if spot.swapped else j
         at = solution[second]
         px, py = _arm_of_torque(contact, solution, at)
@@ -82,7 +106,7 @@ def contact_reaction(solution: Any, contact: Any, on: str | None) -> Reaction:
         fx, fy = fx + sign * x, fy + sign * y
         dx, dy = at.x + px - own.x, at.y + py - own.y
         torque = torque + sign * (turning + dx * y - dy * x)
-    return Reaction(contact.name, body, by, fx, fy, torque, (True, True, True))
+    return fx, fy, torque
 
 
 def _group_reaction(solution: Any, group: Any, on: str | None) -> Reaction:
@@ -109,17 +133,44 @@ def _arm_of_torque(contact: Any, solution: Any, body: Any) -> tuple[Array, Array
 
 
 def pressing_force(solution: Any, contact: Any) -> Array:
-    """Sum of the normal forces of a contact, or pull of a rope, not negative: (instants,)."""
+    """Sum of the normal forces of a contact, or pull of a rope: (instants,); not negative but where
+    it is closed for good and would have to pull, or push.
+    """
     if solution.stepped is not None:
         whole: Array = locked(solution.stepped.pressing(contact.name))
         return whole
-    total: Any = 0.0
+    first, *more = pressing_forces(solution, contact)
+    total: Array = sum(more, start=first)
+    return locked(total) if isinstance(total, np.ndarray) else total  # derivatives with them
+
+
+def least_pressing(solution: Any, contact: Any) -> Array:
+    """The least pressing force of the places of a contact that is closed for good, where it rests
+    the best that friction leaves possible: (instants,).
+    """
+    found = np.minimum.reduce(pressing_forces(solution, contact))
+    if not solution.has_forces or contact.name not in solution.resting:
+        return np.asarray(found)
+    choices = solution.forces_at_rest
+
+    def of_choice(e: int, k: int) -> Array:
+        return np.asarray(choices[..., PER_PRIMITIVE * e + k])
+
+    every = np.minimum.reduce(pressing_forces(solution, contact, of_choice))
+    return np.asarray(np.fmax(found, np.fmax.reduce(every)) if len(every) else found)
+
+
+def pressing_forces(
+    solution: Any, contact: Any, forces: Callable[[int, int], Array] | None = None
+) -> list[Array]:
+    """The same of every place of a contact: arrays (instants,); `forces` as of `contact_wrench`."""
+    forces = solution.primitive_history if forces is None else forces
+    found = []
     spots = contact.spots(solution.system.numbers)
     for spot, e in zip(spots, solution.system.primitives_of[contact.name], strict=False):
         if type(contact) is JointContact:
             # a row of a cam has not the gradient one
-            total = total + np.hypot(*(solution.primitive_history(e, k) for k in (2, 3)))
+            found.append(np.hypot(forces(e, 2), forces(e, 3)))
         else:
-            total = total - spot.sense * solution.primitive_history(e, 0)
-    found: Array = locked(np.asarray(total))
+            found.append(-spot.sense * forces(e, 0))
     return found

@@ -13,6 +13,9 @@ import numpy as np
 from mbody.kernels.friction_instants import StoredMotion, forces_by_senses, impending_rates
 from mbody.kernels.friction_laws import IMPENDING, SLIDING
 from mbody.kernels.output import PER_PRIMITIVE
+from mbody.solution.checks import loaded
+from mbody.solution.contact_ranges import RestingContacts, rubs_by_contacts_alone
+from mbody.solution.own_histories import motion_at
 from mbody.solution.result import Result
 from mbody.solution.rough_pairs import RoughPair, rough_pairs, stored_motion
 
@@ -109,6 +112,42 @@ def forces_at_rest(solution: Result, rates: Array, rest: Array, design: int = 0)
         As of `resting_pairs`.
     """
     instants = np.flatnonzero(rest.any(axis=1))
+    if not rubs_by_contacts_alone(solution.system):
+        return _by_senses(solution, rates, rest, instants, design)
+    still = (rates[instants, :, 2] == 0.0).all(axis=1)
+    ends = _by_programs(solution, instants[still], design)
+    others = _by_senses(solution, rates, rest, instants[~still], design)
+    count = max(len(ends), len(others))
+    found = np.full((count, *ends.shape[1:]), np.nan)
+    found[: len(ends)] = ends
+    found[: len(others), instants[~still]] = others[:, instants[~still]]
+    return found
+
+
+def _by_programs(solution: Result, instants: Array, design: int) -> Array:
+    """The same where closed contacts alone rub and nothing slides: the ends of the efforts, of each
+    driver two, not a number where nothing holds.
+    """
+    whole, n = solution.system, solution.system.coordinates
+    system = whole if whole.batch is None else whole.design(design)
+    drivers = [driver.name for driver in system.drivers]
+    width = PER_PRIMITIVE * len(system.owners)
+    found = np.full((2 * len(drivers), len(solution.t), width), np.nan)
+    for k in instants.tolist():
+        work = loaded(solution, k, design)
+        a = motion_at(solution, np.array([k]), design)[0, 2 * n : 3 * n]
+        forces = RestingContacts(system, work, work.force[:n, 0] - system.mass[:n, 0] * a)
+        for m, (number, way) in enumerate(itertools.product(range(len(drivers)), (-1.0, 1.0))):
+            extreme = forces.extreme(drivers[number], way)
+            if extreme is not None and np.isfinite(extreme).all():
+                found[m, k] = forces.table(extreme)
+            elif extreme is not None:
+                found[m, k] = _unbounded(solution, found[m, k], (number, way))
+    return found
+
+
+def _by_senses(solution: Result, rates: Array, rest: Array, instants: Array, design: int) -> Array:
+    """The same by the senses in which what rests may begin to slide."""
     impending = _impending(solution, instants, design)
     every = [
         list(_choices(rates[k], rest[k], impending[n])) for n, k in enumerate(instants.tolist())

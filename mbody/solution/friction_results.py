@@ -15,9 +15,12 @@ from mbody.errors import ModelError
 from mbody.kernels.friction import CERTIFICATE, REACHED_PART
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.model.element import listed
-from mbody.solution.friction_ranges import Jam, forces_at_rest, jams_at
+from mbody.solution.contact_forces import contact_wrench
+from mbody.solution.friction_ranges import Jam, jams_at
+from mbody.solution.friction_ranges import forces_at_rest as at_rest
 from mbody.solution.places import reaction_torque
 from mbody.solution.rough_pairs import (
+    losing_pairs,
     pair_rates,
     rates_at,
     resting_pairs,
@@ -135,9 +138,8 @@ class FrictionResults:
             return MappingProxyType({})
         found: dict[str, Any] = {}
         power = tangent_forces(self) * self._pair_rates[..., 0]
-        for n, pair in enumerate(rough_pairs(self.system)):
-            if pair.loses:
-                found[pair.joint] = found.get(pair.joint, 0.0) + power[..., n]
+        for n, pair in losing_pairs(self):
+            found[pair.joint] = found.get(pair.joint, 0.0) + power[..., n]
         rough = (*self.mechanism.joints, *self.mechanism.contacts)
         order = [one.name for one in rough if one.name in found]
         return MappingProxyType({name: locked(found[name]) for name in order})
@@ -155,16 +157,14 @@ class FrictionResults:
         if name in self.modes:
             return list(self.modes[name])
         self._rough(name)
-        n = next(
-            n for n, one in enumerate(rough_pairs(self.system)) if one.joint == name and one.loses
-        )
+        n = next(n for n, one in losing_pairs(self) if one.joint == name)
         words = np.array(["slip-", "stick", "slip+"], dtype=object)
         found: list[Any] = words[(self._pair_rates[..., n, 2] + 1.0).astype(int)].tolist()
         return found
 
     def _rough(self: Any, name: str) -> None:
         """Refuse what has no friction."""
-        known = list(dict.fromkeys(p.joint for p in rough_pairs(self.system) if p.loses))
+        known = list(dict.fromkeys(pair.joint for _, pair in losing_pairs(self)))
         if name not in known:
             raise ModelError(
                 f"{name!r} is no joint with friction (there are: {listed(known)}): give it "
@@ -173,12 +173,12 @@ class FrictionResults:
             )
 
     @functools.cached_property
-    def _forces_at_rest(self: Any) -> Array:
+    def forces_at_rest(self: Any) -> Array:
         """(choices, …instants, PER_PRIMITIVE·primitives), see `forces_at_rest`."""
         if not self.record.batch:
-            return forces_at_rest(self, self._pair_rates, self._rest)
+            return at_rest(self, self._pair_rates, self._rest)
         own = zip(self._pair_rates, self._rest, strict=True)
-        every = [forces_at_rest(self, *one, n) for n, one in enumerate(own)]
+        every = [at_rest(self, *one, n) for n, one in enumerate(own)]
         count = max(len(one) for one in every)
         found = np.full((count, len(every), *every[0].shape[1:]), np.nan)
         for n, one in enumerate(every):
@@ -207,23 +207,26 @@ class FrictionResults:
         """
         known = name in self.mechanism if isinstance(name, str) else False
         element: Any = self.mechanism[name] if known else None
-        if element is None or element.role == "joint":
+        if element is None or element.role in ("joint", "contact"):
             return self._reaction_range(self.reaction(name, on), element)
         e = self.system.primitives_of[element.name][0]
-        return ForceRange(
-            *_limits(self.effort(name), -self._forces_at_rest[..., PER_PRIMITIVE * e])
-        )
+        return ForceRange(*_limits(self.effort(name), -self.forces_at_rest[..., PER_PRIMITIVE * e]))
 
     def _reaction_range(self: Any, plain: Reaction, joint: Any) -> ForceRange:
         """Of each component by itself."""
-        rows = self.system.primitives_of[joint.name]
-        sign = 1.0 if plain.on == joint.j.body else -1.0
-        parts = [
-            sum(sign * self._forces_at_rest[..., PER_PRIMITIVE * e + n] for e in rows)
-            for n in (2, 3, 4)
-        ]
-        every = [reaction_torque(self, joint, fx, fy, torque) for fx, fy, torque in zip(*parts)]
-        parts[2] = np.array(every).reshape(parts[2].shape)
+        forces = self.forces_at_rest
+        if joint.role == "contact":
+            parts = contact_wrench(
+                self, joint, plain.on, lambda e, n: forces[..., PER_PRIMITIVE * e + n]
+            )
+        else:
+            rows = self.system.primitives_of[joint.name]
+            sign = 1.0 if plain.on == joint.j.body else -1.0
+            x, y, turning = (
+                sum(sign * forces[..., PER_PRIMITIVE * e + n] for e in rows) for n in (2, 3, 4)
+            )
+            every = [reaction_torque(self, joint, *one) for one in zip(x, y, turning, strict=True)]
+            parts = x, y, np.array(every).reshape(np.shape(turning))
         ends = [
             _limits(getattr(plain, key), part)
             for key, part in zip(("fx", "fy", "torque"), parts, strict=True)

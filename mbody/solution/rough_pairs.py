@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from mbody.system.system import System
 
 __all__ = [
     "RoughPair",
+    "losing_pairs",
     "may_hold",
     "pair_rates",
     "rates_at",
@@ -44,12 +46,15 @@ class RoughPair:
         That of its tangent row.
     parameter : int
         Row of its coefficients among the numbers of the kernels.
+    separable : bool
+        Whether it is of a contact that may be open.
     """
 
     joint: str
     kind: str
     primitive: int
     parameter: int
+    separable: bool
 
     @property
     def loses(self) -> bool:
@@ -65,9 +70,22 @@ def rough_pairs(system: System) -> tuple[RoughPair, ...]:
         L.friction_kind, L.friction_tangent, L.friction_par, strict=True
     ):
         e = int(L.switched[tangent])
-        name = system.owners[e][0].name
-        found.append(RoughPair(name, FRICTION_KINDS[kind], e, int(parameter)))
+        owner: Any = system.owners[e][0]
+        apart = owner.role == "contact" and not owner.closed
+        found.append(RoughPair(owner.name, FRICTION_KINDS[kind], e, int(parameter), apart))
     return tuple(found)
+
+
+def losing_pairs(solution: Result) -> list[tuple[int, RoughPair]]:
+    """The pairs that lose power where they slide, with their numbers: but in `simulate` none of
+    contacts that are left out.
+    """
+    decided = solution.analysis == "simulate"
+    return [
+        (n, pair)
+        for n, pair in enumerate(rough_pairs(solution.system))
+        if pair.loses and (decided or not pair.separable)
+    ]
 
 
 def may_hold(system: System, pair: RoughPair) -> bool:
@@ -129,7 +147,8 @@ def resting_pairs(solution: Result) -> Array:
     """
     system = solution.system
     pairs = rough_pairs(system)
-    holds = [may_hold(system, pair) for pair in pairs]
+    acting = {n for n, _ in losing_pairs(solution)}
+    holds = [n in acting and may_hold(system, pair) for n, pair in enumerate(pairs)]
     shape = (*np.shape(solution.record.take(0)), len(pairs))
     if solution.analysis == "statics":
         return np.broadcast_to(np.array(holds, dtype=bool), shape)

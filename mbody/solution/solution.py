@@ -236,7 +236,7 @@ class Solution(FrictionResults):
         """
         element = with_reaction(self, joint)
         if element.role == "contact":
-            return contact_reaction(self, element, on)
+            return contact_reaction(self, element, on, self._unique(joint))
         i, j = element.i.body, element.j.body
         if on not in (None, i, j):
             raise ModelError(f"joint '{joint}' joins '{i}' and '{j}', not {on!r}", joint)
@@ -298,7 +298,7 @@ class Solution(FrictionResults):
             return (True, True, True)
         if self.dependencies is None:
             return None
-        open_parts = self.dependencies[joint]
+        open_parts = self.dependencies.get(joint, [False] * 3)
         return (not open_parts[0], not open_parts[1], not open_parts[2])
 
     def unique_effort(self, name: str) -> bool | None:

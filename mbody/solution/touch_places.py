@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.model.contact import Contact, OneSided, Rope
+from mbody.model.contact import Contact, Rope
 from mbody.model.contact_spots import Arc, Spot
+from mbody.model.one_sided_constraint import OneSided
 from mbody.solution.places import Place, moved, place
 
 if TYPE_CHECKING:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from mbody.analysis.contact.closed_contacts import with_closed_contacts
 from mbody.analysis.driven.batch_continuation import BatchSetup, batch_setup, closed_poses, on_lanes
 from mbody.analysis.driven.contacts import unfit
 from mbody.analysis.driven.requests import ANALYSES, analyse_system_at, arguments_at
@@ -205,8 +206,8 @@ def prepared(
     if system.batch is not None:
         raise ModelError("sweep takes one design: its parameters make the others")
     how = {name: value for name, value in options.items() if value is not None}
-    units, wanted = _noted(system, names[0], columns, analysis)
     if analysis == "simulate":
+        units, wanted = _noted(system, names[0], columns, analysis)
         for column in columns:
             if not column.by:
                 raise ModelError(
@@ -222,6 +223,9 @@ def prepared(
     keys = "t", "drive", "turn", "instants", "turns"
     grid = time_grid(system, *(how.get(key) for key in keys))
     _check_instants(columns, grid.t[before:])
+    chosen = with_closed_contacts(system, float(grid.t[0]), grid.first(system), guess)
+    system, guess = chosen.system, chosen.guess
+    units, wanted = _noted(system, names[0], columns, analysis)
     course = _course(system, names, analysis, grid, guess, "t" in how and "drive" not in how)
     if guess is not None:
         how["guess"], ask = guess, None

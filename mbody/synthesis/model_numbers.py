@@ -9,8 +9,9 @@ from typing import Any
 from mbody.errors import ModelError
 from mbody.files.model import from_toml, to_toml
 from mbody.live.file_numbers import CutFile, file_numbers
+from mbody.model.closed_mechanism import with_others
 from mbody.model.element import listed
-from mbody.model.mechanism import Mechanism, with_others
+from mbody.model.mechanism import Mechanism
 from mbody.model.study import Instants
 
 __all__ = ["NumberedModel"]

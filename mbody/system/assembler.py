@@ -21,9 +21,10 @@ from mbody.kernels.constraints import KINDS as PRIMITIVE_KINDS
 from mbody.kernels.forces import KINDS as ACTION_KINDS
 from mbody.kernels.layout import Layout, first_beyond, integers
 from mbody.laws import LAW_KINDS, Constant, Law
+from mbody.model.closed_mechanism import snapshot
 from mbody.model.constraint import Constraint
 from mbody.model.element import Element, Numbers
-from mbody.model.mechanism import Mechanism, snapshot
+from mbody.model.mechanism import Mechanism
 from mbody.model.own_equations import OwnState, signal_of
 from mbody.model.primitives import ConstraintPrimitive, ForcePrimitive, FrictionPrimitive, Signal
 from mbody.model.states import State
@@ -109,7 +110,7 @@ def with_numbers_of(system: System, values: Mapping[str, Any]) -> System:
         changed = {
             name: values[name]
             for name in own
-            if name in values and np.any(system.values.get(name) != values[name])
+            if name in values and (np.ndim(values[name]) or system.values.get(name) != values[name])
         }
         system = system.with_values(changed) if changed else system
     return system

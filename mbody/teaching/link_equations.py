@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -83,8 +84,15 @@ class _Link:
 
     def found(self) -> LinkEquations:
         turning = {driver.name for driver in self.machine.drivers if driver.angular}
-        for wrench in free_body(self.run, self.body, self.k):
-            if wrench.kind == "joint":
+        wrenches = free_body(self.run, self.body, self.k)
+        touching = Counter(one.cause for one in wrenches if one.kind == "contact")
+        counted: Counter[str] = Counter()
+        for wrench in wrenches:
+            if wrench.kind == "contact" and touching[wrench.cause] > 1:
+                # a contact that touches at several places has a force at each
+                counted[wrench.cause] += 1
+                self._force(wrench, by_name=False, place=str(counted[wrench.cause]))
+            elif wrench.kind == "joint":
                 self._joint(wrench)
             elif wrench.kind == "driver" and wrench.cause in turning:
                 self._torque(wrench, *self._named(wrench.cause))
@@ -162,13 +170,18 @@ class _Link:
         self.sums[2].append(Term(sign, [Factor(torque)]))
         self._meaning(torque, wrench, sign, "torque")
 
-    def _force(self, wrench: Wrench, by_name: bool, torque: bool | None = None) -> None:
-        """Two components at their place, and a torque; without `torque` where it is not zero."""
+    def _force(
+        self, wrench: Wrench, by_name: bool, torque: bool | None = None, place: str = ""
+    ) -> None:
+        """Two components at their place, and a torque; without `torque` where it is not zero.
+        `place`: the number of the place, of several.
+        """
         element = wrench.cause
         if by_name:
             (index, sign), seen = self._named(element), self._seen(element)
         else:
-            index, sign, seen = (element, str(self.number)), 1, (element, str(self.number))
+            index, sign = (element + place, str(self.number)), 1
+            seen = index
         x, y = self._arms(wrench, seen)
         parts = []
         for axis, value in (("x", wrench.fx), ("y", wrench.fy)):

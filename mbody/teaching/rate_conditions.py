@@ -66,6 +66,7 @@ def conditions(solution: Solution, instant: int, floor: float) -> list[Condition
             rest.append(found.line(joint))
         elif joint.name not in through and joint.rows and not loose:
             rest.append(found.rows(joint))
+    rest += [found.rows(contact) for contact in machine.contacts if contact.closed]
     return [one for one in [*rest, *map(found.coupling, machine.couplings)] if one.equations]
 
 
@@ -194,7 +195,8 @@ class _Conditions:
         return Condition(joint.name, words, equations)
 
     def _row(self, joint: Any, row: np.ndarray, n: int) -> Iterator[Term]:
-        for body in joint.bodies:
+        # the coordinate of a stop is of any bodies
+        for body in joint.bodies or self.links:
             if body == "ground":
                 continue
             h, b = self.run[body], self.run.system.bodies[body]

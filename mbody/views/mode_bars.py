@@ -93,7 +93,7 @@ def mode_rows(run: Solution, x: Array | None = None) -> tuple[list[ModeRow], int
     [(ModeSpan(low=0.0, high=1.0, mode='slip+'),)]
     """
     places = np.asarray(run.t if x is None else x, dtype=float)
-    names = list(run.modes) or (list(run.losses) if run.analysis != "statics" else [])
+    names = [] if run.analysis == "statics" else list(run.modes or run.losses)
     rows = [_row(run, name, places) for name in names]
     if len(rows) <= MOST:
         return rows, 0

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.driven.free_body import Wrench, acting_on_several, coupled, driven
+from mbody.analysis.driven.forces_on_several import acting_on_several, coupled, rows_on
+from mbody.analysis.driven.free_body import Wrench, driven
 from mbody.model.loads import Force, Gravity
 from mbody.sheets.names import forces_on
 from mbody.solution.checks import each_load_of
@@ -105,7 +106,9 @@ class _FreeBodies:
                 yield entry(joint.name, "joint", f"at {joint.name}", place, parts)
         for name, place, force in self._touches(body):
             yield entry(name, "contact", f"at {name}", place, np.vstack([force, 0.0 * force[:1]]))
-        for one, bodies in acting_on_several(self.system):
+        for name, *row in rows_on(run, body):
+            yield entry(name, "contact", "at G", self._at((body, 0.0, 0.0)), np.array(row))
+        for one, bodies in acting_on_several(run):
             if body in bodies:
                 each = [coupled(run, one.name, k) for k in range(len(run))]
                 parts = np.array(each)[:, self.system.bodies[body]].T

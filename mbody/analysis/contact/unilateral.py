@@ -169,6 +169,8 @@ class Unilateral:
         taken: set[int] = set()
         welds = {frozenset(j.bodies): j.name for j in system.mechanism.joints if type(j) is Fixed}
         for contact in system.mechanism.contacts:
+            if contact.closed:
+                continue
             if frozenset(contact.bodies) in welds:
                 i, j = contact.bodies
                 raise ModelError(

@@ -11,8 +11,11 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.position.assembly_analysis import MISFIT, misfit
+from mbody.model.contact import Rope
 from mbody.model.coupling import Coupling
 from mbody.model.joints import Joint
+from mbody.model.one_sided_constraint import OneSided
+from mbody.solution.contact_forces import least_pressing, pressing_force
 from mbody.solution.places import ends
 from mbody.solution.solution import Solution
 from mbody.system.system import System
@@ -51,14 +54,16 @@ class OneSidedForce:
     size: Array
 
 
-def one_sided(system: System) -> list[Joint | Coupling]:
-    """Contacts, and ropes: couplings of distances whose factors are all of one sign, with angles of
-    drums. A belt of angles alone is stretched beforehand, and a displacement has no sense.
+def one_sided(system: System) -> list[Joint | Coupling | OneSided]:
+    """Contacts of joints and those that are closed for good, and ropes: couplings of distances
+    whose factors are all of one sign, with angles of drums. A belt of angles alone is stretched
+    beforehand, and a displacement has no sense.
     """
     machine = system.mechanism
-    found: list[Joint | Coupling] = [
+    found: list[Joint | Coupling | OneSided] = [
         joint for joint in machine.joints if type(joint).normal is not Joint.normal
     ]
+    found += [one for one in machine.contacts if one.closed]
     return found + [one for one in machine.couplings if _sense(system, one)]
 
 
@@ -82,8 +87,18 @@ def one_sided_force(solution: Solution, element: Any) -> OneSidedForce:
     if element.role == "coupling":
         pull = -_sense(solution.system, element) * solution.effort(element.name)
         return OneSidedForce(solution.t, pull, np.abs(pull))
+    if element.role == "contact":
+        press = least_pressing(solution, element)
+        return OneSidedForce(solution.t, press, _greatest(solution))
     press = np.asarray(solution.contact(element.name))
     return OneSidedForce(solution.t, press, solution.reaction(element.name).magnitude)
+
+
+def _greatest(solution: Solution) -> Array:
+    """The greatest force of all closed contacts, by which rounding is judged: (instants,)."""
+    closed = [one for one in solution.mechanism.contacts if one.closed]
+    every = [np.abs(pressing_force(solution, one)) for one in closed]
+    return np.asarray(np.max(every, axis=0))
 
 
 def pulled(solution: Solution, between: Mapping[str, OneSidedForce] | None = None) -> list[str]:
@@ -166,8 +181,17 @@ def _when(solution: Solution, t: float, where: tuple[int, ...]) -> str:
     return f"in design {where[0]} {when}" if len(where) == 2 else when
 
 
+def _pressing(element: Joint | Coupling | OneSided) -> str:
+    """What it holds with: a force, or a torque."""
+    return element.quantities()["contact"] if isinstance(element, OneSided) else "force"
+
+
 def _sentence(
-    solution: Solution, element: Joint | Coupling, t: Array, force: Array, floor: float
+    solution: Solution,
+    element: Joint | Coupling | OneSided,
+    t: Array,
+    force: Array,
+    floor: float,
 ) -> str:
     """The sentence of a force of the wrong sense: the greatest, and the first instant of it."""
     units = solution.mechanism.units
@@ -182,11 +206,16 @@ def _sentence(
     first = float(t[force < -floor].min())
     if first < float(t[where]) and not solution.record.batch:
         when = f"{when}, first at t = {first:.6g} {units.time}"
-    size = f"{-float(force.min()):.6g} {units.force}"
-    if element.role == "coupling":
+    size = f"{-float(force.min()):.6g} {units.of(_pressing(element))}"
+    if element.role == "coupling" or isinstance(element, Rope):
         return (
             f"rope '{element.name}' would have to push with {size} {when}: it would be slack "
             "there; load it more, or take it off where it is slack"
+        )
+    if len(element.bodies) < 2:
+        return (
+            f"stop '{element.name}' would have to pull with {size} {when}: what it measures would "
+            "leave it there; press it on harder"
         )
     i, j = element.bodies[:2]
     return (

@@ -11,8 +11,10 @@ from typing import TypeVar
 import numpy as np
 
 from mbody.analysis.assemblies.chosen_assembly import chosen_assembly
+from mbody.analysis.contact.closed_contacts import with_closed_contacts
 from mbody.analysis.driven.batch import batch
 from mbody.analysis.driven.change_points import through_change_points
+from mbody.analysis.driven.closed_contact_report import with_contact_report
 from mbody.analysis.driven.dead_centres import DeadCentre, with_ends
 from mbody.analysis.driven.friction_notes import with_friction_notes
 from mbody.analysis.driven.runner import PathEnded, Runner
@@ -115,13 +117,15 @@ def driven(
         if guess:
             raise ModelError("give a guess or an assembly, not both: each chooses the branch")
         guess = chosen_assembly(system, _first_values(system, grid), assembly)
+    chosen = with_closed_contacts(system, float(grid.t[0]), grid.first(system), guess)
+    system, guess = chosen.system, chosen.guess
     runner = Runner(system, analysis)
     meant = None if guess else functools.partial(_as_from_start, runner, grid)
     start = closed(system, float(grid.t[0]), grid.first(system), guess, meant=meant)
-    found = _followed(runner, start, grid)
+    found = _followed(runner, start, grid, chosen.remedy)
     if before:
         found = found.take(np.arange(before, len(found)))
-    found = with_friction_notes(found)
+    found = with_contact_report(with_friction_notes(found), chosen.notes)
     pulling = runner.pulled(start, grid, found)
     if pulling:
         found = changed(found, notes=(*as_reported(found).notes, *pulling))
@@ -168,13 +172,15 @@ def _as_from_start(runner: Runner, grid: TimeGrid, found: ClosedPosition) -> boo
     return bool(max(np.abs(off[:, :2]).max() / system.length, turned) < SAME)
 
 
-def _followed(runner: Runner, start: ClosedPosition, grid: TimeGrid) -> Solution:
-    """The motion at all instants of the grid."""
+def _followed(runner: Runner, start: ClosedPosition, grid: TimeGrid, remedy: str) -> Solution:
+    """The motion at all instants of the grid; `remedy`: what else may be done where something is
+    free.
+    """
     system = runner.system
     if system.batch is not None:
         return batch(runner, start, grid)
     try:
-        check_determined(system, start, runner.analysis)
+        check_determined(system, start, runner.analysis, remedy)
     except SolveError as error:
         return through_change_points(runner, start, grid, {0}, error)
     try:

@@ -9,23 +9,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mbody.analysis.driven.forces_on_several import acting_on_several, coupled, rows_on
 from mbody.core.presentation import present
 from mbody.errors import ModelError
 from mbody.kernels.output import PER_PRIMITIVE
-from mbody.model.constraint import Constraint
 from mbody.model.element import listed
-from mbody.solution.checks import check_forces, each_load_of, loaded, whole_instant
+from mbody.solution.checks import check_forces, each_load_of, whole_instant
 from mbody.solution.doubts import Several
 from mbody.solution.solution import Solution, as_solution
 from mbody.solution.touch_places import touches_at
-from mbody.system.driver_formulas import recorded_driver
-from mbody.system.rank import jacobian
-from mbody.system.system import System
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["FreeBody", "Member", "Wrench", "coupled", "driven", "free_body", "member_forces"]
+__all__ = ["FreeBody", "Member", "Wrench", "driven", "free_body", "member_forces"]
 
 #: What is below this part of the greatest force of the mechanism is none.
 NONE = 1e-9
@@ -239,7 +236,9 @@ def _forces(solution: Solution, body: str, instant: int, loads: np.ndarray) -> A
             parts = (*place, reaction.fx, reaction.fy, reaction.torque)
             yield Wrench(joint.name, "joint", *(float(part[instant]) for part in parts))
     yield from _touched(solution, body, instant)
-    for element, bodies in acting_on_several(solution.system):
+    for name, *own in rows_on(solution, body):
+        yield Wrench(name, "contact", x, y, *(float(part[instant]) for part in own))
+    for element, bodies in acting_on_several(solution):
         if body in bodies:
             parts = coupled(solution, element.name, instant)[solution.system.bodies[body]].tolist()
             yield Wrench(element.name, element.role, x, y, *parts)
@@ -264,30 +263,6 @@ def _touched(solution: Solution, body: str, instant: int) -> Iterator[Wrench]:
                 (x, y), (fx, fy) = one.place[0].tolist(), one.force[0].tolist()
                 sign = 1.0 if body == one.j else -1.0
                 yield Wrench(contact.name, "contact", x, y, sign * fx, sign * fy, 0.0)
-
-
-def acting_on_several(system: System) -> list[tuple[Constraint, tuple[str, ...]]]:
-    """The couplings, and the drivers that follow positions, with all bodies that each acts on."""
-    found: list[tuple[Constraint, tuple[str, ...]]] = []
-    found += [(coupling, coupling.bodies) for coupling in system.mechanism.couplings]
-    for driver in system.drivers:
-        if driver not in system.leaders:
-            law = system.numbers.law(driver, "law")
-            follows = recorded_driver(driver, law, system.mechanism, system.numbers).follows
-            # positions are measured from the ground
-            found.append((driver, (*dict.fromkeys(("ground", *driver.bodies, *follows)),)))
-    return found
-
-
-def coupled(solution: Solution, coupling: str, instant: int) -> np.ndarray:
-    """What a coupling, or a driver that follows positions, does to the bodies (bodies, 3): forces
-    at the mass centres, and torques.
-    """
-    system = solution.system
-    G = jacobian(system, loaded(solution, instant))[1]
-    row = int(np.flatnonzero(system.row_table[0] == system.primitives_of[coupling][0])[0])
-    # an effort is −λ, and what rows do to coordinates is −Φ_qᵀ λ
-    return np.asarray(G[row].reshape(-1, 3) * solution.effort(coupling)[instant])
 
 
 def driven(solution: Solution, driver: str) -> np.ndarray:

@@ -64,11 +64,13 @@ def _jam(found: Solution, jams: tuple[Any, ...]) -> Doubt:
         count = len(found.t) * (found.record.count if found.record.batch else 1)
         where = f"at {len(jams)} of {count} instants, first {where}"
     joints = tuple(dict.fromkeys(one.joint for one in jams))
+    closed = [one.name for one in found.mechanism.contacts if one.closed]
+    or_else = f"; or what is kept closed opens, {listed(closed)}: see simulate" if closed else ""
     return Doubt(
         "incomplete",
         f"it jams {where}: no effort moves it against friction in '{worst.joint}', from a "
         f"coefficient of {worst.coefficient:.6g} on, others in proportion; there are no forces "
-        "then: take less friction, or guide and drive it nearer to its load",
+        f"then: take less friction, or guide and drive it nearer to its load{or_else}",
         first,
         joints,
     )
@@ -79,7 +81,7 @@ def _not_unique(found: Solution) -> list[str]:
     open_parts = found.dependencies
     if not found.regularization:
         return []
-    rough = dict.fromkeys(pair.joint for pair in rough_pairs(found.system))
+    rough = dict.fromkeys(pair.joint for pair in rough_pairs(found.system) if not pair.separable)
     names = [name for name in rough if open_parts is None or any(open_parts.get(name, (True,)))]
     if not names:
         return []

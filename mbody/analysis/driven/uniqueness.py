@@ -17,8 +17,8 @@ NAMED = 8
 
 
 def open_reactions(system: System, report: Rank | None) -> dict[str, list[bool]] | None:
-    """For every joint, whether fx, fy and the torque are open, for every driver and coupling
-    whether its effort is; None without a rank report.
+    """For every joint and closed contact, whether fx, fy and the torque are open, for every driver
+    and coupling whether its effort is; None without a rank report.
 
     Multipliers may be changed by any combination of the dependencies without changing the motion;
     a reaction is determined where no such change reaches it.
@@ -34,6 +34,9 @@ def open_reactions(system: System, report: Rank | None) -> dict[str, list[bool]]
         # the two rows of a pin are its world components; other rows reach both
         fx, fy = (lengths[0], lengths[1]) if joint.coincident else (lengths.any(),) * 2
         result[joint.name] = [bool(fx), bool(fy), bool(angles.any())]
+    for contact in (one for one in system.mechanism.contacts if one.closed):
+        own = np.isin(primitive, system.primitives_of[contact.name])
+        result[contact.name] = [bool(touched[own].any())] * 3
     for element in (*system.mechanism.drivers, *system.mechanism.couplings):
         own = np.isin(primitive, system.primitives_of[element.name])
         result[element.name] = [bool(touched[own].any())]

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbody.analysis.contact.contact_laws import ClosedContacts, impact_impulses
+from mbody.analysis.contact.overlaps import Overlap, deepest_overlap
 from mbody.analysis.contact.unilateral import Rows, Unilateral
 from mbody.errors import ModelError, SolveError
 from mbody.kernels.layout import Work
@@ -210,59 +211,22 @@ def first_overlap(uni: Unilateral, work: Work, near: float) -> list[int]:
         With the names, by how much, and where.
     """
     rows = uni.read(work)
-    gaps, along = uni.gaps(rows), uni.along(work).min(axis=1, initial=np.inf)
-    worst: dict[str, tuple[float, int]] = {}
-    edges: dict[tuple[str, str, tuple[float, ...], float], list[int]] = {}
-    for n, (touch, gap) in enumerate(zip(uni.touches, gaps, strict=True)):
-        spot = touch.spot
-        if spot.solid == "polygon" and not spot.arcs:
-            arm = tuple(float(part) for part in spot.arm)
-            key = touch.name, str(spot.swapped), arm, float(spot.reach)
-            edges.setdefault(key, []).append(n)
-        elif gap >= -near:
-            continue
-        elif spot.solid == "segment" or spot.arcs:
-            # from behind a thin wall, or an arc, nothing overlaps it but a disc
-            if along[n] >= 0.0 and gap > -2.0 * float(spot.reach):
-                worst.setdefault(touch.name, (float(gap), n))
-        else:
-            worst[touch.name] = min(worst.get(touch.name, (0.0, n)), (float(gap), n))
-    whole = uni.along(work)
-    for (name, _, _, reach), about in edges.items():
-        gap, n = _to_polygon(gaps[about] + reach, whole[about])
-        if gap - reach < -near:
-            worst[name] = min(worst.get(name, (0.0, 0)), (gap - reach, about[n]))
-    if worst:
-        name = min(worst, key=lambda one: worst[one][0])
-        raise _overlap(uni, work, name, *worst[name])
+    found = deepest_overlap(uni, rows, work, near)
+    if found is not None:
+        raise _overlap(uni, work, found)
     within = uni.within_edges(rows, work, near, 0.0)
-    return [n for n, gap in enumerate(gaps) if abs(gap) <= near and within[n]]
+    return [n for n, gap in enumerate(uni.gaps(rows)) if abs(gap) <= near and within[n]]
 
 
-def _to_polygon(across: Array, along: Array) -> tuple[float, int]:
-    """The distance of a point from a polygon, negative within, and the number of the nearest edge;
-    of every edge the distance `across` its line (edges,), positive outside, and those `along` it
-    from both ends (edges, 2). The polygon may bend inwards.
-    """
-    past = np.maximum(-along.min(axis=1), 0.0)
-    distances = np.hypot(across, past)
-    least = distances.min()
-    # nearest to a corner both edges there are as near: the one that is seen more squarely decides
-    near = np.flatnonzero(distances <= least * (1.0 + 1e-12) + 1e-300)
-    n = int(near[np.argmax(np.abs(across[near]))])
-    return float(np.copysign(least, across[n])), n
-
-
-def _overlap(uni: Unilateral, work: Work, name: str, gap: float, n: int) -> ModelError:
+def _overlap(uni: Unilateral, work: Work, found: Overlap) -> ModelError:
     machine = uni.system.mechanism
-    j = uni.bodies[n][1]
+    j = uni.bodies[found.touch][1]
     x, y, angle = work.q[3 * j : 3 * j + 3, 0]
-    ax, ay = (float(part) for part in uni.touches[n].spot.arm)
+    ax, ay = (float(part) for part in uni.touches[found.touch].spot.arm)
     place = (
         float(x + np.cos(angle) * ax - np.sin(angle) * ay),
         float(y + np.sin(angle) * ax + np.cos(angle) * ay),
     )
-    depth = -gap / uni.unit_of(n)
-    (one,) = (one for one in machine.contacts if one.name == name)
-    sentence = one.overlapping(depth, place, uni.system.values, machine.units)
+    (one,) = (one for one in machine.contacts if one.name == found.contact)
+    sentence = one.overlapping(found.depth, place, uni.system.values, machine.units)
     return ModelError(sentence, one.described_as)

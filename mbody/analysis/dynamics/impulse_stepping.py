@@ -55,7 +55,7 @@ from mbody.kernels.moreau import (
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.kernels.residuals import CONSTRAINT, LEFT, RESIDUALS
 from mbody.kernels.step_state import DELIVERED, DONE, NEXT, NOT_FINITE, STEPS, TIME
-from mbody.model.mechanism import without_contacts
+from mbody.model.closed_mechanism import without_contacts
 from mbody.solution.certificate import as_reported, changed
 from mbody.solution.checks import residuals
 from mbody.solution.histories import Record

@@ -9,10 +9,11 @@ import numpy as np
 
 from mbody.errors import ModelError, brief
 from mbody.laws import Table
+from mbody.model.closed_mechanism import with_element
 from mbody.model.element import listed
 from mbody.model.evaluation import resolved
 from mbody.model.inputs import Input
-from mbody.model.mechanism import Mechanism, with_element
+from mbody.model.mechanism import Mechanism
 from mbody.quantities import dimension_text
 from mbody.system.assembler import assemble, with_numbers_of
 from mbody.system.system import System

@@ -8,11 +8,15 @@ from typing import Any
 
 import numpy as np
 
+from mbody.analysis.contact.closed_contacts import with_closed_contacts
+from mbody.analysis.driven.contacts import pulled
 from mbody.analysis.driven.runner import Runner
 from mbody.analysis.driven.time_grid import by_time
+from mbody.analysis.equilibria.contact_reserve import ContactReserve
 from mbody.analysis.equilibria.friction_bands import (
     Band,
     FrictionReserve,
+    Reserve,
     RestBand,
     bands_of,
     holding_sentences,
@@ -29,6 +33,7 @@ from mbody.errors import ModelError, SolveError, remedy
 from mbody.model.body import Guesses
 from mbody.model.mechanism import Mechanism
 from mbody.model.remarks import kept_states, left_out, without_friction
+from mbody.solution.contact_ranges import rubs_by_contacts_alone
 from mbody.solution.doubts import doubted
 from mbody.solution.heading import heading, unit_symbols
 from mbody.solution.histories import BodyHistory, Reaction, Record
@@ -211,7 +216,11 @@ def equilibrium(
     """
     system = single_design("equilibrium", model, free)
     time = single_time("equilibrium", system, t)
-    return search(system, guesses(starts), time).equilibria()
+    chosen = with_closed_contacts(system, time, {}, free=1)
+    _, *others = guesses(starts)
+    found = search(chosen.system, [chosen.guess, *others], time)
+    found.notes = [*chosen.notes, *found.notes]
+    return found.equilibria()
 
 
 def guesses(starts: Any) -> list[Guesses | None]:
@@ -255,7 +264,11 @@ def search(system: System, starts: Sequence[Guesses | None], t: float) -> _RestR
                 f"too many for its search, it takes up to {FREE}: hold some of them by drivers"
             )
         if found is None:
-            reserve = FrictionReserve(manifold, start.regularization)
+            reserve: Reserve
+            if rubs_by_contacts_alone(system):
+                reserve = ContactReserve(manifold)
+            else:
+                reserve = FrictionReserve(manifold, start.regularization)
             found = _RestResults(system, t, RestSearch(manifold), reserve)
         found.search.around(here)
     assert found is not None
@@ -271,7 +284,11 @@ class _RestResults:
     """Makes results of what a search found."""
 
     def __init__(
-        self, system: System, t: float, search: RestSearch, reserve: FrictionReserve
+        self,
+        system: System,
+        t: float,
+        search: RestSearch,
+        reserve: Reserve,
     ) -> None:
         self.system, self.t, self.search, self.reserve = system, t, search, reserve
         self.mechanism, self.manifold = system.mechanism, search.manifold
@@ -372,8 +389,10 @@ class _RestResults:
             )
         if word == "stable":
             notes += lifting(self.manifold, rest)
+        solution = self._statics(place)
+        notes += pulled(solution)
         return Equilibrium(
-            solution=self._statics(place),
+            solution=solution,
             stability=word,
             stiffness=self.in_leaders(place, motions, rest.stiffness),
             motions=motions,

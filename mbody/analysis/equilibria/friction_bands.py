@@ -16,10 +16,11 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
+from mbody.analysis.equilibria.contact_reserve import ContactReserve
 from mbody.analysis.equilibria.curve_walk import MotionCurve, Node, Walk, between
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
 from mbody.kernels.friction_instants import (
@@ -32,10 +33,11 @@ from mbody.kernels.friction_laws import IMPENDING
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
+from mbody.model.remarks import rubbing
 from mbody.solution.friction_ranges import senses_with_still
 from mbody.solution.rough_pairs import may_hold, rough_pairs
 
-__all__ = ["Band", "FrictionReserve", "RestBand", "bands_of", "holding_sentences"]
+__all__ = ["Band", "FrictionReserve", "Reserve", "RestBand", "bands_of", "holding_sentences"]
 
 #: A node, the reserve there, and whether the curve is smooth up to the next one.
 Sample = tuple[Node, float, bool]
@@ -101,6 +103,10 @@ class Band:
     inside: tuple[Node, ...]
 
 
+#: What says how much more friction could take, of joints and of contacts.
+Reserve: TypeAlias = "FrictionReserve | ContactReserve"
+
+
 class FrictionReserve:
     """How much more friction at rest could take at positions of a manifold."""
 
@@ -109,8 +115,7 @@ class FrictionReserve:
         system = manifold.system
         self.work, self.pairs = system.work(), rough_pairs(system)
         self.layout = system.runtime().replaced(senses=IMPENDING)
-        contacts = {contact.name for contact in system.mechanism.contacts}
-        holds = [may_hold(system, one) and one.joint not in contacts for one in self.pairs]
+        holds = [may_hold(system, one) and not one.separable for one in self.pairs]
         self.holds = np.array(holds, dtype=bool)
 
     def __bool__(self) -> bool:
@@ -152,7 +157,9 @@ class FrictionReserve:
         return float(least)
 
 
-def bands_of(curve: MotionCurve, walks: list[Walk], reserve: FrictionReserve) -> list[Band]:
+def bands_of(
+    curve: MotionCurve, walks: list[Walk], reserve: FrictionReserve | ContactReserve
+) -> list[Band]:
     """The bands along the walks of one curve, in their order: one that closes, or the ways to both
     sides of its start.
     """
@@ -198,7 +205,7 @@ def holding_sentences(mechanism: Mechanism, bands: tuple[RestBand, ...], holds: 
     """What friction does beside rest positions that need none of it."""
     if not holds:
         return []
-    names = listed([joint.name for joint in mechanism.joints if joint.rubs])
+    names = listed(rubbing(mechanism))
     if any(band.everywhere for band in bands):
         leader = next(band.leader for band in bands if band.everywhere)
         return [f"self-locking: friction of {names} holds '{leader}' in every position"]
@@ -214,7 +221,7 @@ def holding_sentences(mechanism: Mechanism, bands: tuple[RestBand, ...], holds: 
 class _Located:
     """Samples of the reserve along the walks of a curve, and where it is zero."""
 
-    def __init__(self, curve: MotionCurve, reserve: FrictionReserve) -> None:
+    def __init__(self, curve: MotionCurve, reserve: Reserve) -> None:
         self.curve, self.reserve, self.most = curve, reserve, np.inf
 
     def points(self, walks: list[Walk]) -> list[Sample]:

@@ -320,8 +320,8 @@ def _guessed_place(body: Body, guess: Guesses | None) -> bool:
     return own.x is not None
 
 
-def check_determined(system: System, result: ClosedPosition, what: str) -> None:
-    """Refuse a position that the drivers do not determine.
+def check_determined(system: System, result: ClosedPosition, what: str, remedy: str = "") -> None:
+    """Refuse a position that the drivers do not determine; `remedy`: what else may be done.
 
     Raises
     ------
@@ -335,7 +335,7 @@ def check_determined(system: System, result: ClosedPosition, what: str) -> None:
         if system.rows >= system.coordinates:
             return
         free = system.coordinates - system.rows
-        raise SolveError(_too_few(system, what, free, None))
+        raise SolveError(_too_few(system, what, free, None) + remedy)
     G = dense(system, result.work)[1]
     report = result.rank = rank_of(G)
     names = [driver.name for driver in system.mechanism.drivers]
@@ -343,7 +343,7 @@ def check_determined(system: System, result: ClosedPosition, what: str) -> None:
     independent = report.rank - joints.rank
     if independent == len(names):
         if report.free:
-            raise SolveError(_too_few(system, what, report.free, report.motions))
+            raise SolveError(_too_few(system, what, report.free, report.motions) + remedy)
         sizes = np.linalg.svd(G, compute_uv=False)
         if not names or sizes[system.coordinates - 1] > DEAD * sizes[0]:
             return

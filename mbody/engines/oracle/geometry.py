@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from mbody.model.body import Body
-from mbody.model.contact import OneSided
 from mbody.model.element import Element, Marker, Polar
 from mbody.model.joints import Fixed, Prismatic
 from mbody.model.mechanism import Mechanism
+from mbody.model.one_sided_constraint import OneSided
 
 __all__ = ["Geometry", "ReferenceNumbers", "pair"]
 

@@ -10,6 +10,7 @@ import numpy as np
 from mbody.engines.comparison import Comparison
 from mbody.engines.formula_loads import follows_formula
 from mbody.engines.opinion import Inexpressible, Opinion
+from mbody.engines.oracle.closed_contacts import closed_contact_opinion
 from mbody.engines.oracle.contact_opinion import contact_opinion
 from mbody.engines.oracle.reference import Reference
 from mbody.solution.own_histories import own_history
@@ -49,6 +50,8 @@ def opinion(system: System, run: Solution) -> Opinion:
     try:
         if run.mechanism.contacts and run.analysis == "simulate":
             return contact_opinion(system, run)
+        if any(one.closed for one in run.mechanism.contacts):
+            return closed_contact_opinion(run.system, run)
         return _OracleCheck(system, run).opinion()
     except NotImplementedError as error:
         return Opinion("oracle", (), (Inexpressible("model", str(error)),))

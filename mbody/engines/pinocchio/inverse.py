@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.driven.free_body import coupled
+from mbody.analysis.driven.forces_on_several import coupled
 from mbody.engines.cut_constraints import CUT_JOINTS, ConstraintRow, constraint_rows
 from mbody.engines.independent_reading import reading
 from mbody.engines.load_forces import NATIVE, gravity_of, wrenches

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.driven.free_body import coupled
+from mbody.analysis.driven.forces_on_several import coupled
 from mbody.engines.independent_reading import reading
 from mbody.engines.pymunk.richardson import extrapolated
 from mbody.engines.pymunk.space import Space, inexpressible

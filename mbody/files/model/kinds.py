@@ -14,6 +14,7 @@ from typing import Any
 from mbody import laws
 from mbody.model import contact, coupling, driver, freewheel, joints, loads, stop
 from mbody.model.element import Element
+from mbody.model.one_sided_constraint import OneSided
 
 __all__ = ["LAWS", "SECTIONS", "kind_of", "section_of", "written_fields"]
 
@@ -43,7 +44,7 @@ SECTIONS: dict[str, dict[str, type[Element]]] = {
     "contacts": {
         word: cls
         for module in (contact, freewheel, stop)
-        for word, cls in _elements(module, contact.OneSided).items()
+        for word, cls in _elements(module, OneSided).items()
     },
 }
 

@@ -32,6 +32,7 @@ from mbody.model.body import Body, Guess, SecondMoments, SlenderRod
 from mbody.model.coupling import CouplingTerm
 from mbody.model.element import ENDS, Element, Marker, Polar, place_name
 from mbody.model.inputs import Input
+from mbody.model.joint_contacts import as_described
 from mbody.model.mechanism import Mechanism
 from mbody.model.states import STEADY, State
 from mbody.quantities import Formula, FormulaError, evaluate, parse
@@ -124,6 +125,7 @@ class Writer:
     """Turns elements into tables, with the text that their numbers were made of."""
 
     def __init__(self, mechanism: Mechanism) -> None:
+        mechanism = as_described(mechanism)
         self.mechanism, self.formulas = mechanism, mechanism.formulas
         self.units, self.scope = mechanism.units, mechanism.parameters.scope()
         # text of plain radians reads as it is only where the file has that unit

@@ -28,8 +28,8 @@ class LimitedJoint(RubbingJoint, StrikingJoint):
     ----------
     limits : pair of float, optional
         The least and the greatest value of the coordinate [rad or length], None for none on that
-        side. At either end is a stop, as of a `Stop`, which acts in `simulate`; all other analyses
-        leave it out, with a note.
+        side. At either end is a stop, as of a `Stop`: it acts in `simulate`, and in other analyses
+        where it is met and nothing else determines the position.
     restitution : float, optional
         e of impacts at the limits, from 0, the default, to 1.
     """
