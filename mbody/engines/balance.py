@@ -31,6 +31,8 @@ __all__ = ["opinion"]
 
 Array = np.ndarray
 
+#: A part of the speed that forces would give that is none, as in the residuals of results.
+STILL = 1e-12
 #: Residual of Newton's method at its end: over the gallery at most 5e-13 of the greatest force.
 EXPECTED = 5e-12
 
@@ -209,5 +211,11 @@ def _power(
     for loss in run.losses.values():
         whole -= loss
         comparison.size("power", loss)
+    # what is slower than this part of the speed that its forces would give it is at rest
+    units = np.array([1.0, 1.0, system.length])
+    top = float(np.abs(loads / units).max(initial=0.0))
+    whole_mass = float(system.mass[: system.coordinates : 3].sum())
+    if whole_mass > 0.0:
+        comparison.size("power", STILL * top * np.sqrt(top * system.length / whole_mass))
     if comparison.sizes["power"] > 0.0:
         comparison.add("power", "power", np.zeros(len(run)), whole)

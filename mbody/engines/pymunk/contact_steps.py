@@ -67,8 +67,10 @@ def _motion(
     """The motion with a number of steps between the instants."""
     space = Space(system, 1.0, iterations)
     rates = np.abs(kinematic(run, "rate")) * (1.0, 1.0, system.length)
-    touching = TouchingShapes(space, float(rates.max()))
     last = float(run.t[-1])
+    # what stays where it is has the speed of a model length over the motion
+    least = system.length / max(last - float(run.t[0]), 1e-300)
+    touching = TouchingShapes(space, max(float(rates.max()), least))
     stepper = SpaceStepper(space, functools.partial(of_system, run.system, last=last), last=last)
     stepper.put(kinematic(run, "place")[0], kinematic(run, "rate")[0])
     places, modes = [], []
