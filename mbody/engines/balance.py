@@ -211,11 +211,12 @@ def _power(
     for loss in run.losses.values():
         whole -= loss
         comparison.size("power", loss)
+    if not comparison.sizes["power"] > 0.0:
+        return
     # what is slower than this part of the speed that its forces would give it is at rest
     units = np.array([1.0, 1.0, system.length])
     top = float(np.abs(loads / units).max(initial=0.0))
     whole_mass = float(system.mass[: system.coordinates : 3].sum())
     if whole_mass > 0.0:
         comparison.size("power", STILL * top * np.sqrt(top * system.length / whole_mass))
-    if comparison.sizes["power"] > 0.0:
-        comparison.add("power", "power", np.zeros(len(run)), whole)
+    comparison.add("power", "power", np.zeros(len(run)), whole)
