@@ -28,6 +28,7 @@ LAYERS = (
     ("laws",),
     ("model",),
     ("kernels",),
+    ("straight_line",),
     ("system",),
     ("solution",),
     ("analysis", "analysis.position"),

@@ -42,6 +42,10 @@ ONLY = {
 }
 
 COMPILER = {"numba", "llvmlite"}
+BUILDERS = [
+    "mbody.compiler",
+    *(f"mbody.straight_line.{name}" for name in ("builder", "instructions", "march")),
+]
 HEAVY = {
     *("matplotlib", "mujoco", "pandas", "scipy", "pint", "pymunk", "pinocchio"),
     *("distributed", "pyarrow"),
@@ -70,8 +74,8 @@ def complaints(path: str, source: str) -> list[str]:
         home = next((name for name in ONLY if within(module_of(path), [name])), "")
         if home and not within(one.target, ONLY[home] | {home}):
             reason = f"{home} may import its own folder and the short list in ONLY, no more"
-        if within(one.target, COMPILER) and not within(module_of(path), ["mbody.compiler"]):
-            reason = "numba is for mbody.compiler alone"
+        if within(one.target, COMPILER) and not within(module_of(path), BUILDERS):
+            reason = "numba is for those alone who build machine code"
         if one.at_load and within(one.target, HEAVY):
             reason = "too heavy to load with mbody: import it inside the function that needs it"
         if reason:

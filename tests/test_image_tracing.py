@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mbody.laws.postfix import LOG, OPERATIONS
-from mbody.solution.tracing import FUNCTIONS, Recording, Rule, Untraceable
+from mbody.laws.postfix import LOG
+from mbody.solution.tracing import CODES, Recording, Rule, Untraceable
 
-UNARY = [name for name, code in FUNCTIONS.items() if OPERATIONS.index(code) <= LOG]
-BINARY = [name for name in FUNCTIONS if name not in UNARY]
+UNARY = [name for name, code in CODES.items() if code <= LOG]
+BINARY = [name for name in CODES if name not in UNARY]
 #: What is made of several operations.
 MADE = ("square", "reciprocal", "sign")
 number = st.floats(-1e3, 1e3, allow_subnormal=False)
@@ -23,10 +23,10 @@ def recorded(**values):
 
 def evaluated(program):
     """What the operations give, one after the other, by plain Python: the core is another route."""
-    slots, inverse = program.slots.copy(), {v: k for k, v in FUNCTIONS.items()}
+    slots, inverse = program.slots.copy(), {code: name for name, code in CODES.items()}
     with np.errstate(all="ignore"):
         for code, a, b, to in program.operations:
-            name = inverse[OPERATIONS[code]]
+            name = inverse[code]
             arguments = (slots[a],) if name in UNARY else (slots[a], slots[b])
             slots[to] = getattr(np, name)(*arguments)
     return slots[program.targets]

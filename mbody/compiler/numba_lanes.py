@@ -31,7 +31,7 @@ from mbody.core import lanes as plain
 from mbody.core.interface import FASTMATH
 from mbody.core.lanes import LANES, Number, sincos
 
-__all__ = ["Lanes"]
+__all__ = ["Lanes", "sincos_near_zero"]
 
 witness(LANES)(plain.wide)
 row_load(plain.ld)
@@ -61,21 +61,23 @@ _FAR = 1e5
 
 @elementwise(3, if_odd)
 def _if_odd(t: Number, x: Number, y: Number) -> Number:
-    """x where the last bit of t is set, else y.  Compiled code only, like the next one."""
-    raise NotImplementedError
+    """x where the last bit of t is set, else y. Not of plain numbers, like the next one: of what
+    has these methods.
+    """
+    return t.if_odd(x, y)
 
 
 @elementwise(2, negate_if_two)
 def _negate_if_two(t: Number, x: Number) -> Number:
     """-x where the last bit but one of t is set, else x."""
-    raise NotImplementedError
+    return t.negate_if_two(x)
 
 
 @inline
-def _sincos(x: Number) -> tuple[Number, Number]:
+def sincos_near_zero(x: Number) -> tuple[Number, Number]:
     """Sine and cosine by the polynomials of Sun's fdlibm, on the octant around the nearest k pi/2.
 
-    Compiled only: the type of x decides between one number and many lanes.
+    The type of x decides between one number and many lanes.
     """
     t = x * _TWO_OVER_PI + _ROUND
     k = t - _ROUND
@@ -108,13 +110,13 @@ _far_cosine: Any = types.ExternalFunction("cos", signature(types.float64, types.
 def _overload_sincos(x: Any) -> Any:
     # Numba requires that the signatures below equal that above, including the annotations.
     def lanes(x: Any) -> Any:
-        return _sincos(x)
+        return sincos_near_zero(x)
 
     def scalar(x: Any) -> Any:
         number = np.float64(x)
         if np.abs(number) > _FAR:
             return _far_sine(number), _far_cosine(number)
-        return _sincos(number)
+        return sincos_near_zero(number)
 
     if isinstance(x, Lanes):
         return None if x.dual else lanes

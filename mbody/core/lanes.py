@@ -21,8 +21,10 @@ for all lanes.
 Every function here is also a plain Python function that does the same to NumPy rows of any
 length, of floats or of complex numbers, so that with ``NUMBA_DISABLE_JIT=1`` whole kernels run on
 either (complex steps give derivatives).  There a row is an array, and ``a += b`` would change it
-in place under every name: sources for both write ``a = a + b``. What a compiler makes of these
-functions is in `mbody.compiler.numba_lanes`.
+in place under every name: sources for both write ``a = a + b``.  Recorded numbers
+(`mbody.core.recorded_numbers`) stand in arrays of objects of one column; straight-line code is
+made of what kernels do with them.  What a compiler makes of these functions is in
+`mbody.compiler.numba_lanes`.
 """
 
 from __future__ import annotations
@@ -32,6 +34,7 @@ from typing import Any
 import numpy as np
 
 from mbody.core.dual_number import DualNumber, value
+from mbody.core.recorded_numbers import Traced, Untraceable, apply
 
 __all__ = [
     "LANES",
@@ -118,8 +121,19 @@ def _where(condition: Any, x: Number, y: Number) -> Number:
     return found if found.ndim else found.item()
 
 
+def _any_traced(*numbers: Number) -> bool:
+    return any(isinstance(number, Traced) for number in numbers)
+
+
+def _no_traced(number: Number) -> None:
+    if _any_traced(number):
+        raise Untraceable("what all lanes do depends on their numbers")
+
+
 def select_le(a: Number, b: Number, x: Number, y: Number) -> Number:
     """Lane by lane, x where a <= b, else y (also where a or b is NaN).  Both are evaluated."""
+    if _any_traced(a, b, x, y):
+        return apply("select_le", (a, b, x, y))
     if _any_dual(a, b, x, y):
         return x if value(a) <= value(b) else y
     return _where(np.real(a) <= np.real(b), x, y)
@@ -127,6 +141,8 @@ def select_le(a: Number, b: Number, x: Number, y: Number) -> Number:
 
 def smaller(a: Number, b: Number) -> Number:
     """Lane by lane the smaller of two; NaN where either is NaN."""
+    if _any_traced(a, b):
+        return apply("minimum", (a, b))
     if _any_dual(a, b):
         return a if np.isnan(value(a)) or value(a) < value(b) else b
     return _where(np.isnan(a) | (np.real(a) < np.real(b)), a, b)
@@ -134,6 +150,8 @@ def smaller(a: Number, b: Number) -> Number:
 
 def larger(a: Number, b: Number) -> Number:
     """Lane by lane the larger of two; NaN where either is NaN."""
+    if _any_traced(a, b):
+        return apply("maximum", (a, b))
     if _any_dual(a, b):
         return a if np.isnan(value(a)) or value(a) > value(b) else b
     return _where(np.isnan(a) | (np.real(a) > np.real(b)), a, b)
@@ -141,11 +159,13 @@ def larger(a: Number, b: Number) -> Number:
 
 def lowest(a: Number) -> float:
     """The least of all lanes as one float; NaN if any lane is NaN."""
+    _no_traced(a)
     return float(np.min(np.real(value(a))))
 
 
 def highest(a: Number) -> float:
     """The greatest of all lanes as one float; NaN if any lane is NaN."""
+    _no_traced(a)
     return float(np.max(np.real(value(a))))
 
 

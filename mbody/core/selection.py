@@ -27,7 +27,7 @@ from mbody.core.library import Library, LibraryError, best_levels, open_library,
 from mbody.core.sources import PACKAGE, source_hash
 from mbody.errors import ModelError, ModelWarning
 
-__all__ = ["CORES", "ZIG", "Choice", "chosen", "compiler", "linker"]
+__all__ = ["CORES", "ZIG", "Choice", "chosen", "compiler", "linker", "machine_code_folder"]
 
 CORES = ("native", "numba", "plain")
 #: The C compiler of the package `ziglang`, which links for other machines too.
@@ -162,6 +162,19 @@ def _made_here(why: str) -> Choice:
     if folder is None:
         raise _Missing("no folder to keep it can be written, see MBODY_CACHE_DIR")
     return Choice("native", f"{why}: kernels are made on this machine, once", folder, level)
+
+
+def machine_code_folder() -> tuple[Path, str] | None:
+    """The folder for machine code made on this machine, and its level, where machine code is the
+    core and can be made; else None.
+    """
+    choice, sources = chosen(), source_hash()
+    if choice.name != "native" or choice.level is None or sources is None:
+        return None
+    if find_spec("numba") is None or linker() is None or sys.platform == "win32":
+        return None
+    folder = cache_folder(_stamp(sources, choice.level))
+    return None if folder is None else (folder, choice.level)
 
 
 def _date(package: str) -> tuple[int, int]:

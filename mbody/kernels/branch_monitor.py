@@ -247,17 +247,18 @@ def lowest_of_parabola(x, before, ahead):
 
 
 @njit
-def signs_kept(S, W, w, F, k, h, back, failed):
+def signs_kept(S, W, w, F, step, failed):
     """`failed`, set to one where the determinant of a block has another sign than at the instant
     before, or bends more over the last steps than it is great; and the greatest inverse of one.
 
-    S, F: the LU and its workspace; k: instant; h, back: the last step and the one before. The
-    second difference is that of `judge_step`.
+    S, F: the LU and its workspace; step: the last step and the one before, and whether there are
+    such, one or zero. The second difference is that of `judge_step`.
     """
     zero = 0.0 * failed
     one = zero + 1.0
+    h, back, seen, seen_twice = step
     count = S.scale.shape[0]
-    x = h / select_le(larger(back, -back), zero, one, back)
+    x = h / select_le(larger(back, -back), 0.0 * back, 0.0 * back + 1.0, back)
     most = one
     for g in range(count):
         e2 = zero + S.scale[g]
@@ -265,15 +266,12 @@ def signs_kept(S, W, w, F, k, h, back, failed):
             e2 = e2 * ld(F.factor, S.group[n], w)
         great = larger(e2, -e2)
         most = larger(most, great)
-        if k > 0:
-            e1 = ld(W.monitor, count + g, w)
-            failed = larger(failed, select_le(zero + TINY, e1 * e2, zero, one))
-            if k > 1:
-                e0 = ld(W.monitor, g, w)
-                bend = e0 * e1 + e2 * (x * e1 - (one + x) * e0)
-                small = smaller(e1 * e2, smaller(e0 * e1, e0 * e2))
-                bend = larger(bend, -bend)
-                failed = larger(failed, select_le(bend, SHARP * small, zero, one))
-            st(W.monitor, g, e1, w)
+        e1, e0 = ld(W.monitor, count + g, w), ld(W.monitor, g, w)
+        failed = larger(failed, seen * select_le(zero + TINY, e1 * e2, zero, one))
+        bend = e0 * e1 + e2 * (x * e1 - (1.0 + x) * e0)
+        small = smaller(e1 * e2, smaller(e0 * e1, e0 * e2))
+        bend = larger(bend, -bend)
+        failed = larger(failed, seen_twice * select_le(bend, SHARP * small, zero, one))
+        st(W.monitor, g, e1, w)
         st(W.monitor, count + g, e2, w)
     return failed, most

@@ -46,7 +46,13 @@ from mbody.kernels.position_velocity import (
     size_square,
     take_off,
 )
-from mbody.kernels.predictor import compare_step, predict, predict_by_three, store_place
+from mbody.kernels.predictor import (
+    compare_step,
+    next_place,
+    predict,
+    predict_by_three,
+    store_place,
+)
 from mbody.kernels.square_lu import (
     Square,
     SquareWork,
@@ -200,7 +206,6 @@ def advance(L, P, Q, W, F, path, followed, k):
     the greatest inverse determinant of a block.
     """
     w = wide()
-    one = 0.0 * w + 1.0
     zero = 0.0 * w
     shared = followed.shared
     failed = ld(followed.found, FAILED, w)
@@ -213,14 +218,9 @@ def advance(L, P, Q, W, F, path, followed, k):
         if k > 1:
             back = ld(path.s, k - 1, w) - ld(path.s, k - 2, w)
         predict_instant(L, W, w, path, k, last, places)
-    signals(L, W, w, L.varying)
-    if path.mode == BY_DRIVER:
-        o = L.driver_row[0]
-        st(W.signal, o, here, w)
-        st(W.signal, o + 1, 1.0, w)
-        st(W.signal, o + 2, 0.0, w)
+    prescribe(L, W, w, path, here)
     first, rest, growth = zero, zero, zero
-    small = TOLERANCE * TOLERANCE * path.reach * path.reach
+    small = smallest(path.reach)
     for iteration in range(ITERATIONS):
         turns(L, W, w)
         rows(L, W, w, True, None)
@@ -233,18 +233,60 @@ def advance(L, P, Q, W, F, path, followed, k):
             break
         if iteration == 0 and k > 2 and places == TWO_AT_FIRST:
             places = THREE
+    newton = first, rest, growth, small
+    step = h, back, 1.0 if k > 0 else 0.0, 1.0 if k > 1 else 0.0
+    rates = zero, zero
+    if path.mode == BY_DRIVER:
+        rates = ld(path.given, 2 * k, w), ld(path.given, 2 * k + 1, w)
+    failed, most = conclude(L, S, W, w, F, path, rates, newton, step, last, failed)
+    st(followed.found, FAILED, failed, w)
+    shared[LAST] = next_place(W, last)
+    shared[PLACES], shared[SECOND] = places, 1 if second else 0
+    return most
+
+
+@inline
+def smallest(reach):
+    """Square of the accepted correction."""
+    return TOLERANCE * TOLERANCE * reach * reach
+
+
+@njit
+def prescribe(L, W, w, path, here):
+    """Signals at the path parameter `here`, the time being in W.time."""
+    signals(L, W, w, L.varying)
+    if path.mode == BY_DRIVER:
+        o = L.driver_row[0]
+        st(W.signal, o, here, w)
+        st(W.signal, o + 1, 1.0, w)
+        st(W.signal, o + 2, 0.0, w)
+
+
+@njit
+def conclude(L, S, W, w, F, path, rates, newton, step, last, failed):
+    """Judge a position after Newton's last step, and compute all else there; it becomes the last
+    place. Returns `failed`, set to one in lanes that must not be trusted, and the greatest inverse
+    determinant of a block.
+
+    S, F: the LU and its workspace; rates: rate and acceleration of the one driver; newton: squares
+    of the first and the last correction, the growth, square of the accepted correction; step: the
+    last step and the one before, and whether there are such, one or zero.
+    """
+    one, zero = 0.0 * failed + 1.0, 0.0 * failed
+    first, rest, growth, small = newton
+    h, _, seen, _ = step
     failed = larger(failed, select_le(rest, zero + small, zero, one))
     failed = larger(failed, select_le(growth, zero + GROWTH, zero, one))
-    failed, most = signs_kept(S, W, w, F, k, h, back, failed)
+    failed, most = signs_kept(S, W, w, F, step, failed)
     accelerations_square(L, S, W, w, F)
-    if k > 0:
-        moved, off, terms, spread = compare_step(L, W, w, h, last)
-        failed = larger(failed, select_le(spread, zero + SPREAD, zero, one))
-        failed = larger(failed, select_le(first, CORRECTION * moved + SLIGHT, zero, one))
-        failed = larger(failed, select_le(off, TURNED * terms + SLIGHT, zero, one))
-    last = store_place(L, W, w, last)
+    moved, off, terms, spread = compare_step(L, W, w, h, last)
+    wrong = select_le(spread, zero + SPREAD, zero, one)
+    wrong = larger(wrong, select_le(first, CORRECTION * moved + SLIGHT, zero, one))
+    wrong = larger(wrong, select_le(off, TURNED * terms + SLIGHT, zero, one))
+    failed = larger(failed, seen * wrong)
+    store_place(L, W, w, last)
     if path.mode == BY_DRIVER and not path.at_rest:
-        set_rates(L, W, w, 0, ld(path.given, 2 * k, w), ld(path.given, 2 * k + 1, w))
+        set_rates(L, W, w, 0, rates[0], rates[1])
         motion_square(L, S, W, w, F, W.nu, W.v)
         accelerations_square(L, S, W, w, F)
     if path.at_rest:
@@ -260,10 +302,7 @@ def advance(L, P, Q, W, F, path, followed, k):
             residual = multipliers_square(L, S, W, w, F)
     else:
         residual = rate_residual(L, W, w)
-    failed = larger(failed, select_le(residual, zero, zero, one))
-    st(followed.found, FAILED, failed, w)
-    shared[LAST], shared[PLACES], shared[SECOND] = last, places, 1 if second else 0
-    return most
+    return larger(failed, select_le(residual, zero, zero, one)), most
 
 
 @njit

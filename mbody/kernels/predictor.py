@@ -12,14 +12,14 @@ from __future__ import annotations
 from mbody.core.decorators import inline, njit
 from mbody.core.lanes import larger, ld, smaller, st
 
-__all__ = ["compare_step", "predict", "predict_by_three", "store_place"]
+__all__ = ["compare_step", "next_place", "predict", "predict_by_three", "store_place"]
 
 
 @njit
 def store_place(L, W, w, last):
     """Store q, v, a as the last place; returns its first row."""
     size = W.q.shape[0]
-    o = last + 3 * size if last < 6 * size else 0
+    o = next_place(W, last)
     for n in range(3 * L.bodies):
         st(W.past, o + n, ld(W.q, n, w), w)
         st(W.past, o + size + n, ld(W.v, n, w), w)
@@ -95,6 +95,13 @@ def hermite_weights(part, slope, bend, d):
     x = slope * d
     f = cube * (1.0 - 3.0 * x + (6.0 * x * x - 3.0 * bend * d * d))
     return f, cube * d * (1.0 - 3.0 * x), 0.5 * cube * d * d
+
+
+@inline
+def next_place(W, place):
+    """First row of the place after."""
+    size = 3 * W.q.shape[0]
+    return place + size if place < 2 * size else 0
 
 
 @inline

@@ -115,6 +115,7 @@ def sweep(
     columns = columns_of(system.mechanism, measure)
     job = prepared(system, samples.names, columns, analysis, options)
     count, far = len(samples.values), to is not None or scheduler is not None
+    job = job.of_many(count)
     size = _piece(job, far)
     if not far and job.grid is not None:  # each thread has two pieces at least
         size = min(size, -(-count // (2 * _threads(system, threads) * LANES)) * LANES)

@@ -8,6 +8,7 @@ the same designs wherever a batch is cut: so the numbers do not depend on how it
 
 from __future__ import annotations
 
+import weakref
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,8 +19,9 @@ from mbody.analysis.position.assembly_analysis import SUSPICIOUS, rounding
 from mbody.analysis.position.closed_position import ClosedPosition
 from mbody.analysis.position.staged_closing import ClosedDesigns, close_in_stages
 from mbody.core.lanes import LANES, aligned
-from mbody.kernels.continuation_lanes import Designs, follow_designs
+from mbody.kernels.continuation_lanes import Designs, LanePath, follow_designs
 from mbody.kernels.output import PER_PRIMITIVE
+from mbody.straight_line.programs import March, march_of
 from mbody.system.pivoting import PivotChoices, lane_workspace
 from mbody.system.system import System
 
@@ -42,6 +44,9 @@ class BatchSetup:
     small, reach : float
         Rounding of a closed position, and the greatest coordinate, in model lengths and radians.
     pivots : PivotChoices
+    straight : bool
+        Whether there are so many designs that straight-line code pays
+        (`mbody.straight_line.programs`).
     """
 
     analysis: str
@@ -51,6 +56,11 @@ class BatchSetup:
     small: float
     reach: float
     pivots: PivotChoices
+    straight: bool = False
+
+
+#: The straight-line code of every setup; machine code is not sent to other machines.
+_marches: weakref.WeakKeyDictionary[BatchSetup, March | None] = weakref.WeakKeyDictionary()
 
 
 def batch_setup(runner: Runner, start: ClosedPosition, grid: TimeGrid) -> BatchSetup | None:
@@ -118,23 +128,58 @@ def on_lanes(
     """
     runner = Runner(system, setup.analysis)
     grid, kept = with_middle(setup.grid)
-    followed = followed_lanes(np.empty((len(wanted), len(poses), len(grid.s))))
-    designs = Designs(
-        par=system.par,
-        mass=system.mass,
-        q=np.ascontiguousarray(poses.T),
-        wanted=wanted,
-        page=aligned(len(wanted) + PER_PRIMITIVE, LANES),
-        failed=np.empty(len(poses)),
-    )
-    follow_designs(
-        system.layout,
-        *setup.pivots,
-        system.work(LANES),
-        lane_workspace(setup.pivots, LANES),
-        runner.lane_path(grid, in_all_lanes(grid), setup.reach),
-        followed,
-        designs,
-    )
-    output = followed.output
+    output = np.empty((len(wanted), len(poses), len(grid.s)))
+    path = runner.lane_path(grid, in_all_lanes(grid), setup.reach)
+    q = np.ascontiguousarray(poses.T)
+    designs = _designs(system.par, system.mass, q, wanted)
+    march = _march(system, setup, path)
+    if march is None:
+        _follow(system, setup, path, designs, output)
+    else:
+        march.run(system.layout, system.work(LANES), path, designs, output)
+        _again(system, setup, path, designs, output)
     return (output if len(kept) == len(grid.s) else output[:, :, kept]), designs.failed == 0.0
+
+
+def _designs(par: np.ndarray, mass: np.ndarray, q: np.ndarray, wanted: np.ndarray) -> Designs:
+    page = aligned(len(wanted) + PER_PRIMITIVE, LANES)
+    return Designs(par=par, mass=mass, q=q, wanted=wanted, page=page, failed=np.empty(q.shape[1]))
+
+
+def _follow(
+    system: System, setup: BatchSetup, path: LanePath, designs: Designs, output: np.ndarray
+) -> None:
+    """Follow designs by the kernel that serves all topologies: output (rows, designs, instants)."""
+    work, numbers = system.work(LANES), lane_workspace(setup.pivots, LANES)
+    followed = followed_lanes(output)
+    follow_designs(system.layout, *setup.pivots, work, numbers, path, followed, designs)
+
+
+def _march(system: System, setup: BatchSetup, path: LanePath) -> March | None:
+    """The straight-line code of a setup where it pays, found or made when it is first needed."""
+    if not setup.straight:
+        return None
+    if setup not in _marches:
+        work = system.work(LANES)
+        _marches[setup] = march_of(system.layout, setup.pivots, path, work)
+    return _marches[setup]
+
+
+def _again(
+    system: System, setup: BatchSetup, path: LanePath, designs: Designs, output: np.ndarray
+) -> None:
+    """Follow the designs that failed once more by the kernel, each with all of its group of lanes,
+    so that their numbers do not depend on how a batch is cut.
+    """
+    failed = np.flatnonzero(designs.failed)
+    if not len(failed):
+        return
+    members = (np.unique(failed // LANES)[:, None] * LANES + np.arange(LANES)).ravel()
+    members = members[members < len(designs.failed)]
+    numbers = (designs.par, designs.mass, designs.q)
+    par, mass, q = (np.ascontiguousarray(rows[:, members]) for rows in numbers)
+    fewer = _designs(par, mass, q, designs.wanted)
+    found = np.empty((len(output), len(members), output.shape[2]))
+    _follow(system, setup, path, fewer, found)
+    place = np.searchsorted(members, failed)
+    output[:, failed], designs.failed[failed] = found[:, place], fewer.failed[place]

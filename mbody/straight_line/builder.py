@@ -1,0 +1,96 @@
+"""Building the straight-line code of one topology: a program, run in a process of its own.
+
+    python -m mbody.straight_line.builder DESCRIPTION --target host --to LIBRARY --sources HASH
+
+The description is what `mbody.straight_line.programs` wrote. The process has the plain core: the
+kernels' functions run as they are written, on recorded numbers. It ends with 3 where what they do
+depends on numbers, so that there is no straight-line code.
+"""
+
+# mypy: disallow-any-unimported=False, disallow-untyped-calls=False
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import llvmlite.binding as llvm
+import numpy as np
+from llvmlite import ir
+
+from mbody.compiler.builder import emit, machine_of
+from mbody.compiler.c_interface import common
+from mbody.compiler.targets import TARGETS, Target
+from mbody.core.recorded_numbers import Untraceable
+from mbody.straight_line.interface import NONE
+from mbody.straight_line.march import write_march
+from mbody.straight_line.pieces import Description, recorded_pieces
+
+__all__ = ["described", "main", "march_module"]
+
+
+def described(file: Path) -> Description:
+    """The description in a file."""
+    parts: dict[str, dict[str, Any]] = {}
+    with np.load(file) as arrays:
+        for name in arrays.files:
+            part, _, field = name.partition(".")
+            array = arrays[name]
+            parts.setdefault(part, {})[field] = array if array.ndim else array[()].item()
+    pivots = sorted(part for part in parts if part.startswith("pivots"))
+    return Description(
+        layout=SimpleNamespace(**parts["layout"]),
+        squares=tuple(SimpleNamespace(**parts[part]) for part in pivots),
+        path=SimpleNamespace(**parts["path"]),
+        initial=parts["initial"],
+    )
+
+
+def march_module(target: Target, one: Description, sources: str) -> Any:
+    """The optimised module of a march.
+
+    Raises
+    ------
+    Untraceable
+        Where what a kernel does depends on numbers.
+    """
+    machine = machine_of(target)
+    layout = str(machine.target_data)
+    module = ir.Module("march")
+    module.triple, module.data_layout = target.triple, layout
+    initial = write_march(module, one, *recorded_pieces(one))
+    made = llvm.parse_assembly(str(module))
+    table = json.dumps({"initial": initial})
+    made.link_in(llvm.parse_assembly(str(common(target.triple, layout, sources, table))))
+    options = llvm.create_pipeline_tuning_options(speed_level=3)
+    options.loop_vectorization = options.slp_vectorization = False
+    passes = llvm.create_pass_builder(machine, options)
+    passes.getModulePassManager().run(made, passes)
+    made.verify()
+    return made
+
+
+def main() -> int:
+    """The program."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("description", type=Path)
+    parser.add_argument("--target", default="host", choices=list(TARGETS))
+    parser.add_argument("--to", type=Path, required=True)
+    parser.add_argument("--sources", default="")
+    options = parser.parse_args()
+    target = TARGETS[options.target]
+    try:
+        module = march_module(target, described(options.description), options.sources)
+    except Untraceable as error:
+        print(error)
+        return NONE
+    emit(target, module, options.to)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,146 @@
+"""LLVM instructions of recorded numbers: of lanes, and of what all lanes share."""
+
+# mypy: disallow-any-unimported=False, disallow-untyped-calls=False
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterable
+from typing import Any
+
+from llvmlite import ir
+
+from mbody.compiler.lanes_type import extreme, if_odd, intrinsic, negate_if_two, select_ordered
+from mbody.compiler.numba_lanes import sincos_near_zero
+from mbody.core.interface import FASTMATH
+from mbody.core.recorded_numbers import Recording, Untraceable
+
+__all__ = ["LANES", "NUMBER", "SHARED", "constant", "in_all_lanes", "instructions"]
+
+#: Numbers side by side: the registers of the widest processors are full with eight, and with more
+#: the compiler runs out of them. Others take two or four instructions for one.
+LANES = 8
+NUMBER = ir.VectorType(ir.DoubleType(), LANES)
+SHARED = ir.DoubleType()
+
+_BINARY = {"add": "fadd", "subtract": "fsub", "multiply": "fmul", "divide": "fdiv"}
+_EXTREME = {"minimum": extreme("<"), "maximum": extreme(">")}
+_UNARY = {"sqrt": intrinsic("sqrt"), "absolute": intrinsic("fabs")}
+_FLAGS = tuple(FASTMATH)
+#: Sine and cosine as the kernels have them, as plain Python.
+sincos = sincos_near_zero.py_func
+
+
+class _Emitted:
+    """A number that writes instructions for what is computed with it."""
+
+    def __init__(self, builder: Any, value: Any) -> None:
+        self.builder, self.value = builder, value
+
+    def _with(self, name: str, *operands: Any) -> _Emitted:
+        values = [
+            constant(self.value.type, one) if isinstance(one, float) else one.value
+            for one in operands
+        ]
+        return _Emitted(self.builder, getattr(self.builder, name)(*values, flags=_FLAGS))
+
+    def __add__(self, other: Any) -> _Emitted:
+        return self._with("fadd", self, other)
+
+    def __radd__(self, other: Any) -> _Emitted:
+        return self._with("fadd", other, self)
+
+    def __sub__(self, other: Any) -> _Emitted:
+        return self._with("fsub", self, other)
+
+    def __rsub__(self, other: Any) -> _Emitted:
+        return self._with("fsub", other, self)
+
+    def __mul__(self, other: Any) -> _Emitted:
+        return self._with("fmul", self, other)
+
+    def __rmul__(self, other: Any) -> _Emitted:
+        return self._with("fmul", other, self)
+
+    def if_odd(self, x: _Emitted, y: _Emitted) -> _Emitted:
+        return _Emitted(self.builder, if_odd(self.builder, self.value, x.value, y.value))
+
+    def negate_if_two(self, x: _Emitted) -> _Emitted:
+        return _Emitted(self.builder, negate_if_two(self.builder, self.value, x.value))
+
+
+def constant(kind: Any, value: float) -> Any:
+    """A constant of a type."""
+    return ir.Constant(kind, [value] * LANES if kind == NUMBER else value)
+
+
+def in_all_lanes(builder: Any, value: Any) -> Any:
+    """A shared number in every lane."""
+    if value.type == NUMBER:
+        return value
+    place = ir.IntType(32)
+    undefined = ir.Constant(NUMBER, ir.Undefined)
+    first = builder.insert_element(undefined, value, ir.Constant(place, 0))
+    return builder.shuffle_vector(
+        first, undefined, ir.Constant(ir.VectorType(place, LANES), [0] * LANES)
+    )
+
+
+def instructions(
+    builder: Any,
+    recording: Recording,
+    targets: Iterable[Any],
+    read: Callable[[Hashable], Any],
+) -> Callable[[Any], Any]:
+    """Instructions of all that these recorded numbers need; `read` gives the value of an input.
+
+    Returns the function from a target to its value in all lanes.
+
+    Raises
+    ------
+    Untraceable
+        For an operation that is none of plain arithmetic.
+    """
+    values: dict[int, Any] = {}
+    sines: dict[int, tuple[Any, Any]] = {}
+    for place in recording.needed(list(targets)):
+        kind, *rest = recording.made[place]
+        if kind == "constant":
+            values[place] = float(rest[0])
+        elif kind == "input":
+            values[place] = read(rest[0])
+        elif kind in ("sin", "cos"):
+            if rest[0] not in sines:
+                angle = _Emitted(builder, values[rest[0]])
+                sines[rest[0]] = tuple(one.value for one in sincos(angle))
+            values[place] = sines[rest[0]][kind == "cos"]
+        else:
+            values[place] = _operation(builder, kind, [values[one] for one in rest])
+
+    def of(target: Any) -> Any:
+        value = values[recording.place_of(target)]
+        return constant(NUMBER, value) if isinstance(value, float) else in_all_lanes(builder, value)
+
+    return of
+
+
+def _operation(builder: Any, name: str, operands: list[Any]) -> Any:
+    wide = any(not isinstance(one, float) and one.type == NUMBER for one in operands)
+    kind = NUMBER if wide else SHARED
+    values = [_as(builder, kind, one) for one in operands]
+    if name in _BINARY:
+        return getattr(builder, _BINARY[name])(*values, flags=_FLAGS)
+    if name in _EXTREME:
+        return _EXTREME[name](builder, *values)
+    if name in _UNARY:
+        return _UNARY[name](builder, *values)
+    if name == "negative":
+        return builder.fneg(*values)
+    if name == "select_le":
+        return select_ordered(builder, *values)
+    raise Untraceable(f"{name} of lanes")
+
+
+def _as(builder: Any, kind: Any, value: Any) -> Any:
+    if isinstance(value, float):
+        return constant(kind, value)
+    return value if value.type == kind else in_all_lanes(builder, value)

@@ -1,0 +1,402 @@
+"""The function of a march: all designs of a batch through all instants, the pieces in between.
+
+It does what `mbody.kernels.continuation_lanes.follow_designs` does, for one topology: the same
+predictions, corrections and tests in the same order. Rows of the workspace that pass from one piece
+to another are variables, which LLVM keeps in registers; the numbers of the designs and the places
+behind are in memory.
+"""
+
+# mypy: disallow-any-unimported=False, disallow-untyped-calls=False
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from llvmlite import ir
+
+from mbody.core.recorded_numbers import Recording
+from mbody.kernels.continuation_lanes import ITERATIONS, LARGE
+from mbody.straight_line.instructions import (
+    LANES,
+    NUMBER,
+    SHARED,
+    constant,
+    in_all_lanes,
+    instructions,
+)
+from mbody.straight_line.interface import COLUMNS, ENTRY, STRUCTURAL, WORDS
+from mbody.straight_line.pieces import Description, Piece, Row
+
+__all__ = ["write_march"]
+
+#: Fields whose rows are the designs' own numbers.
+OWN = ("par", "mass")
+
+I1, I32, I64 = ir.IntType(1), ir.IntType(32), ir.IntType(64)
+ZERO = constant(NUMBER, 0.0)
+ONE = constant(NUMBER, 1.0)
+
+
+def write_march(
+    module: Any, described: Description, pieces: dict[str, Piece], settled: dict[Row, float]
+) -> list[Row]:
+    """Write the function into a module; returns the rows whose first numbers it gets."""
+    return _March(module, described, pieces, settled).initial
+
+
+class _March:
+    def __init__(
+        self,
+        module: Any,
+        described: Description,
+        pieces: dict[str, Piece],
+        settled: dict[Row, float],
+    ) -> None:
+        self.described, self.pieces = described, pieces
+        self.bodies = described.layout.bodies
+        self.place_rows = 3 * len(described.initial["q"])
+        self.groups = [one for one in pieces if one.startswith(("motion", "primitive", "others"))]
+        self.passed = _passed(pieces)
+        self.initial = sorted(
+            row
+            for row in self.passed
+            if row not in settled and described.initial[row[0]][row[1]] not in STRUCTURAL
+            if row[0] not in ("q", "time")
+        )
+        function = ir.Function(module, ir.FunctionType(I32, [I64.as_pointer()]), ENTRY)
+        entry, start = (function.append_basic_block(name) for name in ("entry", "start"))
+        # variables are made where the function begins: in a loop they would be made again and again
+        self.entry, self.b = ir.IRBuilder(entry), ir.IRBuilder(start)
+        self._arguments(function.args[0])
+        self._memory()
+        with self._loop(self.word["designs"], LANES) as low:
+            self._designs(low)
+        self.b.ret(ir.Constant(I32, 0))
+        self.entry.branch(start)
+
+    # ------------------------------------------------------------------------------------------
+    # Memory
+
+    def _arguments(self, words: Any) -> None:
+        self.word = {
+            name: self.b.load(self.b.gep(words, [ir.Constant(I64, n)]))
+            for n, name in enumerate(WORDS)
+        }
+        floats, integers = SHARED.as_pointer(), I64.as_pointer()
+        for name in ("par", "mass", "q", "steps", "initial", "output", "failed"):
+            self.word[name] = self.b.inttoptr(self.word[name], floats)
+        for name in ("kept", "groups"):
+            self.word[name] = self.b.inttoptr(self.word[name], integers)
+
+    def _memory(self) -> None:
+        first = self.described.initial
+        self.rows = {row: self._variable(NUMBER) for row in self.passed}
+        self.own = {name: self._variable(NUMBER, len(first[name])) for name in (*OWN, "q")}
+        self.past = self._variable(NUMBER, 3 * self.place_rows)
+        self.at = {row: self._variable(I64) for row in ("last", "before", "second")}
+        self.page = self._variable(NUMBER, self._outputs())
+        newton = ("first", "rest", "growth", "failed")
+        self.newton = {name: self._variable(NUMBER) for name in newton}
+        # whether three places predict from now on; whether the pivots are the second choice
+        self.by_three, self.other = self._variable(I1), self._variable(I1)
+
+    def _outputs(self) -> int:
+        return sum(len(self.pieces[name].results) for name in self.groups)
+
+    def _variable(self, kind: Any, count: int = 1) -> Any:
+        made = self.entry.alloca(kind, count)
+        made.align = 64 if kind == NUMBER else 8
+        return made
+
+    def _at(self, memory: Any, place: Any) -> Any:
+        place = ir.Constant(I64, place) if isinstance(place, int) else place
+        return self.b.gep(memory, [place])
+
+    def _load(self, place: Any) -> Any:
+        value = self.b.load(place)
+        if value.type == NUMBER:
+            value.align = 64
+        return value
+
+    def _store(self, value: Any, place: Any) -> None:
+        stored = self.b.store(value, place)
+        if value.type == NUMBER:
+            stored.align = 64
+
+    # ------------------------------------------------------------------------------------------
+    # Loops and choices
+
+    @contextmanager
+    def _loop(self, stop: Any, step: int = 1) -> Iterator[Any]:
+        """The code within, for numbers from zero on below `stop`."""
+        stop = ir.Constant(I64, stop) if isinstance(stop, int) else stop
+        counter = self._variable(I64)
+        self.b.store(ir.Constant(I64, 0), counter)
+        head, body, after = (self.b.append_basic_block(name) for name in ("head", "body", "after"))
+        self.b.branch(head)
+        self.b.position_at_end(head)
+        number = self.b.load(counter)
+        self.b.cbranch(self.b.icmp_signed("<", number, stop), body, after)
+        self.b.position_at_end(body)
+        yield number
+        self.b.store(self.b.add(number, ir.Constant(I64, step)), counter)
+        self.b.branch(head)
+        self.b.position_at_end(after)
+
+    def _any(self, lanes: Any) -> Any:
+        """Whether any of the truth values of lanes is true."""
+        bits = self.b.bitcast(lanes, ir.IntType(LANES))
+        return self.b.icmp_unsigned("!=", bits, ir.Constant(ir.IntType(LANES), 0))
+
+    def _lane(self, value: Any, lane: int) -> Any:
+        return self.b.extract_element(value, ir.Constant(I32, lane))
+
+    def _greatest(self, value: Any) -> Any:
+        """The greatest of all lanes; NaN where one is NaN."""
+        found = self._lane(value, 0)
+        for lane in range(1, LANES):
+            other = self._lane(value, lane)
+            chosen = self.b.select(self.b.fcmp_unordered(">", found, other), found, other)
+            found = self.b.select(self.b.fcmp_unordered("uno", other, other), other, chosen)
+        return found
+
+    # ------------------------------------------------------------------------------------------
+    # Pieces
+
+    def _piece(self, name: str) -> dict[str, Any]:
+        """The instructions of a piece; returns its further results."""
+        piece = self.pieces[name]
+        targets = {
+            row: number
+            for row, number in piece.stored.items()
+            if row in self.rows or row[0] == "past"
+        }
+        of = instructions(
+            self.b, piece.recording, [*targets.values(), *piece.results.values()], self._read
+        )
+        stored = {row: of(number) for row, number in targets.items()}
+        results = {one: of(number) for one, number in piece.results.items()}
+        for row, value in stored.items():
+            self._store(value, self._past(row[1]) if row[0] == "past" else self.rows[row])
+        return results
+
+    def _read(self, name: Hashable) -> Any:
+        assert isinstance(name, tuple)
+        kind, which = name
+        if kind == "step":
+            return self.step[which]
+        if kind == "newton":
+            return self._load(self.newton[which])
+        if kind in OWN:
+            return self._load(self._at(self.own[kind], which))
+        if kind == "past":
+            return self._load(self._past(which))
+        return self._load(self.rows[kind, which])
+
+    def _past(self, row: int) -> Any:
+        """A row of the places behind; the pieces have the last one at first, that before it as the
+        third, and go on to the second.
+        """
+        which, beside = divmod(row, self.place_rows)
+        begin = self.b.load(self.at[("last", "second", "before")[which]])
+        return self._at(self.past, self.b.add(begin, ir.Constant(I64, beside)))
+
+    # ------------------------------------------------------------------------------------------
+    # The march
+
+    def _designs(self, low: Any) -> None:
+        """As many designs as there are lanes, from `low` on; the last lanes repeat the last one."""
+        b, count = self.b, self.word["designs"]
+        last = b.sub(count, ir.Constant(I64, 1))
+        members = []
+        for lane in range(LANES):
+            design = b.add(low, ir.Constant(I64, lane))
+            members.append(b.select(b.icmp_signed("<", design, count), design, last))
+        for name in (*OWN, "q"):
+            with self._loop(len(self.described.initial[name])) as row:
+                begin, value = b.mul(row, count), ir.Constant(NUMBER, ir.Undefined)
+                for lane, design in enumerate(members):
+                    number = b.load(self._at(self.word[name], b.add(begin, design)))
+                    value = b.insert_element(value, number, ir.Constant(I32, lane))
+                self._store(value, self._at(self.own[name], row))
+        self._begin()
+        with self._loop(self.word["instants"]) as k:
+            self._instant(k)
+            self._keep(low, k)
+        failed = self._load(self.newton["failed"])
+        for lane in range(LANES):
+            design = b.add(low, ir.Constant(I64, lane))
+            with b.if_then(b.icmp_signed("<", design, count)):
+                b.store(self._lane(failed, lane), self._at(self.word["failed"], design))
+
+    def _begin(self) -> None:
+        """Constant signals, first numbers of all rows, no places behind."""
+        b = self.b
+        for row, variable in self.rows.items():
+            if row[0] == "q":
+                self._store(self._load(self._at(self.own["q"], row[1])), variable)
+            elif row in self.initial:
+                place = self._at(self.word["initial"], self.initial.index(row))
+                self._store(self._everywhere(b.load(place)), variable)
+            else:
+                first = self.described.initial[row[0]][row[1]] if row[0] != "time" else 0.0
+                self._store(constant(NUMBER, float(first)), variable)
+        with self._loop(3 * self.place_rows) as row:
+            self._store(ZERO, self._at(self.past, row))
+        for n, name in enumerate(("last", "second", "before")):
+            b.store(ir.Constant(I64, n * self.place_rows), self.at[name])
+        b.store(ir.Constant(I1, 0), self.by_three)
+        b.store(ir.Constant(I1, 0), self.other)
+        self._store(ZERO, self.newton["failed"])
+        self.step: dict[str, Any] = {}
+        self._piece("prologue")
+
+    def _everywhere(self, value: Any) -> Any:
+        return in_all_lanes(self.b, value)
+
+    def _instant(self, k: Any) -> None:
+        """Predict, correct, judge."""
+        b = self.b
+        begin = b.mul(k, ir.Constant(I64, len(COLUMNS)))
+        self.step = {
+            name: b.load(self._at(self.word["steps"], b.add(begin, ir.Constant(I64, n))))
+            for n, name in enumerate(COLUMNS)
+        }
+        with b.if_then(b.fcmp_ordered(">", self.step["seen"], constant(SHARED, 0.0))):
+            three = b.fcmp_ordered(">", self.step["three"], constant(SHARED, 0.0))
+            with b.if_else(b.and_(three, b.load(self.by_three))) as (then, otherwise):
+                with then:
+                    self._piece("three")
+                with otherwise:
+                    self._piece("two")
+        self._piece("prescribe")
+        self._correct(k)
+        self._with_pivots(self._conclude)
+        last, second = b.load(self.at["last"]), b.load(self.at["second"])
+        b.store(b.load(self.at["before"]), self.at["second"])
+        b.store(last, self.at["before"])
+        b.store(second, self.at["last"])
+
+    def _correct(self, k: Any) -> None:
+        """Newton's method, until no lane that has not failed must be corrected any more."""
+        b = self.b
+        iteration = self._variable(I64)
+        b.store(ir.Constant(I64, 0), iteration)
+        again, after = b.append_basic_block("correct"), b.append_basic_block("corrected")
+        b.branch(again)
+        b.position_at_end(again)
+        self._piece("position")
+        self._factor()
+        self._with_pivots(self._newton)
+        number = b.load(iteration)
+        rest = self._load(self.newton["rest"])
+        at_first = b.icmp_signed("==", number, ir.Constant(I64, 0))
+        with b.if_then(at_first):
+            self._store(rest, self.newton["first"])
+        small = self._everywhere(self.step["small"])
+        open_ = b.and_(b.fcmp_unordered(">", rest, small), self._sound())
+        more = self._any(open_)
+        with b.if_then(b.and_(b.and_(at_first, more), b.icmp_signed(">", k, ir.Constant(I64, 2)))):
+            b.store(ir.Constant(I1, 1), self.by_three)
+        number = b.add(number, ir.Constant(I64, 1))
+        b.store(number, iteration)
+        fewer = b.icmp_signed("<", number, ir.Constant(I64, ITERATIONS))
+        b.cbranch(b.and_(more, fewer), again, after)
+        b.position_at_end(after)
+
+    def _sound(self) -> Any:
+        """Which lanes have not failed."""
+        return self.b.fcmp_ordered("<=", self._load(self.newton["failed"]), ZERO)
+
+    def _factor(self) -> None:
+        """Factor by the present choice of pivots; by the other one where that loses figures."""
+        if len(self.described.squares) == 1:
+            self._store(self._piece("factor 0")["growth"], self.newton["growth"])
+        else:
+            self._with_pivots(self._better)
+
+    def _better(self, now: int) -> None:
+        b, other = self.b, 1 - now
+        growth = self._piece(f"factor {now}")["growth"]
+        self._store(growth, self.newton["growth"])
+        worst = self._greatest(b.select(self._sound(), growth, ZERO))
+        with b.if_then(b.fcmp_unordered(">", worst, constant(SHARED, LARGE))):
+            others = self._piece(f"factor {other}")["growth"]
+            best = self._greatest(b.select(self._sound(), others, ZERO))
+            with b.if_then(b.fcmp_ordered("<", best, worst)):
+                self._store(others, self.newton["growth"])
+                b.store(ir.Constant(I1, other), self.other)
+
+    def _with_pivots(self, write: Callable[[int], None]) -> None:
+        """The code for the present choice of pivots."""
+        if len(self.described.squares) == 1:
+            write(0)
+            return
+        with self.b.if_else(self.b.load(self.other)) as (then, otherwise):
+            with then:
+                write(1)
+            with otherwise:
+                write(0)
+
+    def _newton(self, n: int) -> None:
+        self._store(self._piece(f"newton {n}")["rest"], self.newton["rest"])
+
+    def _conclude(self, n: int) -> None:
+        self._store(self._piece(f"conclude {n}")["failed"], self.newton["failed"])
+
+    def _keep(self, low: Any, k: Any) -> None:
+        """The wanted rows of an instant: the groups to which they belong onto a page, and from it
+        into the output.
+        """
+        b = self.b
+        for n, name in enumerate(self.groups):
+            flag = b.load(self._at(self.word["groups"], n))
+            with b.if_then(b.icmp_signed("!=", flag, ir.Constant(I64, 0))):
+                for row, value in self._piece(name).items():
+                    self._store(value, self._at(self.page, int(row)))
+        designs, instants = self.word["designs"], self.word["instants"]
+        with self._loop(self.word["count"]) as n:
+            row = b.load(self._at(self.word["kept"], n))
+            value = self._load(self._at(self.page, row))
+            first = b.add(b.mul(b.add(b.mul(n, designs), low), instants), k)
+            whole = b.icmp_signed("<=", b.add(low, ir.Constant(I64, LANES)), designs)
+            with b.if_else(whole) as (then, otherwise):
+                with then:
+                    for lane in range(LANES):
+                        self._put(value, lane, first, instants)
+                with otherwise:
+                    for lane in range(LANES):
+                        inside = b.add(low, ir.Constant(I64, lane))
+                        with b.if_then(b.icmp_signed("<", inside, designs)):
+                            self._put(value, lane, first, instants)
+
+    def _put(self, value: Any, lane: int, first: Any, instants: Any) -> None:
+        place = self.b.add(first, self.b.mul(instants, ir.Constant(I64, lane)))
+        self.b.store(self._lane(value, lane), self._at(self.word["output"], place))
+
+
+def _passed(pieces: dict[str, Piece]) -> list[Row]:
+    """Rows that one piece leaves to another: read where their own piece has not stored them."""
+    found: set[Row] = set()
+    seen = -1
+    while len(found) != seen:
+        seen = len(found)
+        for piece in pieces.values():
+            targets = [number for row, number in piece.stored.items() if _lasting(row, found)]
+            for place in _inputs(piece.recording, [*targets, *piece.results.values()]):
+                if place[0] not in ("step", "newton", "past", *OWN):
+                    found.add(place)
+    return sorted(found)
+
+
+def _lasting(row: Row, passed: set[Row]) -> bool:
+    return row in passed or row[0] == "past"
+
+
+def _inputs(recording: Recording, targets: list[Any]) -> Iterator[Row]:
+    for place in recording.needed(targets):
+        kind, *rest = recording.made[place]
+        if kind == "input":
+            yield rest[0]

@@ -1,0 +1,277 @@
+"""The pieces of which a march is made: what kernels do between two decisions, recorded.
+
+The kernels' own functions run as plain Python on recorded numbers, with the index lists of one
+topology: loops over lists become lists of operations, and what is constant is folded. What depends
+on numbers (how often Newton's method corrects, which pivots are taken, by how many places one
+predicts) lies between the pieces and is written in `mbody.straight_line.march`.
+
+A row of a workspace is named (field, number). A piece begins with all rows as the pieces before it
+leave them, known constants among them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from mbody.core.recorded_numbers import Recording, Untraceable
+from mbody.kernels.constraints import rows, turns
+from mbody.kernels.continuation_lanes import conclude, newton_square, prescribe
+from mbody.kernels.forces import signals
+from mbody.kernels.output import PER_PRIMITIVE, keep_primitive
+from mbody.kernels.predictor import predict, predict_by_three
+from mbody.kernels.square_lu import factor_square
+from mbody.straight_line.interface import FACTORS, STEP, STRUCTURAL
+
+__all__ = ["Description", "Piece", "Row", "recorded_pieces"]
+
+Row = tuple[str, int]
+
+
+@dataclass(frozen=True)
+class Description:
+    """A topology, as the builder gets it.
+
+    Attributes
+    ----------
+    layout : object
+        The index lists of `mbody.kernels.layout.Layout`.
+    squares : tuple
+        One or two choices of pivots, as `mbody.kernels.square_lu.Square`.
+    path : object
+        ``mode``, ``with_forces`` and ``at_rest`` of `LanePath`.
+    initial : dict
+        First numbers of the workspace, by field: arrays (rows,); NaN where lanes differ.
+    """
+
+    layout: Any
+    squares: tuple[Any, ...]
+    path: Any
+    initial: dict[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class Piece:
+    """What a piece does.
+
+    Attributes
+    ----------
+    recording : Recording
+        Inputs are rows, and ("step", name) for numbers of a step, ("newton", name) for what
+        Newton's method leaves.
+    stored : dict
+        Recorded number of every row that it changes.
+    results : dict
+        Further numbers that it gives, by name.
+    """
+
+    recording: Recording
+    stored: dict[Row, Any]
+    results: dict[str, Any]
+
+
+class _Tracer:
+    """Runs the kernels' functions, and keeps what is known of every row."""
+
+    def __init__(self, described: Description, known: dict[Row, float]) -> None:
+        self.described, self.known = described, known
+        self.fields = {name: len(first) for name, first in described.initial.items()}
+
+    def piece(self, run: Callable[..., dict[str, Any] | None]) -> Piece:
+        """The piece that `run` is, called with the workspace, those of both factors, and what gives
+        the other inputs by name.
+        """
+        unknown = [
+            (name, n)
+            for name, count in self.fields.items()
+            for n in range(count)
+            if (name, n) not in self.known
+        ]
+        others = [("step", name) for name in STEP]
+        others += [("newton", name) for name in ("first", "rest", "growth", "failed")]
+        recording = Recording([*unknown, *others], finite=True)
+        arrays = {name: self._rows(name, count, recording) for name, count in self.fields.items()}
+        before = {name: array.copy() for name, array in arrays.items()}
+        work = SimpleNamespace(**{n: a for n, a in arrays.items() if not n.endswith(" factor")})
+        factors = []
+        for name, square in zip(FACTORS, self.described.squares, strict=False):
+            numbers = len(square.target) + len(square.fill)
+            factors.append(SimpleNamespace(factor=arrays[name][:numbers], x=arrays[name][numbers:]))
+        results = run(work, factors, recording.inputs.__getitem__) or {}
+        stored = {}
+        for name, array in arrays.items():
+            for n in range(len(array)):
+                if array[n, 0] is not before[name][n, 0]:
+                    stored[name, n] = array[n, 0]
+        self._learn(recording, stored)
+        return Piece(recording, stored, results)
+
+    def _rows(self, name: str, count: int, recording: Recording) -> np.ndarray:
+        array = np.empty((count, 1), dtype=object)
+        for n in range(count):
+            known = self.known.get((name, n))
+            array[n, 0] = recording.inputs[name, n] if known is None else recording.constant(known)
+        return array
+
+    def _learn(self, recording: Recording, stored: dict[Row, Any]) -> None:
+        for row, number in stored.items():
+            value = recording.value_of(number)
+            if value is not None and np.isfinite(value):
+                self.known[row] = value
+            else:
+                self.known.pop(row, None)
+
+
+def recorded_pieces(described: Description) -> tuple[dict[str, Piece], dict[Row, float]]:
+    """The pieces by name, and the rows that are constant throughout with their values.
+
+    Raises
+    ------
+    Untraceable
+        Where what a kernel does depends on numbers.
+    """
+    initial = {
+        (name, n): float(value)
+        for name, first in described.initial.items()
+        if name not in ("par", "mass", "q", "past", "time")
+        for n, value in enumerate(first)
+        if value in STRUCTURAL
+    }
+    # the ground does not move
+    n3 = 3 * described.layout.bodies
+    initial |= {("q", n): 0.0 for n in range(n3, len(described.initial["q"]))}
+    if described.layout.friction_kind.shape[0] > 0:
+        raise Untraceable("which pairs slide depends on numbers")
+    # once with nothing known, for the rows that a step changes: of those nothing is known before it
+    first = _march(_Tracer(described, {}), set())
+    changed = {row for piece in first.values() for row in piece.stored}
+    repeated = {row for name, piece in first.items() if _repeats(name) for row in piece.stored}
+    beginning = _Tracer(described, dict(initial))
+    prologue = beginning.piece(_prologue(described))
+    settled = {row: value for row, value in beginning.known.items() if row not in changed}
+    return {"prologue": prologue, **_march(_Tracer(described, dict(settled)), repeated)}, settled
+
+
+def _repeats(name: str) -> bool:
+    """Whether a piece belongs to Newton's method."""
+    return name.startswith(("position", "factor", "newton"))
+
+
+def _prologue(described: Description) -> Callable[..., None]:
+    """Constant signals."""
+    L = described.layout
+
+    def run(W: Any, factors: Any, given: Any) -> None:
+        signals(L, W, 0.0, L.signal_law.shape[0])
+
+    return run
+
+
+def _march(tracer: _Tracer, repeated: set[Row]) -> dict[str, Piece]:
+    """The pieces of a step, in the order in which they run; `repeated` are the rows that Newton's
+    method changes, of which nothing is known before a correction.
+    """
+    described = tracer.described
+    L, path, squares = described.layout, described.path, described.squares
+    found: dict[str, Piece] = {}
+
+    def three(W: Any, factors: Any, given: Any) -> None:
+        h, back, longer = (given(("step", name)) for name in ("h", "back_safe", "longer"))
+        predict_by_three(L, W, 0.0, h, back, longer, 0)
+
+    def two(W: Any, factors: Any, given: Any) -> None:
+        h, back, quintic = (given(("step", name)) for name in ("h", "back_safe", "quintic"))
+        predict(L, W, 0.0, h, back, quintic, 0)
+
+    def position(W: Any, factors: Any, given: Any) -> None:
+        turns(L, W, 0.0)
+        rows(L, W, 0.0, True, None)
+
+    def prescribed(W: Any, factors: Any, given: Any) -> None:
+        W.time[0, 0] = given(("step", "time"))
+        prescribe(L, W, 0.0, path, given(("step", "here")))
+
+    found["three"] = tracer.piece(three)
+    found["two"] = tracer.piece(two)
+    found["prescribe"] = tracer.piece(prescribed)
+    tracer.known = {row: value for row, value in tracer.known.items() if row not in repeated}
+    found["position"] = tracer.piece(position)
+    known = dict(tracer.known)
+    after: list[dict[Row, float]] = []
+    for n, square in enumerate(squares):
+        tracer.known = dict(known)
+        found[f"factor {n}"] = tracer.piece(_factor(square, n))
+        found[f"newton {n}"] = tracer.piece(_newton(L, square, n))
+        found[f"conclude {n}"] = tracer.piece(_conclude(L, path, square, n))
+        after.append(tracer.known)
+    tracer.known = {
+        row: value for row, value in after[0].items() if all(k.get(row) == value for k in after)
+    }
+    for name, run in _outputs(L):
+        found[name] = tracer.piece(run)
+    return found
+
+
+def _factor(square: Any, n: int) -> Callable[..., dict[str, Any]]:
+    def run(W: Any, factors: Any, given: Any) -> dict[str, Any]:
+        return {"growth": factor_square(square, W, 0.0, factors[n])}
+
+    return run
+
+
+def _newton(L: Any, square: Any, n: int) -> Callable[..., dict[str, Any]]:
+    def run(W: Any, factors: Any, given: Any) -> dict[str, Any]:
+        return {"rest": newton_square(L, square, W, 0.0, factors[n])}
+
+    return run
+
+
+def _conclude(L: Any, path: Any, square: Any, n: int) -> Callable[..., dict[str, Any]]:
+    def run(W: Any, factors: Any, given: Any) -> dict[str, Any]:
+        newton = tuple(given(("newton", name)) for name in ("first", "rest", "growth"))
+        step = tuple(given(("step", name)) for name in ("h", "back", "seen", "seen_twice"))
+        rates = given(("step", "rate")), given(("step", "acceleration"))
+        newton = (*newton, given(("step", "small")))
+        failed = given(("newton", "failed"))
+        failed, _ = conclude(L, square, W, 0.0, factors[n], path, rates, newton, step, 0, failed)
+        return {"failed": failed}
+
+    return run
+
+
+def _outputs(L: Any) -> list[tuple[str, Callable[..., dict[str, Any]]]]:
+    """What is kept of an instant, in groups, each row by its number as `keep` counts them."""
+    n3 = 3 * L.bodies
+
+    def motion(W: Any, factors: Any, given: Any) -> dict[str, Any]:
+        kept = np.concatenate([array[:n3, 0] for array in (W.q, W.v, W.a)])
+        return {str(n): number for n, number in enumerate(kept)}
+
+    def primitive(e: int) -> Callable[..., dict[str, Any]]:
+        first = 3 * n3 + PER_PRIMITIVE * e
+
+        def run(W: Any, factors: Any, given: Any) -> dict[str, Any]:
+            page = np.empty((PER_PRIMITIVE, 1), dtype=object)
+            keep_primitive(L, W, 0.0, e, page, 0)
+            return {str(first + n): page[n, 0] for n in range(PER_PRIMITIVE)}
+
+        return run
+
+    count = L.primitive_node.shape[0]
+    others = 3 * n3 + PER_PRIMITIVE * count
+
+    def rest(W: Any, factors: Any, given: Any) -> dict[str, Any]:
+        found = {str(others + n): W.own[n, 0] for n in range(L.owns)}
+        for n in range(L.input_row.shape[0]):
+            found[str(others + L.owns + n)] = W.signal[L.input_row[n], 0]
+        return found
+
+    return [
+        ("motion", motion),
+        *((f"primitive {e}", primitive(e)) for e in range(count)),
+        ("others", rest),
+    ]

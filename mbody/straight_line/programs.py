@@ -1,0 +1,197 @@
+"""Straight-line code of a topology: found where it is kept, made where it is not, and run."""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import hashlib
+import io
+import os
+import subprocess
+import sys
+import tempfile
+import threading
+import warnings
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mbody.core import selection
+from mbody.core.library import LibraryError, open_library
+from mbody.core.sources import PACKAGE, source_hash
+from mbody.errors import ModelWarning
+from mbody.kernels.continuation import BY_DRIVER
+from mbody.kernels.continuation_lanes import Designs, LanePath, smallest
+from mbody.kernels.layout import Layout, Work
+from mbody.kernels.output import PER_PRIMITIVE
+from mbody.kernels.square_lu import Square
+from mbody.straight_line.interface import COLUMNS, FACTORS, NONE, STRUCTURAL
+
+__all__ = ["March", "march_of", "step_table"]
+
+#: Fields of which the code needs to know only how many rows they have.
+OWN = ("par", "mass", "q", "past", "time")
+#: Bodies up to which code is made: its length, and the time to make it, grow with their square.
+MOST = 24
+_lock = threading.Lock()
+_made: dict[str, March | None] = {}
+
+
+@dataclass(frozen=True, eq=False)
+class March:
+    """The march of one topology.
+
+    Attributes
+    ----------
+    function : callable
+        The machine code.
+    initial : tuple of (field, number)
+        Rows of the workspace whose first numbers it is given.
+    """
+
+    function: Any
+    initial: tuple[tuple[str, int], ...]
+
+    def run(
+        self, L: Layout, work: Work, path: LanePath, designs: Designs, output: np.ndarray
+    ) -> None:
+        """Follow all designs, as `follow_designs` does: output (kept, designs, instants)."""
+        steps = step_table(path)
+        initial = np.array([getattr(work, name)[n, 0] for name, n in self.initial])
+        groups = np.zeros(2 + len(L.primitive_node), dtype=np.int64)
+        reaction = (designs.wanted - 9 * L.bodies) // PER_PRIMITIVE + 1
+        groups[np.clip(reaction, 0, len(groups) - 1)] = 1
+        arrays = designs.par, designs.mass, designs.q, steps, initial, designs.wanted
+        words = [designs.par.shape[1], len(steps)]
+        words += [array.ctypes.data for array in arrays]
+        words += [len(designs.wanted), groups.ctypes.data]
+        words += [output.ctypes.data, designs.failed.ctypes.data]
+        if self.function((ctypes.c_int64 * len(words))(*words)):
+            raise RuntimeError("march")
+
+
+def step_table(path: LanePath) -> np.ndarray:
+    """Numbers of all steps, which all lanes share: (instants, columns)."""
+    s, t = path.s[:, 0], path.t[:, 0]
+    count = len(s)
+    found = {name: np.zeros(count) for name in COLUMNS}
+    way = np.diff(s)
+    found["here"], found["time"] = s, t
+    found["h"][1:], found["back"][2:], found["longer"][3:] = way, way[:-1], s[2:-1] - s[:-3]
+    found["seen"][1:], found["seen_twice"][2:] = 1.0, 1.0
+    back = found["back"]
+    found["quintic"][:] = back != 0.0
+    found["back_safe"] = np.where(back != 0.0, back, 1.0)
+    found["three"][3:] = ((back != 0.0) & (found["longer"] != back))[3:]
+    if path.mode == BY_DRIVER:
+        found["rate"], found["acceleration"] = path.given[::2, 0], path.given[1::2, 0]
+    found["small"][:] = smallest(path.reach)
+    return np.ascontiguousarray(np.stack([found[name] for name in COLUMNS], axis=1))
+
+
+def march_of(L: Layout, pivots: tuple[Square, Square], path: LanePath, work: Work) -> March | None:
+    """The march of a topology, made where it is not kept; None where there is none: machine code is
+    not the core, nothing can build or keep it, or what a kernel does depends on numbers.
+    """
+    if selection.chosen().name != "native" or not 0 < L.bodies <= MOST:
+        return None
+    arrays = _description(L, pivots, path, work)
+    digest = hashlib.sha256((_own_sources() + (source_hash() or "")).encode())
+    for name, array in arrays.items():
+        digest.update(f"{name}{array.shape}".encode())
+        digest.update(array.tobytes())
+    key = digest.hexdigest()[:32]
+    with _lock:
+        if key not in _made:
+            _made[key] = _found(key, arrays)
+        return _made[key]
+
+
+def _description(
+    L: Layout, pivots: tuple[Square, Square], path: LanePath, work: Work
+) -> dict[str, np.ndarray]:
+    """What the code depends on, as arrays by name; of numbers only whether they are structural."""
+    found: dict[str, Any] = {}
+    for name in L.fields:
+        value = getattr(L, name)
+        # addresses of users' functions, of which there are none
+        found[f"layout.{name}"] = np.zeros_like(value) if name.endswith("_handle") else value
+    one, other = pivots
+    for n, square in enumerate((one,) if one is other else (one, other)):
+        found |= {f"pivots{n}.{name}": getattr(square, name) for name in square.fields}
+    found |= {f"path.{name}": getattr(path, name) for name in ("mode", "with_forces", "at_rest")}
+    for name, count in work.frame.count.items():
+        first = np.zeros(count)
+        if name not in OWN:
+            rows = getattr(work, name)
+            first = np.where(np.isin(rows[:, 0], STRUCTURAL), rows[:, 0], 2.0)
+        found[f"initial.{name}"] = first
+    for name, square in zip(FACTORS, pivots, strict=True):
+        numbers = len(square.target) + len(square.fill) + 2 * len(square.pivot)
+        found[f"initial.{name}"] = np.zeros(numbers)
+    return {name: np.array(value, order="C") for name, value in found.items()}
+
+
+# ---------------------------------------------------------------------------------------------
+# Where the machine code is
+
+
+@functools.cache
+def _own_sources() -> str:
+    digest = hashlib.sha256()
+    for file in (*sorted(Path(__file__).parent.glob("*.py")), PACKAGE / "core/recorded_numbers.py"):
+        digest.update(file.read_bytes())
+    return digest.hexdigest()
+
+
+def _found(key: str, arrays: dict[str, np.ndarray]) -> March | None:
+    kept = selection.machine_code_folder()
+    if kept is None:
+        return None
+    folder, level = kept
+    file, none = folder / f"march-{key}.so", folder / f"march-{key}.none"
+    if none.exists():
+        return None
+    if file.exists():
+        try:
+            return _opened(file)
+        except LibraryError:  # a damaged file is made again
+            file.unlink(missing_ok=True)
+    return _opened(file) if _build(file, none, level, arrays) else None
+
+
+def _opened(file: Path) -> March:
+    library = open_library(file, source_hash())
+    initial = tuple((name, n) for name, n in library.entries()["initial"])
+    return March(library.function("march", [ctypes.c_void_p]), initial)
+
+
+def _build(file: Path, none: Path, level: str, arrays: dict[str, np.ndarray]) -> bool:
+    """Build the code by a process of its own; returns whether there is some."""
+    packed = io.BytesIO()
+    np.savez(packed, **arrays)  # type: ignore[arg-type]
+    path = os.pathsep.join(filter(None, [str(PACKAGE.parent), os.environ.get("PYTHONPATH", "")]))
+    settings = os.environ | {"MBODY_CORE": "plain", "MBODY_QUIET": "1", "PYTHONPATH": path}
+    with tempfile.TemporaryDirectory() as folder:
+        described = Path(folder) / "description.npz"
+        described.write_bytes(packed.getvalue())
+        command = [sys.executable, "-m", "mbody.straight_line.builder", str(described)]
+        command += ["--target", level, "--to", str(file), "--sources", source_hash() or ""]
+        done = subprocess.run(
+            command, env=settings, capture_output=True, text=True, stdin=subprocess.DEVNULL
+        )
+    if done.returncode == NONE:
+        none.touch()
+        return False
+    if done.returncode:
+        last = (done.stderr.strip().splitlines() or [f"it ended with {done.returncode}"])[-1]
+        warnings.warn(
+            f"straight-line code could not be built ({last}): sweeps of this mechanism take about "
+            "three times as long",
+            ModelWarning,
+            stacklevel=2,
+        )
+        return False
+    return True

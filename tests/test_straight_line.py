@@ -1,0 +1,242 @@
+"""Straight-line code against the kernel that serves all topologies, and against the oracle."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+import mbody
+from mbody.analysis.driven import batch_continuation
+from mbody.core import selection
+from mbody.core.lanes import highest, larger, select_le, smaller
+from mbody.core.recorded_numbers import Recording, Untraceable
+from mbody.errors import ModelWarning
+from mbody.straight_line import programs
+from mbody.sweeps import Uniform, latin_hypercube
+from mbody.sweeps import job as jobs
+from tests.sweep_designs import four_bar, same, scattered
+
+pytestmark = pytest.mark.skipif(
+    selection.machine_code_folder() is None, reason="nothing makes or keeps machine code here"
+)
+
+#: Forces of both are rounded otherwise, and predicted by three places: of their peak.
+CLOSE = 2e-11
+
+
+@pytest.fixture
+def marches(monkeypatch):
+    """What was looked for while sweeps are many from one design on."""
+    found = []
+
+    def spy(*described):
+        found.append(programs.march_of(*described))
+        return found[-1]
+
+    monkeypatch.setattr(batch_continuation, "march_of", spy)
+    monkeypatch.setattr(jobs, "STRAIGHT", 1)
+    return found
+
+
+def both(machine, names, measure, count=37, part=0.002, **options):
+    """The sweep by the kernel, and by straight-line code."""
+    system = mbody.assemble(machine)
+    ranges = {name: Uniform(part * abs(system.values[name]) + 1e-6) for name in names}
+    samples = latin_hypercube(ranges, count, seed=4)
+    by_code = mbody.sweep(system, samples, measure=measure, threads=1, **options)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(jobs, "STRAIGHT", 10**12)
+        by_kernel = mbody.sweep(system, samples, measure=measure, threads=1, **options)
+    return by_kernel, by_code
+
+
+def agree(by_kernel, by_code, close=CLOSE):
+    assert by_kernel.failures == by_code.failures
+    for name in by_kernel.names:
+        expected = by_kernel[name]
+        scale = np.abs(expected).max()
+        assert_allclose(by_code[name], expected, rtol=0.0, atol=close * max(scale, 1e-9))
+
+
+def gallery(name):
+    return lambda: mbody.gallery.load(name)
+
+
+FOUR_BAR = (
+    "norton_fourbar",
+    ("crank.A.x", "coupler.B.x", "rocker.weight"),
+    {"pin": "B.force", "effort": "motor.effort", "rate": "rocker.omega", "x": "coupler.x"},
+)
+MACHINES = {
+    "four-bar": FOUR_BAR,
+    "two choices of pivots": (
+        "watt_sixbar",
+        ("crank.A.x", "rocker.B.x"),
+        {"pin": "B.force", "effort": "motor.effort"},
+    ),
+    "gears": ("planetary_train", ("planet.mass",), {"pin": "P.force", "effort": "motor.effort"}),
+    "springs and several groups": ("porter_governor", ("sleeve.mass",), {"effort": "theta.effort"}),
+    "contacts of wheels": ("vehicle", ("chassis.weight",), {"front": "front_tyre.force"}),
+}
+
+
+@pytest.mark.parametrize("of", MACHINES)
+def test_a_sweep_agrees_with_the_kernel_that_serves_all(marches, of):
+    name, names, measure = MACHINES[of]
+    agree(*both(mbody.gallery.load(name), names, measure))
+    assert marches and all(marches)
+
+
+@pytest.mark.parametrize("analysis", ["kinematics", "statics"])
+def test_other_analyses(marches, analysis):
+    name, names, measure = FOUR_BAR
+    if analysis == "kinematics":
+        measure = {"rate": "rocker.omega", "bend": "rocker.alpha", "x": "coupler.x"}
+    agree(*both(mbody.gallery.load(name), names[:2], measure, analysis=analysis))
+    assert all(marches)
+
+
+def test_designs_agree_with_the_path_of_one_design(marches):
+    """Which solves by another factor, with steps of its own length."""
+    names, measure = ("crank.A.x", "coupler.mass"), {"pin": "B.force", "effort": "motor.effort"}
+    _, found = both(four_bar(), names, measure, count=11, turn="motor")
+    system = mbody.assemble(four_bar())
+    for design in (0, 7, 8, 10):
+        own = {name: float(found.parameter(name)[design]) for name in names}
+        run = mbody.kinetostatics(system.with_values(own), turn="motor")
+        pin, effort = run.reaction("B").magnitude, run.effort("motor")
+        assert_allclose(found["pin"][design], pin, rtol=1e-9)
+        assert_allclose(found["effort"][design], effort, rtol=0.0, atol=1e-9 * np.abs(effort).max())
+
+
+def test_values_of_the_driver_also_where_two_are_the_same(marches):
+    """A step of length zero leaves the place before it useless for predictions."""
+    name, names, measure = FOUR_BAR
+    values = np.concatenate([np.linspace(0.2, 1.0, 9), [1.0, 1.0], np.linspace(1.1, 2.5, 12)])
+    drive = {"motor": (values, 3.0, -2.0)}
+    agree(*both(mbody.gallery.load(name), names, measure, drive=drive))
+    assert all(marches)
+
+
+@pytest.mark.parametrize("count", [1, 8, 17])
+def test_any_number_of_designs(marches, count):
+    name, names, measure = FOUR_BAR
+    agree(*both(mbody.gallery.load(name), names, measure, count=count))
+    assert all(marches)
+
+
+def test_designs_that_cannot_turn_fail_as_they_do_alone(marches):
+    system = mbody.assemble(four_bar())
+    options = {"measure": {"pin": "peak(A.force)"}, "turn": "motor", "threads": 1}
+    by_code = mbody.sweep(system, scattered(), **options)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(jobs, "STRAIGHT", 10**12)
+        by_kernel = mbody.sweep(system, scattered(), **options)
+    assert by_kernel.failures
+    assert by_code.failures == by_kernel.failures
+    assert_allclose(by_code["pin"], by_kernel["pin"], rtol=1e-11, equal_nan=True)
+    assert all(marches)
+
+
+def test_numbers_do_not_depend_on_how_a_batch_is_cut(marches, tmp_path):
+    system = mbody.assemble(four_bar())
+    options = {"measure": {"pin": "peak(A.force)"}, "turn": "motor"}
+    one = mbody.sweep(system, scattered(), threads=1, **options)
+    same(one, mbody.sweep(system, scattered(), threads=3, **options))
+    same(one, mbody.sweep(system, scattered(), to=tmp_path / "sweep", **options))
+
+
+def test_few_designs_go_by_the_kernel(monkeypatch):
+    def never(*described):
+        raise AssertionError("straight-line code for few designs")
+
+    monkeypatch.setattr(batch_continuation, "march_of", never)
+    machine = mbody.gallery.load("norton_fourbar")
+    names = {"crank.A.x": Uniform(0.001)}
+    mbody.sweep(machine, latin_hypercube(names, 20, seed=1), measure="peak(A.force)")
+
+
+# ---------------------------------------------------------------------------------------------
+# Where there is none
+
+
+@pytest.fixture
+def fresh(monkeypatch, tmp_path):
+    """A folder of its own, and nothing made yet."""
+    monkeypatch.setattr(programs, "_made", {})
+    found = selection.machine_code_folder()
+    monkeypatch.setattr(selection, "machine_code_folder", lambda: (tmp_path, found[1]))
+    return tmp_path
+
+
+def test_where_a_kernel_decides_by_numbers_it_serves(marches, fresh):
+    """The pressure in the cylinder has branches."""
+    by_kernel, by_code = both(
+        mbody.gallery.load("mud_pump"), ("rod1.mass",), {"effort": "motor.effort"}
+    )
+    assert marches == [None]
+    assert_array_equal(by_code["effort"], by_kernel["effort"])
+    (note,) = fresh.iterdir()
+    assert note.suffix == ".none"
+    # which is remembered
+    programs._made.clear()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(programs.subprocess, "run", None)
+        both(mbody.gallery.load("mud_pump"), ("rod1.mass",), {"effort": "motor.effort"})
+    assert marches == [None, None]
+
+
+def test_a_damaged_file_is_made_again(marches, fresh):
+    name, names, measure = FOUR_BAR
+    agree(*both(mbody.gallery.load(name), names, measure))
+    (file,) = fresh.iterdir()
+    half = file.read_bytes()[:1000]
+    file.unlink()  # this process has the whole one open
+    file.write_bytes(half)
+    programs._made.clear()
+    agree(*both(mbody.gallery.load(name), names, measure))
+    assert all(marches) and len(marches) == 2
+
+
+def test_a_builder_that_fails_is_said_and_the_kernel_serves(marches, fresh, monkeypatch):
+    name, names, measure = FOUR_BAR
+    failed = SimpleNamespace(returncode=1, stderr="...\nMemoryError", stdout="")
+    monkeypatch.setattr(programs.subprocess, "run", lambda *_, **__: failed)
+    with pytest.warns(ModelWarning, match=r"could not be built \(MemoryError\)"):
+        by_kernel, by_code = both(mbody.gallery.load(name), names, measure)
+    assert_array_equal(by_code["pin"], by_kernel["pin"])
+
+
+def test_without_a_folder_the_kernel_serves(marches, monkeypatch):
+    monkeypatch.setattr(programs, "_made", {})
+    monkeypatch.setattr(selection, "machine_code_folder", lambda: None)
+    name, names, measure = FOUR_BAR
+    by_kernel, by_code = both(mbody.gallery.load(name), names, measure)
+    assert marches == [None]
+    assert_array_equal(by_code["pin"], by_kernel["pin"])
+
+
+# ---------------------------------------------------------------------------------------------
+# Recorded numbers
+
+
+def test_functions_of_lanes_are_recorded():
+    recording = Recording(["a", "b"])
+    a, b = recording.inputs["a"], recording.inputs["b"]
+    made = [recording.made[recording.place_of(x)] for x in (smaller(a, b), larger(a, 2.0))]
+    assert [name for name, *_ in made] == ["minimum", "maximum"]
+    assert recording.made[recording.place_of(select_le(a, b, 1.0, a))][0] == "select_le"
+    assert recording.value_of(select_le(1.0, 2.0, recording.constant(3.0), a)) == 3.0
+    assert select_le(a, b, b, b).place == b.place
+    with pytest.raises(Untraceable, match="all lanes"):
+        highest(a)
+
+
+def test_zero_times_what_is_finite_is_zero():
+    recording = Recording(["a"], finite=True)
+    a = recording.inputs["a"]
+    assert [recording.value_of(x) for x in (0.0 * a, a * 0.0, 0.0 / a)] == [0.0, 0.0, 0.0]
+    assert Recording(["a"]).value_of(0.0) == 0.0
+    other = Recording(["a"])
+    assert other.value_of(0.0 * other.inputs["a"]) is None
