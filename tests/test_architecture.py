@@ -44,7 +44,7 @@ ONLY = {
 COMPILER = {"numba", "llvmlite"}
 BUILDERS = [
     "mbody.compiler",
-    *(f"mbody.straight_line.{name}" for name in ("builder", "instructions", "march")),
+    *(f"mbody.straight_line.{name}" for name in ("code_builder", "instructions", "whole_function")),
 ]
 HEAVY = {
     *("matplotlib", "mujoco", "pandas", "scipy", "pint", "pymunk", "pinocchio"),

@@ -263,7 +263,7 @@ def test_fixed_pivots_hold_however_links_turn():
     from unittest import mock
 
     arrays = random_linkages(12, 8, np.random.default_rng(5))
-    with mock.patch("mbody.topologies.march._March._alone") as alone:
+    with mock.patch("mbody.topologies.group_continuation._GroupContinuation._alone") as alone:
         found = mbody.linkages(arrays)
     assert len(found) > 100 and alone.call_count <= len(found) // 100
 

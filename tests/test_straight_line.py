@@ -10,7 +10,7 @@ import mbody
 from mbody.analysis.driven import batch_continuation
 from mbody.core import selection
 from mbody.core.lanes import highest, larger, select_le, smaller
-from mbody.core.recorded_numbers import Recording, Untraceable
+from mbody.core.recorded_numbers import NumberRecording, Untraceable
 from mbody.errors import ModelWarning
 from mbody.straight_line import programs
 from mbody.sweeps import Uniform, latin_hypercube
@@ -26,15 +26,15 @@ CLOSE = 2e-11
 
 
 @pytest.fixture
-def marches(monkeypatch):
+def codes(monkeypatch):
     """What was looked for while sweeps are many from one design on."""
     found = []
 
     def spy(*described):
-        found.append(programs.march_of(*described))
+        found.append(programs.straight_line_code(*described))
         return found[-1]
 
-    monkeypatch.setattr(batch_continuation, "march_of", spy)
+    monkeypatch.setattr(batch_continuation, "straight_line_code", spy)
     monkeypatch.setattr(jobs, "STRAIGHT", 1)
     return found
 
@@ -82,22 +82,22 @@ MACHINES = {
 
 
 @pytest.mark.parametrize("of", MACHINES)
-def test_a_sweep_agrees_with_the_kernel_that_serves_all(marches, of):
+def test_a_sweep_agrees_with_the_kernel_that_serves_all(codes, of):
     name, names, measure = MACHINES[of]
     agree(*both(mbody.gallery.load(name), names, measure))
-    assert marches and all(marches)
+    assert codes and all(codes)
 
 
 @pytest.mark.parametrize("analysis", ["kinematics", "statics"])
-def test_other_analyses(marches, analysis):
+def test_other_analyses(codes, analysis):
     name, names, measure = FOUR_BAR
     if analysis == "kinematics":
         measure = {"rate": "rocker.omega", "bend": "rocker.alpha", "x": "coupler.x"}
     agree(*both(mbody.gallery.load(name), names[:2], measure, analysis=analysis))
-    assert all(marches)
+    assert all(codes)
 
 
-def test_designs_agree_with_the_path_of_one_design(marches):
+def test_designs_agree_with_the_path_of_one_design(codes):
     """Which solves by another factor, with steps of its own length."""
     names, measure = ("crank.A.x", "coupler.mass"), {"pin": "B.force", "effort": "motor.effort"}
     _, found = both(four_bar(), names, measure, count=11, turn="motor")
@@ -110,23 +110,23 @@ def test_designs_agree_with_the_path_of_one_design(marches):
         assert_allclose(found["effort"][design], effort, rtol=0.0, atol=1e-9 * np.abs(effort).max())
 
 
-def test_values_of_the_driver_also_where_two_are_the_same(marches):
+def test_values_of_the_driver_also_where_two_are_the_same(codes):
     """A step of length zero leaves the place before it useless for predictions."""
     name, names, measure = FOUR_BAR
     values = np.concatenate([np.linspace(0.2, 1.0, 9), [1.0, 1.0], np.linspace(1.1, 2.5, 12)])
     drive = {"motor": (values, 3.0, -2.0)}
     agree(*both(mbody.gallery.load(name), names, measure, drive=drive))
-    assert all(marches)
+    assert all(codes)
 
 
 @pytest.mark.parametrize("count", [1, 8, 17])
-def test_any_number_of_designs(marches, count):
+def test_any_number_of_designs(codes, count):
     name, names, measure = FOUR_BAR
     agree(*both(mbody.gallery.load(name), names, measure, count=count))
-    assert all(marches)
+    assert all(codes)
 
 
-def test_designs_that_cannot_turn_fail_as_they_do_alone(marches):
+def test_designs_that_cannot_turn_fail_as_they_do_alone(codes):
     system = mbody.assemble(four_bar())
     options = {"measure": {"pin": "peak(A.force)"}, "turn": "motor", "threads": 1}
     by_code = mbody.sweep(system, scattered(), **options)
@@ -136,10 +136,10 @@ def test_designs_that_cannot_turn_fail_as_they_do_alone(marches):
     assert by_kernel.failures
     assert by_code.failures == by_kernel.failures
     assert_allclose(by_code["pin"], by_kernel["pin"], rtol=1e-11, equal_nan=True)
-    assert all(marches)
+    assert all(codes)
 
 
-def test_numbers_do_not_depend_on_how_a_batch_is_cut(marches, tmp_path):
+def test_numbers_do_not_depend_on_how_a_batch_is_cut(codes, tmp_path):
     system = mbody.assemble(four_bar())
     options = {"measure": {"pin": "peak(A.force)"}, "turn": "motor"}
     one = mbody.sweep(system, scattered(), threads=1, **options)
@@ -151,7 +151,7 @@ def test_few_designs_go_by_the_kernel(monkeypatch):
     def never(*described):
         raise AssertionError("straight-line code for few designs")
 
-    monkeypatch.setattr(batch_continuation, "march_of", never)
+    monkeypatch.setattr(batch_continuation, "straight_line_code", never)
     machine = mbody.gallery.load("norton_fourbar")
     names = {"crank.A.x": Uniform(0.001)}
     mbody.sweep(machine, latin_hypercube(names, 20, seed=1), measure="peak(A.force)")
@@ -170,12 +170,12 @@ def fresh(monkeypatch, tmp_path):
     return tmp_path
 
 
-def test_where_a_kernel_decides_by_numbers_it_serves(marches, fresh):
+def test_where_a_kernel_decides_by_numbers_it_serves(codes, fresh):
     """The pressure in the cylinder has branches."""
     by_kernel, by_code = both(
         mbody.gallery.load("mud_pump"), ("rod1.mass",), {"effort": "motor.effort"}
     )
-    assert marches == [None]
+    assert codes == [None]
     assert_array_equal(by_code["effort"], by_kernel["effort"])
     (note,) = fresh.iterdir()
     assert note.suffix == ".none"
@@ -184,10 +184,10 @@ def test_where_a_kernel_decides_by_numbers_it_serves(marches, fresh):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(programs.subprocess, "run", None)
         both(mbody.gallery.load("mud_pump"), ("rod1.mass",), {"effort": "motor.effort"})
-    assert marches == [None, None]
+    assert codes == [None, None]
 
 
-def test_a_damaged_file_is_made_again(marches, fresh):
+def test_a_damaged_file_is_made_again(codes, fresh):
     name, names, measure = FOUR_BAR
     agree(*both(mbody.gallery.load(name), names, measure))
     (file,) = fresh.iterdir()
@@ -196,10 +196,10 @@ def test_a_damaged_file_is_made_again(marches, fresh):
     file.write_bytes(half)
     programs._made.clear()
     agree(*both(mbody.gallery.load(name), names, measure))
-    assert all(marches) and len(marches) == 2
+    assert all(codes) and len(codes) == 2
 
 
-def test_a_builder_that_fails_is_said_and_the_kernel_serves(marches, fresh, monkeypatch):
+def test_a_builder_that_fails_is_said_and_the_kernel_serves(codes, fresh, monkeypatch):
     name, names, measure = FOUR_BAR
     failed = SimpleNamespace(returncode=1, stderr="...\nMemoryError", stdout="")
     monkeypatch.setattr(programs.subprocess, "run", lambda *_, **__: failed)
@@ -208,12 +208,12 @@ def test_a_builder_that_fails_is_said_and_the_kernel_serves(marches, fresh, monk
     assert_array_equal(by_code["pin"], by_kernel["pin"])
 
 
-def test_without_a_folder_the_kernel_serves(marches, monkeypatch):
+def test_without_a_folder_the_kernel_serves(codes, monkeypatch):
     monkeypatch.setattr(programs, "_made", {})
     monkeypatch.setattr(selection, "machine_code_folder", lambda: None)
     name, names, measure = FOUR_BAR
     by_kernel, by_code = both(mbody.gallery.load(name), names, measure)
-    assert marches == [None]
+    assert codes == [None]
     assert_array_equal(by_code["pin"], by_kernel["pin"])
 
 
@@ -222,7 +222,7 @@ def test_without_a_folder_the_kernel_serves(marches, monkeypatch):
 
 
 def test_functions_of_lanes_are_recorded():
-    recording = Recording(["a", "b"])
+    recording = NumberRecording(["a", "b"])
     a, b = recording.inputs["a"], recording.inputs["b"]
     made = [recording.made[recording.place_of(x)] for x in (smaller(a, b), larger(a, 2.0))]
     assert [name for name, *_ in made] == ["minimum", "maximum"]
@@ -234,9 +234,9 @@ def test_functions_of_lanes_are_recorded():
 
 
 def test_zero_times_what_is_finite_is_zero():
-    recording = Recording(["a"], finite=True)
+    recording = NumberRecording(["a"], finite=True)
     a = recording.inputs["a"]
     assert [recording.value_of(x) for x in (0.0 * a, a * 0.0, 0.0 / a)] == [0.0, 0.0, 0.0]
-    assert Recording(["a"]).value_of(0.0) == 0.0
-    other = Recording(["a"])
+    assert NumberRecording(["a"]).value_of(0.0) == 0.0
+    other = NumberRecording(["a"])
     assert other.value_of(0.0 * other.inputs["a"]) is None

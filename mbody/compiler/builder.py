@@ -128,13 +128,17 @@ class Build:
         for function, name in zip(functions, names, strict=True):
             say(name)
             whole.link_in(self.kernel(function))
-        declared = {one.name for one in whole.functions if one.is_declaration} - {SYMBOL}
-        needs = sorted(name for name in declared if not name.startswith("llvm."))
-        table = json.dumps({"kernels": entries(functions), "needs": needs})
+        table = json.dumps({"kernels": entries(functions), "needs": needed(whole)})
         text = str(common(self.target.triple, self.layout, sources, table))
         whole.link_in(llvm.parse_assembly(text))
         _hide(whole, {f"mbody_{name}{form}" for name in names for form in self.forms} | {*_SEEN})
         return whole
+
+
+def needed(module: Any) -> list[str]:
+    """Functions that a module takes from elsewhere, LLVM's own and Python's slots excepted."""
+    declared = {one.name for one in module.functions if one.is_declaration} - {SYMBOL}
+    return sorted(name for name in declared if not name.startswith("llvm."))
 
 
 def emit(

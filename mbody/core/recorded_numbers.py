@@ -1,7 +1,7 @@
 """Numbers that record what is computed with them.
 
-A `Recording` hands out `Traced` numbers for its inputs. Python code that computes with them, by
-operators, by NumPy's functions or by those of `mbody.core.lanes`, leaves a list of operations.
+A `NumberRecording` hands out `Traced` numbers for its inputs. Python code that computes with them,
+by operators, by NumPy's functions or by those of `mbody.core.lanes`, leaves a list of operations.
 Constants are folded; an operation that was recorded before is not recorded again.
 """
 
@@ -13,7 +13,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-__all__ = ["FUNCTIONS", "Recording", "Traced", "Untraceable", "apply"]
+__all__ = ["FUNCTIONS", "NumberRecording", "Traced", "Untraceable", "apply"]
 
 #: Functions of NumPy that are recorded as they are, by their names. "select_le" is that of
 #: `mbody.core.lanes`.
@@ -59,7 +59,7 @@ class Traced:
     __slots__ = ("place", "recording")
     __hash__ = None  # type: ignore[assignment]
 
-    def __init__(self, recording: Recording, place: int) -> None:
+    def __init__(self, recording: NumberRecording, place: int) -> None:
         self.recording, self.place = recording, place
 
     def __repr__(self) -> str:
@@ -154,7 +154,7 @@ def apply(name: str, given: tuple[Any, ...]) -> Any:
     recording = next(one.recording for one in values if isinstance(one, Traced))
     places = [recording.place_of(one) for one in values]
     if name == "isfinite":
-        return np.True_  # programs look at what they give: `Recording.program`
+        return np.True_  # programs look at what they give: `NumberRecording.program`
     if name == "select_le":
         return Traced(recording, recording.operation(name, *places))
     if name in MADE:
@@ -184,7 +184,7 @@ MADE: dict[str, Callable[..., Any]] = {
 }
 
 
-class Recording:
+class NumberRecording:
     """Operations on inputs.
 
     Parameters
@@ -204,7 +204,7 @@ class Recording:
 
     Examples
     --------
-    >>> recording = Recording(["a", "b"])
+    >>> recording = NumberRecording(["a", "b"])
     >>> a, b = recording.inputs["a"], recording.inputs["b"]
     >>> c = np.sqrt(a * a + b * b)
     >>> len(recording.needed([c]))

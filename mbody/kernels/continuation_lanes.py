@@ -233,12 +233,12 @@ def advance(L, P, Q, W, F, path, followed, k):
             break
         if iteration == 0 and k > 2 and places == TWO_AT_FIRST:
             places = THREE
-    newton = first, rest, growth, small
-    step = h, back, 1.0 if k > 0 else 0.0, 1.0 if k > 1 else 0.0
+    newton = first, rest, growth, small, failed
+    way = h, back, 1.0 if k > 0 else 0.0, 1.0 if k > 1 else 0.0
     rates = zero, zero
     if path.mode == BY_DRIVER:
         rates = ld(path.given, 2 * k, w), ld(path.given, 2 * k + 1, w)
-    failed, most = conclude(L, S, W, w, F, path, rates, newton, step, last, failed)
+    failed, most = conclude(L, S, W, w, F, path, (way, rates, last), newton)
     st(followed.found, FAILED, failed, w)
     shared[LAST] = next_place(W, last)
     shared[PLACES], shared[SECOND] = places, 1 if second else 0
@@ -263,21 +263,23 @@ def prescribe(L, W, w, path, here):
 
 
 @njit
-def conclude(L, S, W, w, F, path, rates, newton, step, last, failed):
+def conclude(L, S, W, w, F, path, step, newton):
     """Judge a position after Newton's last step, and compute all else there; it becomes the last
     place. Returns `failed`, set to one in lanes that must not be trusted, and the greatest inverse
     determinant of a block.
 
-    S, F: the LU and its workspace; rates: rate and acceleration of the one driver; newton: squares
-    of the first and the last correction, the growth, square of the accepted correction; step: the
-    last step and the one before, and whether there are such, one or zero.
+    S, F: the LU and its workspace; step: the last step and the one before, and whether there are
+    such, one or zero; rate and acceleration of the one driver; first row of the last place in
+    W.past; newton: squares of the first and the last correction, the growth, square of the accepted
+    correction, and which lanes have failed.
     """
+    way, rates, last = step
+    first, rest, growth, small, failed = newton
     one, zero = 0.0 * failed + 1.0, 0.0 * failed
-    first, rest, growth, small = newton
-    h, _, seen, _ = step
+    h, _, seen, _ = way
     failed = larger(failed, select_le(rest, zero + small, zero, one))
     failed = larger(failed, select_le(growth, zero + GROWTH, zero, one))
-    failed, most = signs_kept(S, W, w, F, step, failed)
+    failed, most = signs_kept(S, W, w, F, way, failed)
     accelerations_square(L, S, W, w, F)
     moved, off, terms, spread = compare_step(L, W, w, h, last)
     wrong = select_le(spread, zero + SPREAD, zero, one)

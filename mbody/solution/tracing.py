@@ -46,7 +46,7 @@ class Rule:
     sign: str = ""
 
 
-class Recording(recorded_numbers.Recording):
+class Recording(recorded_numbers.NumberRecording):
     """Operations on named inputs.
 
     Parameters

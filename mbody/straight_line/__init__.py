@@ -1,8 +1,8 @@
-"""Straight-line code: the march of one topology, written out without loops over index lists.
+"""Straight-line code: the continuation of one topology, written out without loops over index lists.
 
 The kernels of `mbody.kernels` serve any mechanism by lists of indices. Where many designs of one
 topology are followed, their lists can be run through once and for all, on numbers that record what
 is done with them (`pieces`); what is recorded becomes machine code with the lanes in registers
-(`instructions`, `march`, `builder`), a third of the time of the kernels. The physics is that of the
-kernels, which are written once. `programs` finds, makes and runs it.
+(`instructions`, `whole_function`, `code_builder`), a third of the time of the kernels. The physics
+is that of the kernels, which are written once. `programs` finds, makes and runs it.
 """

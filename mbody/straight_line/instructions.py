@@ -12,7 +12,7 @@ from llvmlite import ir
 from mbody.compiler.lanes_type import extreme, if_odd, intrinsic, negate_if_two, select_ordered
 from mbody.compiler.numba_lanes import sincos_near_zero
 from mbody.core.interface import FASTMATH
-from mbody.core.recorded_numbers import Recording, Untraceable
+from mbody.core.recorded_numbers import NumberRecording, Untraceable
 
 __all__ = ["LANES", "NUMBER", "SHARED", "constant", "in_all_lanes", "instructions"]
 
@@ -87,7 +87,7 @@ def in_all_lanes(builder: Any, value: Any) -> Any:
 
 def instructions(
     builder: Any,
-    recording: Recording,
+    recording: NumberRecording,
     targets: Iterable[Any],
     read: Callable[[Hashable], Any],
 ) -> Callable[[Any], Any]:

@@ -1,9 +1,9 @@
-"""The pieces of which a march is made: what kernels do between two decisions, recorded.
+"""The pieces of which the code is made: what kernels do between two decisions, recorded.
 
 The kernels' own functions run as plain Python on recorded numbers, with the index lists of one
 topology: loops over lists become lists of operations, and what is constant is folded. What depends
 on numbers (how often Newton's method corrects, which pivots are taken, by how many places one
-predicts) lies between the pieces and is written in `mbody.straight_line.march`.
+predicts) lies between the pieces and is written in `mbody.straight_line.whole_function`.
 
 A row of a workspace is named (field, number). A piece begins with all rows as the pieces before it
 leave them, known constants among them.
@@ -18,14 +18,14 @@ from typing import Any
 
 import numpy as np
 
-from mbody.core.recorded_numbers import Recording, Untraceable
+from mbody.core.recorded_numbers import NumberRecording, Untraceable
 from mbody.kernels.constraints import rows, turns
 from mbody.kernels.continuation_lanes import conclude, newton_square, prescribe
 from mbody.kernels.forces import signals
 from mbody.kernels.output import PER_PRIMITIVE, keep_primitive
 from mbody.kernels.predictor import predict, predict_by_three
 from mbody.kernels.square_lu import factor_square
-from mbody.straight_line.interface import FACTORS, STEP, STRUCTURAL
+from mbody.straight_line.code_interface import FACTORS, STEP, STRUCTURAL
 
 __all__ = ["Description", "Piece", "Row", "recorded_pieces"]
 
@@ -60,7 +60,7 @@ class Piece:
 
     Attributes
     ----------
-    recording : Recording
+    recording : NumberRecording
         Inputs are rows, and ("step", name) for numbers of a step, ("newton", name) for what
         Newton's method leaves.
     stored : dict
@@ -69,12 +69,12 @@ class Piece:
         Further numbers that it gives, by name.
     """
 
-    recording: Recording
+    recording: NumberRecording
     stored: dict[Row, Any]
     results: dict[str, Any]
 
 
-class _Tracer:
+class _PieceRecorder:
     """Runs the kernels' functions, and keeps what is known of every row."""
 
     def __init__(self, described: Description, known: dict[Row, float]) -> None:
@@ -93,7 +93,7 @@ class _Tracer:
         ]
         others = [("step", name) for name in STEP]
         others += [("newton", name) for name in ("first", "rest", "growth", "failed")]
-        recording = Recording([*unknown, *others], finite=True)
+        recording = NumberRecording([*unknown, *others], finite=True)
         arrays = {name: self._rows(name, count, recording) for name, count in self.fields.items()}
         before = {name: array.copy() for name, array in arrays.items()}
         work = SimpleNamespace(**{n: a for n, a in arrays.items() if not n.endswith(" factor")})
@@ -110,14 +110,14 @@ class _Tracer:
         self._learn(recording, stored)
         return Piece(recording, stored, results)
 
-    def _rows(self, name: str, count: int, recording: Recording) -> np.ndarray:
+    def _rows(self, name: str, count: int, recording: NumberRecording) -> np.ndarray:
         array = np.empty((count, 1), dtype=object)
         for n in range(count):
             known = self.known.get((name, n))
             array[n, 0] = recording.inputs[name, n] if known is None else recording.constant(known)
         return array
 
-    def _learn(self, recording: Recording, stored: dict[Row, Any]) -> None:
+    def _learn(self, recording: NumberRecording, stored: dict[Row, Any]) -> None:
         for row, number in stored.items():
             value = recording.value_of(number)
             if value is not None and np.isfinite(value):
@@ -147,13 +147,14 @@ def recorded_pieces(described: Description) -> tuple[dict[str, Piece], dict[Row,
     if described.layout.friction_kind.shape[0] > 0:
         raise Untraceable("which pairs slide depends on numbers")
     # once with nothing known, for the rows that a step changes: of those nothing is known before it
-    first = _march(_Tracer(described, {}), set())
+    first = _pieces(_PieceRecorder(described, {}), set())
     changed = {row for piece in first.values() for row in piece.stored}
     repeated = {row for name, piece in first.items() if _repeats(name) for row in piece.stored}
-    beginning = _Tracer(described, dict(initial))
+    beginning = _PieceRecorder(described, dict(initial))
     prologue = beginning.piece(_prologue(described))
     settled = {row: value for row, value in beginning.known.items() if row not in changed}
-    return {"prologue": prologue, **_march(_Tracer(described, dict(settled)), repeated)}, settled
+    pieces = _pieces(_PieceRecorder(described, dict(settled)), repeated)
+    return {"prologue": prologue, **pieces}, settled
 
 
 def _repeats(name: str) -> bool:
@@ -171,7 +172,7 @@ def _prologue(described: Description) -> Callable[..., None]:
     return run
 
 
-def _march(tracer: _Tracer, repeated: set[Row]) -> dict[str, Piece]:
+def _pieces(tracer: _PieceRecorder, repeated: set[Row]) -> dict[str, Piece]:
     """The pieces of a step, in the order in which they run; `repeated` are the rows that Newton's
     method changes, of which nothing is known before a correction.
     """
@@ -232,12 +233,13 @@ def _newton(L: Any, square: Any, n: int) -> Callable[..., dict[str, Any]]:
 
 def _conclude(L: Any, path: Any, square: Any, n: int) -> Callable[..., dict[str, Any]]:
     def run(W: Any, factors: Any, given: Any) -> dict[str, Any]:
-        newton = tuple(given(("newton", name)) for name in ("first", "rest", "growth"))
-        step = tuple(given(("step", name)) for name in ("h", "back", "seen", "seen_twice"))
+        first, rest, growth, failed = (
+            given(("newton", name)) for name in ("first", "rest", "growth", "failed")
+        )
+        newton = first, rest, growth, given(("step", "small")), failed
+        way = tuple(given(("step", name)) for name in ("h", "back", "seen", "seen_twice"))
         rates = given(("step", "rate")), given(("step", "acceleration"))
-        newton = (*newton, given(("step", "small")))
-        failed = given(("newton", "failed"))
-        failed, _ = conclude(L, square, W, 0.0, factors[n], path, rates, newton, step, 0, failed)
+        failed, _ = conclude(L, square, W, 0.0, factors[n], path, (way, rates, 0), newton)
         return {"failed": failed}
 
     return run
@@ -270,8 +272,5 @@ def _outputs(L: Any) -> list[tuple[str, Callable[..., dict[str, Any]]]]:
             found[str(others + L.owns + n)] = W.signal[L.input_row[n], 0]
         return found
 
-    return [
-        ("motion", motion),
-        *((f"primitive {e}", primitive(e)) for e in range(count)),
-        ("others", rest),
-    ]
+    primitives = [(f"primitive {e}", primitive(e)) for e in range(count)]
+    return [("motion", motion), *primitives, ("others", rest)]

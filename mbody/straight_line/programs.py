@@ -27,21 +27,21 @@ from mbody.kernels.continuation_lanes import Designs, LanePath, smallest
 from mbody.kernels.layout import Layout, Work
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.kernels.square_lu import Square
-from mbody.straight_line.interface import COLUMNS, FACTORS, NONE, STRUCTURAL
+from mbody.straight_line.code_interface import COLUMNS, FACTORS, NONE, STRUCTURAL
 
-__all__ = ["March", "march_of", "step_table"]
+__all__ = ["StraightLineCode", "build", "step_table", "straight_line_code"]
 
 #: Fields of which the code needs to know only how many rows they have.
 OWN = ("par", "mass", "q", "past", "time")
 #: Bodies up to which code is made: its length, and the time to make it, grow with their square.
 MOST = 24
 _lock = threading.Lock()
-_made: dict[str, March | None] = {}
+_made: dict[str, StraightLineCode | None] = {}
 
 
 @dataclass(frozen=True, eq=False)
-class March:
-    """The march of one topology.
+class StraightLineCode:
+    """The code of one topology.
 
     Attributes
     ----------
@@ -69,7 +69,7 @@ class March:
         words += [len(designs.wanted), groups.ctypes.data]
         words += [output.ctypes.data, designs.failed.ctypes.data]
         if self.function((ctypes.c_int64 * len(words))(*words)):
-            raise RuntimeError("march")
+            raise RuntimeError("straight-line code ended with an error")
 
 
 def step_table(path: LanePath) -> np.ndarray:
@@ -91,8 +91,10 @@ def step_table(path: LanePath) -> np.ndarray:
     return np.ascontiguousarray(np.stack([found[name] for name in COLUMNS], axis=1))
 
 
-def march_of(L: Layout, pivots: tuple[Square, Square], path: LanePath, work: Work) -> March | None:
-    """The march of a topology, made where it is not kept; None where there is none: machine code is
+def straight_line_code(
+    L: Layout, pivots: tuple[Square, Square], path: LanePath, work: Work
+) -> StraightLineCode | None:
+    """The code of a topology, made where it is not kept; None where there is none: machine code is
     not the core, nothing can build or keep it, or what a kernel does depends on numbers.
     """
     if selection.chosen().name != "native" or not 0 < L.bodies <= MOST:
@@ -146,12 +148,12 @@ def _own_sources() -> str:
     return digest.hexdigest()
 
 
-def _found(key: str, arrays: dict[str, np.ndarray]) -> March | None:
+def _found(key: str, arrays: dict[str, np.ndarray]) -> StraightLineCode | None:
     kept = selection.machine_code_folder()
     if kept is None:
         return None
     folder, level = kept
-    file, none = folder / f"march-{key}.so", folder / f"march-{key}.none"
+    file, none = folder / f"straight-line-{key}.so", folder / f"straight-line-{key}.none"
     if none.exists():
         return None
     if file.exists():
@@ -159,17 +161,21 @@ def _found(key: str, arrays: dict[str, np.ndarray]) -> March | None:
             return _opened(file)
         except LibraryError:  # a damaged file is made again
             file.unlink(missing_ok=True)
-    return _opened(file) if _build(file, none, level, arrays) else None
+    return _opened(file) if build(file, none, level, arrays) else None
 
 
-def _opened(file: Path) -> March:
+def _opened(file: Path) -> StraightLineCode:
     library = open_library(file, source_hash())
     initial = tuple((name, n) for name, n in library.entries()["initial"])
-    return March(library.function("march", [ctypes.c_void_p]), initial)
+    return StraightLineCode(library.function("straight_line", [ctypes.c_void_p]), initial)
 
 
-def _build(file: Path, none: Path, level: str, arrays: dict[str, np.ndarray]) -> bool:
-    """Build the code by a process of its own; returns whether there is some."""
+def build(file: Path, none: Path, level: str, arrays: dict[str, np.ndarray]) -> bool:
+    """Build the code by a process of its own; returns whether there is some.
+
+    file, none: where the code is put, or an empty file if there is none; level: the processor's;
+    arrays: the description. A compiler that fails is a `ModelWarning`.
+    """
     packed = io.BytesIO()
     np.savez(packed, **arrays)  # type: ignore[arg-type]
     path = os.pathsep.join(filter(None, [str(PACKAGE.parent), os.environ.get("PYTHONPATH", "")]))
@@ -177,7 +183,7 @@ def _build(file: Path, none: Path, level: str, arrays: dict[str, np.ndarray]) ->
     with tempfile.TemporaryDirectory() as folder:
         described = Path(folder) / "description.npz"
         described.write_bytes(packed.getvalue())
-        command = [sys.executable, "-m", "mbody.straight_line.builder", str(described)]
+        command = [sys.executable, "-m", "mbody.straight_line.code_builder", str(described)]
         command += ["--target", level, "--to", str(file), "--sources", source_hash() or ""]
         done = subprocess.run(
             command, env=settings, capture_output=True, text=True, stdin=subprocess.DEVNULL

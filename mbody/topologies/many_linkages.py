@@ -16,7 +16,7 @@ from mbody.errors import ModelError
 from mbody.quantities.types import PlainNumbers
 from mbody.topologies.arrays import LinkageArrays, linkage_arrays
 from mbody.topologies.canonical import CanonicalOrder, canonical_order, row_bytes
-from mbody.topologies.march import LinkageGroup, follow_group
+from mbody.topologies.group_continuation import LinkageGroup, follow_group
 from mbody.topologies.plan import Graph, TopologyPlan, graph_of, planned
 
 __all__ = ["Linkages", "linkages"]

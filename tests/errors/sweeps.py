@@ -12,6 +12,7 @@ import mbody
 from mbody.errors import SolveError
 from mbody.files.seal import OPEN_SEAL
 from mbody.model.study import Measure
+from mbody.straight_line import programs
 from mbody.sweeps import (
     Normal,
     Uniform,
@@ -24,6 +25,17 @@ from tests.errors.command import said
 from tests.errors.models import four_bar
 
 CRANK = {"crank.A.x": [0.9, 1.1]}
+
+
+def unbuilt(said):
+    """A compiler of straight-line code that fails, with what it says last."""
+
+    def go():
+        failed = SimpleNamespace(returncode=1, stderr=said)
+        with mock.patch.object(programs.subprocess, "run", lambda *_, **__: failed):
+            programs.build(Path("code.so"), Path("code.none"), "host", {})
+
+    return go
 
 
 def sweep(parameters=CRANK, analysis="kinetostatics", measure="A.force", **options):
@@ -123,6 +135,8 @@ def full(store, asked):
 
 
 SCENARIOS = {
+    "straight-line code without memory": unbuilt("...\nMemoryError"),
+    "straight-line code of a compiler that was stopped": unbuilt(""),
     "a sweep of no name": said(["sweep", "hoekens"]),
     "a sweep from here to there": said(["sweep", "hoekens", "--vary", "a=1:2"]),
     "a sweep of a name that is no formula": said(["sweep", "hoekens", "--vary", "a=1 +:2:3"]),

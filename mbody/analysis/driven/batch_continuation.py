@@ -21,7 +21,7 @@ from mbody.analysis.position.staged_closing import ClosedDesigns, close_in_stage
 from mbody.core.lanes import LANES, aligned
 from mbody.kernels.continuation_lanes import Designs, LanePath, follow_designs
 from mbody.kernels.output import PER_PRIMITIVE
-from mbody.straight_line.programs import March, march_of
+from mbody.straight_line.programs import StraightLineCode, straight_line_code
 from mbody.system.pivoting import PivotChoices, lane_workspace
 from mbody.system.system import System
 
@@ -60,7 +60,7 @@ class BatchSetup:
 
 
 #: The straight-line code of every setup; machine code is not sent to other machines.
-_marches: weakref.WeakKeyDictionary[BatchSetup, March | None] = weakref.WeakKeyDictionary()
+_codes: weakref.WeakKeyDictionary[BatchSetup, StraightLineCode | None] = weakref.WeakKeyDictionary()
 
 
 def batch_setup(runner: Runner, start: ClosedPosition, grid: TimeGrid) -> BatchSetup | None:
@@ -132,11 +132,11 @@ def on_lanes(
     path = runner.lane_path(grid, in_all_lanes(grid), setup.reach)
     q = np.ascontiguousarray(poses.T)
     designs = _designs(system.par, system.mass, q, wanted)
-    march = _march(system, setup, path)
-    if march is None:
+    code = _code(system, setup, path)
+    if code is None:
         _follow(system, setup, path, designs, output)
     else:
-        march.run(system.layout, system.work(LANES), path, designs, output)
+        code.run(system.layout, system.work(LANES), path, designs, output)
         _again(system, setup, path, designs, output)
     return (output if len(kept) == len(grid.s) else output[:, :, kept]), designs.failed == 0.0
 
@@ -155,14 +155,14 @@ def _follow(
     follow_designs(system.layout, *setup.pivots, work, numbers, path, followed, designs)
 
 
-def _march(system: System, setup: BatchSetup, path: LanePath) -> March | None:
+def _code(system: System, setup: BatchSetup, path: LanePath) -> StraightLineCode | None:
     """The straight-line code of a setup where it pays, found or made when it is first needed."""
     if not setup.straight:
         return None
-    if setup not in _marches:
+    if setup not in _codes:
         work = system.work(LANES)
-        _marches[setup] = march_of(system.layout, setup.pivots, path, work)
-    return _marches[setup]
+        _codes[setup] = straight_line_code(system.layout, setup.pivots, path, work)
+    return _codes[setup]
 
 
 def _again(

@@ -1,4 +1,4 @@
-"""The function of a march: all designs of a batch through all instants, the pieces in between.
+"""The whole function: all designs of a batch through all instants, the pieces in between.
 
 It does what `mbody.kernels.continuation_lanes.follow_designs` does, for one topology: the same
 predictions, corrections and tests in the same order. Rows of the workspace that pass from one piece
@@ -16,8 +16,9 @@ from typing import Any
 
 from llvmlite import ir
 
-from mbody.core.recorded_numbers import Recording
+from mbody.core.recorded_numbers import NumberRecording
 from mbody.kernels.continuation_lanes import ITERATIONS, LARGE
+from mbody.straight_line.code_interface import COLUMNS, ENTRY, STRUCTURAL, WORDS
 from mbody.straight_line.instructions import (
     LANES,
     NUMBER,
@@ -26,10 +27,9 @@ from mbody.straight_line.instructions import (
     in_all_lanes,
     instructions,
 )
-from mbody.straight_line.interface import COLUMNS, ENTRY, STRUCTURAL, WORDS
 from mbody.straight_line.pieces import Description, Piece, Row
 
-__all__ = ["write_march"]
+__all__ = ["write_function"]
 
 #: Fields whose rows are the designs' own numbers.
 OWN = ("par", "mass")
@@ -39,14 +39,14 @@ ZERO = constant(NUMBER, 0.0)
 ONE = constant(NUMBER, 1.0)
 
 
-def write_march(
+def write_function(
     module: Any, described: Description, pieces: dict[str, Piece], settled: dict[Row, float]
 ) -> list[Row]:
     """Write the function into a module; returns the rows whose first numbers it gets."""
-    return _March(module, described, pieces, settled).initial
+    return _FunctionWriter(module, described, pieces, settled).initial
 
 
-class _March:
+class _FunctionWriter:
     def __init__(
         self,
         module: Any,
@@ -204,7 +204,7 @@ class _March:
         return self._at(self.past, self.b.add(begin, ir.Constant(I64, beside)))
 
     # ------------------------------------------------------------------------------------------
-    # The march
+    # Designs and instants
 
     def _designs(self, low: Any) -> None:
         """As many designs as there are lanes, from `low` on; the last lanes repeat the last one."""
@@ -395,7 +395,7 @@ def _lasting(row: Row, passed: set[Row]) -> bool:
     return row in passed or row[0] == "past"
 
 
-def _inputs(recording: Recording, targets: list[Any]) -> Iterator[Row]:
+def _inputs(recording: NumberRecording, targets: list[Any]) -> Iterator[Row]:
     for place in recording.needed(targets):
         kind, *rest = recording.made[place]
         if kind == "input":

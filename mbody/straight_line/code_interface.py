@@ -2,8 +2,8 @@
 
 __all__ = ["COLUMNS", "ENTRY", "FACTORS", "NONE", "STEP", "STRUCTURAL", "WORDS"]
 
-#: Name of the function of a march, as `mbody.core.library.Library.function` looks it up.
-ENTRY = "mbody_march_np"
+#: Name of the function, as `mbody.core.library.Library.function` looks it up.
+ENTRY = "mbody_straight_line_np"
 #: Numbers of a step, which all lanes share: path parameter, time; the step and the one before it,
 #: whether there are such; the one before for predictions, the way to the third place, and whether
 #: two places predict; rate and acceleration of the one driver; the square of the accepted

@@ -73,12 +73,12 @@ def follow_group(
     """Fill `output` (all linkages, instants, columns) and the margins (all linkages,); of each that
     failed its row, with why and the τ where.
     """
-    march = _March(group, output, margins)
-    march.on_lanes()
-    return march.failures
+    continuation = _GroupContinuation(group, output, margins)
+    continuation.on_lanes()
+    return continuation.failures
 
 
-class _March:
+class _GroupContinuation:
     """The motion of one group."""
 
     def __init__(self, group: LinkageGroup, output: np.ndarray, margins: np.ndarray) -> None:

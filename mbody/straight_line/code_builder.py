@@ -1,6 +1,6 @@
 """Building the straight-line code of one topology: a program, run in a process of its own.
 
-    python -m mbody.straight_line.builder DESCRIPTION --target host --to LIBRARY --sources HASH
+    python -m mbody.straight_line.code_builder DESCRIPTION --target host --to LIBRARY --sources HASH
 
 The description is what `mbody.straight_line.programs` wrote. The process has the plain core: the
 kernels' functions run as they are written, on recorded numbers. It ends with 3 where what they do
@@ -22,15 +22,15 @@ import llvmlite.binding as llvm
 import numpy as np
 from llvmlite import ir
 
-from mbody.compiler.builder import emit, machine_of
+from mbody.compiler.builder import emit, machine_of, needed
 from mbody.compiler.c_interface import common
 from mbody.compiler.targets import TARGETS, Target
 from mbody.core.recorded_numbers import Untraceable
-from mbody.straight_line.interface import NONE
-from mbody.straight_line.march import write_march
+from mbody.straight_line.code_interface import NONE
 from mbody.straight_line.pieces import Description, recorded_pieces
+from mbody.straight_line.whole_function import write_function
 
-__all__ = ["described", "main", "march_module"]
+__all__ = ["described", "main", "straight_line_module"]
 
 
 def described(file: Path) -> Description:
@@ -50,8 +50,8 @@ def described(file: Path) -> Description:
     )
 
 
-def march_module(target: Target, one: Description, sources: str) -> Any:
-    """The optimised module of a march.
+def straight_line_module(target: Target, one: Description, sources: str) -> Any:
+    """The optimised module of one topology.
 
     Raises
     ------
@@ -60,11 +60,11 @@ def march_module(target: Target, one: Description, sources: str) -> Any:
     """
     machine = machine_of(target)
     layout = str(machine.target_data)
-    module = ir.Module("march")
+    module = ir.Module("straight_line")
     module.triple, module.data_layout = target.triple, layout
-    initial = write_march(module, one, *recorded_pieces(one))
+    initial = write_function(module, one, *recorded_pieces(one))
     made = llvm.parse_assembly(str(module))
-    table = json.dumps({"initial": initial})
+    table = json.dumps({"initial": initial, "needs": needed(made)})
     made.link_in(llvm.parse_assembly(str(common(target.triple, layout, sources, table))))
     options = llvm.create_pipeline_tuning_options(speed_level=3)
     options.loop_vectorization = options.slp_vectorization = False
@@ -84,7 +84,7 @@ def main() -> int:
     options = parser.parse_args()
     target = TARGETS[options.target]
     try:
-        module = march_module(target, described(options.description), options.sources)
+        module = straight_line_module(target, described(options.description), options.sources)
     except Untraceable as error:
         print(error)
         return NONE
