@@ -9,37 +9,35 @@ PIP    := $(BIN)/python -m pip --disable-pip-version-check install --quiet --con
 demo: .venv/installed
 	$(BIN)/mbody demo
 
-# The warm step builds every kernel once, so that the workers only load them. The tests of the
-# compiler follow, with numba as the core.
+# The warm step builds every kernel once, so that the workers only load them.
 test: .venv/installed-dev
 	$(BIN)/mbody warmup
 	$(BIN)/python -m pytest -n $(JOBS)
-	MBODY_CORE=numba $(BIN)/python -m pytest -n $(JOBS) -m numba
 
-# Results that rounding could sway, as other processors would compute them: kernels without any
-# special instruction, two other sets of BLAS kernels, and numba as the core.
-PROCESSORS := NUMBA_CPU_NAME=generic OPENBLAS_CORETYPE=Haswell OPENBLAS_CORETYPE=Prescott \
-              MBODY_CORE=numba
-PART       ?= -m processor
+# Files with tests that have a marker: others need not be loaded.
+marked = $$(grep -rlE 'mark\.($(1))\b' tests validation --include='*.py')
+
+# Results that rounding could sway, as another processor would compute them: numba as the core,
+# with the tests of the compiler, kernels without any special instruction, BLAS of an old processor.
+OTHER := MBODY_CORE=numba NUMBA_CPU_NAME=generic OPENBLAS_CORETYPE=Prescott
+PART  ?= -m "processor or numba" $(call marked,processor|numba)
 
 test-processors: .venv/installed-dev
-	set -e; for setting in $(PROCESSORS); do \
-	    echo "with $$setting"; \
-	    env $$setting $(BIN)/mbody warmup; \
-	    env $$setting $(BIN)/python -m pytest -n $(JOBS) $(PART); \
-	done
+	env $(OTHER) $(BIN)/mbody warmup
+	env $(OTHER) $(BIN)/python -m pytest -n $(JOBS) $(PART)
 
-# The same part with the least versions that pyproject.toml declares.
-MINIMUM := .venv-minimum/bin
+# The same results with the least versions that pyproject.toml declares, and a third BLAS.
+MINIMUM      := .venv-minimum/bin
+MINIMUM_PART ?= -m processor $(call marked,processor)
 test-minimum: .venv-minimum/installed-dev
 	$(MINIMUM)/mbody doctor
 	$(MINIMUM)/mbody warmup
-	$(MINIMUM)/python -m pytest -n $(JOBS) $(PART)
+	OPENBLAS_CORETYPE=Haswell $(MINIMUM)/python -m pytest -n $(JOBS) $(MINIMUM_PART)
 
 # Everything, under every setting: some 40 minutes on two cores.
 test-all: test
 	$(MAKE) test-processors PART=
-	$(MAKE) test-minimum PART=
+	$(MAKE) test-minimum MINIMUM_PART=
 
 # The hunt for silent errors: hours on demand (COUNT mechanisms); findings in the folder campaign/.
 COUNT ?= 100000
