@@ -74,8 +74,14 @@ class _LineJoint:
 
 
 def is_pmks_text(text: str) -> bool:
-    """Whether a text may be lines or an address of PMKS."""
-    return "mech=" in text or any(_type_at(_words(line)) for line in _lines(text))
+    """Whether a text may be lines or an address of PMKS; a line with a sign of equality is none of
+    a joint, as ``P = { force = 5, at = "coupler.P" }`` of a model file.
+
+    >>> is_pmks_text("ground,crank,R,0,0"), is_pmks_text("P = { force = 5 }")
+    (True, False)
+    """
+    lines = [line for line in _lines(text) if "=" not in line]
+    return "mech=" in text or any(_type_at(_words(line)) for line in lines)
 
 
 def is_pmks_json(data: Mapping[str, Any]) -> bool:
