@@ -2,9 +2,11 @@
 the table of measures.
 """
 
+import json
 import math
 import re
 import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,10 +14,14 @@ import pytest
 import mbody
 from mbody import cli, gallery
 from mbody.exchange import other_program
+from mbody.files.model import json_schema
+from mbody.files.model.kinds import SECTIONS
 from mbody.model.reductions import REDUCTIONS
 from mbody.model.study import Instants, Measure
 from mbody.teaching import KINDS, new_model
 from mbody.views.labels import Label, Places
+
+ROOT = Path(__file__).parents[1]
 
 
 def column(text, name):
@@ -169,3 +175,91 @@ def test_a_fluctuation_and_an_indicator_are_printed_with_their_units():
     # without masses the motor does that work: the same force of the piston, by virtual work
     assert shown["work of a cycle"] == (pytest.approx(work, rel=2e-3), "lbf·in")
     assert "array" not in str(found) + repr(found) + str(chart) + repr(chart)
+
+
+def test_the_page_of_model_files_names_every_table_and_kind():
+    page = (ROOT / "docs" / "model-files.md").read_text(encoding="utf-8")
+    tables = [name for name in json_schema()["properties"] if name != "$schema"]
+    for name in tables:
+        assert any(f"`{form}`" in page for form in (f"[{name}]", f"[{name}.NAME]", name)), name
+    for kind in (kind for kinds in SECTIONS.values() for kind in kinds):
+        assert f"`{kind}`" in page, kind
+
+
+GAS = """
+[ground]
+points = { O = [0, 0] }
+[bodies.crank]
+inertia = 1
+[joints]
+O = { revolute = ["ground.O", "crank"] }
+[drivers]
+motor = { angle = "crank", law = { table = { file = "turn.csv" } } }
+[curves]
+gas = { file = "gas.csv", periodic = true }
+[loads]
+gas = { torque = "gas(crank.angle)", body = "crank" }
+"""
+
+
+def test_headings_of_tables_have_units(tmp_path):
+    """The same numbers once with units in the headings, once by hand in m, N, rad."""
+    (tmp_path / "turn.csv").write_text("time [ms],crank [deg]\n0,0\n500,90\n1000,270\n2000,300\n")
+    (tmp_path / "gas.csv").write_text("crank [deg],moment [lbf*in]\n0,10\n90,40\n360,10\n")
+    file = tmp_path / "mine.toml"
+    file.write_text(GAS)
+    run = mbody.kinetostatics(mbody.load(file), [0.0, 0.5, 1.0])
+    # rounding of units
+    np.testing.assert_allclose(np.degrees(run["crank"].angle), [0, 90, 270], rtol=1e-12, atol=1e-12)
+    wanted = np.array([10.0, 40.0]) * 4.4482216152605 * 0.0254
+    np.testing.assert_allclose(run.measure("gas.torque")[:2], wanted, rtol=1e-12)
+
+
+def test_a_unit_in_a_heading_that_there_is_not_is_named(tmp_path):
+    (tmp_path / "turn.csv").write_text("t [s],crank [degg]\n0,0\n1,90\n")
+    (tmp_path / "gas.csv").write_text("0,10\n90,40\n360,10\n")
+    file = tmp_path / "mine.toml"
+    file.write_text(GAS)
+    with pytest.raises(mbody.ModelError, match=r"'turn.csv'.*degg"):
+        mbody.load(file)
+
+
+@pytest.mark.parametrize(
+    ("value", "noted"), [("60", True), ("60 rpm", False), ("2*3", True), ("0", False)]
+)
+def test_a_plain_number_in_place_of_one_in_another_unit_is_noted(value, noted, capsys):
+    assert cli.main(["kinematics", "slider_crank", "--set", f"speed={value}"]) == 0
+    said = "plain numbers for 'speed' are in rad/s, and its own value is"
+    assert (said in " ".join(capsys.readouterr().out.split())) == noted
+
+
+def test_a_sweep_notes_it_too(capsys):
+    words = ["sweep", "slider_crank", "--measure", "peak(crank.omega)", "--vary"]
+    for values, noted in (("speed=6:9:2", True), ("speed=6 rpm,9 rpm", False)):
+        assert cli.main([*words, values]) == 0
+        assert ("write rpm if that is meant" in capsys.readouterr().err) == noted
+
+
+def test_bands_and_derivatives_of_angles_in_degrees(capsys):
+    measure = ["span(rocker.angle)", "--over", "turn", "--json"]
+    found = {}
+    for angle in ("rad", "deg"):
+        assert cli.main(["sensitivity", "norton_fourbar", *measure, "--angle", angle]) == 0
+        found[angle] = json.loads(capsys.readouterr().out)
+    by = [found[angle]["by"]["crank.A.x"]["derivative"] for angle in ("rad", "deg")]
+    # a conversion and its rounding
+    assert math.degrees(by[0]) == pytest.approx(by[1], rel=1e-13)
+    assert math.degrees(found["rad"]["value"]) == pytest.approx(found["deg"]["value"], rel=1e-13)
+    words = ["tolerances", "norton_fourbar", *measure[:-1], "--scatter", "crank.A.x=0.1"]
+    texts = []
+    for angle in ("rad", "deg"):
+        assert cli.main([*words, "--count", "99", "--angle", angle]) == 0
+        texts.append(capsys.readouterr().out)
+    assert " rad\n" in texts[0] and " deg\n" in texts[1]
+
+
+def test_a_measure_that_there_is_not_leads_to_histories():
+    machine = mbody.makers.slider_crank(0.05, 0.2, speed=30.0)
+    run = mbody.kinematics(machine, [0.0])
+    with pytest.raises(mbody.ModelError, match=r"no parameter 'torque'.*as 'motor.effort'"):
+        run.measure("torque")
