@@ -6,6 +6,7 @@ import json
 import math
 import re
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,12 +15,15 @@ import pytest
 import mbody
 from mbody import cli, gallery
 from mbody.exchange import other_program
+from mbody.exchange.pmks import pmks_from_text
 from mbody.files.model import json_schema
 from mbody.files.model.kinds import SECTIONS
+from mbody.model.changed_elements import with_changed
 from mbody.model.reductions import REDUCTIONS
 from mbody.model.study import Instants, Measure
 from mbody.teaching import KINDS, new_model
 from mbody.views.labels import Label, Places
+from mbody.views.motions import motion
 
 ROOT = Path(__file__).parents[1]
 
@@ -263,3 +267,49 @@ def test_a_measure_that_there_is_not_leads_to_histories():
     run = mbody.kinematics(machine, [0.0])
     with pytest.raises(mbody.ModelError, match=r"no parameter 'torque'.*as 'motor.effort'"):
         run.measure("torque")
+
+
+def test_designs_in_motion_differ_in_any_number(tmp_path):
+    """A film of a changed length is that of a model that has the length."""
+    machine = mbody.makers.slider_crank(0.05, 0.2, masses=(1, 1, 1), speed=30.0)
+    other = mbody.makers.slider_crank(0.04, 0.2, masses=(1, 1, 1), speed=30.0)
+    changed = motion(mbody.assemble(machine).with_values({"crank.A.x": 0.04}))
+    wanted = motion(other)
+    # mass centre and pins are computed in another order: rounding
+    np.testing.assert_allclose(changed["slider"].x, wanted["slider"].x, rtol=1e-14)
+    file = tmp_path / "mine.toml"
+    mbody.save(machine, file)
+    vary = ["view", str(file), "--vary", "crank.A.x=4 cm,6 cm", "-o", str(tmp_path / "mine.html")]
+    assert cli.main(vary) == 0
+    page = (tmp_path / "mine.html").read_text(encoding="utf-8")
+    assert "crank.A.x = 4 cm" in page and "crank.A.x = 6 cm" in page
+
+
+def test_live_pages_take_parameters_alone(capsys):
+    words = ["view", "slider_crank", "--live", "--vary", "crank.A.x=1,2"]
+    assert cli.main(words) == 2
+    assert "--vary takes its parameters, not 'crank.A.x'" in capsys.readouterr().err
+
+
+def test_a_file_of_several_mechanisms_of_pmks_is_refused():
+    one = "http://example.org/pmks?mech=ground,crank,R,0,0|crank,rod,R,0,10"
+    with pytest.raises(mbody.ModelError, match="2 mechanisms of PMKS"):
+        pmks_from_text(f"{one}\n\n{one}\n", "two", "mm-N-s")
+
+
+def test_inertias_and_losses_have_everyday_units_too(capsys):
+    words = ["flywheel", "slider_crank", "--coefficient", "0.02", "--units"]
+    rows = {}
+    for units in ("SI", "mm-N-s"):
+        assert cli.main([*words, units]) == 0
+        found = [line.split() for line in capsys.readouterr().out.splitlines()]
+        rows[units] = [float(row[-2]) for row in found if row and row[-1] == "kg·m²"]
+    # printed to six digits
+    assert len(rows["SI"]) == 2 and rows["mm-N-s"] == pytest.approx(rows["SI"], rel=2e-5)
+    machine = mbody.makers.slider_crank(50, 200, masses=("1 kg",) * 3, speed=30, units="mm-N-s")
+    rough = with_changed(machine, [replace(machine["A"], friction=0.1, pin_radius=10.0)], [])
+    run = mbody.kinetostatics(rough, turn="motor", instants=73)
+    line = next(line for line in str(run).partition("FRICTION")[2].splitlines() if line[:1] == "A")
+    peak, watts = (float(cell) for cell in line.split()[1:3])
+    assert watts == pytest.approx(peak / 1e3, rel=1e-4)
+    assert peak == pytest.approx(run.losses["A"].max(), rel=1e-4)

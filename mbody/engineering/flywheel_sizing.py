@@ -186,10 +186,17 @@ class FlywheelSizing(Inherited):
             ("fluctuation of the speed with it", _share(self.coefficient), ""),
             ("speed with it", f"{speed.min():.6g} … {speed.max():.6g}", f"rad/{unit.time}"),
             ("inertia of the flywheel", number(self.inertia), inertia),
+            *self._everyday(self.inertia),
             ("by ΔE/(C ω²)", number(self.simple), inertia),
+            *self._everyday(self.simple),
         ]
         named = f"{self.run.mechanism.name}: driver '{self.driver}'"
         return "\n".join([named, "", *labelled_rows("FLYWHEEL", rows), *noted(self)])
+
+    def _everyday(self, inertia: float) -> list[tuple[str, str, str]]:
+        """The row of an inertia in kg·m², where that is not the unit of the system."""
+        found = self.run.mechanism.units.everyday("inertia")
+        return [] if found is None else [("", number(inertia * found[1]), found[0])]
 
     def __repr__(self) -> str:
         return f"FlywheelSizing({numbers([self.inertia])[0]} for {self.coefficient:.4g})"

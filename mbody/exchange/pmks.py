@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from typing import Any
 from urllib.parse import unquote_plus
 
+from mbody.errors import ModelError
 from mbody.exchange.drawn_linkage import (
     GROUND,
     DrawnLinkage,
@@ -98,6 +99,10 @@ def pmks_from_text(text: str, name: str, units: str) -> Imported:
     ModelError
         For a line that is none of a joint, and joints that are not read.
     """
+    if (several := text.count("mech=")) > 1:
+        raise ModelError(
+            f"the file has {several} mechanisms of PMKS (mech=): keep one of them in a file"
+        )
     settings: dict[str, str] = {}
     joints: list[_LineJoint] = []
     for number, line in enumerate(_lines(text), 1):
