@@ -37,10 +37,7 @@ def view(args: Any) -> int:
         options["paths"] = args.path
     if args.show is not None:
         options["show"] = _listed(args.show)
-    if args.live and (others := _no_parameters(args)):
-        raise UsageError(
-            f"--live solves the model file again: --vary takes its parameters, not '{others[0]}'"
-        )
+    _check_live(args)
     page = _page(args, _runs(args), options)
     interrupt.done()
     page.save(path)
@@ -60,6 +57,14 @@ def view(args: Any) -> int:
 
         webbrowser.open(Path(path).resolve().as_uri())
     return 0
+
+
+def _check_live(args: Any) -> None:
+    """Refuse a live page of designs that differ in more than parameters."""
+    if args.live and (others := _no_parameters(args)):
+        raise UsageError(
+            f"--live solves the model file again: --vary takes its parameters, not '{others[0]}'"
+        )
 
 
 def _page(args: Any, runs: dict[str, Solution], options: dict[str, Any]) -> Viewer:

@@ -99,10 +99,7 @@ def pmks_from_text(text: str, name: str, units: str) -> Imported:
     ModelError
         For a line that is none of a joint, and joints that are not read.
     """
-    if (several := text.count("mech=")) > 1:
-        raise ModelError(
-            f"the file has {several} mechanisms of PMKS (mech=): keep one of them in a file"
-        )
+    _check_one(text)
     settings: dict[str, str] = {}
     joints: list[_LineJoint] = []
     for number, line in enumerate(_lines(text), 1):
@@ -121,6 +118,14 @@ def pmks_from_text(text: str, name: str, units: str) -> Imported:
         made.notes.append("the angles of slides are read in degrees; the file has no unit of them")
     _choose(joints, driven)
     return _built(made, joints, speed)
+
+
+def _check_one(text: str) -> None:
+    """Refuse a file of several addresses."""
+    if (several := text.count("mech=")) > 1:
+        raise ModelError(
+            f"the file has {several} mechanisms of PMKS (mech=): keep one of them in a file"
+        )
 
 
 def pmks_from_json(data: Mapping[str, Any], name: str, units: str) -> Imported:

@@ -75,8 +75,9 @@ def _with_unit(values: list[float], unit: str, what: str) -> list[float | str]:
     try:
         parse_unit(unit)
     except FormulaError as error:
+        why = str(error).rpartition(" is not a formula: ")[2]
         raise ModelError(
-            f"{what}: the unit in its heading, [{brief(unit)}]: {error}: name one, as in "
+            f"{what}: its heading has [{unit[:40]}]: {why.rstrip('?')}: write a unit as in "
             "'angle [deg]', or leave it out"
         ) from None
     return [f"{value!r} {unit}" for value in values]
