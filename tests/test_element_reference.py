@@ -1,6 +1,7 @@
 """What `mbody explain` prints: every kind, its fields, and examples that are read and compared."""
 
 import dataclasses
+import re
 
 import pytest
 
@@ -129,3 +130,11 @@ def test_the_command(capsys):
     assert "[loads]" in capsys.readouterr().out
     assert main(["explain", "sprng"]) == 2
     assert "did you mean 'spring'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("section", "kind"), KINDS)
+def test_no_field_refers_to_a_class_that_is_not_explained(section, kind):
+    explained = {one.__name__ for kinds in (*SECTIONS.values(), LAWS) for one in kinds.values()}
+    for field in one(section, kind).fields:
+        for name in re.findall(r"see `(\w+)`", field.meaning):
+            assert name in explained, (field.name, field.meaning)

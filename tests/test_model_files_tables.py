@@ -32,7 +32,7 @@ def tabled(folder, content, name="lift.csv", head=""):
     [
         "0,0\n1,30\n2,-90\n",
         "time,angle\n0,0\n1,30\n2,-90\n",
-        "\ufefft [s],phi [deg],remark\r\n\r\n 0 , 0 ,x\r\n1,3e1,y\r\n2,-90.0,z\r\n",
+        "\ufefft,phi,remark\r\n\r\n 0 , 0 ,x\r\n1,3e1,y\r\n2,-90.0,z\r\n",
         '"t","phi"\n"0","0"\n"1","30"\n"2","-90"',
     ],
 )

@@ -68,12 +68,14 @@ def question(args: Any, own: Instants | None) -> Instants | None:
 
     if args.at and args.over:
         raise UsageError("give --at or --over, not both")
-    over = args.over or (own.over if own and not args.at else "")
-    if args.instants is not None and not over:
-        raise UsageError("--instants goes with --over")
-    if args.turns is not None and not over:
-        raise UsageError("--turns goes with --over")
-    if args.over or args.instants is not None or args.turns is not None:
+    turning = [f"--{name}" for name in ("instants", "turns") if getattr(args, name) is not None]
+    if args.at and turning:
+        raise UsageError(
+            f"{turning[0]} is of whole turns, --at of single instants: give one of them; in equal "
+            "steps --at crank=0:360:25"
+        )
+    over = args.over or (own.over if own and not args.at else "") or ("turn" if turning else "")
+    if args.over or turning:
         turns = whole_number("--turns", args.turns)
         if turns is None:
             turns = own.turns if own and not args.over else 1

@@ -57,7 +57,7 @@ def add_instants(command: argparse.ArgumentParser) -> None:
         "--instants", metavar="N", help="how many of a turn, both ends included (361)"
     )
     command.add_argument(
-        "--turns", metavar="N", help="how many turns --over makes (1), 2 of a four-stroke engine"
+        "--turns", metavar="N", help="how many whole turns (1), 2 of a four-stroke engine"
     )
 
 

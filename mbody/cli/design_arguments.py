@@ -34,6 +34,7 @@ def add_sensitivity(command: argparse.ArgumentParser) -> None:
     command.add_argument("--by", action="append", default=[], metavar="NAMES", help=names)
     add_analysis(command)
     add_instants(command)
+    add_angle(command)
     add_json(command)
 
 
@@ -111,6 +112,7 @@ def add_tolerances(command: argparse.ArgumentParser) -> None:
     command.add_argument("--seed", metavar="N", default="0", help="of the random designs (0)")
     add_analysis(command)
     add_instants(command)
+    add_angle(command)
     add_json(command)
 
 

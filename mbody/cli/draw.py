@@ -9,7 +9,7 @@ from mbody.cli.analyse import assembly_of, question
 from mbody.cli.freebody import motion_or_driven, named_bodies
 from mbody.cli.models import model_of, named_values
 from mbody.cli.streams import message
-from mbody.cli.sweep import values_of
+from mbody.cli.sweep import note_plain, values_of
 from mbody.cli.usage import UsageError
 
 if TYPE_CHECKING:
@@ -173,6 +173,7 @@ def _overlaid(args: Any, mechanism: Mechanism) -> Figure:
     if len(given) > 1:
         raise UsageError("--vary takes one number in a plot: its designs are curves")
     name, text = next(iter(given.items()))
+    note_plain(mechanism, given)
     whole, runs, labels = assemble(mechanism), [], []
     numbers = drawn(whole, grid({name: values_of(name, text)}))
     if len(numbers.values) > MOST:

@@ -14,12 +14,14 @@ from mbody.cli.analyse import assembly_of, question
 from mbody.cli.interrupts import interrupt
 from mbody.cli.models import model_of, named_values, path_of
 from mbody.cli.streams import message
+from mbody.cli.sweep import values_of
 from mbody.cli.usage import UsageError
 from mbody.errors import ModelError
 
 if TYPE_CHECKING:
     from mbody.model.mechanism import Mechanism
     from mbody.solution.solution import Solution
+    from mbody.system.system import System
     from mbody.views.page import Viewer
 
 __all__ = ["animate", "view"]
@@ -35,6 +37,7 @@ def view(args: Any) -> int:
         options["paths"] = args.path
     if args.show is not None:
         options["show"] = _listed(args.show)
+    _check_live(args)
     page = _page(args, _runs(args), options)
     interrupt.done()
     page.save(path)
@@ -56,6 +59,14 @@ def view(args: Any) -> int:
     return 0
 
 
+def _check_live(args: Any) -> None:
+    """Refuse a live page of designs that differ in more than parameters."""
+    if args.live and (others := _no_parameters(args)):
+        raise UsageError(
+            f"--live solves the model file again: --vary takes its parameters, not '{others[0]}'"
+        )
+
+
 def _page(args: Any, runs: dict[str, Solution], options: dict[str, Any]) -> Viewer:
     """A page that solves the model again, where that is wanted, or possible without a build."""
     from mbody.image.webassembly import ready_core
@@ -64,7 +75,7 @@ def _page(args: Any, runs: dict[str, Solution], options: dict[str, Any]) -> View
 
     if args.live:
         return live_view(runs, **options)
-    if args.recorded:
+    if args.recorded or _no_parameters(args):
         return viewed(runs, **options)
     if ready_core() is None:
         message("note: the page plays the recorded motion; with --live it solves the model again")
@@ -109,19 +120,39 @@ def _runs(args: Any) -> dict[str, Solution]:
     choices = [[(name, value) for value in _values(text)] for name, text in varied.items()]
     check_designs(math.prod(len(one) for one in choices))
     own, found = list(args.set), {}
+    others = _no_parameters(args)
     for design in itertools.product(*choices):
         name = ", ".join(f"{key} = {value}" for key, value in design)
-        args.set = own + [f"{key}={value}" for key, value in design]
+        args.set = own + [f"{key}={value}" for key, value in design if key not in others]
         mechanism: Mechanism = model_of(args)
         if args.to is not None and (args.at or args.over):
             raise UsageError("give --to, or --at or --over, not both")
         wanted = question(args, mechanism.ask)
-        found[name] = motion(
-            mechanism, wanted, args.to, lambda t: interrupt.mark(), assembly_of(args)
-        )
+        changed = {key: value for key, value in design if key in others}
+        system = _with_values(mechanism, changed)
+        found[name] = motion(system, wanted, args.to, lambda t: interrupt.mark(), assembly_of(args))
         interrupt.done()
     args.set = own
     return found
+
+
+def _no_parameters(args: Any) -> list[str]:
+    """What --vary changes that is no parameter of the model, as "crank.A.x"."""
+    names = named_values(args.vary, "--vary")
+    known = model_of(args).parameters if names else ()
+    return [name for name in names if name not in known]
+
+
+def _with_values(mechanism: Mechanism, values: dict[str, str]) -> System:
+    """The system of a model with other numbers than its parameters."""
+    from mbody.sweeps.samples import drawn, grid
+    from mbody.system.assembler import assemble
+
+    system = assemble(mechanism)
+    if not values:
+        return system
+    made = drawn(system, grid({name: values_of(name, text) for name, text in values.items()}))
+    return system.with_values(dict(zip(made.names, made.values[0].tolist(), strict=True)))
 
 
 def _values(text: str) -> list[str]:

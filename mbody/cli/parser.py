@@ -6,7 +6,10 @@ Nothing heavy is imported before a command runs, so that help is there at once.
 from __future__ import annotations
 
 import argparse
-from typing import NoReturn
+import re
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+from typing import Any, NoReturn
 
 from mbody._version import __version__
 from mbody.cli.common_arguments import (
@@ -94,7 +97,35 @@ examples:
 
 
 class _Parser(argparse.ArgumentParser):
-    """Errors are raised, so that they are reported like all others."""
+    """Errors are raised, so that they are reported like all others.
+
+    Attributes
+    ----------
+    commands : mapping of str to _Parser
+        Of the whole command, its commands by name.
+    """
+
+    commands: Mapping[str, _Parser] = MappingProxyType({})
+
+    def parse_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """The arguments; of those that a command does not have the sentence names its help, and
+        the option that is spelled most like one.
+        """
+        found, rest = self.parse_known_args(args, namespace)
+        if rest:
+            own = self.commands.get(found.command, self)
+            own.error(f"unrecognized arguments: {' '.join(rest)}{own.meant(rest)}")
+        return found
+
+    def meant(self, words: Sequence[str]) -> str:
+        """The question which option of this command was meant, where one is spelled nearly so."""
+        import difflib
+
+        options = re.findall(r"--[a-z-]+", self.format_usage())
+        for word in words:
+            if near := difflib.get_close_matches(word.partition("=")[0], options, 1, 0.85):
+                return f": did you mean {near[0]}?"
+        return ""
 
     def error(self, message: str) -> NoReturn:
         """Raise what the arguments lack."""
@@ -113,6 +144,7 @@ def parser() -> argparse.ArgumentParser:
     )
     root.add_argument("--version", action="version", version=f"mbody {__version__}")
     commands = root.add_subparsers(dest="command", metavar="command", parser_class=_Parser)
+    root.commands = commands.choices
 
     def command(name: str, text: str, answer: str) -> argparse.ArgumentParser:
         made = commands.add_parser(name, help=text, description=text, allow_abbrev=False)
@@ -251,9 +283,17 @@ def parser() -> argparse.ArgumentParser:
     add_output(drawn, "by default the sheet is printed")
     new = command("new", "a commented model file to begin with", "new.new")
     new.add_argument(
-        "kind", metavar="KIND", help="fourbar, slidercrank, sixbar, gears, cam or pendulum"
+        "kind",
+        metavar="KIND",
+        nargs="?",
+        help="fourbar, slidercrank, sixbar, gears, cam or pendulum; all kinds without it",
     )
     new.add_argument("--lengths", metavar="LENGTHS", help="all of its lengths, with commas")
+    new.add_argument(
+        "--units",
+        metavar="SYSTEM",
+        help="units of plain numbers and of the results: mm-N-s (default), SI, in-lbf-s …",
+    )
     add_output(new, "KIND.toml by default; - prints it")
     explain = command("explain", "an element: its fields, units and an example", "explain.explain")
     explain.add_argument(

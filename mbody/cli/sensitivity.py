@@ -6,6 +6,7 @@ import json
 from typing import Any
 
 from mbody.cli.analyse import question
+from mbody.cli.angle_measures import measures_in_degrees
 from mbody.cli.models import model_of
 
 __all__ = ["sensitivity"]
@@ -28,7 +29,10 @@ def sensitivity(args: Any) -> int:
     run = analyse_system_at(system, args.analysis, ask)
     by = [name for names in args.by for name in names.split(",")] or None
     names = checked_names(system, by, "sensitivity")
-    gradient = gradient_at(run, [args.measure], by, ask.over)
+    wanted: Any = args.measure
+    if args.angle == "deg":
+        wanted = measures_in_degrees(mechanism, [args.measure])[args.measure]
+    gradient = gradient_at(run, [wanted], by, ask.over)
     found = sensitivity_of(run, gradient, names, by is None)
     if args.json:
         units = unit_symbols(mechanism.units)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from mbody.cli.analyse import exit_status, question
+from mbody.cli.angle_measures import measures_in_degrees
 from mbody.cli.interrupts import interrupt
 from mbody.cli.models import model_of, named_values
 from mbody.cli.streams import message
@@ -17,10 +18,9 @@ from mbody.solution.heading import heading
 
 if TYPE_CHECKING:
     from mbody.model.mechanism import Mechanism
-    from mbody.model.study import Measure
     from mbody.sweeps import Sweep
 
-__all__ = ["sweep", "values_of"]
+__all__ = ["note_plain", "sweep", "values_of"]
 
 
 def sweep(args: Any) -> int:
@@ -30,7 +30,9 @@ def sweep(args: Any) -> int:
     if not args.vary:
         raise UsageError("choose what differs between designs: --vary NAME=LOW:HIGH:COUNT")
     mechanism = model_of(args)
-    parameters = {n: values_of(n, text) for n, text in named_values(args.vary, "--vary").items()}
+    varied = named_values(args.vary, "--vary")
+    parameters = {name: values_of(name, text) for name, text in varied.items()}
+    note_plain(mechanism, varied)
     ask = question(args, mechanism.ask)
     options: dict[str, Any] = (
         {}
@@ -40,7 +42,7 @@ def sweep(args: Any) -> int:
     options |= {"to": args.to, "progress": lambda done, of: interrupt.mark()}
     measures = args.measure or None
     if args.angle == "deg":
-        measures = _in_degrees(mechanism, args.measure or list(mechanism.measures))
+        measures = measures_in_degrees(mechanism, args.measure or list(mechanism.measures))
     found = solved(mechanism, parameters, args.analysis, measures or None, **options)
     interrupt.done()
     if args.csv:
@@ -52,25 +54,23 @@ def sweep(args: Any) -> int:
     return exit_status(found)
 
 
-def _in_degrees(mechanism: Mechanism, names: Sequence[str]) -> dict[str, Measure]:
-    """The measures by name, those of angles that have no unit of their own in degrees."""
-    from mbody.model.reductions import outermost
-    from mbody.model.study import Measure
-    from mbody.quantities.units import DIMENSIONS
-    from mbody.solution.measures import check_measure
+def note_plain(mechanism: Mechanism, varied: Mapping[str, str]) -> None:
+    """Note plain values of parameters that the model has in another unit."""
+    from mbody.quantities.parameters import plain_otherwise
 
-    rad = mechanism.units.of(DIMENSIONS["angle"])
-    found = {}
-    for name in names:
-        one = mechanism.measures.get(name) or Measure(name)
-        by, of, instant = outermost(one.of)
-        inner = mechanism.measures.get(of) or Measure(of)
-        of = inner.of
-        if by:
-            of = f"at({of}, {instant})" if by == "at" else f"{by}({of})"
-        unit = "" if inner.by else check_measure(mechanism, Measure(of, one.unit).history)
-        found[name] = Measure(of, "deg") if unit == rad and not one.unit else one
-    return found
+    for name, text in varied.items():
+        plain = all(map(_is_plain, text.split(":")[:2] if ":" in text else text.split(",")))
+        own = mechanism.parameters.get(name) if plain else None
+        if own is not None and (said := plain_otherwise(name, own, mechanism.units)):
+            message(f"note: {said}")
+
+
+def _is_plain(text: str) -> bool:
+    """Whether a value is a number without a unit, and not 0."""
+    try:
+        return float(text) != 0.0
+    except ValueError:
+        return False
 
 
 def values_of(name: str, text: str) -> Any:

@@ -6,6 +6,7 @@ import json
 from typing import Any
 
 from mbody.cli.analyse import question
+from mbody.cli.angle_measures import measures_in_degrees
 from mbody.cli.models import model_of, named_values
 from mbody.cli.option_values import low_and_high, whole_number
 from mbody.cli.usage import UsageError
@@ -34,9 +35,12 @@ def tolerances(args: Any) -> int:
     if args.within is not None:
         within = low_and_high("--within", args.within)
     count, seed = (whole_number(f"--{name}", getattr(args, name)) for name in ("count", "seed"))
+    wanted: Any = args.measure
+    if args.angle == "deg":
+        wanted = measures_in_degrees(mechanism, [args.measure])[args.measure]
     found = solved(
         mechanism,
-        args.measure,
+        wanted,
         scatter,
         args.analysis,
         count=count,

@@ -132,7 +132,7 @@ class Fit(Inherited):
         )
         head = f"{self.count} data; low and high of {100.0 * self.confidence:g} % confidence"
         lines = [self.model, "", *rows, "", *shown, "", head]
-        lines += [f"determined: {one} = {number(one.value)}" for one in self.combinations]
+        lines += [f"determined: {one} = {number(one.shown(whole))}" for one in self.combinations]
         return "\n".join(
             [*lines, *(line for note in self.notes for line in paragraph(f"note: {note}"))]
         )

@@ -53,6 +53,11 @@ class Combination:
     def __str__(self) -> str:
         return _sum(self.terms)
 
+    def shown(self, values: Mapping[str, float]) -> float:
+        """Its value, 0 where it is rounding beside the parts of the sum."""
+        greatest = max(abs(factor * values[name]) for name, factor in self.terms.items())
+        return 0.0 if abs(self.value) <= ROUNDING * greatest else self.value
+
 
 @dataclass(frozen=True, eq=False)
 class Identified:

@@ -95,7 +95,10 @@ def _unknown(system: System, name: str) -> str:
     owner = name.partition(".")[0]
     own = [one for one in known if one.partition(".")[0] == owner and "." in one]
     close = difflib.get_close_matches(name, own or known, n=6, cutoff=0.5 if own else 0.6)
-    there = close or own[:12] or known[:12]
+    machine = system.mechanism
+    # of the mass of the ground nothing depends
+    found = [*machine.parameters, *(one for one in known if not one.startswith("ground."))]
+    there = close or own[:12] or list(dict.fromkeys(found))[:12]
     return f"there is no number {brief(name)} (there are: {listed(there)})"
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +13,8 @@ from mbody.engineering.cycles import check_repeats, cycle_turns
 from mbody.errors import ModelError, brief
 from mbody.laws import Table
 from mbody.model.element import listed
+from mbody.sheets.labelled_rows import labelled_rows, noted
+from mbody.sheets.text_table import number
 from mbody.solution.checks import one_design
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution, as_solution
@@ -26,7 +29,7 @@ Array = np.ndarray
 ROUNDING = 1e-12
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Fluctuation(Inherited):
     """The turning-moment diagram of a cycle, with mean torque and fluctuation of energy.
 
@@ -43,6 +46,8 @@ class Fluctuation(Inherited):
         Extremes of the energy, at the crossings of torque and mean, also between instants.
     at_least, at_greatest : float
         Angles of them [rad].
+    run : Solution or None
+        Whose it is; None of a torque at given angles.
     status, doubts, notes
         As of `Inherited`: those of the result.
 
@@ -64,6 +69,7 @@ class Fluctuation(Inherited):
     greatest: float
     at_least: float
     at_greatest: float
+    run: Any = None
 
     def __post_init__(self) -> None:
         lock(self)
@@ -85,6 +91,27 @@ class Fluctuation(Inherited):
     def torque_coefficient(self) -> float:
         """(T_max − T_min) / mean torque at the instants; infinite where the mean is zero."""
         return float(np.ptp(self.torque)) / abs(self.mean) if self.mean else math.inf
+
+    def rows(self) -> list[tuple[str, str, str]]:
+        """Names, numbers and units for a sheet; work that is rounding beside ΔE is none."""
+        unit = self.run.mechanism.units.of("torque") if self.run is not None else ""
+        share = self.energy_coefficient
+        none = math.isinf(share)
+        return [
+            ("mean torque of the driver", number(0.0 if none else self.mean), unit),
+            ("work of a cycle", number(0.0 if none else self.work), unit),
+            ("greatest fluctuation of energy", number(self.fluctuation), unit),
+            ("as a part of the work", "" if none else number(share), ""),
+            ("energy least at", number(math.degrees(self.at_least)), "deg"),
+            ("energy greatest at", number(math.degrees(self.at_greatest)), "deg"),
+        ]
+
+    def __str__(self) -> str:
+        named = [self.run.mechanism.name, ""] if self.run is not None else []
+        return "\n".join([*named, *labelled_rows("FLUCTUATION", self.rows()), *noted(self)])
+
+    def __repr__(self) -> str:
+        return f"Fluctuation({self.fluctuation:.6g} about a mean torque of {self.mean:.6g})"
 
 
 def fluctuation(run: Solution, driver: str | None = None) -> Fluctuation:
@@ -131,7 +158,7 @@ def fluctuation(run: Solution, driver: str | None = None) -> Fluctuation:
     name = angle_driver(run, driver)
     one_design(run, "a fluctuation is of one design")
     found = energy_fluctuation(run.driven(name)[0], run.effort(name))
-    return replace(found, **inherited(run))
+    return replace(found, run=run, **inherited(run))
 
 
 def energy_fluctuation(

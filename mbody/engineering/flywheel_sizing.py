@@ -18,7 +18,8 @@ from mbody.laws import Table
 from mbody.model.changed_elements import with_changed
 from mbody.model.element import Marker
 from mbody.model.loads import Torque
-from mbody.sheets.text_table import Column, number, numbers, paragraph, table
+from mbody.sheets.labelled_rows import labelled_rows, noted
+from mbody.sheets.text_table import number, numbers
 from mbody.solution.checks import one_design
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution, as_solution
@@ -36,8 +37,6 @@ STEADY = 1e-9
 PASSES = 200
 #: Instants of a simulated cycle, a turn of it.
 INSTANTS = 720
-#: Work of a cycle below this part of the fluctuation is printed as none.
-ROUNDING = 1e-12
 #: Error of the steps of the proof.
 RTOL = 1e-10
 
@@ -179,37 +178,25 @@ class FlywheelSizing(Inherited):
 
     def __str__(self) -> str:
         unit = self.run.mechanism.units
-        torque, inertia = unit.of("torque"), f"{unit.mass}·{unit.length}²"
-        found, speed = self.fluctuation, np.abs(self.speeds)
-        energy = unit.of("torque")
-        # work that is rounding beside what comes and goes is none
-        none = abs(found.work) <= ROUNDING * found.fluctuation
-        mean, work, share = (
-            (0.0, 0.0, math.inf) if none else (found.mean, found.work, found.energy_coefficient)
-        )
+        inertia, speed = f"{unit.mass}·{unit.length}²", np.abs(self.speeds)
         rows = [
             ("mean speed", number(abs(self.speed)), f"rad/{unit.time}"),
-            ("mean torque of the driver", number(mean), torque),
-            ("work of a cycle", number(work), energy),
-            ("greatest fluctuation of energy", number(found.fluctuation), energy),
-            ("as a part of the work", number(share) if math.isfinite(share) else "", ""),
-            ("energy least at", number(math.degrees(found.at_least)), "deg"),
-            ("energy greatest at", number(math.degrees(found.at_greatest)), "deg"),
+            *self.fluctuation.rows(),
             ("fluctuation of the speed without it", _share(self.without), ""),
             ("fluctuation of the speed with it", _share(self.coefficient), ""),
             ("speed with it", f"{speed.min():.6g} … {speed.max():.6g}", f"rad/{unit.time}"),
             ("inertia of the flywheel", number(self.inertia), inertia),
+            *self._everyday(self.inertia),
             ("by ΔE/(C ω²)", number(self.simple), inertia),
+            *self._everyday(self.simple),
         ]
-        lines = table(
-            [
-                Column("FLYWHEEL", [row[0] for row in rows], text=True),
-                Column("", [row[1] for row in rows]),
-                Column("unit", [row[2] for row in rows], text=True),
-            ]
-        )
-        notes = [line for note in self.notes for line in paragraph(f"note: {note}")]
-        return "\n".join([f"{self.run.mechanism.name}: driver '{self.driver}'", "", *lines, *notes])
+        named = f"{self.run.mechanism.name}: driver '{self.driver}'"
+        return "\n".join([named, "", *labelled_rows("FLYWHEEL", rows), *noted(self)])
+
+    def _everyday(self, inertia: float) -> list[tuple[str, str, str]]:
+        """The row of an inertia in kg·m², where that is not the unit of the system."""
+        found = self.run.mechanism.units.everyday("inertia")
+        return [] if found is None else [("", number(inertia * found[1]), found[0])]
 
     def __repr__(self) -> str:
         return f"FlywheelSizing({numbers([self.inertia])[0]} for {self.coefficient:.4g})"

@@ -11,6 +11,8 @@ import numpy as np
 from mbody.errors import ModelError, brief
 from mbody.model.element import listed
 from mbody.model.loads import ReciprocatingCylinder
+from mbody.sheets.labelled_rows import labelled_rows, noted
+from mbody.sheets.text_table import number
 from mbody.solution.checks import one_design
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution, as_solution
@@ -21,7 +23,7 @@ __all__ = ["Indicator", "indicator"]
 Array = np.ndarray
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Indicator(Inherited):
     """Histories of a chamber: arrays (instants,).
 
@@ -36,6 +38,8 @@ class Indicator(Inherited):
         while they are shut.
     power : array (instants,)
         −p V̇, the power of the piston on the fluid in the chamber [power].
+    run : Solution
+        Whose it is.
 
     Examples
     --------
@@ -52,9 +56,34 @@ class Indicator(Inherited):
     delivery: Array
     suction: Array
     power: Array
+    run: Any
 
     def __post_init__(self) -> None:
         lock(self)
+
+    def __str__(self) -> str:
+        units, t = self.run.mechanism.units, self.run.t
+        volume, pressure = f"{units.length}³", f"{units.force}/{units.length}²"
+        rows = [
+            ("least volume", number(self.volume.min()), volume),
+            ("greatest volume", number(self.volume.max()), volume),
+            ("least pressure", number(self.pressure.min()), pressure),
+            ("greatest pressure", number(self.pressure.max()), pressure),
+        ]
+        if len(t) > 1:
+            rows += [
+                ("delivered", number(np.trapezoid(self.delivery, t)), volume),
+                ("taken in", number(np.trapezoid(self.suction, t)), volume),
+                ("work on the fluid", number(np.trapezoid(self.power, t)), units.of("torque")),
+            ]
+        time = (
+            f"{t[0]:.6g} … {t[-1]:.6g} {units.time}" if len(t) > 1 else f"{t[0]:.6g} {units.time}"
+        )
+        named = f"{self.run.mechanism.name}: a chamber at t = {time}"
+        return "\n".join([named, "", *labelled_rows("INDICATOR", rows), *noted(self)])
+
+    def __repr__(self) -> str:
+        return f"Indicator({len(self.volume)} instants, up to {self.pressure.max():.6g})"
 
 
 def indicator(run: Solution, cylinder: str, *, opposite: bool = False) -> Indicator:
@@ -133,4 +162,4 @@ def indicator(run: Solution, cylinder: str, *, opposite: bool = False) -> Indica
     out = np.where((pressure >= load.delivery) & (rate < 0.0), -rate, 0.0)
     into = np.where((pressure <= load.suction) & (rate > 0.0), rate, 0.0)
     power = -pressure * rate
-    return Indicator(volume, rate, pressure, out, into, power, **inherited(run))
+    return Indicator(volume, rate, pressure, out, into, power, run, **inherited(run))

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from typing import Any
 from urllib.parse import unquote_plus
 
+from mbody.errors import ModelError
 from mbody.exchange.drawn_linkage import (
     GROUND,
     DrawnLinkage,
@@ -74,8 +75,14 @@ class _LineJoint:
 
 
 def is_pmks_text(text: str) -> bool:
-    """Whether a text may be lines or an address of PMKS."""
-    return "mech=" in text or any(_type_at(_words(line)) for line in _lines(text))
+    """Whether a text may be lines or an address of PMKS; a line with a sign of equality is none of
+    a joint, as ``P = { force = 5, at = "coupler.P" }`` of a model file.
+
+    >>> is_pmks_text("ground,crank,R,0,0"), is_pmks_text("P = { force = 5 }")
+    (True, False)
+    """
+    lines = [line for line in _lines(text) if "=" not in line]
+    return "mech=" in text or any(_type_at(_words(line)) for line in lines)
 
 
 def is_pmks_json(data: Mapping[str, Any]) -> bool:
@@ -92,6 +99,7 @@ def pmks_from_text(text: str, name: str, units: str) -> Imported:
     ModelError
         For a line that is none of a joint, and joints that are not read.
     """
+    _check_one(text)
     settings: dict[str, str] = {}
     joints: list[_LineJoint] = []
     for number, line in enumerate(_lines(text), 1):
@@ -110,6 +118,14 @@ def pmks_from_text(text: str, name: str, units: str) -> Imported:
         made.notes.append("the angles of slides are read in degrees; the file has no unit of them")
     _choose(joints, driven)
     return _built(made, joints, speed)
+
+
+def _check_one(text: str) -> None:
+    """Refuse a file of several addresses."""
+    if (several := text.count("mech=")) > 1:
+        raise ModelError(
+            f"the file has {several} mechanisms of PMKS (mech=): keep one of them in a file"
+        )
 
 
 def pmks_from_json(data: Mapping[str, Any], name: str, units: str) -> Imported:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Iterator, Mapping
 from graphlib import CycleError, TopologicalSorter
 from typing import Any
@@ -10,11 +12,11 @@ from mbody.errors import ModelError
 from mbody.quantities import number
 from mbody.quantities.evaluate import Scope, Valued, evaluate
 from mbody.quantities.formula import Formula, read
-from mbody.quantities.parse import FUNCTIONS, VARIABLES, FormulaError, parse, shown
+from mbody.quantities.parse import FUNCTIONS, VARIABLES, FormulaError, parse, parse_unit, shown
 from mbody.quantities.tree import Measured, Name
 from mbody.quantities.units import DIMENSIONS, SYMBOLS, Dimension, UnitSystem
 
-__all__ = ["Parameters", "parameter_value", "with_unit_of"]
+__all__ = ["Parameters", "parameter_value", "plain_otherwise", "with_unit_of"]
 
 MAX_NAME = 40
 RESERVED = {*FUNCTIONS, *VARIABLES, "pi"}
@@ -136,6 +138,37 @@ def parameter_value(name: Any, value: Any) -> float | Formula:
             name,
         )
     return number.constant_or_formula(value, None, f"parameter '{name}'", name)
+
+
+def plain_otherwise(name: str, own: Any, units: UnitSystem, angle: str = "deg") -> str:
+    """A sentence for a plain number that replaces a parameter which is written in another unit
+    than plain numbers have, as "90 rpm"; empty where there is no such unit.
+
+    >>> from mbody.quantities.units import unit_system
+    >>> plain_otherwise("h", "90 cm", unit_system("SI"))
+    "plain numbers for 'h' are in m, and its own value is '90 cm': write cm if that is meant"
+    >>> plain_otherwise("length", "2 m", unit_system("SI"))
+    ''
+    """
+    text = own.text if isinstance(own, Formula) else own
+    found = re.fullmatch(r"\s*[-+]?[\d.]+(?:[eE][-+]?\d+)?\s*(\S.*?)\s*", str(text))
+    if found is None:
+        return ""
+    try:
+        one = evaluate(parse_unit(found[1]), Scope(units))
+    except FormulaError:
+        return ""
+    if one.dimension is None:
+        return ""
+    plain, size = units.unit(one.dimension), 1.0
+    if one.dimension == DIMENSIONS["angle"] and angle == "deg":
+        plain, size = SYMBOLS["deg"], math.pi / 180.0
+    if math.isclose(one.value, size, rel_tol=1e-12):
+        return ""
+    return (
+        f"plain numbers for '{name}' are in {plain.symbol}, and its own value is '{text}': write "
+        f"{found[1]} if that is meant"
+    )
 
 
 def with_unit_of(value: Any, dimension: Dimension, units: UnitSystem, angle: str) -> Any:

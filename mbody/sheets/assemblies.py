@@ -69,8 +69,12 @@ def closing_line(found: AssemblyModes) -> list[str]:
     proof = "" if found.complete else ", and maybe in more"
     ways = many(len(found), "way")
     used = found.used
-    chosen = "" if used is None else f"; the guesses choose {used.number} {used.name}"
-    text = f"it closes in {ways}{proof} at {where}{chosen}; mbody assemblies shows them"
+    chosen = ""
+    if used is not None and (len(found) > 1 or not found.complete):
+        name = "" if used.name == str(used.number) else f" {used.name}"
+        chosen = f"; the guesses choose {used.number}{name}"
+    shown = "it" if len(found) == 1 else "them"
+    text = f"it closes in {ways}{proof} at {where}{chosen}; mbody assemblies shows {shown}"
     return paragraph(text, "ASSEMBLIES   ")
 
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mbody.sheets.names import everyday
 from mbody.sheets.text_table import Column, number, numbers, table
 
 if TYPE_CHECKING:
@@ -47,16 +48,19 @@ def efficiency_line(solution: Solution, output: str, found: Efficiency) -> str:
 
 
 def _losses(solution: Solution) -> list[str]:
-    unit = solution.mechanism.units.of("power")
+    units = solution.mechanism.units
+    unit = units.of("power")
     names = list(solution.losses)
     losses = np.array([solution.losses[name] for name in names]).reshape(len(names), -1)
     if losses.shape[1] == 1:
         power = losses[:, 0]
         modes = [np.ravel(solution.mode(name))[0] for name in names]
+        least = ROUNDING * float(np.abs(power).max(initial=0.0))
         return table(
             [
                 Column("FRICTION", names, text=True),
-                Column("loss", numbers(power, ROUNDING * np.abs(power).max(initial=0.0)), unit),
+                Column("loss", numbers(power, least), unit),
+                *everyday(units, "power", power, least),
                 Column("", modes, text=True),
             ]
         )
@@ -68,7 +72,9 @@ def _losses(solution: Solution) -> list[str]:
         [
             Column("FRICTION", names, text=True),
             Column("peak loss", numbers(peak, floor), unit),
+            *everyday(units, "power", peak, floor),
             Column("mean of the instants", numbers(mean, floor), unit),
+            *everyday(units, "power", mean, floor),
         ]
     )
 

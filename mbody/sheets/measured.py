@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mbody.model.reductions import outermost
 from mbody.model.study import Measure
 from mbody.quantities.units import DIMENSIONS, Dimension
 from mbody.sheets.names import ROUNDING, force_floor, swiftness
@@ -39,9 +40,17 @@ def _floor(solution: Solution, dimension: Dimension) -> float:
 
 
 def _cleared(solution: Solution, measure: Measure, values: np.ndarray) -> np.ndarray:
-    """Values with 0 for what is rounding, beside the mechanism or beside the greatest of them."""
-    plain, dimension, _ = measured(solution, Measure(measure.history.of))
-    floor = max(_floor(solution, dimension), ROUNDING * float(np.abs(plain).max()))
+    """Values with 0 for what is rounding, beside the mechanism or beside the greatest of them.
+
+    What is one number of all instants is compared itself, with the rounding of its history: of an
+    integral with that over the whole time.
+    """
+    history, dimension, _ = measured(solution, Measure(outermost(measure.of).of))
+    floor = max(_floor(solution, dimension), ROUNDING * float(np.abs(history).max()))
+    plain = history
+    if measure.by:
+        plain = measured(solution, Measure(measure.of))[0]
+        floor *= float(np.ptp(solution.t)) if measure.by == "integral" else 1.0
     return np.where(np.abs(plain) <= floor, 0.0, values)
 
 

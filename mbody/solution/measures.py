@@ -18,6 +18,7 @@ from mbody.model.reductions import reduce_history
 from mbody.model.state_quantities import MOTION, ORIGIN, TURNING
 from mbody.model.study import Measure
 from mbody.quantities import (
+    VARIABLES,
     FormulaError,
     Scope,
     Valued,
@@ -205,6 +206,13 @@ def _valued(measure: Measure, names: _Histories) -> tuple[Any, Dimension, str]:
         for name in sorted(tree.names):
             if name in names.mechanism and names.get(name) is None and scope.unit(name) is None:
                 raise FormulaError(f"'{name}' has many histories: name one, as in '{name}.x'")
+            if _unknown(name, names, scope):
+                known = names.mechanism.parameters
+                there = f"there are: {listed(known, 12)}" if known else "there are none"
+                raise FormulaError(
+                    f"there is no parameter '{name[:60]}' ({there}), and a history is named by its "
+                    f"element, as {_example(names.mechanism)}"
+                )
         found = evaluate(tree, scope, with_units=True)
         dimension = found.dimension or NUMBER
         if not measure.unit:
@@ -219,6 +227,20 @@ def _valued(measure: Measure, names: _Histories) -> tuple[Any, Dimension, str]:
         return found.value / one.value, dimension, measure.unit
     except FormulaError as error:
         raise ModelError(f"measure {measure.of!r}: {error}") from None
+
+
+def _unknown(name: str, names: _Histories, scope: Scope) -> bool:
+    """Whether a name is none of a history, a number, or a unit."""
+    plain = "." not in name and name not in ("pi", *VARIABLES)
+    return plain and names.get(name) is None and scope.unit(name) is None
+
+
+def _example(mechanism: Mechanism) -> str:
+    """A history that the mechanism has, in quotes."""
+    for elements, key in ((mechanism.drivers, "effort"), (mechanism.joints, "force")):
+        for element in elements:
+            return f"'{element.name}.{key}'"
+    return next((f"'{body.name}.angle'" for body in mechanism.bodies), "'body.angle'")
 
 
 class _Histories(dict[str, Valued]):

@@ -10,7 +10,7 @@ from mbody.errors import ModelError
 from mbody.files.model import from_toml
 from mbody.model.element import listed
 from mbody.quantities import FormulaError, Scope, read
-from mbody.quantities.units import DIMENSIONS
+from mbody.quantities.units import DIMENSIONS, unit_system
 
 __all__ = ["KINDS", "new_model"]
 
@@ -27,7 +27,7 @@ KINDS: dict[str, tuple[str, ...]] = {
 }
 
 
-def new_model(kind: str, lengths: Sequence[str | float] = ()) -> str:
+def new_model(kind: str, lengths: Sequence[str | float] = (), units: str = "") -> str:
     """The text of a commented model file.
 
     Parameters
@@ -37,11 +37,14 @@ def new_model(kind: str, lengths: Sequence[str | float] = ()) -> str:
     lengths : sequence of str or float, optional
         Its lengths in the order of `KINDS`, such as crank, coupler, rocker and ground; a plain
         number is in the unit of the file. Without them those of the template count.
+    units : str, optional
+        The unit system of plain numbers and of the results, such as ``"in-lbf-s"``; by default that
+        of the template.
 
     Raises
     ------
     ModelError
-        For a kind that there is not, other than all lengths, and what is no length.
+        For a kind or units that there are not, other than all lengths, and what is no length.
 
     Examples
     --------
@@ -57,6 +60,8 @@ def new_model(kind: str, lengths: Sequence[str | float] = ()) -> str:
             f"there is no model of the kind {kind[:60]!r} (there are: {listed(KINDS)})"
         )
     text = (FOLDER / f"{word}.toml").read_text(encoding="utf-8")
+    if units:
+        text = _with_units(text, units)
     names = KINDS[word]
     if lengths and len(lengths) != len(names):
         raise ModelError(
@@ -69,9 +74,28 @@ def new_model(kind: str, lengths: Sequence[str | float] = ()) -> str:
     return text
 
 
+def _with_units(text: str, units: str) -> str:
+    """The file in another unit system, in which measures are too: all of its numbers but 0 have
+    units of their own.
+    """
+    text = re.sub(r'\{ of = ("[^"]*"), unit = "[^"]*" \}', r"\1", text)
+    names = unit_system(units)
+    of = ", ".join((names.length, names.force, names.time, names.mass))
+    line = f'units = "{units}"'.ljust(34)
+    return re.sub(
+        r"^units = .*$",
+        lambda _: f"{line} # plain numbers: {of}, and deg; or give the unit",
+        text,
+        count=1,
+        flags=re.MULTILINE,
+    )
+
+
 def _unit(text: str) -> str:
     """Of plain lengths in a template."""
-    return " m" if 'units = "SI"' in text else " mm"
+    found = re.search(r'^units = "(.*?)"', text, re.MULTILINE)
+    assert found
+    return f" {unit_system(found[1]).length}"
 
 
 def _with_length(text: str, name: str, length: str) -> str:

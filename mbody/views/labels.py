@@ -195,7 +195,9 @@ class Places:
             dx -= np.maximum(x - 0.5 * width, boxes[:, 0] - boxes[:, 2])
             dy = np.minimum(y + 0.5 * height, boxes[:, 1] + boxes[:, 3])
             dy -= np.maximum(y - 0.5 * height, boxes[:, 1] - boxes[:, 3])
-            covered = np.clip(dx, 0.0, None) * np.clip(dy, 0.0, None) / (width * height)
+            # of the smaller of the two: a long text may not hide a short one
+            smaller = np.minimum(width * height, 4.0 * boxes[:, 2] * boxes[:, 3])
+            covered = np.clip(dx, 0.0, None) * np.clip(dy, 0.0, None) / smaller
             total += ON_LABEL * covered.sum(axis=1)
         return total
 

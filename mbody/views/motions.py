@@ -10,13 +10,15 @@ import numpy as np
 
 from mbody.analysis.driven.driver_range import driver_range
 from mbody.analysis.driven.kinetostatics import kinetostatics
-from mbody.analysis.driven.requests import analyse_at
+from mbody.analysis.driven.requests import analyse_system_at
 from mbody.analysis.dynamics.simulate import simulate
 from mbody.errors import ModelError, SolveError
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
 from mbody.model.study import Instants
 from mbody.solution.solution import Solution
+from mbody.system.assembler import assemble
+from mbody.system.system import System
 from mbody.views.cycle import SMOOTH, cycle
 
 __all__ = ["motion"]
@@ -29,7 +31,7 @@ SHORT = 0.01
 
 
 def motion(
-    mechanism: Mechanism,
+    model: Mechanism | System,
     wanted: Instants | None = None,
     to: Any = None,
     progress: Callable[[float], None] | None = None,
@@ -39,7 +41,8 @@ def motion(
 
     Parameters
     ----------
-    mechanism : Mechanism
+    model : Mechanism or System
+        A system may have other numbers than its description.
     wanted : Instants, optional
         Of a driven motion; by default the model's own, with as many between as are smooth; a whole
         turn where it has one instant only, else the range of the driver.
@@ -61,6 +64,8 @@ def motion(
     >>> len(motion(mbody.gallery.load("norton_fourbar")))
     361
     """
+    system = model if isinstance(model, System) else assemble(model)
+    mechanism = system.mechanism
     free = mechanism.simulation is not None or not mechanism.drivers
     if to is not None and not free:
         last = number_in(mechanism, to, "time", "view", "to")
@@ -72,7 +77,7 @@ def motion(
             )
         try:
             return kinetostatics(
-                mechanism, t=np.linspace(0.0, last, 2 * SMOOTH - 1), assembly=assembly
+                system, t=np.linspace(0.0, last, 2 * SMOOTH - 1), assembly=assembly
             )
         except ModelError:
             free = True  # drivers leave a freedom: the rest moves by itself
@@ -82,35 +87,36 @@ def motion(
                 "an assembly mode is of driven analyses, and this is a free motion: leave it out, "
                 "or choose instants"
             )
-        return simulate(mechanism, to, instants=FREE, progress=progress)
+        return simulate(system, to, instants=FREE, progress=progress)
     if wanted is not mechanism.ask and wanted is not None:
-        run = analyse_at(mechanism, "kinetostatics", wanted, assembly)
+        run = analyse_system_at(system, "kinetostatics", wanted, assembly)
         # requested positions are shown in the order in which the motion has them
         return run if np.all(np.diff(run.t) >= 0.0) else run.take(np.argsort(run.t, kind="stable"))
     try:
-        return analyse_at(mechanism, "kinetostatics", cycle(mechanism, mechanism.ask), assembly)
+        ask = cycle(mechanism, mechanism.ask)
+        return analyse_system_at(system, "kinetostatics", ask, assembly)
     except (ModelError, SolveError) as error:
         # of the mode that the guesses choose
-        found = _range(mechanism) if assembly is None else None
+        found = _range(system) if assembly is None else None
         if found is None:
             raise error from None
         return found
 
 
-def _range(mechanism: Mechanism) -> Solution | None:
+def _range(system: System) -> Solution | None:
     """The motion of a driver that makes no turn, through the range that it has."""
-    if len(mechanism.drivers) != 1:
+    if len(system.mechanism.drivers) != 1:
         return None
-    driver = mechanism.drivers[0]
+    driver = system.mechanism.drivers[0]
     try:
-        found = driver_range(mechanism)
+        found = driver_range(system)
         middle = found.start
-        size = math.pi if driver.angular else kinetostatics(mechanism).system.length
+        size = math.pi if driver.angular else system.length
         low = found.low if math.isfinite(found.low) else middle - size
         high = found.high if math.isfinite(found.high) else middle + size
         spare = SHORT * (high - low)
         values = np.linspace(low + spare, high - spare, SMOOTH)
-        run = kinetostatics(mechanism, drive={driver.name: values})
+        run = kinetostatics(system, drive={driver.name: values})
     except (ModelError, SolveError):
         return None
     return run

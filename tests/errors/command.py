@@ -18,7 +18,10 @@ WORDS = {
     "a driver that is not there": ["kinematics", "hoekens", "--at", "crunk=3"],
     "a value twice": ["kinematics", "hoekens", "--at", "crank=3", "--at", "crank=4"],
     "at and over": ["kinematics", "hoekens", "--at", "t=1", "--over", "turn"],
-    "instants without over": ["kinematics", "norton_fourbar", "--instants", "3"],
+    "instants of a turn at one position": [
+        *("kinematics", "norton_fourbar", "--at", "crank=3", "--instants", "3"),
+    ],
+    "an option nearly as it is": ["kinematics", "hoekens", "--instant", "12"],
     "one instant": ["kinematics", "hoekens", "--over", "turn", "--instants", "1"],
     "negative instants": ["kinematics", "hoekens", "--over", "turn", "--instants", "-3"],
     "a turn of a body without a motor": ["kinematics", "hoekens", "--over", "rocker"],

@@ -116,6 +116,9 @@ SCENARIOS = {
     "an XML with entities": of('<!DOCTYPE a [<!ENTITY b "c">]><a/>', "file.xml"),
     "a JSON nested too deep": of('{"a":' + "[" * 90000, "file.json"),
     "an assembly of FreeCAD": of("freeCAD: 3D CAD\nAssembly\n\tJoints\n\t\tRevoluteJoint\n"),
+    "PMKS with two addresses": of(
+        "http://a.org?mech=ground,a,R,0,0|\nhttp://a.org?mech=ground,b,R,0,0|"
+    ),
     "PMKS with a line that is no joint": of("ground,a,R,0,0\na,b,R,1"),
     "PMKS with a place that is a word": of("ground,a,R,0,there"),
     "PMKS with a link twice": of("ground,a,a,R,0,0"),

@@ -226,6 +226,7 @@ SCENARIOS = {
         "mine.json", '{\n"bodies": {"arm": {"mass": "2 N"}}}', "mine.json"
     ),
     **{name: with_table(content) for name, content in TABLES.items()},
+    "a table with a unit that there is not": with_table("t [s],angle [degg]\n0,1\n1,2\n"),
     "a table that is not there": with_table("", "b.csv"),
     "a table elsewhere": with_table("", "../b.csv"),
     "a table that is too large": with_table("0,1\n1,2\n" * 999_999, largest=1_000_000),

@@ -28,6 +28,9 @@ SCENARIOS = {
     "a view of nothing that moves, at the command": said(
         ["view", "norton_fourbar", "--at", "t=0", "-o", "none.html"]
     ),
+    "a live view of other numbers": said(
+        ["view", "slider_crank", "--live", "--vary", "crank.A.x=1,2", "-o", "none.html"]
+    ),
     "a view of an assembly that swings": said(
         ["view", "double_pendulum", "--assembly", "1", "-o", "none.html"]
     ),

@@ -12,7 +12,7 @@ from mbody.analysis.driven.kinematics import kinematics
 from mbody.analysis.driven.kinetostatics import kinetostatics
 from mbody.analysis.driven.statics import statics
 from mbody.errors import ModelError, SolveError, angle_text, brief
-from mbody.laws import times_of
+from mbody.laws import Law, times_of
 from mbody.model.driver import Driver
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
@@ -181,7 +181,7 @@ def _instants(system: System, ask: Instants) -> dict[str, np.ndarray]:
             f"'{moving[0].name}' is, or give t",
             moving[0].name,
         )
-    times = np.array([_time(system, named[0], value) for value in wanted[named[0].name]])
+    times = _times(system, named[0], wanted[named[0].name])
     times = np.broadcast_to(times, max(len(values) for values in wanted.values()))
     for driver in system.leaders:
         if driver.name in wanted and driver is not named[0]:
@@ -215,15 +215,28 @@ def _values(mechanism: Mechanism, name: str, row: Any) -> np.ndarray:
         raise ModelError(f"'{name}': {error}", name) from None
 
 
-def _time(system: System, driver: Driver, value: float) -> float:
-    """When the law of a driver takes a value, for an angle at the first turn that has it."""
+def _times(system: System, driver: Driver, values: np.ndarray) -> np.ndarray:
+    """When the law of a driver takes values: an angle at the first turn that has it, and angles in
+    a row from the beginning of the law or later at their own turns, as 360 deg after 0.
+    """
     law = system.law_of(driver)
+    if not driver.angular:
+        return np.array([_time(law, driver, [value]) for value in values])
     begin, rate, change = law.derivatives(0.0)
-    places = [value]
-    if driver.angular:
-        # where the law begins too gently its derivatives do not show the sense
-        sense = math.copysign(1.0, rate or change or 1.0)
-        places = [begin + s * _further(s * (value - begin)) for s in (sense, -sense)]
+    # where the law begins too gently its derivatives do not show the sense
+    sense = math.copysign(1.0, rate or change or 1.0)
+    ways = sense * (values - begin)
+    if len(ways) > 1 and ways[0] > -HERE and (np.diff(ways) > 0.0).all():
+        ways = np.maximum(ways, 0.0)
+        ways += _further(ways[0]) - ways[0]
+        return np.array([_time(law, driver, [begin + sense * way]) for way in ways])
+    senses = (sense, -sense)
+    places = [[begin + s * _further(s * (value - begin)) for s in senses] for value in values]
+    return np.array([_time(law, driver, both) for both in places])
+
+
+def _time(law: Law, driver: Driver, places: list[float]) -> float:
+    """When the law of a driver is first at one of some places, in their order."""
     why: ModelError | None = None
     for place in places:
         try:

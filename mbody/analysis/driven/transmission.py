@@ -317,8 +317,9 @@ class _Through:
             return loaded[0]
         if not loaded:
             raise ModelError(
-                f"no joint with a moving link drives '{self.body}': name one of "
-                f"{listed(j.name for j in joints)}",
+                f"no joint with a moving link drives '{self.body}', so there is no transmission "
+                "angle: for the ratios alone name one of its joints as the joint "
+                f"({listed(j.name for j in joints)})",
                 self.body,
             )
         raise ModelError(

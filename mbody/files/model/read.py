@@ -28,7 +28,12 @@ from mbody.files.model.schema import everything, json_schema, model, used_by
 from mbody.files.model.warnings import meant_otherwise
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
-from mbody.quantities.parameters import Parameters, parameter_value, with_unit_of
+from mbody.quantities.parameters import (
+    Parameters,
+    parameter_value,
+    plain_otherwise,
+    with_unit_of,
+)
 from mbody.quantities.parse import MAX_CHARACTERS
 from mbody.quantities.types import Number
 from mbody.quantities.units import Dimension, UnitSystem, unit_system
@@ -159,10 +164,9 @@ def _made(
     if (sentence := most.over(f"{name}: it", size=len(text))) is not None:
         raise ModelError(sentence)
     data = _parsed(text, is_json, name, most)
-    if parameters:
-        _set(data, parameters, name)
+    remarks = _set(data, parameters, name) if parameters else []
     made = built(data, text, is_json=is_json, name=name, folder=folder)
-    made.file_remarks = meant_otherwise(data, made)
+    made.file_remarks = (*remarks, *meant_otherwise(data, made))
     return made
 
 
@@ -354,10 +358,12 @@ def check_size(data: dict[str, Any], size: int, limits: Limits, name: str) -> No
         raise ModelError(f"{sentence}; else the file could be written but not read")
 
 
-def _set(data: dict[str, Any], parameters: Mapping[str, Any], name: str) -> None:
+def _set(data: dict[str, Any], parameters: Mapping[str, Any], name: str) -> list[str]:
     """Put other values in the place of parameters of the model; a plain number for one that has a
-    unit is in the file's unit of what that measures.
+    unit is in the file's unit of what that measures, and a remark says so where the file has it in
+    another.
     """
+    remarks = []
     table = data.get("parameters")
     known = table if isinstance(table, dict) else {}
     before, units = _dimensions(data)
@@ -371,8 +377,13 @@ def _set(data: dict[str, Any], parameters: Mapping[str, Any], name: str) -> None
             raise ModelError(f"{name}: {error}", key) from None
         dimension = before.get(key)
         if dimension is not None:
-            value = with_unit_of(value, dimension, units, str(data.get("angle", "deg")))
+            angle = str(data.get("angle", "deg"))
+            with_unit = with_unit_of(value, dimension, units, angle)
+            if with_unit is not value and value not in (0, "0"):
+                remarks.append(plain_otherwise(key, known[key], units, angle))
+            value = with_unit
         known[key] = value
+    return [one for one in remarks if one]
 
 
 def _dimensions(data: Mapping[str, Any]) -> tuple[dict[str, Dimension], UnitSystem]:

@@ -24,7 +24,7 @@ ELECTRICAL = {"voltage": "V", "resistance": "Ω", "inductance": "H", "capacitanc
 
 
 #: Units that results are shown in beside those of a system.
-EVERYDAY = {"mass": "kg", "power": "W"}
+EVERYDAY = {"mass": "kg", "power": "W", "inertia": "kg·m²"}
 
 
 @dataclass(frozen=True)
@@ -68,8 +68,8 @@ class UnitSystem:
         return "/".join([above or "1", *below]) if above or below else ""
 
     def everyday(self, dimension: str) -> tuple[str, float] | None:
-        """The kilogram or the watt and how many of it the unit of the system is, where it is
-        another power of ten of it; None of other dimensions and units.
+        """The kilogram, the watt or kg·m² and how many of it the unit of the system is, where it
+        is another power of ten of it; None of other dimensions and units.
 
         >>> unit_system("mm-N-s").everyday("mass"), unit_system("mm-N-s").everyday("power")
         (('kg', 1000.0), ('W', 0.001))
