@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from mbody.analysis.dynamics.repeated import REPEATED
 from mbody.core.dual_number import DualNumber
-from mbody.derivatives.change_times import ChangeTimes
+from mbody.derivatives.change_times import TOLERANCES, ChangeTimes
 from mbody.derivatives.dual_impacts import ImpactDuals
 from mbody.derivatives.dual_motion import DualMotion, Tangents
 from mbody.derivatives.dual_solution import DualRecord, DualSolution, dual_solution
@@ -19,7 +20,9 @@ from mbody.derivatives.lost_numbers import LostNumbers
 from mbody.derivatives.mode_record import stretches_of
 from mbody.derivatives.named_numbers import number_sizes, unit_of
 from mbody.derivatives.number_tangents import dual_values, number_tangents
+from mbody.derivatives.sampled_inputs import SampledInputs, reads_loads
 from mbody.derivatives.unfollowed_jumps import unfollowed_jumps
+from mbody.model.element import listed
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
@@ -60,11 +63,12 @@ class FreeInstants:
         self.stretches = stretches_of(run)
         self.lost = self._nothing_lost()
         self.events: list[EventTime] = []
+        self.sampled_notes: list[str] = []
 
     @property
     def notes(self) -> list[str]:
         """Where there are no derivatives."""
-        return self.lost.notes(self.run.mechanism.units.time)
+        return [*self.lost.notes(self.run.mechanism.units.time), *self.sampled_notes]
 
     def at(self, instants: Array, with_loads: bool) -> DualSolution:
         """The result at some of its instants with derivatives.
@@ -80,7 +84,7 @@ class FreeInstants:
             first.way,
             first.y[system.coordinates : 2 * system.coordinates],
             first.accelerations,
-            with_loads,
+            with_loads or reads_loads(self.run),
         )
         self.lost = self._nothing_lost()
         times = ChangeTimes(self.run, motion, self.values, self.lost)
@@ -90,14 +94,32 @@ class FreeInstants:
             self.mass,
             np.zeros((len(uni.layout.switched), len(self.names))),
             self.par[uni.phase_rows],
+            np.zeros((len(motion.held), len(self.names))),
             self.resolved,
         )
         impacts = ImpactDuals(uni, self.values, DualNumber(system.mass[:, 0], self.mass))
-        walk = DualWalk(motion, first, self.stretches, tangents, times, impacts)
+        sizes = number_sizes(system, self.names)
+        inputs = SampledInputs(self.run, motion, self.values, sizes, self.lost)
+        walk = DualWalk(motion, first, self.stretches, tangents, times, impacts, inputs)
         pages = walk.pages(np.array(self.run.t[instants]))
-        self.events = times.events
+        self._compare(motion, pages, instants)
+        self.events, self.sampled_notes = times.events, inputs.notes
         record = DualRecord(pages.value, pages.tangents, motion.first_load, system.coordinates)
         return dual_solution(self.run, self.values, record)
+
+    def _compare(self, motion: DualMotion, pages: DualNumber, instants: Array) -> None:
+        """Controllers that are no functions of what they read make another motion each time."""
+        machine, n = self.run.mechanism, 2 * self.run.system.coordinates
+        if not machine.controllers:
+            return
+        kept = self.run.record.table(slice(0, n))[instants]
+        apart = np.abs(pages.value[:, :n] - kept) / (motion.scale[:n] + np.abs(kept))
+        if float(apart.max(initial=0.0)) <= max(REPEATED, TOLERANCES * motion.way.rtol):
+            return
+        names = listed([one.name for one in machine.controllers])
+        why = f"followed again the motion is another: {names} must be functions of what they read"
+        self.lost.lose(True, self.first.t, f"{why}, or objects, which are copied with their memory")
+        pages.tangents[:] = np.nan
 
     def without_derivative(self, instants: Array, _: DualRecord) -> Array:
         """Which of some instants have no derivatives by any number, (instants,): none; what has

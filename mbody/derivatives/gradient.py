@@ -82,7 +82,7 @@ def gradient(
     ------
     ModelError
         For a number that there is not, or that a formula makes of others; for measures of which
-        some are histories and others are not; for a batch; for a motion with controllers or drivers
+        some are histories and others are not; for a batch; for a motion with drivers
         that are released, or whose beginning follows from guesses.
     SolveError
         As of the analysis; where redundant loops do not close with other numbers.
@@ -91,7 +91,8 @@ def gradient(
     -----
     The equations of the analysis are solved once more in dual numbers, which carry derivatives
     through every operation: no differences are taken, so there is no step to choose. Only users'
-    own functions and the matrices of small motions are differenced, which a note says. A motion
+    own functions, controllers that take plain floats only and the matrices of small motions are
+    differenced, which a note says. A motion
     over time is integrated once more together with the variational equations, at the same rtol; its
     instants are held, and so is what ``start`` says. Where contacts, friction, events and jumps of
     formulas change it the saltation matrix is applied;
