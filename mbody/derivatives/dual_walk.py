@@ -72,6 +72,8 @@ class DualWalk:
         self.inputs = inputs
         self.lost: LostNumbers = times.lost
         self.slope_before = np.zeros(len(first.y))
+        #: Where the motion has come to.
+        self.y = DualNumber(first.y, first.tangents)
 
     def pages(self, t: Array) -> DualNumber:
         """Pages (instants, rows) at rising times."""
@@ -116,6 +118,7 @@ class DualWalk:
                 near = inside[np.abs(t[inside] - stretch.end) <= self.times.short]
                 self._meet(changes, near, stretch.end, moving)
             before = stretch
+        self.y = y
         return DualNumber(values, changes)
 
     # -- samples of controllers ---------------------------------------------------------------

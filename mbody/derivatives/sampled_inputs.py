@@ -137,6 +137,11 @@ class SampledInputs:
         #: Instants on which samples fall that move, and the numbers that move them.
         self.met: dict[float, Array] = {}
 
+    def go_on_from(self, before: SampledInputs) -> None:
+        """Go on with what a part of the motion before has left, with its derivatives."""
+        self.now, self.sampled = before.now, before.sampled
+        self.met = dict(before.met)
+
     @property
     def notes(self) -> list[str]:
         """What is differenced, and where there are no derivatives."""
