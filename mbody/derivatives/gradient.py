@@ -69,8 +69,9 @@ def gradient(
         "equilibrium" ``position``, the number of the rest position, 0 by default, ``free``,
         ``starts`` and ``t``, as of "modes". Measures of "modes" are ``frequency(1)``,
         ``natural_frequency(1)``, ``hertz(1)``, ``damping_ratio(1)`` and ``decay_rate(1)`` of a mode
-        of that position, slow ones first, and ``stiffness(crank)`` or ``stiffness(crank, arm)`` of
-        what leads free motions.
+        of that position, slow ones first, ``ratio(1, rod.x, bar.angle)`` and ``phase(…)`` of two
+        amplitudes of a mode, and ``stiffness(crank)`` or ``stiffness(crank, arm)`` of what leads
+        free motions.
 
     Returns
     -------
