@@ -6,6 +6,7 @@ import pytest
 import mbody
 from mbody import (
     Body,
+    Damper,
     Gravity,
     Mechanism,
     ModelError,
@@ -114,3 +115,99 @@ def test_what_is_refused():
         mbody.gradient(damped_pendulum(), "frequency(2)", "rod.mass", "modes")
     with pytest.raises(ModelError, match=r"is no measure of modes: give .* stiffness\(rod\)"):
         mbody.gradient(damped_pendulum(), "rod.angle", "rod.mass", "modes")
+
+
+def coupled(c=0.0):
+    """Two masses in a row, coupled by a spring and a damper."""
+    machine = Mechanism("row", ground={"W": (-1.0, 0.0), "Y": (1.0, 0.0)})
+    machine.add(
+        Body("a", mass=2.0, inertia=1.0),
+        Body("b", mass=3.0, inertia=1.0, guess=(1.0, 0.0, 0.0)),
+        Prismatic("one", "ground", "a"),
+        Prismatic("two", "ground.Y", "b"),
+        Spring("s", "ground.W", "a", stiffness=50.0, free_length=1.0),
+        Spring("t", "a", "b", stiffness=30.0, free_length=1.0),
+        Damper("d", "ground.W", "a", coefficient=c),
+    )
+    return machine
+
+
+def test_ratios_of_amplitudes():
+    """Of two masses in closed form: (k₁ + k₂ − ω² m₁)/k₂, one of them against the other."""
+
+    def closed(p):
+        m, n, k, h = p
+        mean, rest = (k + h) / m + h / n, k * h / (m * n)
+        slow = 0.5 * (mean - np.sqrt(mean * mean - 4.0 * rest))
+        fast = mean - slow
+        return np.array([(k + h - slow * m) / h, -(k + h - fast * m) / h]), []
+
+    numbers, names = [2.0, 3.0, 50.0, 30.0], ["a.mass", "b.mass", "s.stiffness", "t.stiffness"]
+    measures = ["ratio(1, b.x, a.x)", "ratio(2, b.x, a.x)", "phase(1, b.x, a.x)"]
+    measures.append("phase(2, b.x, a.x)")
+    g = mbody.gradient(coupled(), measures, names, "modes")
+    exact, _ = derivatives(closed, numbers)
+    np.testing.assert_allclose(list(g.value.values())[:2], closed(numbers)[0], rtol=1e-9)
+    np.testing.assert_allclose(np.abs(list(g.value.values())[2:]), [0.0, np.pi], atol=1e-9)
+    np.testing.assert_allclose(g.jacobian[:2], exact, atol=FIGURES * np.abs(exact).max())
+    np.testing.assert_allclose(g.jacobian[2:], 0.0, atol=1e-9)
+    assert g.units["ratio(1, b.x, a.x)"]["a.mass"] == "1/kg"
+
+
+def shapes(machine, names, number, places, part=1e-4):
+    """Ratio and phase of the plain shapes, and their differences."""
+    system = mbody.assemble(machine)
+
+    def found(values):
+        mode = mbody.modes(system.with_values(values))[0][number - 1]
+        a, b = (mode.shape[body][["x", "y", "angle"].index(of)] for body, of in places)
+        return np.array([abs(a / b), np.angle(a / b)])
+
+    rows = []
+    for name in names:
+        x = float(system.values[name])
+        ends = {k: found({name: x * (1.0 + k * part)}) for k in (-2, -1, 1, 2)}
+        rows.append((8.0 * (ends[1] - ends[-1]) - ends[2] + ends[-2]) / (12.0 * part * x))
+    return found({}), np.array(rows).T
+
+
+def pendulums():
+    """Of two bars that hang beside each other by a spring, whose rest position moves."""
+    machine = Mechanism("bars", ground={"V": (0.9, 0.0)})
+    machine.add(
+        Body("bar", mass=1.5, inertia=0.1, cg=(0.4, 0.0), points={"P": (0.5, 0.0)}, guess=-1.5),
+        Body("rod", mass=1.0, inertia=0.05, cg=(0.3, 0.0), points={"Q": (0.6, 0.0)}, guess=-1.6),
+        Revolute("O", "ground", "bar"),
+        Revolute("V", "ground.V", "rod"),
+        Spring("s", "bar.P", "rod.Q", stiffness=8.0, free_length=0.5),
+        Gravity("g", y=-9.81),
+        TorsionDamper("d", "rod", coefficient=0.4),
+    )
+    return machine
+
+
+@pytest.mark.parametrize("number", [1, 2])
+@pytest.mark.parametrize("places", [("rod.angle", "bar.angle"), ("rod.x", "bar.angle")])
+def test_shapes_beside_differences(number, places):
+    """With damping, so that phases are any, and bodies' ways that turn with the position."""
+    names = ["bar.mass", "s.stiffness", "d.coefficient", "rod.cg.x"]
+    measures = [f"{kind}({number}, {', '.join(places)})" for kind in ("ratio", "phase")]
+    g = mbody.gradient(pendulums(), measures, names, "modes")
+    values, wanted = shapes(pendulums(), names, number, [one.split(".") for one in places])
+    np.testing.assert_allclose(list(g.value.values()), values, rtol=1e-8)
+    # differences of both have some 8 figures
+    most = np.abs(wanted).max(axis=1, keepdims=True)
+    assert (np.abs(g.jacobian - wanted) / most).max() < 1e-6
+
+
+def test_shapes_that_have_none():
+    """Of amplitudes that are zero, and of a body that there is not."""
+    g = mbody.gradient(chain(3.0), "ratio(1, a.x, b.x)", "a.mass", "modes")
+    assert g.value["ratio(1, a.x, b.x)"] == 0.0 and np.isnan(g.jacobian).all()
+    assert any("or an amplitude is zero" in note for note in g.notes)
+    with pytest.raises(ModelError, match="divides by an amplitude that is zero: in mode 1"):
+        mbody.gradient(chain(3.0), "ratio(1, b.x, a.x)", "a.mass", "modes")
+    with pytest.raises(ModelError, match=r"amplitudes are of x, y .* such as a\.angle, not 'c\.x'"):
+        mbody.gradient(chain(3.0), "ratio(1, b.x, c.x)", "a.mass", "modes")
+    with pytest.raises(ModelError, match="there are modes 1 to 2"):
+        mbody.gradient(chain(3.0), "phase(3, b.x, a.x)", "a.mass", "modes")

@@ -39,6 +39,7 @@ def may_jump_unseen(system: System) -> list[str]:
     own = [name for name, function in system.functions if function is not None]
     valves = (ReciprocatingCylinder, PistonPressure)
     own += [load.name for load in system.mechanism.loads if isinstance(load, valves)]
+    own += [one.name for one in system.mechanism.controllers]
     return list(dict.fromkeys(own))
 
 

@@ -43,6 +43,7 @@ class Tangents:
     par, mass : arrays (rows, directions)
         Of the numbers of the kernels.
     anchor, phases : arrays (rows that can be on or off, …), (phases, directions)
+    held : array (inputs that keep their values, directions)
     resolved : array (directions,)
         Below which tangents do not count.
     """
@@ -51,6 +52,7 @@ class Tangents:
     mass: Array
     anchor: Array
     phases: Array
+    held: Array
     resolved: Array
 
     @property
@@ -65,6 +67,7 @@ class Tangents:
             self.mass[:, some],
             self.anchor[:, some],
             self.phases[:, some],
+            self.held[:, some],
             self.resolved[some],
         )
 
@@ -281,6 +284,7 @@ class DualMotion:
             work.formula[place, 0] = value
         for name, value in stretch.inputs.items():
             work.signal[self.held[name], 0] = value
+        work.signal[list(self.held.values()), width] = tangents.held
         if count := len(stretch.on):
             self.uni.set_rows(work, stretch.on, stretch.sense)
             work.anchor[:count, 0], work.anchor[:count, width] = stretch.anchor, tangents.anchor

@@ -24,6 +24,7 @@ from mbody.derivatives.dual_motion import DualInstant, DualMotion, Tangents
 from mbody.derivatives.first_states import FirstState
 from mbody.derivatives.lost_numbers import LostNumbers
 from mbody.derivatives.mode_record import ModeStretch
+from mbody.derivatives.sampled_inputs import SampledInputs
 from mbody.derivatives.sticking_anchors import anchored
 
 __all__ = ["DualWalk"]
@@ -34,6 +35,8 @@ Array = np.ndarray
 BEGINNING = 1e-9
 #: An argument of a jump is zero below this part of its greatest value.
 AT_ZERO = 1e-9
+#: Times nearer to each other than this part of them are one: no step is as short.
+ROUNDING = 1e-13
 #: How far beyond zero it may be where another motion has found it to be zero.
 BEYOND = 1e-5
 
@@ -50,6 +53,7 @@ class DualWalk:
         Of the numbers; what sticks is added on the way.
     times : ChangeTimes
     impacts : ImpactDuals
+    inputs : SampledInputs
     """
 
     def __init__(
@@ -60,12 +64,16 @@ class DualWalk:
         tangents: Tangents,
         times: ChangeTimes,
         impacts: ImpactDuals,
+        inputs: SampledInputs,
     ) -> None:
         self.motion, self.first, self.stretches = motion, first, stretches
         self.run, self.system = motion.run, motion.system
         self.tangents, self.times, self.impacts = tangents, times, impacts
+        self.inputs = inputs
         self.lost: LostNumbers = times.lost
         self.slope_before = np.zeros(len(first.y))
+        #: Where the motion has come to.
+        self.y = DualNumber(first.y, first.tangents)
 
     def pages(self, t: Array) -> DualNumber:
         """Pages (instants, rows) at rising times."""
@@ -75,19 +83,25 @@ class DualWalk:
         y = DualNumber(self.first.y, self.first.tangents)
         begun = DualNumber(self.first.t, np.zeros(width))
         before: ModeStretch | None = None
+        last: DualNumber | None = None
         for stretch in self.stretches:
+            if stretch.sampled:
+                known = last if not begun.tangents.any() else None
+                begun, y = self._sampled(before or stretch, begun, y, known)
+            self.tangents = self.inputs.enter(stretch, self.tangents)
             self._set_sides(before, stretch, begun, y)
             y = self._entered(before, stretch, begun, y)
             after = stretch.t if before is not None else -np.inf
             own = [one for one in self.times.own if after < one.t <= stretch.end]
             inside = np.flatnonzero((t > after) & (t <= stretch.end))
-            times = np.unique(np.concatenate([t[inside], [one.t for one in own], [stretch.end]]))
+            wanted = _within(stretch, np.concatenate([t[inside], [one.t for one in own]]))
+            times = np.unique(np.append(wanted, stretch.end))
             found = motion.followed(stretch, stretch.t, y, self.tangents, times)
-            places = np.searchsorted(times, t[inside])
+            places = np.searchsorted(times, wanted)
+            events, places = places[len(inside) :], places[: len(inside)]
             values[inside], changes[inside] = found.value[places], found.tangents[places]
             self.lost.without(changes, inside)
-            for one in own:
-                place = int(np.searchsorted(times, one.t))
+            for one, place in zip(own, events, strict=True):
                 self.times.event(one, stretch, self._state(found[place]), self.tangents)
             last = found[len(times) - 1]
             y = self._state(last)
@@ -100,8 +114,36 @@ class DualWalk:
                 near = inside[t[inside] == stretch.end]
                 changes[near] = now.page.tangents if now is not None else np.nan
                 self.lost.without(changes, near)
+            elif (moving := begun.tangents != 0.0).any():
+                near = inside[np.abs(t[inside] - stretch.end) <= self.times.short]
+                self._meet(changes, near, stretch.end, moving)
             before = stretch
+        self.y = y
         return DualNumber(values, changes)
+
+    # -- samples of controllers ---------------------------------------------------------------
+
+    def _sampled(
+        self, old: ModeStretch, begun: DualNumber, y: DualNumber, page: DualNumber | None
+    ) -> tuple[DualNumber, DualNumber]:
+        """Let controllers sample: the time at which inputs change, and the state there. `page`: of
+        this state, where it is known.
+        """
+        tangents = self.inputs.enter(old, self.tangents)
+        later = self.inputs.sample(old, begun, y, self.tangents, page)
+        if not later.any():
+            return begun, y
+        now = self.motion.at(old, begun, y, tangents)
+        y = self._moved(y, now, DualNumber(begun.value, later))
+        return DualNumber(begun.value, begun.tangents + later), y
+
+    def _meet(self, changes: Array, near: Array, t: float, moving: Array) -> None:
+        """What numbers move falls on an instant: its positions alone have derivatives by them."""
+        n = self.system.coordinates
+        if near.size:
+            rows = np.arange(n, self.motion.rows)
+            changes[np.ix_(near, rows, np.flatnonzero(moving))] = np.nan
+            self.inputs.meet(t, moving)
 
     # -- the beginning of a stretch -----------------------------------------------------------
 
@@ -121,7 +163,9 @@ class DualWalk:
             now = motion.at(old.all_off(), begun, y, self.tangents)
             self.tangents = anchored(motion.uni, self.tangents, stretch, now)
         slope = stretch.slope
-        if slope is None:
+        if not begun.tangents.any():
+            slope = np.zeros(len(y.value))
+        elif slope is None:
             slope = motion.at(stretch, begun, y, self.tangents).slope.value
         held = y.tangents - np.outer(slope, begun.tangents)
         first = y.value if stretch.y is None else stretch.y
@@ -182,9 +226,14 @@ class DualWalk:
         """The time at which a stretch ends; the instant there that moves with it, where the motion
         ends by an event.
         """
-        width, motion = len(self.lost.names), self.motion
-        t = DualNumber(stretch.end, np.zeros(width))
+        motion = self.motion
+        t = DualNumber(stretch.end, np.zeros(len(self.lost.names)))
         if stretch.guard is None and not self._ends(stretch):
+            t = self.inputs.when(stretch.end)
+            if t.tangents.any():
+                now = motion.at(stretch, DualNumber(t.value, 0.0 * t.tangents), y, self.tangents)
+                self.slope_before = now.slope.value
+                y.tangents[:] = self._moved(y, now, t).tangents
             return t, None
         now = motion.at(stretch, t, y, self.tangents)
         self.slope_before = now.slope.value
@@ -272,3 +321,10 @@ class DualWalk:
         rows = self.system.own_rows
         places = np.r_[0 : 2 * n, rows.start : rows.start + owns]
         return DualNumber(page.value[places], page.tangents[places].copy())
+
+
+def _within(stretch: ModeStretch, t: Array) -> Array:
+    """Times of a stretch; those that differ from its ends by rounding are its ends."""
+    near = ROUNDING * np.abs(t)
+    found = np.where(t - stretch.t <= near, stretch.t, t)
+    return np.where(stretch.end - t <= near, stretch.end, found)

@@ -121,10 +121,8 @@ def _without_derivatives(run: Solution) -> str:
     machine = run.mechanism
     if machine.groups or run.begun[0].request.way.method == "moreau":
         return "impulses in place of located impacts"
-    if machine.controllers:
-        return "sampled controllers"
-    if run.released or len(run.begun) > 1:
-        return "drivers that are released, or of several parts"
+    if len(run.begun) > 1:
+        return "several parts"
     own = [event for event in run.events if not event.contact]
     if run.ending != "completed" and not (own and own[-1].t == run.t[-1]):
         return "an end before its time"

@@ -14,12 +14,11 @@ from mbody.analysis.equilibria.equilibrium import Equilibrium, equilibrium
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.derivatives.difference_check import compared_with_differences, may_jump_unseen
 from mbody.derivatives.driven_instants import DrivenInstants
-from mbody.derivatives.first_states import first_state
-from mbody.derivatives.free_instants import FreeInstants
 from mbody.derivatives.gradient_result import EventGradient, Gradient, per
 from mbody.derivatives.mode_gradient import mode_gradient
 from mbody.derivatives.named_numbers import changed, checked_names, unit_of
 from mbody.derivatives.reduced_measures import Derived, derived, instants_of
+from mbody.derivatives.released_motion import MotionInstants, motion_instants
 from mbody.derivatives.rest_instants import RestInstants
 from mbody.derivatives.unfollowed_jumps import with_formulas_of_the_instant
 from mbody.errors import ModelError, SolveError, brief
@@ -70,8 +69,9 @@ def gradient(
         "equilibrium" ``position``, the number of the rest position, 0 by default, ``free``,
         ``starts`` and ``t``, as of "modes". Measures of "modes" are ``frequency(1)``,
         ``natural_frequency(1)``, ``hertz(1)``, ``damping_ratio(1)`` and ``decay_rate(1)`` of a mode
-        of that position, slow ones first, and ``stiffness(crank)`` or ``stiffness(crank, arm)`` of
-        what leads free motions.
+        of that position, slow ones first, ``ratio(1, rod.x, bar.angle)`` and ``phase(…)`` of two
+        amplitudes of a mode, and ``stiffness(crank)`` or ``stiffness(crank, arm)`` of what leads
+        free motions.
 
     Returns
     -------
@@ -82,8 +82,8 @@ def gradient(
     ------
     ModelError
         For a number that there is not, or that a formula makes of others; for measures of which
-        some are histories and others are not; for a batch; for a motion with controllers or drivers
-        that are released, or whose beginning follows from guesses.
+        some are histories and others are not; for a batch; for a motion whose
+        beginning follows from guesses.
     SolveError
         As of the analysis; where redundant loops do not close with other numbers.
 
@@ -91,7 +91,8 @@ def gradient(
     -----
     The equations of the analysis are solved once more in dual numbers, which carry derivatives
     through every operation: no differences are taken, so there is no step to choose. Only users'
-    own functions and the matrices of small motions are differenced, which a note says. A motion
+    own functions, controllers that take plain floats only and the matrices of small motions are
+    differenced, which a note says. A motion
     over time is integrated once more together with the variational equations, at the same rtol; its
     instants are held, and so is what ``start`` says. Where contacts, friction, events and jumps of
     formulas change it the saltation matrix is applied;
@@ -138,7 +139,7 @@ def _of_motion(
     given = options.get("start") is not None
     names = checked_names(system, by, starts=not given)
     columns = columns_of(system.mechanism, measure, "gradient")
-    for name in ("guess", "rates", "release"):
+    for name in ("guess", "rates"):
         if options.get(name) is not None:
             raise ModelError(
                 f"gradient: derivatives of a motion with {name} are not there: prescribe the start "
@@ -146,7 +147,7 @@ def _of_motion(
             )
     system = with_formulas_of_the_instant(system)
     run = simulate(system, **options)
-    instants = FreeInstants(run, first_state(run, list(names.values()), given), names.values())
+    instants = motion_instants(run, list(names.values()), given)
     found = gradient_of(run, columns, names, instants=instants)
     if not may_jump_unseen(system):
         return found
@@ -204,7 +205,7 @@ def gradient_of(
     columns: Iterable[MeasuredColumn],
     by: Mapping[str, str],
     turning: str = "",
-    instants: DrivenInstants | FreeInstants | RestInstants | None = None,
+    instants: DrivenInstants | MotionInstants | RestInstants | None = None,
 ) -> Gradient:
     """Derivatives of the measures `columns` of a result by numbers, as `checked_names` has them;
     `instants`: by default those of a driven motion.

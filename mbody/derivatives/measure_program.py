@@ -18,10 +18,10 @@ from mbody.derivatives.dual_solution import DualRecord, dual_solution
 from mbody.errors import ModelError
 from mbody.image.changeable import changeable_numbers
 from mbody.kernels.number_program import NumberProgram, number_duals
+from mbody.model.study import Measure
 from mbody.solution.measures import valued
 from mbody.solution.solution import Solution
 from mbody.solution.tracing import Recording, Rule, Untraceable
-from mbody.sweeps.columns import MeasuredColumn
 
 __all__ = ["MeasureProgram", "recorded_measure"]
 
@@ -45,7 +45,9 @@ class MeasureProgram:
     def evaluated(
         self, record: DualRecord, instant: int, values: Mapping[str, Any], names: Sequence[str]
     ) -> tuple[float, np.ndarray]:
-        """The measure at one instant, and its derivatives by the named numbers."""
+        """The measure at one instant, and its derivatives by the named numbers; those of a first
+        state change only the rows.
+        """
         tangents = np.zeros(len(names))
         found, slots = aligned(1, LANES), aligned(len(self.program.slots), LANES)
         slots[: self.rows, 0] = record.values[instant]
@@ -57,20 +59,22 @@ class MeasureProgram:
             slots[: self.rows, width] = record.tangents[instant, :, first : first + len(part)]
             slots[: self.rows, 1 + len(part) :] = 0.0
             slots[self.rows : last, 1:] = 0.0
-            slots[[self.place[name] for name in part], range(1, 1 + len(part))] = 1.0
+            for lane, name in enumerate(part, 1):
+                if name in self.place:
+                    slots[self.place[name], lane] = 1.0
             number_duals(self.program, slots, found)
             tangents[first : first + len(part)] = found[0, width]
         return float(found[0, 0]), tangents
 
 
 def recorded_measure(
-    run: Solution, record: DualRecord, column: MeasuredColumn, names: Sequence[str]
+    run: Solution, record: DualRecord, measure: Measure, names: Sequence[str]
 ) -> MeasureProgram | None:
     """The program of a measure without its reduction; None where what it needs cannot be recorded,
     or one of the named numbers is no input of it.
     """
     changeable = changeable_numbers(run.system)
-    if not all(name in changeable.rules for name in names):
+    if not all(name in changeable.rules for name in names if name in run.system.values):
         return None
     rows = record.values.shape[1]
     inputs = {f"row {n}": Rule(0.0) for n in range(rows)}
@@ -81,7 +85,7 @@ def recorded_measure(
     numbers = dict(zip(changeable.rules, traced[rows:], strict=True))
     found = dual_solution(run, changeable.values(numbers), _Traced(record, traced[:rows]))
     try:
-        program = recording.program([valued(found, column.measure)[0]])
+        program = recording.program([valued(found, measure)[0]])
     except (Untraceable, ModelError, TypeError):
         return None
     return MeasureProgram(program, rows, {n: rows + k for k, n in enumerate(numbers)})

@@ -1,11 +1,16 @@
-"""Derivatives of frequencies, damping and stiffnesses of small motions about a rest position.
+"""Derivatives of frequencies, damping, shapes and stiffnesses of small motions at a rest position.
 
 A root s of (s² M + s C + K) u = 0 with the left vector w, wᵀ (s² M + s C + K) = 0, has
 
     ds/dp = −wᵀ (s² M′ + s C′ + K′) u / (wᵀ (2 s M + C) u),
 
-where it is simple. M′, C′ and K′ are differences over four places, at each of which the rest
-position is found once more.
+where it is simple. Its shape moves by du, of which a multiple of u has no say in ratios:
+
+    (s² M + s C + K) du + (2 s M + C) u ds = −(s² M′ + s C′ + K′) u dp,   ūᵀ du = 0.
+
+M′, C′ and K′, and those of the ways T that the bodies go with the leaders, are differences over
+four places, at each of which the rest position is found once more. The amplitude of x, y or the
+angle of a body is a = T u, and a ratio a/b has the size |a/b| and the phase arg(a/b).
 
 F. Tisseur, K. Meerbergen: The quadratic eigenvalue problem, SIAM Review 43 (2001), 2.3 and 4.2.
 """
@@ -45,6 +50,8 @@ SIMPLE = 1e-6
 STEPS, LAST = 12, 1e-12
 #: What is measured of a mode, by number, and of the stiffness, by leaders.
 OF_MODE = re.compile(r"\s*(\w+)\s*\(\s*(\d+)\s*\)\s*")
+OF_SHAPE = re.compile(r"\s*(ratio|phase)\s*\(\s*(\d+)\s*,\s*([\w.]+)\s*,\s*([\w.]+)\s*\)\s*")
+PLACES = ("x", "y", "angle")
 OF_LEADERS = re.compile(r"\s*stiffness\s*\(\s*([^,()]+?)\s*(?:,\s*([^,()]+?)\s*)?\)\s*")
 KINDS = {
     "frequency": "angular velocity",
@@ -57,12 +64,15 @@ KINDS = {
 
 @dataclass(frozen=True)
 class _Wanted:
-    """One measure: of mode `number`, or the stiffness between two leaders."""
+    """One measure: of mode `number`, or the stiffness between two leaders; of a shape the
+    amplitudes of two places, (body, 0 to 2).
+    """
 
     name: str
     kind: str
     number: int = 0
     leaders: tuple[int, int] = (0, 0)
+    places: tuple[tuple[int, int], ...] = ()
 
 
 def mode_gradient(rest: Equilibrium, measure: Any, by: Mapping[str, str]) -> Gradient:
@@ -95,13 +105,17 @@ def mode_gradient(rest: Equilibrium, measure: Any, by: Mapping[str, str]) -> Gra
         for row, one in enumerate(wanted):
             if one.kind == "stiffness":
                 jacobian[row, k] = changes[2][one.leaders]
+            elif one.places:
+                jacobian[row, k] = _of_shape(found[one.number], linear, changes, one)
             else:
                 jacobian[row, k] = _of_root(found[one.number], linear, changes, one.kind)
     for row, one in enumerate(wanted):
         if one.kind != "stiffness" and np.isnan(jacobian[row]).all():
+            why = "where others meet it or it begins to oscillate"
+            if one.places:
+                why += ", or an amplitude is zero"
             notes.append(
-                f"'{one.name}' has no derivative: its root is not simple, or is zero, where others "
-                "meet it or it begins to oscillate"
+                f"'{one.name}' has no derivative: its root is not simple, or is zero, {why}"
             )
     notes.append(
         "M, C and K of small motions are differenced over four places: derivatives have some 8 "
@@ -152,31 +166,40 @@ class _BesideRest:
         return linearize(system, at=self.run, free=self.drivers)
 
     def changes(self, name: str, step: float, linear: Linearization) -> list[Array] | None:
-        """Derivatives of M, C and K by a number; None where what is beside it does not compare."""
+        """Derivatives of M, C, K and the ways of all bodies by a number; None where what is beside
+        it does not compare.
+        """
         value, ends = float(self.instants.driven.values[name]), []
         for k in (-2, -1, 1, 2):
             one = self.linear({name: value + k * step})
             if one is None or one.leaders != linear.leaders:
                 return None
-            ends.append((one.mass, one.damping, one.stiffness))
+            ends.append((one.mass, one.damping, one.stiffness, one.rates))
         return [
             (8.0 * (up - near) - (most - low)) / (12.0 * step)
             for low, near, up, most in zip(*ends, strict=True)
         ]
 
 
-def _of_root(mode: Mode, linear: Linearization, changes: Sequence[Array], kind: str) -> float:
-    """The derivative of what is measured of a mode; NaN of a root that is not simple."""
+def _simple(mode: Mode, linear: Linearization) -> Array | None:
+    """The left vector of a root that is simple."""
     s, u = mode.eigenvalue, mode.amplitudes
     M, C, K = linear.mass, linear.damping, linear.stiffness
-    left = np.linalg.svd((s * s * M + s * C + K).T)[2][-1].conj()
+    left: Array = np.linalg.svd((s * s * M + s * C + K).T)[2][-1].conj()
     below = left @ (2.0 * s * M + C) @ u
     size = float(np.abs(left) @ (2.0 * abs(s) * np.abs(M) + np.abs(C)) @ np.abs(u))
     if s == 0.0 or not abs(below) > SIMPLE * size:
-        return np.nan
+        return None
     sizes = np.linalg.svd(s * s * M + s * C + K, compute_uv=False)
-    if len(sizes) > 1 and not sizes[-2] > SIMPLE * sizes[0]:
+    return None if len(sizes) > 1 and not sizes[-2] > SIMPLE * sizes[0] else left
+
+
+def _of_root(mode: Mode, linear: Linearization, changes: Sequence[Array], kind: str) -> float:
+    """The derivative of what is measured of a mode; NaN of a root that is not simple."""
+    s, u, left = mode.eigenvalue, mode.amplitudes, _simple(mode, linear)
+    if left is None:
         return np.nan
+    below = left @ (2.0 * s * linear.mass + linear.damping) @ u
     change = complex(-(left @ (s * s * changes[0] + s * changes[1] + changes[2]) @ u) / below)
     size = abs(s)
     along = (s.conjugate() * change).real / size
@@ -189,6 +212,36 @@ def _of_root(mode: Mode, linear: Linearization, changes: Sequence[Array], kind: 
     return change.imag / (2.0 * np.pi if kind == "hertz" else 1.0)
 
 
+def _of_shape(mode: Mode, linear: Linearization, changes: Sequence[Array], one: _Wanted) -> float:
+    """The derivative of a ratio of amplitudes, or of the phase between them; NaN of a root that is
+    not simple, and of amplitudes that are zero.
+    """
+    s, u, n = mode.eigenvalue, mode.amplitudes, len(linear.motions)
+    a, b = (_amplitude(mode, linear, place) for place in one.places)
+    if _simple(mode, linear) is None or not a or not b:
+        return np.nan
+    bordered = np.zeros((n + 1, n + 1), dtype=complex)
+    bordered[:n, :n] = s * s * linear.mass + s * linear.damping + linear.stiffness
+    bordered[:n, n] = (2.0 * s * linear.mass + linear.damping) @ u
+    bordered[n, :n] = u.conj()
+    right = np.append(-(s * s * changes[0] + s * changes[1] + changes[2]) @ u, 0.0)
+    du = np.linalg.solve(bordered, right)[:n]
+    more = [
+        u @ changes[3][:, body, axis] + du @ linear.rates[:, body, axis]
+        for body, axis in one.places
+    ]
+    relative = more[0] / a - more[1] / b
+    return float(relative.imag if one.kind == "phase" else abs(a / b) * relative.real)
+
+
+def _amplitude(mode: Mode, linear: Linearization, place: tuple[int, int]) -> complex:
+    """The amplitude of a place of a body; what is rounding is zero."""
+    ways = linear.rates[:, place[0], place[1]]
+    found = complex(mode.amplitudes @ ways)
+    size = float(np.abs(mode.amplitudes) @ np.abs(linear.rates).max(axis=(1, 2)))
+    return found if abs(found) > SIMPLE * size else 0.0
+
+
 def _wanted(measure: Any, linear: Linearization, count: int) -> list[_Wanted]:
     """The measures, checked."""
     given: Any = {"frequency(1)": "frequency(1)"} if measure is None else measure
@@ -197,28 +250,56 @@ def _wanted(measure: Any, linear: Linearization, count: int) -> list[_Wanted]:
     found, leaders = [], list(linear.leaders)
     for name, text in pairs.items():
         mode = OF_MODE.fullmatch(text) if isinstance(text, str) else None
-        if mode and mode[1] in KINDS:
-            if not 1 <= int(mode[2]) <= count:
+        mode = mode if mode and mode[1] in KINDS else None
+        shape = OF_SHAPE.fullmatch(text) if isinstance(text, str) else None
+        if one := mode or shape:
+            if not 1 <= int(one[2]) <= count:
                 raise ModelError(f"gradient: '{text}': there are modes 1 to {count}", str(name))
-            found.append(_Wanted(name, mode[1], int(mode[2]) - 1))
+            parts = shape.groups()[2:] if shape else ()
+            places = tuple(_place(linear, part, text, name) for part in parts)
+            found.append(_Wanted(name, one[1], int(one[2]) - 1, places=places))
             continue
         pair = OF_LEADERS.fullmatch(text) if isinstance(text, str) else None
         if pair is None or not {pair[1], pair[2] or pair[1]} <= set(leaders):
             raise ModelError(
                 f"gradient: {brief(text)} is no measure of modes: give {listed(KINDS)} with the "
-                f"number of a mode, such as frequency(1), or stiffness({leaders[0]}) of what leads "
-                f"a free motion: {listed(leaders)}",
+                f"number of a mode, such as frequency(1), ratio(1, {leaders[0]}.x, "
+                f"{leaders[0]}.angle) or phase of two amplitudes, or stiffness({leaders[0]}) of "
+                f"what leads a free motion: {listed(leaders)}",
                 str(name),
             )
-        places = leaders.index(pair[1]), leaders.index(pair[2] or pair[1])
-        found.append(_Wanted(name, "stiffness", leaders=places))
+        both = leaders.index(pair[1]), leaders.index(pair[2] or pair[1])
+        found.append(_Wanted(name, "stiffness", leaders=both))
     return found
+
+
+def _place(linear: Linearization, given: str, text: str, name: Any) -> tuple[int, int]:
+    """The number of a body, and which of x, y and angle of it."""
+    body, _, of = given.rpartition(".")
+    bodies = linear.solution.system.bodies
+    known = [one.name for one in linear.solution.mechanism.bodies]
+    if body not in known or of not in PLACES:
+        raise ModelError(
+            f"gradient: '{text}': amplitudes are of x, y (of the mass centre) and angle of a body, "
+            f"such as {known[0]}.angle, not {brief(given)} (bodies: {listed(known)})",
+            str(name),
+        )
+    return bodies[body], PLACES.index(of)
 
 
 def _value(one: _Wanted, linear: Linearization, found: Any) -> float:
     if one.kind == "stiffness":
         return float(linear.stiffness[one.leaders])
     mode: Mode = found[one.number]
+    if one.places:
+        a, b = (_amplitude(mode, linear, place) for place in one.places)
+        if not b:
+            raise ModelError(
+                f"gradient: '{one.name}' divides by an amplitude that is zero: in mode "
+                f"{one.number + 1} it does not move; take another one",
+                one.name,
+            )
+        return float(np.angle(a / b)) if one.kind == "phase" else abs(a / b)
     return float(
         {
             "frequency": mode.frequency,
@@ -236,4 +317,9 @@ def _unit(one: _Wanted, linear: Linearization) -> str:
         i, j = (linear.motions[k].turns for k in one.leaders)
         effort = units.of(DIMENSIONS["torque" if i else "force"])
         return f"{effort}/{'rad' if j else units.length}"
+    if one.kind == "phase":
+        return "rad"
+    if one.kind == "ratio":
+        a, b = ("rad" if axis == 2 else units.length for _, axis in one.places)
+        return "" if a == b else f"{a}/{b}"
     return units.of(DIMENSIONS[KINDS[one.kind]]) if KINDS[one.kind] else ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -67,6 +68,8 @@ class ModeStretch:
         The argument that was zero where it begins.
     sizes : dict
         The greatest values of arguments of jumps along the motion, by place.
+    sampled : bool
+        Whether controllers may have to sample, or inputs to be set, where it begins.
     """
 
     t: float
@@ -88,6 +91,7 @@ class ModeStretch:
     sides: dict[int, float] = field(default_factory=dict)
     crossed: int | None = None
     sizes: dict[int, float] = field(default_factory=dict)
+    sampled: bool = False
 
     def all_off(self) -> ModeStretch:
         """The same with no row on and nothing that slides: what rows measure alone."""
@@ -111,15 +115,17 @@ def stretches_of(run: Solution) -> list[ModeStretch]:
     t, q, v = state_of(system, begun.start)
     watch: JumpWatch | None = None
     times = begun.request.times
+    going_on = begun.start.restart
+    carried = None if going_on is None else (going_on.inputs, going_on.sampled)
     if has_modes(system):
         watch = recorder = ModeRecorder(system, begun.start, way, events)
-        recorder.run(t, q, v, times[times <= run.t[-1]], None)
+        recorder.run(t, q, v, times[times <= run.t[-1]], None, carried=carried)
         found = recorder.stretches
     else:
-        found = _between_set_times(run, t)
+        found = _between_set_times(run, t, carried)
         if arguments(system.layout):
             watch = JumpWatch(system, begun.start, way, events)
-            watch.run(t, q, v, times[times <= run.t[-1]], None)
+            watch.run(t, q, v, times[times <= run.t[-1]], None, carried=carried)
     found[-1].end = float(run.t[-1])
     return found if watch is None else _at_jumps(found, watch)
 
@@ -132,7 +138,16 @@ def _at_jumps(stretches: list[ModeStretch], watch: JumpWatch) -> list[ModeStretc
         if k is None:
             continue
         after = replace(
-            found[k], t=t, strikes=(), y=None, slope=None, lost="", crossed=place, sizes={}
+            found[k],
+            t=t,
+            strikes=(),
+            y=None,
+            slope=None,
+            inputs=dict(found[k].inputs),
+            lost="",
+            crossed=place,
+            sizes={},
+            sampled=False,
         )
         found[k].end, found[k].also = t, ()
         found[k].guard = JumpGuard(place, watch.greatest[place])
@@ -142,16 +157,26 @@ def _at_jumps(stretches: list[ModeStretch], watch: JumpWatch) -> list[ModeStretc
     return found
 
 
-def _between_set_times(run: Solution, first: float) -> list[ModeStretch]:
-    """The stretches of a motion whose modes do not change."""
+def _between_set_times(run: Solution, first: float, carried: Any) -> list[ModeStretch]:
+    """The stretches of a motion whose modes do not change; what controllers set is left open."""
     last = float(run.t[-1])
     times = Interruptions(run.system, run.system.work(), first, last)
-    found = [ModeStretch(first, inputs=times.inputs())]
+    if carried is not None:
+        times.restore(*carried)
+    for one in times.sampled:
+        one.function = functools.partial(_nothing, len(one.controller.sets))
+    times.at(first, lambda *_: [])
+    found = [ModeStretch(first, inputs=times.inputs(), sampled=True)]
     while (t := times.next(found[-1].t)) < last:
         times.at(t, lambda *_: [])
         found[-1].end = t
-        found.append(ModeStretch(t, inputs=times.inputs()))
+        found.append(ModeStretch(t, inputs=times.inputs(), sampled=True))
     return found
+
+
+def _nothing(count: int, *_: float) -> list[float]:
+    """In the place of a controller."""
+    return [0.0] * count
 
 
 class ModeRecorder(JumpWatch, ContactIntegration):
@@ -162,13 +187,15 @@ class ModeRecorder(JumpWatch, ContactIntegration):
         self.stretches: list[ModeStretch] = []
         self.strikes: list[Strike] = []
         self.why = ""
+        #: Whether the next stretch begins at a set time.
+        self.set_time = True
 
     def _begin_anew(self) -> None:
         super()._begin_anew()
         self._begin_stretch()
 
     def _interrupt(self, t: float) -> None:
-        count = len(self.stretches)
+        count, self.set_time = len(self.stretches), True
         super()._interrupt(t)
         if self.guards and len(self.stretches) == count:
             self._begin_stretch()
@@ -192,9 +219,10 @@ class ModeRecorder(JumpWatch, ContactIntegration):
                 groups={k: list(group) for k, group in self.groups.items()},
                 inputs=self.interruptions.inputs(),
                 lost=self.why,
+                sampled=self.set_time,
             )
         )
-        self.strikes, self.why = [], ""
+        self.strikes, self.why, self.set_time = [], "", False
 
     def _passed(self, guard: Guard) -> str:
         one = self.stretches[-1]

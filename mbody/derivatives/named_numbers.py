@@ -48,6 +48,9 @@ def checked_names(
     """
     if by is None:
         left = {*system.mechanism.fixed_parameters, *system.formulas}
+        # a delay that is zero may only be more
+        delays = (f"{one.name}.delay" for one in system.mechanism.controllers)
+        left |= {name for name in delays if not system.values[name]}
         left |= {f"ground.{key}" for key in ("mass", "inertia", "cg.x", "cg.y")}
         return {name: name for name in system.values if name not in left}
     if not isinstance(by, str | Sequence):

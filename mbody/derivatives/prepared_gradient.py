@@ -109,7 +109,7 @@ class PreparedGradient:
         """Of every measure its operations, recorded once."""
         if self._programs is None:
             self._programs = [
-                recorded_measure(run, record, column, self.names) for column in self.columns
+                recorded_measure(run, record, column.measure, self.names) for column in self.columns
             ]
         return self._programs
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -36,7 +37,7 @@ def anchored(
     for pair in uni.rough:
         if stretch.on[pair.tangent]:
             anchor[pair.tangent] = now.value[pair.tangent].tangents
-    return Tangents(tangents.par, tangents.mass, anchor, phases, tangents.resolved)
+    return replace(tangents, anchor=anchor, phases=phases)
 
 
 def _turned(uni: Unilateral, n: int, row: int, now: DualInstant) -> Array:

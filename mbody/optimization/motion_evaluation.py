@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.dynamics.simulate import simulate
-from mbody.derivatives.first_states import first_state
-from mbody.derivatives.free_instants import FreeInstants
+from mbody.derivatives.released_motion import MotionInstants, motion_instants
 from mbody.errors import ModelError, SolveError
 from mbody.model.study import Measure
 from mbody.optimization.design_evaluation import Evaluation
@@ -116,9 +115,9 @@ class MotionEvaluator:
             return None
         return _MotionEvaluation(np.array(x), instants.run, whole, np.zeros(0))
 
-    def _derived(self, x: np.ndarray) -> tuple[Any, FreeInstants]:
+    def _derived(self, x: np.ndarray) -> tuple[Any, MotionInstants]:
         """All instants in dual numbers, and what is known of their derivatives."""
         run = self.run(x)
-        instants = FreeInstants(run, first_state(run, self.names, False), self.names)
+        instants = motion_instants(run, self.names, False)
         whole = instants.at(np.arange(len(run.t)), bool(run.mechanism.loads))
         return whole, instants

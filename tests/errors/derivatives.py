@@ -91,6 +91,12 @@ SCENARIOS = {
     "a gradient of modes by what is no measure of them": lambda: mbody.gradient(
         hanging(), "bob.angle", "bob.mass", "modes"
     ),
+    "a gradient of a shape of a body that there is not": lambda: mbody.gradient(
+        hanging(), "ratio(1, bob.x, rod.x)", "bob.mass", "modes"
+    ),
+    "a gradient of a shape by an amplitude that is zero": lambda: mbody.gradient(
+        hanging(), "ratio(1, bob.angle, bob.y)", "bob.mass", "modes"
+    ),
     "a gradient by a number that there is not": lambda: gradient(by="crank.A.z"),
     "a gradient by one number twice": lambda: mbody.gradient(
         braked(), "A.force", ["brake", "brake.value"]

@@ -137,7 +137,8 @@ class Interruptions:
             if one.name in self.held and one.name not in by_controllers
         }
         self.sampled = [
-            SampledState(one, copy.deepcopy(one.function), first) for one in machine.controllers
+            SampledState(_with_times_of(system, one), copy.deepcopy(one.function), first)
+            for one in machine.controllers
         ]
         for one in self.sampled:
             _check_samples(one.controller, first, until, machine.units.time)
@@ -271,6 +272,14 @@ def _by_name(controller: Controller, found: Any, when: str) -> Iterator[tuple[st
         pairs = list(zip(names, row.tolist(), strict=True))
     for name, value in pairs:
         yield name, float(value)
+
+
+def _with_times_of(system: System, controller: Controller) -> Controller:
+    """The controller with the sample time and the delay that the numbers of the system are."""
+    every, delay = (float(system.values[f"{controller.name}.{of}"]) for of in ("every", "delay"))
+    if (every, delay) == (controller.every, controller.delay):
+        return controller
+    return dataclasses.replace(controller, every=every, delay=delay)
 
 
 def _check_samples(controller: Controller, first: float, until: float, unit: str) -> None:

@@ -16,7 +16,7 @@ from mbody.solution.histories import Record
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
-__all__ = ["SAME_PARTS", "joined", "same_motion", "sizes", "stops_of", "then"]
+__all__ = ["SAME_PARTS", "joined", "phase_rows", "same_motion", "sizes", "stops_of", "then"]
 
 Array = np.ndarray
 
@@ -180,16 +180,27 @@ def _kept(run: Solution, name: str, keep: Array) -> list[str]:
     return [run.modes[name][k] for k in np.flatnonzero(keep).tolist()]
 
 
+def phase_rows(system: System, part: System) -> tuple[Array, Array]:
+    """Rows of the pages of the whole system, and those of a phase without some of its drivers that
+    they are.
+    """
+    n3 = 3 * system.coordinates
+    here = {(element.name, number): e for e, (element, number) in enumerate(system.owners)}
+    each = np.arange(PER_PRIMITIVE)
+    whole, own = [np.arange(n3)], [np.arange(n3)]
+    for rows, one_of in ((whole, system), (own, part)):
+        for some in (one_of.friction_rows, one_of.own_rows):
+            rows.append(np.arange(some.start, some.stop))
+    for e, (element, number) in enumerate(part.owners):
+        whole.append(n3 + PER_PRIMITIVE * here[element.name, number] + each)
+        own.append(n3 + PER_PRIMITIVE * e + each)
+    return np.concatenate(whole), np.concatenate(own)
+
+
 def _widened(system: System, run: Solution) -> Array:
     """Pages of a phase as those of the whole system."""
     block = run.record.blocks[0]
-    n3 = 3 * system.coordinates
     wide = np.zeros((len(run), system.page_rows, 1))
-    wide[:, :n3] = block[:, :n3]
-    wide[:, system.friction_rows] = block[:, run.system.friction_rows]
-    wide[:, system.own_rows] = block[:, run.system.own_rows]
-    here = {(element.name, part): e for e, (element, part) in enumerate(system.owners)}
-    for e, (element, part) in enumerate(run.system.owners):
-        row, old = n3 + PER_PRIMITIVE * here[element.name, part], n3 + PER_PRIMITIVE * e
-        wide[:, row : row + PER_PRIMITIVE] = block[:, old : old + PER_PRIMITIVE]
+    whole, own = phase_rows(system, run.system)
+    wide[:, whole] = block[:, own]
     return wide

@@ -20,7 +20,7 @@ from mbody.solution.histories import Record
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
-__all__ = ["beginning", "repeated_at"]
+__all__ = ["REPEATED", "beginning", "repeated_at"]
 
 Array = np.ndarray
 

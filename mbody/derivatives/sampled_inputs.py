@@ -1,0 +1,282 @@
+"""Inputs that controllers set along a motion, with derivatives.
+
+Between two samples an input keeps its value u, whose derivatives are numbers of the variational
+equations like any other; at a sample they become those of what the controller computes from what it
+reads, u̇ = c_r (r_y S + r_p) with all that it remembers. Samples are at set times, unless the sample
+time or the delay is one of the numbers: sample k of a sample time T then moves by k Ṫ, and the
+derivatives of the state jump by (f⁻ − f⁺) ṫ, as at every change.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from mbody.analysis.dynamics.interruptions import SAME, Interruptions, SampledState
+from mbody.analysis.initial.initial_state import state_of
+from mbody.core.dual_number import DualNumber
+from mbody.derivatives.controller_duals import ControllerDuals
+from mbody.derivatives.dual_motion import DualMotion, Tangents
+from mbody.derivatives.dual_solution import DualRecord, dual_solution
+from mbody.derivatives.lost_numbers import LostNumbers
+from mbody.derivatives.measure_program import MeasureProgram, recorded_measure
+from mbody.derivatives.mode_record import ModeStretch
+from mbody.model.element import listed
+from mbody.model.study import Measure
+from mbody.quantities import parse
+from mbody.solution.measures import valued
+from mbody.solution.solution import Solution
+
+__all__ = ["SampledInputs", "reads_loads"]
+
+Array = np.ndarray
+
+#: Times that move otherwise by less than this part move together.
+ALIKE = 1e-9
+#: Why there is no derivative by a sample time at an instant.
+ON_IT = "a sample falls on it, which another value moves away from it; take other instants"
+
+
+def reads_loads(run: Solution) -> bool:
+    """Whether controllers read what loads do."""
+    machine = run.mechanism
+    loads = {load.name for load in machine.loads}
+    measures = [_measure(run, text) for one in machine.controllers for text in one.reads]
+    names = {name for one in measures for name in parse(one.of, curves=True).names}
+    return any(name.partition(".")[0] in loads for name in names)
+
+
+def _measure(run: Solution, text: str) -> Measure:
+    return run.mechanism.measures.get(text) or Measure(text)
+
+
+@dataclass
+class _Sampled:
+    """A controller at work, in dual numbers."""
+
+    state: SampledState
+    duals: ControllerDuals
+    reads: list[Measure]
+    every: Array
+    delay: Array
+    #: When inputs are to be set, and to what.
+    pending: list[tuple[DualNumber, dict[str, DualNumber]]] = field(default_factory=list)
+
+    def due(self, t: float) -> bool:
+        """Whether there is a sample at a time."""
+        return self.sample_time <= t + self.close
+
+    @property
+    def close(self) -> float:
+        """Times nearer to each other are one."""
+        return SAME * self.state.controller.every
+
+    @property
+    def sample_time(self) -> float:
+        """That of the next sample."""
+        return self.state.anchor + self.state.count * self.state.controller.every
+
+
+class SampledInputs:
+    """The held inputs of one motion.
+
+    Parameters
+    ----------
+    run : Solution
+        Of `simulate`.
+    motion : DualMotion
+    values : mapping
+        Numbers of the description by dotted name, dual ones among them.
+    sizes : array (numbers,)
+        By how much a number may change.
+    lost : LostNumbers
+    """
+
+    def __init__(
+        self,
+        run: Solution,
+        motion: DualMotion,
+        values: Mapping[str, Any],
+        sizes: Array,
+        lost: LostNumbers,
+    ) -> None:
+        self.run, self.motion, self.values, self.lost = run, motion, values, lost
+        self.width = len(lost.names)
+        begun = run.begun[0]
+        first, last = state_of(begun.system, begun.start)[0], float(run.t[-1])
+        times = Interruptions(run.system, run.system.work(), first, last)
+        self.corners = times.corners
+        none = np.zeros(self.width)
+        self.now = {name: DualNumber(x, none) for name, x in times.inputs().items()}
+        going_on = begun.start.restart
+        fresh = list(times.sampled)
+        if going_on is not None:
+            times.restore(going_on.inputs, going_on.sampled)
+        if going_on is None or times.sampled == fresh:
+            self._described(first)
+        else:
+            self.now = {name: DualNumber(x, none) for name, x in times.inputs().items()}
+        self.sampled = [
+            _Sampled(
+                one,
+                ControllerDuals(one.controller, one.function, sizes),
+                [_measure(run, text) for text in one.controller.reads],
+                self._tangents(f"{one.controller.name}.every"),
+                self._tangents(f"{one.controller.name}.delay"),
+                [
+                    (DualNumber(t, none), {name: DualNumber(x, none) for name, x in given.items()})
+                    for t, given in one.pending
+                ],
+            )
+            for one in times.sampled
+        ]
+        self.programs: dict[str, MeasureProgram | None] = {}
+        #: Instants on which samples fall that move, and the numbers that move them.
+        self.met: dict[float, Array] = {}
+
+    def go_on_from(self, before: SampledInputs) -> None:
+        """Go on with what a part of the motion before has left, with its derivatives."""
+        self.now, self.sampled = before.now, before.sampled
+        self.met = dict(before.met)
+
+    @property
+    def notes(self) -> list[str]:
+        """What is differenced, and where there are no derivatives."""
+        own = [one.state.controller.name for one in self.sampled if one.duals.differenced]
+        found = []
+        if own:
+            found.append(
+                f"controllers of your own, of {listed(own)}, take plain numbers only, and are "
+                "differenced: derivatives through them have some 9 figures"
+            )
+        unit = self.run.mechanism.units.time
+        for t, which in self.met.items():
+            names = listed([self.lost.names[k] for k in np.flatnonzero(which)])
+            found.append(
+                f"at t = {t:.6g} {unit} rates and forces have no derivative by {names}: {ON_IT}"
+            )
+        return found
+
+    def enter(self, stretch: ModeStretch, tangents: Tangents) -> Tangents:
+        """Set the inputs of a stretch; tangents with theirs."""
+        for name in (name for one in self.sampled for name in one.state.controller.sets):
+            stretch.inputs[name] = float(self.now[name].value)
+        held = self.now | {
+            name: DualNumber(x, np.zeros(self.width))
+            for name, x in stretch.inputs.items()
+            if name not in self.now
+        }
+        rows = [held[name].tangents for name in self.motion.held]
+        return replace(tangents, held=np.array(rows).reshape(-1, self.width))
+
+    def sample(
+        self,
+        before: ModeStretch,
+        t: DualNumber,
+        y: DualNumber,
+        tangents: Tangents,
+        page: DualNumber | None,
+    ) -> Array:
+        """Do what is due at a time, which may move; by how much numbers move the change of the
+        inputs away from there: delays that are zero may be more.
+
+        y, page: the state there, which moves with it, and its page where that is known, in the
+        modes before.
+        """
+        later = []
+        for one in self.sampled:
+            if one.due(float(t.value)):
+                if page is None:
+                    seen = replace(before, inputs=dict(before.inputs))
+                    page = self.motion.at(seen, t, y, self.enter(seen, tangents)).page
+                one.state.count += 1
+                found = one.duals(t, self._reads(one, page))
+                self._check(one, float(t.value), found)
+                delay = one.state.controller.delay
+                when = DualNumber(t.value + delay, t.tangents + one.delay)
+                one.pending.append((when, found))
+                later.append(one.delay * (delay == 0.0))
+            while one.pending and one.pending[0][0].value <= t.value + one.close:
+                # what is sampled after it reads the new inputs
+                self.now |= one.pending.pop(0)[1]
+                page = None
+        return self._alike(later, float(t.value))
+
+    def when(self, t: float) -> DualNumber:
+        """A set time, as the samples or changes that are due there move it."""
+        rows = []
+        for one in self.sampled:
+            if one.due(t):
+                rows.append(one.state.count * one.every)
+            rows += [row.tangents for row, _ in one.pending if row.value <= t + one.close]
+        if self.corners.size and np.abs(self.corners - t).min() <= 0.0:
+            rows.append(np.zeros(self.width))
+        return DualNumber(t, self._alike(rows, t))
+
+    def _alike(self, rows: Sequence[Array], t: float) -> Array:
+        """How all of these move; numbers that move them apart are lost."""
+        if not rows:
+            return np.zeros(self.width)
+        apart = np.ptp(rows, axis=0) > ALIKE * np.abs(rows).max(axis=0)
+        self.lost.lose(apart, t, "samples fall together there that move apart")
+        return np.where(apart, 0.0, rows[0])
+
+    def meet(self, t: float, moving: Array) -> None:
+        """Note an instant on which a sample falls that numbers move."""
+        if moving.any():
+            self.met[t] = moving
+
+    def _described(self, first: float) -> None:
+        """Inputs that controllers set, before they do, by the numbers of their laws."""
+        machine = self.run.mechanism
+        names = {name for one in machine.controllers for name in one.sets}
+        for one in machine.inputs:
+            if one.name not in names:
+                continue
+            law: Any = one.value
+            own, found = law.numbers(), np.zeros(self.width)
+            plain = set(own) == {"value"}
+            for key in own:
+                number = self.values[f"{one.name}.value" if plain else f"{one.name}.value.{key}"]
+                if isinstance(number, DualNumber) and plain:
+                    found = number.tangents
+                elif isinstance(number, DualNumber):
+                    which = number.tangents != 0.0
+                    why = f"the law of '{one.name}', before it is set, is not differentiated"
+                    self.lost.lose(which, first, why)
+            self.now[one.name] = DualNumber(self.now[one.name].value, found)
+
+    def _tangents(self, name: str) -> Array:
+        found = self.values[name]
+        return found.tangents if isinstance(found, DualNumber) else np.zeros(self.width)
+
+    def _reads(self, one: _Sampled, page: DualNumber) -> list[DualNumber]:
+        n = self.motion.system.coordinates
+        record = DualRecord(page.value[None], page.tangents[None], self.motion.first_load, n)
+        found, whole, names = [], None, self.lost.names
+        for measure in one.reads:
+            if measure.of not in self.programs:
+                self.programs[measure.of] = recorded_measure(self.run, record, measure, names)
+            program = self.programs[measure.of]
+            if program is not None:
+                value, row = program.evaluated(record, 0, self.run.system.values, names)
+                found.append(DualNumber(value, row))
+                continue
+            whole = whole or dual_solution(self.run, dict(self.values), record)
+            read = valued(whole, measure)[0]
+            read = read[0] if getattr(read, "ndim", 0) else read
+            if not isinstance(read, DualNumber):
+                read = DualNumber(float(read), np.zeros(self.width))
+            found.append(read)
+        return found
+
+    def _check(self, one: _Sampled, t: float, found: Mapping[str, DualNumber]) -> None:
+        """Lose the numbers by which what a controller sets has no derivative."""
+        for each in found.values():
+            wrong = ~np.isfinite(each.tangents)
+            why = f"what controller '{one.state.controller.name}' sets has none"
+            self.lost.lose(wrong, t, why)
+            each.tangents = np.where(wrong, 0.0, each.tangents)
