@@ -158,7 +158,7 @@ def linkages(
             f"{count} linkages at {instants} instants take {wanted / 1e9:.3g} GB, this machine has "
             f"{there / 1e9:.3g} GB of memory: give fewer at a time, or write a data set"
         )
-    output = np.full((count, instants, columns), np.nan)
+    output = np.empty((count, instants, columns))  # filled, or with NaN, linkage by linkage
     margins, topology = np.full(count, np.nan), np.full(count, -1)
     failures = dict(made.reasons)
     work = _Work(made, motion, output, margins, topology, failures)
@@ -275,23 +275,19 @@ class _Work:
         joints = joints / length[:, None, None]
         prescribed = np.column_stack([motion.turn[lot], *(motion.gravity[:, None] / unit)])
         par, mass, q = plan.numbers(joints, cg, masses, made.directions[row, slides], prescribed)
-        group = LinkageGroup(
-            plan,
-            par,
-            mass,
-            q,
-            plan.arms(joints, cg),
-            lot,
-            self._columns(plan, order, lot, own, links),
-            at_rest,
-        )
+        columns = self._columns(plan, order, lot, own, links)
+        if columns.shape[1] < self.output.shape[2]:
+            self.output[lot] = np.nan  # joints or links that are not there
+        group = LinkageGroup(plan, par, mass, q, plan.arms(joints, cg), lot, columns, at_rest)
         failed = follow_group(group, self.output, self.margins)
         for n, (why, tau) in failed.items():
             angle = np.degrees(tau * motion.turn[n])
             self.failures[n] = f"{why} (at {angle:.4g} deg of its driver)" if tau else why
         numbers = 2 * made.joints.shape[1]
-        self.output[lot, :, :numbers] *= length[:, None, None]
-        self.output[lot, :, -1] *= length[:, None]
+        for n, unit in zip(lot.tolist(), length.tolist(), strict=True):
+            # in place, while the processor has it at hand
+            self.output[n, :, :numbers] *= unit
+            self.output[n, :, -1] *= unit
 
     def _columns(
         self,

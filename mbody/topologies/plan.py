@@ -47,11 +47,18 @@ class Graph:
     driver: int
     slides: tuple[tuple[int, int], ...]
 
-    def of_joint(self, joint: int) -> list[int]:
-        """The links at a joint, the ground first."""
-        found = [GROUND] if joint in self.fixed else []
-        return found + [n for n, own in enumerate(self.links) if joint in own]
+    @functools.cached_property
+    def of_joint(self) -> list[list[int]]:
+        """Of each joint the links that meet there, the ground first."""
+        found: list[list[int]] = [[] for _ in range(self.joints)]
+        for joint in self.fixed:
+            found[joint].append(GROUND)
+        for n, own in enumerate(self.links):
+            for joint in own:
+                found[joint].append(n)
+        return found
 
+    @functools.cached_property
     def edges(self) -> tuple[list[tuple[int, int, int]], list[tuple[int, int, int, int]]]:
         """Pins of the tree, (joint, link i, link j), and those that close loops, (joint, link i,
         link j, joint by which link i hangs).
@@ -60,20 +67,22 @@ class Graph:
         for link in order:
             at = self.fixed if link == GROUND else self.links[link]
             for joint in at:
-                for other in self.of_joint(joint):
+                for other in self.of_joint[joint]:
                     if other not in hangs:
                         hangs[other] = joint
                         order.append(other)
                         tree.append((joint, link, other))
         depth = {link: n for n, link in enumerate(order)}
+        pins: list[list[set[int]]] = [[] for _ in range(self.joints)]
+        for k, i, j in tree:
+            pins[k].append({i, j})
         closing = []
         for joint in range(self.joints):
             # links that pins of the tree hold together there, those nearest to the ground first
-            parts = [{link} for link in self.of_joint(joint)]
-            for k, i, j in tree:
-                if k == joint:
-                    held = [part for part in parts if i in part or j in part]
-                    parts = [part for part in parts if part not in held] + [set().union(*held)]
+            parts = [{link} for link in self.of_joint[joint]]
+            for pair in pins[joint]:
+                joined = [part for part in parts if part & pair]
+                parts = [part for part in parts if not part & pair] + [set().union(*joined)]
             roots = sorted(
                 (min(part, key=lambda n: depth.get(n, 0)) for part in parts),
                 key=lambda n: depth.get(n, 0),
@@ -84,7 +93,7 @@ class Graph:
     @property
     def surplus(self) -> int:
         """Coordinates less rows: zero where the driver leaves no freedom."""
-        meeting = [len(self.of_joint(k)) for k in range(self.joints)]
+        meeting = [len(own) for own in self.of_joint]
         rows = sum(2 * (m - 1) for m in meeting if m) + len(self.slides) + 1
         return 3 * len(self.links) - rows
 
@@ -248,7 +257,7 @@ def planned(graph: Graph) -> TopologyPlan | str:
     except ModelError as error:
         return str(error)
     names = {element.name: e for e, (element, _) in enumerate(system.owners)}
-    tree, closing = graph.edges()
+    tree, closing = graph.edges
     pins = [(names[f"R{n}"], *edge) for n, edge in enumerate(tree)]
     rows = [
         (names[f"C{n}_{across}"], *edge, across)
@@ -280,7 +289,7 @@ def _with_ground(cg: np.ndarray) -> np.ndarray:
 
 def _first(graph: Graph, joint: int) -> int:
     """The first link at a joint that is no ground."""
-    return next(n for n in graph.of_joint(joint) if n != GROUND)
+    return next(n for n in graph.of_joint[joint] if n != GROUND)
 
 
 def _example(graph: Graph) -> Mechanism:
@@ -290,7 +299,7 @@ def _example(graph: Graph) -> Mechanism:
     names = {GROUND: "ground"} | {n: f"L{n}" for n in range(len(graph.links))}
     for n, own in enumerate(graph.links):
         made.add(_link(names[n], own))
-    tree, closing = graph.edges()
+    tree, closing = graph.edges
     for n, (k, i, j) in enumerate(tree):
         made.add(_pin(f"R{n}", names[i], k, names[j]))
     slots = [(f"C{n}_{a}", i, k, j) for n, (k, i, j, _) in enumerate(closing) for a in (0, 1)]
