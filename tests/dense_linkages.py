@@ -6,41 +6,52 @@ differentiated, forces by Newton and Euler for every bar and the balance of ever
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 Array = np.ndarray
 
 
-def random_dyads(count: int, nodes: int, seed: int, least: float = 0.03) -> dict[str, Array]:
-    """Linkages whose crank turns fully: joints 0 and 2 are fixed, 1 is the end of the crank, each
-    further joint is on two bars to random joints before it. `least`: of sin² at every joint.
+def random_dyads(
+    count: int, nodes: int, seed: int, least: float = 0.03, turns: Sequence[float] = (2.0 * np.pi,)
+) -> dict[str, Array]:
+    """Linkages whose cranks turn by `turns`: joints 0 and 2 are fixed, 1 is the end of the first
+    crank, 3 and 4 are a second one, and so on; each further joint is on two bars to random joints
+    before it. `least`: of sin² at every joint.
     """
     random = np.random.default_rng(seed)
     found: list[tuple[Array, Array]] = []
+    cranks = [(0, 1), *((2 * n + 1, 2 * n + 2) for n in range(1, len(turns)))]
+    angles = np.linspace(0.0, 1.0, 90)[:, None] * np.array(turns)
     while len(found) < count:
         x = random.random((nodes, 2))
-        links = [(0, 1)]
-        for k in range(3, nodes):
+        links = list(cranks)
+        for k in range(2 * len(turns) + 1, nodes):
             i, j = (int(n) for n in random.choice(k, 2, replace=False))
             links += [(i, k), (j, k)]
-        if moved(x, links, np.linspace(0.0, 2.0 * np.pi, 90), least) is not None:
+        if moved(x, links, angles, least) is not None:
             found.append((x, np.array(links)))
+    driver = np.tile(np.arange(len(turns)), (count, 1))
     return {
         "joints": np.array([x for x, _ in found]),
         "links": np.array([links for _, links in found]),
-        "ground": np.tile([0, 2], (count, 1)),
-        "driver": np.zeros(count, dtype=int),
+        "ground": np.tile([0, 2, *(i for i, _ in cranks[1:])], (count, 1)),
+        "driver": driver if len(turns) > 1 else driver[:, 0],
     }
 
 
 def moved(x: Array, links, angles: Array, least: float = 0.0) -> Array | None:
-    """Positions (angles, joints, 2) of dyads with the crank turned; None where one cannot close."""
-    found = np.zeros((len(angles), len(x), 2))
-    found[:, 0], found[:, 2] = x[0], x[2]
-    crank = x[1] - x[0]
-    c, s = np.cos(angles), np.sin(angles)
-    found[:, 1] = x[0] + np.stack([c * crank[0] - s * crank[1], s * crank[0] + c * crank[1]], 1)
-    for (i, k), (j, _) in zip(links[1::2], links[2::2], strict=True):
+    """Positions (angles, joints, 2) of dyads with the cranks turned, the first links, by angles
+    (angles,) or (angles, cranks); None where one cannot close.
+    """
+    angles = angles.reshape(len(angles), -1)
+    cranks = angles.shape[1]
+    found = np.repeat(x[None], len(angles), axis=0)
+    for (i, k), angle in zip(links[:cranks], angles.T, strict=True):
+        crank, c, s = x[k] - x[i], np.cos(angle), np.sin(angle)
+        found[:, k] = x[i] + np.stack([c * crank[0] - s * crank[1], s * crank[0] + c * crank[1]], 1)
+    for (i, k), (j, _) in zip(links[cranks::2], links[cranks + 1 :: 2], strict=True):
         d = found[:, j] - found[:, i]
         square = (d * d).sum(axis=1)
         a, b = ((x[k] - x[i]) ** 2).sum(), ((x[k] - x[j]) ** 2).sum()
@@ -57,18 +68,20 @@ def moved(x: Array, links, angles: Array, least: float = 0.0) -> Array | None:
 
 
 def forces_of(
-    x: Array, links, fixed, speed: float, gravity: Array, masses: Array, inertias: Array
-) -> tuple[Array, float]:
-    """Force on each bar at each of its ends (bars, 2, 2), and the torque on the first, the crank,
-    at the positions x of all joints; mass centres in the middle of the bars.
+    x: Array, links, fixed, speeds: Sequence[float], gravity: Array, masses: Array, inertias: Array
+) -> tuple[Array, Array]:
+    """Force on each bar at each of its ends (bars, 2, 2), and the torque on the first, the cranks,
+    of these speeds, at the positions x of all joints; mass centres in the middle of the bars.
     """
-    nodes, bars = len(x), len(links)
-    free = [k for k in range(nodes) if k not in fixed and k != 1]
-    crank = x[1] - x[0]
+    nodes, bars, cranks = len(x), len(links), len(speeds)
+    moving = [k for _, k in links[:cranks]]
+    free = [k for k in range(nodes) if k not in fixed and k not in moving]
     v, a = np.zeros((nodes, 2)), np.zeros((nodes, 2))
-    v[1], a[1] = speed * np.array([-crank[1], crank[0]]), -(speed**2) * crank
-    matrix = np.zeros((bars - 1, 2 * len(free)))
-    ends = [(p, q) for p, q in links[1:]]
+    for (i, k), speed in zip(links[:cranks], speeds, strict=True):
+        crank = x[k] - x[i]
+        v[k], a[k] = speed * np.array([-crank[1], crank[0]]), -(speed**2) * crank
+    matrix = np.zeros((bars - cranks, 2 * len(free)))
+    ends = [(p, q) for p, q in links[cranks:]]
     for n, (p, q) in enumerate(ends):
         d = x[q] - x[p]
         for k, sign in ((q, 1.0), (p, -1.0)):
@@ -78,7 +91,7 @@ def forces_of(
     v[free] = np.linalg.solve(matrix, rates).reshape(-1, 2)
     bends = [-((v[q] - v[p]) @ (v[q] - v[p])) - (x[q] - x[p]) @ (a[q] - a[p]) for p, q in ends]
     a[free] = np.linalg.solve(matrix, bends).reshape(-1, 2)
-    size = 4 * bars + 1
+    size = 4 * bars + cranks
     equations, right = np.zeros((size, size)), np.zeros(size)
     row = 0
     for n, (p, q) in enumerate(links):
@@ -92,10 +105,10 @@ def forces_of(
         # moments about the middle
         equations[row + 2, 4 * n : 4 * n + 4] = 0.5 * np.array([d[1], -d[0], -d[1], d[0]])
         right[row + 2] = inertias[n] * alpha
-        if n == 0:
-            equations[row + 2, -1] = 1.0
+        if n < cranks:
+            equations[row + 2, 4 * bars + n] = 1.0
         row += 3
-    for k in [1, *free]:
+    for k in [*moving, *free]:
         for n, pair in enumerate(links):
             for end in range(2):
                 if pair[end] == k:
@@ -104,4 +117,4 @@ def forces_of(
         row += 2
     assert row == size
     found = np.linalg.solve(equations, right)
-    return found[:-1].reshape(bars, 2, 2), float(found[-1])
+    return found[: 4 * bars].reshape(bars, 2, 2), found[4 * bars :]

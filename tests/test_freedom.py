@@ -394,13 +394,6 @@ def test_a_long_chain():
     assert report.motions[-1].words == "b59 turns about j59 (1 rad/s)"
 
 
-def test_a_chain_of_a_thousand_links():
-    report = mobility(chain(1000))
-    text = seen(report)
-    assert rows(report) == (1000, 2000, 1000)
-    assert report.motions is None and "are too many for a rank report" in text
-
-
 def test_what_cannot_be_analysed():
     batch = mbody.assemble(build()).with_values({"crank.inertia": [0.1, 0.2]})
     with says(ModelError, "one design", "design(n)"):

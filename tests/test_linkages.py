@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import mbody
+from mbody.errors import ModelError
 from mbody.laws import ConstantSpeed
 from mbody.topologies.assur_graphs import assur_bars
 from mbody.topologies.generator import GROUPS, random_linkages
@@ -18,7 +19,7 @@ GRAVITY, SPEED = (0.3, -9.81), 2.0
 CLOSE = 1e-9
 
 
-def against_dense_equations(arrays, found, every):
+def against_dense_equations(arrays, found, every, speeds=(SPEED,)):
     """The greatest differences: of positions, of forces and torques as parts of the greatest."""
     worst = np.zeros(3)
     for n in range(len(found)):
@@ -28,7 +29,13 @@ def against_dense_equations(arrays, found, every):
         forces, torques = zip(
             *(
                 forces_of(
-                    x[k], links.tolist(), (0, 2), SPEED, np.array(GRAVITY), length, length**3 / 12
+                    x[k],
+                    links.tolist(),
+                    arrays["ground"][n],
+                    speeds,
+                    np.array(GRAVITY),
+                    length,
+                    length**3 / 12,
                 )
                 for k in range(0, len(x), every)
             ),
@@ -36,7 +43,8 @@ def against_dense_equations(arrays, found, every):
         )
         off = [np.abs(x - found.positions[n]).max()]
         for true, own in ((forces, found.forces[n, ::every]), (torques, found.torque[n, ::every])):
-            off.append(np.abs(np.array(true) - own).max() / np.abs(true).max())
+            true = np.array(true).reshape(own.shape)
+            off.append(np.abs(true - own).max() / np.abs(true).max())
         worst = np.maximum(worst, off)
     return worst
 
@@ -47,6 +55,61 @@ def test_motion_and_forces_are_those_of_dense_equations(nodes, count):
     found = mbody.linkages(arrays, gravity=GRAVITY, speed=SPEED, instants=61)
     assert found.failures == {}
     assert (against_dense_equations(arrays, found, 6) < CLOSE).all()
+
+
+@pytest.mark.parametrize(
+    ("turns", "nodes", "count"),
+    [((2.0, -1.3), 6, 40), ((2 * np.pi, 0.6), 9, 20), ((1.1, 0.0, -0.7), 10, 20)],
+)
+def test_several_drivers_are_those_of_dense_equations(turns, nodes, count):
+    arrays = random_dyads(count, nodes, 5, 0.01, turns)
+    turn = np.tile(turns, (count, 1))
+    found = mbody.linkages(arrays, gravity=GRAVITY, turn=turn, speed=SPEED, instants=61)
+    assert found.failures == {}
+    assert found.torque.shape == found.angle.shape == (count, 61, len(turns))
+    speeds = SPEED * np.array(turns) / turns[0]
+    assert (against_dense_equations(arrays, found, 6, speeds) < CLOSE).all()
+
+
+def test_drivers_in_another_order_and_fewer_of_them():
+    """The torques go with their drivers; a linkage may have fewer drivers than another."""
+    arrays = random_dyads(6, 7, 3, 0.01, (1.5, -0.8))
+    one = mbody.linkages(arrays, gravity=GRAVITY, turn=np.tile([1.5, -0.8], (6, 1)), instants=31)
+    swapped = arrays | {"driver": arrays["driver"][:, ::-1]}
+    turn = np.tile([-0.8, 1.5], (6, 1))
+    other = mbody.linkages(swapped, gravity=GRAVITY, turn=turn, speed=-0.8 / 1.5, instants=31)
+    assert one.failures == other.failures == {}
+    size = np.abs(one.torque).max()
+    assert np.abs(one.torque - other.torque[:, :, ::-1]).max() < CLOSE * size
+    assert np.abs(one.positions - other.positions).max() < 1e-10
+    mixed = {name: np.concatenate([part, part]) for name, part in FOUR_BAR.items()}
+    mixed["driver"] = np.array([(0, -1), (0, 2)])
+    found = mbody.linkages(mixed, gravity=GRAVITY, instants=31)
+    alone = mbody.linkages(FOUR_BAR, gravity=GRAVITY, instants=31)
+    assert np.allclose(found.torque[0, :, 0], alone.torque[0], 1e-9, 1e-9)
+    assert np.isnan(found.torque[0, :, 1]).all() and np.isnan(found.angle[0, :, 1]).all()
+    assert found.failures[1].startswith("its drivers and joints hold it once too often")
+
+
+def test_drivers_that_do_not_fit():
+    five = {
+        "joints": [[(0, 0), (1, 1), (2, 2), (3, 1), (4, 0)]] * 4,
+        "links": [[(0, 1), (1, 2), (2, 3), (3, 4)]] * 4,
+        "ground": [(0, 4)] * 4,
+        "driver": [(0, 3), (0, 0), (-1, 0), (0, -1)],
+    }
+    found = mbody.linkages(five, turn=0.3, instants=11)
+    assert sorted(found.failures) == [1, 2, 3]
+    assert found.failures[1] == "two drivers turn one link"
+    assert found.failures[2] == "the driver names a link that there is not"
+    assert found.failures[3].startswith("with its driver it keeps 1 degree of freedom")
+    far = mbody.linkages({name: part[:1] for name, part in five.items()}, turn=[[2.0, -2.0]])
+    assert far.failures[0].startswith("dead centre: its drivers cannot turn it further (at ")
+    assert far.failures[0].endswith(" deg of its first driver)")
+    with pytest.raises(ModelError, match=r"turn must be .* an array \(4, 2\), one for each driver"):
+        mbody.linkages(five, turn=[[1.0, 2.0, 3.0]] * 4)
+    with pytest.raises(ModelError, match="turn is 0"):
+        mbody.linkages(five, turn=[[0.0, 1.0]] * 4)
 
 
 def as_mechanism(arrays, n, speed):
@@ -275,7 +338,7 @@ def test_plans_are_kept_by_topology():
     first = planned.cache_info().misses
     mbody.linkages(arrays, instants=5)
     assert planned.cache_info().misses == first <= 5
-    assert graph_of(np.array([0, 1, 1, 0, 0], dtype=np.int16).tobytes(), (2, 1, 2, 0)).links
+    assert graph_of(np.array([0, 1, 1, 0, 0], dtype=np.int16).tobytes(), (2, 1, 2, 1, 0)).links
 
 
 def test_assur_groups_contain_no_smaller_ones():

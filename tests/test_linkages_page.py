@@ -13,7 +13,7 @@ def test_the_code_of_the_page_prints_what_it_shows():
     pytest.importorskip("pyarrow")
     namespace = {"__name__": "linkages"}
     done = steps(PAGE.read_text("utf-8"))
-    assert len(done) == 3
+    assert len(done) == 4
     for code, shown in done:
         output = printed(code, namespace)
         assert shown is not None, code

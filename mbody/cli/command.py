@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import gc
 import json
 import sys
 from collections.abc import Callable, Sequence
@@ -16,6 +17,9 @@ from mbody.cli.usage import UsageError
 from mbody.errors import ModelError, SolveError, at_the_command
 
 __all__ = ["run_command"]
+
+#: New objects after which cycles are looked for: reading a large file makes millions, and none.
+OBJECTS = 200_000
 
 
 def run_command(argv: Sequence[str] | None = None) -> int:
@@ -74,6 +78,7 @@ def _run(arguments: list[str]) -> int:
     if args.command is None:
         root.print_help()
         return 0
+    gc.set_threshold(OBJECTS)
     # the function of a command is imported only now: help is there at once
     module, _, function = args.answer.partition(".")
     answer: Callable[[Any], int] = getattr(import_module(f"mbody.cli.{module}"), function)

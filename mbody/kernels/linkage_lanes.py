@@ -1,5 +1,5 @@
 """Many linkages of one topology on lanes, each in its own lane or in several, a piece of its motion
-in each: positions of joints, forces on links, the torque of the driver.
+in each: positions of joints, forces on links, torques of drivers.
 
 The motion is that of `mbody.kernels.continuation_lanes`; what is kept goes where a user reads it.
 """
@@ -36,7 +36,8 @@ class LinkageBatch(Bundle):
     arm: Rows  # (2·nodes, linkages): nodes from the mass centres of their bodies, in link axes
     node: Ints  # (nodes,): the body of each
     force_at: Tables  # (primitives, 2): places that the force on i and that on j belong to, or −1
-    driver: int  # the primitive of the driver
+    driver: Ints  # the primitives of the drivers
+    length: Floats  # (linkages,): of a unit of length of each in what is kept
     # pieces: linkage, first instant, how many instants, first position, which becomes the last
     member: Ints
     first: Ints
@@ -47,8 +48,9 @@ class LinkageBatch(Bundle):
     failed: Floats
     greatest: Floats
     nearest: Rows  # (coordinates + 3, pieces)
-    # workspace: the arms of all lanes, what is kept of an instant
+    # workspace: the arms and the lengths of all lanes, what is kept of an instant
     arms: Rows  # (2·nodes, lanes)
+    lengths: Rows  # (1, lanes)
     page: Rows  # (numbers + those of a primitive, lanes)
     # results of all linkages, (all, instants, columns): the row of each linkage, and the column of
     # each of its numbers, which are as `linkage_rows` numbers them
@@ -57,11 +59,11 @@ class LinkageBatch(Bundle):
     column: Tables  # (linkages, numbers)
 
 
-def linkage_rows(nodes: int, places: int) -> int:
+def linkage_rows(nodes: int, places: int, drivers: int) -> int:
     """Numbers that are kept of an instant: (x, y) of each node, (x, y) of the force on each place
-    of a link, the torque of the driver.
+    of a link, the torque of each driver.
     """
-    return 2 * nodes + 2 * places + 1
+    return 2 * nodes + 2 * places + drivers
 
 
 @kernel
@@ -106,6 +108,7 @@ def put_pieces(W, batch, low):
         put_column(batch.par, member, W.par, lane)
         put_column(batch.mass, member, W.mass, lane)
         put_column(batch.arm, member, batch.arms, lane)
+        batch.lengths[0, lane] = batch.length[member]
         put_column(batch.q, piece, W.q, lane)
 
 
@@ -122,22 +125,26 @@ def store_ends(L, W, followed, batch, low):
 
 @njit
 def keep_linkage(L, W, w, batch):
-    """Positions of nodes, forces on places, the driver's torque, on the page of this instant."""
-    page, nodes = batch.page, batch.node.shape[0]
+    """Positions of nodes, forces on places, torques of drivers, on the page of this instant."""
+    page, nodes, drivers = batch.page, batch.node.shape[0], batch.driver.shape[0]
     spare = page.shape[0] - PER_PRIMITIVE
-    zero = 0.0 * w
+    zero, length = 0.0 * w, ld(batch.lengths, 0, w)
     for n in range(nodes):
         b = batch.node[n]
         c, s = ld(W.turn, 2 * b, w), ld(W.turn, 2 * b + 1, w)
         x, y = ld(batch.arms, 2 * n, w), ld(batch.arms, 2 * n + 1, w)
-        st(page, 2 * n, ld(W.q, 3 * b, w) + c * x - s * y, w)
-        st(page, 2 * n + 1, ld(W.q, 3 * b + 1, w) + s * x + c * y, w)
+        st(page, 2 * n, length * (ld(W.q, 3 * b, w) + c * x - s * y), w)
+        st(page, 2 * n + 1, length * (ld(W.q, 3 * b + 1, w) + s * x + c * y), w)
     for n in range(2 * nodes, spare):
         st(page, n, zero, w)
     for e in range(batch.force_at.shape[0]):
         keep_primitive(L, W, w, e, page, spare)
-        if e == batch.driver:
-            st(page, spare - 1, ld(page, spare + 4, w), w)
+        driven = -1
+        for k in range(drivers):
+            if e == batch.driver[k]:
+                driven = k
+        if driven >= 0:
+            st(page, spare - drivers + driven, length * ld(page, spare + 4, w), w)
             continue
         fx, fy = ld(page, spare + 2, w), ld(page, spare + 3, w)
         i, j = batch.force_at[e, 0], batch.force_at[e, 1]

@@ -76,22 +76,27 @@ def resolved(
     with_laws = dataclasses.replace(element, **changes) if laws else element
     named = {k: v for k, v in with_laws.numbers().items() if isinstance(v, Formula)}
     formulas |= named
+    values: dict[int, Any] = {}
     for name, formula in named.items():
         try:
-            formula.value(scope)
+            values[id(formula)] = formula.value(scope)
         except FormulaError as error:
             field_name = name.removeprefix(f"{element.name}.")
             raise ModelError(f"'{element.name}': {field_name}: {error}", element.name) from None
-    open_numbers = {id(formula) for formula in named.values()}
+
+    def value_of(formula: Formula) -> Any:
+        known = values.get(id(formula))
+        return formula.value(scope) if known is None else known
+
     parts: dict[str, Any] = {}
     for field in dataclasses.fields(element):
         value = getattr(with_laws, field.name)
         try:
-            parts[field.name] = substituted(value, lambda formula: formula.value(scope))
+            parts[field.name] = substituted(value, value_of)
         except FormulaError as error:
             raise ModelError(f"'{element.name}': {field.name}: {error}", element.name) from None
     made = dataclasses.replace(with_laws, **parts)
-    rest = {k: f for k, f in formulas_in(with_laws, element.name) if id(f) not in open_numbers}
+    rest = {k: f for k, f in formulas_in(with_laws, element.name) if id(f) not in values}
     fixed = set().union(*(formula.names for formula in rest.values()))
     formulas |= rest
     return made, formulas, fixed

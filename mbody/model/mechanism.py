@@ -184,12 +184,16 @@ class Mechanism:
             )
         if len(elements) == 1:  # added as a whole, or not at all
             return self._add(elements[0])
-        before = dict(self._elements), dict(self.formulas), set(self.fixed_parameters)
+        fixed, added = set(self.fixed_parameters), set()
         try:
             for element in elements:
                 self._add(element)
+                added.add(element.name)
         except ModelError:
-            self._elements, self.formulas, self.fixed_parameters = before
+            own = {k: v for k, v in self.formulas.items() if k.partition(".")[0] not in added}
+            self.formulas, self.fixed_parameters = own, fixed
+            for name in added:
+                del self._elements[name]
             raise
 
     @property

@@ -338,7 +338,7 @@ def mobility(subject: Subject) -> list[Block]:
         )
     elif redundant == 0:
         blocks.append(Notice("good", "No row is redundant: every joint force is unique."))
-    motions = (found.motions or ())[:12]
+    motions = found.motions[:12]
     if motions:
         blocks.append(
             Text("Free motions without the drivers:" if found.drivers else "Free motions:")

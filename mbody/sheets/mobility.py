@@ -64,7 +64,7 @@ def counts(report: Mobility) -> tuple[list[str], dict[str, list[str]]]:
     def cells(count: Count) -> list[str]:
         rank, spare, free = count.rank, count.redundant, count.freedom
         values = (3 * report.bodies, count.rows, count.gruebler, rank, spare, free)
-        return ["?" if value is None else str(value) for value in values]
+        return [str(value) for value in values]
 
     columns = {"joints alone": cells(report.of_joints)}
     if report.drivers:
@@ -108,7 +108,7 @@ def _redundant(report: Mobility) -> list[str]:
     ]
     if len(words) > SHOWN:
         words[SHOWN:] = [f"{len(words) - SHOWN} joints more"]
-    rows = many(report.of_joints.redundant or 0, "row")
+    rows = many(report.of_joints.redundant, "row")
     where = " at this position" if report.of_joints.singular else ""
     names = " or ".join([", ".join(words[:-1]), words[-1]])
     text = f"{rows} can be removed{where} and nothing is set free, from {names}"
@@ -125,9 +125,7 @@ def _one_sided(report: Mobility) -> list[str]:
     return ["", *paragraph("; ".join(parts), "ONE-SIDED   ")] if parts else []
 
 
-def _motions(title: str, motions: Sequence[FreeMotion] | None) -> list[str]:
-    if motions is None:
-        return []
+def _motions(title: str, motions: Sequence[FreeMotion]) -> list[str]:
     if not motions:
         return ["", f"{title}: none"]
     wide = len(str(min(SHOWN, len(motions))))

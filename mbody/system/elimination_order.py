@@ -119,17 +119,19 @@ def eliminate(slots: Slots) -> Elimination:
     numbers |= {which: 12 * nodes + 6 * n for n, which in enumerate(more)}
 
     base = 3 * nodes
-    block: dict[tuple[int, int], int] = {}
+    # of each column the number of the block in each of its rows
+    block: list[dict[int, int]] = []
     start = [0]
     rows: list[int] = []
-    for k, later in enumerate(below):
-        for r in later:
-            block[r, k] = len(rows)
-            rows.append(r)
+    for later in below:
+        block.append(dict(zip(later, range(len(rows), len(rows) + len(later)), strict=True)))
+        rows += later
         start.append(len(rows))
-    update = [
-        base + 4 * block[r, r2] for later in below for n, r in enumerate(later) for r2 in later[:n]
-    ]
+    update: list[int] = []
+    for later in below:
+        columns_of = [block[r] for r in later]
+        for n, r in enumerate(later):
+            update += [column[r] for column in columns_of[:n]]
     form = []
     for slot, touching in enumerate(at):
         placed = sorted((place[node], side) for node, side in touching)
@@ -137,7 +139,7 @@ def eliminate(slots: Slots) -> Elimination:
             for k, side_k in placed[:n]:
                 if r != k:
                     a, b = numbers[r, side_r], numbers[k, side_k]
-                    form.append((base + 4 * block[r, k], a, b, 3 * slot))
+                    form.append((base + 4 * block[k][r], a, b, 3 * slot))
     form.sort()
     table = np.array(form, dtype=np.int64).reshape(-1, 4)
 
@@ -149,7 +151,7 @@ def eliminate(slots: Slots) -> Elimination:
         order,
         ints(start),
         ints(rows),
-        ints(update),
+        base + 4 * ints(update),
         form_block=np.ascontiguousarray(table[:, 0]),
         form_a=np.ascontiguousarray(table[:, 1]),
         form_b=np.ascontiguousarray(table[:, 2]),

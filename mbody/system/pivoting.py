@@ -51,17 +51,17 @@ def choose_pivots(
         return None
     entries = _entries(L, here.block[:, 0], elsewhere.block[:, 0], rows)
     at = entries.row, entries.column
-    matrices = np.zeros((size, size, 1 + len(along)))
-    matrices[at] = np.stack([entries.value, *(blocks[entries.place] for blocks in along)], axis=1)
+    values = np.stack([entries.value, *(blocks[entries.place] for blocks in along)], axis=1)
     steady = np.zeros((size, size), dtype=bool)
     present = np.zeros((size, size), dtype=bool)
     steady[at], present[at] = entries.constant, True
     blocks = diagonal_blocks(present)
     if blocks is None:
         return None
-    first = np.ascontiguousarray(matrices[:, :, 0])
+    first = np.zeros((size, size))
+    first[at] = entries.value
     diagonal = _DiagonalBlocks(first, steady, present, blocks, float(here.size[0, 0]))
-    found = _pivots(matrices, steady, present, diagonal.inside)
+    found = _pivots(at, values, steady, present, diagonal.inside)
     if found is None:
         return None
     growth = found[-1]
@@ -69,7 +69,7 @@ def choose_pivots(
     if growth.max() <= EVEN:
         return one, one
     hard = growth >= np.quantile(growth, 1.0 - WORST)
-    found = _pivots(matrices[:, :, hard], steady, present, diagonal.inside)
+    found = _pivots(at, values[:, hard], steady, present, diagonal.inside)
     if found is None or found[-1].max() >= growth.max():
         return one, one
     return one, _lists(entries, rows, diagonal, *found[:-1])
@@ -170,16 +170,22 @@ def _sign(order: np.ndarray) -> int:
 
 
 def _pivots(
-    matrices: np.ndarray, steady: np.ndarray, present: np.ndarray, inside: np.ndarray
+    at: tuple[np.ndarray, np.ndarray],
+    values: np.ndarray,
+    steady: np.ndarray,
+    present: np.ndarray,
+    inside: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray] | None:
     """Pivots in order, (size, 2), the filled pattern, which numbers stay constant, and the growth
-    at every position; matrices: (size, size, positions).
+    at every position; values (entries, positions) of the entries at these rows and columns.
     """
-    size, positions = len(present), matrices.shape[2]
+    size, positions = len(present), values.shape[1]
+    numbers = np.zeros((size, size, positions))
+    numbers[at] = values
     memory = np.empty((3, positions))
     counts = np.empty((4, size), dtype=np.int64)
     search = PivotSearch(
-        numbers=matrices.reshape(size * size, positions).copy(),
+        numbers=numbers.reshape(size * size, positions),
         pattern=present.astype(np.int64),
         constant=steady.astype(np.int64),
         inside=inside.astype(np.int64),

@@ -28,7 +28,8 @@ class LinkageArrays:
     links : array of int (linkages, links, places)
         The joints of each link; the driven link is one of them.
     ground : array of bool (linkages, joints)
-    driver : array of int (linkages,)
+    driver : array of int (linkages, drivers)
+        The driven links, −1 where there are fewer.
     mass, inertia : arrays (linkages, links)
     cg : array (linkages, links, 2)
     slides : array of int (linkages, slides, 2)
@@ -78,7 +79,7 @@ def linkage_arrays(arrays: Mapping[str, Any]) -> LinkageArrays:
     count, nodes = joints.shape[:2]
     links = _integers("links", arrays["links"], (count, None, None))
     ground = _integers("ground", arrays["ground"], (count, None))
-    driver = _integers("driver", arrays["driver"], (count,))
+    driver = _driver(arrays["driver"], count)
     slides = _integers(
         "slides", arrays.get("slides", np.empty((count, 0, 2), np.int64)), (count, None, 2)
     )
@@ -112,6 +113,13 @@ def linkage_arrays(arrays: Mapping[str, Any]) -> LinkageArrays:
     assert found["mass"].shape == shape
     _refuse(made, ground)
     return made
+
+
+def _driver(value: Any, count: int) -> np.ndarray:
+    """The driven links of each linkage, one or several."""
+    one = np.ndim(value) == 1
+    found = _integers("driver", value, (count,) if one else (count, None))
+    return found[:, None] if one else found
 
 
 def _numbers(name: str, value: Any, shape: tuple[int | None, ...]) -> np.ndarray:
@@ -184,7 +192,13 @@ def _refuse(made: LinkageArrays, ground: np.ndarray) -> None:
     driver = np.clip(made.driver, 0, max(links.shape[1] - 1, 0))
     driven = (made.driver >= 0) & (made.driver < links.shape[1])
     if links.shape[1]:
-        driven &= there[np.arange(count), driver]
+        driven &= there[np.arange(count)[:, None], driver]
+    # the first is there, and behind it those that are there come first
+    driven |= (made.driver == -1) & (np.arange(made.driver.shape[1]) > 0)
+    ends = (made.driver[:, :-1] == -1) & (made.driver[:, 1:] != -1)
+    driven = driven.all(axis=1) & ~ends.any(axis=1) & (made.driver.shape[1] > 0)
+    sorted_drivers = np.sort(made.driver, axis=1)
+    again = (np.diff(sorted_drivers, axis=1) == 0) & (sorted_drivers[:, 1:] >= 0)
     guide = np.clip(made.slides[..., 1], 0, max(links.shape[1] - 1, 0))
     no_guide = np.zeros(count, dtype=bool)
     if made.slides.shape[1] and links.shape[1]:
@@ -208,6 +222,7 @@ def _refuse(made: LinkageArrays, ground: np.ndarray) -> None:
         (bodies == 0, "it has no links"),
         (twice, "a link names a joint twice"),
         (~driven, "the driver names a link that there is not"),
+        (again.any(axis=1), "two drivers turn one link"),
         (no_guide, "a slide is on a link that there is not"),
         (free.any(axis=1), "a joint that slides belongs to no link"),
         (own, "a joint slides on a link that it belongs to"),

@@ -78,10 +78,14 @@ def _order(
     fixed = np.zeros((count, nodes + 1), dtype=bool)
     fixed[:, :nodes] = ground & there[:, :nodes]
     whole = used.reshape(count, bars, places).any(axis=2)
-    driven = np.arange(bars) == driver[:, None]
+    # by the number of its driver, from one on
+    own_driver = np.zeros((count, bars), dtype=np.int64)
+    for which in range(driver.shape[1]):
+        driven = np.arange(bars) == driver[:, which, None]
+        own_driver = np.where(driven, which + 1, own_driver)
     joint = _mixed(fixed.astype(np.uint64) + np.uint64(2) * there)
     joint[:, nodes] = 0
-    link = _mixed(driven.astype(np.uint64) + np.uint64(2) * whole + np.uint64(7))
+    link = _mixed(own_driver.astype(np.uint64) + np.uint64(2) * whole + np.uint64(7))
     # those in which joints may still share a colour
     open_rows = np.arange(count)
     while open_rows.size:
@@ -114,7 +118,9 @@ def _order(
         [
             np.where(links == nodes, -1, links).reshape(count, -1),
             np.take_along_axis(fixed, joint_order, axis=1),
-            np.take_along_axis(new_link, np.clip(driver, 0, bars - 1)[:, None], axis=1),
+            np.where(
+                driver < 0, -1, np.take_along_axis(new_link, np.clip(driver, 0, bars - 1), axis=1)
+            ),
             np.take_along_axis(own, slide_order, axis=1),
             np.take_along_axis(on, slide_order, axis=1),
         ],

@@ -49,6 +49,8 @@ class LinkageGroup:
     plan : TopologyPlan
     par, mass, q : arrays (rows, linkages)
     arm : array (2·joints, linkages)
+    length : array (linkages,)
+        The longest link of each, in its own unit.
     row : array (linkages,)
         Where the results of each are.
     column : array (linkages, numbers)
@@ -62,6 +64,7 @@ class LinkageGroup:
     mass: np.ndarray
     q: np.ndarray
     arm: np.ndarray
+    length: np.ndarray
     row: np.ndarray
     column: np.ndarray
     at_rest: bool
@@ -166,7 +169,8 @@ class _GroupContinuation:
             arm=arm,
             node=group.plan.bodies,
             force_at=group.plan.force_at,
-            driver=group.plan.driver,
+            driver=group.plan.drivers,
+            length=group.length,
             member=np.repeat(linkages, pieces),
             first=np.tile(first, len(linkages)),
             count=np.tile(count, len(linkages)),
@@ -175,6 +179,7 @@ class _GroupContinuation:
             greatest=np.zeros(many),
             nearest=np.zeros_like(q),
             arms=aligned(len(arm), LANES),
+            lengths=aligned(1, LANES),
             page=aligned(numbers + PER_PRIMITIVE, LANES),
             output=self.output,
             row=group.row,
@@ -226,7 +231,7 @@ class _GroupContinuation:
         except SolveError:
             self._fail(row, "its reactions are not determined: a position is singular", 0.0)
             return
-        page = self._page(found[:, :, 0], group.arm[:, linkage])
+        page = self._page(found[:, :, 0], linkage)
         self.output[row][:, group.column[linkage]] = page
         nearest = runner.branches.distance
         self.margins[row] = np.nan if nearest is None else nearest.least
@@ -236,37 +241,44 @@ class _GroupContinuation:
         last place, the first of those behind.
         """
         L, size = self.system.layout, len(work.q)
-        turn = self.group.par[L.law_par[L.primitive_signal[self.group.plan.driver] // 3] + 1]
+        laws = L.law_par[L.primitive_signal[self.group.plan.drivers] // 3]
+        turn = float(np.abs(self.group.par[laws + 1, linkage]).max())
         fastest = np.abs(work.past[size : size + self.system.coordinates, 0]).max()
         if not stuck.done:
             return "its joints do not close where they are given"
-        if fastest > RUNS_AWAY * abs(turn[linkage]):
-            return "dead centre: its driver cannot turn it further"
+        if fastest > RUNS_AWAY * turn:
+            return f"dead centre: its {self._driver} cannot turn it further"
         if stuck.unsure:
             return "branches of its motion meet there, on which it goes on is not certain"
         return "its motion cannot be followed further"
+
+    @property
+    def _driver(self) -> str:
+        return "driver" if len(self.group.plan.drivers) == 1 else "drivers"
 
     def _fail(self, row: int, why: str, tau: float) -> None:
         self.failures[row] = why, tau
         self.output[row] = np.nan
         self.margins[row] = np.nan
 
-    def _page(self, found: np.ndarray, arm: np.ndarray) -> np.ndarray:
+    def _page(self, found: np.ndarray, linkage: int) -> np.ndarray:
         """What is kept of all instants, from all rows of the kernel (instants, rows)."""
         plan, n3 = self.group.plan, self.system.coordinates
-        nodes = plan.graph.joints
-        kept = np.zeros((len(found), linkage_rows(nodes, plan.places.shape[1])))
+        arm, length = self.group.arm[:, linkage], self.group.length[linkage]
+        nodes, drivers = plan.graph.joints, len(plan.drivers)
+        kept = np.zeros((len(found), linkage_rows(nodes, plan.places.shape[1], drivers)))
         q = np.concatenate([found[:, :n3], np.zeros((len(found), 3))], axis=1)
         for n, b in enumerate(plan.bodies.tolist()):
             x, y, angle = q[:, 3 * b], q[:, 3 * b + 1], q[:, 3 * b + 2]
             c, s = np.cos(angle), np.sin(angle)
-            kept[:, 2 * n] = x + c * arm[2 * n] - s * arm[2 * n + 1]
-            kept[:, 2 * n + 1] = y + s * arm[2 * n] + c * arm[2 * n + 1]
+            kept[:, 2 * n] = length * (x + c * arm[2 * n] - s * arm[2 * n + 1])
+            kept[:, 2 * n + 1] = length * (y + s * arm[2 * n] + c * arm[2 * n + 1])
         for e, (i, j) in enumerate(plan.force_at.tolist()):
             first = 3 * n3 + PER_PRIMITIVE * e
             force = found[:, first + 2 : first + 4]
             for place, sign in ((i, -1.0), (j, 1.0)):
                 if place >= 0:
                     kept[:, 2 * (nodes + place) : 2 * (nodes + place) + 2] += sign * force
-        kept[:, -1] = found[:, 3 * n3 + PER_PRIMITIVE * plan.driver + 4]
+        for n, e in enumerate(plan.drivers.tolist()):
+            kept[:, n - drivers] = length * found[:, 3 * n3 + PER_PRIMITIVE * e + 4]
         return kept

@@ -32,13 +32,14 @@ class Linkages:
     Attributes
     ----------
     angle : array (linkages, instants)
-        Of the driven link from where it is given [rad].
+        Of the driven link from where it is given [rad]; (linkages, instants, drivers) where
+        ``driver`` is given so.
     positions : array (linkages, instants, joints, 2)
         Of every joint [length].
     forces : array (linkages, instants, links, places, 2)
         Force on each link at each of its joints [force], by all others that meet there.
     torque : array (linkages, instants)
-        Of the driver on the driven link [force·length].
+        Of the driver on the driven link [force·length]; shape as of `angle`.
     margin : array (linkages,)
         The least distance from a singular position over the motion, a number from 0 to 1.
     topology : array of int (linkages,)
@@ -93,7 +94,8 @@ def linkages(
         ``joints`` (linkages, joints, 2), positions at the start [length];
         ``links`` (linkages, links, places) of int, the joints of each link;
         ``ground`` (linkages, any number) of int, joints fixed to the ground;
-        ``driver`` (linkages,) of int, the link that is driven;
+        ``driver`` (linkages,) of int, the link that is driven, or (linkages, drivers), a link for
+        each driver;
         optional ``mass``, ``inertia`` (linkages, links) and ``cg`` (linkages, links, 2), the mass
         centre at the start, by default uniform bars of unit mass a length;
         optional ``slides`` (linkages, slides, 2) of int, a joint and the link along whose line it
@@ -101,10 +103,11 @@ def linkages(
         of these lines at the start [rad]; a line goes through its joint at the start.
     instants : int
         How many, at equal angles of the driver, both ends included.
-    turn : float or array (linkages,)
-        By how much the driver turns [rad].
+    turn : float or array (linkages,) or (linkages, drivers)
+        By how much the driver turns [rad], or each of them, in the same time; 0 for one that is
+        fixed, but not for the first.
     speed : float or array (linkages,)
-        Its constant rate [rad/time]; 0 for statics.
+        The constant rate of the first [rad/time]; 0 for statics.
     gravity : pair of float
         Acceleration (x, y) [length/time²].
     threads : int
@@ -145,20 +148,21 @@ def linkages(
     count, nodes = made.joints.shape[:2]
     instants = _whole("instants", instants, 2)
     threads = _whole("threads", threads, 1)
+    drivers = made.driver.shape[1]
     motion = _Motion(
-        _per_linkage("turn", turn, count), _per_linkage("speed", speed, count), _pair(gravity)
+        _per_driver(turn, made.driver.shape), _per_linkage("speed", speed, count), _pair(gravity)
     )
-    if (motion.turn == 0.0).any():
+    if (motion.turn[:, :1] == 0.0).any():
         raise ModelError("turn is 0: the driver must turn, give an angle [rad]")
     bars, places = made.links.shape[1:]
-    columns = 2 * nodes + 2 * bars * places + 1
+    columns = 2 * nodes + 2 * bars * places + drivers
     wanted, there = 8.0 * count * instants * columns, memory()
     if wanted > there:
         raise ModelError(
             f"{count} linkages at {instants} instants take {wanted / 1e9:.3g} GB, this machine has "
             f"{there / 1e9:.3g} GB of memory: give fewer at a time, or write a data set"
         )
-    output = np.full((count, instants, columns), np.nan)
+    output = np.empty((count, instants, columns))  # filled, or with NaN, linkage by linkage
     margins, topology = np.full(count, np.nan), np.full(count, -1)
     failures = dict(made.reasons)
     work = _Work(made, motion, output, margins, topology, failures)
@@ -173,12 +177,17 @@ def linkages(
     which, joint = np.nonzero(made.ground & np.isnan(positions[:, 0, :, 0]))
     positions[which, :, joint] = made.joints[which, None, joint]
     output[list(failures)] = np.nan
-    forces = output[:, :, 2 * nodes : -1].reshape(count, instants, bars, places, 2)
+    forces = output[:, :, 2 * nodes : columns - drivers].reshape(count, instants, bars, places, 2)
+    angle = np.linspace(0.0, 1.0, instants)[:, None] * motion.turn[:, None]
+    angle[np.broadcast_to(made.driver[:, None] < 0, angle.shape)] = np.nan
+    torque = output[:, :, columns - drivers :]
+    if np.ndim(arrays["driver"]) == 1:
+        angle, torque = angle[:, :, 0], torque[:, :, 0]
     return Linkages(
-        np.linspace(0.0, 1.0, instants) * motion.turn[:, None],
+        angle,
         positions,
         forces,
-        output[:, :, -1],
+        torque,
         margins,
         topology,
         dict(sorted(failures.items())),
@@ -187,7 +196,7 @@ def linkages(
 
 @dataclass(frozen=True, eq=False)
 class _Motion:
-    """Turn and rate of every driver, and gravity."""
+    """Turns of every driver (linkages, drivers), rates of the first, and gravity."""
 
     turn: np.ndarray
     speed: np.ndarray
@@ -215,7 +224,12 @@ class _Work:
         known, number = np.unique(row_bytes(order.table)[good], return_inverse=True)
         sorted_rows = good[np.argsort(number, kind="stable")]
         ends = np.cumsum(np.bincount(number))
-        shape = (*made.joints.shape[1:2], *made.links.shape[1:], made.slides.shape[1])
+        shape = (
+            made.joints.shape[1],
+            *made.links.shape[1:],
+            made.driver.shape[1],
+            made.slides.shape[1],
+        )
         # the least first row of each topology numbers it
         lots = [
             (graph_of(known[n].tobytes(), shape), lot[at : at + BLOCK])
@@ -266,32 +280,26 @@ class _Work:
             return
         at_rest = bool(rest.all())
         # the time in which τ goes from 0 to 1; masses so that forces are in their own units
-        time = motion.turn[lot] / np.where(at_rest, 1.0, motion.speed[lot])
+        turn = motion.turn[lot, : len(graph.drivers)]
+        time = turn[:, 0] / np.where(at_rest, 1.0, motion.speed[lot])
         unit = length / time**2
         masses = np.stack([made.mass[row, links], made.inertia[row, links]], axis=2)
         masses *= unit[:, None, None]
         masses[..., 1] /= length[:, None] ** 2
         cg = made.cg[row, links] / length[:, None, None]
         joints = joints / length[:, None, None]
-        prescribed = np.column_stack([motion.turn[lot], *(motion.gravity[:, None] / unit)])
+        prescribed = np.column_stack([turn, *(motion.gravity[:, None] / unit)])
         par, mass, q = plan.numbers(joints, cg, masses, made.directions[row, slides], prescribed)
-        group = LinkageGroup(
-            plan,
-            par,
-            mass,
-            q,
-            plan.arms(joints, cg),
-            lot,
-            self._columns(plan, order, lot, own, links),
-            at_rest,
-        )
+        columns = self._columns(plan, order, lot, own, links)
+        if columns.shape[1] < self.output.shape[2]:
+            self.output[lot] = np.nan  # joints or links that are not there
+        arms = plan.arms(joints, cg)
+        group = LinkageGroup(plan, par, mass, q, arms, length, lot, columns, at_rest)
         failed = follow_group(group, self.output, self.margins)
         for n, (why, tau) in failed.items():
-            angle = np.degrees(tau * motion.turn[n])
-            self.failures[n] = f"{why} (at {angle:.4g} deg of its driver)" if tau else why
-        numbers = 2 * made.joints.shape[1]
-        self.output[lot, :, :numbers] *= length[:, None, None]
-        self.output[lot, :, -1] *= length[:, None]
+            angle = np.degrees(tau * motion.turn[n, 0])
+            first = "its driver" if len(graph.drivers) == 1 else "its first driver"
+            self.failures[n] = f"{why} (at {angle:.4g} deg of {first})" if tau else why
 
     def _columns(
         self,
@@ -307,14 +315,29 @@ class _Work:
         at = order.places[lot[:, None], link, place]
         first = [2 * own, 2 * (nodes + links[:, link] * places + at)]
         pairs = np.concatenate(first, axis=1)[:, :, None] + np.arange(2)
-        torque = np.full((len(lot), 1), self.output.shape[2] - 1)
-        return np.concatenate([pairs.reshape(len(lot), -1), torque], axis=1)
+        many = self.made.driver.shape[1]
+        torque = self.output.shape[2] - many + np.arange(len(plan.drivers))
+        torques = np.broadcast_to(torque, (len(lot), len(torque)))
+        return np.concatenate([pairs.reshape(len(lot), -1), torques], axis=1)
 
 
 def _whole(name: str, value: Any, least: int) -> int:
     if isinstance(value, bool) or not hasattr(value, "__index__") or int(value) < least:
         raise ModelError(f"{name} must be a whole number from {least} on, not {value!r}")
     return int(value)
+
+
+def _per_driver(value: Any, shape: tuple[int, ...]) -> np.ndarray:
+    """The turn of each driver, of one number a linkage the same for all."""
+    if np.ndim(value) < 2:
+        return np.repeat(_per_linkage("turn", value, shape[0])[:, None], shape[1], axis=1)
+    found = np.asarray(value)
+    if found.shape != shape or found.dtype.kind not in "iuf" or not np.isfinite(found).all():
+        raise ModelError(
+            f"turn must be a finite number, one for each of {shape[0]} linkages, or an array "
+            f"{shape}, one for each driver"
+        )
+    return found.astype(np.float64)
 
 
 def _per_linkage(name: str, value: Any, count: int) -> np.ndarray:

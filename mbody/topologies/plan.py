@@ -37,21 +37,28 @@ SAMPLES, SEED = 100, 20
 
 @dataclass(frozen=True)
 class Graph:
-    """One topology: joints of each link, joints on the ground, the driven link, and of each slide
+    """One topology: joints of each link, joints on the ground, the driven links, and of each slide
     its joint and the link that it is on.
     """
 
     joints: int
     links: tuple[tuple[int, ...], ...]
     fixed: tuple[int, ...]
-    driver: int
+    drivers: tuple[int, ...]
     slides: tuple[tuple[int, int], ...]
 
-    def of_joint(self, joint: int) -> list[int]:
-        """The links at a joint, the ground first."""
-        found = [GROUND] if joint in self.fixed else []
-        return found + [n for n, own in enumerate(self.links) if joint in own]
+    @functools.cached_property
+    def of_joint(self) -> list[list[int]]:
+        """Of each joint the links that meet there, the ground first."""
+        found: list[list[int]] = [[] for _ in range(self.joints)]
+        for joint in self.fixed:
+            found[joint].append(GROUND)
+        for n, own in enumerate(self.links):
+            for joint in own:
+                found[joint].append(n)
+        return found
 
+    @functools.cached_property
     def edges(self) -> tuple[list[tuple[int, int, int]], list[tuple[int, int, int, int]]]:
         """Pins of the tree, (joint, link i, link j), and those that close loops, (joint, link i,
         link j, joint by which link i hangs).
@@ -60,20 +67,22 @@ class Graph:
         for link in order:
             at = self.fixed if link == GROUND else self.links[link]
             for joint in at:
-                for other in self.of_joint(joint):
+                for other in self.of_joint[joint]:
                     if other not in hangs:
                         hangs[other] = joint
                         order.append(other)
                         tree.append((joint, link, other))
         depth = {link: n for n, link in enumerate(order)}
+        pins: list[list[set[int]]] = [[] for _ in range(self.joints)]
+        for k, i, j in tree:
+            pins[k].append({i, j})
         closing = []
         for joint in range(self.joints):
             # links that pins of the tree hold together there, those nearest to the ground first
-            parts = [{link} for link in self.of_joint(joint)]
-            for k, i, j in tree:
-                if k == joint:
-                    held = [part for part in parts if i in part or j in part]
-                    parts = [part for part in parts if part not in held] + [set().union(*held)]
+            parts = [{link} for link in self.of_joint[joint]]
+            for pair in pins[joint]:
+                joined = [part for part in parts if part & pair]
+                parts = [part for part in parts if not part & pair] + [set().union(*joined)]
             roots = sorted(
                 (min(part, key=lambda n: depth.get(n, 0)) for part in parts),
                 key=lambda n: depth.get(n, 0),
@@ -83,27 +92,29 @@ class Graph:
 
     @property
     def surplus(self) -> int:
-        """Coordinates less rows: zero where the driver leaves no freedom."""
-        meeting = [len(self.of_joint(k)) for k in range(self.joints)]
-        rows = sum(2 * (m - 1) for m in meeting if m) + len(self.slides) + 1
+        """Coordinates less rows: zero where the drivers leave no freedom."""
+        meeting = [len(own) for own in self.of_joint]
+        rows = sum(2 * (m - 1) for m in meeting if m) + len(self.slides)
+        rows += len(self.drivers)
         return 3 * len(self.links) - rows
 
 
-def graph_of(table: bytes, shape: tuple[int, int, int, int]) -> Graph:
-    """The graph of a row of a canonical table; shape: joints, links, places and slides."""
-    joints, bars, places, slides = shape
+def graph_of(table: bytes, shape: tuple[int, int, int, int, int]) -> Graph:
+    """The graph of a row of a canonical table; shape: joints, links, places, drivers and slides."""
+    joints, bars, places, drivers, slides = shape
     row = np.frombuffer(table, dtype=np.int16).tolist()
     own = [row[places * n : places * (n + 1)] for n in range(bars)]
     links = tuple(tuple(k for k in one if k >= 0) for one in own)
     rest = row[places * bars :]
     # joints that are not there are last
     fixed = tuple(k for k in range(joints) if rest[k])
-    pairs = zip(rest[joints + 1 : joints + 1 + slides], rest[joints + 1 + slides :], strict=True)
+    own_slides = joints + drivers
+    pairs = zip(rest[own_slides : own_slides + slides], rest[own_slides + slides :], strict=True)
     return Graph(
         1 + max(k for one in links for k in one),
         tuple(one for one in links if one),
         fixed,
-        rest[joints],
+        tuple(link for link in rest[joints:own_slides] if link >= 0),
         tuple((k, on) for k, on in pairs if k >= 0),
     )
 
@@ -125,8 +136,8 @@ class TopologyPlan:
         The same, the joint by which link i hangs, and whether it is the row across.
     slides : array of int (slides, 4)
         As the pins, in the order of the graph.
-    driver : int
-        The primitive of the driver.
+    drivers : array of int (drivers,)
+        The primitive of each driver.
     """
 
     graph: Graph
@@ -135,7 +146,7 @@ class TopologyPlan:
     pins: np.ndarray
     closing: np.ndarray
     slides: np.ndarray
-    driver: int
+    drivers: np.ndarray
 
     @functools.cached_property
     def pairs(self) -> np.ndarray:
@@ -202,8 +213,8 @@ class TopologyPlan:
         masses : array (linkages, links, 2)
             Mass and inertia.
         directions : array (linkages, slides)
-        motion : array (linkages, 3)
-            The turn of the driver from τ = 0 to 1, the two parts of gravity.
+        motion : array (linkages, drivers + 2)
+            The turn of each driver from τ = 0 to 1, the two parts of gravity.
         """
         L, count = self.system.layout, len(joints)
         centre = _with_ground(cg)
@@ -222,10 +233,10 @@ class TopologyPlan:
         line /= np.maximum(np.hypot(line[:, 0], line[:, 1]), 1e-300)[:, None]
         line[across == 1] = np.stack([-line[:, 1], line[:, 0]], axis=1)[across == 1]
         par[L.primitive_par[e][:, None] + 4 + two] = line
-        law = L.law_par[L.primitive_signal[self.driver] // 3]
-        par[law], par[law + 1] = 0.0, motion[:, 0]
+        for n, law in enumerate(L.law_par[L.primitive_signal[self.drivers] // 3].tolist()):
+            par[law], par[law + 1] = 0.0, motion[:, n]
         weight = int(L.action_signal[0]) // 3
-        par[L.law_par[weight]], par[L.law_par[weight + 1]] = motion[:, 1], motion[:, 2]
+        par[L.law_par[weight]], par[L.law_par[weight + 1]] = motion[:, -2], motion[:, -1]
         mass = np.zeros((3 * L.bodies + 3, count))
         mass[0 : 3 * L.bodies : 3] = mass[1 : 3 * L.bodies : 3] = masses[..., 0].T
         mass[2 : 3 * L.bodies : 3] = masses[..., 1].T
@@ -238,17 +249,19 @@ class TopologyPlan:
 def planned(graph: Graph) -> TopologyPlan | str:
     """The plan of a topology, or in a sentence why there is none."""
     surplus = graph.surplus
+    driver = "driver" if len(graph.drivers) == 1 else "drivers"
     if surplus > 0:
         freedoms = "degree" if surplus == 1 else "degrees"
-        return f"with its driver it keeps {surplus} {freedoms} of freedom: it is no mechanism"
+        return f"with its {driver} it keeps {surplus} {freedoms} of freedom: it is no mechanism"
     if surplus < 0:
-        return f"its driver and joints hold it {-surplus} times too often: it is no mechanism"
+        often = "once" if surplus == -1 else f"{-surplus} times"
+        return f"its {driver} and joints hold it {often} too often: it is no mechanism"
     try:
         system = replace(assemble(_example(graph)), length=1.0)
     except ModelError as error:
         return str(error)
     names = {element.name: e for e, (element, _) in enumerate(system.owners)}
-    tree, closing = graph.edges()
+    tree, closing = graph.edges
     pins = [(names[f"R{n}"], *edge) for n, edge in enumerate(tree)]
     rows = [
         (names[f"C{n}_{across}"], *edge, across)
@@ -263,13 +276,13 @@ def planned(graph: Graph) -> TopologyPlan | str:
         np.array(pins, dtype=np.int64).reshape(-1, 4),
         np.array(rows, dtype=np.int64).reshape(-1, 6),
         np.array(slides, dtype=np.int64).reshape(-1, 4),
-        names["driver"],
+        np.array([names[f"D{n}"] for n in range(len(graph.drivers))], dtype=np.int64),
     )
     if 3 * system.layout.slots > LARGEST:
         return plan
     pivots = _pivots(plan)
     if pivots is None:
-        return "with its driver fixed a part can still move while another is held twice"
+        return f"with its {driver} fixed a part can still move while another is held twice"
     return replace(plan, pivots=pivots)
 
 
@@ -280,7 +293,7 @@ def _with_ground(cg: np.ndarray) -> np.ndarray:
 
 def _first(graph: Graph, joint: int) -> int:
     """The first link at a joint that is no ground."""
-    return next(n for n in graph.of_joint(joint) if n != GROUND)
+    return next(n for n in graph.of_joint[joint] if n != GROUND)
 
 
 def _example(graph: Graph) -> Mechanism:
@@ -290,14 +303,15 @@ def _example(graph: Graph) -> Mechanism:
     names = {GROUND: "ground"} | {n: f"L{n}" for n in range(len(graph.links))}
     for n, own in enumerate(graph.links):
         made.add(_link(names[n], own))
-    tree, closing = graph.edges()
+    tree, closing = graph.edges
     for n, (k, i, j) in enumerate(tree):
         made.add(_pin(f"R{n}", names[i], k, names[j]))
     slots = [(f"C{n}_{a}", i, k, j) for n, (k, i, j, _) in enumerate(closing) for a in (0, 1)]
     slots += [(f"S{n}", on, k, _first(graph, k)) for n, (k, on) in enumerate(graph.slides)]
     for name, i, k, j in slots:
         made.add(_slot(name, names[i], k, names[j]))
-    made.add(AngleDriver("driver", names[graph.driver], ConstantSpeed(0.0, 1.0)))
+    for n, link in enumerate(graph.drivers):
+        made.add(AngleDriver(f"D{n}", names[link], ConstantSpeed(0.0, 1.0)))
     made.add(Gravity("gravity", x=0.0, y=-1.0))
     return made
 
@@ -327,7 +341,11 @@ def _pivots(plan: TopologyPlan) -> PivotChoices | None:
     cg = random.random((SAMPLES, bars, 2))
     directions = random.uniform(0.0, np.pi, (SAMPLES, len(graph.slides)))
     par, _, q = plan.numbers(
-        joints, cg, np.ones((SAMPLES, bars, 2)), directions, np.ones((SAMPLES, 3))
+        joints,
+        cg,
+        np.ones((SAMPLES, bars, 2)),
+        directions,
+        np.ones((SAMPLES, len(graph.drivers) + 2)),
     )
     works, along = (plan.system.work(), plan.system.work()), []
     for n in range(SAMPLES):

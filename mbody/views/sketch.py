@@ -65,6 +65,8 @@ class Sketch:
         self.places = Places(unit)
         self.labels: list[Label] = []
         self.pins: list[tuple[Array, list[str]]] = []
+        # the numbers of pins by squares as wide as one hides another
+        self.pin_cells: dict[tuple[float, float], list[int]] = {}
         self.supports: list[Array] = []
         self.blocks: list[tuple[Array, float]] = []
         self.arcs: list[Array] = []
@@ -220,11 +222,16 @@ class Sketch:
 
     def pin(self, place: Array, label: str) -> None:
         """A pin; several at one place are drawn once, with all their names."""
-        for other, names in self.pins:
-            if np.hypot(*(other - place)) < 0.5 * self.size("pin"):
+        near = 0.5 * self.size("pin")
+        column, row = float(place[0] // near), float(place[1] // near)
+        beside = [(column + i, row + j) for i in (-1, 0, 1) for j in (-1, 0, 1)]
+        for n in sorted(n for cell in beside for n in self.pin_cells.get(cell, ())):
+            other, names = self.pins[n]
+            if np.hypot(*(other - place)) < near:
                 if label and label not in names:
                     names.append(label)
                 return
+        self.pin_cells.setdefault((column, row), []).append(len(self.pins))
         self.pins.append((place, [label] if label else []))
         self.disc(place, self.size("pin"), name=f"pin:{label}")
 

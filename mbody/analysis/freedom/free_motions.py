@@ -6,7 +6,7 @@ while the leaders of all others stand still.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,7 +17,16 @@ from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
 from mbody.system.system import System
 
-__all__ = ["FreeMotion", "components", "free_motions", "leading", "rates_of"]
+__all__ = [
+    "FreeMotion",
+    "FreeMotions",
+    "components",
+    "free_motions",
+    "leading",
+    "leading_order",
+    "panel_echelon",
+    "rates_of",
+]
 
 Array = np.ndarray
 
@@ -29,6 +38,11 @@ LEADS = 1e-2
 NAMED = 5
 #: A direction is called x or y within this [deg].
 AXIS = 1e-4
+#: Motions that are put into words together.
+AT_ONCE = 64
+#: Multiplications of a product of matrices that stays on one thread of OpenBLAS: on a machine that
+#: others use, waking a second one took twenty times as long as the product.
+ONE_THREAD = 250_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,16 +94,16 @@ def leading(system: System, motions: Sequence[FreeMotion], ways: Array) -> Array
     return np.asarray(np.linalg.solve(parts @ ways.T, parts))
 
 
-def components(mechanism: Mechanism, couplings: int | None = None) -> list[list[str]]:
-    """Bodies that joints and couplings, or the first so many of these, hold together, the ground
-    and its part first; of each part those nearest to its first body first.
+def components(mechanism: Mechanism) -> list[list[str]]:
+    """Bodies that joints and couplings hold together, the ground and its part first; of each part
+    those nearest to its first body first.
     """
     neighbours: dict[str, set[str]] = {"ground": set()}
     neighbours |= {body.name: set() for body in mechanism.bodies}
     for joint in mechanism.joints:
         neighbours[joint.i.body].add(joint.j.body)
         neighbours[joint.j.body].add(joint.i.body)
-    for coupling in mechanism.couplings[:couplings]:
+    for coupling in mechanism.couplings:
         for name in coupling.bodies:
             neighbours[name] |= set(coupling.bodies) - {name}
     place = {name: n for n, name in enumerate(neighbours)}
@@ -107,6 +121,53 @@ def components(mechanism: Mechanism, couplings: int | None = None) -> list[list[
     return found
 
 
+def leading_order(system: System) -> list[str]:
+    """Bodies in the order in which they lead: what is driven, then what is near the ground."""
+    near = [name for part in components(system.mechanism) for name in part if name != "ground"]
+    driven = {body for driver in system.drivers for body in driver.bodies[1:]}
+    return sorted(near, key=lambda name: name not in driven)
+
+
+class FreeMotions(Sequence[FreeMotion]):
+    """Free motions of a large system: each is put into words when it is read.
+
+    Parameters
+    ----------
+    q : array (coordinates + 3,)
+    leaders : sequence of str
+        The body that leads each.
+    rates : callable
+        Rates (motions, coordinates) of the motions with these numbers, lengths by the model length.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        q: Array,
+        leaders: Sequence[str],
+        rates: Callable[[Sequence[int]], Array],
+    ) -> None:
+        self._system, self._q, self._leaders, self._rates = system, q, leaders, rates
+
+    def __len__(self) -> int:
+        return len(self._leaders)
+
+    # typing's overload would be taken for the compiler's
+    def __getitem__(self, n: Any) -> Any:
+        numbers = range(len(self))[n]
+        if isinstance(numbers, int):
+            return self._worded([numbers])[0]
+        return self._worded(numbers)
+
+    def __iter__(self) -> Iterator[FreeMotion]:
+        for first in range(0, len(self), AT_ONCE):
+            yield from self[first : first + AT_ONCE]
+
+    def _worded(self, numbers: Sequence[int]) -> tuple[FreeMotion, ...]:
+        leaders = [self._leaders[n] for n in numbers]
+        return _worded(self._system, self._q, self._rates(numbers), leaders) if numbers else ()
+
+
 def free_motions(system: System, q: Array, motions: Array) -> tuple[FreeMotion, ...]:
     """A readable basis of free motions.
 
@@ -117,29 +178,27 @@ def free_motions(system: System, q: Array, motions: Array) -> tuple[FreeMotion, 
     motions : array (free, coordinates)
         Any basis, lengths by the model length.
     """
-    near = [name for part in components(system.mechanism) for name in part if name != "ground"]
-    # what is driven leads, then what is near the ground
-    driven = {body for driver in system.drivers for body in driver.bodies[1:]}
-    order = sorted(near, key=lambda name: name not in driven)
-    basis, leaders = _echelon(system, motions, order)
+    return _worded(system, q, *_echelon(system, motions, leading_order(system)))
+
+
+def _worded(
+    system: System, q: Array, basis: Array, leaders: Sequence[str]
+) -> tuple[FreeMotion, ...]:
+    """Motions with words; the basis (motions, coordinates) with lengths by the model length."""
     scale = np.array([system.length, system.length, 1.0])
-    joints: dict[str, list[Joint]] = {body.name: [] for body in system.mechanism.bodies}
-    for joint in system.mechanism.joints:
-        for name in {joint.i.body, joint.j.body} - {"ground"}:
-            joints[name].append(joint)
-    found = []
+    touching, found = _Touching(system), []
     for row, leader in zip(basis, leaders, strict=True):
         rates = row.reshape(-1, 3) * scale
         own = rates[system.bodies[leader]]
         turns = abs(row[3 * system.bodies[leader] + 2]) >= STILL
         unit = own[2] if turns else np.hypot(own[0], own[1])
-        found.append(_Words(system, q, joints, rates / unit, leader).motion())
+        found.append(_Words(system, q, touching, rates / unit, leader).motion())
     return tuple(found)
 
 
 def _echelon(system: System, motions: Array, order: Sequence[str]) -> tuple[Array, list[str]]:
-    """Reduced rows: each has one coordinate that all others lack, of a body as near to the ground
-    as can be, of it the angle first.
+    """Reduced rows: each has one coordinate that all others lack, of a body as early in the order
+    as can be, of it the angle first; and the bodies that lead.
     """
     basis, left = motions.copy(), np.arange(len(motions))
     found: list[tuple[int, str]] = []
@@ -149,6 +208,8 @@ def _echelon(system: System, motions: Array, order: Sequence[str]) -> tuple[Arra
     # a row has its greatest number somewhere, so that every pass finds a leader or more
     while left.size:
         for name, c in zip(names, columns, strict=True):
+            if not left.size:
+                break
             part = np.abs(basis[left, c]) / top[left]
             if part.max(initial=0.0) < LEADS:
                 continue
@@ -159,58 +220,122 @@ def _echelon(system: System, motions: Array, order: Sequence[str]) -> tuple[Arra
             left = left[left != n]
             top[left] = np.abs(basis[left]).max(axis=1)
             found.append((n, name))
-    found.sort(key=lambda pair: order.index(pair[1]))
+    place = {name: n for n, name in enumerate(order)}
+    found.sort(key=lambda pair: place[pair[1]])
     return basis[[n for n, _ in found]], [name for _, name in found]
+
+
+def panel_echelon(system: System, motions: Array, order: Sequence[str]) -> tuple[Array, list[str]]:
+    """Reduced rows and their leaders, as of a few motions, of many, of which each has a coordinate
+    1 that is 0 in all others: these coordinates say how large a motion is, and other columns are
+    reduced some at a time.
+    """
+    free, left = len(motions), np.arange(len(motions))
+    columns = np.array([3 * system.bodies[name] + k for name in order for k in (2, 0, 1)])
+    T, top, wide = np.eye(free), np.ones(free), max(3, ONE_THREAD // max(free**2, 1))
+    found: list[tuple[int, int]] = []
+    while left.size:
+        for first in range(0, len(columns), wide):
+            own = columns[first : first + wide]
+            work, at = np.hstack([T, T @ motions[:, own]]), 0
+            while left.size:
+                part = np.abs(work[left, free + at :]) / top[left, None]
+                large = np.flatnonzero(part.max(axis=0, initial=0.0) >= LEADS)
+                if not large.size:
+                    break
+                n, at = int(left[part[:, large[0]].argmax()]), at + int(large[0])
+                work[n] /= work[n, free + at]
+                others = np.arange(free) != n
+                work[others] -= np.outer(work[others, free + at], work[n])
+                left = left[left != n]
+                top[left] = np.abs(work[left, :free]).max(axis=1)
+                found.append((first + at, n))
+            T = work[:, :free].copy()
+            if not left.size:
+                break
+    found.sort()
+    rows = [n for _, n in found]
+    return T[rows] @ motions, [order[column // 3] for column, _ in found]
+
+
+class _Touching:
+    """The joints of every body."""
+
+    def __init__(self, system: System) -> None:
+        machine = system.mechanism
+        self.names = [body.name for body in machine.bodies]
+        self.joints: dict[str, list[Joint]] = {name: [] for name in self.names}
+        for joint in machine.joints:
+            for name in {joint.i.body, joint.j.body} - {"ground"}:
+                self.joints[name].append(joint)
+        self._free = np.array([not own for own in self.joints.values()], dtype=bool)
+        slides = [(joint.i.body, joint.j.body) for joint in machine.joints if joint.slide]
+        number = system.bodies
+        self._slides = [(number[i], number[j]) for i, j in slides]
+
+    def guided(self, moving: Array) -> Array:
+        """Which bodies slide on one that does not move, or have no joints: (bodies,) of bool."""
+        found, moves = self._free.copy(), np.append(moving, False)
+        for i, j in self._slides:
+            for own, other in ((i, j), (j, i)):
+                if own < len(found) and not moves[other]:
+                    found[own] = True
+        return found
 
 
 class _Words:
     """Finds the words for one motion; rates (bodies, 3) with their units."""
 
     def __init__(
-        self, system: System, q: Array, joints: dict[str, list[Joint]], rates: Array, leader: str
+        self, system: System, q: Array, touching: _Touching, rates: Array, leader: str
     ) -> None:
-        self.system, self.q, self.joints, self.leader = system, q, joints, leader
+        self.system, self.q, self.touching, self.leader = system, q, touching, leader
         size = np.abs(rates / [system.length, system.length, 1.0]).max(axis=1)
         self.small = STILL * float(size.max())
-        names = [body.name for body in system.mechanism.bodies]
-        moving = [name for name, part in zip(names, size, strict=True) if part > self.small]
-        moving.sort(key=lambda name: name != leader)
-        self.rates = {name: rates[system.bodies[name]] for name in moving}
+        self.rates, self.names = rates, touching.names
+        moving = size > self.small
+        guided = touching.guided(moving)
+        # the leader first
+        first = system.bodies[leader]
+        order = np.flatnonzero(moving)
+        order = np.concatenate([order[order == first], order[order != first]])
+        turns = np.abs(rates[order, 2]) > self.small
+        self.order, self.turning, self.gliding = order, order[turns], order[~turns]
+        self.guided = guided
         self.units = system.mechanism.units
 
     def motion(self) -> FreeMotion:
         """The sentence: what turns, then what moves without turning; the leader first."""
-        turning = [name for name in self.rates if self._turns(name)]
-        parts = [self._turning(turning)] if turning else []
-        glides = [self._glides(names) for names in self._together()]
-        if len(glides) > NAMED:
-            glides[NAMED:] = [f"{len(glides) - NAMED} groups more move without turning"]
-        parts = [*parts, *glides] if self._turns(self.leader) else [*glides, *parts]
-        rates = {name: (float(x), float(y), float(w)) for name, (x, y, w) in self.rates.items()}
+        parts = [self._turning(self._named(self.turning))] if len(self.turning) else []
+        together = self._together()
+        glides = [self._glides(bodies) for bodies in together[:NAMED]]
+        if len(together) > NAMED:
+            glides.append(f"{len(together) - NAMED} groups more move without turning")
+        leads = len(self.turning) > 0 and self.names[self.turning[0]] == self.leader
+        parts = [*parts, *glides] if leads else [*glides, *parts]
+        values = zip(*self.rates[self.order].T.tolist(), strict=True)
+        rates = dict(zip(self._named(self.order), values, strict=True))
         return FreeMotion(self.leader, "; ".join(parts), rates)
 
-    def _together(self) -> list[list[str]]:
-        """Bodies that do not turn, those with one velocity together."""
-        found: list[list[str]] = []
-        for name in self.rates:
-            if self._turns(name):
-                continue
-            for group in found:
-                apart = np.abs(self.rates[group[0]] - self.rates[name])[:2].max()
-                alike = self._guided(group[0]) == self._guided(name)
-                if alike and apart < self.small * self.system.length:
-                    group.append(name)
-                    break
-            else:
-                found.append([name])
-        return found
+    def _named(self, bodies: Array) -> list[str]:
+        return [self.names[b] for b in bodies.tolist()]
 
-    def _turns(self, name: str) -> bool:
-        return abs(self.rates[name][2]) > self.small
+    def _together(self) -> list[Array]:
+        """Bodies that do not turn, those with one velocity together."""
+        found: list[Array] = []
+        left = self.gliding
+        velocity, guided = self.rates[left, :2], self.guided[left]
+        while left.size:
+            alike = np.abs(velocity - velocity[0]).max(axis=1) < self.small * self.system.length
+            alike &= guided == guided[0]
+            alike[0] = True
+            found.append(left[alike])
+            left, velocity, guided = left[~alike], velocity[~alike], guided[~alike]
+        return found
 
     def _turning(self, names: list[str]) -> str:
         """Such as "crank turns about O2, rocker follows (crank 1 : rocker -0.2 rad/s)"."""
-        ratios = [f"{name} {_number(self.rates[name][2])}" for name in names[:NAMED]]
+        ratios = [f"{name} {_number(self._rate(name)[2])}" for name in names[:NAMED]]
         shown = " : ".join(ratios) + (" …" if len(names) > NAMED else "")
         first, *others = names
         if first != self.leader:
@@ -220,14 +345,17 @@ class _Words:
             if others:
                 words += f", {_listed(others)} {'follows' if len(others) == 1 else 'follow'}"
         if not others:
-            shown = _number(self.rates[first][2])
+            shown = _number(self._rate(first)[2])
         return f"{words} ({shown} rad/{self.units.time})"
+
+    def _rate(self, name: str) -> Array:
+        return np.asarray(self.rates[self.system.bodies[name]])
 
     def _centre(self, name: str) -> str:
         """A pin that does not move, else where the instantaneous centre is."""
         x, y = self.q[3 * self.system.bodies[name] :][:2]
-        vx, vy, w = self.rates[name]
-        touching = self.joints[name]
+        vx, vy, w = self._rate(name)
+        touching = self.touching.joints[name]
         near = STILL * self.system.length * 10.0
         for joint in touching:
             side = "i" if joint.i.body == name else "j"
@@ -240,9 +368,10 @@ class _Words:
             where = f"its mass centre {where}"
         return f"{where} at this instant" if touching else where
 
-    def _glides(self, names: list[str]) -> str:
+    def _glides(self, bodies: Array) -> str:
         """Along which direction bodies move that do not turn."""
-        vx, vy, _ = self.rates[names[0]]
+        names = self._named(bodies)
+        vx, vy, _ = self.rates[bodies[0]]
         angle = float(np.degrees(np.arctan2(vy, vx))) % 180.0
         speed = float(np.hypot(vx, vy))
         along, sign = f"{angle:.4g}°", np.sign(vy)
@@ -252,18 +381,9 @@ class _Words:
             along = "y"
         rate = f"{_number(sign * speed)} {self.units.of('velocity')}"
         s = "s" if len(names) == 1 else ""
-        if self._guided(names[0]):
+        if self.guided[bodies[0]]:
             return f"{_listed(names)} slide{s} along {along} ({rate})"
         return f"{_listed(names)} move{s} along {along} without turning ({rate})"
-
-    def _guided(self, name: str) -> bool:
-        """Whether a body slides on one that does not move, or is free of joints."""
-        touching = self.joints[name]
-        return not touching or any(
-            joint.slide
-            and (joint.i.body if joint.j.body == name else joint.j.body) not in self.rates
-            for joint in touching
-        )
 
 
 def _number(value: Any) -> str:

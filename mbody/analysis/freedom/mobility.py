@@ -3,13 +3,22 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from mbody.analysis.freedom.free_motions import FreeMotion, components, free_motions
+from mbody.analysis.freedom.free_motions import (
+    FreeMotion,
+    FreeMotions,
+    components,
+    free_motions,
+    leading_order,
+    panel_echelon,
+)
 from mbody.analysis.freedom.one_sided import one_sided
 from mbody.analysis.freedom.single_design import single_design, single_time
 from mbody.analysis.position.assembly_analysis import DEAD, closed
@@ -22,15 +31,22 @@ from mbody.model.mechanism import Mechanism
 from mbody.model.remarks import left_out, remarks
 from mbody.quantities.units import UnitSystem
 from mbody.solution.heading import heading, unit_symbols
-from mbody.system.rank import DENSE, Rank, dense, rank_of, too_large
+from mbody.system.large_rank import LargeRank, large_rank, row_elements, sparse_rows
+from mbody.system.rank import Rank, dense, rank_of
 from mbody.system.system import System
 
 __all__ = ["Count", "Mobility", "mobility"]
 
 #: Part of a dependency below which a row has no part in it.
 SMALL = 1e-6
-#: Rows up to which positions nearby are looked at.
+#: Rows up to which matrices are dense and positions nearby are looked at.
 LOOKED = 300
+#: Numbers of all free motions up to which every one has its leader as near to the ground as can be.
+LISTED = 20_000_000
+#: Numbers of free motions that `data` lists, and motions that it always lists.
+IN_DATA, FEWEST = 1_500_000, 12
+#: A least pivot below so many times what counts as zero is reported.
+CLEAR = 100.0
 #: Step to a position nearby, in model lengths and radians, and how many are tried.
 NEARBY, TRIES = 0.05, 6
 #: Iterations by which joints are closed again, and what counts as closed.
@@ -47,33 +63,33 @@ class Count:
         Scalar constraints.
     gruebler : int
         3·bodies − rows: what Grübler's formula counts.
-    rank : int or None
-        Independent rows at the closed position; None where it was not computed.
+    rank : int
+        Independent rows at the closed position.
     rank_nearby : int or None
         The greatest rank at closed positions nearby; more than `rank` where this one is singular.
-    freedom, redundant : int or None
+    freedom, redundant : int
         Degrees of freedom and rows too many, here: freedom = gruebler + redundant.
     """
 
     rows: int
     gruebler: int
-    rank: int | None
+    rank: int
     rank_nearby: int | None
 
     @property
-    def freedom(self) -> int | None:
+    def freedom(self) -> int:
         """Degrees of freedom by the rank."""
-        return None if self.rank is None else self.gruebler + self.rows - self.rank
+        return self.gruebler + self.rows - self.rank
 
     @property
-    def redundant(self) -> int | None:
+    def redundant(self) -> int:
         """Rows beyond the independent ones."""
-        return None if self.rank is None else self.rows - self.rank
+        return self.rows - self.rank
 
     @property
     def singular(self) -> bool:
         """Whether the rank is lower here than at positions nearby."""
-        return None not in (self.rank, self.rank_nearby) and self.rank != self.rank_nearby
+        return self.rank_nearby not in (None, self.rank)
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,9 +112,9 @@ class Mobility:
     redundant : dict
         By joint, where some can be spared: how many of its rows could be removed without setting
         anything free. Of several joints that share one dependency any one is meant, not all.
-    motions, driven_motions : tuple of FreeMotion or None
-        Free motions without the drivers and with the drivers fixed; None where they were not
-        computed.
+    motions, driven_motions : sequence of FreeMotion
+        Free motions without the drivers and with the drivers fixed; of a large mechanism each is
+        computed when it is read.
     one_sided : dict
         Names by kind of what holds in one sense only: "contacts", "ropes", "stops", "freewheels",
         "limits" of joints, counted as open; "joints" that can separate, counted as closed.
@@ -124,32 +140,33 @@ class Mobility:
     of_joints: Count
     driven: Count
     redundant: dict[str, int]
-    motions: tuple[FreeMotion, ...] | None = field(repr=False)
-    driven_motions: tuple[FreeMotion, ...] | None = field(repr=False)
+    motions: Sequence[FreeMotion] = field(repr=False)
+    driven_motions: Sequence[FreeMotion] = field(repr=False)
     one_sided: dict[str, tuple[str, ...]] = field(default_factory=dict, repr=False)
     notes: tuple[str, ...] = ()
 
     @property
-    def freedom(self) -> int | None:
-        """Degrees of freedom with the drivers fixed; None where the rank was not computed."""
+    def freedom(self) -> int:
+        """Degrees of freedom with the drivers fixed."""
         return self.driven.freedom
 
     def data(self) -> dict[str, Any]:
         """Everything as a plain dict of numbers, text, lists and dicts, ready for JSON."""
-        plain = dataclasses.asdict(self)
-        for name in ("mechanism", "units", "notes"):
-            del plain[name]
+        left_out = ("mechanism", "units", "notes")
+        names = [one.name for one in dataclasses.fields(self) if one.name not in left_out]
+        plain = {name: getattr(self, name) for name in names}
+        plain["redundant"], plain["one_sided"] = dict(self.redundant), dict(self.one_sided)
         plain = heading(self.mechanism, "check", unit_symbols(self.units), self) | plain
         for name in ("of_joints", "driven"):
             count: Count = getattr(self, name)
-            plain[name] |= {
+            plain[name] = dataclasses.asdict(count) | {
                 "freedom": count.freedom,
                 "redundant": count.redundant,
                 "singular": count.singular,
             }
         for name in ("motions", "driven_motions"):
-            found = getattr(self, name)
-            plain[name] = None if found is None else [motion.data() for motion in found]
+            found: Sequence[FreeMotion] = getattr(self, name)
+            plain[name] = [motion.data() for motion in found[: _in_data(self.bodies)]]
         return plain
 
     def __str__(self) -> str:
@@ -190,9 +207,9 @@ def mobility(
 
     Notes
     -----
-    The rank is found by a singular value decomposition, up to 1500 rows; beyond, it is given where
-    elimination shows all rows to be independent. Up to 300 rows positions nearby distinguish a
-    singular position from redundant constraints.
+    The rank is found by a singular value decomposition up to 300 rows, and there positions nearby
+    distinguish a singular position from redundant constraints; beyond by orthogonal elimination,
+    body by body, and free motions are put into words when they are read.
 
     Examples
     --------
@@ -208,11 +225,28 @@ def mobility(
     return _Report(system, closed(system, time, {}, guess), time).mobility()
 
 
+def _in_data(bodies: int) -> int:
+    """How many free motions `data` lists."""
+    return max(FEWEST, IN_DATA // (3 * max(bodies, 1)))
+
+
 def _loops(mechanism: Mechanism) -> int:
-    """Independent loops: a coupling closes one where it joins nothing that was apart."""
-    parts = [len(components(mechanism, n)) for n in range(len(mechanism.couplings) + 1)]
-    closed = sum(one == other for one, other in pairwise(parts))
-    return len(mechanism.joints) - len(mechanism.bodies) - 1 + parts[0] + closed
+    """Independent loops: one where a joint, or a coupling, joins nothing that was apart."""
+    root: dict[str, str] = {}
+
+    def part(name: str) -> str:
+        while (above := root.get(name, name)) != name:
+            root[name] = root.get(above, above)
+            name = above
+        return name
+
+    found = 0
+    pairs = [(joint.i.body, joint.j.body) for joint in mechanism.joints]
+    for names in (*pairs, *(tuple(coupling.bodies) for coupling in mechanism.couplings)):
+        first, *others = dict.fromkeys(part(name) for name in names)
+        found += not others
+        root.update(dict.fromkeys(others, first))
+    return found
 
 
 class _Report:
@@ -231,15 +265,19 @@ class _Report:
         mechanism = self.mechanism
         parts = components(mechanism)
         self.notes += [f"not joined to the ground: {listed(part)}" for part in parts[1:]]
-        ranks = self._ranks()
-        joints, driven = ranks or (None, None)
-        nearby = self._nearby(*ranks) if ranks else (None, None)
-        of_joints = self._count(self.joint_rows, joints, nearby[0])
-        with_drivers = self._count(self.system.rows, driven, nearby[1])
-        if ranks:
-            self._say_singular(of_joints, with_drivers)
-            self._say_repeated(*ranks, with_drivers)
+        joints, driven = self._ranks()
+        nearby = self._nearby(joints, driven)
+        of_joints = self._count(joints, nearby[0])
+        with_drivers = self._count(driven, nearby[1])
+        self._say_singular(of_joints, with_drivers)
+        self._say_repeated(joints, driven, with_drivers)
         motions = self._motions(joints)
+        most = _in_data(len(mechanism.bodies))
+        if len(motions) > most:
+            self.notes.append(
+                f"data and --json list {most} of {len(motions)} free motions, those led by what is "
+                "driven or nearest to the ground; report.motions[n] is any of them"
+            )
         return Mobility(
             mechanism=mechanism.name,
             units=mechanism.units,
@@ -251,55 +289,69 @@ class _Report:
             loops=_loops(mechanism),
             of_joints=of_joints,
             driven=with_drivers,
-            redundant=self._spared(joints) if joints else {},
+            redundant=self._spared(joints),
             motions=motions,
             driven_motions=motions if driven is joints else self._motions(driven),
             one_sided=one_sided(mechanism),
             notes=tuple(self.notes),
         )
 
-    def _ranks(self) -> tuple[Rank, Rank] | None:
-        """Of the joints alone, and with the drivers; None for a mechanism too large."""
-        if too_large(self.system):
-            self.notes.append(
-                f"{self.system.rows} rows of {self.system.coordinates} coordinates are too many "
-                f"for a rank report (up to {DENSE} rows): free motions are not listed"
-            )
-            return None
+    def _ranks(self) -> tuple[Rank | LargeRank, Rank | LargeRank]:
+        """Of the joints alone, and with the drivers."""
+        if self.system.rows > LOOKED:
+            parts, order = sparse_rows(self.system, self.work), leading_order(self.system)
+            bodies = [self.system.bodies[name] for name in order]
+            rows = [self.joint_rows, self.system.rows][: 1 + bool(self.system.drivers)]
+            found = [large_rank(parts, count, bodies, DEAD) for count in rows]
+            self._say_unclear(found[-1])
+            return found[0], found[-1]
         G = dense(self.system, self.work)[1]
         joints = rank_of(G[: self.joint_rows], DEAD)
         return joints, rank_of(G, DEAD) if self.system.drivers else joints
 
-    def _count(self, rows: int, found: Rank | None, nearby: int | None) -> Count:
-        rank = found.rank if found else None
-        if found is None and not self.start.regularization:
-            rank = nearby = rows  # elimination met no dependent row
-        return Count(rows, self.system.coordinates - rows, rank, nearby)
+    @staticmethod
+    def _count(found: Rank | LargeRank, nearby: int | None) -> Count:
+        return Count(found.rows, found.coordinates - found.rows, found.rank, nearby)
 
-    def _motions(self, found: Rank | None) -> tuple[FreeMotion, ...] | None:
-        if found is None:
-            return None
-        return free_motions(self.system, self.work.q[:, 0], found.motions)
+    def _motions(self, found: Rank | LargeRank) -> Sequence[FreeMotion]:
+        q = self.work.q[:, 0]
+        if isinstance(found, Rank):
+            return free_motions(self.system, q, found.motions)
+        names = [body.name for body in self.mechanism.bodies]
+        if found.free * found.coordinates <= LISTED:
+            order = leading_order(self.system)
+            basis, leaders = panel_echelon(self.system, found.motions(), order)
+            return FreeMotions(self.system, q.copy(), leaders, functools.partial(_rows_of, basis))
+        leaders = [names[b] for b in found.leaders.tolist()]
+        return FreeMotions(self.system, q.copy(), leaders, found.motions)
 
-    def _spared(self, joints: Rank) -> dict[str, int]:
+    def _spared(self, joints: Rank | LargeRank) -> dict[str, int]:
         """By joint, how many of its rows the others imply: its part in the dependencies."""
-        primitive = self.system.row_table[0][: self.joint_rows]
+        elements = (*self.mechanism.joints, *self.mechanism.couplings)
+        ends = np.searchsorted(row_elements(self.system), np.arange(len(elements) + 1))
+        products = [np.zeros((b - a, b - a)) for a, b in pairwise(ends.tolist())]
+        for part in _combinations(joints):
+            for n in np.unique(np.searchsorted(ends, np.flatnonzero(part.any(axis=0)), "right")):
+                own = part[:, ends[n - 1] : ends[n]]
+                products[n - 1] += own.T @ own
         found = {}
-        for joint in (*self.mechanism.joints, *self.mechanism.couplings):
-            part = joints.dependencies[:, np.isin(primitive, self.system.primitives_of[joint.name])]
-            count = int(np.linalg.matrix_rank(part, tol=SMALL)) if part.size else 0
+        for element, product in zip(elements, products, strict=True):
+            # singular values, squared
+            count = int((np.linalg.eigvalsh(product) > SMALL**2).sum()) if product.any() else 0
             if count:
-                found[joint.name] = count
+                found[element.name] = count
         return found
 
     # -- positions nearby ---------------------------------------------------------------------
 
-    def _nearby(self, joints: Rank, driven: Rank) -> tuple[int | None, int | None]:
+    def _nearby(
+        self, joints: Rank | LargeRank, driven: Rank | LargeRank
+    ) -> tuple[int | None, int | None]:
         """The greatest ranks at closed positions nearby, to which the joints let it move."""
         best = joints.rank, driven.rank
         if not driven.redundant or not joints.free:
             return best  # no higher rank is possible, or there is no other position
-        if driven.rows > LOOKED:
+        if isinstance(joints, LargeRank):
             return None, None
         scale = self.system.coordinate_units
         here, random = self.work.q.copy(), np.random.default_rng(0)
@@ -350,14 +402,36 @@ class _Report:
                 "through here"
             )
 
-    def _say_repeated(self, joints: Rank, driven: Rank, count: Count) -> None:
+    def _say_unclear(self, found: LargeRank) -> None:
+        """A rank that depends on what counts as zero."""
+        if found.basis.kept < CLEAR * found.zero:
+            self.notes.append(
+                f"the position is nearly singular: the least pivot of the rows is "
+                f"{found.basis.kept:.2g}, below {found.zero:.2g} it would count as zero"
+            )
+
+    def _say_repeated(
+        self, joints: Rank | LargeRank, driven: Rank | LargeRank, count: Count
+    ) -> None:
         """Name drivers that repeat what joints and other drivers impose."""
         if count.singular or driven.redundant == joints.redundant:
             return
-        part = np.abs(driven.dependencies[:, self.joint_rows :]).max(axis=0)
+        part = np.zeros(len(self.mechanism.drivers))
+        for combinations in _combinations(driven):
+            size = np.abs(combinations[:, self.joint_rows :]).max(axis=0, initial=0.0)
+            part = np.maximum(part, size)
         pairs = zip(self.mechanism.drivers, part, strict=True)
         names = [driver.name for driver, size in pairs if size > SMALL]
         surplus = driven.redundant - joints.redundant
         self.notes.append(
             f"drivers repeat each other or the joints ({listed(names)}): remove {surplus} of them"
         )
+
+
+def _combinations(found: Rank | LargeRank) -> Iterable[np.ndarray]:
+    """Combinations of rows that vanish, some at a time."""
+    return (found.dependencies,) if isinstance(found, Rank) else found.dependencies()
+
+
+def _rows_of(basis: np.ndarray, numbers: Sequence[int]) -> np.ndarray:
+    return np.asarray(basis[list(numbers)])
