@@ -10,6 +10,7 @@ import numpy as np
 
 from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import violation
+from mbody.system.rank import RankCounts
 from mbody.system.sparse_rank import Front, SparseRank, sparse_rank
 from mbody.system.system import System
 
@@ -37,12 +38,11 @@ class SparseRows:
 
 
 @dataclass(frozen=True, eq=False)
-class LargeRank:
+class LargeRank(RankCounts):
     """Rank of the dimensionless Φ_q at one position, as `Rank`, without dense matrices.
 
     Attributes
     ----------
-    coordinates, rows, rank : int
     order : array of int (bodies,)
         Bodies in whose order free motions have their leaders, as far as elimination lets them.
     basis : SparseRank
@@ -52,23 +52,10 @@ class LargeRank:
     zero : float
     """
 
-    coordinates: int
-    rows: int
-    rank: int
     order: Array
     basis: SparseRank
     parts: SparseRows
     zero: float
-
-    @property
-    def free(self) -> int:
-        """Degrees of freedom that are left."""
-        return self.coordinates - self.rank
-
-    @property
-    def redundant(self) -> int:
-        """Rows beyond the independent ones."""
-        return self.rows - self.rank
 
     @property
     def leaders(self) -> Array:

@@ -16,6 +16,7 @@ from mbody.system.system import System
 __all__ = [
     "DENSE",
     "Rank",
+    "RankCounts",
     "dense",
     "dense_rates",
     "jacobian",
@@ -35,25 +36,13 @@ ZERO = 1e-9
 LARGE, ITERATIONS = 100, 6
 
 
-@dataclass(frozen=True)
-class Rank:
-    """Rank of the dimensionless Φ_q at one position.
-
-    Attributes
-    ----------
-    coordinates, rows, rank : int
-        Three coordinates a body; rows of joints and drivers.
-    motions : array (free, coordinates)
-        Free motions, orthonormal, lengths by the model length.
-    dependencies : array (redundant, rows)
-        Combinations of dimensionless rows that vanish, orthonormal.
-    """
+@dataclass(frozen=True, eq=False)
+class RankCounts:
+    """How many coordinates (three a body), rows (of joints and drivers) and independent rows."""
 
     coordinates: int
     rows: int
     rank: int
-    motions: np.ndarray
-    dependencies: np.ndarray
 
     @property
     def free(self) -> int:
@@ -64,6 +53,22 @@ class Rank:
     def redundant(self) -> int:
         """Rows beyond the independent ones."""
         return self.rows - self.rank
+
+
+@dataclass(frozen=True, eq=False)
+class Rank(RankCounts):
+    """Rank of the dimensionless Φ_q at one position.
+
+    Attributes
+    ----------
+    motions : array (free, coordinates)
+        Free motions, orthonormal, lengths by the model length.
+    dependencies : array (redundant, rows)
+        Combinations of dimensionless rows that vanish, orthonormal.
+    """
+
+    motions: np.ndarray
+    dependencies: np.ndarray
 
 
 def too_large(system: System) -> bool:

@@ -103,9 +103,9 @@ def linkages(
         of these lines at the start [rad]; a line goes through its joint at the start.
     instants : int
         How many, at equal angles of the driver, both ends included.
-    turn : float or array (linkages,) or (linkages, drivers)
-        By how much the driver turns [rad], or each of them, in the same time; 0 for one that is
-        fixed, but not for the first.
+    turn : float or array
+        By how much the driver turns [rad], (linkages,), or each of them, (linkages, drivers), in
+        the same time; 0 for one that is fixed, but not for the first.
     speed : float or array (linkages,)
         The constant rate of the first [rad/time]; 0 for statics.
     gravity : pair of float
