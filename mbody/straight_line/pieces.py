@@ -172,11 +172,11 @@ def _prologue(described: Description) -> Callable[..., None]:
     return run
 
 
-def _pieces(tracer: _PieceRecorder, repeated: set[Row]) -> dict[str, Piece]:
+def _pieces(recorder: _PieceRecorder, repeated: set[Row]) -> dict[str, Piece]:
     """The pieces of a step, in the order in which they run; `repeated` are the rows that Newton's
     method changes, of which nothing is known before a correction.
     """
-    described = tracer.described
+    described = recorder.described
     L, path, squares = described.layout, described.path, described.squares
     found: dict[str, Piece] = {}
 
@@ -196,24 +196,24 @@ def _pieces(tracer: _PieceRecorder, repeated: set[Row]) -> dict[str, Piece]:
         W.time[0, 0] = given(("step", "time"))
         prescribe(L, W, 0.0, path, given(("step", "here")))
 
-    found["three"] = tracer.piece(three)
-    found["two"] = tracer.piece(two)
-    found["prescribe"] = tracer.piece(prescribed)
-    tracer.known = {row: value for row, value in tracer.known.items() if row not in repeated}
-    found["position"] = tracer.piece(position)
-    known = dict(tracer.known)
+    found["three"] = recorder.piece(three)
+    found["two"] = recorder.piece(two)
+    found["prescribe"] = recorder.piece(prescribed)
+    recorder.known = {row: value for row, value in recorder.known.items() if row not in repeated}
+    found["position"] = recorder.piece(position)
+    known = dict(recorder.known)
     after: list[dict[Row, float]] = []
     for n, square in enumerate(squares):
-        tracer.known = dict(known)
-        found[f"factor {n}"] = tracer.piece(_factor(square, n))
-        found[f"newton {n}"] = tracer.piece(_newton(L, square, n))
-        found[f"conclude {n}"] = tracer.piece(_conclude(L, path, square, n))
-        after.append(tracer.known)
-    tracer.known = {
+        recorder.known = dict(known)
+        found[f"factor {n}"] = recorder.piece(_factor(square, n))
+        found[f"newton {n}"] = recorder.piece(_newton(L, square, n))
+        found[f"conclude {n}"] = recorder.piece(_conclude(L, path, square, n))
+        after.append(recorder.known)
+    recorder.known = {
         row: value for row, value in after[0].items() if all(k.get(row) == value for k in after)
     }
     for name, run in _outputs(L):
-        found[name] = tracer.piece(run)
+        found[name] = recorder.piece(run)
     return found
 
 
