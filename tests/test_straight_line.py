@@ -158,6 +158,94 @@ def test_few_designs_go_by_the_kernel(monkeypatch):
 
 
 # ---------------------------------------------------------------------------------------------
+# One motion, of a system that is assembled with machine code of its own
+
+
+def motions(machine, analysis=mbody.kinetostatics, **options):
+    """The motion by the kernel, and by the code of its own."""
+    systems = [mbody.assemble(machine, machine_code=own) for own in (False, True)]
+    return [analysis(system, **options) for system in systems]
+
+
+def same_motion(by_kernel, by_code, close=CLOSE):
+    assert (by_kernel.status, by_kernel.notes) == (by_code.status, by_code.notes)
+    assert_allclose(by_code.t, by_kernel.t, rtol=0.0, atol=0.0)
+    n, last = by_kernel.system.coordinates, by_kernel.system.page_rows
+    # positions, rates, accelerations, forces and torques, each by the greatest of all
+    for part in (slice(0, n), slice(n, 2 * n), slice(2 * n, 3 * n), slice(3 * n, last)):
+        expected, found = (run.record.table(part) for run in (by_kernel, by_code))
+        size = np.abs(expected).max(initial=0.0)
+        assert_allclose(found, expected, rtol=0.0, atol=close * size)
+
+
+def by_own_code(run):
+    """Whether a result is one of the code of its own: it keeps rows by instants."""
+    (block,) = run.record.blocks
+    return block.strides[0] < block.strides[1]
+
+
+@pytest.mark.parametrize("of", MACHINES)
+def test_a_motion_agrees_with_the_kernel_that_serves_all(of):
+    name = MACHINES[of][0]
+    how = {"turn": True, "instants": 721}
+    if name == "vehicle":
+        how = {"t": np.linspace(0.0, 1.0, 300)}
+    by_kernel, by_code = motions(mbody.gallery.load(name), **how)
+    same_motion(by_kernel, by_code)
+    assert by_own_code(by_code) and not by_own_code(by_kernel)
+    assert by_code.branch.least == pytest.approx(by_kernel.branch.least, rel=1e-9)
+
+
+@pytest.mark.parametrize("analysis", [mbody.kinematics, mbody.statics])
+def test_other_analyses_of_a_motion(analysis):
+    by_kernel, by_code = motions(mbody.gallery.load("watt_sixbar"), analysis, turn=True)
+    same_motion(by_kernel, by_code)
+    assert by_own_code(by_code)
+
+
+def test_values_of_the_driver_of_a_motion():
+    values = np.concatenate([np.linspace(0.2, 1.0, 90), [1.0, 1.0], np.linspace(1.1, 2.5, 120)])
+    drive = {"motor": (values, 3.0, -2.0)}
+    by_kernel, by_code = motions(mbody.gallery.load("norton_fourbar"), drive=drive)
+    same_motion(by_kernel, by_code)
+    assert by_own_code(by_code)
+
+
+def test_designs_of_a_batch_and_other_numbers_by_own_code():
+    by_kernel, by_code = (mbody.assemble(four_bar(), machine_code=own) for own in (False, True))
+    values = {"crank.A.x": np.linspace(0.9, 1.1, 5)}
+    one, other = (
+        mbody.kinetostatics(system.with_values(values), np.linspace(0.0, 0.6, 100))
+        for system in (by_kernel, by_code)
+    )
+    peak = np.abs(one.reaction("A").fx).max()
+    assert_allclose(other.reaction("A").fx, one.reaction("A").fx, rtol=0.0, atol=CLOSE * peak)
+
+
+def test_few_designs_go_by_own_code(codes, monkeypatch):
+    monkeypatch.setattr(jobs, "STRAIGHT", 10**12)
+    system = mbody.assemble(four_bar(), machine_code=True)
+    mbody.sweep(system, {"crank.A.x": [0.9, 1.0, 1.1]}, measure="peak(A.force)", turn="motor")
+    assert codes and all(codes)
+
+
+def test_a_mechanism_without_such_code_goes_by_the_kernel():
+    by_kernel, by_code = motions(mbody.gallery.load("mud_pump"), turn=True)
+    assert_array_equal(by_code.effort("motor"), by_kernel.effort("motor"))
+
+
+def test_a_dead_centre_is_said_as_by_the_kernel():
+    said = []
+    for own in (False, True):
+        system = mbody.assemble(mbody.makers.four_bar(1, 3, 2, 2.5, speed=10.0), machine_code=own)
+        longer = system.with_values({"crank.A.x": 2.2})
+        with pytest.raises(mbody.SolveError) as stop:
+            mbody.kinetostatics(longer, turn=True)
+        said.append(str(stop.value))
+    assert said[0] == said[1] and "dead centre" in said[0]
+
+
+# ---------------------------------------------------------------------------------------------
 # Where there is none
 
 

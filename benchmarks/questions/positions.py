@@ -29,16 +29,21 @@ def measure(scope: Scope) -> list[Row]:
     motion = newton_euler.motion(crank.angle, crank.omega, crank.alpha)
     reference = newton_euler.forces(motion)[8]
     joints = ("O2", "A", "B", "O4")
+    own = mbody.assemble(system.mechanism, machine_code=True)
 
-    def ours() -> Any:
-        found = mbody.kinetostatics(system, run.t)
-        names = [found.reaction(name) for name in joints]
-        return [(one.fx, one.fy) for one in names], found.effort("motor")
+    def by(system: mbody.System) -> Callable[[], Any]:
+        def ours() -> Any:
+            found = mbody.kinetostatics(system, run.t)
+            names = [found.reaction(name) for name in joints]
+            return [(one.fx, one.fy) for one in names], found.effort("motor")
+
+        return ours
 
     def by_hand() -> Any:
         return None, newton_euler.forces(motion)[8]
 
-    tasks: dict[str, Callable[[], Any]] = {OURS: ours, "NumPy, batched 9×9 by hand": by_hand}
+    tasks: dict[str, Callable[[], Any]] = {OURS: by(system), f"{OURS}, machine_code=True": by(own)}
+    tasks |= {"NumPy, batched 9×9 by hand": by_hand}
     machine = links()
     moved = given(run, machine.tree())
     if available("pinocchio"):

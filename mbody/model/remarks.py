@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Iterator, Mapping
+from collections.abc import Hashable, Iterator, Mapping
 from typing import Any, cast
 
 from mbody.laws import Table
@@ -24,7 +24,7 @@ __all__ = ["kept_states", "left_out", "remarks", "rubbing", "without_friction"]
 HEAVY, MUCH = 100, 0.1
 
 
-def remarks(mechanism: Mechanism, kept: dict[str, Any] | None = None) -> tuple[str, ...]:
+def remarks(mechanism: Mechanism, kept: dict[Hashable, Any] | None = None) -> tuple[str, ...]:
     """Sentences for the user, each with the element, the number and what to do; they are among
     the notes of every analysis and leave its status.
 

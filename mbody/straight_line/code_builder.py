@@ -27,8 +27,9 @@ from mbody.compiler.c_interface import common
 from mbody.compiler.targets import TARGETS, Target
 from mbody.core.recorded_numbers import Untraceable
 from mbody.straight_line.code_interface import NONE
+from mbody.straight_line.function_of_designs import DesignsWriter
+from mbody.straight_line.function_of_motion import MotionWriter
 from mbody.straight_line.pieces import Description, recorded_pieces
-from mbody.straight_line.whole_function import write_function
 
 __all__ = ["described", "main", "straight_line_module"]
 
@@ -62,7 +63,8 @@ def straight_line_module(target: Target, one: Description, sources: str) -> Any:
     layout = str(machine.target_data)
     module = ir.Module("straight_line")
     module.triple, module.data_layout = target.triple, layout
-    initial = write_function(module, one, *recorded_pieces(one))
+    writer = MotionWriter if one.path.pieces else DesignsWriter
+    initial = writer(module, one, *recorded_pieces(one)).initial
     made = llvm.parse_assembly(str(module))
     table = json.dumps({"initial": initial, "needs": needed(made)})
     made.link_in(llvm.parse_assembly(str(common(target.triple, layout, sources, table))))

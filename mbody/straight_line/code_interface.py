@@ -1,13 +1,22 @@
 """What straight-line code and those who call it agree on."""
 
-__all__ = ["COLUMNS", "ENTRY", "FACTORS", "NONE", "STEP", "STRUCTURAL", "WORDS"]
+__all__ = [
+    "COLUMNS",
+    "ENTRY",
+    "FACTORS",
+    "NONE",
+    "STEP",
+    "STRUCTURAL",
+    "WORDS_OF_DESIGNS",
+    "WORDS_OF_MOTION",
+]
 
 #: Name of the function, as `mbody.core.library.Library.function` looks it up.
 ENTRY = "mbody_straight_line_np"
-#: Numbers of a step, which all lanes share: path parameter, time; the step and the one before it,
-#: whether there are such; the one before for predictions, the way to the third place, and whether
-#: two places predict; rate and acceleration of the one driver; the square of the accepted
-#: correction.
+#: Numbers of a step, which designs share, while each piece of a motion has its own: path parameter,
+#: time; the step and the one before it, whether there are such; the one before for predictions, the
+#: way to the third place, and whether two places predict; rate and acceleration of the one driver;
+#: the square of the accepted correction.
 STEP = (
     "here",
     "time",
@@ -24,11 +33,12 @@ STEP = (
 )
 #: The columns of the table of steps: these numbers, and whether three places may predict.
 COLUMNS = (*STEP, "three")
-#: Arguments of the function, words of eight bytes: numbers of designs and instants; addresses of
-#: parameters, masses and first positions, each (rows, designs), of the table of steps (instants,
-#: columns), of first numbers of rows, of the rows that are kept, and how many they are; of which
-#: groups of outputs are needed, of the output (kept, designs, instants), of the failed designs.
-WORDS = (
+#: Arguments of the function of designs, words of eight bytes: numbers of designs and instants;
+#: addresses of parameters, masses and first positions, each (rows, designs), of the table of steps
+#: (instants, columns), of first numbers of rows, of the rows that are kept, and how many they are;
+#: of which groups of outputs are needed, of the output (kept, designs, instants), of the failed
+#: designs.
+WORDS_OF_DESIGNS = (
     "designs",
     "instants",
     "par",
@@ -41,6 +51,26 @@ WORDS = (
     "groups",
     "output",
     "failed",
+)
+#: Arguments of the function of one motion: numbers of lanes, a multiple of those of the code, and
+#: of instants of a lane;
+#: addresses of parameters, masses and first positions, each (rows, lanes), of path parameters and
+#: times (instants, lanes), of rates and accelerations of the one driver (2·instants, lanes), of the
+#: square of the accepted correction, of first numbers of rows, of the output (rows, instants,
+#: lanes), and of what is found of each lane, as `FollowedLanes.found` has it.
+WORDS_OF_MOTION = (
+    "lanes",
+    "instants",
+    "par",
+    "mass",
+    "q",
+    "s",
+    "t",
+    "given",
+    "small",
+    "initial",
+    "output",
+    "found",
 )
 #: Workspaces of the two choices of pivots.
 FACTORS = ("first factor", "second factor")

@@ -43,7 +43,8 @@ class Description:
     squares : tuple
         One or two choices of pivots, as `mbody.kernels.square_lu.Square`.
     path : object
-        ``mode``, ``with_forces`` and ``at_rest`` of `LanePath`.
+        ``mode``, ``with_forces`` and ``at_rest`` of `LanePath`, and ``pieces``: whether lanes are
+        pieces of one motion, else designs.
     initial : dict
         First numbers of the workspace, by field: arrays (rows,); NaN where lanes differ.
     """
@@ -239,8 +240,8 @@ def _conclude(L: Any, path: Any, square: Any, n: int) -> Callable[..., dict[str,
         newton = first, rest, growth, given(("step", "small")), failed
         way = tuple(given(("step", name)) for name in ("h", "back", "seen", "seen_twice"))
         rates = given(("step", "rate")), given(("step", "acceleration"))
-        failed, _ = conclude(L, square, W, 0.0, factors[n], path, (way, rates, 0), newton)
-        return {"failed": failed}
+        failed, most = conclude(L, square, W, 0.0, factors[n], path, (way, rates, 0), newton)
+        return {"failed": failed, "most": most} if path.pieces else {"failed": failed}
 
     return run
 

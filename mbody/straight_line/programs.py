@@ -23,11 +23,12 @@ from mbody.core.library import LibraryError, open_library
 from mbody.core.sources import PACKAGE, source_hash
 from mbody.errors import ModelWarning
 from mbody.kernels.continuation import BY_DRIVER
-from mbody.kernels.continuation_lanes import Designs, LanePath, smallest
+from mbody.kernels.continuation_lanes import FOUND, Designs, LanePath, smallest
 from mbody.kernels.layout import Layout, Work
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.kernels.square_lu import Square
 from mbody.straight_line.code_interface import COLUMNS, FACTORS, NONE, STRUCTURAL
+from mbody.system.lane_instants import LaneInstants
 
 __all__ = ["StraightLineCode", "build", "step_table", "straight_line_code"]
 
@@ -54,22 +55,49 @@ class StraightLineCode:
     function: Any
     initial: tuple[tuple[str, int], ...]
 
-    def run(
+    def first_numbers(self, work: Work) -> np.ndarray:
+        """The first numbers that it is given, of a workspace of the system."""
+        return np.array([getattr(work, name)[n, 0] for name, n in self.initial])
+
+    def follow_motion(
+        self, work: Work, instants: LaneInstants, rows: int, initial: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Follow all lanes, as `follow_lanes` does, by the code of one motion: (steps, rows,
+        lanes), and what is found of each lane, (FOUND, lanes).
+        """
+        steps, lanes = instants.s.shape
+        # the instants of a row side by side: rows are read one by one
+        output, found = np.empty((rows, steps, lanes)), np.empty((FOUND, lanes))
+        small = np.array([smallest(instants.reach)])
+        s, t, given = instants.s, instants.t, instants.given
+        arrays = work.par, work.mass, work.q, s, t, given, small, initial, output, found
+        self._call(lanes, steps, *map(_address, arrays))
+        return output.transpose(1, 0, 2), found
+
+    def follow_designs(
         self, L: Layout, work: Work, path: LanePath, designs: Designs, output: np.ndarray
     ) -> None:
-        """Follow all designs, as `follow_designs` does: output (kept, designs, instants)."""
+        """Follow all designs, as the kernel of that name does, by the code of designs: output
+        (kept, designs, instants).
+        """
         steps = step_table(path)
-        initial = np.array([getattr(work, name)[n, 0] for name, n in self.initial])
+        initial = self.first_numbers(work)
         groups = np.zeros(2 + len(L.primitive_node), dtype=np.int64)
         reaction = (designs.wanted - 9 * L.bodies) // PER_PRIMITIVE + 1
         groups[np.clip(reaction, 0, len(groups) - 1)] = 1
         arrays = designs.par, designs.mass, designs.q, steps, initial, designs.wanted
-        words = [designs.par.shape[1], len(steps)]
-        words += [array.ctypes.data for array in arrays]
-        words += [len(designs.wanted), groups.ctypes.data]
-        words += [output.ctypes.data, designs.failed.ctypes.data]
+        words = [designs.par.shape[1], len(steps), *map(_address, arrays), len(designs.wanted)]
+        self._call(*words, *map(_address, (groups, output, designs.failed)))
+
+    def _call(self, *words: int) -> None:
         if self.function((ctypes.c_int64 * len(words))(*words)):
             raise RuntimeError("straight-line code ended with an error")
+
+
+def _address(array: np.ndarray) -> int:
+    """Where the numbers of an array are; `ctypes.data` takes four times as long."""
+    found: int = array.__array_interface__["data"][0]
+    return found
 
 
 def step_table(path: LanePath) -> np.ndarray:
@@ -92,14 +120,15 @@ def step_table(path: LanePath) -> np.ndarray:
 
 
 def straight_line_code(
-    L: Layout, pivots: tuple[Square, Square], path: LanePath, work: Work
+    L: Layout, pivots: tuple[Square, Square], path: LanePath, work: Work, *, pieces: bool = False
 ) -> StraightLineCode | None:
-    """The code of a topology, made where it is not kept; None where there is none: machine code is
-    not the core, nothing can build or keep it, or what a kernel does depends on numbers.
+    """The code of a topology, of many designs or, with `pieces`, of one motion whose pieces go side
+    by side; made where it is not kept. None where there is none: machine code is not the core,
+    nothing can build or keep it, or what a kernel does depends on numbers.
     """
     if selection.chosen().name != "native" or not 0 < L.bodies <= MOST:
         return None
-    arrays = _description(L, pivots, path, work)
+    arrays = _description(L, pivots, path, work) | {"path.pieces": np.array(int(pieces))}
     digest = hashlib.sha256((_own_sources() + (source_hash() or "")).encode())
     for name, array in arrays.items():
         digest.update(f"{name}{array.shape}".encode())
@@ -194,8 +223,8 @@ def build(file: Path, none: Path, level: str, arrays: dict[str, np.ndarray]) -> 
     if done.returncode:
         last = (done.stderr.strip().splitlines() or [f"it ended with {done.returncode}"])[-1]
         warnings.warn(
-            f"straight-line code could not be built ({last}): sweeps of this mechanism take about "
-            "three times as long",
+            f"straight-line code could not be built ({last}): analyses of this mechanism take "
+            "about three times as long",
             ModelWarning,
             stacklevel=2,
         )

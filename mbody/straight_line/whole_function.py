@@ -1,15 +1,16 @@
-"""The whole function: all designs of a batch through all instants, the pieces in between.
+"""What the functions of designs and of one motion have in common: the order of the pieces.
 
-It does what `mbody.kernels.continuation_lanes.follow_designs` does, for one topology: the same
-predictions, corrections and tests in the same order. Rows of the workspace that pass from one piece
-to another are variables, which LLVM keeps in registers; the numbers of the designs and the places
-behind are in memory.
+They do what `mbody.kernels.continuation_lanes` does, for one topology: the same predictions,
+corrections and tests in the same order. Rows of the workspace that pass from one piece to another
+are variables, which LLVM keeps in registers; the numbers of the lanes and the places behind are in
+memory.
 """
 
 # mypy: disallow-any-unimported=False, disallow-untyped-calls=False
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -18,7 +19,7 @@ from llvmlite import ir
 
 from mbody.core.recorded_numbers import NumberRecording
 from mbody.kernels.continuation_lanes import ITERATIONS, LARGE
-from mbody.straight_line.code_interface import COLUMNS, ENTRY, STRUCTURAL, WORDS
+from mbody.straight_line.code_interface import ENTRY, STRUCTURAL
 from mbody.straight_line.instructions import (
     LANES,
     NUMBER,
@@ -29,24 +30,30 @@ from mbody.straight_line.instructions import (
 )
 from mbody.straight_line.pieces import Description, Piece, Row
 
-__all__ = ["write_function"]
+__all__ = ["FLOATS", "I32", "I64", "ONE", "OWN", "ZERO", "FunctionWriter"]
 
-#: Fields whose rows are the designs' own numbers.
+#: Fields whose rows are the lanes' own numbers.
 OWN = ("par", "mass")
 
 I1, I32, I64 = ir.IntType(1), ir.IntType(32), ir.IntType(64)
+FLOATS = SHARED.as_pointer()
 ZERO = constant(NUMBER, 0.0)
 ONE = constant(NUMBER, 1.0)
 
 
-def write_function(
-    module: Any, described: Description, pieces: dict[str, Piece], settled: dict[Row, float]
-) -> list[Row]:
-    """Write the function into a module; returns the rows whose first numbers it gets."""
-    return _FunctionWriter(module, described, pieces, settled).initial
+class FunctionWriter(ABC):
+    """Writes the function into a module when it is made.
 
+    Attributes
+    ----------
+    initial : list of Row
+        The rows whose first numbers the function is given.
+    """
 
-class _FunctionWriter:
+    #: Arguments of the function, and what those are that are addresses.
+    words: tuple[str, ...]
+    addresses: dict[str, Any]
+
     def __init__(
         self,
         module: Any,
@@ -71,10 +78,21 @@ class _FunctionWriter:
         self.entry, self.b = ir.IRBuilder(entry), ir.IRBuilder(start)
         self._arguments(function.args[0])
         self._memory()
-        with self._loop(self.word["designs"], LANES) as low:
-            self._designs(low)
+        self._whole()
         self.b.ret(ir.Constant(I32, 0))
         self.entry.branch(start)
+
+    @abstractmethod
+    def _whole(self) -> None:
+        """All lanes through all instants."""
+
+    @abstractmethod
+    def _load_step(self, k: Any) -> None:
+        """The numbers of step k into `step`."""
+
+    @abstractmethod
+    def _predict(self, k: Any) -> None:
+        """The place of instant k, where there is one behind."""
 
     # ------------------------------------------------------------------------------------------
     # Memory
@@ -82,13 +100,10 @@ class _FunctionWriter:
     def _arguments(self, words: Any) -> None:
         self.word = {
             name: self.b.load(self.b.gep(words, [ir.Constant(I64, n)]))
-            for n, name in enumerate(WORDS)
+            for n, name in enumerate(self.words)
         }
-        floats, integers = SHARED.as_pointer(), I64.as_pointer()
-        for name in ("par", "mass", "q", "steps", "initial", "output", "failed"):
-            self.word[name] = self.b.inttoptr(self.word[name], floats)
-        for name in ("kept", "groups"):
-            self.word[name] = self.b.inttoptr(self.word[name], integers)
+        for name, kind in self.addresses.items():
+            self.word[name] = self.b.inttoptr(self.word[name], kind)
 
     def _memory(self) -> None:
         first = self.described.initial
@@ -96,14 +111,10 @@ class _FunctionWriter:
         self.own = {name: self._variable(NUMBER, len(first[name])) for name in (*OWN, "q")}
         self.past = self._variable(NUMBER, 3 * self.place_rows)
         self.at = {row: self._variable(I64) for row in ("last", "before", "second")}
-        self.page = self._variable(NUMBER, self._outputs())
-        newton = ("first", "rest", "growth", "failed")
+        newton = ("first", "rest", "growth", "failed", "most")
         self.newton = {name: self._variable(NUMBER) for name in newton}
         # whether three places predict from now on; whether the pivots are the second choice
         self.by_three, self.other = self._variable(I1), self._variable(I1)
-
-    def _outputs(self) -> int:
-        return sum(len(self.pieces[name].results) for name in self.groups)
 
     def _variable(self, kind: Any, count: int = 1) -> Any:
         made = self.entry.alloca(kind, count)
@@ -114,16 +125,16 @@ class _FunctionWriter:
         place = ir.Constant(I64, place) if isinstance(place, int) else place
         return self.b.gep(memory, [place])
 
-    def _load(self, place: Any) -> Any:
+    def _load(self, place: Any, align: int = 64) -> Any:
         value = self.b.load(place)
         if value.type == NUMBER:
-            value.align = 64
+            value.align = align
         return value
 
-    def _store(self, value: Any, place: Any) -> None:
+    def _store(self, value: Any, place: Any, align: int = 64) -> None:
         stored = self.b.store(value, place)
         if value.type == NUMBER:
-            stored.align = 64
+            stored.align = align
 
     # ------------------------------------------------------------------------------------------
     # Loops and choices
@@ -204,32 +215,7 @@ class _FunctionWriter:
         return self._at(self.past, self.b.add(begin, ir.Constant(I64, beside)))
 
     # ------------------------------------------------------------------------------------------
-    # Designs and instants
-
-    def _designs(self, low: Any) -> None:
-        """As many designs as there are lanes, from `low` on; the last lanes repeat the last one."""
-        b, count = self.b, self.word["designs"]
-        last = b.sub(count, ir.Constant(I64, 1))
-        members = []
-        for lane in range(LANES):
-            design = b.add(low, ir.Constant(I64, lane))
-            members.append(b.select(b.icmp_signed("<", design, count), design, last))
-        for name in (*OWN, "q"):
-            with self._loop(len(self.described.initial[name])) as row:
-                begin, value = b.mul(row, count), ir.Constant(NUMBER, ir.Undefined)
-                for lane, design in enumerate(members):
-                    number = b.load(self._at(self.word[name], b.add(begin, design)))
-                    value = b.insert_element(value, number, ir.Constant(I32, lane))
-                self._store(value, self._at(self.own[name], row))
-        self._begin()
-        with self._loop(self.word["instants"]) as k:
-            self._instant(k)
-            self._keep(low, k)
-        failed = self._load(self.newton["failed"])
-        for lane in range(LANES):
-            design = b.add(low, ir.Constant(I64, lane))
-            with b.if_then(b.icmp_signed("<", design, count)):
-                b.store(self._lane(failed, lane), self._at(self.word["failed"], design))
+    # Instants
 
     def _begin(self) -> None:
         """Constant signals, first numbers of all rows, no places behind."""
@@ -259,18 +245,8 @@ class _FunctionWriter:
     def _instant(self, k: Any) -> None:
         """Predict, correct, judge."""
         b = self.b
-        begin = b.mul(k, ir.Constant(I64, len(COLUMNS)))
-        self.step = {
-            name: b.load(self._at(self.word["steps"], b.add(begin, ir.Constant(I64, n))))
-            for n, name in enumerate(COLUMNS)
-        }
-        with b.if_then(b.fcmp_ordered(">", self.step["seen"], constant(SHARED, 0.0))):
-            three = b.fcmp_ordered(">", self.step["three"], constant(SHARED, 0.0))
-            with b.if_else(b.and_(three, b.load(self.by_three))) as (then, otherwise):
-                with then:
-                    self._piece("three")
-                with otherwise:
-                    self._piece("two")
+        self._load_step(k)
+        self._predict(k)
         self._piece("prescribe")
         self._correct(k)
         self._with_pivots(self._conclude)
@@ -344,37 +320,8 @@ class _FunctionWriter:
         self._store(self._piece(f"newton {n}")["rest"], self.newton["rest"])
 
     def _conclude(self, n: int) -> None:
-        self._store(self._piece(f"conclude {n}")["failed"], self.newton["failed"])
-
-    def _keep(self, low: Any, k: Any) -> None:
-        """The wanted rows of an instant: the groups to which they belong onto a page, and from it
-        into the output.
-        """
-        b = self.b
-        for n, name in enumerate(self.groups):
-            flag = b.load(self._at(self.word["groups"], n))
-            with b.if_then(b.icmp_signed("!=", flag, ir.Constant(I64, 0))):
-                for row, value in self._piece(name).items():
-                    self._store(value, self._at(self.page, int(row)))
-        designs, instants = self.word["designs"], self.word["instants"]
-        with self._loop(self.word["count"]) as n:
-            row = b.load(self._at(self.word["kept"], n))
-            value = self._load(self._at(self.page, row))
-            first = b.add(b.mul(b.add(b.mul(n, designs), low), instants), k)
-            whole = b.icmp_signed("<=", b.add(low, ir.Constant(I64, LANES)), designs)
-            with b.if_else(whole) as (then, otherwise):
-                with then:
-                    for lane in range(LANES):
-                        self._put(value, lane, first, instants)
-                with otherwise:
-                    for lane in range(LANES):
-                        inside = b.add(low, ir.Constant(I64, lane))
-                        with b.if_then(b.icmp_signed("<", inside, designs)):
-                            self._put(value, lane, first, instants)
-
-    def _put(self, value: Any, lane: int, first: Any, instants: Any) -> None:
-        place = self.b.add(first, self.b.mul(instants, ir.Constant(I64, lane)))
-        self.b.store(self._lane(value, lane), self._at(self.word["output"], place))
+        for name, value in self._piece(f"conclude {n}").items():
+            self._store(value, self.newton[name])
 
 
 def _passed(pieces: dict[str, Piece]) -> list[Row]:

@@ -121,7 +121,7 @@ class Job:
         """The same for so many designs in all: where they are many, by straight-line code."""
         if not isinstance(self.course, BatchSetup) or self.grid is None:
             return self
-        straight = designs * len(self.grid.t) >= STRAIGHT
+        straight = self.system.machine_code or designs * len(self.grid.t) >= STRAIGHT
         return replace(self, course=replace(self.course, straight=straight))
 
     def empty(self, designs: int) -> list[np.ndarray]:

@@ -46,6 +46,8 @@ def locked(value: Any) -> Any:
     if type(value) is float:  # most are
         return value
     if isinstance(value, np.ndarray):
+        if not value.flags.writeable:
+            return value
         view = value.view()
         view.flags.writeable = False
         return view

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import functools
 import weakref
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -37,6 +37,8 @@ from mbody.system.read_only import locked
 
 __all__ = ["System"]
 
+T = TypeVar("T")
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class System:
@@ -60,6 +62,8 @@ class System:
         Model length, by which sizes are made dimensionless.
     owners : tuple
         (element, index of its primitive) of every primitive, in the order of the kernels.
+    machine_code : bool
+        Whether driven analyses run machine code of this topology alone.
 
     >>> import mbody
     >>> mbody.assemble(mbody.makers.slider_crank(1.0, 3.0)).batch  # one set of numbers
@@ -76,10 +80,11 @@ class System:
     owners: tuple[tuple[Element, int], ...]
     row_kinds: tuple[str, ...]
     signals: int
-    plans: dict[str, Any]
+    plans: dict[Hashable, Any]
     functions: tuple[tuple[str, Callable[..., Any] | None], ...]
     _compile: Callable[[dict[str, Any]], tuple[np.ndarray, np.ndarray]]
     _columns: Callable[[dict[str, Any]], tuple[list[Any], list[Any]]]
+    machine_code: bool = False
 
     def __post_init__(self) -> None:
         for name in ("values", "formulas"):
@@ -337,6 +342,13 @@ class System:
             row[:] = value
         return found
 
+    def once(self, key: Hashable, make: Callable[[], T]) -> T:
+        """What depends on the topology and the description alone, made when it is first needed."""
+        if key not in self.plans:
+            self.plans[key] = make()
+        found: T = self.plans[key]
+        return found
+
     def kernel_numbers(self, values: Mapping[str, Any]) -> tuple[list[Any], list[Any]]:
         """The rows of `par` and `mass` that belong to numbers by dotted name, all of them, each of
         any kind that computes as floats do; what joints refuse is not looked for.
@@ -373,6 +385,11 @@ class System:
         if masses:
             work.weight[: 3 * L.slots] = inverse_masses(L, work.mass, self.length)
         return work
+
+    @functools.cached_property
+    def closed_positions(self) -> dict[Any, Any]:
+        """First positions in which its loops were closed (`mbody.analysis.position`)."""
+        return {}
 
     @functools.cached_property
     def _blanks(self) -> dict[int, tuple[Frame, np.ndarray]]:
@@ -481,7 +498,7 @@ class System:
     def __getstate__(self) -> dict[str, Any]:
         # handles belong to this process: the callables travel, the handles do not
         kept = dict(self.__dict__)
-        for key in ("_registered", "_user_names", "_blanks"):
+        for key in ("_registered", "_user_names", "_blanks", "closed_positions"):
             kept.pop(key, None)
         return kept
 

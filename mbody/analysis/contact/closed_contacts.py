@@ -97,7 +97,7 @@ def with_closed_contacts(
         Motions that may be left: then what is only near stays open, and wheels may slip.
     """
     machine = system.mechanism
-    limits = limits_of(machine)
+    limits = system.once("limits", lambda: limits_of(machine))
     if not (machine.contacts or limits) or too_large(system):
         return ClosedSystem(system, guess)
     begun: Guesses = {**_guesses_of_start(machine), **(guess or {})}

@@ -48,15 +48,15 @@ def batch(runner: Runner, start: ClosedPosition, grid: TimeGrid) -> Solution:
     poses = _poses(runner, start, grid)
     simple = runner.fits_lanes(start, grid)
     middled, kept = with_middle(grid)
-    path = runner.lane_path(middled, in_all_lanes(middled), runner.reach(start, grid))
+    instants = runner.lane_instants(middled, in_all_lanes(middled), runner.reach(start, grid))
     blocks = []
     for low in range(0, designs, LANES):
         chosen = np.minimum(np.arange(low, low + LANES), designs - 1)
         if simple:
             work = system.work(LANES, chosen)
             work.q[:n] = poses[chosen, :n].T
-            output, found = runner.on_lanes(work, path)
-            runner.branches.on_lanes(output, found, path.t, chosen)
+            output, found = runner.on_lanes(work, instants)
+            runner.branches.on_lanes(output, found, instants.t, chosen)
             output, failed = output[kept], found[FAILED]
         else:
             output, failed = np.empty((len(grid.s), runner.rows, LANES)), np.ones(LANES)

@@ -129,14 +129,14 @@ def on_lanes(
     runner = Runner(system, setup.analysis)
     grid, kept = with_middle(setup.grid)
     output = np.empty((len(wanted), len(poses), len(grid.s)))
-    path = runner.lane_path(grid, in_all_lanes(grid), setup.reach)
+    path = runner.lane_instants(grid, in_all_lanes(grid), setup.reach).path
     q = np.ascontiguousarray(poses.T)
     designs = _designs(system.par, system.mass, q, wanted)
     code = _code(system, setup, path)
     if code is None:
         _follow(system, setup, path, designs, output)
     else:
-        code.run(system.layout, system.work(LANES), path, designs, output)
+        code.follow_designs(system.layout, system.work(LANES), path, designs, output)
         _again(system, setup, path, designs, output)
     return (output if len(kept) == len(grid.s) else output[:, :, kept]), designs.failed == 0.0
 

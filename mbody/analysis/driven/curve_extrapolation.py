@@ -43,7 +43,9 @@ def curve_doubts(solution: Solution) -> list[Doubt]:
     """
     units, found, record = solution.mechanism.units, [], solution.record
     shape = (record.count if record.batch else 1, len(solution.t))
-    for element, field, law in open_curves(solution.mechanism):
+    machine = solution.mechanism
+    curves = solution.system.once("open curves", lambda: tuple(open_curves(machine)))
+    for element, field, law in curves:
         for curve, taken in _calls(solution, element, field, law):
             for place, (points, outside) in enumerate(_ranges(curve.curve)):
                 x = np.broadcast_to(taken[place], shape)

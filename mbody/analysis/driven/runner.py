@@ -18,6 +18,7 @@ from mbody.analysis.driven.contacts import (
 )
 from mbody.analysis.driven.dead_centres import DeadCentre
 from mbody.analysis.driven.diagnosis import valueless
+from mbody.analysis.driven.own_machine_code import follow_by_own_code
 from mbody.analysis.driven.table_extrapolation import extrapolated
 from mbody.analysis.driven.time_grid import (
     BY_DRIVER,
@@ -52,7 +53,6 @@ from mbody.kernels.continuation_lanes import (
     FOUND,
     SHARED,
     FollowedLanes,
-    LanePath,
     follow_lanes,
 )
 from mbody.kernels.layout import Work
@@ -61,6 +61,7 @@ from mbody.model.remarks import kept_states, left_out, remarks
 from mbody.solution.certificate import changed
 from mbody.solution.histories import Record
 from mbody.solution.solution import Solution
+from mbody.system.lane_instants import LaneInstants
 from mbody.system.pivoting import PivotChoices, choose_pivots, lane_workspace
 from mbody.system.rank import dense, too_large
 from mbody.system.system import System
@@ -201,8 +202,8 @@ class Runner:
         work.q[:n] = seeds[:, :n].T
         if self.pivots(work) is None:
             return None
-        path = self.lane_path(grid, index, reach)
-        output, found = self.on_lanes(work, path)
+        instants = self.lane_instants(grid, index, reach)
+        output, found = self.on_lanes(work, instants)
         for lane in np.flatnonzero(found[FAILED]):
             piece = ClosedPosition(self.system.work(), start.regularization)
             piece.work.q[:n, 0] = seeds[lane, :n]
@@ -214,7 +215,7 @@ class Runner:
         gap.reshape(-1, 3, LANES - 1)[:, :2] /= self.system.length
         if not gap.max() <= SEAM * reach:
             return None
-        self.branches.on_lanes(output, found, path.t, np.zeros(LANES, dtype=np.int64))
+        self.branches.on_lanes(output, found, instants.t, np.zeros(LANES, dtype=np.int64))
         return output
 
     def fits_lanes(self, start: ClosedPosition, grid: TimeGrid) -> bool:
@@ -224,7 +225,7 @@ class Runner:
         regular = not (start.regularization or self.system.has_user_code)
         return regular and grid.mode != BY_INSTANT
 
-    def lane_path(self, grid: TimeGrid, index: np.ndarray, reach: float) -> LanePath:
+    def lane_instants(self, grid: TimeGrid, index: np.ndarray, reach: float) -> LaneInstants:
         """What the drivers prescribe in every lane, by the instants of the grid that it takes:
         (steps, lanes).
         """
@@ -234,7 +235,7 @@ class Runner:
             given = np.ascontiguousarray(rates.transpose(0, 2, 1)).reshape(-1, LANES)
         s = grid.s.take(index)
         t = s if grid.t is grid.s else grid.t.take(index)
-        return LanePath(
+        return LaneInstants(
             mode=grid.mode,
             s=s,
             t=t,
@@ -244,17 +245,22 @@ class Runner:
             at_rest=self.at_rest,
         )
 
-    def on_lanes(self, work: Any, path: LanePath) -> tuple[np.ndarray, np.ndarray]:
+    def on_lanes(self, work: Any, instants: LaneInstants) -> tuple[np.ndarray, np.ndarray]:
         """Follow all lanes from the positions in `work`: (steps, rows, lanes), and what the kernel
         found of each lane, (FOUND, lanes).
         """
-        # an odd number of rows: one row of all steps is read without cache lines that collide
-        followed = followed_lanes(np.empty((len(path.s), self.rows | 1, LANES)))
         pivots = self.pivots(work)
+        if pivots is not None:
+            own = follow_by_own_code(self.system, pivots, work, instants)
+            if own is not None:
+                return own
+        # an odd number of rows: one row of all steps is read without cache lines that collide
+        followed = followed_lanes(np.empty((len(instants.s), self.rows | 1, LANES)))
         if pivots is None:  # every lane goes the scalar path
             followed.found[FAILED] = 1.0
         else:
-            follow_lanes(self.layout, *pivots, work, lane_workspace(pivots, LANES), path, followed)
+            numbers = lane_workspace(pivots, LANES)
+            follow_lanes(self.layout, *pivots, work, numbers, instants.path, followed)
         return followed.output[:, : self.rows], followed.found
 
     def pivots(self, work: Any) -> PivotChoices | None:
@@ -305,7 +311,8 @@ class Runner:
         dependencies = open_reactions(self.system, start.rank) if start.regularization else None
         machine, own = self.system.mechanism, self.system.first_states[:, 0]
         notes = [*start.notes, *remarks(machine, self.system.plans)]
-        notes += left_out(machine, self.analysis)
+        left = "left out", self.analysis
+        notes += self.system.once(left, lambda: left_out(machine, self.analysis))
         if machine.states and self.analysis != "kinematics":
             starts = {one.name: float(z) for one, z in zip(machine.states, own, strict=True)}
             notes += kept_states(machine, starts, self.analysis)

@@ -29,8 +29,9 @@ def extrapolated(solution: Solution) -> list[Doubt]:
     kept instants; of a free motion the argument is followed between them too, by the cubic through
     its values and rates.
     """
-    found = []
-    for element, field, table in open_tables(solution.mechanism):
+    found, system = [], solution.system
+    tables = system.once("open tables", lambda: tuple(open_tables(solution.mechanism)))
+    for element, field, table in tables:
         if solution.given is not None and any(d is element for d in solution.system.drivers):
             continue  # its motion was given instead of the law
         x = argument(solution, element, field)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from numbers import Real
 from typing import Any, TypeAlias
@@ -17,6 +17,7 @@ from mbody.kernels.continuation import BY_DRIVER, BY_INSTANT, BY_TIME
 from mbody.laws import Expression, Table, times_of
 from mbody.model.driver import Driver
 from mbody.model.element import Element, listed
+from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import varied
 from mbody.quantities.types import PlainNumbers
 from mbody.system.driver_formulas import followed_states, recorded_driver
@@ -197,17 +198,28 @@ def _designs(system: System, element: Element, field: str) -> Iterable[int | Non
 
 def check_reach(system: System, times: np.ndarray, drive: Drive) -> None:
     """Refuse times at which a table or a formula of a driver or of a load has no value."""
-    for driver in system.mechanism.drivers:
-        if driver.name not in drive and isinstance(getattr(driver, "law", None), LIMITED):
-            for design in _designs(system, driver, "law"):
-                _law(system, driver, times, design)
-    for load in system.mechanism.loads:
+    machine = system.mechanism
+    for element, field in system.once("limited laws", lambda: tuple(_limited(machine))):
+        if isinstance(element, Driver):
+            if element.name not in drive:
+                for design in _designs(system, element, field):
+                    _law(system, element, times, design)
+        else:
+            for design in _designs(system, element, field):
+                _load(system, element, field, times, design)
+
+
+def _limited(machine: Mechanism) -> Iterator[tuple[Element, str]]:
+    """Drivers and loads with laws of time that have no value at some times."""
+    for driver in machine.drivers:
+        if isinstance(getattr(driver, "law", None), LIMITED):
+            yield driver, "law"
+    for load in machine.loads:
         for field in fields(load):
             # the law of a spring is one of its stretch, that of a pressure one of an angle
             of_time = field.metadata.get("of") == "time"
             if of_time and isinstance(getattr(load, field.name), LIMITED):
-                for design in _designs(system, load, field.name):
-                    _load(system, load, field.name, times, design)
+                yield load, field.name
 
 
 def _load(system: System, load: Element, field: str, times: np.ndarray, design: int | None) -> None:

@@ -12,6 +12,7 @@ import numpy as np
 from mbody.analysis.position.closed_position import ClosedPosition
 from mbody.analysis.position.initial_guess import placed
 from mbody.analysis.position.joint_places import direction, place
+from mbody.analysis.position.kept_positions import keep_position, kept_position, position_key
 from mbody.analysis.position.misclosure import explain_gap, refuse_near_redundant, violations
 from mbody.analysis.position.missing_guesses import nearest_to_guesses, wrapped
 from mbody.analysis.position.unused_points import unused_points
@@ -118,6 +119,10 @@ def closed(
         raise ModelError(f'guess must be a dict such as {{"coupler": 0.3}}, not {guess!r}')
     if guess and "ground" in guess:
         raise ModelError("the ground does not move: a guess is for moving bodies", "ground")
+    key = position_key(system, t, drive, guess) if pose is None else None
+    known = kept_position(system, key)
+    if known is not None:
+        return known
     work = system.work(designs=design)
     values = set_drive(system, work, t, drive)
     base = system if system.batch is None else system.design(design)
@@ -141,10 +146,13 @@ def closed(
         system, base, result, (first, start), guess, values, lambda q: _from(system, work, q)
     )
     check_fit(system, work.q[:, 0], design)
+    sure = True
     if found is result:
-        _say_branch(system, result, first[:, None], guess, meant)
+        sure = _say_branch(system, result, first[:, None], guess, meant)
     by_springs(base, found.work.q.T)
     found.notes += ambiguous(base, found.work.q[:, 0], values)
+    if sure:
+        keep_position(system, key, found)
     return found
 
 
@@ -272,8 +280,10 @@ def _say_branch(
     start: np.ndarray,
     guess: Guesses | None,
     meant: Callable[[ClosedPosition], bool] | None,
-) -> None:
-    """Warn where a guess and the position found lie on different sides of a singular position."""
+) -> bool:
+    """Warn where a guess and the position found lie on different sides of a singular position;
+    returns whether the guess alone says that this position is meant.
+    """
     size = 3 * system.layout.bodies
     guessed = [
         (n, body.name)
@@ -281,7 +291,7 @@ def _say_branch(
         if (guess and body.name in guess) or body.guess.angle is not None
     ]
     if not guessed or system.rows != size or system.rows > 300 or result.regularization:
-        return
+        return True
     found = result.work.q.copy()
     far, name = max(
         (abs(wrapped(float(found[3 * n + 2, 0] - start[3 * n + 2, 0]))), name)
@@ -296,13 +306,15 @@ def _say_branch(
         default=(0.0, name),
     )
     if result.straight and far < NEAR and apart < NEAR * system.length:
-        return
+        return True
     here = np.linalg.slogdet(dense(system, result.work)[1])[0]
     result.work.q[:] = start
     there = np.linalg.slogdet(dense(system, result.work)[1])[0]
     result.work.q[:] = found
-    if (result.straight and here == there) or (meant is not None and meant(result)):
-        return
+    if result.straight and here == there:
+        return True
+    if meant is not None and meant(result):
+        return False
     way = f"{np.degrees(far):.1f} deg"
     if far < NEAR:  # it is a place that is elsewhere
         name, way = elsewhere, f"{apart:.4g} {system.mechanism.units.length}"
@@ -312,6 +324,7 @@ def _say_branch(
     )
     result.notes.append(note)
     warnings.warn(note, ModelWarning, stacklevel=5)
+    return False
 
 
 def _guessed_place(body: Body, guess: Guesses | None) -> bool:
