@@ -162,3 +162,49 @@ def test_other_engines_agree():
         found = mbody.crosscheck(machine, "balance,oracle", ours=mbody.statics(machine))
         assert found.agrees
         assert found.opinions["oracle"].rows
+
+
+def three_discs():
+    """Two discs on a floor and one on top of them, as groups of contacts."""
+    pile = mbody.Mechanism("three discs", ground={"O": (0, 0)}, ground_shapes={"floor": LINE})
+    places = {"a": (-0.05, 0.05), "b": (0.05, 0.05), "c": (0.0, 0.05 + 0.05 * np.sqrt(3.0))}
+    for name, (x, y) in places.items():
+        pile.add(
+            mbody.Body(
+                name, mass=2.0, inertia=2.5e-3, points={"C": (0, 0)},
+                shapes={"rim": {"disc": "C", "radius": 0.05}}, guess=(x, y, 0.0),
+            )
+        )  # fmt: skip
+    pile.add(mbody.Between("floor", "ground.floor", "*.rim", friction=0.6))
+    pile.add(mbody.Between("discs", "*.rim", "*.rim", friction=0.6))
+    pile.add(mbody.Gravity("gravity", y=-9.81))
+    return pile
+
+
+LINE = {"line": {"point": "O"}}
+
+
+def test_a_group_of_contacts_is_measured_as_the_sum_of_its_contacts():
+    """The floor carries all the weight, 6 kg · 9.81 N/kg, whatever is redundant."""
+    run = mbody.statics(three_discs())
+    assert run.measure("floor.contact")[0] == pytest.approx(58.86, rel=1e-12)
+    reaction = run.reaction("floor")
+    assert reaction.fy[0] == pytest.approx(58.86, rel=1e-12)
+    # about the origin of the world, below the middle
+    assert reaction.torque[0] == pytest.approx(0.0, abs=1e-9)
+    assert reaction.on == "*.rim" and run.reaction("floor", on="ground.floor").fy[0] < 0.0
+    assert run.contact("floor")[0] == pytest.approx(run.contact("floor_1")[0] * 2.0, rel=1e-9)
+
+
+def test_the_sheet_of_kinematics_has_what_touches_without_forces():
+    run = mbody.kinematics(three_discs())
+    text = str(run)
+    assert "CONTACTS" in text and "greatest press" not in text
+    with pytest.raises(mbody.ModelError, match="finds no forces"):
+        run.reaction("floor")
+
+
+@pytest.mark.parametrize("analysis", [mbody.kinematics, mbody.statics, mbody.kinetostatics])
+def test_sheets_of_a_pile_of_the_gallery(analysis):
+    """Whose measure is one of a group of contacts."""
+    assert "carried" in str(analysis(mbody.gallery.load("pile_of_discs")))

@@ -17,7 +17,8 @@ __all__ = ["contacts"]
 
 def contacts(solution: Solution) -> list[str]:
     """What every contact did: how often it struck, its mode at the end, its greatest force,
-    what it took of the energy; of a driven motion its modes and the greatest force alone.
+    what it took of the energy; of a driven motion its modes and the greatest force alone, of
+    kinematics the modes.
     """
     modes = solution.modes
     if not modes or not len(solution):
@@ -28,6 +29,10 @@ def contacts(solution: Solution) -> list[str]:
     driven = solution.analysis != "simulate"
     if driven:  # its rough joints are in a table of their own
         names = [name for name in names if name in pressing]
+    shown = [", ".join(dict.fromkeys(map(str, modes[n]))) for n in names]
+    if not solution.has_forces:
+        columns = [Column("CONTACTS", names, text=True)]
+        return table([*columns, Column("", shown, text=True, whole=True)])
     floor = force_floor(solution)
     most = [float(np.abs(solution.contact(n)).max()) if n in pressing else 0.0 for n in names]
     strikes = [
@@ -51,7 +56,6 @@ def contacts(solution: Solution) -> list[str]:
         for title, kind, cells in kinds
     ]
     if driven:
-        shown = [", ".join(dict.fromkeys(map(str, modes[n]))) for n in names]
         return table([*columns, Column("", shown, text=True, whole=True)])
     columns += [
         Column("took", numbers(np.array([lost[n] for n in names])), unit("torque")),

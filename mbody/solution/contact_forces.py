@@ -46,6 +46,8 @@ def with_reaction(solution: Result, name: Any) -> Any:
     """
     machine = solution.mechanism
     element: Any = machine[name] if isinstance(name, str) and name in machine else None
+    if isinstance(name, str) and machine.contacts_of(name):
+        element = machine.described_group(name)
     if element is not None and element.role == "coupling":
         raise ModelError(
             f"'{name}' is a coupling of several bodies, it has no reaction between two: ask "
@@ -116,9 +118,27 @@ def _group_reaction(solution: Any, group: Any, on: str | None) -> Reaction:
     if on not in (None, group.i, group.j):
         raise ModelError(f"group '{group.name}' is between '{group.i}' and '{group.j}', not {on!r}")
     sign = -1.0 if on == group.i != group.j else 1.0
-    fx, fy, torque = (sign * part for part in solution.stepped.force(group.name))
+    stepped = solution.stepped
+    parts = _sum_of(solution, group) if stepped is None else stepped.force(group.name)
+    fx, fy, torque = (sign * part for part in parts)
     ends = (group.i, group.j) if sign < 0.0 else (group.j, group.i)
-    return Reaction(group.name, *ends, fx, fy, torque, (True, True, True))
+    # where rows are redundant it is not looked at whether the sum is determined
+    unique = None if solution.regularization else (True, True, True)
+    return Reaction(group.name, *ends, fx, fy, torque, unique)
+
+
+def _sum_of(solution: Any, group: Any) -> list[Array]:
+    """The sum of the forces of the contacts of a group on their j, and its torque about the origin
+    of the world.
+    """
+    total = [np.zeros(1)] * 3
+    for one in solution.mechanism.contacts_of(group.name):
+        j = one.bodies[1]
+        fx, fy, torque = contact_wrench(solution, one, j, solution.primitive_history)
+        at = solution[j]
+        parts = fx, fy, torque + at.x * fy - at.y * fx
+        total = [whole + part for whole, part in zip(total, parts, strict=True)]
+    return total
 
 
 def _arm_of_torque(contact: Any, solution: Any, body: Any) -> tuple[Array, Array]:
@@ -139,6 +159,10 @@ def pressing_force(solution: Any, contact: Any) -> Array:
     if solution.stepped is not None:
         whole: Array = locked(solution.stepped.pressing(contact.name))
         return whole
+    group = solution.mechanism.contacts_of(contact.name)
+    if group:
+        every: Array = locked(sum(pressing_force(solution, one) for one in group))
+        return every
     first, *more = pressing_forces(solution, contact)
     total: Array = sum(more, start=first)
     return locked(total) if isinstance(total, np.ndarray) else total  # derivatives with them

@@ -45,7 +45,7 @@ __all__ = [
 ]
 
 #: What joints have of forces.
-REACTION = ("fx", "fy", "force", "torque", "loss")
+REACTION = ("fx", "fy", "force", "torque", "loss", "contact")
 
 
 def measured(solution: Result, measure: Measure | str) -> tuple[np.ndarray, Dimension, str]:
@@ -186,9 +186,8 @@ def found_by(solution: Result, measure: Measure) -> bool:
     drivers = {element.name for element in (*machine.drivers, *machine.couplings)}
     for name in measure.names:
         owner, _, key = name.rpartition(".")
-        if (owner in joints and key in REACTION) or (
-            owner in drivers and key in ("effort", "power")
-        ):
+        presses = owner in joints or bool(machine.contacts_of(owner))
+        if (presses and key in REACTION) or (owner in drivers and key in ("effort", "power")):
             return False
     return True
 
@@ -321,9 +320,10 @@ def _dimension(mechanism: Mechanism, owner: str, key: str) -> Dimension:
     FormulaError where there is none.
     """
     element, _, point = owner.partition(".")
-    if element != "ground" and element not in mechanism:
+    group = bool(mechanism.contacts_of(element))
+    if element != "ground" and element not in mechanism and not group:
         raise FormulaError(f"there is no body '{element}' (there are: {_bodies(mechanism)})")
-    owned: Any = mechanism[element]
+    owned: Any = mechanism.described_group(element) if group else mechanism[element]
     if owned.role == "body":
         known = MOTION if point else MOTION | TURNING
         if point and point != ORIGIN and point not in owned.points:
@@ -375,7 +375,10 @@ def _history(run: Result, owner: str, key: str) -> Any:
         return getattr(run.point(element if at_origin else owner), key)
     if element in run.system.bodies:
         return getattr(run[element], key)
-    owned: Any = run.mechanism[element]
+    if run.mechanism.contacts_of(element):
+        owned: Any = run.mechanism.described_group(element)
+    else:
+        owned = run.mechanism[element]
     if owned.role == "joint" and key in owned.coordinates:
         return _coordinate(run, owned, key)
     if owned.role == "joint" and key == "loss":
