@@ -398,3 +398,16 @@ def test_inputs_states_and_controllers_take_part():
     run = stepped(machine, 0.5, 1e-3)
     assert run["block"].x[-1] == pytest.approx(0.5 * (4.0 - 0.2 * G) * 0.25, rel=5e-3)
     assert run.measure("way")[-1] == pytest.approx(run["block"].x[-1], rel=5e-3)
+
+
+@pytest.mark.parametrize("friction", [0.45, 0.6, 1.0, 2.0, 3.0])
+def test_a_pile_that_rests_stays_where_contacts_hold_it_more_than_once(friction):
+    """Twelve contacts of six discs: 24 rows for 18 coordinates, ratios of Lemke's path are equal
+    but for rounding. From μ = 0.434 on forces hold it (the gallery's note).
+    """
+    pile = mbody.gallery.load("pile_of_discs", {"mu": friction})
+    run = mbody.simulate(pile, 0.05, method="dop853")
+    assert run.status == "completed" and not run.events
+    for name in ("a1", "a3", "b2", "c1"):
+        disc = run[name]
+        assert np.ptp(disc.x) < 1e-12 and np.ptp(disc.y) < 1e-12 and np.ptp(disc.angle) < 1e-12

@@ -55,6 +55,8 @@ ROUGH, SINGULAR, ALIKE = 1e-10, 1e12, 1e-7
 #: Accelerations without forces below this part of the greatest are zero; such a part of the terms
 #: of one is rounding.
 ROUNDING, CANCELS = 1e-13, 1e-12
+#: By how much a linear program may violate its rows: the least that HiGHS takes.
+EXACT = 1e-10
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,6 +217,35 @@ class FrictionProblem:
         along = np.zeros(r)
         along[rest] = w[m : m + s] - z[m + s :]
         return FrictionSolution(self, forces, np.maximum(w[:m], 0.0), along)
+
+    def at_rest(self) -> FrictionSolution | None:
+        """The solution in which nothing moves, with the greatest reserve of all forces from their
+        limits, by a linear program; None where there is none, where something slides, or where a
+        limit bends.
+        """
+        from scipy.optimize import linprog
+
+        m, n = self.normals, len(self)
+        if not self.linear or any(one.sliding for one in self.tangents):
+            return None
+        low, high, low_by, high_by = self.limits(np.zeros(n))
+        own = np.eye(n)[m:]
+        # by forces in parts of `size`, and by their reserve
+        size = self.greatest / self._softest
+        by = np.concatenate([np.eye(n)[:m], low_by + own, high_by - own])
+        value = np.concatenate([np.zeros(m), low, high]) / size
+        found = linprog(
+            np.append(np.zeros(n), -1.0),
+            A_ub=np.column_stack([-by, np.ones(len(by))]),
+            b_ub=value,
+            A_eq=np.column_stack([self.delassus * size / self.greatest, np.zeros(n)]),
+            b_eq=-self.without / self.greatest,
+            bounds=[(None, None)] * n + [(0.0, 1.0)],
+            options={"primal_feasibility_tolerance": EXACT},
+        )
+        if found.status != 0:
+            return None
+        return FrictionSolution(self, found.x[:n] * size, np.zeros(m), np.zeros(n - m))
 
     # -- by trying modes ----------------------------------------------------------------------
 
@@ -408,7 +439,8 @@ def decide_modes(problem: FrictionProblem) -> tuple[list[FrictionSolution], bool
     Notes
     -----
     Of several that of the least contact force is taken. Up to `MOST_MODES` sets of modes all are
-    tried; of larger problems that Lemke's method solves nothing is known of others. Rows that
+    tried; of larger problems rest is taken where it is a solution, else what Lemke's method finds,
+    and nothing is known of others. Rows that
     depend on each other leave forces open; by them solutions are not told apart.
 
     Examples
@@ -421,10 +453,10 @@ def decide_modes(problem: FrictionProblem) -> tuple[list[FrictionSolution], bool
     >>> [decide_modes(block(push))[0][0].modes() for push in (2.0, 4.0)]
     [(('closed',), ('stick',)), (('closed',), ('slip+',))]
     """
-    one = problem.solve()
     if problem.count_modes() > MOST_MODES:
+        one = problem.at_rest() or problem.solve()
         return ([] if one is None else [one]), False
-    found = every_mode(problem)
+    one, found = problem.solve(), every_mode(problem)
     if one is not None:
         known = _different(problem, [one, *(other for other in found if not _same(one, other))])
         if len(known) == 1:

@@ -189,6 +189,9 @@ class ContactIntegration(ModalIntegration):
         `before` and `page`: the modes, None at the beginning, and the page before.
         """
         verdict = decide(self)
+        self.none = "no accelerations are consistent"
+        if not verdict.complete:  # of so many contacts not every set of modes was tried
+            self.none = "no consistent accelerations were found"
         if not verdict.consistent:
             return False
         if verdict.several:
@@ -306,14 +309,13 @@ class ContactIntegration(ModalIntegration):
         self._add_losses(found, closed)
         self._record_contact("impact", t, self.uni.touches[closed[0]].name, page, self.page)
         self.contact_notes.append(
-            f"at t = {t:.6g} {self.system.mechanism.units.time} no accelerations are consistent "
-            f"with the friction at {names} (Painlevé's paradox): an impact without collision "
-            "followed"
+            f"at t = {t:.6g} {self.system.mechanism.units.time} {self.none} with the friction at "
+            f"{names} (Painlevé's paradox): an impact without collision followed"
         )
         self.closing = Closing()
         self.load()
         if not self._go_on(before, page):
-            return self._ended(f"no accelerations are consistent at {names}")
+            return self._ended(f"{self.none} at {names}")
         return ""
 
     def _undecided(self) -> str:
@@ -321,7 +323,7 @@ class ContactIntegration(ModalIntegration):
         names = ", ".join(f"'{one.name}'" for one in self.uni.rough)
         name, page = self.uni.rough[0].name, self.page
         self._record_contact("inconsistent", float(self.state[TIME]), name, page, page)
-        return self._ended(f"no accelerations are consistent with the friction at {names}")
+        return self._ended(f"{self.none} with the friction at {names}")
 
     def _note_several(self, page: Array) -> None:
         """Several accelerations are consistent: an event and a note."""

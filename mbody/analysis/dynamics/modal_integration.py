@@ -76,6 +76,8 @@ class ModalIntegration(JumpIntegration):
         self.closing = Closing()
         self.kept_modes: list[dict[str, str]] = []
         self.contact_notes: list[str] = []
+        #: What is said where no modes go on.
+        self.none = "no accelerations are consistent"
         #: The state before the step that ends in time, and that which it went on from.
         self.before_end: Restart | None = None
         self.resumed: ModalState | None = None
