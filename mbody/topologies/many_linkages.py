@@ -16,8 +16,9 @@ from mbody.errors import ModelError
 from mbody.quantities.types import PlainNumbers
 from mbody.topologies.arrays import LinkageArrays, linkage_arrays
 from mbody.topologies.canonical import CanonicalOrder, canonical_order, row_bytes
+from mbody.topologies.graph import Graph, graph_of
 from mbody.topologies.group_continuation import LinkageGroup, follow_group
-from mbody.topologies.plan import Graph, TopologyPlan, graph_of, planned
+from mbody.topologies.plan import TopologyPlan, planned
 
 __all__ = ["Linkages", "linkages"]
 
