@@ -276,6 +276,14 @@ def _fields(kind: Any) -> tuple[dataclasses.Field[Any], ...]:
 
 
 @functools.cache
+def _number_fields(kind: Any) -> tuple[tuple[str, str], ...]:
+    """Of those that hold changeable numbers the name, and which of the kinds of them."""
+    kinds = ("dimension", "limits", "law", "place")
+    found = [(field.name, [k for k in kinds if k in field.metadata]) for field in _fields(kind)]
+    return tuple((name, own[0]) for name, own in found if own)
+
+
+@functools.cache
 def _places(kind: Any) -> tuple[str, ...]:
     """Names of those that hold markers."""
     return tuple(field.name for field in _fields(kind) if "place" in field.metadata)
@@ -404,19 +412,22 @@ class Element:
     def numbers(self) -> dict[str, Any]:
         """All changeable numbers of the element by dotted name; formulas while it is pending."""
         result: dict[str, Any] = {}
-        for field in _fields(cast(Any, type(self))):
-            value = getattr(self, field.name)
-            name = f"{self.name}.{field.name}"
-            if "dimension" in field.metadata and value is not None:
+        for key, kind in _number_fields(cast(Any, type(self))):
+            value = getattr(self, key)
+            if value is None:
+                continue
+            name = f"{self.name}.{key}"
+            if kind == "dimension":
                 result[name] = value
-            elif "limits" in field.metadata and value is not None:
+            elif kind == "limits":
                 ends = zip(ENDS, value, strict=True)
                 result |= {f"{name}.{end}": one for end, one in ends if one is not None}
-            elif "law" in field.metadata and isinstance(value, Law):
-                own = value.numbers()
-                plain = set(own) == {"value"}
-                result |= {name if plain else f"{name}.{k}": v for k, v in own.items()}
-            elif "place" in field.metadata:
+            elif kind == "law":
+                if isinstance(value, Law):
+                    own = value.numbers()
+                    plain = set(own) == {"value"}
+                    result |= {name if plain else f"{name}.{k}": v for k, v in own.items()}
+            else:
                 result[f"{name}.angle"] = value.angle
                 if not isinstance(value.point, str):
                     result |= point_numbers(value.point, place_name(name, value.point))
@@ -448,6 +459,7 @@ class Numbers:
     ) -> None:
         self._values = values
         self._polar = polar_points
+        self._arms: dict[tuple[str, str], tuple[Value, Value]] = {}
         #: The moving bodies, for loads that act on all of them.
         self.bodies = bodies
 
@@ -474,10 +486,13 @@ class Numbers:
 
     def arm(self, element: Element, field: str) -> tuple[Value, Value]:
         """(x, y) [length] from the mass centre of the marker's body to the marker, in link axes."""
-        marker = element.place(field)
-        x, y = self.place(element, field)
-        cx, cy = self.point(f"{marker.body}.cg")
-        return x - cx, y - cy
+        # it is read several times: for rows, for where the reaction is reported, for the length
+        key = element.name, field
+        if key not in self._arms:
+            x, y = self.place(element, field)
+            cx, cy = self.point(f"{element.place(field).body}.cg")
+            self._arms[key] = x - cx, y - cy
+        return self._arms[key]
 
     def angle(self, element: Element, field: str) -> Value:
         """Direction [rad] of a marker's x axis in link axes."""

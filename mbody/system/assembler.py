@@ -177,7 +177,14 @@ class _Compiler:
 
     def read(self, numbers: dict[str, Any]) -> Numbers:
         """Numbers by dotted name, as elements read them."""
+        if numbers is self.numbers:
+            return self._own
         return Numbers(numbers, self.polar, self.mechanism.bodies)
+
+    @functools.cached_property
+    def _own(self) -> Numbers:
+        """Those of the description, so that each arm is made once."""
+        return Numbers(self.numbers, self.polar, self.mechanism.bodies)
 
     @functools.cached_property
     def numbers(self) -> dict[str, Any]:

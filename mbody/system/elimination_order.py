@@ -193,8 +193,9 @@ def _minimum_degree(graph: list[set[int]]) -> tuple[list[int], list[set[int]]]:
     """Order of elimination, and for each node its neighbours when it is eliminated. Changes the
     graph.
     """
-    degrees = [len(neighbours) for neighbours in graph]
-    waiting = list(zip(degrees, range(len(graph)), strict=True))
+    # of each node a degree that it has or had, at most that of today
+    queued = [len(neighbours) for neighbours in graph]
+    waiting = list(zip(queued, range(len(graph)), strict=True))
     heapq.heapify(waiting)
     done = [False] * len(graph)
     # whether a node and its neighbours are known to be neighbours of each other: then nothing is
@@ -204,7 +205,11 @@ def _minimum_degree(graph: list[set[int]]) -> tuple[list[int], list[set[int]]]:
     columns: list[set[int]] = [set() for _ in graph]
     while waiting:
         degree, node = heapq.heappop(waiting)
-        if done[node] or degree != degrees[node]:
+        if done[node] or degree != queued[node]:
+            continue
+        if degree != len(graph[node]):
+            queued[node] = len(graph[node])
+            heapq.heappush(waiting, (queued[node], node))
             continue
         done[node] = True
         order.append(node)
@@ -218,7 +223,7 @@ def _minimum_degree(graph: list[set[int]]) -> tuple[list[int], list[set[int]]]:
             beside.discard(node)
             size = len(beside)
             closed[other] = size == degree - 1 or (known and closed[other])
-            if size != degrees[other]:
-                degrees[other] = size
+            if size < queued[other]:
+                queued[other] = size
                 heapq.heappush(waiting, (size, other))
     return order, columns
