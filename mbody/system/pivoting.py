@@ -43,7 +43,7 @@ PivotChoices = tuple[Square, Square]
 
 
 def choose_pivots(
-    L: Layout, here: Work, elsewhere: Work, along: Sequence[np.ndarray] = ()
+    L: Layout, here: Work, elsewhere: Work, along: Sequence[np.ndarray] | np.ndarray = ()
 ) -> PivotChoices | None:
     """Pivots and index lists for Φ_q in the blocks of `here`; None where it is not square, too
     large, or singular.
@@ -58,7 +58,9 @@ def choose_pivots(
         return None
     entries = _entries(L, here.block[:, 0], elsewhere.block[:, 0], rows)
     at = entries.row, entries.column
-    values = np.stack([entries.value, *(blocks[entries.place] for blocks in along)], axis=1)
+    values = entries.value[:, None]
+    if len(along):
+        values = np.hstack([values, np.asarray(along)[:, entries.place].T])
     steady = np.zeros((size, size), dtype=bool)
     present = np.zeros((size, size), dtype=bool)
     steady[at], present[at] = entries.constant, True

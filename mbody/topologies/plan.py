@@ -194,10 +194,11 @@ def _pivots(plan: TopologyPlan) -> PivotChoices | None:
         directions,
         np.ones((SAMPLES, len(graph.drivers) + 2)),
     )
-    works, along = (plan.system.work(), plan.system.work()), []
-    for n in range(SAMPLES):
+    works = plan.system.work(), plan.system.work()
+    along = np.empty((SAMPLES, len(works[0].block)))
+    for n, numbers in enumerate(zip(par.T, q.T, strict=True)):
         work = works[0 if n == 0 else 1]
-        work.par[:, 0], work.q[:, 0] = par[:, n], q[:, n]
+        work.par[:, 0], work.q[:, 0] = numbers
         violation(plan.system.layout, work)
-        along.append(work.block[:, 0].copy())
+        along[n] = work.block[:, 0]
     return choose_pivots(plan.system.layout, *works, along[1:-1])
