@@ -70,3 +70,11 @@ def test_numbers_that_no_index_holds():
     links = np.array([[(0, 1), (1, 2), (2, 2**64 - 1)]], dtype=np.uint64)
     found = mbody.linkages(FOUR_BAR | {"links": links}, instants=5)
     assert found.failures[0] == "a link, the ground or a slide names a joint that there is not"
+
+
+@pytest.mark.parametrize("kind", [np.int8, np.int16, np.uint8, np.int32, np.uint64])
+def test_indices_of_any_whole_type(kind):
+    arrays = {name: np.array(part) for name, part in FOUR_BAR.items()}
+    own = {name: arrays[name].astype(kind) for name in ("links", "ground", "driver")}
+    found = mbody.linkages(arrays | own, instants=5, gravity=MOVED)
+    assert np.array_equal(found.forces, mbody.linkages(FOUR_BAR, instants=5, gravity=MOVED).forces)

@@ -124,12 +124,11 @@ class _Compiler:
     """Works out, once for a topology, where every number of a mechanism goes."""
 
     def __init__(self, mechanism: Mechanism) -> None:
-        self.mechanism = mechanism
+        self.mechanism, self.loads = mechanism, mechanism.loads
         self.bodies = (*mechanism.bodies, mechanism.ground)
         self.index = {body.name: n for n, body in enumerate(self.bodies)}
         self.polar = polar_points(mechanism)
-        self.loads = mechanism.loads
-        at = self.read(self.numbers)
+        at = self._own = Numbers(self.numbers, self.polar, mechanism.bodies)
         #: Drivers that follow positions, with their moving bodies.
         self.following = following(mechanism, at)
         # shapes that cannot touch have no rows
@@ -176,15 +175,9 @@ class _Compiler:
         return 3 * first
 
     def read(self, numbers: dict[str, Any]) -> Numbers:
-        """Numbers by dotted name, as elements read them."""
-        if numbers is self.numbers:
-            return self._own
-        return Numbers(numbers, self.polar, self.mechanism.bodies)
-
-    @functools.cached_property
-    def _own(self) -> Numbers:
-        """Those of the description, so that each arm is made once."""
-        return Numbers(self.numbers, self.polar, self.mechanism.bodies)
+        """Numbers by dotted name, as elements read them; of the description each arm once."""
+        moving = self.mechanism.bodies
+        return self._own if numbers is self.numbers else Numbers(numbers, self.polar, moving)
 
     @functools.cached_property
     def numbers(self) -> dict[str, Any]:

@@ -128,8 +128,10 @@ def _numbers(name: str, value: Any, shape: tuple[int | None, ...]) -> np.ndarray
 
 def _integers(name: str, value: Any, shape: tuple[int | None, ...]) -> np.ndarray:
     found = _array(name, value, shape, "iu")
-    # what does not fit is a number too large as well
-    return np.minimum(found, np.iinfo(np.int64).max).astype(np.int64)
+    if found.dtype == np.uint64:
+        # what does not fit is a number too large as well
+        found = np.minimum(found, np.uint64(np.iinfo(np.int64).max))
+    return found.astype(np.int64)
 
 
 def _array(name: str, value: Any, shape: tuple[int | None, ...], kinds: str) -> np.ndarray:
