@@ -1,8 +1,8 @@
 """The system of a linkage from its graph alone, without the elements of a description.
 
 It has the layout that `mbody.system.assembler.assemble` makes of the same joints described as
-elements (`tests/linkage_elements.py`), number for number, in an eighth of the time: revolute
-joints, rows along a line, driven angles, gravity.
+elements (`tests/linkage_elements.py`), number for number: revolute joints, rows along a line,
+driven angles, gravity.
 """
 
 from __future__ import annotations
