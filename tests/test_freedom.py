@@ -194,6 +194,15 @@ def test_a_loose_body():
     assert report.notes == ("not joined to the ground: 'b'",)
 
 
+def test_many_loose_parts_are_one_note():
+    machine = Mechanism("heap")
+    for n in range(300):
+        machine.add(Body(f"b{n}", mass=1.0, inertia=1.0))
+    (note,) = mobility(machine).notes
+    assert note.startswith("300 parts are not joined to the ground, those of 'b0', 'b1', ")
+    assert "and 292 more: join a body of each to the ground" in note
+
+
 def test_loops_of_parts_that_are_not_joined():
     """Two four-bars, one of them floating: joints − bodies, and one more for each loose part."""
     machine = without_drivers(mbody.makers.four_bar(1, 3, 2, 3.5))

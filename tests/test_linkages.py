@@ -10,7 +10,8 @@ from mbody.errors import ModelError
 from mbody.laws import ConstantSpeed
 from mbody.topologies.assur_graphs import assur_bars
 from mbody.topologies.generator import GROUPS, random_linkages
-from mbody.topologies.plan import graph_of, planned
+from mbody.topologies.graph import graph_of
+from mbody.topologies.plan import planned
 from tests.dense_linkages import forces_of, moved, random_dyads
 
 GRAVITY, SPEED = (0.3, -9.81), 2.0

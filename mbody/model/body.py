@@ -13,11 +13,11 @@ from mbody.model.element import (
     Point,
     PointLike,
     as_point,
-    check_name,
     listed,
     number_field,
     point_numbers,
 )
+from mbody.model.element_names import check_name
 from mbody.model.section import CrossSection, as_section
 from mbody.model.touching_shapes import Shape, ShapeLike, as_shapes, shape_numbers
 from mbody.quantities.number import number

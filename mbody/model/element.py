@@ -19,6 +19,7 @@ import numpy as np
 from mbody.errors import ModelError
 from mbody.laws import Law, as_law
 from mbody.laws.base import FloatArray
+from mbody.model.element_names import check_name
 from mbody.model.primitives import Signal
 from mbody.quantities import Formula
 from mbody.quantities.deferred import is_pending
@@ -54,7 +55,6 @@ __all__ = [
     "as_body",
     "as_marker",
     "body_field",
-    "check_name",
     "law_field",
     "listed",
     "number",
@@ -247,32 +247,17 @@ def place_field(default: Any = dataclasses.MISSING) -> Any:
     return dataclasses.field(default=default, metadata={"place": True})
 
 
-LONGEST_NAME = 200
-
-
-def check_name(name: Any, what: str) -> None:
-    """Refuse what cannot be the name of an element."""
-    if not isinstance(name, str) or not name.strip():
-        raise ModelError(f"every {what} needs a name, not {name!r}")
-    if len(name) > LONGEST_NAME:
-        raise ModelError(
-            f"the name '{name[:20]}…' has {len(name)} characters: give at most {LONGEST_NAME}",
-            name[:LONGEST_NAME],
-        )
-    if not name.isprintable():
-        raise ModelError(f"the name {name!r} has characters that cannot be printed: leave them out")
-    if "." in name:
-        raise ModelError(
-            f"'{name}': a name may not hold a dot, which parts body and point: write "
-            f"'{name.replace('.', '_')}'",
-            name,
-        )
-
-
 @functools.cache
 def _fields(kind: Any) -> tuple[dataclasses.Field[Any], ...]:
     """The fields of a class of elements that say what they are."""
     return tuple(field for field in dataclasses.fields(kind) if field.metadata)
+
+
+@functools.cache
+def _number_fields(kind: Any) -> tuple[tuple[str, str], ...]:
+    """Of those that hold changeable numbers the name, and what they hold."""
+    kinds = ("dimension", "limits", "law", "place")
+    return tuple((field.name, k) for field in _fields(kind) for k in kinds if k in field.metadata)
 
 
 @functools.cache
@@ -404,22 +389,23 @@ class Element:
     def numbers(self) -> dict[str, Any]:
         """All changeable numbers of the element by dotted name; formulas while it is pending."""
         result: dict[str, Any] = {}
-        for field in _fields(cast(Any, type(self))):
-            value = getattr(self, field.name)
-            name = f"{self.name}.{field.name}"
-            if "dimension" in field.metadata and value is not None:
+        for key, kind in _number_fields(cast(Any, type(self))):
+            value, name = getattr(self, key), f"{self.name}.{key}"
+            if value is None:
+                continue
+            if kind == "dimension":
                 result[name] = value
-            elif "limits" in field.metadata and value is not None:
+            elif kind == "limits":
                 ends = zip(ENDS, value, strict=True)
                 result |= {f"{name}.{end}": one for end, one in ends if one is not None}
-            elif "law" in field.metadata and isinstance(value, Law):
-                own = value.numbers()
-                plain = set(own) == {"value"}
-                result |= {name if plain else f"{name}.{k}": v for k, v in own.items()}
-            elif "place" in field.metadata:
+            elif kind == "place":
                 result[f"{name}.angle"] = value.angle
                 if not isinstance(value.point, str):
                     result |= point_numbers(value.point, place_name(name, value.point))
+            elif isinstance(value, Law):
+                own = value.numbers()
+                plain = set(own) == {"value"}
+                result |= {name if plain else f"{name}.{k}": v for k, v in own.items()}
         return result
 
 
@@ -448,6 +434,7 @@ class Numbers:
     ) -> None:
         self._values = values
         self._polar = polar_points
+        self._arms: dict[tuple[str, str], tuple[Value, Value]] = {}
         #: The moving bodies, for loads that act on all of them.
         self.bodies = bodies
 
@@ -474,10 +461,12 @@ class Numbers:
 
     def arm(self, element: Element, field: str) -> tuple[Value, Value]:
         """(x, y) [length] from the mass centre of the marker's body to the marker, in link axes."""
-        marker = element.place(field)
-        x, y = self.place(element, field)
-        cx, cy = self.point(f"{marker.body}.cg")
-        return x - cx, y - cy
+        found = self._arms.get((element.name, field))
+        if found is None:
+            x, y = self.place(element, field)
+            cx, cy = self.point(f"{element.place(field).body}.cg")
+            found = self._arms[element.name, field] = x - cx, y - cy
+        return found
 
     def angle(self, element: Element, field: str) -> Value:
         """Direction [rad] of a marker's x axis in link axes."""

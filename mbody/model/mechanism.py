@@ -19,7 +19,8 @@ from mbody.model.controller import Controller
 from mbody.model.coupling import Coupling
 from mbody.model.curves import as_curves
 from mbody.model.driver import Driver
-from mbody.model.element import Element, Marker, PointLike, check_name, listed
+from mbody.model.element import Element, Marker, PointLike, listed
+from mbody.model.element_names import check_name
 from mbody.model.equality import whole
 from mbody.model.evaluation import resolved
 from mbody.model.inputs import Input

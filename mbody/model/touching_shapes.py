@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from mbody.errors import ModelError, brief
-from mbody.model.element import check_name, listed, number
+from mbody.model.element import listed, number
+from mbody.model.element_names import check_name
 from mbody.quantities import Formula
 from mbody.quantities.types import NumberField, OptionalNumberField, default, required
 

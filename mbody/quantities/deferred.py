@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import operator
 from collections.abc import Callable, Iterable, Iterator
 from types import NoneType
 from typing import Any, cast
@@ -20,6 +21,15 @@ _PLAIN = frozenset({float, int, bool, str, NoneType})
 def _field_names(kind: Any) -> tuple[str, ...]:
     """Names of the fields of a dataclass; of another class none."""
     return tuple(f.name for f in dataclasses.fields(kind)) if dataclasses.is_dataclass(kind) else ()
+
+
+@functools.cache
+def _parts_of(kind: Any) -> Callable[[Any], tuple[Any, ...]]:
+    """What gives the values of all fields of a dataclass; of another class none."""
+    names = _field_names(kind)
+    if len(names) > 1:
+        return operator.attrgetter(*names)
+    return lambda value: tuple(getattr(value, name) for name in names)
 
 
 def formulas_in(value: Any, name: str = "") -> Iterator[tuple[str, Formula]]:
@@ -51,7 +61,7 @@ def is_pending(value: Any) -> bool:
     elif isinstance(value, dict):
         parts = value.values()
     else:
-        parts = [getattr(value, field) for field in _field_names(cast(Any, type(value)))]
+        parts = _parts_of(cast(Any, type(value)))(value)
     # no call for a plain number: there are hundreds in a description
     return any(type(part) not in _PLAIN and is_pending(part) for part in parts)
 

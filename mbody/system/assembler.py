@@ -132,12 +132,11 @@ class _Compiler:
     """Works out, once for a topology, where every number of a mechanism goes."""
 
     def __init__(self, mechanism: Mechanism) -> None:
-        self.mechanism = mechanism
+        self.mechanism, self.loads = mechanism, mechanism.loads
         self.bodies = (*mechanism.bodies, mechanism.ground)
         self.index = {body.name: n for n, body in enumerate(self.bodies)}
         self.polar = polar_points(mechanism)
-        self.loads = mechanism.loads
-        at = self.read(self.numbers)
+        at = self._own = Numbers(self.numbers, self.polar, mechanism.bodies)
         #: Drivers that follow positions, with their moving bodies.
         self.following = following(mechanism, at)
         # shapes that cannot touch have no rows
@@ -184,8 +183,9 @@ class _Compiler:
         return 3 * first
 
     def read(self, numbers: dict[str, Any]) -> Numbers:
-        """Numbers by dotted name, as elements read them."""
-        return Numbers(numbers, self.polar, self.mechanism.bodies)
+        """Numbers by dotted name, as elements read them; of the description each arm once."""
+        moving = self.mechanism.bodies
+        return self._own if numbers is self.numbers else Numbers(numbers, self.polar, moving)
 
     @functools.cached_property
     def numbers(self) -> dict[str, Any]:

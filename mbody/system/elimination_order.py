@@ -10,6 +10,7 @@ from __future__ import annotations
 import heapq
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -99,88 +100,130 @@ def eliminate(slots: Slots) -> Elimination:
 
     Nodes are renumbered: number k of the result is node ``order[k]`` of the slots.
     """
-    ground = len(slots.body)
-    at: list[list[tuple[int, int]]] = [[] for _ in range(ground)]
-    for node, pair in enumerate(slots.sides):
-        for side, slot in enumerate(pair):
-            if slot < ground:
-                at[slot].append((node, side))
-    nodes = len(slots.sides)
+    ground, nodes = len(slots.body), len(slots.sides)
+    sides = [
+        (slot, node, side)
+        for node, pair in enumerate(slots.sides)
+        for side, slot in enumerate(pair)
+        if slot < ground
+    ]
+    touching: list[set[int]] = [set() for _ in range(ground)]
+    for slot, node, _ in sides:
+        touching[slot].add(node)
     neighbours: list[set[int]] = [set() for _ in range(nodes)]
-    for touching in at:
-        names = {node for node, _ in touching}
-        for node in names:
-            neighbours[node] |= names - {node}
+    for own in touching:
+        for node in own:
+            neighbours[node] |= own
+    for node, own in enumerate(neighbours):
+        own.discard(node)
     order, columns = _minimum_degree(neighbours)
-    place = {node: k for k, node in enumerate(order)}
-    below = [sorted(place[m] for m in columns[node]) for node in order]
-    more = [(place[m], side) for m in order for side in range(2, len(slots.sides[m]))]
-    numbers = {(k, side): 12 * k + 6 * side for k in range(nodes) for side in range(2)}
-    numbers |= {which: 12 * nodes + 6 * n for n, which in enumerate(more)}
-
+    place = np.empty(nodes, dtype=np.int64)
+    place[order] = np.arange(nodes)
+    start = _starts([len(columns[node]) for node in order])
+    rows = place[_integers([m for node in order for m in columns[node]])]
+    column = np.repeat(np.arange(nodes), np.diff(start))
+    rows = rows[np.lexsort((rows, column))]
     base = 3 * nodes
-    # of each column the number of the block in each of its rows
-    block: list[dict[int, int]] = []
-    start = [0]
-    rows: list[int] = []
-    for later in below:
-        block.append(dict(zip(later, range(len(rows), len(rows) + len(later)), strict=True)))
-        rows += later
-        start.append(len(rows))
-    update: list[int] = []
-    for later in below:
-        columns_of = [block[r] for r in later]
-        for n, r in enumerate(later):
-            update += [column[r] for column in columns_of[:n]]
-    form = []
-    for slot, touching in enumerate(at):
-        placed = sorted((place[node], side) for node, side in touching)
-        for n, (r, side_r) in enumerate(placed):
-            for k, side_k in placed[:n]:
-                if r != k:
-                    a, b = numbers[r, side_r], numbers[k, side_k]
-                    form.append((base + 4 * block[k][r], a, b, 3 * slot))
-    form.sort()
-    table = np.array(form, dtype=np.int64).reshape(-1, 4)
+    blocks = base + 4 * np.arange(len(rows))
+    # ascending, as columns are, and the rows of each
+    key = column * nodes + rows
 
-    def ints(values: list[int]) -> np.ndarray:
-        return np.array(values, dtype=np.int64)
+    def block_at(column: np.ndarray, row: np.ndarray) -> np.ndarray:
+        return np.asarray(blocks[np.searchsorted(key, column * nodes + row)])
 
-    blocks = base + 4 * np.arange(len(rows), dtype=np.int64)
+    later, earlier = _pairs(start)
+    update = block_at(rows[earlier], rows[later])
+    more = [(int(place[m]), side) for m in order for side in range(2, len(slots.sides[m]))]
+    on, node_at, side_at = _integers(sides).reshape(-1, 3).T
+    at = place[node_at]
+    numbers = 12 * at + 6 * side_at
+    if more:
+        which = {pair: 12 * nodes + 6 * n for n, pair in enumerate(more)}
+        for n in np.flatnonzero(side_at >= 2).tolist():
+            numbers[n] = which[int(at[n]), int(side_at[n])]
+    by_slot = np.lexsort((side_at, at, on))
+    on, at, numbers = on[by_slot], at[by_slot], numbers[by_slot]
+    later, earlier = _pairs(_starts(np.bincount(on, minlength=ground)))
+    apart = at[later] != at[earlier]
+    later, earlier = later[apart], earlier[apart]
+    formed = block_at(at[earlier], at[later])
+    order_of_forms = np.lexsort((on[later], numbers[earlier], numbers[later], formed))
+    later, earlier, formed = (part[order_of_forms] for part in (later, earlier, formed))
+    only_filled = np.ones(len(rows), dtype=bool)
+    only_filled[(formed - base) // 4] = False
     return Elimination(
         order,
-        ints(start),
-        ints(rows),
-        base + 4 * ints(update),
-        form_block=np.ascontiguousarray(table[:, 0]),
-        form_a=np.ascontiguousarray(table[:, 1]),
-        form_b=np.ascontiguousarray(table[:, 2]),
-        form_column=np.ascontiguousarray(table[:, 3]),
-        form_more=np.diff(table[:, 0], prepend=-1) == 0,
-        fill=np.setdiff1d(blocks, table[:, 0]),
-        more_node=ints([k for k, _ in more]),
-        more_slot=ints([slots.sides[order[k]][side] for k, side in more]),
+        start,
+        rows,
+        update,
+        form_block=formed,
+        form_a=numbers[later],
+        form_b=numbers[earlier],
+        form_column=3 * on[later],
+        form_more=np.diff(formed, prepend=-1) == 0,
+        fill=blocks[only_filled],
+        more_node=_integers([k for k, _ in more]),
+        more_slot=_integers([slots.sides[order[k]][side] for k, side in more]),
     )
 
 
+def _integers(values: Sequence[Any]) -> np.ndarray:
+    return np.array(values, dtype=np.int64)
+
+
+def _starts(sizes: Sequence[int] | np.ndarray) -> np.ndarray:
+    """Where each of groups of these sizes begins, and the end of the last."""
+    return np.concatenate([[0], np.cumsum(sizes, dtype=np.int64)])
+
+
+def _pairs(start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """All pairs of members of one group, the later member first: of groups one after the other that
+    begin at `start`, by the later member, then by the earlier.
+    """
+    sizes, count = np.diff(start), int(start[-1])
+    first = np.repeat(start[:-1], sizes)
+    many = np.arange(count) - first
+    later = np.repeat(np.arange(count), many)
+    ends = np.cumsum(many)
+    earlier = np.arange(len(later)) - (ends - many - first)[later]
+    return later, earlier
+
+
 def _minimum_degree(graph: list[set[int]]) -> tuple[list[int], list[set[int]]]:
-    """Order of elimination, and for each node its neighbours when it is eliminated."""
-    graph = [set(neighbours) for neighbours in graph]
-    waiting = [(len(neighbours), node) for node, neighbours in enumerate(graph)]
+    """Order of elimination, and for each node its neighbours when it is eliminated. Changes the
+    graph.
+    """
+    # of each node a degree that it has or had, at most that of today
+    queued = [len(neighbours) for neighbours in graph]
+    waiting = list(zip(queued, range(len(graph)), strict=True))
     heapq.heapify(waiting)
     done = [False] * len(graph)
+    # whether a node and its neighbours are known to be neighbours of each other: then nothing is
+    # united, which is most of the work where many nodes stay together to the end
+    closed = [False] * len(graph)
     order: list[int] = []
     columns: list[set[int]] = [set() for _ in graph]
     while waiting:
         degree, node = heapq.heappop(waiting)
-        if done[node] or degree != len(graph[node]):
+        if done[node] or degree != queued[node]:
+            continue
+        if degree != len(graph[node]):
+            queued[node] = len(graph[node])
+            heapq.heappush(waiting, (queued[node], node))
             continue
         done[node] = True
         order.append(node)
-        columns[node] = graph[node]
-        for other in graph[node]:
-            graph[other] |= graph[node]
-            graph[other] -= {other, node}
-        for other in graph[node]:
-            heapq.heappush(waiting, (len(graph[other]), other))
+        own = columns[node] = graph[node]
+        known = closed[node]
+        for other in own:
+            beside = graph[other]
+            if not known:
+                beside |= own
+                beside.discard(other)
+            beside.discard(node)
+            size = len(beside)
+            closed[other] = size == degree - 1 or (known and closed[other])
+            if size < queued[other]:
+                queued[other] = size
+                heapq.heappush(waiting, (size, other))
     return order, columns

@@ -22,6 +22,8 @@ def designs_of(numbers: Mapping[str, Any]) -> int:
 
 def stacked(rows: list[Any], designs: int) -> np.ndarray:
     """Numbers and arrays (designs,) as rows of one array (rows, designs)."""
+    if designs == 1 and all(isinstance(row, float) for row in rows):
+        return np.array(rows, dtype=np.float64).reshape(-1, 1)
     found = np.empty((len(rows), designs))
     for n, row in enumerate(rows):
         found[n] = row

@@ -10,8 +10,10 @@ determinant.
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -31,12 +33,17 @@ EVEN = 30.0
 #: Part of the positions, those where the first choice is worst, for which the second is made.
 WORST = 0.25
 
+#: Numbers of the search that each thread keeps memory for.
+KEPT = 2_000_000
+
+_memory = threading.local()
+
 #: Two choices of pivots; twice the same where one is enough.
 PivotChoices = tuple[Square, Square]
 
 
 def choose_pivots(
-    L: Layout, here: Work, elsewhere: Work, along: Sequence[np.ndarray] = ()
+    L: Layout, here: Work, elsewhere: Work, along: Sequence[np.ndarray] | np.ndarray = ()
 ) -> PivotChoices | None:
     """Pivots and index lists for Φ_q in the blocks of `here`; None where it is not square, too
     large, or singular.
@@ -51,7 +58,9 @@ def choose_pivots(
         return None
     entries = _entries(L, here.block[:, 0], elsewhere.block[:, 0], rows)
     at = entries.row, entries.column
-    values = np.stack([entries.value, *(blocks[entries.place] for blocks in along)], axis=1)
+    values = entries.value[:, None]
+    if len(along):
+        values = np.hstack([values, np.asarray(along)[:, entries.place].T])
     steady = np.zeros((size, size), dtype=bool)
     present = np.zeros((size, size), dtype=bool)
     steady[at], present[at] = entries.constant, True
@@ -180,12 +189,12 @@ def _pivots(
     at every position; values (entries, positions) of the entries at these rows and columns.
     """
     size, positions = len(present), values.shape[1]
-    numbers = np.zeros((size, size, positions))
-    numbers[at] = values
+    numbers = _zeros(size * size, positions)
+    numbers[at[0] * size + at[1]] = values
     memory = np.empty((3, positions))
     counts = np.empty((4, size), dtype=np.int64)
     search = PivotSearch(
-        numbers=numbers.reshape(size * size, positions),
+        numbers=numbers,
         pattern=present.astype(np.int64),
         constant=steady.astype(np.int64),
         inside=inside.astype(np.int64),
@@ -198,9 +207,31 @@ def _pivots(
         **dict(zip(("least", "factor", "product"), memory, strict=True)),
         best=np.zeros(size),
     )
-    if search_pivots(search) < size:
+    found, pattern = search_pivots(search), search.pattern != 0
+    numbers[pattern.reshape(-1)] = 0.0
+    _keep_zeros(numbers)
+    if found < size:
         return None
-    return search.order, search.pattern != 0, (search.constant != 0) & steady, search.growth
+    return search.order, pattern, (search.constant != 0) & steady, search.growth
+
+
+def _zeros(rows: int, positions: int) -> np.ndarray:
+    """Zeros (rows, positions), in the memory of the search before: most of it is never written to,
+    and fresh memory takes longer than the search.
+    """
+    count = rows * positions
+    # taken away, so that a search that is interrupted leaves nothing
+    kept: np.ndarray | None = _memory.__dict__.pop("zeros", None)
+    if kept is None or len(kept) < count:
+        kept = np.zeros(count)
+    return kept[:count].reshape(rows, positions)
+
+
+def _keep_zeros(numbers: np.ndarray) -> None:
+    """Keep the memory of `_zeros`, which is zero again."""
+    whole: Any = numbers.base
+    if whole.size <= KEPT:
+        _memory.zeros = whole
 
 
 def _lists(
@@ -229,10 +260,13 @@ def _lists(
         scale.append(sign * factor)
         group.append(number[r, c][pivot[~unit[pivot]]])
         group_start.append(group_start[-1] + len(group[-1]))
-    k_low, below = np.nonzero(np.tril(there, -1).T)
-    k_up, right = np.nonzero(np.triu(there, 1))
-    k_left, left = np.nonzero(np.tril(there, -1))
-    k_above, above = np.nonzero(np.triu(there, 1).T)
+    k, j = np.nonzero(there)
+    k_up, right = k[k < j], j[k < j]
+    k_left, left = k[k > j], j[k > j]
+    across_first = np.argsort(j, kind="stable")
+    j, k = j[across_first], k[across_first]
+    k_low, below = j[k > j], k[k > j]
+    k_above, above = j[k < j], k[k < j]
     up_start = _starts(k_up, size)
     # each number below a pivot changes all that are right of the pivot
     many = np.diff(up_start)[k_low]

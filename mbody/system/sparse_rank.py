@@ -9,14 +9,19 @@ minimum degree, of equal degrees the last group first, so that free columns are 
 from __future__ import annotations
 
 import heapq
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
 __all__ = ["Front", "SparseRank", "sparse_rank"]
 
 Array = np.ndarray
+#: Columns that are pivots, columns that are free, the rows of the pivots after all reflections, and
+#: the vectors of these, each of length √2 or zero.
+_Reflected: TypeAlias = "tuple[list[int], list[int], Array, Array]"
 
 #: A column is preferred as a pivot while it is at least this part of the greatest that is left.
 PREFERRED = 0.1
@@ -101,7 +106,10 @@ class _Elimination:
 
     def __init__(self, widths: Sequence[int], fronts: Sequence[Front], zero: float) -> None:
         self.widths, self.zero = list(widths), zero
-        self.start = np.concatenate([[0], np.cumsum(self.widths)]).astype(np.int64)
+        ends = np.cumsum(self.widths, dtype=np.int64)
+        self.count = int(ends[-1])
+        #: The columns of each group.
+        self.columns = np.split(np.arange(self.count), ends[:-1])
         self.fronts = dict(enumerate(fronts))
         self.at: list[set[int]] = [set() for _ in self.widths]
         for n, front in self.fronts.items():
@@ -126,11 +134,9 @@ class _Elimination:
             for other in self._eliminate(group):
                 degrees[other] = self._degree(other)
                 heapq.heappush(waiting, (degrees[other], -other))
-        columns = int(self.start[-1])
         free = np.array(sorted(self.free), dtype=np.int64)
-        return SparseRank(
-            columns, columns - len(free), free, self.kept, self.dropped, tuple(self.steps)
-        )
+        rank = self.count - len(free)
+        return SparseRank(self.count, rank, free, self.kept, self.dropped, tuple(self.steps))
 
     def _degree(self, group: int) -> int:
         return len(set().union(*(self.fronts[n].groups for n in self.at[group])))
@@ -155,11 +161,10 @@ class _Elimination:
 
     def _assembled(self, own: Sequence[Front], groups: Sequence[int]) -> tuple[Array, Array]:
         """The rows of fronts under each other, and the columns of groups."""
-        place, wide, columns = {}, 0, []
+        place, wide = {}, 0
         for group in groups:
             place[group] = wide
             wide += self.widths[group]
-            columns.append(np.arange(self.start[group], self.start[group + 1]))
         matrix = np.zeros((sum(len(front.rows) for front in own), wide))
         row = 0
         for front in own:
@@ -170,11 +175,61 @@ class _Elimination:
                 matrix[row:end, at : at + width] += front.rows[:, column : column + width]
                 column += width
             row = end
-        return matrix, np.concatenate(columns)
+        return matrix, np.concatenate([self.columns[group] for group in groups])
 
     def _pivots(self, matrix: Array, columns: Array, width: int) -> Array:
         """Triangular in the first columns by reflections; gives the rows without a pivot."""
-        own, open_columns = matrix[:, :width], list(range(width))
+        own, rest = matrix[:, :width], matrix[:, width:]
+        found = self._in_order(own)
+        if found is None:
+            found = self._by_size(own)
+        pivots, free, triangle, reflections = found
+        self.free += columns[free].tolist()
+        rank = len(pivots)
+        if not rank:
+            return rest
+        _reflect(rest, reflections)
+        right = np.hstack([triangle[:, free], rest[:rank]]) if free else rest[:rank].copy()
+        left = triangle[:, pivots].tolist()
+        # numbers of few rows: from the last on
+        for k in reversed(range(rank)):
+            for n in range(k + 1, rank):
+                right[k] += left[k][n] * right[n]
+            right[k] *= -1.0 / left[k][k]
+        others = columns[width:]
+        if free:
+            others = np.concatenate([columns[free], others])
+        self.steps.append(_EliminationStep(columns[pivots], others, right))
+        return rest[rank:]
+
+    def _in_order(self, own: Array) -> _Reflected | None:
+        """Columns as pivots in their order, where each is preferred when its turn comes, by LAPACK;
+        None where one is not.
+        """
+        rows, width = own.shape
+        rank = min(rows, width)
+        if not rank:
+            return None
+        raw, scales = np.linalg.qr(own, mode="raw")
+        rows_of = raw[:, :rank].tolist()
+        kept = self.kept
+        for k in range(rank):
+            # what is left of the squares of the columns
+            left = [sum(x * x for x in own[k : n + 1]) for n, own in enumerate(rows_of) if n >= k]
+            greatest = math.sqrt(max(left))
+            if not greatest > self.zero or left[0] < (PREFERRED * greatest) ** 2:
+                return None
+            kept = min(kept, greatest)
+        self.kept = kept
+        triangle, reflections = raw[:, :rank].T.copy(), raw[:rank].copy()
+        for k, scale in enumerate(scales.tolist()):
+            triangle[k, :k], reflections[k, :k], reflections[k, k] = 0.0, 0.0, 1.0
+            reflections[k] *= math.sqrt(scale)
+        return list(range(rank)), list(range(rank, width)), triangle, reflections
+
+    def _by_size(self, own: Array) -> _Reflected:
+        """The same, one after the other, of those that are left the first that is large enough."""
+        own, open_columns = own.copy(), list(range(own.shape[1]))
         pivots: list[int] = []
         reflections: list[Array] = []
         while open_columns:
@@ -194,23 +249,16 @@ class _Elimination:
             own -= v[:, None] * (v @ own)
             reflections.append(v)
             pivots.append(open_columns.pop(n))
-        self.free += columns[open_columns].tolist()
-        rank = len(pivots)
-        if not rank:
-            return matrix[:, width:]
-        _reflect(matrix[:, width:], np.array(reflections))
-        others = [*open_columns, *range(width, len(columns))]
-        factor = -np.linalg.solve(own[:rank, pivots], matrix[:rank, others])
-        self.steps.append(_EliminationStep(columns[pivots], columns[others], factor))
-        return matrix[rank:, width:]
+        return pivots, open_columns, own[: len(pivots)], np.array(reflections)
 
 
 def _reflect(rows: Array, reflections: Array) -> None:
     """Apply reflections I − v vᵀ, the rows v of V (reflections, rows), one after the other to rows,
     in place: together they are I − Vᵀ T V (Schreiber & Van Loan 1989).
     """
-    count = len(reflections)
-    T = np.eye(count)
+    count, gram = len(reflections), (reflections @ reflections.T).tolist()
+    T = [[float(n == k) for k in range(count)] for n in range(count)]
     for n in range(1, count):
-        T[n, :n] = -(reflections[n] @ reflections[:n].T) @ T[:n, :n]
-    rows -= reflections.T @ (T @ (reflections @ rows))
+        for k in range(n):
+            T[n][k] = -sum(gram[n][m] * T[m][k] for m in range(k, n))
+    rows -= reflections.T @ (np.array(T) @ (reflections @ rows))

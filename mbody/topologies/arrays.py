@@ -89,9 +89,9 @@ def linkage_arrays(arrays: Mapping[str, Any]) -> LinkageArrays:
     fixed = np.zeros((count, nodes + 1), dtype=bool)
     np.put_along_axis(fixed, np.where((ground < 0) | (ground >= nodes), nodes, ground), True, 1)
     present = (links >= 0) & (links < nodes)
-    with np.errstate(invalid="ignore"):
+    # numbers that are none, or too large, are found where they are used
+    with np.errstate(invalid="ignore", over="ignore"):
         mass, inertia, cg = _uniform(joints, links, present)
-    shape = links.shape[:2]
     found = {"mass": mass, "inertia": inertia, "cg": cg}
     for name, own in found.items():
         if name in arrays:
@@ -110,8 +110,8 @@ def linkage_arrays(arrays: Mapping[str, Any]) -> LinkageArrays:
         directions=directions,
         reasons={},
     )
-    assert found["mass"].shape == shape
-    _refuse(made, ground)
+    if count:
+        _refuse(made, ground)
     return made
 
 
@@ -127,7 +127,11 @@ def _numbers(name: str, value: Any, shape: tuple[int | None, ...]) -> np.ndarray
 
 
 def _integers(name: str, value: Any, shape: tuple[int | None, ...]) -> np.ndarray:
-    return _array(name, value, shape, "iu").astype(np.int64)
+    found = _array(name, value, shape, "iu")
+    if found.dtype == np.uint64:
+        # what does not fit is a number too large as well
+        found = np.minimum(found, np.uint64(np.iinfo(np.int64).max))
+    return found.astype(np.int64)
 
 
 def _array(name: str, value: Any, shape: tuple[int | None, ...], kinds: str) -> np.ndarray:
@@ -169,7 +173,7 @@ def _uniform(
     safe = np.where(mass > 0.0, mass, 1.0)[..., None]
     cg = (length[..., None] * middle).sum(axis=2) / safe
     off = middle - cg[:, :, None]
-    inertia = (length**3 / 12.0 + length * (off * off).sum(axis=3)).sum(axis=2)
+    inertia = (length * length * length / 12.0 + length * (off * off).sum(axis=3)).sum(axis=2)
     return mass, inertia, cg
 
 

@@ -97,6 +97,8 @@ def _order(
         same = ranked[:, 1:] == ranked[:, :-1]
         same &= np.take_along_axis(there[open_rows], order[:, 1:], axis=1)
         tied = np.flatnonzero(same.any(axis=1))
+        if not tied.size:
+            break
         # the first of joints that share a colour gets one of its own
         first = order[tied, same[tied].argmax(axis=1)]
         open_rows = open_rows[tied]

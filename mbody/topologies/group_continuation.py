@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mbody.analysis.driven.runner import PathEnded, Runner, followed_lanes
-from mbody.analysis.driven.time_grid import BY_TIME, TimeGrid, by_time
+from mbody.analysis.driven.time_grid import BY_TIME, TimeGrid
 from mbody.analysis.position.closed_position import ClosedPosition
 from mbody.core.lanes import LANES, aligned
 from mbody.errors import SolveError
@@ -124,7 +124,7 @@ class _GroupContinuation:
         start = group.q[:, np.repeat(linkages, pieces)].copy()
         lost = np.zeros(len(linkages), dtype=bool)
         if pieces > 1:
-            grid = by_time(self.system, self.tau[first])
+            grid = self._grid(self.tau[first])
             for n, linkage in enumerate(linkages.tolist()):
                 seeds = self._seeds(linkage, grid)
                 lost[n] = seeds is None
@@ -201,6 +201,9 @@ class _GroupContinuation:
         good = np.flatnonzero(~failed)
         self.margins[self.group.row[linkage[good]]] = least[good, worst[good]]
 
+    def _grid(self, tau: np.ndarray) -> TimeGrid:
+        return TimeGrid(BY_TIME, tau, tau, np.zeros((1, len(self.group.plan.drivers), 3)))
+
     def _work(self, linkage: int) -> Work:
         return self.system.work(designs=linkage)
 
@@ -223,8 +226,7 @@ class _GroupContinuation:
         group, row = self.group, int(self.group.row[linkage])
         runner, start = Runner(self.system, self.analysis), self._start(linkage)
         try:
-            grid = by_time(self.system, self.tau)
-            found = runner.scalar(start, grid, design=linkage, reach=REACH)
+            found = runner.scalar(start, self._grid(self.tau), design=linkage, reach=REACH)
         except PathEnded as stuck:
             self._fail(row, self._why(stuck, start.work, linkage), stuck.place)
             return

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,13 +16,23 @@ from mbody.errors import ModelError
 from mbody.quantities.types import PlainNumbers
 from mbody.topologies.arrays import LinkageArrays, linkage_arrays
 from mbody.topologies.canonical import CanonicalOrder, canonical_order, row_bytes
+from mbody.topologies.graph import Graph, graph_of
 from mbody.topologies.group_continuation import LinkageGroup, follow_group
-from mbody.topologies.plan import Graph, TopologyPlan, graph_of, planned
+from mbody.topologies.plan import TopologyPlan, planned
 
 __all__ = ["Linkages", "linkages"]
 
 #: Linkages of one topology that are prepared at once.
 BLOCK = 4096
+#: A linkage is far from the origin where its first joint is so many times as far as it is large.
+FAR = 1e3
+#: Greatest number, in units of the longest link, the time of the motion and force: kernels
+#: compare squares of products of two of them.
+MOST = 1e60
+EXTREME = (
+    "its lengths, masses, speed and gravity are too far apart in size to compute with: give them "
+    "in other units"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,7 +154,7 @@ def linkages(
     >>> found.positions.shape, found.forces.shape, found.failures
     ((1, 200, 4, 2), (1, 200, 3, 2, 2), {})
     """
-    made = linkage_arrays(arrays)
+    made, far = _near_the_origin(linkage_arrays(arrays))
     count, nodes = made.joints.shape[:2]
     instants = _whole("instants", instants, 2)
     threads = _whole("threads", threads, 1)
@@ -177,6 +187,8 @@ def linkages(
     which, joint = np.nonzero(made.ground & np.isnan(positions[:, 0, :, 0]))
     positions[which, :, joint] = made.joints[which, None, joint]
     output[list(failures)] = np.nan
+    for n, place in far.items():
+        positions[n] += place
     forces = output[:, :, 2 * nodes : columns - drivers].reshape(count, instants, bars, places, 2)
     angle = np.linspace(0.0, 1.0, instants)[:, None] * motion.turn[:, None]
     angle[np.broadcast_to(made.driver[:, None] < 0, angle.shape)] = np.nan
@@ -261,13 +273,10 @@ class _Work:
             self.failures.update(dict.fromkeys(lot.tolist(), plan))
             return
         made, motion = self.made, self.motion
-        row, nodes, bars = lot[:, None], graph.joints, len(graph.links)
-        own = order.joints[lot, :nodes]
-        links = order.links[lot, :bars]
-        slides = order.slides[lot, : len(graph.slides)]
-        joints = made.joints[row, own]
-        apart = joints[:, plan.sides[0]] - joints[:, plan.sides[1]]
-        length = np.hypot(apart[..., 0], apart[..., 1]).max(axis=1)
+        joints = made.joints[lot[:, None], order.joints[lot, : graph.joints]]
+        with np.errstate(over="ignore"):
+            apart = joints[:, plan.sides[0]] - joints[:, plan.sides[1]]
+            length = np.hypot(apart[..., 0], apart[..., 1]).max(axis=1)
         flat = lot[~(length > 0.0)]
         if flat.size:
             self.failures.update(dict.fromkeys(flat.tolist(), "its links have no length"))
@@ -279,6 +288,35 @@ class _Work:
             self._lot(graph, lot[~rest], order)
             return
         at_rest = bool(rest.all())
+        with np.errstate(all="ignore"):
+            group = self._group(graph, plan, lot, order, length, at_rest)
+        fits = _sizes(group) <= MOST
+        if not fits.all():
+            self.failures.update(dict.fromkeys(lot[~fits].tolist(), EXTREME))
+            self._lot(graph, lot[fits], order)
+            return
+        if group.column.shape[1] < self.output.shape[2]:
+            self.output[lot] = np.nan  # joints or links that are not there
+        failed = follow_group(group, self.output, self.margins)
+        for n, (why, tau) in failed.items():
+            angle = np.degrees(tau * motion.turn[n, 0])
+            first = "its driver" if len(graph.drivers) == 1 else "its first driver"
+            self.failures[n] = f"{why} (at {angle:.4g} deg of {first})" if tau else why
+
+    def _group(
+        self,
+        graph: Graph,
+        plan: TopologyPlan,
+        lot: np.ndarray,
+        order: CanonicalOrder,
+        length: np.ndarray,
+        at_rest: bool,
+    ) -> LinkageGroup:
+        """The numbers of linkages of one topology as kernels take them."""
+        made, motion = self.made, self.motion
+        row, own = lot[:, None], order.joints[lot, : graph.joints]
+        links = order.links[lot, : len(graph.links)]
+        slides = order.slides[lot, : len(graph.slides)]
         # the time in which τ goes from 0 to 1; masses so that forces are in their own units
         turn = motion.turn[lot, : len(graph.drivers)]
         time = turn[:, 0] / np.where(at_rest, 1.0, motion.speed[lot])
@@ -287,19 +325,12 @@ class _Work:
         masses *= unit[:, None, None]
         masses[..., 1] /= length[:, None] ** 2
         cg = made.cg[row, links] / length[:, None, None]
-        joints = joints / length[:, None, None]
+        joints = made.joints[row, own] / length[:, None, None]
         prescribed = np.column_stack([turn, *(motion.gravity[:, None] / unit)])
         par, mass, q = plan.numbers(joints, cg, masses, made.directions[row, slides], prescribed)
         columns = self._columns(plan, order, lot, own, links)
-        if columns.shape[1] < self.output.shape[2]:
-            self.output[lot] = np.nan  # joints or links that are not there
         arms = plan.arms(joints, cg)
-        group = LinkageGroup(plan, par, mass, q, arms, length, lot, columns, at_rest)
-        failed = follow_group(group, self.output, self.margins)
-        for n, (why, tau) in failed.items():
-            angle = np.degrees(tau * motion.turn[n, 0])
-            first = "its driver" if len(graph.drivers) == 1 else "its first driver"
-            self.failures[n] = f"{why} (at {angle:.4g} deg of {first})" if tau else why
+        return LinkageGroup(plan, par, mass, q, arms, length, lot, columns, at_rest)
 
     def _columns(
         self,
@@ -319,6 +350,33 @@ class _Work:
         torque = self.output.shape[2] - many + np.arange(len(plan.drivers))
         torques = np.broadcast_to(torque, (len(lot), len(torque)))
         return np.concatenate([pairs.reshape(len(lot), -1), torques], axis=1)
+
+
+def _near_the_origin(made: LinkageArrays) -> tuple[LinkageArrays, dict[int, np.ndarray]]:
+    """The linkages, those that are far from the origin moved to it, and by how much: coordinates
+    would have no figures left for the lengths of the links.
+    """
+    if not made.joints.size:
+        return made, {}
+    place = made.joints[:, 0]
+    with np.errstate(invalid="ignore", over="ignore"):
+        apart = np.abs(made.joints - place[:, None]).max(axis=(1, 2))
+        distance = np.abs(place).max(axis=1)
+        which = np.flatnonzero((distance > FAR * apart) & np.isfinite(distance))
+    if not which.size:
+        return made, {}
+    joints, cg = made.joints.copy(), made.cg.copy()
+    joints[which] -= place[which, None]
+    cg[which] -= place[which, None]
+    moved = dict(zip(which.tolist(), place[which].copy(), strict=True))
+    return replace(made, joints=joints, cg=cg), moved
+
+
+def _sizes(group: LinkageGroup) -> np.ndarray:
+    """The greatest number of each linkage, (linkages,): infinite where one is none."""
+    parts = (group.par, group.mass, group.q, group.arm)
+    found = np.max([np.abs(part).max(axis=0, initial=0.0) for part in parts], axis=0)
+    return np.where(np.isfinite(found), found, np.inf)
 
 
 def _whole(name: str, value: Any, least: int) -> int:

@@ -51,7 +51,9 @@ def _link(sketch: Sketch, body: str, order: int) -> None:
         half *= 1.0 if len(nodes) > 1 else 1.8
     # plates lie below bars, which they would hide
     plate = len(hull(nodes, half)) > 2
-    z = Z["plate" if plate else "link"] + 1e-3 * order
+    # however many there are, all are below the next layer
+    step = min(1e-3, 0.9 / len(sketch.pose.system.bodies))
+    z = Z["plate" if plate else "link"] + step * order
     fill = PLATE if plate else LINK
     sketch.shape(rounded(nodes, half), fill, INK, 1.1, z, name=f"link:{body}")
     sketch.edges[body] = hull(nodes, 1e-3 * half)

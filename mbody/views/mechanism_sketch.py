@@ -30,6 +30,7 @@ from mbody.views.joint_symbols import joint_symbol, outward
 from mbody.views.labels import symbolic, together
 from mbody.views.links import link, link_label, points
 from mbody.views.load_symbols import driver_symbol, force_arrow, forces_shown, load_symbol
+from mbody.views.many_links import are_lines, link_lines, with_symbols
 from mbody.views.pose import Pose
 from mbody.views.sketch import Sketch
 from mbody.views.style import FORCE, LOAD, SIZE, SOFT, Z
@@ -127,10 +128,7 @@ def faded(sketch: Sketch, pose: Pose, shown: Shown, part: float) -> None:
     axes = sketch.axes
     before = {id(artist) for artist in axes.get_children()}
     ghost = Faded(axes, pose, sketch.unit, sketch.small)
-    for order, body in enumerate(shown.bodies):
-        link(ghost, body, order)
-    for joint in shown.between(pose.joints):
-        joint_symbol(joint, ghost)
+    _links(ghost, shown)
     for artist in axes.get_children():
         if id(artist) not in before and artist.get_zorder() >= Z["ring"]:
             artist.set_alpha(part)
@@ -176,8 +174,9 @@ def sketch_scale(
         unit = pose.system.length / SIZE["width"]
     joints = shown.between(pose.joints)
     lengths = [1.5 * radius for joint in joints for _, radius in wheels(joint, pose)]
+    bodies = {*shown.bodies}
     for name, nodes in pose.nodes.items():
-        if name in shown.bodies and len(nodes) > 1:
+        if name in bodies and len(nodes) > 1:
             lengths.append(float(np.max(np.ptp(np.array(nodes), axis=0))))
     lengths = [length for length in lengths if length > unit]
     typical = float(np.median(lengths)) if lengths else 60.0 * unit
@@ -212,13 +211,8 @@ def sketch_mechanism(
     for name, track in tracks.items():
         dashes = (0, (5, 3))
         sketch.line(track, 0.9, SOFT, Z["path"], name=f"path:{name}", dashes=dashes, weight=0.5)
-    for order, body in enumerate(shown.bodies):
-        link(sketch, body, order)
-        body_shapes(sketch, body)
-    body_shapes(sketch, "ground")
+    lines = _links(sketch, shown, body_shapes)
     joints = shown.between(pose.joints)
-    for joint in joints:
-        joint_symbol(joint, sketch)
     for coupling in shown.between(mechanism.couplings):
         coupling_symbol(coupling, sketch)
     sketch.lay()
@@ -232,7 +226,7 @@ def sketch_mechanism(
     if longest > 0.0:
         sketch.force_scale = SIZE["arrow"] * sketch.unit / longest
     _rubbing(sketch, forces and pose.run.has_forces, shown)
-    for body in shown.bodies:
+    for body in () if lines else shown.bodies:
         points(sketch, body)
     if len(joints) <= 2 * NAMED:
         _pin_labels(sketch)
@@ -244,6 +238,27 @@ def sketch_mechanism(
         more(sketch)
     sketch.write()
     return arrows
+
+
+def _links(
+    sketch: Sketch, shown: Shown, shapes: Callable[[Sketch, str], None] | None = None
+) -> bool:
+    """Draw links, their shapes and joints; whether links are lines, since there are very many."""
+    bodies, joints = shown.bodies, shown.between(sketch.pose.joints)
+    lines = are_lines(sketch.pose, bodies, sketch.unit)
+    if lines:
+        link_lines(sketch, bodies)
+        joints = with_symbols(joints)
+    for order, body in enumerate(bodies):
+        if not lines:
+            link(sketch, body, order)
+        if shapes is not None:
+            shapes(sketch, body)
+    if shapes is not None:
+        shapes(sketch, "ground")
+    for joint in joints:
+        joint_symbol(joint, sketch)
+    return lines
 
 
 def _rubbing(sketch: Sketch, forces: bool, shown: Shown) -> None:

@@ -61,13 +61,15 @@ class Pose:
 
     @functools.cached_property
     def joint_places(self) -> Array:
-        """The places of all joints on both their bodies (places, 2)."""
+        """The places of all joints on both their bodies (places, 2), from the left to the right."""
         found = [self.place(joint, side) for joint in self.joints for side in "ij"]
-        return np.array(found).reshape(-1, 2)
+        places = np.array(found).reshape(-1, 2)
+        return np.asarray(places[np.argsort(places[:, 0], kind="stable")])
 
     def at_joint(self, place: Array, near: float) -> bool:
         """Whether a place is nearer to that of a joint than `near`."""
-        apart = self.joint_places - place
+        ends = np.searchsorted(self.joint_places[:, 0], [place[0] - near, place[0] + near])
+        apart = self.joint_places[slice(*ends.tolist())] - place
         return bool((np.hypot(apart[:, 0], apart[:, 1]) < near).any())
 
     def centre(self, body: str) -> Array:
@@ -94,7 +96,14 @@ class Pose:
 
     def place(self, element: Element, field: str) -> Array:
         """The place of an element's marker."""
-        return np.array(self.track(element, field)[self.k])
+        return self._at(element.place(field).body, *self.system.numbers.arm(element, field))
+
+    def _at(self, name: str, x: Any, y: Any) -> Array:
+        """A place (x, y) from the mass centre of a body, in its axes."""
+        body, k = self.body(name), self.k
+        angle = float(body.angle[k])
+        c, s = math.cos(angle), math.sin(angle)
+        return np.array([body.x[k] + c * x - s * y, body.y[k] + s * x + c * y])
 
     def site(self, element: Element, field: str) -> Place:
         """The place of an element's marker on its body."""
@@ -169,8 +178,10 @@ class Pose:
                 found[marker.body].append(self.place(element, field))
         for body in self.mechanism.bodies:
             off = middles_of_arcs(body.shapes)
-            named = [name for name in body.points if name not in off]
-            found[body.name] += [self.point(f"{body.name}.{name}") for name in named]
+            at, centre = self.system.numbers.point, self.system.numbers.point(f"{body.name}.cg")
+            for name in (one for one in body.points if one not in off):
+                x, y = at(f"{body.name}.{name}")
+                found[body.name].append(self._at(body.name, x - centre[0], y - centre[1]))
         return found
 
     @property

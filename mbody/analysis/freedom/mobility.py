@@ -45,6 +45,8 @@ LOOKED = 300
 LISTED = 20_000_000
 #: Numbers of free motions that `data` lists, and motions that it always lists.
 IN_DATA, FEWEST = 1_500_000, 12
+#: Parts that are not joined to the ground up to which each has a note.
+APART = 8
 #: A least pivot below so many times what counts as zero is reported.
 CLEAR = 100.0
 #: Step to a position nearby, in model lengths and radians, and how many are tried.
@@ -225,6 +227,17 @@ def mobility(
     return _Report(system, closed(system, time, {}, guess), time).mobility()
 
 
+def _loose(parts: Sequence[Sequence[str]]) -> list[str]:
+    """Sentences of parts that are not joined to the ground: of many one."""
+    if len(parts) <= APART:
+        return [f"not joined to the ground: {listed(part)}" for part in parts]
+    return [
+        f"{len(parts)} parts are not joined to the ground, those of "
+        f"{listed(part[0] for part in parts)}: join a body of each to the ground, or to what is "
+        "joined to it"
+    ]
+
+
 def _in_data(bodies: int) -> int:
     """How many free motions `data` lists."""
     return max(FEWEST, IN_DATA // (3 * max(bodies, 1)))
@@ -264,7 +277,7 @@ class _Report:
         """Counts, ranks, motions and sentences."""
         mechanism = self.mechanism
         parts = components(mechanism)
-        self.notes += [f"not joined to the ground: {listed(part)}" for part in parts[1:]]
+        self.notes += _loose(parts[1:])
         joints, driven = self._ranks()
         nearby = self._nearby(joints, driven)
         of_joints = self._count(joints, nearby[0])

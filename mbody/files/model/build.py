@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import math
-from typing import Any
+from typing import Any, cast
 
 from mbody.analysis.driven.requests import check_instants, dimension_of_instants
 from mbody.analysis.initial.initial_state import check_simulation
@@ -80,7 +81,8 @@ def build(given: Any) -> tuple[Mechanism | None, list[Problem]]:
         add(("states", name), State, _set(state))
     for section, kinds in SECTIONS.items():
         for name, entry in getattr(given, section).items():
-            kind = next(kind for kind in kinds if kind in type(entry).model_fields)
+            own = _keys(cast(Any, type(entry)))
+            kind = next(kind for kind in kinds if kind in own)
             add((section, name), kinds[kind], _arguments(kind, kinds[kind], entry))
     if given.gravity is not None:
         add(("gravity",), Gravity, _set(given.gravity))
@@ -138,11 +140,18 @@ def _bodies(element: Element) -> set[str]:
 
 def _set(entry: Any) -> dict[str, Any]:
     """The fields that a file gives; the others keep their defaults."""
+    given = entry.model_fields_set
     return {
         name: value
-        for name in type(entry).model_fields
-        if name in entry.model_fields_set and (value := getattr(entry, name)) is not None
+        for name in _keys(cast(Any, type(entry)))
+        if name in given and (value := getattr(entry, name)) is not None
     }
+
+
+@functools.cache
+def _keys(table: Any) -> tuple[str, ...]:
+    """The keys that a table of a file may have."""
+    return tuple(table.model_fields)
 
 
 def _arguments(kind: str, cls: type[Element], entry: Any) -> dict[str, Any]:

@@ -27,7 +27,8 @@ from mbody.errors import ModelError, brief
 from mbody.files.model.problems import ENOUGH
 from mbody.model.body import Guess, SecondMoments, SlenderRod
 from mbody.model.coupling import CouplingTerm
-from mbody.model.element import Marker, Polar, check_name
+from mbody.model.element import Marker, Polar
+from mbody.model.element_names import check_name
 from mbody.model.touching_shapes import Disc, Line, Polygon, Ring, Segment
 from mbody.quantities import Formula, FormulaError, read
 from mbody.quantities.number import NotANumber, NotFinite, float_or_formula
@@ -72,9 +73,16 @@ class Strict(BaseModel):
 
 
 def entered_in(
-    value: Any, dimension: Dimension | None, info: ValidationInfo, *, curves: bool = False
+    value: Any,
+    dimension: Dimension | None,
+    info: ValidationInfo,
+    *,
+    curves: bool = False,
+    turns: bool | None = None,
 ) -> float | Formula:
-    """One number of a file: a float, or a formula where it is text; `curves` as of `parse`."""
+    """One number of a file: a float, or a formula where it is text; `curves` as of `parse`, `turns`
+    whether it is an angle, where that is known: to compare dimensions takes longer than all else.
+    """
     angle, refused = info.context.angle, info.context.refused
     if len(refused) >= ENOUGH:
         raise ValueError("unread")  # too much else is wrong: this is not reported
@@ -92,9 +100,10 @@ def entered_in(
     except FormulaError as error:
         raise ModelError(str(error)) from None
     refused.pop()
-    if dimension == ANGLE and angle == "deg" and isinstance(result, float):
-        return math.radians(result)
-    return result
+    if angle != "deg" or not isinstance(result, float):
+        return result
+    turns = dimension == ANGLE if turns is None else turns
+    return math.radians(result) if turns else result
 
 
 def _json_number(what: str) -> WithJsonSchema:
@@ -104,9 +113,10 @@ def _json_number(what: str) -> WithJsonSchema:
 @functools.cache
 def number(dimension: Dimension | None, law_of: Dimension | None = None) -> Any:
     """A number of that dimension: plain, or text with units and parameters."""
+    turns = dimension == ANGLE
 
     def check(value: Any, info: ValidationInfo) -> Any:
-        result = entered_in(value, dimension, info, curves=law_of is not None)
+        result = entered_in(value, dimension, info, curves=law_of is not None, turns=turns)
         if isinstance(result, Formula) and result.variable and law_of is None:
             raise ModelError(f"is {brief(result.text)}, but only a law may change with time")
         return result

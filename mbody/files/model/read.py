@@ -312,9 +312,8 @@ def _check_size(data: dict[str, Any], limits: Limits) -> None:
     level: list[Any] = [data]
     for _ in range(DEEPEST):
         below: list[Any] = []
+        _signs_of(key for table in level if isinstance(table, dict) for key in table)
         for table in level:
-            if isinstance(table, dict):
-                _signs_of(table)
             below += table.values() if isinstance(table, dict) else table
         count += len(below)
         signs += _signs_of(value for value in below if isinstance(value, str))
@@ -332,14 +331,23 @@ def _signs_of(texts: Iterable[str]) -> int:
     """How many signs of formulas texts have; halves of characters, which JSON can write and nothing
     can print, are refused.
     """
-    signs = 0
-    for text in texts:
-        try:
-            text.encode()
-        except UnicodeEncodeError:
-            raise _Refused(f"the text {brief(text)} holds half a character") from None
-        signs += len(_SIGNS.findall(text)) if len(text) <= MAX_CHARACTERS else 0
-    return signs
+    every = list(texts)
+    try:
+        # all at once: a large model has hundreds of thousands
+        "".join(every).encode()
+    except UnicodeEncodeError:
+        half = next(text for text in every if not _whole(text))
+        raise _Refused(f"the text {brief(half)} holds half a character") from None
+    return len(_SIGNS.findall("".join(text for text in every if len(text) <= MAX_CHARACTERS)))
+
+
+def _whole(text: str) -> bool:
+    """Whether a text has whole characters only."""
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def check_size(data: dict[str, Any], size: int, limits: Limits, name: str) -> None:
