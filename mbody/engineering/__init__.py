@@ -8,6 +8,7 @@ from mbody.engineering.bearing_loads import BearingLoad, bearing_load
 from mbody.engineering.cam_limits import cam_analysis
 from mbody.engineering.cam_profile import cam_profile
 from mbody.engineering.cam_result import CamAnalysis, CamPlace
+from mbody.engineering.cam_undercut import CamUndercut, cam_undercut
 from mbody.engineering.firing import firing_angles
 from mbody.engineering.fluctuation import Fluctuation, energy_fluctuation, fluctuation
 from mbody.engineering.flywheel import flywheel
@@ -51,6 +52,8 @@ __all__ = [
     "CamPlace",
     "cam_analysis",
     "cam_profile",
+    "cam_undercut",
+    "CamUndercut",
     "motor_sizing",
     "MotorSizing",
     "MotorCurve",
