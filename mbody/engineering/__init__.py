@@ -8,7 +8,6 @@ from mbody.engineering.bearing_loads import BearingLoad, bearing_load
 from mbody.engineering.cam_limits import cam_analysis
 from mbody.engineering.cam_profile import cam_profile
 from mbody.engineering.cam_result import CamAnalysis, CamPlace
-from mbody.engineering.cam_undercut import CamUndercut, cam_undercut
 from mbody.engineering.firing import firing_angles
 from mbody.engineering.fluctuation import Fluctuation, energy_fluctuation, fluctuation
 from mbody.engineering.flywheel import flywheel
@@ -45,6 +44,7 @@ from mbody.engineering.shaking_orders import (
     shaking_orders,
 )
 from mbody.engineering.spring_balance import SpringBalance, spring_balance
+from mbody.engineering.undercutting import CamUndercut, cam_undercut
 from mbody.solution.momentum import momentum
 
 __all__ = [

@@ -136,7 +136,7 @@ def _broken(line: str, brackets: str) -> list[str]:
     """A line in parts of the width of a sheet.
 
     >>> _broken("law = { table = [" + ", ".join("[10.0, 20.0]" for _ in range(7)) + "] }", "[")[1]
-    '    [10.0, 20.0]] }'
+    '    [10.0, 20.0], [10.0, 20.0]] }'
     """
     pieces, piece, inside, quote = [], "", [], ""
     for letter in line:
@@ -148,7 +148,8 @@ def _broken(line: str, brackets: str) -> list[str]:
             inside.append(letter)
         elif letter in ")]}" and inside:
             inside.pop()
-        if letter in ",([{" and inside and inside[-1] in brackets:
+        # of arrays in a list whole ones go below
+        if letter in ",([{" and inside[-1:] and inside[-1] in brackets and inside.count("[") < 2:
             pieces.append(piece)
             piece = ""
     lines = [""]
