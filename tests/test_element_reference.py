@@ -1,7 +1,10 @@
 """What `mbody explain` prints: every kind, its fields, and examples that are read and compared."""
 
+import ast
 import dataclasses
 import re
+import textwrap
+import tomllib
 
 import pytest
 
@@ -108,6 +111,18 @@ def test_every_field_has_a_meaning_and_lines_are_short(section, kind):
     assert not unexplained
     prose = str(found).partition("IN A MODEL FILE")[0]
     assert max(map(len, prose.splitlines())) <= 100
+
+
+@pytest.mark.parametrize(("section", "kind"), [*KINDS, *(("laws", kind) for kind in LAWS)])
+def test_long_examples_go_on_below_and_are_the_same(section, kind):
+    """A hundred letters a line, and what is printed reads as the example in one line."""
+    found = one(section, kind)
+    text = str(found)
+    assert max(map(len, text.splitlines())) <= 100
+    file, _, python = text.partition("IN A MODEL FILE")[2].partition("IN PYTHON")
+    assert tomllib.loads(textwrap.dedent(file)) == tomllib.loads(found.file)
+    shown = ast.parse(textwrap.dedent(python.partition("MEASURES")[0]).strip())
+    assert ast.dump(shown) == ast.dump(ast.parse(found.python))
 
 
 def test_the_list_has_all():

@@ -19,6 +19,8 @@ OTHERWISE = {
     "': no pressure angle: the follower cannot move": "a note",
     "': no base circle keeps the pressure angle within ": "of a note",
     " deg: change the guide, the arm or the lift": "of a note",
+    " instants no closed contact makes '": "of a note",
+    "': there is no ratio there": "of a note",
     "the position that is drawn": "of a note, as those that follow",
     "the diameter of holes": "of a note",
     "lengths are in mm": "a note",

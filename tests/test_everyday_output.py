@@ -1,5 +1,6 @@
 """What the everyday command prints: whole degrees, a row a design, units beside limits."""
 
+import csv
 import json
 import math
 import re
@@ -193,6 +194,27 @@ def test_a_sweep_gives_angles_in_degrees(capsys):
         if "(" in name:
             factor = math.degrees(1.0) if "angle" in name else 1.0
             np.testing.assert_allclose(found[0][name], np.multiply(values, factor), rtol=1e-14)
+
+
+def test_angles_among_the_designs_of_a_sweep(capsys, tmp_path):
+    """As they are given, in degrees, on the sheet; in data and files by --angle."""
+    how = ["sweep", "norton_fourbar", "--vary", "coupler.cg.angle=10,25.5,40", "--at", "crank=60"]
+    how += ["--vary", "crank.A.x=5,5.5", "--measure", "A.force"]
+    assert cli.main(how) == 0
+    text = capsys.readouterr().out.partition("DESIGN")[2].splitlines()
+    row = next(line.split() for line in text if line.split()[:1] == ["2"])
+    assert text[1].split()[:2] == ["deg", "in"] and [float(x) for x in row[1:3]] == [25.5, 5.0]
+    given = [10.0, 10.0, 25.5, 25.5, 40.0, 40.0]
+    for angle, factor in (("deg", 1.0), ("rad", math.radians(1.0))):
+        table = tmp_path / f"{angle}.csv"
+        assert cli.main([*how, "--json", "--angle", angle, "--csv", str(table)]) == 0
+        data = json.loads(capsys.readouterr().out)
+        assert data["units"]["coupler.cg.angle"] == angle and data["units"]["crank.A.x"] == "in"
+        np.testing.assert_allclose(data["columns"]["coupler.cg.angle"], np.multiply(given, factor))
+        rows = list(csv.DictReader(table.read_text().splitlines()))
+        assert [float(one["coupler.cg.angle"]) for one in rows] == pytest.approx(
+            np.multiply(given, factor).tolist()
+        )
 
 
 @pytest.mark.parametrize("size", [1.0, 1e12])

@@ -124,6 +124,14 @@ def test_kinds_are_printed_with_their_lengths(capsys):
     assert lines[0].split()[-1] == "a,b,c,d"
 
 
+def test_no_model_of_the_gallery_is_taken_for_a_file_of_another_program(capsys):
+    """Whatever the words of its comments and arrays: a wrong parameter is said to be wrong."""
+    for name in gallery.names():
+        assert other_program(gallery.model_path(name)) == "", name
+    assert cli.main(["kinetostatics", "stephenson_sixbar", "--set", "foo=3"]) == 2
+    assert "there is no parameter 'foo'" in capsys.readouterr().err
+
+
 def test_a_model_file_with_a_load_named_p_is_no_file_of_another_program(tmp_path, capsys):
     file = tmp_path / "mine.toml"
     text = gallery.path("norton_fourbar").read_text(encoding="utf-8")

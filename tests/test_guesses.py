@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody import AngleDriver, Body, Mechanism, Revolute, gallery
+from mbody import AngleDriver, Body, Gear, Mechanism, Revolute, gallery
 from mbody.engineering import close_loops
 from mbody.laws import ConstantSpeed
 from mbody.model.closed_mechanism import snapshot, with_element
@@ -162,3 +162,35 @@ def test_places_of_a_drawing_need_no_guess():
     run = mbody.kinetostatics(machine)
     assert run.notes == () and np.abs(angles(run)).max() < 1e-14
     assert run.point("coupler.B").x[0] == pytest.approx(3.1, abs=1e-14)
+
+
+def gear_train(*, off=0.0, linked=False):
+    """A driven pinion and a wheel of twice its radius, whose mass centre is `off` its axis."""
+    machine = Mechanism("train", ground={"A": (0.0, 0.0), "B": (0.3, 0.0), "C": (1.2, 0.0)})
+    machine.add(
+        Body("pinion", points={"A": (0.0, 0.0)}),
+        Body("wheel", cg=(off, 0.0), points={"B": (0.0, 0.0), "P": (0.15, 0.0)}),
+        Revolute("A", "ground.A", "pinion.A"),
+        Revolute("B", "ground.B", "wheel.B"),
+        Gear("mesh", "pinion.A", "wheel.B", 0.1, 0.2),
+        AngleDriver("motor", "pinion", ConstantSpeed(1.0, 2.0)),
+    )
+    if linked:
+        machine.add(
+            Body("rod", points={"P": (0.0, 0.0), "Q": (0.8, 0.0)}),
+            Body("rocker", points={"C": (0.0, 0.0), "Q": (0.6, 0.0)}, guess="100 deg"),
+            Revolute("P", "wheel.P", "rod.P"),
+            Revolute("Q", "rod.Q", "rocker.Q"),
+            Revolute("C", "ground.C", "rocker.C"),
+        )
+    return machine
+
+
+def test_other_teeth_are_no_other_assembly():
+    """A wheel that only turns meshes with other teeth: no note. One has a note whose weight, or a
+    rod, would be elsewhere.
+    """
+    assert mbody.kinematics(gear_train()).notes == ()
+    for machine in (gear_train(off=0.05), gear_train(linked=True)):
+        (note,) = mbody.kinematics(machine).notes
+        assert "has no guess" in note and "give it a guess" in note

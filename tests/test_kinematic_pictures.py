@@ -197,6 +197,17 @@ def test_what_is_at_infinity_is_said():
     assert "links: 1 ground, 2 crank, 3 rod, 4 slider" in said
 
 
+def test_many_centres_at_infinity_do_not_fill_the_page():
+    """Those of the ground, and how many others there are: 31 sentences of the six cylinders."""
+    run = mbody.kinematics(gallery.load("inline_six"), [0.0])
+    whole = [one for one in instant_centres(run).sentences() if "one point" not in one]
+    figure = mbody.draw(run, poles=True)
+    text = "\n".join(text.get_text() for text in figure.texts)
+    said = [one for one in whole if one in text]
+    assert len(whole) > 20 and len(said) == 6 and all("against ground" in one for one in said)
+    assert f"{len(whole) - 6} more centres are at infinity, or are none" in text
+
+
 def test_coincident_centres_are_said():
     run = mbody.kinematics(gallery.load("planetary_train"), [0.1])
     (words,) = [w for w in instant_centres(run).sentences() if "one point" in w]

@@ -11,15 +11,22 @@ from mbody.files.model import from_toml, to_toml
 from mbody.model.reductions import REDUCTIONS, outermost
 from mbody.model.study import Measure
 
+
+def over_time(a, t):
+    """The mean over time of the straight lines between the instants."""
+    parts = zip(a, a[1:], t, t[1:], strict=False)
+    return sum(0.5 * (x + y) * (v - u) for x, y, u, v in parts) / (t[-1] - t[0])
+
+
 PLAIN = {
-    "max": lambda a: max(a),
-    "min": lambda a: min(a),
-    "peak": lambda a: max(map(abs, a)),
-    "span": lambda a: max(a) - min(a),
-    "rms": lambda a: (sum(x * x for x in a) / len(a)) ** 0.5,
-    "mean": lambda a: sum(a) / len(a),
-    "first": lambda a: a[0],
-    "last": lambda a: a[-1],
+    "max": lambda a, t: max(a),
+    "min": lambda a, t: min(a),
+    "peak": lambda a, t: max(map(abs, a)),
+    "span": lambda a, t: max(a) - min(a),
+    "rms": lambda a, t: over_time([x * x for x in a], t) ** 0.5,
+    "mean": lambda a, t: over_time(a, t),
+    "first": lambda a, t: a[0],
+    "last": lambda a, t: a[-1],
 }
 
 
@@ -39,7 +46,7 @@ def test_every_reduction_is_that_of_the_history():
         found = run.measure(by)
         assert found.shape == (37,) and np.ptp(found) == 0.0
         # a sum of 37 numbers
-        assert found[0] == pytest.approx(plain(history), rel=1e-13, abs=1e-13)
+        assert found[0] == pytest.approx(plain(history, run.t.tolist()), rel=1e-13, abs=1e-13)
     assert run.measure("at(motor.effort, 3)")[0] == run.effort("motor")[3]
 
 
@@ -80,6 +87,67 @@ def test_an_integral_over_time(units):
     numbers = mbody.assemble(own).values
     logarithmic = slope.jacobian[0] * [numbers["arm.mass"], numbers["arm.cg.x"]]
     assert logarithmic == pytest.approx([exact, exact], rel=1e-12)
+
+
+@pytest.mark.parametrize("way", ["measure", "sweep", "gradient", "optimize", "sheet"])
+def test_means_are_over_the_motion_whatever_the_grid(way):
+    """P = m g r ω cos ωt on a grid that is a hundred times as fine at one end: the mean is
+    m g r sin(ωT)/T, the root mean square m g r ω √(½ + sin(2ωT)/(4 ωT)).
+    """
+    own, end, speed = arm(), 0.6, 2.0
+    u = np.linspace(0.0, 1.0, 2001)
+    t = end * (0.01 * u + 0.99 * u**2)
+    mean = 15.0 * np.sin(speed * end) / end
+    rms = 15.0 * speed * np.sqrt(0.5 + np.sin(2.0 * speed * end) / (4.0 * speed * end))
+    if way == "measure":
+        run = mbody.kinetostatics(own, t)
+        found = [run.measure(f"{by}(motor.power)")[0] for by in ("mean", "rms")]
+        equal = run.measure("motor.power").mean()
+        assert abs(equal - mean) > 0.05 * mean  # what equal weights would give
+    elif way == "sweep":
+        measures = {"mean": "mean(motor.power)", "rms": "rms(motor.power)"}
+        study = mbody.sweep(own, {"arm.mass": ["3 kg", "6 kg"]}, measure=measures, t=t)
+        found = [study["mean"][0], study["rms"][0]]
+        assert study["mean"][1] == pytest.approx(2.0 * found[0], rel=1e-12)
+    elif way == "gradient":
+        # both are in proportion to the mass
+        measures = ["mean(motor.power)", "rms(motor.power)"]
+        slope = mbody.gradient(own, measures, "arm.mass", t=t)
+        found = [3.0 * slope[name]["arm.mass"] for name in measures]
+    elif way == "optimize":
+        # the mass with which the mean is a given one
+        found = []
+        for by, exact in (("mean", mean), ("rms", rms)):
+            best = mbody.optimize(
+                own,
+                maximize=f"{by}(motor.power)",
+                by={"arm.mass": ("1 kg", "9 kg")},
+                subject_to=f"{by}(motor.power) <= {2.0 * float(exact)} W",
+                t=t,
+            )
+            found.append(exact * best.values["arm.mass"] / 6.0)
+    else:
+        text = str(mbody.kinetostatics(own, t)).partition("TORQUES")[2]
+        line = next(line for line in text.splitlines() if " motor " in line)
+        # torques, to the six digits of a sheet
+        cells = [float(cell) for cell in line.split()[2:6]]
+        assert cells[2:] == pytest.approx([mean / speed, rms / speed], rel=2e-5)
+        return
+    # the error of the rule, (ω h)²/12 with steps of at most 6e-4 s, is 1.2e-7
+    assert found == pytest.approx([mean, rms], rel=1e-6)
+
+
+def test_means_of_a_turn_whose_time_moves():
+    """Over a turn the mean angle is that of its ends whatever the speed, the mean power against a
+    damper c ω²: derivatives by ω are 0 and 2 c ω, and those of root mean squares.
+    """
+    own = arm(speed="2 rad/s")
+    own.add(mbody.TorsionDamper("oil", "arm", coefficient="0.25 N*m*s/rad"))
+    measures = ["mean(arm.angle)", "rms(arm.angle)", "mean(oil.torque)", "rms(oil.torque)"]
+    found = mbody.gradient(own, measures, "motor.law.speed", turn="motor", instants=61)
+    slopes = [found[name]["motor.law.speed"] for name in measures]
+    # torque ±c ω; sums of 61 numbers
+    assert np.abs(slopes) == pytest.approx([0.0, 0.0, 0.25, 0.25], abs=1e-12)
 
 
 def test_an_integral_over_a_turn_whose_time_moves():

@@ -17,6 +17,7 @@ from mbody.errors import ModelError
 
 if TYPE_CHECKING:
     from mbody.engineering import CamAnalysis
+    from mbody.model.mechanism import Mechanism
     from mbody.quantities.types import Number
 
 __all__ = ["cam"]
@@ -35,7 +36,13 @@ def cam(args: Any) -> int:
     if args.points is not None and not args.csv:
         raise UsageError("--points goes with --csv")
     points = whole_number("--points", args.points)
-    run = cycle_run(args, model_of(args), "kinematics")
+    machine = model_of(args)
+    try:
+        run = cycle_run(args, machine, "kinematics")
+    except ModelError:
+        if _print_undercut(machine, args):
+            return 1
+        raise
     found = cam_analysis(run, args.joint, limit=_limit(args.limit))
     if args.csv:
         _write(found, args.csv, printed, POINTS if points is None else points, args.angle or "rad")
@@ -49,6 +56,25 @@ def cam(args: Any) -> int:
     elif not printed:
         print(found)
     return exit_status(found, shown=not printed)
+
+
+def _print_undercut(machine: Mechanism, args: Any) -> bool:
+    """Print where a cam that is refused undercuts; whether that is why it was."""
+    from mbody.engineering import cam_undercut
+
+    try:
+        found = cam_undercut(machine, args.joint)
+    except ModelError:
+        return False  # the first error says more
+    if not found.undercut:
+        return False
+    if args.csv:
+        message(f"mbody: '{found.joint.name}' undercuts: no contour is written")
+    if args.json:
+        print(json.dumps(found.data(args.angle or "deg"), ensure_ascii=False, allow_nan=False))
+    else:
+        print(found)
+    return True
 
 
 def _limit(text: str | None) -> Number | None:

@@ -159,7 +159,8 @@ def add_transmission(command: argparse.ArgumentParser) -> None:
     what = "the output body, or one of its points"
     command.add_argument("--output", metavar="BODY", required=True, help=what)
     command.add_argument("--driver", metavar="NAME", help="of several, the one that drives it")
-    command.add_argument("--joint", metavar="NAME", help="of several, the one that drives it")
+    through = "of several joints or contacts, the one (or the group) that drives it"
+    command.add_argument("--joint", metavar="NAME", help=through)
     add_instants(command)
     add_assembly(command)
     add_angle(command)

@@ -45,10 +45,11 @@ def sweep(args: Any) -> int:
         measures = measures_in_degrees(mechanism, args.measure or list(mechanism.measures))
     found = solved(mechanism, parameters, args.analysis, measures or None, **options)
     interrupt.done()
+    angle = args.angle or "rad"
     if args.csv:
-        _write(found, args.csv)
+        _write(found, args.csv, angle)
     if args.json:
-        print(json.dumps(_data(found), ensure_ascii=False, allow_nan=False))
+        print(json.dumps(_data(found, angle), ensure_ascii=False, allow_nan=False))
     else:
         print(found)
     return exit_status(found)
@@ -92,13 +93,14 @@ def values_of(name: str, text: str) -> Any:
         raise ModelError(f"--vary {name}: {error}", name) from None
 
 
-def _data(found: Sweep) -> dict[str, Any]:
+def _data(found: Sweep, angle: str) -> dict[str, Any]:
     """The result as plain lists; None where a design has no number."""
     columns: dict[str, Any] = {}
-    for name, column in found.columns().items():
+    for name, column in found.columns(angle).items():
         rows = column if isinstance(column, list) else column.tolist()
         columns[name] = [_plain(value) for value in rows]
-    return heading(found.system.mechanism.name, "sweep", found.units, found) | {"columns": columns}
+    units = {name: found.unit_of(name, angle) for name in found.samples.given_names} | found.units
+    return heading(found.system.mechanism.name, "sweep", units, found) | {"columns": columns}
 
 
 def _plain(value: Any) -> Any:
@@ -107,12 +109,12 @@ def _plain(value: Any) -> Any:
     return None if isinstance(value, float) and value != value else value
 
 
-def _write(found: Sweep, path: str) -> None:
+def _write(found: Sweep, path: str, angle: str) -> None:
     """A line for each design; of histories a column for each instant."""
     from mbody.files.writing import writing
 
     table: dict[str, Any] = {}
-    for name, column in found.columns().items():
+    for name, column in found.columns(angle).items():
         if len(column) and hasattr(column[0], "__len__") and not isinstance(column[0], str):
             table |= {
                 f"{name}[{n}]": list(part) for n, part in enumerate(zip(*column, strict=True))

@@ -10,12 +10,13 @@ import numpy as np
 from mbody.core.dual_number import DualNumber, corners, value
 from mbody.derivatives.dual_solution import DualSolution
 from mbody.errors import ModelError
+from mbody.model.reductions import in_time, mean_over, mean_weights
 from mbody.quantities import parse
 from mbody.solution.measures import measured, valued
 from mbody.solution.solution import Solution
 from mbody.sweeps.columns import MeasuredColumn, reduced
 
-__all__ = ["NeededInstants", "Derived", "derived", "instants_of", "integral_slope"]
+__all__ = ["NeededInstants", "Derived", "derived", "instants_of", "integral_slope", "mean_slope"]
 
 #: Values this close, as a part of the greatest, count as equal.
 EQUAL = 1e-9
@@ -136,7 +137,7 @@ def derived(
         return Derived(choice.value, row, choice.unit, float(times[0]), tuple(notes))
     row = tangents
     if column.by == "mean":
-        row = tangents.mean(axis=0)
+        row = mean_slope(values, tangents, part.t)
     elif column.by == "integral":
         row = integral_slope(values, tangents, part.t) / part.mechanism.units.second
     elif column.by == "span":
@@ -145,8 +146,10 @@ def derived(
         for k in (slice(None, low), slice(low, None)):
             notes += _tied(column, values[k], tangents[k], times[k])
     elif column.by == "rms":
-        size = float(np.sqrt(np.square(values).mean()))
-        row = (values[:, None] * tangents).mean(axis=0) / size if size else 0.0 * tangents[0]
+        square = np.square(values)
+        size = float(np.sqrt(mean_over(square, times)))
+        half = mean_slope(0.5 * square, values[:, None] * tangents, part.t)
+        row = half / size if size else 0.0 * tangents[0]
         if size == 0.0:
             notes.append(_at_zero(column))
     return Derived(choice.value, row, choice.unit, None, tuple(notes))
@@ -161,6 +164,20 @@ def integral_slope(values: np.ndarray, tangents: np.ndarray, t: Any) -> np.ndarr
     if isinstance(t, DualNumber):
         row = row + (0.5 * (values[1:] + values[:-1])) @ np.diff(t.tangents, axis=0)
     return row
+
+
+def mean_slope(values: np.ndarray, tangents: np.ndarray, t: Any) -> np.ndarray:
+    """Derivatives (numbers,) of a mean over the motion: of the history (instants,) with its
+    tangents (instants, numbers), and of the times t, a dual number where they move.
+
+    m = ∫ x dt / T, so m′ = ((∫ x dt)′ − m T′) / T.
+    """
+    times = np.broadcast_to(value(t), values.shape)
+    if not in_time(times) or not isinstance(t, DualNumber):
+        return np.asarray(mean_weights(times) @ tangents)
+    whole, mean = times[-1] - times[0], mean_over(values, times)
+    stretch = t.tangents[-1] - t.tangents[0]
+    return np.asarray((integral_slope(values, tangents, t) - mean * stretch) / whole)
 
 
 def _at_corners(column: MeasuredColumn, found: set[str]) -> list[str]:

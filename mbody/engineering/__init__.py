@@ -44,6 +44,7 @@ from mbody.engineering.shaking_orders import (
     shaking_orders,
 )
 from mbody.engineering.spring_balance import SpringBalance, spring_balance
+from mbody.engineering.undercutting import CamUndercut, cam_undercut
 from mbody.solution.momentum import momentum
 
 __all__ = [
@@ -51,6 +52,8 @@ __all__ = [
     "CamPlace",
     "cam_analysis",
     "cam_profile",
+    "cam_undercut",
+    "CamUndercut",
     "motor_sizing",
     "MotorSizing",
     "MotorCurve",

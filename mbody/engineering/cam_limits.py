@@ -8,12 +8,11 @@ import numpy as np
 
 from mbody.analysis.driven.kinematics import kinematics
 from mbody.engineering.cam_contour import cam_curvature
+from mbody.engineering.cam_places import cam_places, named_cam
 from mbody.engineering.cam_result import CamAnalysis, CamPlace
 from mbody.engineering.follower_path import follower_path
 from mbody.engineering.relative_motion import check_moving, pose_at
-from mbody.errors import ModelError, SolveError, brief
-from mbody.laws import Law
-from mbody.model.element import listed
+from mbody.errors import ModelError, SolveError
 from mbody.model.joints import CamFollower
 from mbody.model.numbers import number_in
 from mbody.quantities.types import Number
@@ -26,10 +25,6 @@ __all__ = ["cam_analysis"]
 
 Array = np.ndarray
 
-#: Places of a turn at which curvatures are computed: every twentieth of a degree.
-PLACES = 7201
-#: Beside a place where a profile's second derivative jumps [rad].
-BESIDE = 1e-9
 #: Instants of the turn in which base circles are tried.
 FINE = 3601
 #: The greatest pressure angle is searched between instants on finer grids.
@@ -85,7 +80,7 @@ def cam_analysis(
     """
     run = as_solution(run)
     check_moving(run, "a cam is")
-    cam = _cam(run, joint)
+    cam = named_cam(run.mechanism, joint)
     numbers = run.system.numbers
     bound = None
     if limit is not None:
@@ -98,7 +93,7 @@ def cam_analysis(
             )
     pressure, psi = _pressure(run, cam)
     greatest = _greatest(run, cam, pressure, psi)
-    places = _places(cam)
+    places = cam_places(cam)
     pitch, contour = cam_curvature(cam, numbers, places)
     hollow = None
     if (contour < 0.0).any():
@@ -147,34 +142,6 @@ def cam_analysis(
         run=run,
         **inherited(run, notes=notes),
     )
-
-
-def _cam(run: Solution, name: str | None) -> CamFollower:
-    cams = [one for one in run.mechanism.joints if isinstance(one, CamFollower)]
-    known = listed(one.name for one in cams)
-    if name is None and len(cams) == 1:
-        return cams[0]
-    for one in cams:
-        if one.name == name:
-            return one
-    if not cams:
-        raise ModelError(
-            f"'{run.mechanism.name}' has no cam: there is no joint of the type CamFollower in it"
-        )
-    if name is None:
-        raise ModelError(
-            f"'{run.mechanism.name}' has {len(cams)} cams ({known}): name the joint of one"
-        )
-    raise ModelError(f"there is no cam {brief(name)} (there are: {known})", name)
-
-
-def _places(cam: CamFollower) -> Array:
-    """ψ over a turn, with both sides of the places where a derivative jumps."""
-    law: Law = cam.profile
-    jumps = np.mod(np.concatenate([law.turns(0.0), [0.0]]), math.tau)
-    grid = np.linspace(0.0, math.tau, PLACES)[:-1]
-    both = np.concatenate([grid, jumps - BESIDE, jumps + BESIDE])
-    return np.unique(np.mod(both, math.tau))
 
 
 def _least(values: Array, psi: Array) -> CamPlace:

@@ -57,6 +57,9 @@ LOOKS_OF_JSON = {
 }
 KNOWN = {"Joints", "Links", "Name", "DrivingIndex", "InputSpeed"} | LOOKS_OF_JSON
 
+#: The line that begins a table of a model file.
+_TABLE = re.compile(r"^\s*\[{1,2}[\w.\"' -]+\]{1,2}\s*(#.*)?$", re.MULTILINE)
+
 
 @dataclass
 class _LineJoint:
@@ -75,12 +78,17 @@ class _LineJoint:
 
 
 def is_pmks_text(text: str) -> bool:
-    """Whether a text may be lines or an address of PMKS; a line with a sign of equality is none of
-    a joint, as ``P = { force = 5, at = "coupler.P" }`` of a model file.
+    """Whether a text may be lines or an address of PMKS. A line with a sign of equality is none of
+    a joint, as ``P = { force = 5, at = "coupler.P" }`` of a model file, and no line is where a
+    table begins, as ``[bodies.crank]``: the words of a model's comments may be those of joints.
 
     >>> is_pmks_text("ground,crank,R,0,0"), is_pmks_text("P = { force = 5 }")
     (True, False)
+    >>> is_pmks_text("[ground]  # a pin, R, at 0, 0")
+    False
     """
+    if _TABLE.search(text):
+        return False
     lines = [line for line in _lines(text) if "=" not in line]
     return "mech=" in text or any(_type_at(_words(line)) for line in lines)
 

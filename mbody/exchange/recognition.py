@@ -107,6 +107,8 @@ def other_program(file: str | os.PathLike[str]) -> str:
 def _imported(text: str, path: Path, units: str | None) -> Imported:
     """The model of a text."""
     start = text.lstrip()[:1]
+    if not start:
+        raise ModelError("it is empty")
     if start == "<":
         return _from_xml(text, path, units)
     if start == "{":
@@ -128,7 +130,8 @@ def _from_json(text: str, name: str, units: str | None) -> Imported:
     if is_pylinkage(data):
         return pylinkage_from_json(data, name, units or UNITS)
     keys = ", ".join(map(seen, list(data)[:8]))
-    raise ModelError(f"its tables ({keys}) are of no format that is read: {FORMATS}")
+    its = f"its tables ({keys}) are" if keys else "it is"
+    raise ModelError(f"{its} of no format that is read: {FORMATS}")
 
 
 def _from_xml(text: str, path: Path, units: str | None) -> Imported:

@@ -10,23 +10,80 @@ import numpy as np
 
 from mbody.errors import ModelError, brief
 
-__all__ = ["REDUCTIONS", "Reduced", "check_times", "integrand", "outermost", "reduce_history"]
+__all__ = [
+    "OVER_TIME",
+    "REDUCTIONS",
+    "Reduced",
+    "check_times",
+    "in_time",
+    "integrand",
+    "mean_over",
+    "mean_weights",
+    "outermost",
+    "reduce_history",
+]
 
 Array = np.ndarray
 
-#: Reductions of values at the instants t, in s, the last axis, to one number. An integral is that
+
+def in_time(t: Array) -> bool:
+    """Whether time goes one way over the instants t (…, instants), of every design, and passes.
+
+    >>> in_time(np.array([0.0, 0.1, 0.1, 0.4])), in_time(np.zeros(3)), in_time(np.zeros(1))
+    (True, False, False)
+    """
+    step = np.diff(t)
+    passes = t[..., -1] != t[..., 0]
+    return bool(np.all(passes) and (np.all(step >= 0.0) or np.all(step <= 0.0)))
+
+
+def mean_weights(t: Array) -> Array:
+    """Weights of the instants t (…, instants) in a mean over the motion; their sum is 1.
+
+    By the trapezoidal rule over time. Where no time passes, as over positions of a driver that has
+    no rate, steps from one instant to the next count the same.
+
+    >>> mean_weights(np.array([0.0, 1.0, 4.0]))
+    array([0.125, 0.5  , 0.375])
+    >>> mean_weights(np.zeros(3))
+    array([0.25, 0.5 , 0.25])
+    """
+    count = t.shape[-1]
+    if count == 1:
+        return np.ones(t.shape)
+    over = t if in_time(t) else np.broadcast_to(np.arange(float(count)), t.shape)
+    step = np.diff(over)
+    none = np.zeros((*t.shape[:-1], 1))
+    weights = np.concatenate([step, none], axis=-1) + np.concatenate([none, step], axis=-1)
+    return np.asarray(weights / weights.sum(axis=-1, keepdims=True))
+
+
+def mean_over(a: Array, t: Array) -> Array:
+    """The mean of values (…, instants) over the motion, by `mean_weights`.
+
+    >>> float(mean_over(np.array([0.0, 1.0, 4.0]), np.array([0.0, 1.0, 4.0])))  # ∫ t dt / 4
+    2.0
+    """
+    return np.asarray((a * mean_weights(t)).sum(axis=-1))
+
+
+#: Reductions of values at the instants t, in s, the last axis, to one number. Means are those over
+#: the motion, so that no result depends on where a grid of times is fine. An integral is that
 #: by the trapezoidal rule of what `integrand` makes, the quantity times 1 s.
 REDUCTIONS: dict[str, Callable[[Array, Array], Array]] = {
     "max": lambda a, t: a.max(axis=-1),
     "min": lambda a, t: a.min(axis=-1),
     "peak": lambda a, t: np.abs(a).max(axis=-1),
     "span": lambda a, t: a.max(axis=-1) - a.min(axis=-1),
-    "rms": lambda a, t: np.sqrt(np.square(a).mean(axis=-1)),
-    "mean": lambda a, t: a.mean(axis=-1),
+    "rms": lambda a, t: np.sqrt(mean_over(np.square(a), t)),
+    "mean": mean_over,
     "integral": lambda a, t: np.trapezoid(a, t, axis=-1),
     "first": lambda a, t: a[..., 0],
     "last": lambda a, t: a[..., -1],
 }
+
+#: Those that depend on the times of the instants.
+OVER_TIME = ("rms", "mean", "integral")
 
 
 class Reduced(NamedTuple):

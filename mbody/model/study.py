@@ -121,8 +121,8 @@ class Measure:
     of : str
         Histories by name with the usual arithmetic: ``"coupler.P.y - ground.O2.y"``,
         ``"motor.effort"``, ``"A.force"``, ``"rocker.angle"``. One number of all instants by
-        ``peak(…)``, ``max(…)``, ``min(…)``, ``span(…)``, ``rms(…)``, ``mean(…)``,
-        ``integral(…)`` over time, ``first(…)``,
+        ``peak(…)``, ``max(…)``, ``min(…)``, ``span(…)``, ``rms(…)`` and ``mean(…)`` over the
+        motion (∫ x dt / T, on any grid of times), ``integral(…)`` over time, ``first(…)``,
         ``last(…)`` or ``at(…, instant)`` around the whole.
     unit : str, optional
         In which it is shown, by default that of the mechanism.

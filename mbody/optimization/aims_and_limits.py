@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mbody.core.dual_number import DualNumber
-from mbody.derivatives.reduced_measures import integral_slope
+from mbody.derivatives.reduced_measures import integral_slope, mean_slope
 from mbody.errors import ModelError, brief
 from mbody.model.mechanism import Mechanism
-from mbody.model.reductions import check_times
+from mbody.model.reductions import check_times, mean_over
 from mbody.model.study import Measure
 from mbody.optimization.design_evaluation import Evaluation
 from mbody.solution.measures import check_measure, checked_sides
@@ -75,20 +75,28 @@ def _rows(column: MeasuredColumn, at: Evaluation, every: bool) -> AimRows:
         k = {"first": 0, "last": -1, "at": column.instant}[column.by]
         return AimRows(value[[k]], slope[[k]], count[[k]])
     if column.by == "rms":
-        root = float(np.sqrt(np.square(value).mean()))
-        way = (value[:, None] * slope).mean(axis=0) / max(root, 1e-300)
+        square, t = np.square(value), _times(at)
+        root = float(np.sqrt(mean_over(square, t.value)))
+        way = mean_slope(0.5 * square, value[:, None] * slope, t) / max(root, 1e-300)
         return AimRows(np.array([root]), way[None], np.array([-1]))
     if column.by == "span":
         high, low = int(value.argmax()), int(value.argmin())
         return AimRows(value[[high]] - value[low], slope[[high]] - slope[low], np.array([-1]))
     if column.by == "integral":
-        t, moving = at.history(Measure("t", "s"))
-        check_times(column.by, t)
-        row = integral_slope(value, slope, DualNumber(t, moving))
-        return AimRows(np.trapezoid(value, t, axis=0)[None], row[None], np.array([-1]))
+        t = _times(at)
+        check_times(column.by, t.value)
+        row = integral_slope(value, slope, t)
+        return AimRows(np.trapezoid(value, t.value, axis=0)[None], row[None], np.array([-1]))
     if column.by == "mean":
-        return AimRows(value.mean(keepdims=True), slope.mean(axis=0)[None], np.array([-1]))
+        t = _times(at)
+        row = mean_slope(value, slope, t)
+        return AimRows(mean_over(value, t.value)[None], row[None], np.array([-1]))
     return AimRows(value, slope, count)
+
+
+def _times(at: Evaluation) -> DualNumber:
+    """The instants [s], with their derivatives where they move."""
+    return DualNumber(*at.history(Measure("t", "s")))
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.driven.batch_continuation import BatchSetup
+from mbody.model.reductions import OVER_TIME
 from mbody.model.study import Measure
 from mbody.optimization.aims_and_limits import Aim, Limit
 from mbody.optimization.design_evaluation import Evaluation, Evaluator
@@ -80,7 +81,7 @@ class Screen:
         every = [aim.column for aim in aims]
         every += [side for limit in limits for side in (limit.left, limit.right)]
         measures = dict.fromkeys(column.measure for column in every)
-        if any(column.by == "integral" for column in every):
+        if any(column.by in OVER_TIME for column in every):
             measures[Measure("t", "s")] = None
         return tuple(MeasuredColumn(f"{n}", one) for n, one in enumerate(measures))
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from mbody.model.reductions import mean_over
 from mbody.quantities.units import DIMENSIONS
 from mbody.reports.blocks import ROWS, Block, Cells, Grid, Notice, Text, first_rows
 from mbody.reports.subject import Subject, book
@@ -255,14 +256,11 @@ def _extremes(subject: Subject, rows: Sequence[tuple[str, Array, str, float]]) -
 
 
 def _mean(subject: Subject, values: Array) -> float:
-    """Over time by the trapezoidal rule; over the instants where time stands still.
+    """Over the motion, of the instants at which there is a value.
 
-    What the rule cannot tell from zero where a history has corners is zero.
+    What the trapezoidal rule cannot tell from zero where a history has corners is zero.
     """
-    t = subject.run.t
-    if np.ptp(t) > 0.0 and bool((np.diff(t) > 0.0).all()):
-        mean = float(np.trapezoid(values, t) / np.ptp(t))
-    else:
-        mean = float(np.nanmean(values))
+    t, there = subject.run.t, np.isfinite(values)
+    mean = float(mean_over(values[there], t[there])) if there.any() else np.nan
     error = float(np.nanmax(np.abs(values), initial=0.0)) / len(t) ** 2
     return mean if abs(mean) > error else 0.0

@@ -83,7 +83,7 @@ def dead_centres_sheet(found: DeadCentres) -> str:
     lines = title(found.mechanism.name, f"dead centres of '{found.driver}'", found.mechanism.units)
     lines += ["", *paragraph(_dead_centres(found))]
     if found.positions:
-        values = [f"{math.degrees(one.value):.6f}°" for one in found]
+        values = [_dead_value(found, one.value) for one in found]
         groups = [", ".join(one.bodies) for one in found]
         columns = [Column("DEAD CENTRE", values), Column("of the links", groups, text=True)]
         lines += ["", *table(columns)]
@@ -146,17 +146,20 @@ def _range(one: Circuit, angular: bool, unit: str) -> str:
     return f"{low:.6g} to {high:.6g} {'deg' if angular else unit}"
 
 
+def _dead_value(found: DeadCentres, value: float) -> str:
+    if found.angular:
+        return f"{math.degrees(value):.6f}°"
+    return f"{value:.9g} {found.mechanism.units.length}"
+
+
 def _dead_centres(found: DeadCentres) -> str:
     if not found.closes:
         return f"it is proven that the loops close at no value of '{found.driver}'"
     if found.full_turn:
         none = f"'{found.driver}' has no dead centre in any mode"
         return f"{none}: it is proven that it turns all the way round"
-    angular = _angular(found.mechanism, found.driver)
-    if angular:
-        shown = [f"{math.degrees(value):.6f}°" for value in found.values]
-    else:
-        shown = [f"{value:.9g} {found.mechanism.units.length}" for value in found.values]
+    angular = found.angular
+    shown = [_dead_value(found, value) for value in found.values.tolist()]
     proof = "; it is proven that there are no more" if found.complete else ""
     turns = ""
     if angular and shown:

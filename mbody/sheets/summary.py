@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mbody.model.one_sided_constraint import joined
+from mbody.model.reductions import in_time, mean_weights
 from mbody.sheets.contacts import contacts
 from mbody.sheets.couplings import couplings
 from mbody.sheets.few_instants import few_instants
@@ -201,18 +202,10 @@ class _Summary:
             least = floor * np.abs(rates).max()
             columns.append(Column("peak power", numbers(power, least), self.unit("power")))
             columns += everyday(self.mechanism.units, "power", power, least)
-        over = "time" if self._by_time() else "the instants"
+        over = "time" if in_time(self.solution.t) else "the instants"
         return [*table(columns), f"mean and rms over {over}"]
 
-    def _by_time(self) -> bool:
-        return len(self.solution) > 1 and bool((np.diff(self.solution.t) > 0.0).all())
-
     def _weights(self) -> Array:
-        """Of the instants in a mean, by the trapezoidal rule over time or over the instants."""
-        count = len(self.solution)
+        """Of the instants in a mean over the motion and over the designs: their sum is 1."""
         designs = self.solution.record.count if self.batch else 1
-        if count == 1:
-            return np.ones(1) / designs
-        step = np.diff(self.solution.t) if self._by_time() else np.ones(count - 1)
-        weight = 0.5 * (np.append(step, 0.0) + np.append(0.0, step))
-        return np.asarray(weight / weight.sum() / designs)
+        return mean_weights(self.solution.t) / designs

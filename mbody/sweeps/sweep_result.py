@@ -13,6 +13,7 @@ from mbody.core.presentation import present
 from mbody.errors import ModelError
 from mbody.model.element import listed
 from mbody.model.numbers import dimension_named
+from mbody.quantities.units import DIMENSIONS
 from mbody.sheets.text_table import Column, number, numbers, paragraph, table
 from mbody.solution.doubts import Doubt
 from mbody.sweeps.samples import DesignNumbers
@@ -172,11 +173,28 @@ class Sweep:
         values = self.samples.values[number].tolist()
         return self.system.with_values(dict(zip(self.samples.names, values, strict=True)))
 
-    def columns(self) -> dict[str, Any]:
-        """Parameters, quantities of one number, ``"error"`` and ``"doubt"``, by name: each
-        (designs,).
+    def unit_of(self, parameter: str, angle: str = "rad") -> str:
+        """Unit of the values of a parameter, of an angle "deg" or "rad"; empty for a plain
+        number.
         """
-        table: dict[str, Any] = {name: self.parameter(name) for name in self.samples.given_names}
+        names = dict(zip(self.samples.given_names, self.samples.names, strict=True))
+        units = self.system.mechanism.units
+        kind = dimension_named(self.system.mechanism, names.get(parameter, parameter))
+        unit = "" if kind is None else units.of(kind)
+        return angle if unit == units.of(DIMENSIONS["angle"]) else unit
+
+    def _given(self, name: str, angle: str) -> tuple[np.ndarray, str]:
+        """Values of a parameter and their unit, angles in "deg" or "rad"."""
+        values, unit = self.parameter(name), self.unit_of(name, angle)
+        return (np.degrees(values) if unit == "deg" else values), unit
+
+    def columns(self, angle: str = "rad") -> dict[str, Any]:
+        """Parameters, quantities of one number, ``"error"`` and ``"doubt"``, by name: each
+        (designs,). Parameters that are angles are in "deg" or "rad"; quantities have the units of
+        `units`.
+        """
+        given = self.samples.given_names
+        table: dict[str, Any] = {name: self._given(name, angle)[0] for name in given}
         for name in self.names:
             column = self._column(name)
             table[name] = column if column.ndim == 1 else list(column)
@@ -220,11 +238,9 @@ class Sweep:
         if not 1 < len(self) <= LISTED:
             return []
         columns = [Column("DESIGN", [str(n) for n in range(len(self))])]
-        machine = self.system.mechanism
-        for given, name in zip(self.samples.given_names, self.samples.names, strict=True):
-            kind = dimension_named(machine, name)
-            unit = "" if kind is None else machine.units.of(kind)
-            columns.append(Column(given, numbers(self.parameter(given)), unit))
+        for name in self.samples.given_names:
+            values, unit = self._given(name, "deg")  # as all sheets have angles
+            columns.append(Column(name, numbers(values), unit))
         measures = [name for name in self.names if self._column(name).ndim == 1]
         if not measures:
             return []  # histories

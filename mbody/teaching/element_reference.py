@@ -107,8 +107,8 @@ class ElementReference:
             rest = "" if field.needed else f"; {field.default or 'may be left out'}"
             lines += paragraph(f"{names}: {field.takes}{rest}", "  ")
             lines += paragraph(field.meaning, " " * 6) if field.meaning else []
-        lines += ["", "IN A MODEL FILE", *(f"  {line}" for line in self.file.splitlines())]
-        lines += ["", "IN PYTHON", *(f"  {line}" for line in self.python.splitlines())]
+        lines += ["", "IN A MODEL FILE", *_example(self.file, "[")]
+        lines += ["", "IN PYTHON", *_example(self.python, "([{")]
         if self.quantities:
             words = [f"{name} ({dimension})" for name, dimension in self.quantities.items()]
             lines += ["", *paragraph(", ".join(words), "MEASURES   ")]
@@ -123,6 +123,42 @@ class ElementReference:
             else:
                 found.append((field.name, field))
         return found
+
+
+def _example(text: str, brackets: str) -> list[str]:
+    """Indented lines of an example; long ones go on below within brackets of some kinds: a model
+    file takes new lines within arrays alone.
+    """
+    return [f"  {part}" for line in text.splitlines() for part in _broken(line, brackets)]
+
+
+def _broken(line: str, brackets: str) -> list[str]:
+    """A line in parts of the width of a sheet.
+
+    >>> _broken("law = { table = [" + ", ".join("[10.0, 20.0]" for _ in range(7)) + "] }", "[")[1]
+    '    [10.0, 20.0], [10.0, 20.0]] }'
+    """
+    pieces, piece, inside, quote = [], "", [], ""
+    for letter in line:
+        piece += letter
+        if quote or letter in "\"'":
+            quote = "" if letter == quote else quote or letter
+            continue
+        if letter in "([{":
+            inside.append(letter)
+        elif letter in ")]}" and inside:
+            inside.pop()
+        # of arrays in a list whole ones go below
+        if letter in ",([{" and inside[-1:] and inside[-1] in brackets and inside.count("[") < 2:
+            pieces.append(piece)
+            piece = ""
+    lines = [""]
+    for part in (*pieces, piece):
+        if lines[-1] and len(lines[-1] + part) > WIDTH - 2:
+            lines.append("    " + part.lstrip())
+        else:
+            lines[-1] += part
+    return [one.rstrip() for one in lines]
 
 
 def element_reference(name: str) -> tuple[ElementReference, ...]:

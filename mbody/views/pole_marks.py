@@ -26,6 +26,8 @@ Array = np.ndarray
 AWAY = 0.75
 #: With more centres than this only those that a joint or the ground has are drawn and have lines.
 MANY = 15
+#: Centres at infinity, and such as are none, that are said below a picture.
+SAID = 6
 #: Length of the arrow to a centre at infinity [points].
 ARROW = 34.0
 
@@ -204,6 +206,12 @@ def shown_poles(centres: InstantCentres, pose: Pose, corners: Array) -> PolesSho
         else:
             groups.append([one])
     words = [text for text in centres.sentences(k) if "one point" not in text]
+    if len(words) > SAID + 1:
+        words.sort(key=lambda text: "against ground" not in text)
+        rest = (
+            f"{len(words) - SAID} more centres are at infinity, or are none: mbody poles has them"
+        )
+        words = [*words[:SAID], rest]
     if outside:
         unit = machine.units.of("length")
         words.append(f"outside this picture: {', '.join(outside)} {unit}")

@@ -108,6 +108,7 @@ SCENARIOS = {
     "a file of another program that is not there": said(["import", "no.linkage2"]),
     "an address without a mechanism": lambda: import_model("https://example.org/a.pmks"),
     "a file in units that there are not": of("ground,a,R,0,0", units="parsec"),
+    "an empty file of another program": of(""),
     "a text of no format": of("to be or not to be"),
     "a JSON of no format": of('{"bars": 4}', "file.json"),
     "a JSON that is none": of('{"joints"', "file.json"),

@@ -7,6 +7,10 @@ unknowns x, n ≠ 0, the driver's value unknown too. The groups after it must cl
 that the search of assembly modes solves these rows too. n is scaled in patches, one component 1 and
 no other beyond ±1. Where a slide turns with the only link of its group, as in a slotted lever, the
 link's component is 1: then the products with the displacement are of two unknowns again.
+
+Of a driver of a length the value x is the unknown: of a cylinder a displacement along its rod,
+whose direction α stands nowhere else. ∂f/∂α n is −x n_α i e^{iα} then, in which x n_α is one
+component, zero where n_α is, and x itself is not in these rows.
 """
 
 from __future__ import annotations
@@ -51,7 +55,7 @@ class SingularPosition:
     ----------
     driver : str
     value : float
-        Of the driver [rad], 0 … 2π.
+        Of the driver: of an angle 0 … 2π [rad], or of a length [length].
     bodies : tuple of str
         Of the group whose links cannot go on.
     """
@@ -74,7 +78,7 @@ class DeadCentres(Inherited):
         Whether it is proven that there are no more.
     full_turn : bool or None
         Whether the driver turns all the way round in every mode: True where it is proven that there
-        is no dead centre, False where there is one, None where nothing is proven.
+        is no dead centre, False where there is one, None where nothing is proven, and of a length.
     boxes : int
         How many boxes the search examined.
     closes : bool
@@ -93,14 +97,21 @@ class DeadCentres(Inherited):
         """Whether the driver turns all the way round in every mode."""
         if self.positions or not self.closes:
             return False
-        return True if self.complete else None
+        return True if self.complete and self.angular else None
+
+    @property
+    def angular(self) -> bool:
+        """Whether the driver drives an angle."""
+        return any(d.angular for d in self.mechanism.drivers if d.name == self.driver)
 
     @property
     def values(self) -> np.ndarray:
-        """Values of the driver [rad], each once, ascending."""
+        """Values of the driver [rad or length], each once, ascending."""
         found: list[float] = []
+        greatest = max((abs(one.value) for one in self.positions), default=1.0)
+        same = ONE if self.angular else ONE * greatest
         for one in self.positions:
-            if not found or one.value - found[-1] > ONE:
+            if not found or one.value - found[-1] > same:
                 found.append(one.value)
         return np.array(found)
 
@@ -115,7 +126,7 @@ class DeadCentres(Inherited):
 
     def data(self, angle: str = "deg") -> list[dict[str, Any]]:
         """Plain values, ready for JSON; angles in `angle`."""
-        turn = short_degrees if angle == "deg" else float
+        turn = short_degrees if angle == "deg" and self.angular else float
         return [
             {"driver": one.driver, "value": turn(one.value), "bodies": list(one.bodies)}
             for one in self.positions
@@ -123,7 +134,7 @@ class DeadCentres(Inherited):
 
 
 def dead_centres(model: Mechanism | System, driver: str | None = None) -> DeadCentres:
-    """All dead centres of a driver of an angle, in all assembly modes, with a certificate.
+    """All dead centres of a driver, in all assembly modes, with a certificate.
 
     Where there is none, the driver turns all the way round in every mode, which is Grashof's
     condition for any linkage, proven.
@@ -140,8 +151,9 @@ def dead_centres(model: Mechanism | System, driver: str | None = None) -> DeadCe
     -------
     DeadCentres
         `complete` is False, with the reason as a note, where mode and slide move in a way that the
-        search does not cover: drivers of lengths, gears inside loops or beside a driver between two
-        moving links, slides that turn in groups of several links, cams.
+        search does not cover: gears inside loops or beside a driver between two moving links,
+        slides that turn in groups of several links, drivers of coordinates on links of their own
+        group, cams.
 
     Raises
     ------
@@ -194,7 +206,7 @@ def single_driver(system: System, name: str | None) -> Driver:
 
 def _all(system: System, driver: Driver) -> DeadCentres:
     if not driver.angular:
-        raise NotCovered(f"'{driver.name}' does not drive an angle")
+        return _all_of_length(system, driver)
     # the angle between two moving links is that of one as the other sees it
     linkage = Linkage(system, {}, released=driver.name, base=driver.bodies[0])
     body = linkage.index[driver.bodies[1]]
@@ -204,39 +216,99 @@ def _all(system: System, driver: Driver) -> DeadCentres:
     for n, group in enumerate(groups):
         if not group.angles and not _slides(linkage, group):
             continue
-        seen: list[np.ndarray] = []
-        for made, rows, reach in _patches(linkage, groups[: n + 1], own):
-            whole = made.rows.unknowns
-            found = all_roots(rows, max(MOST - boxes, 1), reach)
-            boxes += found.boxes
-            if not made.rows.bounded:
-                reason = "slides in it may run as far as they like"
-            if len(found.low):
-                reason = "positions stay open, as where branches cross (a change point)"
-            if len(rows.B) > rows.unknowns and len(found.points):
-                # a root with rows to spare need not be one where the driver turns back
-                reason = "joints are redundant, and branches may cross"
-                continue
-            for x in found.points:
-                angles = x[: rows.angles]
-                key = np.concatenate([np.cos(angles), np.sin(angles)])
-                within = np.abs(x[whole:]) <= 1.0 + ROUNDING
-                if within.all() and not any(np.abs(key - k).max() < ONE for k in seen):
-                    seen.append(key)
-                    closes, more = _go_on(linkage, groups[n + 1 :], made.solved(x[:whole]))
-                    boxes += more
-                    if not closes:
-                        continue
-                    value = linkage.angle(body, {own: float(x[0])}) % (2.0 * math.pi)
-                    names = tuple(linkage.names[b] for b in group.bodies)
-                    positions.append(SingularPosition(driver.name, value, names))
+        searched = _singular(linkage, groups, n, own, MOST - boxes)
+        boxes, reason = boxes + searched.boxes, searched.reason or reason
+        names = tuple(linkage.names[b] for b in group.bodies)
+        for x, _ in searched.found:
+            value = linkage.angle(body, {own: float(x[0])}) % (2.0 * math.pi)
+            positions.append(SingularPosition(driver.name, value, names))
     closes = True
     if not positions and not reason:
         # without a dead centre as many modes close at every value of the driver as at this one
-        fixed = Linkage(system, {})
-        closes, more = _go_on(fixed, assur_groups(fixed), ({}, {fixed.bodies: 0j}))
+        closes, more = _closes_here(system)
         boxes += more
     return _made(system, driver, positions, reason, boxes, closes)
+
+
+def _all_of_length(system: System, driver: Driver) -> DeadCentres:
+    """Those of a driver of a length: of its group and of those after it. Those before it are where
+    they are whatever its value.
+    """
+    linkage = Linkage(system, {}, released=driver.name)
+    groups = assur_groups(linkage)
+    free = next(p for p, pair in enumerate(linkage.pairs) if pair.free)
+    first = next(n for n, group in enumerate(groups) if free in group.pairs)
+    rod = linkage.pairs[free].kind == "rod"
+    positions, boxes, reason = [], 0, ""
+    for n in range(first, len(groups)):
+        group = groups[n]
+        if reason:
+            break
+        if not group.angles and not _slides(linkage, group):
+            continue
+        searched = _singular(linkage, groups, n, -1, MOST - boxes)
+        boxes, reason = boxes + searched.boxes, searched.reason or reason
+        names = tuple(linkage.names[b] for b in group.bodies)
+        for x, made in searched.found:
+            value = float(x[made.rows.angles + made.free])
+            if value > 0.0 or not rod:  # a rod turned round by half a turn has a negative length
+                positions.append(SingularPosition(driver.name, value, names))
+    closes = True
+    if not positions and not reason:
+        closes, more = _closes_here(system)
+        boxes += more
+    return _made(system, driver, positions, reason, boxes, closes)
+
+
+@dataclass(frozen=True, eq=False)
+class _Searched:
+    """Positions where the Jacobian of one group is singular, as unknowns with the rows that they
+    are of; why there may be others, and the boxes that were examined.
+    """
+
+    found: list[tuple[np.ndarray, GroupRows]]
+    reason: str
+    boxes: int
+
+
+def _singular(linkage: Linkage, groups: list[Group], n: int, own: int, most: int) -> _Searched:
+    """Search the positions where group n is singular and those after it close."""
+    found: list[tuple[np.ndarray, GroupRows]] = []
+    seen: list[np.ndarray] = []
+    boxes, reason = 0, ""
+    for made, rows, reach in _patches(linkage, groups[: n + 1], own):
+        whole = made.rows.unknowns
+        roots = all_roots(rows, max(most - boxes, 1), reach)
+        boxes += roots.boxes
+        if not made.rows.bounded:
+            reason = "slides in it may run as far as they like"
+        if len(roots.low):
+            reason = "positions stay open, as where branches cross (a change point)"
+            if own < 0:
+                break  # nothing is proven any more, and families take long
+        if len(rows.B) > rows.unknowns and len(roots.points):
+            # a root with rows to spare need not be one where the driver turns back
+            reason = "joints are redundant, and branches may cross"
+            continue
+        for x in roots.points:
+            angles = x[: rows.angles]
+            key = np.concatenate(
+                [np.cos(angles), np.sin(angles), x[rows.angles : whole] / rows.scale]
+            )
+            within = np.abs(x[whole:]) <= 1.0 + ROUNDING
+            if within.all() and not any(np.abs(key - k).max() < ONE for k in seen):
+                seen.append(key)
+                closes, more = _go_on(linkage, groups[n + 1 :], made.solved(x[:whole]))
+                boxes += more
+                if closes:
+                    found.append((x, made))
+    return _Searched(found, reason, boxes)
+
+
+def _closes_here(system: System) -> tuple[bool, int]:
+    """Whether the loops close where the drivers begin, and the boxes that were examined."""
+    fixed = Linkage(system, {})
+    return _go_on(fixed, assur_groups(fixed), ({}, {fixed.bodies: 0j}))
 
 
 def _go_on(linkage: Linkage, later: list[Group], state: State) -> tuple[bool, int]:
@@ -272,7 +344,7 @@ def _patches(
     ends = np.cumsum([len(group.pairs) for group in groups]).tolist()
     whole = Group(
         bodies=tuple(b for group in groups for b in group.bodies),
-        angles=(own, *(v for group in groups for v in group.angles)),
+        angles=(*((own,) if own >= 0 else ()), *(v for group in groups for v in group.angles)),
         pairs=pairs,
     )
     made = GroupRows(linkage, whole, ({}, {linkage.bodies: 0j}), tuple(ends))
@@ -284,17 +356,28 @@ def _patches(
         v for n, v in enumerate(made.names) if n >= len(whole.angles) and _early(made, v, groups)
     }
     turning = [d for d in range(len(rows.of)) if made.names[rows.of[d]] not in earlier]
-    slides = _own_slides(linkage, pairs, ends)
-    led = [m for m, d in enumerate(rows.along) if d in turning]
+    last = set(groups[-1].pairs)
+    slides = [m for p, m in made.slide_of.items() if p in last]
+    led = [m for m, d in enumerate(rows.along) if d in turning and m != made.free]
+    rod = _free_rod(linkage, made, turning)
+    if led and rod >= 0:
+        raise NotCovered("a slide turns with its guide, in the group of the driver")
     if led:
         if len(turning) > 1 or slides != led or len(led) > 1:
             raise NotCovered("a slide turns with its guide, in a group of several links or slides")
         yield made, *_turning_slide(rows, turning[0], led[0])
         return
-    columns = [rows.ratio[d] * 1j * rows.P[:, d] for d in turning]
+    columns = [
+        rows.scale * 1j * rows.Q[:, made.free] if d == rod else rows.ratio[d] * 1j * rows.P[:, d]
+        for d in turning
+    ]
     columns += [rows.scale * rows.Q[:, m] for m in slides]
     along = [*turning, *(rows.along[m] for m in slides)]
     kept = np.flatnonzero(np.abs(np.array(columns)).max(axis=0) > 0.0)
+    if all(d < 0 for d in along):
+        constant = np.array(columns).real
+        if np.linalg.matrix_rank(constant) == len(columns):
+            return  # the same Jacobian everywhere, which is regular
     for j in range(len(columns)):
         yield made, *_patch(rows, columns, along, kept, j)
 
@@ -354,11 +437,19 @@ def _early(made: GroupRows, v: int, groups: list[Group]) -> bool:
     return not any(made.linkage.variable[made.linkage.pairs[p].rod] == v for p in rods if p in last)
 
 
-def _own_slides(linkage: Linkage, pairs: tuple[int, ...], ends: list[int]) -> list[int]:
-    """Slides of the last group by their numbers."""
-    first = ends[-2] if len(ends) > 1 else 0
-    slides = [n for n, p in enumerate(pairs) if linkage.pairs[p].kind == "slide"]
-    return [m for m, n in enumerate(slides) if n >= first]
+def _free_rod(linkage: Linkage, made: GroupRows, turning: list[int]) -> int:
+    """The direction of the rod whose length is the driver's value, where it turns with the last
+    group; -1 for others.
+    """
+    d = made.rows.along[made.free] if made.free >= 0 else -1
+    if d not in turning:
+        return -1
+    (pair,) = (one for one in linkage.pairs if one.free)
+    if pair.kind != "rod":
+        raise NotCovered("the driver's guide turns in the group that it moves")
+    if np.abs(made.rows.P[:, d]).max(initial=0.0) > 0.0 or made.rows.along.count(d) > 1:
+        raise NotCovered("another link keeps the direction of the driver's rod")
+    return d
 
 
 def _made(

@@ -211,14 +211,15 @@ def circuits(
     made, notes = [], []
     for number, walk in enumerate(walks, 1):
         if dead is not None:
-            _settle(walk, dead.values)
+            _settle(walk, dead)
         made.append(_circuit(number, walk, found.angular))
         if walk.trouble:
             complete = False
             notes.append(_not_followed(number, walk.trouble))
-    ends = [x % TURN for one in made for x in one.dead_centres] if found.angular else []
+    ends = [x for one in made for x in one.dead_centres]
     if dead is not None and dead.complete:
-        missing = [x for x in dead.values if not any(_apart(x, end) < ONE for end in ends)]
+        same = _same(dead, ONE)
+        missing = [x for x in dead.values if not any(_apart(dead, x, end) < same for end in ends)]
         complete = complete and not missing
     doubts = list(modes.doubts)
     if not complete and not doubts:
@@ -248,26 +249,36 @@ def dead_centres_of_walks(system: System, driver: str, made: list[Circuit]) -> D
     )
 
 
-def _settle(walk: CircuitWalk, values: np.ndarray) -> None:
+def _settle(walk: CircuitWalk, dead: DeadCentres) -> None:
     """Certified values for those of a walk, which are rough where branches meet."""
+    same = _same(dead, ROUGH)
 
     def settled(x: float) -> float:
-        near = [value for value in values.tolist() if _apart(x, value) < ROUGH]
-        best = min(near, key=lambda value: _apart(x, value), default=x)
-        return x + math.remainder(best - x, TURN)
+        near = [value for value in dead.values.tolist() if _apart(dead, x, value) < same]
+        best = min(near, key=lambda value: _apart(dead, x, value), default=x)
+        return x + math.remainder(best - x, TURN) if dead.angular else best
 
     walk.dead_centres = [settled(x) for x in walk.dead_centres]
     if walk.dead_centres:
         walk.low, walk.high = settled(walk.low), settled(walk.high)
 
 
-def _apart(a: float, b: float) -> float:
-    return abs(math.remainder(a - b, TURN))
+def _apart(dead: DeadCentres, a: float, b: float) -> float:
+    return abs(math.remainder(a - b, TURN) if dead.angular else a - b)
+
+
+def _same(dead: DeadCentres, part: float) -> float:
+    """A difference of values that is none: in rad, or that part of the greatest length."""
+    return part if dead.angular else part * float(np.abs(dead.values).max(initial=0.0))
 
 
 def _between(dead: DeadCentres | None, value: float) -> list[float]:
     """A value between every two neighbouring dead centres, but where the given one is."""
-    if dead is None or len(dead.values) < 2:
+    if dead is None:
+        return []
+    if not dead.angular:
+        return _between_lengths(dead.values.tolist(), value)
+    if len(dead.values) < 2:
         return []
     ends = [*dead.values.tolist(), float(dead.values[0]) + TURN]
     found = []
@@ -276,6 +287,15 @@ def _between(dead: DeadCentres | None, value: float) -> list[float]:
         if not low < here < high:
             found.append(0.5 * (low + high))
     return found
+
+
+def _between_lengths(values: list[float], value: float) -> list[float]:
+    """The same of lengths, which do not come back: from 0 to the first one, too."""
+    ends = [0.0, *(x for x in values if x > 0.0)]
+    ends = [*(x for x in values if x <= 0.0), *ends]
+    return [
+        0.5 * (low + high) for low, high in pairwise(dict.fromkeys(ends)) if not low < value < high
+    ]
 
 
 def _not_followed(number: int, trouble: str) -> str:

@@ -118,7 +118,7 @@ class JointCurve:
         G = self._rows(q)[1]
         found = CircuitWalk(passed=[begin], stretches=[[begin]])
         t = self._tangent(G, G[self.row])
-        x = first = self.value(q)
+        x = first = self._known(self.value(q), values[begin[0]])
         found.low = found.high = x
         step, steps = FIRST, 0
         while steps < STEPS:
@@ -166,6 +166,13 @@ class JointCurve:
             step = min(1.3 * step, LONGEST)
         found.trouble = f"the way does not close within {STEPS} steps"
         return found
+
+    def _known(self, x: float, value: float) -> float:
+        """The value of a mode where a position has it but for rounding, so that it is not passed
+        once more at the start.
+        """
+        turns = 0.0 if self.period == math.inf else self.period * round((x - value) / self.period)
+        return value + turns if abs(x - value - turns) < CLOSED * self.unit else x
 
     @staticmethod
     def _joined(found: CircuitWalk) -> CircuitWalk:

@@ -48,6 +48,8 @@ class Pair:
         Unit vector on i across which the place on j slides.
     rod : int
         Direction of a rod.
+    free : bool
+        Whether `value` is unknown: that of a driver of a length which is released.
     """
 
     kind: str
@@ -58,6 +60,7 @@ class Pair:
     value: float = 0.0
     axis: complex = 0j
     rod: int = -1
+    free: bool = False
 
     @property
     def rows(self) -> int:
@@ -67,7 +70,8 @@ class Pair:
 
 class Linkage:
     """Directions and pairs of one design, its drivers at given values but for one released, seen
-    from a base, by default the ground.
+    from a base, by default the ground. A driver of an angle that is released leaves its row out,
+    one of a length has an unknown value.
 
     Attributes
     ----------
@@ -140,13 +144,15 @@ class Linkage:
                 raise NotCovered(f"driver '{element.name}' follows positions")
             own = made.get(element.name, [])
             # beyond those of the element are rows of friction and of contacts, which begin off
-            if part < len(own) and not own[part].switched and element.name != self.released:
+            left_out = element.name == self.released and own[part].kind == "angle"
+            if part < len(own) and not own[part].switched and not left_out:
                 found[e] = element, own[part]
         return found
 
     def _enter(self, element: Any, primitive: ConstraintPrimitive, value: float) -> None:
         kind, p = primitive.kind, [float(number) for number in primitive.parameters]
         i, j = self.index[primitive.i], self.index[primitive.j]
+        free = element.name == self.released
         if kind == "angle":
             self._relate({i: -1.0, j: 1.0}, value - p[0], element)
         elif kind == "sum" and all(part.kind == "angle" for part in primitive.parts):
@@ -158,12 +164,14 @@ class Linkage:
             if kind == "revolute":
                 self.pairs.append(Pair("pin", i, j, *arms))
             elif kind == "distance":
-                if value <= 0.0:
+                if value <= 0.0 and not free:
                     raise NotCovered(f"the length of '{element.name}' is {value:g}")
-                self._forms.append(({len(self._forms): 1.0}, 0.0))
-                self.pairs.append(Pair("rod", i, j, *arms, value, rod=len(self._forms) - 1))
+                rod = len(self._forms)
+                self._forms.append(({rod: 1.0}, 0.0))
+                self.pairs.append(Pair("rod", i, j, *arms, value, rod=rod, free=free))
             else:
-                self.pairs.append(Pair("slide", i, j, *arms, value, complex(p[4], p[5])))
+                axis = complex(p[4], p[5])
+                self.pairs.append(Pair("slide", i, j, *arms, value, axis, free=free))
         else:
             raise NotCovered(f"'{element.name}' is a {type(element).__name__}")
 

@@ -268,6 +268,11 @@ class GroupRows:
     rows : LoopRows
     names : list of int
         Unknown angles, by the names of `Linkage.variable`.
+    slide_of : dict
+        The number of the displacement of a slide, by its pair.
+    free : int
+        The number of the displacement that is the value of a released driver of a length, -1
+        without one.
     """
 
     def __init__(
@@ -287,6 +292,8 @@ class GroupRows:
                 self.names.append(linkage.variable[pair.rod])
         self.directions: dict[tuple[int, float], int] = {}
         self.along: list[int] = []
+        self.slide_of: dict[int, int] = {}
+        self.free = -1
         self.edges = [self._edge(p) for p in group.pairs]
         order, loops = self._loops()
         self.order = order
@@ -314,10 +321,18 @@ class GroupRows:
         edge = _Edge(pair.i, pair.j, {}, {})
         self._add(edge, pair.j, pair.arm_j)
         self._add(edge, pair.i, -pair.arm_i)
-        if pair.kind == "rod":
+        if pair.free:
+            along = pair.rod if pair.kind == "rod" else pair.i
+            direction, factor = self._unit(along)
+            edge.slides[len(self.along)] = -factor * (1.0 if pair.kind == "rod" else pair.axis)
+            self.free = len(self.along)
+            self.along.append(direction)
+        elif pair.kind == "rod":
             self._add(edge, pair.rod, -pair.value)
         elif pair.kind == "slide":
             self._add(edge, pair.i, -pair.value * pair.axis)
+        if pair.kind == "slide":
+            self.slide_of[p] = len(self.along)
             direction, factor = self._unit(pair.i)
             edge.slides[len(self.along)] = -1j * pair.axis * factor
             self.along.append(direction)

@@ -159,7 +159,10 @@ def _say_others(
     for q, far in sorted(zip(found, off, strict=True), key=lambda pair: float(pair[1])):
         if far > TIMES * least + NEAR or _apart(system, q, here) <= SAME:
             continue
-        apart = np.abs(_difference(system, q, here)[:, 2])
+        difference = np.abs(_difference(system, q, here))
+        if _other_teeth(system, difference):
+            continue
+        apart = difference[:, 2]
         name = max(names, key=lambda name: float(apart[system.bodies[name]]))
         if apart[system.bodies[name]] <= WORTH:
             continue
@@ -171,6 +174,20 @@ def _say_others(
             f"{then:.1f} deg as well: give it a guess to choose"
         )
         return
+
+
+def _other_teeth(system: System, difference: Array) -> bool:
+    """Whether positions that differ by (bodies, 3) are one but for wheels, which turn about their
+    mass centres while nothing else moves: other teeth mesh there, which no guess is needed for.
+    """
+    machine = system.mechanism
+    wheels: set[str] = set()
+    for one in (*machine.joints, *machine.couplings):
+        if one.counts_turns and not getattr(one, "parallel", False):
+            wheels.update(one.turn_bodies())
+    others = [b for b, body in enumerate(machine.bodies) if body.name not in wheels]
+    stay = difference[:, :2].max(initial=0.0) <= SAME
+    return bool(stay and difference[others, 2].max(initial=0.0) <= SAME)
 
 
 def wrapped(angle: float) -> float:
