@@ -91,8 +91,8 @@ def test_a_six_bar_with_dwell():
         ],
         over="turn",
         instants=73,
-        starts=3,  # of other seeds three starts end in shorter dwells
-        seed=5,
+        starts=8,  # a single start ends in a dwell of 24 to 130 degrees
+        seed=2,
     )
     best = found.mechanism
     run = mbody.kinetostatics(best, turn="motor")
