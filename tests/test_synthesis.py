@@ -283,3 +283,13 @@ def test_a_heading_has_the_unit_of_its_column(tmp_path):
         [str(one) for one in row] for row in same
     ]
     assert "mm" in str(found[0][0]) and "in" in str(found[1][1])
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1e5])
+def test_a_path_of_any_size(unit):
+    """Exact designs are exact beside the size of the path, of micrometres and of kilometres."""
+    points = np.array([(0.0, 0.0), (1.0, 0.0), (2.0, 0.1), (3.0, 0.5)])
+    found = mbody.synthesize(path=unit * points, search=400, starts=4, count=1)
+    # the squares of misses of rounding, of a search that ends at 1e-15
+    assert found[0].error < 1e-24 * unit**2
+    assert 0.01 < found[0].values["crank.A.x"] / unit < 100.0
