@@ -109,11 +109,9 @@ class DrivenInstants:
             Where a user's function failed.
         """
         system, count = self.run.system, len(self.names)
-        # after the page, the time and three signals of each driver
-        loads = system.page_rows + 1 + 3 * len(system.drivers)
-        space = self._workspace(len(instants), loads, with_loads)
+        space = self._workspace(len(instants), with_loads)
         self._set_instants(space, instants)
-        output, unclosed = space.found.output, space.found.unclosed
+        output = space.found.output  # the kernel writes all of it
         rows = output.shape[1]
         values = np.empty((len(instants), rows))
         tangents = np.zeros((len(instants), rows, max(count, 1)))
@@ -121,14 +119,12 @@ class DrivenInstants:
             part = slice(first, min(first + TANGENTS, count))
             width = part.stop - part.start
             space.begin(system, self.par[:, part], self.mass[:, part])
-            output.fill(0.0)
-            unclosed.fill(0.0)
             driven_duals(system.runtime(), space.work, space.instants, space.found)
             self._check(system, space.found, part)
             values[:] = output[:, :, 0]
             tangents[:, :, part] = output[:, :, 1 : 1 + width]
         self.spaces.append(space)
-        return DualRecord(values, tangents, loads, system.coordinates)
+        return DualRecord(values, tangents, space.first_load, system.coordinates)
 
     def without_derivative(self, instants: np.ndarray, record: DualRecord) -> np.ndarray:
         """Which of some instants, with their rows of values, have no derivatives: (instants,).
@@ -143,28 +139,24 @@ class DrivenInstants:
         greatest = np.abs(whole[fine]).max(initial=0.0)
         return np.asarray(~(fine[instants] & (apart <= SAME_AGAIN * greatest)).all(axis=1))
 
-    def _workspace(self, count: int, first_load: int, with_loads: bool) -> DualWorkspace:
+    def _workspace(self, count: int, with_loads: bool) -> DualWorkspace:
         """A workspace for so many instants, one that is free where there is one."""
-        run, system = self.run, self.run.system
-        loads = len(system.mechanism.loads) if with_loads else 0
+        run = self.run
         kind = WorkspaceKind(
-            mode=self.mode,
-            leader=self.leader,
-            instants=count,
-            drivers=len(system.drivers),
-            page=system.page_rows,
-            rows=first_load + loads * system.coordinates,
-            loads=loads,
-            regularization=run.regularization,
-            with_forces=run.has_forces,
-            at_rest=run.analysis == "statics",
+            count,
+            with_loads,
+            run.regularization,
+            run.has_forces,
+            run.analysis == "statics",
+            self.mode,
+            self.leader,
         )
         try:
             # another thread may take the last one
             space = self.spaces.pop()
         except IndexError:
-            return DualWorkspace(system, kind)
-        return space if space.kind == kind else DualWorkspace(system, kind)
+            return DualWorkspace(run.system, kind)
+        return space if space.kind == kind else DualWorkspace(run.system, kind)
 
     def _set_instants(self, space: DualWorkspace, instants: np.ndarray) -> None:
         run = self.run

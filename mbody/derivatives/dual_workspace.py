@@ -19,20 +19,17 @@ __all__ = ["DualWorkspace", "WorkspaceKind"]
 
 
 class WorkspaceKind(NamedTuple):
-    """What a workspace is made for, as `DualInstants` has it; instants, drivers, and rows
-    of what is found.
+    """What tells apart the workspaces of one topology, as `DualInstants` has it; `loads`: whether
+    every load is computed alone.
     """
 
-    mode: int
-    leader: int
     instants: int
-    drivers: int
-    page: int
-    rows: int
-    loads: int
+    loads: bool
     regularization: float
     with_forces: bool
     at_rest: bool
+    mode: int
+    leader: int
 
 
 class DualWorkspace:
@@ -44,26 +41,31 @@ class DualWorkspace:
         Of dual numbers.
     instants : DualInstants
     found : FoundDuals
+    first_load : int
+        Row of the first load: after the page, the time and three signals of each driver.
     """
 
     def __init__(self, system: System, kind: WorkspaceKind) -> None:
-        count = kind.instants
+        count, drivers = kind.instants, len(system.drivers)
+        loads = len(system.mechanism.loads) if kind.loads else 0
         self.kind = kind
+        self.first_load = system.page_rows + 1 + 3 * drivers
         self.work: Work = system.work(LANES)
         self.instants = DualInstants(
             mode=kind.mode,
             leader=max(kind.leader, 0),
             t=np.zeros(count),
-            given=np.zeros((count, max(1, kind.drivers), 3)),
+            given=np.zeros((count, max(1, drivers), 3)),
             q=np.zeros((count, system.coordinates)),
-            rows=kind.page,
+            rows=system.page_rows,
             regularization=kind.regularization,
             with_forces=kind.with_forces,
             at_rest=kind.at_rest,
-            loads=kind.loads,
+            loads=loads,
         )
+        rows = self.first_load + loads * system.coordinates
         self.found = FoundDuals(
-            output=np.zeros((count, kind.rows, LANES)), unclosed=np.zeros((count, LANES))
+            output=np.zeros((count, rows, LANES)), unclosed=np.zeros((count, LANES))
         )
 
     def begin(self, system: System, par: np.ndarray, mass: np.ndarray) -> None:

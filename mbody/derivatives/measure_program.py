@@ -7,7 +7,7 @@ operations is then repeated in dual numbers, in microseconds instead of a tenth 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -38,11 +38,14 @@ class MeasureProgram:
         The rows that are read.
     place : dict
         Of the numbers that are read, the place by name.
+    memory : list of arrays (slots + 1, lanes)
+        Free ones: the slots, and a row for what is found.
     """
 
     program: NumberProgram
     rows: np.ndarray
     place: dict[str, int]
+    memory: list[np.ndarray] = field(default_factory=list, repr=False, compare=False)
 
     def evaluated(
         self, record: DualRecord, instant: int, values: Mapping[str, Any], names: Sequence[str]
@@ -51,8 +54,11 @@ class MeasureProgram:
         state change only the rows.
         """
         tangents, read = np.empty(len(names)), len(self.rows)
-        # slots, and a row for what is found
-        memory = aligned(len(self.program.slots) + 1, LANES)
+        try:
+            # another thread may take the last one
+            memory = self.memory.pop()
+        except IndexError:
+            memory = aligned(len(self.program.slots) + 1, LANES)
         slots, found = memory[:-1], memory[-1:]
         slots[:read, 0] = record.values[instant, self.rows]
         own = record.tangents[instant, self.rows]
@@ -68,7 +74,9 @@ class MeasureProgram:
                     slots[place, 1 + part.index(name)] = 1.0
             number_duals(self.program, slots, found)
             tangents[first : first + len(part)] = found[0, 1:last]
-        return float(found[0, 0]), tangents
+        value = float(found[0, 0])
+        self.memory.append(memory)
+        return value, tangents
 
 
 def recorded_measure(
