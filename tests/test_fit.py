@@ -383,3 +383,24 @@ def test_a_table_of_a_file(capsys, tmp_path):
     assert got["intervals"]["rod.B.x"] == pytest.approx(found.intervals["rod.B.x"], rel=1e-9)
     assert main([*words, "--by", "crank.A.x"]) == 0
     assert "rod.B.x" not in json.loads(capsys.readouterr().out)["values"]
+
+
+@pytest.mark.parametrize("unit", [1e-9, 1e9])
+def test_mechanisms_of_any_size(unit):
+    """Exact data of a slider-crank of nanometres and one of gigametres; 1e-12 is rounding."""
+    run = mbody.kinematics(engine(0.1 * unit, 0.3 * unit), drive={"motor": ANGLES})
+    data = {"motor": ANGLES, "slider.x": run["slider"].x}
+    found = mbody.fit(
+        engine(0.11 * unit, 0.28 * unit), data, ["crank.A.x", "rod.B.x"], "kinematics"
+    )
+    assert found["crank.A.x"] / unit == pytest.approx(0.1, rel=1e-12)
+    assert found["rod.B.x"] / unit == pytest.approx(0.3, rel=1e-12)
+
+
+def test_columns_by_their_headings():
+    """Offsets and deviations are named as measured quantities or as headings."""
+    plain = fitted(encoder(), deviations={"slider.x": 0.2})
+    headed = fitted(encoder(), offsets=["slider.x [mm]"], deviations={"slider.x [mm]": 0.2})
+    assert headed.values == plain.values and headed.offsets == plain.offsets
+    with pytest.raises(mbody.ModelError, match="no column 'crank' with a deviation"):
+        fitted(encoder(), deviations={"crank": 0.2})

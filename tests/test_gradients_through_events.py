@@ -360,3 +360,15 @@ def test_two_impacts_at_one_time():
     exact, _ = derivatives(lambda p: thrown([0.5, p[0], 1.03], 1.0), [9.81])
     np.testing.assert_allclose(g.jacobian[:, 0], -exact[0, 0], rtol=1e-8)
     np.testing.assert_allclose(g.jacobian[:, 1], 0.0, atol=1e-12)
+
+
+def test_a_motion_that_ends_at_an_impact():
+    """Just after it but for rounding: no derivative, and a sentence that says so."""
+    ball = mbody.gallery.load("bouncing_ball")
+    impact = mbody.simulate(ball, until=0.5).events[0].t
+    with pytest.raises(mbody.SolveError, match=r"ends, but for rounding, where something changes"):
+        mbody.gradient(ball, "last(ball.vy)", "e", "simulate", until=impact + 1e-14)
+    after = mbody.gradient(ball, "last(ball.vy)", "e", "simulate", until=impact + 1e-9)
+    # v⁺ = −e v⁻
+    v = -float(mbody.simulate(ball, until=impact).measure("ball.vy")[-1])
+    assert after["last(ball.vy)"]["e"] == pytest.approx(v, rel=1e-6)

@@ -1,5 +1,7 @@
 """Measures and derivatives for many sets of numbers: as `gradient` of a system of each."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 
@@ -81,3 +83,20 @@ def test_numbers_are_refused_as_by_with_values(norton):
         prepared.at([1.0])
     with pytest.raises(mbody.SolveError):
         prepared.at([7.7, 50.0])
+
+
+def test_threads_do_not_share_a_workspace(norton):
+    prepared = PreparedGradient(norton, "peak(A.force)", BY, turn="motor", instants=25)
+    numbers = [factor * prepared.start for factor in np.linspace(0.98, 1.02, 40)]
+    wanted = [prepared.at(one).jacobian for one in numbers]
+    with ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(lambda one: prepared.at(one).jacobian, numbers))
+    np.testing.assert_array_equal(found, wanted)
+
+
+def test_numbers_that_a_measure_reads():
+    """A parameter and a coordinate in a formula, of more numbers than a pass has."""
+    system = mbody.assemble(mbody.gallery.load("norton_fourbar"))
+    measure = "last(coupler.P.y + 2*F_P.fx*1 in/1 lbf)"
+    prepared = PreparedGradient(system, [measure], None)
+    agrees(prepared, prepared.start, [measure], None, system)

@@ -208,3 +208,25 @@ def test_the_command(capsys, tmp_path):
     assert data["analysis"] == "balance" and data["complete"] is True
     assert data["stiffness"]["spring"] == pytest.approx(81.75, rel=1e-12)
     assert data["peaks"]["hold"]["after"] < 1e-12 * data["peaks"]["hold"]["before"]
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-6])
+def test_a_spring_that_acts_on_nothing(unit):
+    """Between two pins that do not move apart; beside it one of its own does as without it."""
+    arm = Mechanism("arm", ground={"top": (0.0, 0.4 * unit)})
+    points = {"O": (0.0, 0.0), "P": (0.3 * unit, 0.0)}
+    arm.add(
+        Body("arm", mass=2.0, cg=(0.5 * unit, 0.0), points=points),
+        Revolute("O", "ground", "arm"),
+        AngleDriver("hold", "arm", mbody.laws.ConstantSpeed(0.0, 1.0)),
+        Gravity("g", y=-9.81),
+    )
+    still = Spring("still", "ground.top", "arm.O", stiffness=1.0, free_length=0.1 * unit)
+    found = spring_balance(arm, [still], turn=True)
+    assert found.stiffness == {"still": 0.0} and found.left == pytest.approx(1.0)
+    assert any("'still' acts on no driver" in note for note in found.notes)
+    useful = Spring("useful", "ground.top", "arm.P", stiffness=1.0)
+    found = spring_balance(arm, [still, useful], turn=True)
+    # k a b = m g l
+    assert found.stiffness["useful"] == pytest.approx(2.0 * 9.81 * 0.5 / (0.3 * 0.4) / unit)
+    assert found.stiffness["still"] == 0.0 and found.complete

@@ -283,3 +283,27 @@ def test_a_heading_has_the_unit_of_its_column(tmp_path):
         [str(one) for one in row] for row in same
     ]
     assert "mm" in str(found[0][0]) and "in" in str(found[1][1])
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1e5])
+def test_a_path_of_any_size(unit):
+    """Exact designs are exact beside the size of the path, of micrometres and of kilometres."""
+    points = np.array([(0.0, 0.0), (1.0, 0.0), (2.0, 0.1), (3.0, 0.5)])
+    found = mbody.synthesize(path=unit * points, search=400, starts=4, count=1)
+    # the squares of misses of rounding, of a search that ends at 1e-15
+    assert found[0].error < 1e-24 * unit**2
+    assert 0.01 < found[0].values["crank.A.x"] / unit < 100.0
+
+
+def test_a_path_that_is_far_from_every_design():
+    """The nearest within narrow bounds is returned; a note says by what it is off."""
+    small = {"crank.A.x": (1e-3, 2e-3), "coupler.P.x": (0.0, 1e-3), "coupler.P.y": (0.0, 1e-3)}
+    points = [(0.0, 0.0), (1.0, 0.0), (2.0, 0.1), (3.0, 0.5)]
+    found = mbody.synthesize(path=points, by=small, search=400, starts=4, count=1)
+    worst = int(np.argmax(found[0].misses))
+    assert found[0].misses[worst] > 1.4  # P stays on a circle of 2 mm at the middle of 3 m
+    assert f"the first is off by {found[0].misses[worst]:.3g} m at point {worst + 1}" in str(
+        " ".join(str(found).split())
+    )
+    with pytest.raises(SolveError, match="misses beyond the tolerance"):
+        mbody.synthesize(path=points, by=small, search=400, starts=4, tolerance="10 mm")

@@ -257,3 +257,26 @@ def test_the_example_of_the_documentation_by_hand():
     assert found.values["crank.A.x"] == pytest.approx(abs(crank), rel=1e-9)
     assert found.values["coupler.B.x"] == pytest.approx(coupler, rel=1e-9)
     assert found.values["rocker.B.x"] == pytest.approx(abs(rocker), rel=1e-9)
+
+
+@pytest.mark.parametrize("count", [3, 4, 5, 8])
+@pytest.mark.parametrize("unit", [1e-6, 1e6])
+def test_travels_of_any_size(count, unit):
+    """A slider-crank of micrometres has the proportions of one of metres, in closed form and in the
+    mean.
+    """
+    phi = np.linspace(0.3, 2.4, count)
+    travel = 0.5 * np.cos(phi) + np.sqrt(1.6**2 - (0.2 - 0.5 * np.sin(phi)) ** 2)
+    if count == 8:
+        travel = travel + 0.01 * np.cos(9.0 * phi)
+    wanted = slider_cranks(phi, travel)
+    found = slider_cranks(phi, unit * travel)
+    assert len(found) == len(wanted) > 0
+    for one, other in zip(found, wanted, strict=True):
+        assert one.crank == pytest.approx(unit * other.crank, rel=1e-6)
+        assert one.coupler == pytest.approx(unit * other.coupler, rel=1e-6)
+        assert one.third == pytest.approx(unit * other.third, rel=1e-5, abs=1e-7 * unit)
+        assert one.output_zero == pytest.approx(unit * other.output_zero, abs=1e-5 * unit)
+    if count < 8:
+        known = min(abs(one.crank / unit - 0.5) for one in found)
+        assert known < 1e-8

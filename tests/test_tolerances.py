@@ -221,3 +221,40 @@ def test_the_command(capsys):
     assert data["analysis"] == "tolerances" and data["allocation"]["high"] == 180.0
     assert set(data["contributions"]) == {"crank.A.x", "rocker.B.x"}
     assert {"mean", "deviation", "low", "high"} < set(data["second"])
+
+
+def test_a_tolerance_below_zero_is_a_sentence():
+    """A mass that could be negative, to a normal distribution and to a uniform one."""
+    machine = mbody.gallery.load("norton_fourbar")
+    for wide in (30.0, (-1.0, 9.0)):
+        with pytest.raises(
+            mbody.ModelError, match=r"'coupler.weight' is .* must not be negative: give"
+        ):
+            mbody.tolerances(machine, "A.force", {"coupler.weight": wide}, t=[0.0], count=0)
+
+
+def test_a_tolerance_of_zero_has_no_cost():
+    machine = mbody.makers.slider_crank(0.1, 0.3)
+    scatter = {"crank.A.x": 0.0, "rod.B.x": 0.001}
+    options = {"turn": "motor", "count": 0, "within": (0.399, 0.401)}
+    with pytest.raises(
+        mbody.ModelError, match=r"'crank.A.x' has the tolerance 0, which says nothing"
+    ):
+        mbody.tolerances(machine, "max(slider.x)", scatter, "kinematics", **options)
+    got = mbody.tolerances(
+        machine, "max(slider.x)", scatter, "kinematics", cost={"crank.A.x": 0.001}, **options
+    )
+    # two dimensions that cost and do the same share the band, 0.001 = √2 t
+    assert got.allocation.tolerance == pytest.approx(dict.fromkeys(scatter, 0.001 / 2**0.5))
+
+
+def test_what_only_rounding_changes_may_have_any_tolerance():
+    """The weight of a crank that is balanced by its bearing does not act on the other pin."""
+    machine = mbody.gallery.load("norton_fourbar")
+    scatter = {"crank.weight": 0.1, "crank.A.x": 0.01}
+    got = mbody.tolerances(
+        machine, "peak(A.force)", scatter, turn="motor", count=0, within=(168.0, 171.0)
+    )
+    assert got.allocation.tolerance["crank.weight"] == np.inf
+    # 1.47 lbf to the nearer end by 187.5 lbf/in
+    assert got.allocation.tolerance["crank.A.x"] == pytest.approx(1.4695 / 187.509, rel=1e-3)

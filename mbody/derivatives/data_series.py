@@ -18,7 +18,7 @@ from mbody.model.study import Measure
 from mbody.solution.measures import check_measure
 from mbody.system.system import System
 
-__all__ = ["DataSeries", "series_of"]
+__all__ = ["DataSeries", "series_of", "split_heading"]
 
 #: Endings of the columns that say how a driver moves.
 MOTION = ("", ".rate", ".acceleration")
@@ -87,11 +87,11 @@ def _one(system: System, given: Any, free: bool) -> DataSeries:
     if len(set(sizes.values())) > 1:
         text = ", ".join(f"{size} of '{name}'" for name, size in sizes.items())
         raise ModelError(f"fit: there are {text}: give as many values of each column")
-    plain = {_split(name)[0]: name for name in columns}
+    plain = {split_heading(name)[0]: name for name in columns}
     instants, used = _instants(system, columns, plain, free)
     measures, rows = {}, []
     for name, column in columns.items():
-        of, unit = _split(name)
+        of, unit = split_heading(name)
         if name in used:
             continue
         own = system.mechanism.measures.get(of)
@@ -117,7 +117,7 @@ def _column(name: Any, value: Any) -> np.ndarray:
     return column
 
 
-def _split(name: str) -> tuple[str, str]:
+def split_heading(name: str) -> tuple[str, str]:
     """Name and unit of a heading such as "slider.x [mm]"."""
     match = re.fullmatch(r"\s*(.*?)\s*(?:\[([^\]]*)\])?\s*", str(name))
     assert match is not None
@@ -164,7 +164,7 @@ def _converted(
     system: System, columns: Mapping[str, np.ndarray], name: str, dimension: str
 ) -> np.ndarray:
     """A column that says instants, in the units of the mechanism."""
-    key, unit = _split(name)
+    key, unit = split_heading(name)
     column = columns[name]
     if not np.isfinite(column).all():
         raise ModelError(f"fit: column '{key}' says the instants and has gaps: leave them out", key)

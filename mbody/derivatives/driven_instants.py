@@ -10,19 +10,11 @@ import numpy as np
 from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.core.dual_number import DualNumber
 from mbody.core.duals import TANGENTS
-from mbody.core.lanes import LANES
 from mbody.derivatives.dual_solution import DualRecord, DualSolution, dual_solution
+from mbody.derivatives.dual_workspace import DualWorkspace, WorkspaceKind
 from mbody.derivatives.event_time import EventTime
 from mbody.derivatives.number_tangents import dual_values, number_tangents
-from mbody.kernels.driven_duals import (
-    BY_LAW,
-    BY_TIME,
-    BY_VALUE,
-    DualInstants,
-    FoundDuals,
-    driven_duals,
-)
-from mbody.kernels.layout import Work
+from mbody.kernels.driven_duals import BY_LAW, BY_TIME, BY_VALUE, FoundDuals, driven_duals
 from mbody.solution.places import ends
 from mbody.solution.solution import Solution
 from mbody.system.system import System
@@ -67,6 +59,8 @@ class DrivenInstants:
         depend on the numbers of the law.
     tangents : arrays (parameters, names), (masses, names), optional
         Derivatives of the rows of `par` and `mass`, where they are known.
+    spaces : list of DualWorkspace, optional
+        Workspaces of the topology that are free: they are taken from here and put back.
     """
 
     def __init__(
@@ -75,8 +69,10 @@ class DrivenInstants:
         names: Sequence[str],
         turning: str = "",
         tangents: tuple[np.ndarray, np.ndarray] | None = None,
+        spaces: list[DualWorkspace] | None = None,
     ) -> None:
         self.run, self.names = run, list(names)
+        self.spaces: list[DualWorkspace] = [] if spaces is None else spaces
         drivers = [one.name for one in run.system.drivers]
         self.leader = drivers.index(turning) if turning else -1
         self.mode = BY_TIME if run.given is None else BY_VALUE
@@ -113,22 +109,22 @@ class DrivenInstants:
             Where a user's function failed.
         """
         system, count = self.run.system, len(self.names)
-        bundle = self._instants(instants, with_loads)
-        loads = system.page_rows + 1 + 3 * len(system.drivers)
-        rows = loads + bundle.loads * system.coordinates
+        space = self._workspace(len(instants), with_loads)
+        self._set_instants(space, instants)
+        output = space.found.output  # the kernel writes all of it
+        rows = output.shape[1]
         values = np.empty((len(instants), rows))
         tangents = np.zeros((len(instants), rows, max(count, 1)))
         for first in range(0, max(count, 1), TANGENTS):
             part = slice(first, min(first + TANGENTS, count))
-            output = np.zeros((len(instants), rows, LANES))
-            unclosed = np.zeros((len(instants), LANES))
-            found = FoundDuals(output=output, unclosed=unclosed)
-            driven_duals(system.runtime(), self._work(part), bundle, found)
-            self._check(system, found, part)
-            values[:] = output[:, :, 0]
             width = part.stop - part.start
+            space.begin(system, self.par[:, part], self.mass[:, part])
+            driven_duals(system.runtime(), space.work, space.instants, space.found)
+            self._check(system, space.found, part)
+            values[:] = output[:, :, 0]
             tangents[:, :, part] = output[:, :, 1 : 1 + width]
-        return DualRecord(values, tangents, loads, system.coordinates)
+        self.spaces.append(space)
+        return DualRecord(values, tangents, space.first_load, system.coordinates)
 
     def without_derivative(self, instants: np.ndarray, record: DualRecord) -> np.ndarray:
         """Which of some instants, with their rows of values, have no derivatives: (instants,).
@@ -143,33 +139,31 @@ class DrivenInstants:
         greatest = np.abs(whole[fine]).max(initial=0.0)
         return np.asarray(~(fine[instants] & (apart <= SAME_AGAIN * greatest)).all(axis=1))
 
-    def _instants(self, instants: np.ndarray, with_loads: bool) -> DualInstants:
-        run, system = self.run, self.run.system
-        places = run.record.table(slice(0, system.coordinates))[instants]
-        given = np.zeros((len(instants), max(1, len(system.drivers)), 3))
-        if run.given is not None:
-            given = np.array(run.given[instants])
-        return DualInstants(
-            mode=self.mode,
-            leader=max(self.leader, 0),
-            t=np.array(run.t[instants]),
-            given=given,
-            q=np.ascontiguousarray(places),
-            rows=system.page_rows,
-            regularization=run.regularization,
-            with_forces=run.has_forces,
-            at_rest=run.analysis == "statics",
-            loads=len(system.mechanism.loads) if with_loads else 0,
+    def _workspace(self, count: int, with_loads: bool) -> DualWorkspace:
+        """A workspace for so many instants, one that is free where there is one."""
+        run = self.run
+        kind = WorkspaceKind(
+            count,
+            with_loads,
+            run.regularization,
+            run.has_forces,
+            run.analysis == "statics",
+            self.mode,
+            self.leader,
         )
+        try:
+            # another thread may take the last one
+            space = self.spaces.pop()
+        except IndexError:
+            return DualWorkspace(run.system, kind)
+        return space if space.kind == kind else DualWorkspace(run.system, kind)
 
-    def _work(self, part: slice) -> Work:
-        """A workspace of dual numbers: values, and tangents of some of the numbers."""
-        work = self.run.system.work(LANES)
-        work.memory[:, 1:] = 0.0
-        width = part.stop - part.start
-        work.par[:, 1 : 1 + width] = self.par[:, part]
-        work.mass[: len(self.mass), 1 : 1 + width] = self.mass[:, part]
-        return work
+    def _set_instants(self, space: DualWorkspace, instants: np.ndarray) -> None:
+        run = self.run
+        space.instants.t[:] = run.t[instants]
+        space.instants.q[:] = run.record.at(slice(0, run.system.coordinates), instants)
+        if run.given is not None:
+            space.instants.given[:] = run.given[instants]
 
     def _check(self, system: System, found: FoundDuals, part: slice) -> None:
         """Collect the numbers with which redundant loops do not close."""

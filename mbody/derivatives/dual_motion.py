@@ -32,6 +32,8 @@ Array = np.ndarray
 
 #: Steps from one instant to the next, at most.
 STEPS = 20_000
+#: A motion that ends so soon after a change, as a part of the time, ends at the change itself.
+AT_ONCE = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -258,6 +260,12 @@ class DualMotion:
         raise_user_error(system)
         if code != DONE or not np.isfinite(free.output).all():
             unit = system.mechanism.units.time
+            if float(times[-1]) - begin <= AT_ONCE * float(times[-1]):
+                raise SolveError(
+                    f"the motion of '{system.mechanism.name}' ends, but for rounding, where "
+                    f"something changes, at t = {times[-1]:.6g} {unit}, as by an impact: it has no "
+                    "derivatives there; move its end"
+                )
             raise SolveError(
                 f"the derivatives of the motion of '{system.mechanism.name}' cannot be followed "
                 f"beyond t = {state[T_NOW]:.6g} {unit}, it is stiff there: keep more "

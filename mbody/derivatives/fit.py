@@ -133,8 +133,8 @@ def fit(
     unknowns = len(names) + len(problem.shifts)
     if problem.count < unknowns:
         raise ModelError(
-            f"fit: {problem.count} data cannot determine {unknowns} unknowns: measure more, or "
-            "look for fewer"
+            f"fit: {problem.count} data cannot determine {unknowns} "
+            f"{'unknown' if unknowns == 1 else 'unknowns'}: measure more, or look for fewer"
         )
     endless = np.full(len(problem.shifts), np.inf)
     bounds = np.concatenate([low, -endless]), np.concatenate([high, endless])

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.derivatives.data_series import DataSeries
+from mbody.derivatives.data_series import DataSeries, split_heading
 from mbody.derivatives.predictions import DrivenPrediction, FreePrediction
 from mbody.errors import ModelError, brief
 from mbody.model.element import listed
@@ -52,9 +52,17 @@ class FitProblem:
         self.evaluations = 0
         self._last: tuple[bytes, list[Any]] | None = None
 
+    def column(self, given: Any) -> Any:
+        """The name of a column that is named by it or by its heading, "slider.x [mm]"; another as
+        it is.
+        """
+        plain = split_heading(given)[0] if isinstance(given, str) else given
+        return plain if plain in self.columns else given
+
     def _shifts(self, offsets: Sequence[str]) -> dict[str, tuple[int, str]]:
         """Names of the offsets, and the run and column of each."""
-        wanted = [offsets] if isinstance(offsets, str) else list(offsets)
+        given = [offsets] if isinstance(offsets, str) else list(offsets)
+        wanted = [self.column(name) for name in given]
         for name in wanted:
             if name not in self.columns:
                 raise ModelError(

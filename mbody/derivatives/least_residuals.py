@@ -121,11 +121,14 @@ class _ResidualSearch:
         """The least by some of the unknowns, the others as they are."""
         from scipy.optimize import least_squares
 
-        problem = self.problem
+        problem, bounds = self.problem, (self.bounds[0][free], self.bounds[1][free])
+        # by what they change, so that no unit has a say in when the gradient is small
+        effect = np.linalg.norm(problem.jacobian(start, sigma)[:, free], axis=0)
+        unit = 1.0 / np.where(effect > 0.0, effect, 1.0)
 
         def whole(part: Array) -> Array:
             numbers = start.copy()
-            numbers[free] = part
+            numbers[free] = np.clip(unit * part, *bounds)
             return numbers
 
         def residual(part: Array) -> Array:
@@ -137,9 +140,9 @@ class _ResidualSearch:
 
         found = least_squares(
             residual,
-            start[free],
-            lambda part: problem.jacobian(whole(part), sigma)[:, free],
-            bounds=(self.bounds[0][free], self.bounds[1][free]),
+            np.clip(start[free] / unit, bounds[0] / unit, bounds[1] / unit),
+            lambda part: unit * problem.jacobian(whole(part), sigma)[:, free],
+            bounds=(bounds[0] / unit, bounds[1] / unit),
             x_scale="jac",
             **{"ftol": 1e-12, "xtol": 1e-12, "gtol": 1e-14, "max_nfev": 200},
         )
@@ -150,6 +153,14 @@ class _ResidualSearch:
 def _given(problem: FitProblem, given: Mapping[str, float] | None) -> Array | None:
     if given is None:
         return None
+    given = {problem.column(name): value for name, value in given.items()}
+    for name in given:
+        if name not in problem.columns:
+            raise ModelError(
+                f"fit: there is no column {brief(name)} with a deviation (there are: "
+                f"{listed(problem.columns)})",
+                str(name),
+            )
     for name in problem.columns:
         value = given.get(name)
         if (
@@ -161,12 +172,5 @@ def _given(problem: FitProblem, given: Mapping[str, float] | None) -> Array | No
                 f"fit: the deviation of '{name}' is {brief(value)}: give each column a positive "
                 "number",
                 name,
-            )
-    for name in given:
-        if name not in problem.columns:
-            raise ModelError(
-                f"fit: there is no column {brief(name)} with a deviation (there are: "
-                f"{listed(problem.columns)})",
-                str(name),
             )
     return np.array([float(given[name]) for name in problem.columns])

@@ -7,7 +7,7 @@ operations is then repeated in dual numbers, in microseconds instead of a tenth 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -32,15 +32,20 @@ class MeasureProgram:
 
     Attributes
     ----------
-    rows : int
-        Rows of an instant, its first inputs.
+    program : NumberProgram
+        Its inputs are what is read alone: the rows, then the numbers.
+    rows : array (read,)
+        The rows that are read.
     place : dict
-        Of the numbers, which follow, the place by name.
+        Of the numbers that are read, the place by name.
+    memory : list of arrays (slots + 1, lanes)
+        Free ones: the slots, and a row for what is found.
     """
 
     program: NumberProgram
-    rows: int
+    rows: np.ndarray
     place: dict[str, int]
+    memory: list[np.ndarray] = field(default_factory=list, repr=False, compare=False)
 
     def evaluated(
         self, record: DualRecord, instant: int, values: Mapping[str, Any], names: Sequence[str]
@@ -48,23 +53,30 @@ class MeasureProgram:
         """The measure at one instant, and its derivatives by the named numbers; those of a first
         state change only the rows.
         """
-        tangents = np.zeros(len(names))
-        found, slots = aligned(1, LANES), aligned(len(self.program.slots), LANES)
-        slots[: self.rows, 0] = record.values[instant]
-        last = self.rows + len(self.place)
-        slots[self.rows : last, 0] = [values[name] for name in self.place]
+        tangents, read = np.empty(len(names)), len(self.rows)
+        try:
+            # another thread may take the last one
+            memory = self.memory.pop()
+        except IndexError:
+            memory = aligned(len(self.program.slots) + 1, LANES)
+        slots, found = memory[:-1], memory[-1:]
+        slots[:read, 0] = record.values[instant, self.rows]
+        own = record.tangents[instant, self.rows]
         for first in range(0, max(len(names), 1), TANGENTS):
             part = names[first : first + TANGENTS]
-            width = slice(1, 1 + len(part))
-            slots[: self.rows, width] = record.tangents[instant, :, first : first + len(part)]
-            slots[: self.rows, 1 + len(part) :] = 0.0
-            slots[self.rows : last, 1:] = 0.0
-            for lane, name in enumerate(part, 1):
-                if name in self.place:
-                    slots[self.place[name], lane] = 1.0
+            last = 1 + len(part)
+            slots[:read, 1:last] = own[:, first : first + len(part)]
+            slots[:read, last:] = 0.0
+            for name, place in self.place.items():
+                slots[place] = 0.0
+                slots[place, 0] = values[name]
+                if name in part:
+                    slots[place, 1 + part.index(name)] = 1.0
             number_duals(self.program, slots, found)
-            tangents[first : first + len(part)] = found[0, width]
-        return float(found[0, 0]), tangents
+            tangents[first : first + len(part)] = found[0, 1:last]
+        value = float(found[0, 0])
+        self.memory.append(memory)
+        return value, tangents
 
 
 def recorded_measure(
@@ -88,7 +100,28 @@ def recorded_measure(
         program = recording.program([valued(found, measure)[0]])
     except (Untraceable, ModelError, TypeError):
         return None
-    return MeasureProgram(program, rows, {n: rows + k for k, n in enumerate(numbers)})
+    return _of_what_is_read(program, rows, list(numbers))
+
+
+def _of_what_is_read(program: NumberProgram, rows: int, numbers: list[str]) -> MeasureProgram:
+    """The program without the inputs that no operation reads."""
+    inputs, slots = rows + len(numbers), len(program.slots)
+    read = np.unique(np.concatenate([program.operations[:, 1:3].ravel(), program.targets]))
+    read = read[read < inputs]
+    kept = np.concatenate([read, np.arange(inputs, slots)])
+    place = np.zeros(slots, dtype=np.int64)
+    place[kept] = np.arange(len(kept))
+    operations = program.operations.copy()
+    operations[:, 1:] = place[operations[:, 1:]]
+    short = NumberProgram(
+        slots=program.slots[kept],
+        lowest=program.lowest[read],
+        strict=program.strict[read],
+        operations=operations,
+        targets=place[program.targets],
+    )
+    named = {numbers[k - rows]: int(place[k]) for k in read[read >= rows].tolist()}
+    return MeasureProgram(short, read[read < rows], named)
 
 
 class _Traced(DualRecord):

@@ -8,9 +8,9 @@ where it is simple. Its shape moves by du, of which a multiple of u has no say i
 
     (s² M + s C + K) du + (2 s M + C) u ds = −(s² M′ + s C′ + K′) u dp,   ūᵀ du = 0.
 
-M′, C′ and K′, and those of the ways T that the bodies go with the leaders, are differences over
-four places, at each of which the rest position is found once more. The amplitude of x, y or the
-angle of a body is a = T u, and a ratio a/b has the size |a/b| and the phase arg(a/b).
+M′, C′ and K′, and those of the ways T that coordinates go with the leaders, are differences over
+four places, at each of which the rest position is found once more. The amplitude of an angle, or of
+x or y of a point, is a = T u, and a ratio a/b has the size |a/b| and the phase arg(a/b).
 
 F. Tisseur, K. Meerbergen: The quadratic eigenvalue problem, SIAM Review 43 (2001), 2.3 and 4.2.
 """
@@ -27,6 +27,7 @@ import numpy as np
 from mbody.analysis.driven.statics import statics
 from mbody.analysis.equilibria.equilibrium import Equilibrium
 from mbody.analysis.linear.linearize import Linearization, linearize
+from mbody.analysis.linear.mode_amplitudes import ModePlace, mode_place, rates_at
 from mbody.analysis.linear.modes import Mode, modes
 from mbody.derivatives.driven_instants import DrivenInstants
 from mbody.derivatives.gradient_result import Gradient, per
@@ -51,7 +52,6 @@ STEPS, LAST = 12, 1e-12
 #: What is measured of a mode, by number, and of the stiffness, by leaders.
 OF_MODE = re.compile(r"\s*(\w+)\s*\(\s*(\d+)\s*\)\s*")
 OF_SHAPE = re.compile(r"\s*(ratio|phase)\s*\(\s*(\d+)\s*,\s*([\w.]+)\s*,\s*([\w.]+)\s*\)\s*")
-PLACES = ("x", "y", "angle")
 OF_LEADERS = re.compile(r"\s*stiffness\s*\(\s*([^,()]+?)\s*(?:,\s*([^,()]+?)\s*)?\)\s*")
 KINDS = {
     "frequency": "angular velocity",
@@ -65,14 +65,14 @@ KINDS = {
 @dataclass(frozen=True)
 class _Wanted:
     """One measure: of mode `number`, or the stiffness between two leaders; of a shape the
-    amplitudes of two places, (body, 0 to 2).
+    amplitudes of two places.
     """
 
     name: str
     kind: str
     number: int = 0
     leaders: tuple[int, int] = (0, 0)
-    places: tuple[tuple[int, int], ...] = ()
+    places: tuple[ModePlace, ...] = ()
 
 
 def mode_gradient(rest: Equilibrium, measure: Any, by: Mapping[str, str]) -> Gradient:
@@ -90,12 +90,13 @@ def mode_gradient(rest: Equilibrium, measure: Any, by: Mapping[str, str]) -> Gra
     linear = linearize(beside.instants.driven, at=beside.run, free=beside.drivers)
     (found,) = modes(beside.instants.driven, at=beside.run, free=beside.drivers)
     wanted = _wanted(measure, linear, len(found))
+    places = list(dict.fromkeys(place for one in wanted for place in one.places))
     sizes = number_sizes(beside.instants.driven, names)
     jacobian, notes = np.zeros((len(wanted), len(names))), list[str]()
     for k, name in enumerate(names):
         changes, why = None, "the rest position beside it is not found, or other bodies lead there"
         try:
-            changes = beside.changes(name, PART * (sizes[k] or 1.0), linear)
+            changes = beside.changes(name, PART * (sizes[k] or 1.0), linear, places)
         except (ModelError, SolveError) as error:
             why = str(error)
         if changes is None:
@@ -106,7 +107,8 @@ def mode_gradient(rest: Equilibrium, measure: Any, by: Mapping[str, str]) -> Gra
             if one.kind == "stiffness":
                 jacobian[row, k] = changes[2][one.leaders]
             elif one.places:
-                jacobian[row, k] = _of_shape(found[one.number], linear, changes, one)
+                ways = [changes[3][places.index(place)] for place in one.places]
+                jacobian[row, k] = _of_shape(found[one.number], linear, changes, ways, one)
             else:
                 jacobian[row, k] = _of_root(found[one.number], linear, changes, one.kind)
     for row, one in enumerate(wanted):
@@ -165,20 +167,29 @@ class _BesideRest:
             return None
         return linearize(system, at=self.run, free=self.drivers)
 
-    def changes(self, name: str, step: float, linear: Linearization) -> list[Array] | None:
-        """Derivatives of M, C, K and the ways of all bodies by a number; None where what is beside
-        it does not compare.
+    def changes(
+        self, name: str, step: float, linear: Linearization, places: Sequence[ModePlace]
+    ) -> list[Array] | None:
+        """Derivatives of M, C, K and the ways of places (places, free) by a number; None where what
+        is beside it does not compare.
         """
         value, ends = float(self.instants.driven.values[name]), []
         for k in (-2, -1, 1, 2):
             one = self.linear({name: value + k * step})
             if one is None or one.leaders != linear.leaders:
                 return None
-            ends.append((one.mass, one.damping, one.stiffness, one.rates))
+            ends.append((one.mass, one.damping, one.stiffness, _ways(one, places)))
         return [
             (8.0 * (up - near) - (most - low)) / (12.0 * step)
             for low, near, up, most in zip(*ends, strict=True)
         ]
+
+
+def _ways(linear: Linearization, places: Sequence[ModePlace]) -> Array:
+    """What places do for unit rates of the leaders (places, free)."""
+    solution, rates = linear.solution, linear.rates
+    found = [rates_at(solution, rates, place) for place in places]
+    return np.array(found).reshape(len(places), len(rates))
 
 
 def _simple(mode: Mode, linear: Linearization) -> Array | None:
@@ -212,9 +223,15 @@ def _of_root(mode: Mode, linear: Linearization, changes: Sequence[Array], kind: 
     return change.imag / (2.0 * np.pi if kind == "hertz" else 1.0)
 
 
-def _of_shape(mode: Mode, linear: Linearization, changes: Sequence[Array], one: _Wanted) -> float:
-    """The derivative of a ratio of amplitudes, or of the phase between them; NaN of a root that is
-    not simple, and of amplitudes that are zero.
+def _of_shape(
+    mode: Mode,
+    linear: Linearization,
+    changes: Sequence[Array],
+    ways: Sequence[Array],
+    one: _Wanted,
+) -> float:
+    """The derivative of a ratio of amplitudes, or of the phase between them, from those of the ways
+    of both; NaN of a root that is not simple, and of amplitudes that are zero.
     """
     s, u, n = mode.eigenvalue, mode.amplitudes, len(linear.motions)
     a, b = (_amplitude(mode, linear, place) for place in one.places)
@@ -227,18 +244,20 @@ def _of_shape(mode: Mode, linear: Linearization, changes: Sequence[Array], one: 
     right = np.append(-(s * s * changes[0] + s * changes[1] + changes[2]) @ u, 0.0)
     du = np.linalg.solve(bordered, right)[:n]
     more = [
-        u @ changes[3][:, body, axis] + du @ linear.rates[:, body, axis]
-        for body, axis in one.places
+        u @ change + du @ way for change, way in zip(ways, _ways(linear, one.places), strict=True)
     ]
     relative = more[0] / a - more[1] / b
     return float(relative.imag if one.kind == "phase" else abs(a / b) * relative.real)
 
 
-def _amplitude(mode: Mode, linear: Linearization, place: tuple[int, int]) -> complex:
-    """The amplitude of a place of a body; what is rounding is zero."""
-    ways = linear.rates[:, place[0], place[1]]
+def _amplitude(mode: Mode, linear: Linearization, place: ModePlace) -> complex:
+    """The amplitude of a place; what is rounding is zero."""
+    (ways,) = _ways(linear, [place])
     found = complex(mode.amplitudes @ ways)
-    size = float(np.abs(mode.amplitudes) @ np.abs(linear.rates).max(axis=(1, 2)))
+    # lengths by the model length, so that no unit has a say in what is zero
+    unit = np.array([linear.solution.system.length] * 2 + [1.0])
+    size = float(np.abs(mode.amplitudes) @ np.abs(linear.rates / unit).max(axis=(1, 2)))
+    size *= unit[place.key]
     return found if abs(found) > SIMPLE * size else 0.0
 
 
@@ -256,7 +275,8 @@ def _wanted(measure: Any, linear: Linearization, count: int) -> list[_Wanted]:
             if not 1 <= int(one[2]) <= count:
                 raise ModelError(f"gradient: '{text}': there are modes 1 to {count}", str(name))
             parts = shape.groups()[2:] if shape else ()
-            places = tuple(_place(linear, part, text, name) for part in parts)
+            machine = linear.solution.mechanism
+            places = tuple(mode_place(machine, part, f"gradient: '{text}': ") for part in parts)
             found.append(_Wanted(name, one[1], int(one[2]) - 1, places=places))
             continue
         pair = OF_LEADERS.fullmatch(text) if isinstance(text, str) else None
@@ -271,20 +291,6 @@ def _wanted(measure: Any, linear: Linearization, count: int) -> list[_Wanted]:
         both = leaders.index(pair[1]), leaders.index(pair[2] or pair[1])
         found.append(_Wanted(name, "stiffness", leaders=both))
     return found
-
-
-def _place(linear: Linearization, given: str, text: str, name: Any) -> tuple[int, int]:
-    """The number of a body, and which of x, y and angle of it."""
-    body, _, of = given.rpartition(".")
-    bodies = linear.solution.system.bodies
-    known = [one.name for one in linear.solution.mechanism.bodies]
-    if body not in known or of not in PLACES:
-        raise ModelError(
-            f"gradient: '{text}': amplitudes are of x, y (of the mass centre) and angle of a body, "
-            f"such as {known[0]}.angle, not {brief(given)} (bodies: {listed(known)})",
-            str(name),
-        )
-    return bodies[body], PLACES.index(of)
 
 
 def _value(one: _Wanted, linear: Linearization, found: Any) -> float:
@@ -320,6 +326,6 @@ def _unit(one: _Wanted, linear: Linearization) -> str:
     if one.kind == "phase":
         return "rad"
     if one.kind == "ratio":
-        a, b = ("rad" if axis == 2 else units.length for _, axis in one.places)
+        a, b = ("rad" if place.turns else units.length for place in one.places)
         return "" if a == b else f"{a}/{b}"
     return units.of(DIMENSIONS[KINDS[one.kind]]) if KINDS[one.kind] else ""

@@ -13,6 +13,7 @@ import numpy as np
 from mbody.analysis.driven.requested_instants import requested_instants
 from mbody.derivatives.driven_instants import DrivenInstants, misfitting
 from mbody.derivatives.dual_solution import DualRecord, dual_solution
+from mbody.derivatives.dual_workspace import DualWorkspace
 from mbody.derivatives.measure_program import MeasureProgram, recorded_measure
 from mbody.derivatives.named_numbers import checked_names
 from mbody.derivatives.number_tangents import dual_values, recorded_numbers
@@ -45,6 +46,8 @@ class PreparedGradient:
         Names of the measures.
     start : array (names,)
         The numbers that the system has.
+    spaces : list of DualWorkspace
+        Workspaces that are free.
 
     Examples
     --------
@@ -78,6 +81,7 @@ class PreparedGradient:
         self._signs = {name: system.rule(name)[0] for name in self.names}
         self._programs: list[MeasureProgram | None] | None = None
         self._misfits: set[str] | None = None
+        self.spaces: list[DualWorkspace] = []
         # what formulas make of the numbers, and what joints and contacts refuse, is Python
         self._plain = (
             self._recorded is None
@@ -179,7 +183,9 @@ class DesignPoint:
             For a measure that has no derivatives.
         """
         prepared, choices = self.prepared, self._choices
-        instants = DrivenInstants(self.run, prepared.names, prepared.wanted.turning, self._tangents)
+        instants = DrivenInstants(
+            self.run, prepared.names, prepared.wanted.turning, self._tangents, prepared.spaces
+        )
         deciding = [one.needed[:1] if one.single else one.needed for one in choices]
         # those of one measure are in order
         needed = deciding[0] if len(deciding) == 1 else np.unique(np.concatenate(deciding))
@@ -188,7 +194,8 @@ class DesignPoint:
         rows, whole = [], None
         for column, choice, program in zip(prepared.columns, choices, programs, strict=True):
             if choice.single and program is not None:
-                place = int(np.searchsorted(needed, choice.needed[0]))
+                first = choice.needed[0]
+                place = 0 if needed[0] == first else int(np.searchsorted(needed, first))
                 values = self.run.system.values
                 found, row = program.evaluated(record, place, values, prepared.names)
                 rows.append(-row if column.by == "peak" and found < 0.0 else row)
@@ -200,6 +207,7 @@ class DesignPoint:
             rows.append(derived(whole, needed, column, only).row)
         jacobian = np.array(rows)
         gone = instants.unclosed | prepared.misfits(self.run, record)
-        without = [n for n, name in enumerate(prepared.names) if name in gone]
-        jacobian[..., without] = np.nan
+        without = [n for n, name in enumerate(prepared.names) if name in gone] if gone else []
+        if without:
+            jacobian[..., without] = np.nan
         return jacobian

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.derivatives.named_numbers import unit_of
+from mbody.derivatives.named_numbers import changed, unit_of
 from mbody.errors import ModelError, brief
 from mbody.model.element import listed
 from mbody.quantities import (
@@ -190,7 +190,7 @@ def allocated(
                 str(unknown[0]),
             )
     slope = np.abs(row)
-    counts = slope > 0.0
+    counts = changed(system, list(names.values()), np.asarray(value), row)
     if not counts.any():
         raise ModelError(
             f"tolerances: none of {listed(names)} changes the quantity: any tolerance will do"
@@ -223,6 +223,12 @@ def _cost(
     how, _, width = spread
     own = SIGMAS * how.deviation_of(width) if isinstance(how, Normal) else width
     given = own if cost is None else cost.get(name, own)
+    if not own and (cost is None or name not in cost):
+        raise ModelError(
+            f"tolerances: '{name}' has the tolerance 0, which says nothing of what another costs: "
+            "give its cost, or leave it out of scatter",
+            name,
+        )
     if isinstance(given, bool) or not isinstance(given, int | float) or not 0.0 < given < np.inf:
         raise ModelError(
             f"tolerances: the cost of '{name}' is {brief(given)}: give a positive number", name

@@ -22,7 +22,7 @@ from mbody.sheets.text_table import Column, number, paragraph, table
 from mbody.sweeps.columns import MeasureLike, columns_of
 from mbody.sweeps.run import sweep
 from mbody.sweeps.samples import monte_carlo, scatter_of
-from mbody.sweeps.tolerances import Normal, Scatter
+from mbody.sweeps.tolerances import SIGMAS, Normal, Scatter
 from mbody.system.system import System
 
 __all__ = ["Contribution", "ToleranceStudy", "tolerances"]
@@ -240,6 +240,8 @@ def tolerances(
         for key, how in scatter.items()
     }
     spreads = {key: scatter_of(system, names[key], how, "tolerances") for key, how in given.items()}
+    for key, (how, middle, width) in spreads.items():
+        _refuse_below_zero(system, names[key], middle, _reach(how, width))
     centre = system.with_values({names[key]: middle for key, (_, middle, _) in spreads.items()})
     by = list(names.values())
     sigma = np.array([how.deviation_of(width) for how, _, width in spreads.values()])
@@ -275,10 +277,7 @@ def tolerances(
         if np.isfinite(column).sum() > 1:
             drawn = of_samples(column[np.isfinite(column)])
         notes += [one for one in random.notes if one not in notes][:3]
-    ends = {
-        key: width if not isinstance(how, Normal) else 3.0 * float(s)
-        for (key, (how, _, width)), s in zip(spreads.items(), sigma, strict=True)
-    }
+    ends = {key: _reach(how, width) for key, (how, _, width) in spreads.items()}
     whole = float(np.abs(row) @ np.array(list(ends.values())))
     allocation = None
     if within is not None:
@@ -311,6 +310,23 @@ def tolerances(
         allocation=allocation,
         failures=failures,
         notes=tuple(notes),
+    )
+
+
+def _reach(how: Scatter, width: float) -> float:
+    """± of a number: three standard deviations of a normal distribution, else the half width."""
+    return SIGMAS * how.deviation_of(width) if isinstance(how, Normal) else width
+
+
+def _refuse_below_zero(system: System, name: str, middle: float, reach: float) -> None:
+    """Refuse a tolerance that leads to a number that must not be."""
+    if not system.rule(name)[0] or reach <= middle:
+        return
+    unit = unit_of(system.mechanism, name)
+    raise ModelError(
+        f"tolerances: '{name}' is {middle:g} ± {reach:g} {unit}".rstrip()
+        + ", and it must not be negative: give it a tolerance below its mean",
+        name,
     )
 
 

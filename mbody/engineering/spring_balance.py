@@ -219,6 +219,7 @@ def spring_balance(
             "positions: there is nothing to balance"
         )
     columns = _columns(run, names, drivers, sizes, options)
+    columns = _without_rounding(system, columns, names)
     found, notes = _solved(columns, present, names)
     still = [one.name for one in system.leaders if one not in moving]
     if still:
@@ -351,6 +352,15 @@ def _columns(
     )
 
 
+def _without_rounding(system: System, columns: Array, names: list[str]) -> Array:
+    """The columns, zero of springs that act on no driver: that keep their lengths, or have none."""
+    machine, rows = system.mechanism, len(columns)
+    # a unit stiffness gives a torque of the square of a length at most, or of an angle
+    size = [1.0 if isinstance(machine[n], TorsionSpring) else system.length**2 for n in names]
+    acts = np.linalg.norm(columns, axis=0) > SINGULAR * np.sqrt(rows) * np.array(size)
+    return np.where(acts, columns, 0.0)
+
+
 def _solved(columns: Array, present: Array, names: list[str]) -> tuple[list[float], list[str]]:
     """Non-negative stiffnesses, and what is to be said of them."""
     from scipy.optimize import nnls
@@ -359,7 +369,7 @@ def _solved(columns: Array, present: Array, names: list[str]) -> tuple[list[floa
     notes = [
         f"'{name}' acts on no driver: its stiffness is of no effect"
         for name, size in zip(names, sizes, strict=True)
-        if size <= SINGULAR * sizes.max()
+        if not size
     ]
     scaled = columns / np.where(sizes > 0.0, sizes, 1.0)
     found = nnls(scaled, -present)[0]

@@ -71,6 +71,9 @@ class Record:
         if self.batch:
             return np.ascontiguousarray(self.table(rows)[design, instants])
         block = self._pieces(self.blocks[0])
+        if len(instants) == 1:  # of searches, which take one of each of many designs
+            lane, place = divmod(int(instants[0]), len(block))
+            return block[place : place + 1, rows, lane].copy()
         lanes, places = np.divmod(instants, len(block))
         return np.ascontiguousarray(block[places, rows, lanes])
 

@@ -100,8 +100,8 @@ def _table(name: str, given: Any, dimensions: Sequence[str], units: UnitSystem) 
         )
     if len(rows) < LEAST:
         raise ModelError(
-            f"synthesize: {name} has {len(rows)} rows, fewer than {LEAST}: a continuum of "
-            f"mechanisms meets them; give at least {LEAST}"
+            f"synthesize: {name} has {len(rows)} {'row' if len(rows) == 1 else 'rows'}, fewer than "
+            f"{LEAST}: a continuum of mechanisms meets them; give at least {LEAST}"
         )
     return np.array(rows)
 

@@ -17,7 +17,7 @@ the sense of least squares.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -57,6 +57,22 @@ def four_bars(phi: np.ndarray, psi: np.ndarray) -> list[Generated]:
 
 def slider_cranks(phi: np.ndarray, x: np.ndarray) -> list[Generated]:
     """All slider-cranks with travel x at φ, with 3, 4 or 5 pairs; with more the best."""
+    # by its own size, so that no unit has a say in what is small
+    size = float(np.abs(x).max()) or 1.0
+    return [
+        replace(
+            one,
+            crank=size * one.crank,
+            coupler=size * one.coupler,
+            third=size * one.third,
+            output_zero=size * one.output_zero,
+        )
+        for one in _slider_cranks(phi, x / size)
+    ]
+
+
+def _slider_cranks(phi: np.ndarray, x: np.ndarray) -> list[Generated]:
+    """The same of travels of the size of 1."""
     if len(phi) == 3:
         matrix = np.column_stack([x * np.cos(phi), np.sin(phi), np.ones(3)])
         solution = _solved(matrix, x**2)

@@ -22,6 +22,8 @@ __all__ = ["EXACT", "Candidate", "Judge"]
 SAME = 1e-4
 #: Share of it by which a point is met.
 EXACT = 1e-9
+#: What part of the size of a path a design may be off before it is said.
+FAR = 0.1
 
 
 class Candidate(Protocol):
@@ -178,6 +180,18 @@ class Judge:
         """The best of the kept ones by their errors, of exact ones by their transmission angles."""
         self.kept.sort(key=lambda one: (max(one.error, exact), -_certain(one.transmission_min)))
         return self.kept[:count]
+
+    def far(self) -> list[str]:
+        """A note where even the first of the kept designs is far from a point."""
+        misses = self.kept[0].misses
+        worst = int(np.argmax(misses))
+        if misses[worst] <= FAR * self.size:
+            return []
+        return [
+            f"no design is near all points: the first is off by {misses[worst]:.3g} {self.unit} at "
+            f"point {worst + 1}; widen the bounds or try more designs (search); tolerance leaves "
+            "out what is off by more"
+        ]
 
     def require(self, what: str) -> None:
         """Refuse to return nothing: say why candidates were left out, and which was nearest."""

@@ -77,8 +77,9 @@ def for_path(
     judge.take(candidates, count, exact)
     judge.require(f"{kind.name} passes the points without defects within the bounds")
     unknowns = len(low) + (len(points) if timing is None else 1)
-    notes = _continuum(2 * len(points), unknowns) if judge.kept[0].error <= exact else []
-    return DesignList(judge.best(count, exact), tried, effort.seed, notes)
+    best = judge.best(count, exact)
+    notes = _continuum(2 * len(points), unknowns) if best[0].error <= exact else judge.far()
+    return DesignList(best, tried, effort.seed, notes)
 
 
 def for_function(

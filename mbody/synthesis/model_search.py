@@ -233,10 +233,12 @@ def _refined(
     endless = np.full(task.free, np.inf)
     if not np.isfinite(task.residual(begin)).all():
         return None
+    # what is small in the gradient is so beside the goals, whatever the unit
+    size = 1.0 if demand.angular else float(np.ptp(demand.goals, axis=-1).max()) or 1.0
     found = least_squares(
-        task.residual,
+        lambda y: task.residual(y) / size,
         begin,
-        task.jacobian,
+        lambda y: task.jacobian(y) / size,
         bounds=(np.concatenate([low, -endless]), np.concatenate([high, endless])),
         x_scale="jac",
         ftol=ENDS,

@@ -167,7 +167,9 @@ def for_model(demand: Demand, effort: Effort, judge: Judge, count: int) -> Desig
     exact = demand.goals.shape[1] * (EXACT * judge.size) ** 2
     judge.take([_ModelCandidate(demand, numbered, one) for one in found], count, exact)
     judge.require("design of the mechanism passes all points without defects within the bounds")
-    return DesignList(judge.best(count, exact), effort.search, effort.seed)
+    best = judge.best(count, exact)
+    notes = [] if demand.angular else judge.far()
+    return DesignList(best, effort.search, effort.seed, notes)
 
 
 @dataclass(frozen=True, eq=False)

@@ -32,6 +32,8 @@ def refined(kind: Kind, demand: PathDemand, start: PlacedCurve) -> PlacedCurve |
     from scipy.optimize import least_squares
 
     size = len(kind.numbers)
+    # what is small in the gradient is so beside the path, whatever the unit
+    extent = float(np.abs(demand.points - demand.points.mean()).max()) or 1.0
     free = demand.timing is None
     extra = start.theta if free else start.theta[:1]
     width = WITHIN * np.minimum(demand.high - demand.low, 1.0)
@@ -41,10 +43,10 @@ def refined(kind: Kind, demand: PathDemand, start: PlacedCurve) -> PlacedCurve |
 
     def residual(y: np.ndarray) -> np.ndarray:
         miss = misses(kind, y[:size], y[size:] + steps, start.sense, demand.points)
-        return np.concatenate([miss.real, miss.imag])
+        return np.concatenate([miss.real, miss.imag]) / extent
 
     def jacobian(y: np.ndarray) -> np.ndarray:
-        return _jacobian(kind, y[:size], y[size:] + steps, start.sense, free)
+        return _jacobian(kind, y[:size], y[size:] + steps, start.sense, free) / extent
 
     if not np.isfinite(residual(begin)).all():
         return None
@@ -63,7 +65,7 @@ def refined(kind: Kind, demand: PathDemand, start: PlacedCurve) -> PlacedCurve |
         max_nfev=EVALUATIONS,
     )
     theta = found.x[size:] + steps
-    return PlacedCurve(2.0 * float(found.cost), found.x[:size], theta, start.sense)
+    return PlacedCurve(2.0 * float(found.cost) * extent**2, found.x[:size], theta, start.sense)
 
 
 def _steps(demand: PathDemand) -> np.ndarray:

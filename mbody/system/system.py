@@ -372,9 +372,7 @@ class System:
         `masses` chooses the masses as weights (free motion) instead of geometric ones.
         """
         L = self.layout
-        if lanes not in self._blanks:
-            self._blanks[lanes] = self._blank(lanes)
-        frame, column = self._blanks[lanes]
+        frame, column = self.blank(lanes)
         work = Work(frame, frame.blank())
         work.memory[:] = column
         if self.batch is not None:
@@ -396,8 +394,10 @@ class System:
         """Fresh workspaces by number of lanes."""
         return {}
 
-    def _blank(self, lanes: int) -> tuple[Frame, np.ndarray]:
-        """Its frame, and all that is the same for every position: a column, for all lanes alike."""
+    def blank(self, lanes: int) -> tuple[Frame, np.ndarray]:
+        """A workspace's frame, and what is the same at all positions, a column for every lane."""
+        if lanes in self._blanks:
+            return self._blanks[lanes]
         L = self.layout
         frame = frame_of(L, self.par.shape[0], self.signals, lanes)
         work = Work(frame, frame.blank())
@@ -419,7 +419,8 @@ class System:
             violation(self.runtime(), one)
             for name in ("block", "phi", "nu", "gamma"):
                 getattr(work, name)[:] = getattr(one, name)
-        return frame, work.memory[:, :1].copy()
+        self._blanks[lanes] = found = frame, work.memory[:, :1].copy()
+        return found
 
     @functools.cached_property
     def _fixed_rows(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -97,6 +97,16 @@ SCENARIOS = {
     "a gradient of a shape by an amplitude that is zero": lambda: mbody.gradient(
         hanging(), "ratio(1, bob.angle, bob.y)", "bob.mass", "modes"
     ),
+    "a gradient of a shape of a point that there is not": lambda: mbody.gradient(
+        hanging(), "ratio(1, bob.P.x, bob.angle)", "bob.mass", "modes"
+    ),
+    "a gradient of a motion that ends at an impact": lambda: mbody.gradient(
+        mbody.gallery.load("bouncing_ball"),
+        "last(ball.y)",
+        "e",
+        "simulate",
+        until=0.45152364098573067 + 1e-14,
+    ),
     "a gradient by a number that there is not": lambda: gradient(by="crank.A.z"),
     "a gradient by one number twice": lambda: mbody.gradient(
         braked(), "A.force", ["brake", "brake.value"]

@@ -26,6 +26,7 @@ SCENARIOS = {
     "a tolerance of no number": lambda: tolerances({"crank.A.z": 0.1}),
     "a negative tolerance": lambda: tolerances({"crank.A.x": -0.01}),
     "a tolerance that is a mass": lambda: tolerances({"crank.A.x": Normal("3 kg")}),
+    "a tolerance below zero": lambda: tolerances({"crank.mass": (-1.0, 3.0)}),
     "a tolerance upside down": lambda: tolerances({"crank.A.x": (1.1, 0.9)}),
     "half a random design": lambda: tolerances(count=0.5),
     "a band that is no pair": lambda: tolerances(within=3.0),
@@ -33,8 +34,11 @@ SCENARIOS = {
     "a band upside down": lambda: tolerances(within=(2e6, 1e6)),
     "a band beside the quantity": lambda: tolerances(within=(1e6, 2e6)),
     "costs of another number": lambda: tolerances(within=(0.0, 1e6), cost={"crank.mass": 1.0}),
-    "a cost of nothing": lambda: tolerances({"crank.A.x": Uniform(0.0)}, within=(0.0, 1e6)),
-    "a band that nothing leaves": lambda: tolerances({"crank.inertia": 0.1}, within=(0.0, 1e6)),
+    "a tolerance of zero that is allocated": lambda: tolerances(
+        {"crank.A.x": Uniform(0.0)}, within=(0.0, 1e6)
+    ),
+    "a cost of nothing": lambda: tolerances(within=(0.0, 1e6), cost={"crank.A.x": 0.0}),
+    "a band that nothing leaves": lambda: tolerances({"crank.inertia": 0.01}, within=(0.0, 1e6)),
     "tolerances without scatter": said(COMMAND),
     "a band without an end": said([*COMMAND, "--scatter", "crank.A.x=0.1", "--within", "3"]),
     "half a random design in the command": said(

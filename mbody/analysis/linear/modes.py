@@ -13,6 +13,7 @@ from mbody.analysis.equilibria.equilibrium import Equilibrium, equilibrium
 from mbody.analysis.equilibria.rest_positions import AtRestPositions
 from mbody.analysis.linear.eigenvalues import eigenvalues
 from mbody.analysis.linear.linearize import Linearization, linearize
+from mbody.analysis.linear.mode_amplitudes import mode_place, rates_at
 from mbody.analysis.position.tangent_space import Array
 from mbody.errors import ModelError, SolveError
 from mbody.model.body import Guesses
@@ -46,6 +47,8 @@ class Mode:
         The body whose amplitude is 1 rad or 1 length.
     shape : dict
         Complex amplitudes (x, y, θ) of the mass centre and the angle of every body.
+    linear : Linearization
+        The small motions that it is one of.
     """
 
     eigenvalue: complex
@@ -53,9 +56,42 @@ class Mode:
     amplitudes: Array = field(repr=False)
     leader: str
     shape: dict[str, Array] = field(repr=False)
+    linear: Linearization = field(repr=False)
 
     def __post_init__(self) -> None:
         lock(self)
+
+    def amplitude(self, place: str) -> complex:
+        """The amplitude of a coordinate, [rad] or [length], at the scale of `amplitudes`.
+
+        Parameters
+        ----------
+        place : str
+            ``"rod.angle"``, ``"rod.x"`` of the mass centre, ``"rod.P.y"`` of a point, or ``"A.x"``
+            of a pin, by the name of the joint.
+
+        Raises
+        ------
+        ModelError
+            For what has no amplitude.
+
+        Notes
+        -----
+        A point at (rx, ry) from the mass centre has (x − θ ry, y + θ rx).
+
+        Examples
+        --------
+        >>> import mbody
+        >>> swing = mbody.Mechanism("pendulum")
+        >>> swing.add(mbody.Body("rod", mass=1.0, cg=(1.0, 0.0), points={"P": (3.0, 0.0)}))
+        >>> swing.add(mbody.Revolute("O", "ground", "rod"), mbody.Gravity("gravity", y=-9.81))
+        >>> mode = mbody.modes(swing)[0][0]
+        >>> abs(mode.amplitude("rod.P.x") / mode.amplitude("rod.angle"))
+        3.0
+        """
+        solution = self.linear.solution
+        where = mode_place(solution.mechanism, place)
+        return complex(self.amplitudes @ rates_at(solution, self.linear.rates, where))
 
     @property
     def natural_frequency(self) -> float:
@@ -287,7 +323,7 @@ def _modes_at(linear: Linearization) -> ModesAt:
         amplitudes = amplitudes / amplitudes[n]
         bodies = np.tensordot(amplitudes, linear.rates, 1)
         of_all = {name: bodies[system.bodies[name]] for name in linear.solution}
-        found.append(Mode(root, _words(root), amplitudes, linear.leaders[n], of_all))
+        found.append(Mode(root, _words(root), amplitudes, linear.leaders[n], of_all, linear))
     # the two of a flutter are equally fast but for rounding
     found.sort(key=lambda mode: (float(f"{abs(mode.eigenvalue):.9g}"), mode.eigenvalue.real))
     words = {mode.words for mode in found}
