@@ -45,6 +45,7 @@ COMPILER = {"numba", "llvmlite"}
 BUILDERS = [
     "mbody.compiler",
     *(f"mbody.straight_line.{name}" for name in ("code_builder", "instructions", "whole_function")),
+    *(f"mbody.straight_line.function_of_{what}" for what in ("designs", "motion")),
 ]
 HEAVY = {
     *("matplotlib", "mujoco", "pandas", "scipy", "pint", "pymunk", "pinocchio"),

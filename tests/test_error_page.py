@@ -87,7 +87,7 @@ def test_no_scenario_hides_another(part):
 ROUNDED = {
     re.compile(r"^\S+ +the start of 'chain'.*\n +and at least .*\n(?: .*\n)*", re.M): 1,
     re.compile(r"at t = \S+ s the step\s+has"): 1,
-    re.compile(r"(?<=nearest is off by )\S+ m at point \d(?=, with a defect of branch)"): 2,
+    re.compile(r"(?<=nearest is off by )\S+ m at point \d(?=, with a defect of\s+branch)"): 2,
 }
 
 

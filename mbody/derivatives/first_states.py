@@ -29,7 +29,8 @@ from mbody.quantities.units import DIMENSIONS
 from mbody.solution.places import link_poses
 from mbody.solution.restart import Way
 from mbody.solution.solution import Solution
-from mbody.system.assembler import assemble, with_numbers_of
+from mbody.system.assembler import assemble
+from mbody.system.other_numbers import with_numbers_of
 from mbody.system.rank import dense, jacobian
 from mbody.system.system import System
 

@@ -28,7 +28,8 @@ from mbody.laws import ConstantSpeed
 from mbody.model.driver import AngleDriver, CoordinateDriver
 from mbody.model.element import Marker
 from mbody.solution.places import link_poses
-from mbody.system.assembler import assemble, with_numbers_of
+from mbody.system.assembler import assemble
+from mbody.system.other_numbers import with_numbers_of
 from mbody.system.system import System
 
 __all__ = ["RestInstants"]

@@ -16,7 +16,8 @@ from mbody.laws import Expression, Law, MeasuredFormula, Table
 from mbody.laws.postfix import OPERATIONS, VARIABLE
 from mbody.model.changed_elements import with_changed
 from mbody.model.loads import Damper, Spring, TorsionDamper, TorsionSpring
-from mbody.system.assembler import assemble, with_numbers_of
+from mbody.system.assembler import assemble
+from mbody.system.other_numbers import with_numbers_of
 from mbody.system.system import System
 
 __all__ = ["unfollowed_jumps", "with_formulas_of_the_instant"]

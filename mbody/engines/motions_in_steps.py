@@ -22,7 +22,8 @@ from mbody.errors import ModelError, SolveError
 from mbody.model.closed_mechanism import with_others
 from mbody.model.contact import Contact
 from mbody.solution.solution import Solution
-from mbody.system.assembler import assemble, with_numbers_of
+from mbody.system.assembler import assemble
+from mbody.system.other_numbers import with_numbers_of
 from mbody.system.system import System
 
 __all__ = ["Stepped", "StepwiseCheck", "by_newtons_law", "first_of_several", "strikes"]

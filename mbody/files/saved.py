@@ -31,7 +31,8 @@ from mbody.solution.event_record import EventRecord
 from mbody.solution.histories import BranchDistance, Record
 from mbody.solution.restart import Restart, Way
 from mbody.solution.solution import Solution, as_solution
-from mbody.system.assembler import assemble, with_numbers_of
+from mbody.system.assembler import assemble
+from mbody.system.other_numbers import with_numbers_of
 from mbody.system.system import System
 
 __all__ = ["load_run", "save_run"]

@@ -218,15 +218,15 @@ class Mechanism:
         """A group of contacts with the text that its numbers were made of."""
         return self._groups[name]
 
-    def contacts_of(self, group: str) -> tuple[Contact, ...]:
+    def contacts_of(self, group: str) -> tuple[OneSided, ...]:
         """The contacts that stand in the place of a group of contacts in a system; none where it is
         not there, or stands for itself.
         """
         if group not in self._groups or group in self._elements:
             return ()
-        names = {one.name for one in self.contacts}
+        known = {one.name: one for one in self.contacts}
         own = (f"{group}_{n}" for n in itertools.count(1))
-        return tuple(self[name] for name in itertools.takewhile(names.__contains__, own))
+        return tuple(known[name] for name in itertools.takewhile(known.__contains__, own))
 
     def without(self, *drivers: str) -> Mechanism:
         """The same mechanism without some of its drivers, whose coordinates are free then;

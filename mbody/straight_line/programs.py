@@ -28,7 +28,7 @@ from mbody.kernels.layout import Layout, Work
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.kernels.square_lu import Square
 from mbody.straight_line.code_interface import COLUMNS, FACTORS, NONE, STRUCTURAL
-from mbody.system.lane_instants import LaneInstants
+from mbody.straight_line.lane_instants import LaneInstants
 
 __all__ = ["StraightLineCode", "build", "step_table", "straight_line_code"]
 

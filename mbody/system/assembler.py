@@ -38,7 +38,7 @@ from mbody.system.number_columns import designs_of, stacked
 from mbody.system.polar_points import polar_points
 from mbody.system.system import System
 
-__all__ = ["assemble", "with_numbers_of"]
+__all__ = ["assemble"]
 
 # the loops of the kernels read a fixed number of parameters and drop those beyond the own ones
 SPARE = 8
@@ -108,20 +108,6 @@ def assemble(mechanism: Mechanism, *, groups: bool = False, machine_code: bool =
         _columns=compiler.columns,
         machine_code=machine_code,
     )
-
-
-def with_numbers_of(system: System, values: Mapping[str, Any]) -> System:
-    """The system with other numbers, of those that it has; parameters first, so that what is made
-    of them follows, and is not fixed by hand.
-    """
-    for own in (system.mechanism.parameters, system.values):
-        changed = {
-            name: values[name]
-            for name in own
-            if name in values and (np.ndim(values[name]) or system.values.get(name) != values[name])
-        }
-        system = system.with_values(changed) if changed else system
-    return system
 
 
 def _rate(state: State | OwnState, at: Numbers) -> Signal:

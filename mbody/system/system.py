@@ -6,7 +6,7 @@ import functools
 import weakref
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, fields, replace
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -26,18 +26,16 @@ from mbody.kernels.loop_closure import violation
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.laws import Law, MeasuredFormula
 from mbody.model.driver import Driver
-from mbody.model.element import Element, Numbers, listed
+from mbody.model.element import Element, Numbers
 from mbody.model.mechanism import Mechanism
-from mbody.model.user_physics import is_plain_field, plain_field
 from mbody.quantities import Formula, FormulaError
 from mbody.quantities.types import PlainNumbers
 from mbody.system.composed_law import driven_law
+from mbody.system.number_names import no_such_number
 from mbody.system.polar_points import polar_points
 from mbody.system.read_only import locked
 
 __all__ = ["System"]
-
-T = TypeVar("T")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -268,7 +266,7 @@ class System:
 
     def _checked(self, name: str, value: Any) -> np.ndarray:
         if name not in self.values:
-            raise ModelError(_no_such_value(str(name), self), str(name))
+            raise ModelError(no_such_number(str(name), self.mechanism, self.values), str(name))
         try:
             array = np.asarray(value)
             if array.dtype.kind not in "iuf":
@@ -342,12 +340,11 @@ class System:
             row[:] = value
         return found
 
-    def once(self, key: Hashable, make: Callable[[], T]) -> T:
+    def once(self, key: Hashable, make: Callable[[], Any]) -> Any:
         """What depends on the topology and the description alone, made when it is first needed."""
         if key not in self.plans:
             self.plans[key] = make()
-        found: T = self.plans[key]
-        return found
+        return self.plans[key]
 
     def kernel_numbers(self, values: Mapping[str, Any]) -> tuple[list[Any], list[Any]]:
         """The rows of `par` and `mass` that belong to numbers by dotted name, all of them, each of
@@ -498,19 +495,5 @@ class System:
 
     def __getstate__(self) -> dict[str, Any]:
         # handles belong to this process: the callables travel, the handles do not
-        kept = dict(self.__dict__)
-        for key in ("_registered", "_user_names", "_blanks", "closed_positions"):
-            kept.pop(key, None)
-        return kept
-
-
-def _no_such_value(name: str, system: System) -> str:
-    element, _, key = name.partition(".")
-    values, machine = system.values, system.mechanism
-    if element in machine and is_plain_field(machine[element], key):
-        return plain_field(machine[element], key)
-    own = [known for known in values if known.partition(".")[0] == element]
-    if own:
-        return f"there is no number '{name}' to change (there are: {listed(own)})"
-    owners = dict.fromkeys(known.partition(".")[0] for known in values)
-    return f"there is no number '{name}' to change (there are numbers of: {listed(owners)})"
+        own = ("_registered", "_user_names", "_blanks", "closed_positions")
+        return {key: value for key, value in self.__dict__.items() if key not in own}

@@ -32,7 +32,9 @@ class Fault:
 FAULTS = (
     Fault(
         "arm: place of the mass centre left out",
-        *("model/element.py", "        return x - cx, y - cy", "        return x, y - cy"),
+        "model/element.py",
+        "            found = self._arms[element.name, field] = x - cx, y - cy",
+        "            found = self._arms[element.name, field] = x, y - cy",
         "linkage",
     ),
     Fault(

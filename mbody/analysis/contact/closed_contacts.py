@@ -27,7 +27,8 @@ from mbody.model.joint_contacts import limits_of
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
 from mbody.model.simulation import STATE
-from mbody.system.assembler import assemble, with_numbers_of
+from mbody.system.assembler import assemble
+from mbody.system.other_numbers import with_numbers_of
 from mbody.system.rank import too_large
 from mbody.system.system import System
 

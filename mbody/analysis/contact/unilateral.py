@@ -25,7 +25,8 @@ from mbody.model.contact_spots import Spot
 from mbody.model.element import listed
 from mbody.model.joint_contacts import contacts_of, with_joint_contacts
 from mbody.model.joints import Fixed
-from mbody.system.assembler import assemble, with_numbers_of
+from mbody.system.assembler import assemble
+from mbody.system.other_numbers import with_numbers_of
 from mbody.system.system import System
 
 __all__ = [

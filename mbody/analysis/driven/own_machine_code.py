@@ -8,8 +8,8 @@ from collections.abc import Hashable
 import numpy as np
 
 from mbody.kernels.layout import Work
+from mbody.straight_line.lane_instants import LaneInstants
 from mbody.straight_line.programs import StraightLineCode, straight_line_code
-from mbody.system.lane_instants import LaneInstants
 from mbody.system.pivoting import PivotChoices
 from mbody.system.system import System
 

@@ -19,6 +19,7 @@ from mbody.analysis.driven.contacts import (
 from mbody.analysis.driven.dead_centres import DeadCentre
 from mbody.analysis.driven.diagnosis import valueless
 from mbody.analysis.driven.own_machine_code import follow_by_own_code
+from mbody.analysis.driven.pivot_samples import blocks_at, workspaces_near
 from mbody.analysis.driven.table_extrapolation import extrapolated
 from mbody.analysis.driven.time_grid import (
     BY_DRIVER,
@@ -55,13 +56,11 @@ from mbody.kernels.continuation_lanes import (
     FollowedLanes,
     follow_lanes,
 )
-from mbody.kernels.layout import Work
-from mbody.kernels.loop_closure import violation
 from mbody.model.remarks import kept_states, left_out, remarks
 from mbody.solution.certificate import changed
 from mbody.solution.histories import Record
 from mbody.solution.solution import Solution
-from mbody.system.lane_instants import LaneInstants
+from mbody.straight_line.lane_instants import LaneInstants
 from mbody.system.pivoting import PivotChoices, choose_pivots, lane_workspace
 from mbody.system.rank import dense, too_large
 from mbody.system.system import System
@@ -268,7 +267,9 @@ class Runner:
         plans = self.system.plans
         if "pivots" not in plans:
             places = work.q[: self.system.coordinates].T
-            plans["pivots"] = choose_pivots(self.layout, *self._near(work), self._blocks(places))
+            plans["pivots"] = choose_pivots(
+                self.layout, *workspaces_near(self.system, work), blocks_at(self.system, places)
+            )
         found: PivotChoices | None = plans["pivots"]
         return found
 
@@ -281,28 +282,8 @@ class Runner:
             found = self.seeds(start, grid.take(some))[:, :n]
         except PathEnded:
             found = start.work.q[:n].T
-        return choose_pivots(self.layout, *self._near(start.work), self._blocks(found))
-
-    def _blocks(self, places: np.ndarray) -> list[np.ndarray]:
-        """The blocks of Φ_q at positions (positions, coordinates)."""
-        blocks, sample = [], self.system.work()
-        for q in places:
-            sample.q[: len(q), 0] = q
-            violation(self.layout, sample)
-            blocks.append(sample.block[:, 0].copy())
-        return blocks
-
-    def _near(self, work: Any) -> tuple[Work, Work]:
-        """Workspaces near the first lane's position, and a little off, of other numbers."""
-        samples = []
-        for shift in (0.0, 0.1):
-            sample = self.system.work()
-            sample.q[:] = work.q[:, :1] + shift * np.sin(np.arange(len(work.q)))[:, None]
-            sample.q[self.system.coordinates :] = 0.0
-            sample.par[:] += shift * np.cos(np.arange(len(sample.par)))[:, None]
-            violation(self.layout, sample)
-            samples.append(sample)
-        return samples[0], samples[1]
+        near = workspaces_near(self.system, start.work)
+        return choose_pivots(self.layout, *near, blocks_at(self.system, found))
 
     def solution(
         self, start: ClosedPosition, grid: TimeGrid, record: Record, status: str = "completed"

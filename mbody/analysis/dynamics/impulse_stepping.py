@@ -62,7 +62,8 @@ from mbody.solution.histories import Record
 from mbody.solution.restart import Restart, Way
 from mbody.solution.solution import Solution
 from mbody.solution.stepped_contacts import SteppedContacts
-from mbody.system.assembler import assemble, with_numbers_of
+from mbody.system.assembler import assemble
+from mbody.system.other_numbers import with_numbers_of
 from mbody.system.system import System
 
 __all__ = ["impulse_motion"]

@@ -15,7 +15,8 @@ from mbody.model.evaluation import resolved
 from mbody.model.inputs import Input
 from mbody.model.mechanism import Mechanism
 from mbody.quantities import dimension_text
-from mbody.system.assembler import assemble, with_numbers_of
+from mbody.system.assembler import assemble
+from mbody.system.other_numbers import with_numbers_of
 from mbody.system.system import System
 
 __all__ = ["with_inputs"]

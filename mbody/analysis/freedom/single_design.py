@@ -9,7 +9,8 @@ from mbody.analysis.position.assembly_analysis import as_system
 from mbody.errors import ModelError
 from mbody.model.mechanism import Mechanism
 from mbody.quantities.types import PlainNumbers
-from mbody.system.assembler import assemble, with_numbers_of
+from mbody.system.assembler import assemble
+from mbody.system.other_numbers import with_numbers_of
 from mbody.system.system import System
 
 __all__ = ["released", "single_design", "single_time"]

@@ -31,7 +31,8 @@ from mbody.solution.histories import Record
 from mbody.solution.measures import check_measure
 from mbody.solution.places import link_poses
 from mbody.solution.solution import Solution
-from mbody.system.assembler import assemble, with_numbers_of
+from mbody.system.assembler import assemble
+from mbody.system.other_numbers import with_numbers_of
 from mbody.system.rank import too_large
 from mbody.system.system import System
 
