@@ -20,7 +20,7 @@ MAKERS = {
     "model/joints/custom.py": {"physics"},
     "laws/times.py": {"_not_reached"},
     "model/loads/custom.py": {"physics"},
-    "system/system.py": {"_no_such_value"},
+    "system/number_names.py": {"no_such_number"},
 }
 
 
