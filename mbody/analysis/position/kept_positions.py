@@ -47,8 +47,9 @@ def keep_position(system: System, key: Hashable | None, found: ClosedPosition) -
     if key is None or found.notes:
         return
     positions = system.closed_positions
-    while len(positions) >= KEPT:
-        positions.pop(next(iter(positions), None), None)
+    # of a list, which is made at once: other threads may keep positions meanwhile
+    for old in list(positions)[: max(len(positions) - KEPT + 1, 0)]:
+        positions.pop(old, None)
     positions[key] = ClosedPosition(
         found.work.copied(), found.regularization, found.ratio, found.straight, found.rank
     )
