@@ -52,24 +52,23 @@ class FitProblem:
         self.evaluations = 0
         self._last: tuple[bytes, list[Any]] | None = None
 
-    def column(self, given: Any) -> Any:
-        """The name of a column that is named by it or by its heading, "slider.x [mm]"; another as
-        it is.
+    def column(self, given: Any, what: str) -> str:
+        """The name of a column that is named by it or by its heading, "slider.x [mm]"; what is
+        given of it, such as "an offset", is in the sentence where there is no such column.
         """
-        plain = split_heading(given)[0] if isinstance(given, str) else given
-        return plain if plain in self.columns else given
+        for name in (split_heading(given)[0] if isinstance(given, str) else given, given):
+            if name in self.columns:
+                return str(name)
+        raise ModelError(
+            f"fit: there is no column {brief(given)} with {what} (there are: "
+            f"{listed(self.columns)})",
+            str(given),
+        )
 
     def _shifts(self, offsets: Sequence[str]) -> dict[str, tuple[int, str]]:
         """Names of the offsets, and the run and column of each."""
         given = [offsets] if isinstance(offsets, str) else list(offsets)
-        wanted = [self.column(name) for name in given]
-        for name in wanted:
-            if name not in self.columns:
-                raise ModelError(
-                    f"fit: there is no column {brief(name)} with an offset (there are: "
-                    f"{listed(self.columns)})",
-                    str(name),
-                )
+        wanted = [self.column(name, "an offset") for name in given]
         several = len(self.series) > 1
         return {
             _shift(name, n + 1 if several else 0): (n, name)

@@ -153,14 +153,7 @@ class _ResidualSearch:
 def _given(problem: FitProblem, given: Mapping[str, float] | None) -> Array | None:
     if given is None:
         return None
-    given = {problem.column(name): value for name, value in given.items()}
-    for name in given:
-        if name not in problem.columns:
-            raise ModelError(
-                f"fit: there is no column {brief(name)} with a deviation (there are: "
-                f"{listed(problem.columns)})",
-                str(name),
-            )
+    given = {problem.column(name, "a deviation"): value for name, value in given.items()}
     for name in problem.columns:
         value = given.get(name)
         if (

@@ -220,13 +220,17 @@ class Mechanism:
 
     def contacts_of(self, group: str) -> tuple[OneSided, ...]:
         """The contacts that stand in the place of a group of contacts in a system; none where it is
-        not there, or stands for itself.
+        not there, or is an element itself.
         """
         if group not in self._groups or group in self._elements:
             return ()
         known = {one.name: one for one in self.contacts}
         own = (f"{group}_{n}" for n in itertools.count(1))
         return tuple(known[name] for name in itertools.takewhile(known.__contains__, own))
+
+    def element_or_group(self, name: str) -> Any:
+        """The element of that name, or the group of contacts in whose place single ones are."""
+        return self._groups[name] if self.contacts_of(name) else self[name]
 
     def without(self, *drivers: str) -> Mechanism:
         """The same mechanism without some of its drivers, whose coordinates are free then;

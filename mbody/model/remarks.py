@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Hashable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, cast
 
 from mbody.laws import Table
@@ -24,31 +24,22 @@ __all__ = ["kept_states", "left_out", "remarks", "rubbing", "without_friction"]
 HEAVY, MUCH = 100, 0.1
 
 
-def remarks(mechanism: Mechanism, kept: dict[Hashable, Any] | None = None) -> tuple[str, ...]:
+def remarks(mechanism: Mechanism) -> tuple[str, ...]:
     """Sentences for the user, each with the element, the number and what to do; they are among
     the notes of every analysis and leave its status.
-
-    Parameters
-    ----------
-    kept : dict, optional
-        Where they are kept for the next time, as the plans of a system.
 
     >>> from mbody import makers
     >>> remarks(makers.four_bar(1, 3, 2, 3.5, masses=(1, 3, 2)))
     ()
     """
-    kept = {} if kept is None else kept
-    if "remarks" not in kept:
-        kept["remarks"] = (
-            *mechanism.file_remarks,
-            *_tables(mechanism),
-            *_formulas(mechanism),
-            *_masses(mechanism),
-            *_no_length(mechanism),
-            *_unused_inputs(mechanism),
-        )
-    found: tuple[str, ...] = kept["remarks"]
-    return found
+    return (
+        *mechanism.file_remarks,
+        *_tables(mechanism),
+        *_formulas(mechanism),
+        *_masses(mechanism),
+        *_no_length(mechanism),
+        *_unused_inputs(mechanism),
+    )
 
 
 def _tables(mechanism: Mechanism) -> Iterator[str]:

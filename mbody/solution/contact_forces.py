@@ -45,9 +45,9 @@ def with_reaction(solution: Result, name: Any) -> Any:
         For what has no reaction, and an analysis without forces.
     """
     machine = solution.mechanism
-    element: Any = machine[name] if isinstance(name, str) and name in machine else None
-    if isinstance(name, str) and machine.contacts_of(name):
-        element = machine.described_group(name)
+    element: Any = None
+    if isinstance(name, str) and (name in machine or machine.contacts_of(name)):
+        element = machine.element_or_group(name)
     if element is not None and element.role == "coupling":
         raise ModelError(
             f"'{name}' is a coupling of several bodies, it has no reaction between two: ask "

@@ -320,10 +320,10 @@ def _dimension(mechanism: Mechanism, owner: str, key: str) -> Dimension:
     FormulaError where there is none.
     """
     element, _, point = owner.partition(".")
-    group = bool(mechanism.contacts_of(element))
-    if element != "ground" and element not in mechanism and not group:
+    known_name = element == "ground" or element in mechanism
+    if not known_name and not mechanism.contacts_of(element):
         raise FormulaError(f"there is no body '{element}' (there are: {_bodies(mechanism)})")
-    owned: Any = mechanism.described_group(element) if group else mechanism[element]
+    owned: Any = mechanism.element_or_group(element)
     if owned.role == "body":
         known = MOTION if point else MOTION | TURNING
         if point and point != ORIGIN and point not in owned.points:
@@ -375,10 +375,7 @@ def _history(run: Result, owner: str, key: str) -> Any:
         return getattr(run.point(element if at_origin else owner), key)
     if element in run.system.bodies:
         return getattr(run[element], key)
-    if run.mechanism.contacts_of(element):
-        owned: Any = run.mechanism.described_group(element)
-    else:
-        owned = run.mechanism[element]
+    owned: Any = run.mechanism.element_or_group(element)
     if owned.role == "joint" and key in owned.coordinates:
         return _coordinate(run, owned, key)
     if owned.role == "joint" and key == "loss":

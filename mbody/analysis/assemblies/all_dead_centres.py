@@ -9,7 +9,7 @@ no other beyond ±1. Where a slide turns with the only link of its group, as in 
 link's component is 1: then the products with the displacement are of two unknowns again.
 
 Of a driver of a length the value x is the unknown: of a cylinder a displacement along its rod,
-whose direction α stands nowhere else. ∂f/∂α n is −x n_α i e^{iα} then, in which x n_α is one
+whose direction α is in no other row. ∂f/∂α n is −x n_α i e^{iα} then, in which x n_α is one
 component, zero where n_α is, and x itself is not in these rows.
 """
 

@@ -107,7 +107,7 @@ class ForcePath:
         machine, found = self.run.mechanism, self._candidates()
         contacts = [one for one in machine.contacts if self.body in one.bodies]
         own = [one.name for one in contacts if one.name == name]
-        own += [one.name for one in contacts if one.name.rpartition("_")[0] == name]
+        own += [one.name for one in machine.contacts_of(name) if self.body in one.bodies]
         if name in found:
             return (name,)
         if own:

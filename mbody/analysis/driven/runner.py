@@ -264,13 +264,12 @@ class Runner:
 
     def pivots(self, work: Any) -> PivotChoices | None:
         """Pivots of the square Φ_q, chosen once for a topology by the positions of the lanes."""
-        plans = self.system.plans
-        if "pivots" not in plans:
-            places = work.q[: self.system.coordinates].T
-            plans["pivots"] = choose_pivots(
-                self.layout, *workspaces_near(self.system, work), blocks_at(self.system, places)
-            )
-        found: PivotChoices | None = plans["pivots"]
+
+        def chosen() -> PivotChoices | None:
+            blocks = blocks_at(self.system, work.q[: self.system.coordinates].T)
+            return choose_pivots(self.layout, *workspaces_near(self.system, work), blocks)
+
+        found: PivotChoices | None = self.system.once("pivots", chosen)
         return found
 
     def pivots_along(self, start: ClosedPosition, grid: TimeGrid) -> PivotChoices | None:
@@ -291,7 +290,7 @@ class Runner:
         """What was computed, as the user gets it; wheels that do not fit are an error."""
         dependencies = open_reactions(self.system, start.rank) if start.regularization else None
         machine, own = self.system.mechanism, self.system.first_states[:, 0]
-        notes = [*start.notes, *remarks(machine, self.system.plans)]
+        notes = [*start.notes, *self.system.once("remarks", lambda: remarks(machine))]
         left = "left out", self.analysis
         notes += self.system.once(left, lambda: left_out(machine, self.analysis))
         if machine.states and self.analysis != "kinematics":

@@ -234,7 +234,8 @@ def judged(run: Solution, way: Way, beyond: Sequence[Doubt] | None = None) -> So
     """
     system = run.system
     notes = as_reported(run).notes
-    added = [note for note in remarks(system.mechanism, system.plans) if note not in notes]
+    own = system.once("remarks", lambda: remarks(system.mechanism))
+    added = [note for note in own if note not in notes]
     found = changed(run, notes=(*notes, *added)) if added else run
     left = extrapolated(found) if beyond is None else beyond
     doubts = [*left, *energy_doubts(found, way.method, way.rtol)]

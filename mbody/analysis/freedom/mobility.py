@@ -270,7 +270,7 @@ class _Report:
         self.mechanism = system.mechanism
         self.work: Work = start.work
         self.joint_rows = system.rows - len(system.drivers)
-        self.notes = [*start.notes, *remarks(self.mechanism, self.system.plans)]
+        self.notes = [*start.notes, *self.system.once("remarks", lambda: remarks(self.mechanism))]
         self.notes += left_out(self.mechanism, "mobility")
 
     def mobility(self) -> Mobility:
