@@ -31,8 +31,8 @@ class Record:
     count : int
         Instants of a single motion, or designs of a batch.
     batch : bool
-        Whether a lane is a design; else a lane is a piece of one motion, its last instant being
-        the first of the next lane where there are several.
+        Whether a lane is a design; else a lane is a piece of one motion, which goes on in the
+        next lane.
     """
 
     def __init__(self, blocks: list[Array], count: int, batch: bool) -> None:
@@ -43,7 +43,7 @@ class Record:
         if self.batch:
             whole = np.concatenate([block[:, row, :].T for block in self.blocks])[: self.count]
         else:
-            whole = self._pieces(self.blocks[0])[:, row, :].T.reshape(-1)[: self.count]
+            whole = self.blocks[0][:, row, :].T.reshape(-1)[: self.count]
         whole.flags.writeable = False  # a view of what is kept
         return whole
 
@@ -51,7 +51,7 @@ class Record:
         """Histories of rows that follow each other, as of `take`."""
         if self.batch:
             return [self.take(row) for row in range(first, first + count)]
-        rows = self._pieces(self.blocks[0])[:, first : first + count, :]
+        rows = self.blocks[0][:, first : first + count, :]
         rows.flags.writeable = False
         return [row[: self.count] for row in rows.transpose(1, 2, 0).reshape(count, -1)]
 
@@ -60,7 +60,7 @@ class Record:
         if self.batch:
             parts = [block[:, rows, :].transpose(2, 0, 1) for block in self.blocks]
             return np.ascontiguousarray(np.concatenate(parts)[: self.count])
-        block = self._pieces(self.blocks[0])[:, rows, :].transpose(2, 0, 1)
+        block = self.blocks[0][:, rows, :].transpose(2, 0, 1)
         lanes, instants, width = block.shape  # no rows where there are no joints
         return np.ascontiguousarray(block.reshape(lanes * instants, width)[: self.count])
 
@@ -70,7 +70,7 @@ class Record:
         """
         if self.batch:
             return np.ascontiguousarray(self.table(rows)[design, instants])
-        block = self._pieces(self.blocks[0])
+        block = self.blocks[0]
         if len(instants) == 1:  # of searches, which take one of each of many designs
             lane, place = divmod(int(instants[0]), len(block))
             return block[place : place + 1, rows, lane].copy()
@@ -82,10 +82,6 @@ class Record:
         kept; None where kernels compute them, as for all that analyses give.
         """
         return None
-
-    @staticmethod
-    def _pieces(block: Array) -> Array:
-        return block if block.shape[2] == 1 else block[:-1]
 
 
 @dataclass(frozen=True)

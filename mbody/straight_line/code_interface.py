@@ -56,8 +56,10 @@ WORDS_OF_DESIGNS = (
 #: of instants of a lane;
 #: addresses of parameters, masses and first positions, each (rows, lanes), of path parameters and
 #: times (instants, lanes), of rates and accelerations of the one driver (2·instants, lanes), of the
-#: square of the accepted correction, of first numbers of rows, of the output (rows, instants,
-#: lanes), and of what is found of each lane, as `FollowedLanes.found` has it.
+#: square of the accepted correction, of first numbers of rows; how many numbers of the output a
+#: lane has; addresses of the output (rows, lanes, that many) of all instants but the last of each
+#: lane, of those last ones (rows, lanes), and of what is found of each lane, as
+#: `FollowedLanes.found` has it.
 WORDS_OF_MOTION = (
     "lanes",
     "instants",
@@ -69,7 +71,9 @@ WORDS_OF_MOTION = (
     "given",
     "small",
     "initial",
+    "stride",
     "output",
+    "ends",
     "found",
 )
 #: Workspaces of the two choices of pivots.

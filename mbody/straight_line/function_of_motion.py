@@ -1,5 +1,10 @@
 """The function of one motion, cut into as many pieces as there are lanes: what `follow_lanes` of
 the kernels does, for one topology.
+
+What is kept of an instant comes with the lanes side by side, and is read row by row over all
+instants of a lane. So the rows of eight instants wait in memory near the processor, and go from
+there into the output turned by registers: a line of the cache of each lane at once. NumPy took as
+long to gather a dozen rows as all of them take here.
 """
 
 # mypy: disallow-any-unimported=False, disallow-untyped-calls=False
@@ -13,22 +18,28 @@ from llvmlite import ir
 from mbody.kernels.continuation import BY_DRIVER
 from mbody.straight_line.code_interface import WORDS_OF_MOTION
 from mbody.straight_line.instructions import LANES, NUMBER, SHARED, constant
-from mbody.straight_line.whole_function import FLOATS, I64, ONE, OWN, ZERO, FunctionWriter
+from mbody.straight_line.whole_function import FLOATS, I32, I64, ONE, OWN, ZERO, FunctionWriter
 
 __all__ = ["MotionWriter"]
 
+ONE_MORE = ir.Constant(I64, 1)
 #: What the caller's arrays begin at: a number.
 CALLERS = 8
+#: Side of the squares of which a page is turned.
+SIDE = 4
 
 
 class MotionWriter(FunctionWriter):
     """Pieces of one motion side by side, each with instants of its own; all rows are kept."""
 
     words = WORDS_OF_MOTION
-    addresses = dict.fromkeys(("small", "initial"), FLOATS)
+    addresses = dict.fromkeys(("small", "initial", "output"), FLOATS)
 
     def _whole(self) -> None:
         self.worst, self.when = self._variable(NUMBER), self._variable(NUMBER)
+        self.rows_kept = sum(len(self.pieces[name].results) for name in self.groups)
+        # rows of the last instants, as many as there are lanes: (rows, instants)
+        self.page = self._variable(NUMBER, LANES * self.rows_kept)
         with self._loop(self.word["lanes"], LANES) as low:
             self.low = low
             self._lanes()
@@ -45,6 +56,7 @@ class MotionWriter(FunctionWriter):
             self._instant(k)
             self._remember_worst(k)
             self._keep(k)
+        self._rest()
         for n, variable in enumerate((self.newton["failed"], self.worst, self.when)):
             self._put("found", n, self._load(variable))
 
@@ -105,8 +117,87 @@ class MotionWriter(FunctionWriter):
         self._store(b.select(greater, most, worst), self.worst)
 
     def _keep(self, k: Any) -> None:
-        """All rows of an instant into the output (rows, instants, lanes)."""
+        """All rows of an instant onto the page; a full one into the output, and the last instant
+        into the ends.
+        """
+        b = self.b
+        place = b.and_(k, ir.Constant(I64, LANES - 1))
         for name in self.groups:
             for row, value in self._piece(name).items():
-                begin = self.b.mul(self.word["instants"], ir.Constant(I64, int(row)))
-                self._put("output", self.b.add(begin, k), value)
+                at = b.add(place, ir.Constant(I64, LANES * int(row)))
+                self._store(value, self._at(self.page, at))
+        last = b.sub(self.word["instants"], ONE_MORE)
+        with b.if_else(b.icmp_signed("==", k, last)) as (then, otherwise):
+            with then, self._loop(self.rows_kept) as row:
+                at = b.add(place, b.mul(row, ir.Constant(I64, LANES)))
+                self._put("ends", row, self._load(self._at(self.page, at)))
+            with otherwise, b.if_then(b.icmp_signed("==", place, ir.Constant(I64, LANES - 1))):
+                self._turn(b.sub(k, place))
+
+    def _turn(self, first: Any) -> None:
+        """A full page into the output (rows, lanes, instants), from instant `first` on: by squares
+        that fit into the registers of most processors.
+        """
+        b = self.b
+        with self._loop(self.rows_kept) as row:
+            page = b.mul(row, ir.Constant(I64, LANES))
+            lanes = [b.add(self._output_place(row, lane), first) for lane in range(LANES)]
+            for low in range(0, LANES, SIDE):
+                for begin in range(0, LANES, SIDE):
+                    square = []
+                    for n in range(begin, begin + SIDE):
+                        numbers = self._numbers(self._at(self.page, b.add(page, _number(n))))
+                        square.append(b.load(self._side(numbers, _number(low)), align=8 * SIDE))
+                    for n, value in enumerate(turned(b, square)):
+                        place = b.add(lanes[low + n], _number(begin))
+                        b.store(value, self._side(self.word["output"], place), align=CALLERS)
+
+    def _numbers(self, place: Any) -> Any:
+        return self.b.bitcast(place, FLOATS)
+
+    def _side(self, numbers: Any, place: Any) -> Any:
+        """So many numbers side by side from a place on."""
+        return self.b.bitcast(self._at(numbers, place), ir.VectorType(SHARED, SIDE).as_pointer())
+
+    def _rest(self) -> None:
+        """The instants on a page that did not become full into the output."""
+        b = self.b
+        kept = b.sub(self.word["instants"], ONE_MORE)
+        count = b.and_(kept, ir.Constant(I64, LANES - 1))
+        first = b.sub(kept, count)
+        with self._loop(self.rows_kept) as row, self._loop(count) as n:
+            page = b.add(b.mul(row, ir.Constant(I64, LANES)), n)
+            value = self._load(self._at(self.page, page))
+            for lane in range(LANES):
+                place = b.add(self._output_place(row, lane), b.add(first, n))
+                b.store(self._lane(value, lane), self._at(self.word["output"], place))
+
+    def _output_place(self, row: Any, lane: int) -> Any:
+        """Where a lane of the output begins: (rows, lanes, stride)."""
+        b = self.b
+        lanes = b.add(b.mul(row, self.word["lanes"]), b.add(self.low, ir.Constant(I64, lane)))
+        return b.mul(lanes, self.word["stride"])
+
+
+def turned(builder: Any, rows: list[Any]) -> list[Any]:
+    """Columns of rows as rows of columns, the transpose: by pairs, then fours, and so on."""
+    rows, count, width = list(rows), len(rows), 1
+    while width < count:
+        # of two blocks side by side the second of one changes places with the first of the other
+        low = [n if not n & width else count + n - width for n in range(count)]
+        high = [n + width if not n & width else count + n for n in range(count)]
+        for n in range(count):
+            if not n & width:
+                one, other = rows[n], rows[n + width]
+                rows[n] = builder.shuffle_vector(one, other, _mask(low))
+                rows[n + width] = builder.shuffle_vector(one, other, _mask(high))
+        width *= 2
+    return rows
+
+
+def _mask(places: list[int]) -> Any:
+    return ir.Constant(ir.VectorType(I32, len(places)), places)
+
+
+def _number(value: int) -> Any:
+    return ir.Constant(I64, value)

@@ -27,15 +27,22 @@ from mbody.kernels.continuation_lanes import FOUND, Designs, LanePath, smallest
 from mbody.kernels.layout import Layout, Work
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.kernels.square_lu import Square
-from mbody.straight_line.code_interface import COLUMNS, FACTORS, NONE, STRUCTURAL
+from mbody.straight_line.code_interface import (
+    COLUMNS,
+    FACTORS,
+    NONE,
+    STRUCTURAL,
+    WORDS_OF_MOTION,
+)
 from mbody.straight_line.lane_instants import LaneInstants
 
-__all__ = ["StraightLineCode", "build", "step_table", "straight_line_code"]
+__all__ = ["MotionCall", "StraightLineCode", "build", "step_table", "straight_line_code"]
 
 #: Fields of which the code needs to know only how many rows they have.
 OWN = ("par", "mass", "q", "past", "time")
 #: Bodies up to which code is made: its length, and the time to make it, grow with their square.
 MOST = 24
+OUTPUT = WORDS_OF_MOTION.index("output")
 _lock = threading.Lock()
 _made: dict[str, StraightLineCode | None] = {}
 
@@ -59,21 +66,6 @@ class StraightLineCode:
         """The first numbers that it is given, of a workspace of the system."""
         return np.array([getattr(work, name)[n, 0] for name, n in self.initial])
 
-    def follow_motion(
-        self, work: Work, instants: LaneInstants, rows: int, initial: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Follow all lanes, as `follow_lanes` does, by the code of one motion: (steps, rows,
-        lanes), and what is found of each lane, (FOUND, lanes).
-        """
-        steps, lanes = instants.s.shape
-        # the instants of a row side by side: rows are read one by one
-        output, found = np.empty((rows, steps, lanes)), np.empty((FOUND, lanes))
-        small = np.array([smallest(instants.reach)])
-        s, t, given = instants.s, instants.t, instants.given
-        arrays = work.par, work.mass, work.q, s, t, given, small, initial, output, found
-        self._call(lanes, steps, *map(_address, arrays))
-        return output.transpose(1, 0, 2), found
-
     def follow_designs(
         self, L: Layout, work: Work, path: LanePath, designs: Designs, output: np.ndarray
     ) -> None:
@@ -87,11 +79,61 @@ class StraightLineCode:
         groups[np.clip(reaction, 0, len(groups) - 1)] = 1
         arrays = designs.par, designs.mass, designs.q, steps, initial, designs.wanted
         words = [designs.par.shape[1], len(steps), *map(_address, arrays), len(designs.wanted)]
-        self._call(*words, *map(_address, (groups, output, designs.failed)))
+        words += map(_address, (groups, output, designs.failed))
+        self.run((ctypes.c_int64 * len(words))(*words))
 
-    def _call(self, *words: int) -> None:
-        if self.function((ctypes.c_int64 * len(words))(*words)):
+    def run(self, words: Any) -> None:
+        """Run the code with its words, an array of ctypes."""
+        if self.function(words):
             raise RuntimeError("straight-line code ended with an error")
+
+
+class MotionCall:
+    """A call of the code of one motion, cut into pieces: its arrays are kept, and may take other
+    numbers, for all calls of as many instants.
+
+    Attributes
+    ----------
+    q : array (rows, lanes)
+        First positions.
+    ends : array (rows, lanes)
+        The last instant of every lane.
+    found : array (FOUND, lanes)
+        As `FollowedLanes` has it.
+    """
+
+    def __init__(
+        self,
+        code: StraightLineCode,
+        work: Work,
+        instants: LaneInstants,
+        rows: int,
+        initial: np.ndarray,
+        *,
+        joined: bool,
+    ) -> None:
+        self.code, self.work, self.instants, self.initial = code, work, instants, initial
+        steps, lanes = instants.s.shape
+        self.joined = joined
+        self.shape = rows, lanes, steps - 1 if joined else steps
+        self.q, self.ends, self.found = work.q, np.empty((rows, lanes)), np.empty((FOUND, lanes))
+        self.small = np.array([smallest(instants.reach)])
+        s, t, given = instants.s, instants.t, instants.given
+        before = work.par, work.mass, work.q, s, t, given, self.small, initial
+        words = [lanes, steps, *map(_address, before), self.shape[2], 0]
+        words += map(_address, (self.ends, self.found))
+        self.words = (ctypes.c_int64 * len(words))(*words)
+
+    def __call__(self) -> np.ndarray:
+        """Follow all lanes, as `follow_lanes` does: (steps, rows, lanes), read along the steps;
+        where pieces are joined without the last step, which is the next lane's first.
+        """
+        output = np.empty(self.shape)
+        self.words[OUTPUT] = _address(output)
+        self.code.run(self.words)
+        if not self.joined:
+            output[:, :, -1] = self.ends
+        return output.transpose(2, 0, 1)
 
 
 def _address(array: np.ndarray) -> int:

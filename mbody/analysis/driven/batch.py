@@ -10,6 +10,7 @@ with one row.
 
 from __future__ import annotations
 
+import functools
 import warnings
 
 import numpy as np
@@ -56,7 +57,8 @@ def batch(runner: Runner, start: ClosedPosition, grid: TimeGrid) -> Solution:
             work = system.work(LANES, chosen)
             work.q[:n] = poses[chosen, :n].T
             output, found = runner.on_lanes(work, instants)
-            runner.branches.on_lanes(output, found, instants.t, chosen)
+            near = functools.partial(_near, system, chosen, output)
+            runner.branches.on_lanes(found, instants.t, near)
             output, failed = output[kept], found[FAILED]
         else:
             output, failed = np.empty((len(grid.s), runner.rows, LANES)), np.ones(LANES)
@@ -65,6 +67,13 @@ def batch(runner: Runner, start: ClosedPosition, grid: TimeGrid) -> Solution:
             output[:, :, lane] = _one(runner, design, poses[design], start.regularization, grid)
         blocks.append(output)
     return runner.solution(start, grid, Record(blocks, designs, batch=True))
+
+
+def _near(system: System, designs: np.ndarray, output: np.ndarray, k: int, lane: int) -> Work:
+    """A workspace at the position of a step and a lane."""
+    work = system.work(designs=int(designs[lane]))
+    work.q[: system.coordinates, 0] = output[k, : system.coordinates, lane]
+    return work
 
 
 def _poses(runner: Runner, start: ClosedPosition, grid: TimeGrid) -> np.ndarray:

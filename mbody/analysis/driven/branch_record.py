@@ -73,20 +73,18 @@ class BranchRecord:
             if not (np.abs(known - row[0]) <= apart).any():
                 self.passed.append(Passed(float(row[0]), row[1:].copy(), design))
 
-    def on_lanes(
-        self, output: np.ndarray, found: np.ndarray, t: np.ndarray, designs: np.ndarray
-    ) -> None:
-        """What `follow_lanes` found, (FOUND, lanes), of the designs in the lanes; t (steps,
-        lanes).
+    def on_lanes(self, found: np.ndarray, t: np.ndarray, near: Callable[[int, int], Work]) -> None:
+        """What `follow_lanes` found, (FOUND, lanes); t (steps, lanes); `near` gives a workspace at
+        the position of a step and a lane.
         """
-        sound = np.flatnonzero(found[FAILED] == 0.0)
-        if not sound.size:
+        greatest = found[GREATEST]
+        if found[FAILED].any():
+            greatest = np.where(found[FAILED] == 0.0, greatest, -math.inf)
+        lane = int(greatest.argmax())
+        if greatest[lane] == -math.inf:
             return
-        lane = int(sound[found[GREATEST, sound].argmax()])
-        k, n = int(found[GREATEST_AT, lane]), self.system.coordinates
-        work = self.system.work(designs=int(designs[lane]))
-        work.q[:n, 0] = output[k, :n, lane]
-        least = branch_distance(self.system.runtime(), work, 0.0)
+        k = int(found[GREATEST_AT, lane])
+        least = branch_distance(self.system.runtime(), near(k, lane), 0.0)
         if least < self.least:
             self.least, self.t = least, float(t[k, lane])
 

@@ -9,11 +9,11 @@ import numpy as np
 
 from mbody.kernels.layout import Work
 from mbody.straight_line.lane_instants import LaneInstants
-from mbody.straight_line.programs import StraightLineCode, straight_line_code
+from mbody.straight_line.programs import MotionCall, StraightLineCode, straight_line_code
 from mbody.system.pivoting import PivotChoices
 from mbody.system.system import System
 
-__all__ = ["follow_by_own_code"]
+__all__ = ["own_motion_call"]
 
 #: By system and kind of analysis the code and its first numbers; code is not sent elsewhere.
 _codes: weakref.WeakKeyDictionary[
@@ -21,11 +21,12 @@ _codes: weakref.WeakKeyDictionary[
 ] = weakref.WeakKeyDictionary()
 
 
-def follow_by_own_code(
-    system: System, pivots: PivotChoices, work: Work, instants: LaneInstants
-) -> tuple[np.ndarray, np.ndarray] | None:
-    """Follow all lanes, as `follow_lanes` does, by the code of the system: (steps, rows, lanes),
-    and what is found of each lane, (FOUND, lanes); None where the system has no such code.
+def own_motion_call(
+    system: System, pivots: PivotChoices, work: Work, instants: LaneInstants, *, joined: bool
+) -> MotionCall | None:
+    """The call of the system's code that follows all lanes, as `follow_lanes` does, from the
+    positions in `work`; None where the system has no such code. Where lanes are pieces of one
+    motion, they are `joined`.
     """
     # own states of designs differ between lanes, and the code has one first number for all
     if not system.machine_code or (system.batch is not None and system.layout.owns):
@@ -39,4 +40,4 @@ def follow_by_own_code(
     if found is None:
         return None
     code, initial = found
-    return code.follow_motion(work, instants, system.page_rows, initial)
+    return MotionCall(code, work, instants, system.page_rows, initial, joined=joined)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from mbody.kernels.layout import Work
@@ -23,13 +21,12 @@ def blocks_at(system: System, places: np.ndarray) -> list[np.ndarray]:
     return blocks
 
 
-def workspaces_near(system: System, work: Any) -> tuple[Work, Work]:
-    """Workspaces near the first lane's position, and a little off, of other numbers."""
+def workspaces_near(system: System, place: np.ndarray) -> tuple[Work, Work]:
+    """Workspaces near a position (coordinates,), and a little off, of other numbers."""
     samples = []
     for shift in (0.0, 0.1):
         sample = system.work()
-        sample.q[:] = work.q[:, :1] + shift * np.sin(np.arange(len(work.q)))[:, None]
-        sample.q[system.coordinates :] = 0.0
+        sample.q[: len(place), 0] = place + shift * np.sin(np.arange(len(place)))
         sample.par[:] += shift * np.cos(np.arange(len(sample.par)))[:, None]
         violation(system.runtime(), sample)
         samples.append(sample)

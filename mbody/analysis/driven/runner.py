@@ -18,7 +18,13 @@ from mbody.analysis.driven.contacts import (
 )
 from mbody.analysis.driven.dead_centres import DeadCentre
 from mbody.analysis.driven.diagnosis import valueless
-from mbody.analysis.driven.own_machine_code import follow_by_own_code
+from mbody.analysis.driven.motion_pieces import (
+    MANY,
+    MotionPieces,
+    borrowed_pieces,
+    instants_on_lanes,
+)
+from mbody.analysis.driven.own_machine_code import own_motion_call
 from mbody.analysis.driven.pivot_samples import blocks_at, workspaces_near
 from mbody.analysis.driven.table_extrapolation import extrapolated
 from mbody.analysis.driven.time_grid import (
@@ -67,8 +73,6 @@ from mbody.system.system import System
 
 __all__ = ["PathEnded", "Runner", "followed_lanes"]
 
-#: Instants from which lanes pay for their seeds.
-MANY = 6 * LANES
 #: Positions of a motion at which its pivots are examined, and numbers of Φ_q there, at most.
 SAMPLES, NUMBERS = 721, 4_000_000
 #: Change points of one motion that are distinguished.
@@ -181,40 +185,45 @@ class Runner:
         return self.scalar(start, grid, with_forces=False, reach=reach, monitored=False)[:, :, 0]
 
     def lanes(self, start: ClosedPosition, grid: TimeGrid) -> np.ndarray | None:
-        """All instants on lanes: (steps, rows, lanes); None where that does not pay.
+        """All instants on lanes: (steps, rows, lanes), one lane after the other; None where that
+        does not pay.
 
         A lane that cannot be trusted goes the scalar path; where lanes do not meet, there is None.
         """
-        count = len(grid.s)
-        fits = count >= MANY and self.fits_lanes(start, grid)
+        fits = len(grid.s) >= MANY and self.fits_lanes(start, grid)
         if not fits or self.system.plans.get("pivots", ()) is None:
             return None
-        index, reach = _pieces(count), self.reach(start, grid)
+        reach, kind = self.reach(start, grid), (self.with_forces, self.at_rest)
+        with borrowed_pieces(self.system, grid, reach, *kind) as pieces:
+            return self._on_pieces(pieces, start, grid)
+
+    def _on_pieces(
+        self, pieces: MotionPieces, start: ClosedPosition, grid: TimeGrid
+    ) -> np.ndarray | None:
         # a seed on another branch is none that the lane before it meets
-        try:
-            few = grid.take(index[0])
-            seeds = self.seeds(start, few, reach)
-        except PathEnded:
+        pivots = self.pivots(pieces.seeds) if pieces.find_seeds(start) else None
+        if pivots is None:
             return None
-        n = self.system.coordinates
-        work = self.system.work(LANES)
-        work.q[:n] = seeds[:, :n].T
-        if self.pivots(work) is None:
-            return None
-        instants = self.lane_instants(grid, index, reach)
-        output, found = self.on_lanes(work, instants)
+        n, own = self.system.coordinates, pieces.own_code(pivots)
+        if own is not None:
+            output, ends, found = own(), own.ends, own.found
+        else:
+            work = self.system.work(LANES)
+            work.q[:n] = pieces.seeds
+            output, found = self._by_kernel(work, pieces.instants, pivots)
+            output, ends = output[:-1], output[-1]
         for lane in np.flatnonzero(found[FAILED]):
             piece = ClosedPosition(self.system.work(), start.regularization)
-            piece.work.q[:n, 0] = seeds[lane, :n]
+            piece.work.q[:n, 0] = pieces.seeds[:, lane]
             try:
-                output[:, :, lane] = self.scalar(piece, grid.take(index[:, lane]))[:, :, 0]
+                whole = self.scalar(piece, grid.take(pieces.index[:, lane]))[:, :, 0]
             except PathEnded:
                 return None
-        gap = np.abs(output[-1, :n, :-1] - seeds[1:, :n].T)
-        gap.reshape(-1, 3, LANES - 1)[:, :2] /= self.system.length
-        if not gap.max() <= SEAM * reach:
+            output[:, :, lane], ends[:, lane] = whole[:-1], whole[-1]
+        if not pieces.gap(ends) <= SEAM * pieces.instants.reach:
             return None
-        self.branches.on_lanes(output, found, instants.t, np.zeros(LANES, dtype=np.int64))
+        near = functools.partial(pieces.near, output, ends)
+        self.branches.on_lanes(found, pieces.instants.t, near)
         return output
 
     def fits_lanes(self, start: ClosedPosition, grid: TimeGrid) -> bool:
@@ -228,46 +237,38 @@ class Runner:
         """What the drivers prescribe in every lane, by the instants of the grid that it takes:
         (steps, lanes).
         """
-        given = np.zeros((2, LANES))
-        if grid.mode == BY_DRIVER:
-            rates = grid.given[index, 0, 1:]
-            given = np.ascontiguousarray(rates.transpose(0, 2, 1)).reshape(-1, LANES)
-        s = grid.s.take(index)
-        t = s if grid.t is grid.s else grid.t.take(index)
-        return LaneInstants(
-            mode=grid.mode,
-            s=s,
-            t=t,
-            given=given,
-            reach=reach,
-            with_forces=self.with_forces,
-            at_rest=self.at_rest,
-        )
+        return instants_on_lanes(grid, index, reach, self.with_forces, self.at_rest)
 
     def on_lanes(self, work: Any, instants: LaneInstants) -> tuple[np.ndarray, np.ndarray]:
         """Follow all lanes from the positions in `work`: (steps, rows, lanes), and what the kernel
         found of each lane, (FOUND, lanes).
         """
-        pivots = self.pivots(work)
-        if pivots is not None:
-            own = follow_by_own_code(self.system, pivots, work, instants)
-            if own is not None:
-                return own
+        pivots = self.pivots(work.q[: self.system.coordinates])
+        if pivots is None:  # every lane goes the scalar path
+            shape = len(instants.s), self.rows, LANES
+            return np.empty(shape), np.ones((FOUND, LANES))
+        own = own_motion_call(self.system, pivots, work, instants, joined=False)
+        if own is not None:
+            return own(), own.found
+        return self._by_kernel(work, instants, pivots)
+
+    def _by_kernel(
+        self, work: Any, instants: LaneInstants, pivots: PivotChoices
+    ) -> tuple[np.ndarray, np.ndarray]:
         # an odd number of rows: one row of all steps is read without cache lines that collide
         followed = followed_lanes(np.empty((len(instants.s), self.rows | 1, LANES)))
-        if pivots is None:  # every lane goes the scalar path
-            followed.found[FAILED] = 1.0
-        else:
-            numbers = lane_workspace(pivots, LANES)
-            follow_lanes(self.layout, *pivots, work, numbers, instants.path, followed)
+        numbers = lane_workspace(pivots, LANES)
+        follow_lanes(self.layout, *pivots, work, numbers, instants.path, followed)
         return followed.output[:, : self.rows], followed.found
 
-    def pivots(self, work: Any) -> PivotChoices | None:
-        """Pivots of the square Φ_q, chosen once for a topology by the positions of the lanes."""
+    def pivots(self, places: np.ndarray) -> PivotChoices | None:
+        """Pivots of the square Φ_q, chosen once for a topology by some positions, (coordinates,
+        positions).
+        """
 
         def chosen() -> PivotChoices | None:
-            blocks = blocks_at(self.system, work.q[: self.system.coordinates].T)
-            return choose_pivots(self.layout, *workspaces_near(self.system, work), blocks)
+            near = workspaces_near(self.system, places[:, 0])
+            return choose_pivots(self.layout, *near, blocks_at(self.system, places.T))
 
         found: PivotChoices | None = self.system.once("pivots", chosen)
         return found
@@ -281,7 +282,7 @@ class Runner:
             found = self.seeds(start, grid.take(some))[:, :n]
         except PathEnded:
             found = start.work.q[:n].T
-        near = workspaces_near(self.system, start.work)
+        near = workspaces_near(self.system, start.work.q[:n, 0])
         return choose_pivots(self.layout, *near, blocks_at(self.system, found))
 
     def solution(
@@ -476,11 +477,3 @@ def followed_lanes(output: np.ndarray) -> FollowedLanes:
     return FollowedLanes(
         output=output, found=aligned(FOUND, LANES), shared=np.zeros(SHARED, dtype=np.int64)
     )
-
-
-@functools.lru_cache(maxsize=16)
-def _pieces(count: int) -> np.ndarray:
-    """Which instant every lane takes at every step; the last step is the next lane's first."""
-    steps = -(-count // LANES)
-    index = steps * np.arange(LANES)[None, :] + np.arange(steps + 1)[:, None]
-    return np.minimum(index, count - 1)

@@ -150,10 +150,11 @@ def _numbers(value: Any, name: str, element: str | None = None) -> np.ndarray:
         raise ModelError(
             f"{name} must be a number or one row of them, not of shape {array.shape}", element
         )
-    bad = np.flatnonzero(~np.isfinite(array))
-    if bad.size:
-        which = f"{name}[{bad[0]}]" if array.size > 1 else name
-        raise ModelError(f"{which} is {array[bad[0]]}, it must be finite", element)
+    finite = np.isfinite(array)
+    if not finite.all():
+        bad = int(finite.argmin())
+        which = f"{name}[{bad}]" if array.size > 1 else name
+        raise ModelError(f"{which} is {array[bad]}, it must be finite", element)
     return np.ascontiguousarray(array)
 
 
