@@ -1,5 +1,8 @@
 """Straight-line code against the kernel that serves all topologies, and against the oracle."""
 
+import gc
+import weakref
+from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
 
 import numpy as np
@@ -182,6 +185,54 @@ def by_own_code(run):
     """Whether a result is one of the code of its own: it keeps rows by instants."""
     (block,) = run.record.blocks
     return block.strides[0] < block.strides[1]
+
+
+@pytest.mark.parametrize("count", [96, 97, *range(112, 128, 3), 129, 130, 361])
+def test_any_number_of_instants_of_a_motion(count):
+    """Pieces of any length: pages of eight instants that are full, begun, or not there at all."""
+    by_kernel, by_code = motions(four_bar(), turn=True, instants=count)
+    same_motion(by_kernel, by_code)
+    assert by_own_code(by_code)
+
+
+def test_motions_in_turn_leave_each_other_as_they_were():
+    """What a call borrows is given back, and takes other times, analyses and lengths."""
+    system = mbody.assemble(four_bar(), machine_code=True)
+    ends = [0.2, 0.6, 0.2, 0.4]
+    analyses = [mbody.kinetostatics, mbody.kinematics, mbody.kinetostatics, mbody.statics]
+
+    def all_of_them():
+        return [
+            one(system, np.linspace(0.0, end, count))
+            for count in (100, 200)
+            for one, end in zip(analyses, ends, strict=True)
+        ]
+
+    first = all_of_them()
+    kept = [run.record.table(slice(None)).copy() for run in first]
+    for run, before, again in zip(first, kept, all_of_them(), strict=True):
+        assert_array_equal(run.record.table(slice(None)), before)
+        assert_array_equal(again.record.table(slice(None)), before)
+
+
+def test_threads_do_not_share_what_a_call_borrows():
+    system = mbody.assemble(four_bar(), machine_code=True)
+    times = [np.linspace(0.0, end, 1500) for end in np.linspace(0.2, 0.6, 24)]
+    alone = [mbody.kinetostatics(system, t).effort("motor").copy() for t in times]
+    with ThreadPoolExecutor(4) as threads:
+        together = threads.map(lambda t: mbody.kinetostatics(system, t).effort("motor"), times)
+        for expected, found in zip(alone, together, strict=True):
+            assert_array_equal(found, expected)
+
+
+@pytest.mark.parametrize("own", [False, True])
+def test_a_system_is_freed_with_what_its_calls_borrow(own):
+    system = mbody.assemble(four_bar(), machine_code=own)
+    mbody.kinetostatics(system, np.linspace(0.0, 0.3, 200))
+    gone = weakref.ref(system)
+    del system
+    gc.collect()
+    assert gone() is None
 
 
 @pytest.mark.parametrize("of", MACHINES)

@@ -33,10 +33,13 @@ __all__ = ["MANY", "MotionPieces", "borrowed_pieces", "instants_on_lanes"]
 MANY = 6 * LANES
 #: Kinds of motion of a system of which the memory is kept, the last ones.
 KEPT = 4
+#: Instants up to which it is kept: beside longer motions it takes no time to make.
+LONGEST = 50_000
 
 
 class MotionPieces:
-    """The memory of one call for motions of a system that have as many instants, and end as far.
+    """The memory of one call, for all motions of a system that have as many instants and reach as
+    far.
 
     Attributes
     ----------
@@ -51,7 +54,8 @@ class MotionPieces:
     def __init__(
         self, system: System, grid: TimeGrid, reach: float, with_forces: bool, at_rest: bool
     ) -> None:
-        self.system = system
+        # not the system itself: it is freed when nobody else has it
+        self._layout = system.runtime()
         self.index = _pieces(len(grid.s))
         self.instants = instants_on_lanes(grid, self.index, reach, with_forces, at_rest)
         first = grid.take(self.index[0])
@@ -98,15 +102,15 @@ class MotionPieces:
         """
         q = start.work.q.copy()
         self._followed.progress[:] = 0.0
-        code = follow(self.system.runtime(), start.work, self._path, self._followed)
+        code = follow(self._layout, start.work, self._path, self._followed)
         start.work.q[:] = q
         return bool(code == DONE)
 
-    def own_code(self, pivots: PivotChoices) -> MotionCall | None:
+    def own_code(self, system: System, pivots: PivotChoices) -> MotionCall | None:
         """The machine code of the system for this kind of motion, where it has one."""
         if not self._tried:
-            work = self.system.work(LANES)
-            self._own = own_motion_call(self.system, pivots, work, self.instants, joined=True)
+            work = system.work(LANES)
+            self._own = own_motion_call(system, pivots, work, self.instants, joined=True)
             self._tried = True
         if self._own is not None:
             self._own.q[: len(self.seeds)] = self.seeds
@@ -155,7 +159,8 @@ def borrowed_pieces(
     except IndexError:
         pieces = MotionPieces(system, grid, reach, with_forces, at_rest)
     yield pieces
-    idle.append(pieces)
+    if len(grid.s) <= LONGEST:
+        idle.append(pieces)
 
 
 def instants_on_lanes(

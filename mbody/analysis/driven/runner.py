@@ -204,7 +204,7 @@ class Runner:
         pivots = self.pivots(pieces.seeds) if pieces.find_seeds(start) else None
         if pivots is None:
             return None
-        n, own = self.system.coordinates, pieces.own_code(pivots)
+        n, own = self.system.coordinates, pieces.own_code(self.system, pivots)
         if own is not None:
             output, ends, found = own(), own.ends, own.found
         else:
