@@ -108,7 +108,7 @@ class MotionPieces:
 
     def own_code(self, system: System, pivots: PivotChoices) -> MotionCall | None:
         """The machine code of the system for this kind of motion, where it has one."""
-        if not self._tried:
+        if system.machine_code and not self._tried:
             work = system.work(LANES)
             self._own = own_motion_call(system, pivots, work, self.instants, joined=True)
             self._tried = True
