@@ -62,7 +62,7 @@ def lock(result: Any) -> None:
     """Lock every array and every dict among the fields of a frozen dataclass, in place."""
     for name in _names(cast(Any, type(result))):
         value = getattr(result, name)
-        if type(value) is not str:  # most are strings and arrays
+        if isinstance(value, (np.ndarray, dict, tuple)):
             safe = locked(value)
             if safe is not value:
                 object.__setattr__(result, name, safe)

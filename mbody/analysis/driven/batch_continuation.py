@@ -98,18 +98,18 @@ def in_all_lanes(grid: TimeGrid) -> np.ndarray:
     return np.repeat(np.arange(len(grid.s))[:, None], LANES, axis=1)
 
 
-def with_middle(grid: TimeGrid) -> tuple[TimeGrid, np.ndarray]:
+def with_middle(grid: TimeGrid) -> tuple[TimeGrid, slice]:
     """The grid for lanes, and which of its instants are those of the grid. Between two instants
     there is one more: two alone do not show how the determinants bend.
     """
     if len(grid.s) != 2:
-        return grid, np.arange(len(grid.s))
+        return grid, slice(None)
     s = np.array([grid.s[0], grid.s.mean(), grid.s[1]])
     if grid.mode != BY_DRIVER:
-        return TimeGrid(grid.mode, s, s, grid.given), np.array([0, 2])
+        return TimeGrid(grid.mode, s, s, grid.given), slice(None, None, 2)
     t = np.array([grid.t[0], grid.t.mean(), grid.t[1]])
     given = np.stack([grid.given[0], grid.given.mean(axis=0), grid.given[1]])
-    return TimeGrid(grid.mode, s, t, given), np.array([0, 2])
+    return TimeGrid(grid.mode, s, t, given), slice(None, None, 2)
 
 
 def on_lanes(
@@ -138,7 +138,7 @@ def on_lanes(
     else:
         code.follow_designs(system.layout, system.work(LANES), path, designs, output)
         _again(system, setup, path, designs, output)
-    return (output if len(kept) == len(grid.s) else output[:, :, kept]), designs.failed == 0.0
+    return output[:, :, kept], designs.failed == 0.0
 
 
 def _designs(par: np.ndarray, mass: np.ndarray, q: np.ndarray, wanted: np.ndarray) -> Designs:
