@@ -13,12 +13,13 @@ unexport PYTHONDONTWRITEBYTECODE
 demo: .venv/installed
 	$(BIN)/mbody demo
 
-# The warm step builds every kernel once, so that the workers only load them.
+# The warm step builds every kernel once, so that the workers only load them. Each worker begins with
+# half of the tests, so that what the tests of a file share is computed by one of them.
 warm: .venv/installed-dev
 	$(BIN)/mbody warmup
 
 test: warm
-	$(BIN)/python -m pytest -n $(JOBS)
+	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal
 
 # Files with tests that have a marker: others need not be loaded.
 marked = $$(grep -rlE 'mark\.($(1))\b' tests validation --include='*.py')
@@ -32,7 +33,7 @@ warm-processors: .venv/installed-dev
 	env $(OTHER) $(BIN)/mbody warmup
 
 test-processors: warm-processors
-	env $(OTHER) $(BIN)/python -m pytest -n $(JOBS) $(PART)
+	env $(OTHER) $(BIN)/python -m pytest -n $(JOBS) --dist worksteal $(PART)
 
 # The same results with the least versions that pyproject.toml declares, and a third BLAS.
 MINIMUM      := .venv-minimum/bin
@@ -42,7 +43,7 @@ warm-minimum: .venv-minimum/installed-dev
 	$(MINIMUM)/mbody warmup
 
 test-minimum: warm-minimum
-	OPENBLAS_CORETYPE=Haswell $(MINIMUM)/python -m pytest -n $(JOBS) $(MINIMUM_PART)
+	OPENBLAS_CORETYPE=Haswell $(MINIMUM)/python -m pytest -n $(JOBS) --dist worksteal $(MINIMUM_PART)
 
 # Everything, under every setting: some 40 minutes on two cores.
 test-all: test
