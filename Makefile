@@ -3,16 +3,23 @@ JOBS   ?= 2
 BIN    := .venv/bin
 PIP    := $(BIN)/python -m pip --disable-pip-version-check install --quiet --constraint constraints.txt
 
-.PHONY: demo test test-processors test-minimum test-all lint errors counts pictures bench \
-        bench-full campaign docs wheel clean
+.PHONY: demo test test-processors test-minimum test-all warm warm-processors warm-minimum lint \
+        errors counts pictures bench bench-full campaign docs wheel clean
+
+# Tests start a thousand processes, each of which would translate all modules anew where somebody's
+# settings keep no bytecode; `make clean` removes it.
+unexport PYTHONDONTWRITEBYTECODE
 
 demo: .venv/installed
 	$(BIN)/mbody demo
 
-# The warm step builds every kernel once, so that the workers only load them.
-test: .venv/installed-dev
+# The warm step builds every kernel once, so that the workers only load them. Each worker begins with
+# half of the tests, so that what the tests of a file share is computed by one of them.
+warm: .venv/installed-dev
 	$(BIN)/mbody warmup
-	$(BIN)/python -m pytest -n $(JOBS)
+
+test: warm
+	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal
 
 # Files with tests that have a marker: others need not be loaded.
 marked = $$(grep -rlE 'mark\.($(1))\b' tests validation --include='*.py')
@@ -22,17 +29,21 @@ marked = $$(grep -rlE 'mark\.($(1))\b' tests validation --include='*.py')
 OTHER := MBODY_CORE=numba NUMBA_CPU_NAME=generic OPENBLAS_CORETYPE=Prescott
 PART  ?= -m "processor or numba" $(call marked,processor|numba)
 
-test-processors: .venv/installed-dev
+warm-processors: .venv/installed-dev
 	env $(OTHER) $(BIN)/mbody warmup
-	env $(OTHER) $(BIN)/python -m pytest -n $(JOBS) $(PART)
+
+test-processors: warm-processors
+	env $(OTHER) $(BIN)/python -m pytest -n $(JOBS) --dist worksteal $(PART)
 
 # The same results with the least versions that pyproject.toml declares, and a third BLAS.
 MINIMUM      := .venv-minimum/bin
 MINIMUM_PART ?= -m processor $(call marked,processor)
-test-minimum: .venv-minimum/installed-dev
+warm-minimum: .venv-minimum/installed-dev
 	$(MINIMUM)/mbody doctor
 	$(MINIMUM)/mbody warmup
-	OPENBLAS_CORETYPE=Haswell $(MINIMUM)/python -m pytest -n $(JOBS) $(MINIMUM_PART)
+
+test-minimum: warm-minimum
+	OPENBLAS_CORETYPE=Haswell $(MINIMUM)/python -m pytest -n $(JOBS) --dist worksteal $(MINIMUM_PART)
 
 # Everything, under every setting: some 40 minutes on two cores.
 test-all: test

@@ -249,11 +249,15 @@ class Exhaustive:
         rng = np.random.default_rng(seed)
         q = rng.uniform(-1, 1, (starts, 3 * len(self.names))) * 3.0 * self.system.length
         q[:, 2::3] = rng.uniform(-np.pi, np.pi, (starts, len(self.names)))
+        going = np.arange(starts)
         for _ in range(60):
-            inverse = np.linalg.pinv(self.jacobian(q), rcond=1e-9)
-            step = np.einsum("bij,bj->bi", inverse, self.residual(q))
+            step = _newton(self.jacobian(q[going]), self.residual(q[going]))
             most = np.abs(step).max(1, keepdims=True) / self.system.length
-            q = q - step * np.minimum(1.0, 1.0 / np.maximum(most, 1e-12))
+            q[going] -= step * np.minimum(1.0, 1.0 / np.maximum(most, 1e-12))
+            # after a step of 1e-10 the next would be 1e-20
+            going = going[most[:, 0] > 1e-10]
+            if not going.size:
+                break
         good = np.abs(self.residual(q)).max(1) < 1e-10
         keys = np.concatenate(
             [q[:, 0::3], q[:, 1::3], np.cos(q[:, 2::3]), np.sin(q[:, 2::3])], axis=1
@@ -263,3 +267,13 @@ class Exhaustive:
             if not any(np.abs(key - other).max() < 1e-5 for other in found):
                 found.append(key)
         return len(found)
+
+
+def _newton(J, phi):
+    """Steps J⁺ Φ; as many rows as coordinates need no singular values, forty times the work."""
+    if J.shape[1] == J.shape[2]:
+        try:
+            return np.linalg.solve(J, phi[:, :, None])[:, :, 0]
+        except np.linalg.LinAlgError:
+            pass
+    return np.einsum("bij,bj->bi", np.linalg.pinv(J, rcond=1e-9), phi)

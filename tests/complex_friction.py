@@ -47,6 +47,9 @@ class ComplexFriction:
     def __init__(self, o: Any, q: Any, v: Any, g: Any, right: Any) -> None:
         self.o, self.q, self.v, self.g, self.right = o, q, v, g, right
         self.joints = [joint for joint in o.mechanism.joints if rubs(joint)]
+        # of the position alone, which stays as it is
+        self.points = {joint.name: o.reaction_point(q, joint) for joint in self.joints}
+        self.normals: dict[str, tuple[Any, Any]] = {}
         swift = float(np.abs(v.real).max(initial=0.0))
         self.rates = {joint.name: self._rate(joint) for joint in self.joints}
         self.senses = {
@@ -87,12 +90,15 @@ class ComplexFriction:
 
     def _normal(self, joint: Any) -> tuple[Any, Any]:
         """The direction in which the first row of a joint pushes body j, λ being −1."""
+        if joint.name in self.normals:
+            return self.normals[joint.name]
         side = self._side(joint)
         gx, gy, _ = self.o.column(self.q, joint, side)[0]
         whole = sqrt(gx * gx + gy * gy)
         if side != joint.j.body:
             whole = -whole
-        return gx / whole, gy / whole
+        self.normals[joint.name] = gx / whole, gy / whole
+        return self.normals[joint.name]
 
     def _rate(self, joint: Any) -> Any:
         wi, wj = (self.o.pose(self.v, body)[2] for body in joint.bodies)
@@ -102,7 +108,7 @@ class ComplexFriction:
             side = -1.0 if joint.crossed else 1.0
             ri, rj = self.o.p.get(joint, "radius_i"), self.o.p.get(joint, "radius_j")
             return complex(ri * wi - side * rj * wj)
-        place = self.o.reaction_point(self.q, joint)
+        place = self.points[joint.name]
         (ax, ay), (bx, by) = (self._velocity(body, place) for body in joint.bodies)
         ux, uy = self._along(joint)
         return complex((bx - ax) * ux + (by - ay) * uy)
@@ -123,7 +129,7 @@ class ComplexFriction:
         return np.concatenate([balance, np.array(said, complex)])
 
     def _act(self, force: Any, joint: Any, wrench: Any) -> None:
-        px, py = self.o.reaction_point(self.q, joint)
+        px, py = self.points[joint.name]
         fx, fy, torque = wrench
         for body, sign in ((joint.j.body, 1.0), (joint.i.body, -1.0)):
             k, (x, y, _) = 3 * self.o.index[body], self.o.pose(self.q, body)
@@ -139,7 +145,7 @@ class ComplexFriction:
             own, column = own[row : row + 1], column[row : row + 1]
         side = self._side(joint)
         fx, fy, torque = (-1.0 if side == joint.j.body else 1.0) * column.T @ own
-        (px, py), (x, y, _) = self.o.reaction_point(self.q, joint), self.o.pose(self.q, side)
+        (px, py), (x, y, _) = self.points[joint.name], self.o.pose(self.q, side)
         return fx, fy, torque - (px - x) * fy + (py - y) * fx
 
     def _mu(self, joint: Any) -> Any:
@@ -257,7 +263,7 @@ class ComplexFriction:
         nx, ny = self._normal(joint)
         fx, fy, _ = self._pushed(joint, lam)
         force = fx * nx + fy * ny
-        (px, py), (cx, cy) = o.reaction_point(self.q, joint), o.place(self.q, joint, "j")
+        (px, py), (cx, cy) = self.points[joint.name], o.place(self.q, joint, "j")
         ex, ey = cx - px, cy - py
         rj = sqrt(ex * ex + ey * ey)
         said: list[Any] = []

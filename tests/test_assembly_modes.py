@@ -71,15 +71,15 @@ def test_platform_of_the_literature_has_six():
     assert np.abs(found - known).max() < 1e-9
 
 
-#: How a linkage is made from a seed, and the seeds.
+#: How a linkage is made from a seed, and the seeds; 0 and 1 are in the part of the scan.
 RANDOM = {
-    "slots": (slotted, range(8)),
-    "sliders": (slider_sixbar, range(8)),
-    "redundant rows": (redundant, range(4)),
-    "gears": (geared, range(6)),
-    "triads": (lambda seed: structure(*CHAINS["triad"], seed), range(8)),
-    "serial tetrads": (lambda seed: structure(*CHAINS["tetrad serial"], seed), range(3)),
-    "quaternary tetrads": (lambda seed: structure(*CHAINS["tetrad quaternary"], seed), range(3)),
+    "slots": (slotted, range(2, 8)),
+    "sliders": (slider_sixbar, range(2, 8)),
+    "redundant rows": (redundant, range(2, 4)),
+    "gears": (geared, range(2, 6)),
+    "triads": (lambda seed: structure(*CHAINS["triad"], seed), range(2, 8)),
+    "serial tetrads": (lambda seed: structure(*CHAINS["tetrad serial"], seed), [2]),
+    "quaternary tetrads": (lambda seed: structure(*CHAINS["tetrad quaternary"], seed), [2]),
 }
 
 

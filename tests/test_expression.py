@@ -110,9 +110,9 @@ COMPLEX = {
 }  # fmt: skip
 
 
-def on_circle(node, x):
+def on_circle(node, x, sizes):
     """A tree on complex numbers, analytic where each function is, NaN where it is not real:
-    no code of mbody.
+    no code of mbody. `sizes` gets the greatest size of every part.
     """
     match node:
         case Plain(value=value):
@@ -120,9 +120,9 @@ def on_circle(node, x):
         case Name():
             return x
         case Negative(of=of):
-            return -on_circle(of, x)
+            return -on_circle(of, x, sizes)
         case Call(function=function, arguments=arguments):
-            given = [on_circle(argument, x) for argument in arguments]
+            given = [on_circle(argument, x, sizes) for argument in arguments]
             found = COMPLEX[function](*given)
             # where a function is vertical or has a corner, it is not analytic
             edge = {
@@ -133,7 +133,7 @@ def on_circle(node, x):
             if cut or abs(edge.mean()) < 1e-6:
                 return np.nan * found
         case Binary(operator=operator, a=a, b=b):
-            one, two = on_circle(a, x), on_circle(b, x)
+            one, two = on_circle(a, x, sizes), on_circle(b, x, sizes)
             if operator == "^" and abs(one.mean()) < 1e-6:
                 return np.nan * one
             found = {
@@ -144,17 +144,21 @@ def on_circle(node, x):
                 "^": lambda: np.exp(two * np.log(one)),
             }[operator]()
     # real on the real axis: conjugate at conjugate places
+    sizes.append(np.abs(found).max())
     mirrored = np.conj(np.roll(found[::-1], 1))
     alike = np.abs(found - mirrored) <= 1e-6 * np.abs(found).max()
     return found if alike.all() else np.nan * found
 
 
 def by_cauchy(node, x, radius, count=32):
-    """f, f′, f″ = k!/(2π r^k) ∫ f(x + r e^iθ) e^−ikθ dθ: the error falls as (r/R)^count."""
+    """f, f′, f″ = k!/(2π r^k) ∫ f(x + r e^iθ) e^−ikθ dθ: the error falls as (r/R)^count; and the
+    size by which all is rounded, the greatest of any part: the cosine of 1000 is as far off as that.
+    """
+    sizes = []
     turn = np.exp(2j * PI * np.arange(count) / count)
     with np.errstate(all="ignore"):
-        f = on_circle(node, x + radius * turn)
-    top = np.abs(f).max()
+        f = on_circle(node, x + radius * turn, sizes)
+    top = max(sizes, default=0.0)
     if not np.isfinite(f).all():
         return np.full(3, np.nan), top
     # powers of 1/z are those of a pole within the circle, to which the rest is blind

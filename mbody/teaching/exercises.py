@@ -24,7 +24,7 @@ from mbody.reports.markdown import markdown
 from mbody.reports.subject import Subject
 from mbody.sheets.text_table import number
 from mbody.teaching.derivation import Derivation, derivation
-from mbody.teaching.vector_loops import vector_loops
+from mbody.teaching.vector_loops import loops_of_instants
 from mbody.views.drawing import draw
 from mbody.views.picture_content import content_of
 
@@ -313,8 +313,8 @@ def least_transmission(run: Solution) -> float | None:
     """
     driven = {driver.bodies[1] for driver in run.mechanism.drivers}
     found: list[float] = []
-    for k in range(len(run)):
-        for loop in vector_loops(run, k):
+    for loops in loops_of_instants(run, range(len(run))):
+        for loop in loops:
             ground = "ground" in loop.bodies
             if len(loop.bodies) != 4 or not ground or not driven & {*loop.bodies}:
                 continue

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -16,7 +17,14 @@ from mbody.model.joints import Distance, Rolling
 if TYPE_CHECKING:
     from mbody.solution.solution import Solution
 
-__all__ = ["LoopVector", "VectorLoop", "edges", "relative_motion", "vector_loops"]
+__all__ = [
+    "LoopVector",
+    "VectorLoop",
+    "edges",
+    "loops_of_instants",
+    "relative_motion",
+    "vector_loops",
+]
 
 Array = np.ndarray
 
@@ -115,16 +123,23 @@ def vector_loops(solution: Solution, instant: int = 0) -> list[VectorLoop]:
     >>> [(sign, "".join(v.index)) for sign, v in vector_loops(run)[0].vectors]
     [(1, 'O2A'), (1, 'AB'), (-1, 'O4B'), (-1, 'O2O4')]
     """
-    chains = _chains(solution)
-    walk = _Walk(solution, instant, chains)
-    return [
-        VectorLoop(
-            tuple(step.left for step in chain),
-            tuple(step.joint.name for step in chain),
-            tuple(walk.vectors(chain)),
-        )
-        for chain in chains
-    ]
+    (found,) = loops_of_instants(solution, [instant])
+    return found
+
+
+def loops_of_instants(solution: Solution, instants: Iterable[int]) -> Iterable[list[VectorLoop]]:
+    """`vector_loops` at instants in turn; what holds for all of them is found once."""
+    chains, histories = _chains(solution), _LoopHistories(solution)
+    for instant in instants:
+        walk = _Walk(histories, instant, chains)
+        yield [
+            VectorLoop(
+                tuple(step.left for step in chain),
+                tuple(step.joint.name for step in chain),
+                tuple(walk.vectors(chain)),
+            )
+            for chain in chains
+        ]
 
 
 def _chains(solution: Solution) -> list[list[_Step]]:
@@ -170,7 +185,18 @@ class Relative(NamedTuple):
     second: Array
 
 
-def relative_motion(solution: Solution, i: Marker, j: Marker, instant: int) -> Relative:
+class _LoopHistories:
+    """The histories of places and bodies of a solution over all its instants, each made once."""
+
+    def __init__(self, solution: Solution) -> None:
+        self.system = solution.system
+        self.point = functools.cache(solution.point)
+        self.body = functools.cache(solution.__getitem__)
+
+
+def relative_motion(
+    solution: Solution | _LoopHistories, i: Marker, j: Marker, instant: int
+) -> Relative:
     """Motion of the place on j from that on i at one instant."""
     p, q = solution.point(i), solution.point(j)
     parts = [
@@ -183,8 +209,8 @@ def relative_motion(solution: Solution, i: Marker, j: Marker, instant: int) -> R
 class _Walk:
     """Finds vectors of the loops at one instant."""
 
-    def __init__(self, solution: Solution, instant: int, chains: list[list[_Step]]) -> None:
-        self.run, self.k = solution, instant
+    def __init__(self, histories: _LoopHistories, instant: int, chains: list[list[_Step]]) -> None:
+        self.run, self.k = histories, instant
         self.order = self._order(chains)
         # two bodies may be between the same two joints
         corners = {
@@ -231,7 +257,7 @@ class _Walk:
         return (1 if forward else -1), vector
 
     def _turning(self, body: str) -> tuple[float, float]:
-        at = self.run[body]
+        at = self.run.body(body)
         return float(at.omega[self.k]), float(at.alpha[self.k])
 
     def _own(self, joint: Any) -> Iterable[LoopVector]:
@@ -247,7 +273,7 @@ class _Walk:
 
     def _slide(self, joint: Any, way: Relative) -> Iterable[LoopVector]:
         body = joint.i.body
-        angle = float(self.run[body].angle[self.k] + self.run.system.numbers.angle(joint, "i"))
+        angle = float(self.run.body(body).angle[self.k] + self.run.system.numbers.angle(joint, "i"))
         u = np.array([np.cos(angle), np.sin(angle)])
         n = np.array([-u[1], u[0]])
         omega, alpha = self._turning(body)
