@@ -152,7 +152,7 @@ def on_circle(node, x, sizes):
 
 def by_cauchy(node, x, radius, count=32):
     """f, f′, f″ = k!/(2π r^k) ∫ f(x + r e^iθ) e^−ikθ dθ: the error falls as (r/R)^count; and the
-    size by which all is rounded, the greatest of any part: the cosine of 1000 is as far off as that.
+    size by which all is rounded, the greatest of any part: cos 1000 is as far off as its angle is.
     """
     sizes = []
     turn = np.exp(2j * PI * np.arange(count) / count)
