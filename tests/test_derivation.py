@@ -13,6 +13,7 @@ from mbody import (
     AngleCoupling,
     AngleDriver,
     Body,
+    CoordinateDriver,
     CouplingTerm,
     DistanceDriver,
     Gear,
@@ -368,6 +369,27 @@ def test_the_command(capsys, tmp_path):
     assert (tmp_path / "a.tex").read_text("utf-8").startswith(r"\documentclass")
     assert main(["derive", "planetary_train"]) == 0
     assert "the first of 361 instants" in capsys.readouterr().err
+
+
+def test_what_is_driven_has_its_word():
+    """A slide has a displacement, a cylinder a distance, a motor on a link an angle from it."""
+    machine = Mechanism("table", ground={"O": (0.0, 0.0), "C": (0.0, -3.0)})
+    machine.add(
+        Body("block", mass=1.0, points={"P": (0.0, 0.0)}),
+        Body("arm", mass=1.0, inertia=1.0, guess=0.0),
+        Body("jib", mass=1.0, inertia=1.0, points={"P": (4.0, 0.0)}, guess=0.0),
+        Prismatic("guide", "ground.O", "block"),
+        Revolute("pin", "block.P", "arm"),
+        Revolute("O", "ground.O", "jib"),
+        CoordinateDriver("screw", "ground.O", "block", "1 m + 0.5 m/s*t"),
+        AngleDriver("motor", "arm", 0.5, relative_to="block"),
+        DistanceDriver("cylinder", "ground.C", "jib.P", "5 m"),
+    )
+    text = str(derivation(mbody.kinetostatics(machine)))
+    given = text[text.index("GIVEN MOTION") : text.index("LOOP 1")]
+    assert "screw      displacement of block" in given
+    assert "motor      angle of arm from block" in given
+    assert "cylinder   distance of jib.P from ground.C" in given
 
 
 def test_of_a_free_motion_the_time_that_is_given(capsys):

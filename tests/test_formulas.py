@@ -213,6 +213,8 @@ def test_trees():
         ("* 2", "has '*' where a number is expected"),
         ("2 3", "an operator is missing before '3'"),
         ("2 aaa", "there is no unit 'aaa'"),
+        ("1/12*2² kg*m^2", "put brackets before the unit, as in '(2²) kg*m^2'"),
+        ("(a + 1)² mm + 1", "as in '((…)²) mm'"),
         ("5 kgm", "there is no unit 'kgm'"),
         ("3,5 mm", "write a decimal point, not a comma"),
         ("a, b", "the ',' is not within a function"),

@@ -128,7 +128,9 @@ def test_dimensions_of_formulas(text, dimension, expected):
     [
         ("5 in + 2", "it adds a length (m) and a plain number: give every number its unit"),
         ("5 in - 2 s", "it subtracts a length (m) and a time (s)"),
-        ("2^(3 m)", "an exponent is a length (m), it must be a plain number"),
+        ("2^(3 m)", "an exponent is a length (m), it must be a plain number; a unit goes with"),
+        ("100/12*2^2 kg*m^2", "did you mean '100 / 12 * (2^2) kg·m^2'?"),
+        ("2^-2 mm + 3^2 mm", "did you mean '(2^-2) mm + (3^2) mm'?"),
         ("(2 m)^a", "the power of a length (m) must be a literal number"),
         ("sin(2 m)", "'sin' takes an angle, not a length (m)"),
         ("asin(2 m)", "'asin' takes a plain number, not a length (m)"),

@@ -173,9 +173,35 @@ def test_images_of_links_are_similar_to_them(name):
             assert np.hypot(*v.between(i, j)).max() < 1e-10 * np.abs([*v.x.values()]).max()
 
 
+def test_a_release_from_rest_begins_about_the_centres_of_its_accelerations():
+    """The ladder about the corner of the perpendiculars; the four-bar as any motion of it; the
+    double pendulum as a moment later, when it has velocities (to t², 1e-8 of a rotation).
+    """
+    ladder = instant_centres(mbody.simulate(mbody.gallery.load("sliding_ladder"), times=[0.0]))
+    assert abs(ladder.pairs[0].x[0] - 2.0 * np.cos(1.0)) < 1e-12
+    assert abs(ladder.pairs[0].y[0] - 2.0 * np.sin(1.0)) < 1e-12
+    assert any("the motion begins from rest" in note for note in ladder.notes)
+    free = mbody.gallery.load("free_fourbar")
+    begun = instant_centres(mbody.simulate(free, times=[0.0]))
+    free.add(AngleDriver("motor", "crank", ConstantSpeed("60 deg", 1.0)))
+    driven = instant_centres(mbody.kinematics(free, [0.0]))
+    for one in driven.pairs:
+        other = begun[one.bodies]
+        assert max(abs(one.x[0] - other.x[0]), abs(one.y[0] - other.y[0])) < 1e-11 * 10.0
+    run = mbody.simulate(mbody.gallery.load("double_pendulum"), times=[0.0, 1e-4])
+    pole = instant_centres(run)["lower", "ground"]
+    assert np.hypot(*(np.diff(v)[0] for v in (pole.x, pole.y))) < 1e-5
+    assert pole.kind == ("finite", "finite")
+
+
 def test_what_does_not_move_has_no_centres():
+    """A pendulum that hangs, and a pile whose contacts leave a part of 1e-7 of its weight."""
+    hanging = mbody.gallery.load("simple_pendulum")
+    still = mbody.simulate(hanging, times=[0.0], guess={"pendulum": -np.pi / 2}, rates={})
     with pytest.raises(mbody.ModelError, match="nothing moves in"):
-        instant_centres(mbody.simulate(mbody.gallery.load("simple_pendulum"), times=[0.0]))
+        instant_centres(still)
+    with pytest.raises(mbody.ModelError, match="nothing moves in"):
+        instant_centres(mbody.simulate(mbody.gallery.load("pile_of_discs"), times=[0.0]))
     with pytest.raises(mbody.ModelError, match="statics computes no velocities"):
         instant_centres(mbody.statics(mbody.gallery.load("norton_fourbar")))
     run = mbody.kinematics(mbody.gallery.load("norton_fourbar"), [0.0])

@@ -265,6 +265,24 @@ def test_the_commands(tmp_path, capsys):
     assert "one instant" in capsys.readouterr().err
 
 
+def test_free_motions_have_their_centres_drawn(tmp_path, capsys):
+    """At the release, with centrodes over the motion, and at the end of `--to`; the command of the
+    numbers has the same place.
+    """
+    begun, later = tmp_path / "begun.svg", tmp_path / "later.svg"
+    words = ["draw", "free_fourbar", "--poles", "--centrodes", "coupler", "-o", str(begun)]
+    assert main(words) == 0
+    found = begun.read_text("utf-8")
+    assert 'id="pole:I13"' in found and "begins from rest" in found and "fixed centrode" in found
+    capsys.readouterr()
+    assert main(["draw", "double_pendulum", "--poles", "--to", "0.6", "-o", str(later)]) == 0
+    assert 'id="pole:I13"' in later.read_text("utf-8") and "0.6 s" in later.read_text("utf-8")
+    capsys.readouterr()
+    assert main(["poles", "double_pendulum", "--to", "0.6"]) == 0
+    text = capsys.readouterr().out
+    assert text.count("CENTRE") == 1 and "t = 0.6 s" in text
+
+
 def test_several_instants_are_refused():
     run = mbody.kinematics(gallery.load("norton_fourbar"), [0.0, 0.01])
     with pytest.raises(mbody.ModelError, match="shows one instant of all links"):

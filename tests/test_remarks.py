@@ -136,6 +136,27 @@ def test_a_link_without_length():
     assert not remarks(makers.four_bar(1, 3, 2, 3.5))
 
 
+def test_of_many_bodies_there_is_one_remark():
+    """Of each sort one, with their number and the first names; of eight each has its own."""
+    for count, notes in ((8, 16), (9, 2)):
+        lines = ['units = "in-lbf-s"', "[ground]", "points = { O = [0, 0] }"]
+        for n in range(count):
+            lines += [f"[bodies.rod{n}]", "mass = 3", "points = { A = [0, 0], B = [0, 0] }"]
+        lines.append("[joints]")
+        for n in range(count):
+            before = "ground.O" if n == 0 else f"rod{n - 1}.B"
+            lines.append(f'J{n} = {{ revolute = ["{before}", "rod{n}.A"] }}')
+        lines.append(f'E = {{ revolute = ["rod{count - 1}.B", "ground.O"] }}')
+        made = mbody.from_toml("\n".join(lines))
+        said = [one for one in remarks(made) if "no length" in one or "a mass of" in one]
+        said += [one for one in remarks(made) if "have plain masses" in one]
+        assert len(said) == notes
+    assert said[0].startswith("9 bodies have no length ('rod0', ") and "and 1 more" in said[0]
+    assert said[1].startswith("9 bodies have plain masses, which are in blob ('rod0', ")
+    (inertia,) = (one for one in remarks(made) if "no inertia" in one)
+    assert inertia.startswith("9 bodies have a mass or weight and no inertia ('rod0', ")
+
+
 def test_python_speaks_radians():
     """Nothing is said of text laws in Python, whose plain angles are radians."""
     machine = Mechanism("arm")

@@ -47,10 +47,16 @@ def draw(args: Any) -> int:
     free = mechanism.simulation is not None and wanted is None
     if plain and (free or not (mechanism.drivers or args.forces)):
         return _written(drawn(mechanism, forces=args.forces, **shown, **marks), args.output)
+    marked = any(marks.values())
+    if marked and (args.series or args.strip):
+        raise UsageError(
+            "--poles, --polygons and the like draw one instant: name it with --at, or with --to "
+            "the end of a free motion"
+        )
+    if marked and count is None and args.to is not None:
+        count = 1
     run = _motion(args, mechanism, count)
     instants = _instants(args, run, count)
-    if any(marks.values()) and (args.series or args.strip):
-        raise UsageError("--poles, --polygons and the like draw one instant: name it with --at")
     if args.series:
         return _series(args, run, instants, shown)
     figure = drawn(run, instants, args.forces, strip=args.strip, **shown, **marks)
@@ -99,7 +105,9 @@ def _instants(args: Any, run: Solution, count: int | None) -> list[int]:
     turn = bool(run.mechanism.drivers) and args.to is None and len(run) == count + 1
     last = len(run) - 1
     # after a whole turn the first position comes again; of a motion the last is in full
-    steps = [round(n * last / (count if turn else max(count - 1, 1))) for n in range(count)]
+    if count == 1 and not turn:
+        return [last]
+    steps = [round(n * last / (count if turn else count - 1)) for n in range(count)]
     forward = turn or args.strip or args.series
     return list(dict.fromkeys(steps if forward else steps[::-1]))
 

@@ -337,7 +337,7 @@ def _poles(command: argparse.ArgumentParser) -> None:
     add_model(command)
     add_instants(command)
     add_assembly(command)
-    command.add_argument("--to", metavar="TIME", help="of the free motion until that time")
+    command.add_argument("--to", metavar="TIME", help="of the free motion at that time")
     add_angle(command)
     add_json(command)
 

@@ -45,9 +45,9 @@ def poles(args: Any) -> int:
         }
         print(json.dumps(data, ensure_ascii=False, allow_nan=False))
     else:
-        # of a model's own instants the first, of those that the command names all
-        named = args.at or args.over or args.to
-        for k in range(len(run) if named else 1):
+        # of a model's own instants the first, of a motion the last, of those that are named all
+        shown = [len(run) - 1] if args.to is not None else range(len(run))
+        for k in shown if args.at or args.over or args.to is not None else [0]:
             print(_table(run, found, k))
     return exit_status(found, shown=args.json)
 

@@ -8,7 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from mbody.engineering.relative_motion import AT_REST, at_unit_speed, check_moving, relative_motion
+from mbody.engineering.relative_motion import (
+    AT_REST,
+    at_unit_speed,
+    check_moving,
+    motion_that_begins,
+    relative_motion,
+)
 from mbody.errors import ModelError
 from mbody.model.joints import Prismatic, Revolute
 from mbody.solution.doubts import Inherited, inherited
@@ -19,6 +25,8 @@ __all__ = ["Centrodes", "InstantCentre", "InstantCentres", "centrodes", "instant
 
 Array = np.ndarray
 
+#: What is said of instants at which nothing moves yet.
+BEGINNING = "the instant centres are those that it begins with, from accelerations"
 #: Of the swiftest motion, what is no motion: rates follow from positions that are closed to 1e-13
 #: of the model length, and the worst gallery model loses two digits on the way.
 NO_MOTION = 1e-11
@@ -209,7 +217,8 @@ def instant_centres(run: Solution) -> InstantCentres:
     ----------
     run : Solution
         Of one design, with velocities: kinematics, kinetostatics or simulate. Where the only driver
-        is at rest, the centres are those of a motion at unit speed, which a note says.
+        is at rest, the centres are those of a motion at unit speed; where a motion begins from
+        rest, those that it begins with, from accelerations. A note says so.
 
     Returns
     -------
@@ -251,11 +260,12 @@ def instant_centres(run: Solution) -> InstantCentres:
 def _by_rates(run: Solution) -> InstantCentres | None:
     """Those of the velocities of a run; None where nothing moves."""
     names = [*run, "ground"]
-    omega = {name: run[name].omega for name in names}
-    u = {
-        name: (one.vx + one.omega * one.y, one.vy - one.omega * one.x)
-        for name, one in ((name, run[name]) for name in names)
-    }
+    begins = motion_that_begins(run)
+    omega, u = {}, {}
+    for name, one in ((name, run[name]) for name in names):
+        turning = omega[name] = np.where(begins, one.alpha, one.omega)
+        vx, vy = np.where(begins, one.ax, one.vx), np.where(begins, one.ay, one.vy)
+        u[name] = vx + turning * one.y, vy - turning * one.x
     length = run.system.length
     # the swiftest motion of all, as a rate
     size = np.max([np.abs(w) + np.hypot(*u[n]) / length for n, w in omega.items()], axis=0)
@@ -282,6 +292,11 @@ def _by_rates(run: Solution) -> InstantCentres | None:
         joint = kept.get(frozenset((i, j)))
         pairs.append(found if joint is None else _of_joint(run, joint, (i, j)))
     notes = [note for note in run.notes if note.endswith(AT_REST)]
+    if begins.any():
+        times = [f"{t:.6g}" for t in run.t[begins][:3]]
+        more = f" and {begins.sum() - 3} more instants" if begins.sum() > 3 else ""
+        at = f"{', '.join(times)} {run.mechanism.units.time}{more}"
+        notes.append(f"at t = {at} the motion begins from rest: {BEGINNING}")
     return InstantCentres(tuple(pairs), length, **inherited(run, notes=notes))
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mbody.analysis.driven.free_body import free_body
 from mbody.analysis.driven.kinematics import kinematics
 from mbody.errors import ModelError
 from mbody.model.element import Marker
@@ -22,6 +23,7 @@ __all__ = [
     "RelativeMotion",
     "at_unit_speed",
     "check_moving",
+    "motion_that_begins",
     "pose_at",
     "relative_motion",
     "relative_path",
@@ -31,6 +33,9 @@ Array = np.ndarray
 
 #: What is said of a motion that its driver does not make.
 AT_REST = "the instant centres are those at unit speed"
+#: Of the accelerations that forces would give one by one, what is none: contacts that hold a pile
+#: at rest are solved to some 1e-7 of its weight.
+NO_ACCELERATION = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +95,42 @@ def at_unit_speed(run: Solution) -> Solution:
     moved = kinematics(run.system, drive={driver.name: (values, 1.0)}, guess=pose_at(run, 0))
     note = f"'{driver.name}' is at rest: {AT_REST}"
     return changed(moved, notes=(*run.notes, note))
+
+
+def motion_that_begins(run: Solution) -> Array:
+    """At which instants (instants,) nothing moves yet and something accelerates: a release from
+    rest. Velocities are then a t, in proportion to the accelerations a.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> run = mbody.simulate(mbody.gallery.load("double_pendulum"), times=[0.0, 0.1])
+    >>> print(motion_that_begins(run))
+    [ True False]
+    """
+    bodies = [run[name] for name in run]
+    moving = np.any([(one.vx != 0.0) | (one.vy != 0.0) | (one.omega != 0.0) for one in bodies], 0)
+    begins = np.zeros(len(run), dtype=bool)
+    for k in np.flatnonzero(~moving) if run.has_forces else ():
+        begins[k] = _accelerates(run, int(k))
+    return begins
+
+
+def _accelerates(run: Solution, k: int) -> bool:
+    """Whether the forces of an instant do not cancel: a rate of each body, beside those that each
+    of its forces alone would give it.
+    """
+    length, found, alone = run.system.length, [0.0], [0.0]
+    masses = run.system.mass[:, 0].reshape(-1, 3)
+    for name, (mass, _, inertia) in zip(run, masses[: len(run.mechanism.bodies)], strict=True):
+        one = run[name]
+        found.append(float(np.hypot(one.ax[k], one.ay[k])) / length + abs(float(one.alpha[k])))
+        for force in free_body(run, name, k):
+            dx, dy = force.x - one.x[k], force.y - one.y[k]
+            moment = force.torque + dx * force.fy - dy * force.fx
+            alone.append(force.force / mass / length if mass > 0.0 else 0.0)
+            alone.append(abs(float(moment)) / inertia if inertia > 0.0 else 0.0)
+    return max(found) > NO_ACCELERATION * max(alone)
 
 
 def pose_at(run: Solution, k: int) -> dict[str, tuple[float, float, float]]:

@@ -47,6 +47,11 @@ class Driver(Constraint):
         raise NotImplementedError
 
     @property
+    def coordinate(self) -> str:
+        """What it drives, in words."""
+        raise NotImplementedError
+
+    @property
     def motion(self) -> dict[str, str]:
         """Dimensions of the driven coordinate and of its derivatives."""
         if self.angular:
@@ -108,6 +113,12 @@ class AngleDriver(Driver):
         """(reference body, driven body)."""
         return self.relative_to, self.body
 
+    @property
+    def coordinate(self) -> str:
+        """As "angle of arm from crank"; of an angle from the ground without it."""
+        rest = "" if self.relative_to == "ground" else f" from {self.relative_to}"
+        return f"angle of {self.body}{rest}"
+
     def turn_row(self, at: Numbers, pose: PoseReader) -> TurnRow | None:
         """The driven angle, where its value is known."""
         if self.name not in pose.given:
@@ -166,6 +177,11 @@ class DistanceDriver(Driver):
         """(body of i, body of j)."""
         return self.i.body, self.j.body
 
+    @property
+    def coordinate(self) -> str:
+        """As "distance of jib.P from ground.C"."""
+        return f"distance of {self.j} from {self.i}"
+
     def distances(self) -> tuple[tuple[str, str], ...]:
         """That of the two places."""
         return (("i", "j"),)
@@ -220,6 +236,12 @@ class CoordinateDriver(Driver):
     def bodies(self) -> tuple[str, str]:
         """(body of i, body of j)."""
         return self.i.body, self.j.body
+
+    @property
+    def coordinate(self) -> str:
+        """As "displacement of ram from base"; of one from the ground without it."""
+        rest = "" if self.i.body == "ground" else f" from {self.i}"
+        return f"displacement of {self.j}{rest}"
 
     def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
         """Φ = u_i · d − f."""

@@ -18,10 +18,12 @@ from mbody.quantities import Formula, FormulaError, Scope, Valued, read
 from mbody.quantities.evaluate import has_units
 from mbody.quantities.units import DIMENSIONS, Dimension, UnitSystem, dimension_of
 
-__all__ = ["kept_states", "left_out", "remarks", "rubbing", "without_friction"]
+__all__ = ["kept_states", "left_out", "of_each", "remarks", "rubbing", "without_friction"]
 
 #: A unit of mass above so many kilograms, and the plain masses in it that are seldom meant.
 HEAVY, MUCH = 100, 0.1
+#: Bodies up to which each has a remark of its own.
+EACH = 8
 
 
 def remarks(mechanism: Mechanism) -> tuple[str, ...]:
@@ -40,6 +42,19 @@ def remarks(mechanism: Mechanism) -> tuple[str, ...]:
         *_no_length(mechanism),
         *_unused_inputs(mechanism),
     )
+
+
+def of_each(found: Mapping[str, str], whole: str) -> list[str]:
+    """The remarks on some bodies; of many one that counts them, names the first and goes on with
+    what is to be said of all.
+
+    >>> of_each({f"rod{n}": "" for n in range(9)}, "have no length")[0][:30]
+    "9 bodies have no length ('rod0"
+    """
+    if len(found) <= EACH:
+        return list(found.values())
+    does, _, rest = whole.partition(":")
+    return [f"{len(found)} bodies {does} ({listed(found)}){':' if rest else ''}{rest}"]
 
 
 def _tables(mechanism: Mechanism) -> Iterator[str]:
@@ -118,25 +133,31 @@ def _of_plain_angles(mechanism: Mechanism, formula: Formula) -> bool:
     )
 
 
-def _masses(mechanism: Mechanism) -> Iterator[str]:
+def _masses(mechanism: Mechanism) -> list[str]:
     """Plain masses in a unit of hundreds of kilograms, which are seldom meant."""
     one = mechanism.units.unit("mass").ratio
     if one < HEAVY:
-        return
+        return []
     pound = mechanism.units.length in ("in", "ft")
+    other, ratio = ("lb", 0.45359237) if pound else ("kg", 1.0)
+    found = {}
     for body in mechanism.bodies:
         mass = body.mass
         if mass is None or f"{body.name}.mass" in mechanism.formulas or mass < MUCH:
             continue
-        other, ratio = ("lb", 0.45359237) if pound else ("kg", 1.0)
-        yield (
+        found[body.name] = (
             f"body '{body.name}' has a mass of {mass:g} {mechanism.units.of('mass')}, which "
             f"is {mass * float(one) / ratio:.4g} {other}: write the unit, as in '{mass:g} "
             f"{other}', if it is meant otherwise"
         )
+    return of_each(
+        found,
+        f"have plain masses, which are in {mechanism.units.of('mass')}: write the unit, as in "
+        f"'{MUCH:g} {other}', if they are meant otherwise",
+    )
 
 
-def _no_length(mechanism: Mechanism) -> Iterator[str]:
+def _no_length(mechanism: Mechanism) -> list[str]:
     """Links whose pins are all at one place."""
     pins: dict[str, list[tuple[str, Any]]] = {body.name: [] for body in mechanism.bodies}
     other: set[str] = set()
@@ -149,14 +170,17 @@ def _no_length(mechanism: Mechanism) -> Iterator[str]:
             body: Any = mechanism[marker.body]
             point = body.points[marker.point] if isinstance(marker.point, str) else marker.point
             pins[marker.body].append((joint.name, point))
-    for name, found in pins.items():
-        if name in other or len(found) < 2 or any(p != found[0][1] for _, p in found):
+    found = {}
+    for name, own in pins.items():
+        if name in other or len(own) < 2 or any(p != own[0][1] for _, p in own):
             continue
-        joints = listed(joint for joint, _ in found)
-        yield (
+        joints = listed(joint for joint, _ in own)
+        found[name] = (
             f"body '{name}' has no length: its joints {joints} are at one point of it; give its "
             "points their places"
         )
+    whole = "have no length: their joints are at one point of each; give their points their places"
+    return of_each(found, whole)
 
 
 def _unused_inputs(mechanism: Mechanism) -> Iterator[str]:

@@ -15,7 +15,18 @@ import numpy as np
 
 from mbody.quantities.numpy_operations import COMPUTE
 from mbody.quantities.parse import FUNCTIONS, VARIABLES, FormulaError
-from mbody.quantities.tree import Binary, Call, Measured, Name, Negative, Node, Plain, walk
+from mbody.quantities.text import text_of
+from mbody.quantities.tree import (
+    Binary,
+    Call,
+    Measured,
+    Name,
+    Negative,
+    Node,
+    Plain,
+    units_of_powers,
+    walk,
+)
 from mbody.quantities.units import (
     DIMENSIONS,
     NUMBER,
@@ -164,7 +175,7 @@ def evaluate(node: Node, scope: Scope, *, with_units: bool = False, checked: boo
     _check_names(node, scope)
     with_units = checked and (with_units or has_units(node, scope))
     with np.errstate(all="ignore"):  # callers check for values that are not finite
-        value, dimension = _Evaluation(scope, with_units, checked).of(node)
+        value, dimension = _Evaluation(scope, with_units, checked, node).of(node)
     return Valued(value, dimension if with_units else None)
 
 
@@ -195,8 +206,8 @@ def parameters_read_as_units(node: Node, scope: Scope) -> Iterator[tuple[str, Me
 class _Evaluation:
     """Recursive evaluation of a tree: every value with its dimension."""
 
-    def __init__(self, scope: Scope, with_units: bool, checked: bool = True) -> None:
-        self.scope, self.with_units, self.checked = scope, with_units, checked
+    def __init__(self, scope: Scope, with_units: bool, checked: bool, whole: Node) -> None:
+        self.scope, self.with_units, self.checked, self.whole = scope, with_units, checked, whole
 
     def of(self, node: Node) -> tuple[Any, Dimension]:
         """Value and dimension of a node."""
@@ -216,7 +227,7 @@ class _Evaluation:
                 return self.binary(operator, self.of(a), self.of(b))
             case Call(function=function, arguments=(below,)) if function in APART:
                 units = self.checked and has_units(below, self.scope)
-                inside = _Evaluation(self.scope, units, self.checked)
+                inside = _Evaluation(self.scope, units, self.checked, self.whole)
                 return self.call(function, [inside.of(below)])
             case Call(function=function, arguments=arguments):
                 return self.call(function, [self.of(argument) for argument in arguments])
@@ -297,6 +308,7 @@ class _Evaluation:
         if of_exponent != NUMBER:
             raise FormulaError(
                 f"an exponent is {dimension_text(of_exponent)}, it must be a plain number"
+                f"{self._meant()}"
             )
         if dimension != NUMBER:
             fixed = literal_exponent(node.b)
@@ -307,6 +319,15 @@ class _Evaluation:
             dimension = dimension**fixed
         # times 1.0: a power of whole numbers would be a whole number
         return np.power(np.multiply(base, 1.0), exponent), dimension
+
+    def _meant(self) -> str:
+        """What was meant where an exponent has the unit of the whole power."""
+        whole = units_of_powers(self.whole)
+        try:
+            evaluate(whole, self.scope, checked=self.checked)
+        except FormulaError:
+            return ""
+        return f"; a unit goes with the number before it: did you mean '{text_of(whole)}'?"
 
     def call(self, function: str, given: list[tuple[Any, Dimension]]) -> tuple[Any, Dimension]:
         values, dimensions = [v for v, _ in given], [d for _, d in given]

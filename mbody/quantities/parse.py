@@ -14,6 +14,7 @@ written without spaces, as in ``5 N*m`` and ``12 in-lbf``.
 from __future__ import annotations
 
 import difflib
+import itertools
 import re
 from collections.abc import Callable
 from fractions import Fraction
@@ -185,6 +186,13 @@ class _Reader:
             close = difflib.get_close_matches(token.text, SYMBOLS, 1, 0.5)
             hint = f", did you mean {close[0]!r}?" if close else ""
             return f"there is no unit {token.text[:40]!r}{hint}"
+        if before.text in RAISED and self.unit_of(token):
+            base = self.tokens[self.at - 2].text
+            power = f"({base if base != ')' else '(…)'}{before.text})"
+            following = self.tokens[self.at + 1 :]
+            joined = itertools.takewhile(lambda one: not one.after_space, following)
+            unit = "".join([token.text, *(one.text for one in joined)])
+            return f"put brackets before the unit, as in '{power} {unit}'"
         return f"an operator is missing before {token.text[:40]!r}"
 
     def nested(self, read: Callable[[], Node]) -> Node:

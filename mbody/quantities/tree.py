@@ -6,13 +6,24 @@ Every node has the set of names that occur in it and below it.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import ClassVar, TypeAlias
 
 from mbody.quantities.units import Unit
 
-__all__ = ["Binary", "Call", "Measured", "Name", "Negative", "Node", "Plain", "called", "walk"]
+__all__ = [
+    "Binary",
+    "Call",
+    "Measured",
+    "Name",
+    "Negative",
+    "Node",
+    "Plain",
+    "called",
+    "units_of_powers",
+    "walk",
+]
 
 
 def _names() -> frozenset[str]:
@@ -109,3 +120,26 @@ def walk(node: Node, except_in: tuple[str, ...] = ()) -> Iterator[Node]:
 def called(node: Node) -> frozenset[str]:
     """The functions in a formula."""
     return frozenset(part.function for part in walk(node) if isinstance(part, Call))
+
+
+def units_of_powers(node: Node) -> Node:
+    """The tree in which the units of exponents are those of the powers: (2^3) mm of 2^3 mm.
+
+    >>> from mbody.quantities.parse import parse
+    >>> units_of_powers(parse("2^3 mm")) == parse("(2^3) mm")
+    True
+    """
+    match node:
+        case Binary(operator="^", a=a, b=Measured(of=below, unit=unit, symbols=symbols)):
+            return Measured(Binary("^", units_of_powers(a), below), unit, symbols)
+        case Binary(operator="^", a=a, b=Negative(of=Measured(of=below, unit=u, symbols=s))):
+            return Measured(Binary("^", units_of_powers(a), Negative(below)), u, s)
+        case Binary(operator=operator, a=a, b=b):
+            return Binary(operator, units_of_powers(a), units_of_powers(b))
+        case Measured(of=below):
+            return replace(node, of=units_of_powers(below))
+        case Negative(of=below):
+            return Negative(units_of_powers(below))
+        case Call(function=function, arguments=arguments):
+            return Call(function, tuple(units_of_powers(one) for one in arguments))
+    return node

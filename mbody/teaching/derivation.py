@@ -262,9 +262,8 @@ class _DerivationWriter:
             shown = f"{number(values[0])} {length}"
             if driver.angular:
                 shown = f"{number(np.degrees(values[0]))}°"
-            what = "angle" if driver.angular else "length"
             rates = f"{number(values[1])} {unit}/{time}", f"{number(values[2])} {unit}/{time}²"
-            cells.append((driver.name, f"{what} of {driver.bodies[1]}", shown, *rates))
+            cells.append((driver.name, driver.coordinate, shown, *rates))
         titles = ("Driver", "of", "value", "rate", "acceleration")
         columns = [
             Cells(title, column, text=title in titles[:2])

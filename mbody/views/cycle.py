@@ -12,11 +12,11 @@ from mbody.model.numbers import number_in
 from mbody.model.study import Instants
 
 if TYPE_CHECKING:
-    from mbody.model.driver import AngleDriver, Driver
+    from mbody.model.driver import Driver
     from mbody.model.mechanism import Mechanism
     from mbody.solution.solution import Solution
 
-__all__ = ["SMOOTH", "cycle", "label_of_angle", "one_way", "times"]
+__all__ = ["SMOOTH", "cycle", "one_way", "times"]
 
 #: Instants of a smooth curve.
 SMOOTH = 181
@@ -30,12 +30,6 @@ def one_way(run: Solution) -> tuple[Driver, np.ndarray] | None:
         return None
     steps = np.diff(moving[0][1])
     return moving[0] if np.all(steps > 0.0) or np.all(steps < 0.0) else None
-
-
-def label_of_angle(driver: AngleDriver) -> str:
-    """What a diagram over the angle of a driver is over."""
-    rest = "" if driver.relative_to == "ground" else f" from {driver.relative_to}"
-    return f"angle of {driver.body}{rest}"
 
 
 def times(mechanism: Mechanism, ask: Instants | None) -> np.ndarray | None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.analysis.driven.kinematics import kinematics
+from mbody.analysis.dynamics.simulate import simulate
 from mbody.errors import ModelError
 from mbody.model.mechanism import Mechanism
 from mbody.solution.checks import one_design
@@ -75,7 +76,8 @@ def draw(
         Whether the joint forces are drawn, as in the sheet: F_ij on link j by link i.
     paths : sequence of str
         Points such as ``"coupler.P"`` whose paths are drawn: over the instants of the result; where
-        it has one only, over the times that the mechanism asks for, or a whole turn.
+        it has one only, over the times that the mechanism asks for, or a whole turn; of a free
+        motion over that of its `simulation`.
     only : sequence of str
         The bodies that are drawn, with the joints, drivers and loads between them and the ground;
         by default all.
@@ -239,6 +241,8 @@ def _names(given: Sequence[str]) -> tuple[str, ...]:
 
 def _over_motion(run: Solution) -> Solution:
     """The run itself where it has many instants, else more instants."""
+    if run.analysis == "simulate":
+        return simulate(run.system) if len(run) == 1 else run
     if len(run) == 1:
         requested = times(run.mechanism, run.mechanism.ask)
         if requested is None:

@@ -93,9 +93,11 @@ def kinematic_picture(
     ModelError
         As of the analyses in `mbody.engineering`.
     """
-    pose, shown = Pose(run, instant), Shown(run.mechanism, ())
+    run = run.take([instant])
+    pose, shown = Pose(run, 0), Shown(run.mechanism, ())
     corners = bounds(pose)
-    poles = shown_poles(instant_centres(run), pose, corners) if marks.poles else None
+    centres = instant_centres(run) if marks.poles else None
+    poles = None if centres is None else shown_poles(centres, pose, corners)
     extent = np.array(poles.places) if poles is not None else np.empty((0, 2))
     wide = np.ptp(corners, axis=0).max()
     frame = np.vstack([corners, extent]) if len(extent) else corners

@@ -20,7 +20,7 @@ from mbody.solution.places import Place, moved
 from mbody.solution.solution import Solution
 from mbody.views.acting import notation
 from mbody.views.carriers import Carrier
-from mbody.views.cycle import label_of_angle, one_way
+from mbody.views.cycle import one_way
 from mbody.views.friction_symbols import contact_arrows, line_of_action, sense_history
 from mbody.views.labels import symbolic
 from mbody.views.mode_bars import mode_rows
@@ -193,7 +193,7 @@ def axis(run: Solution) -> dict[str, Any]:
         driver, value = found
         if isinstance(driver, AngleDriver):
             values = np.degrees(value).tolist()
-            return {"label": label_of_angle(driver), "unit": "deg", "values": values}
+            return {"label": driver.coordinate, "unit": "deg", "values": values}
         if still:
             unit = run.mechanism.units.of("length")
             return {"label": driver.name, "unit": unit, "values": value.tolist()}

@@ -17,7 +17,7 @@ from mbody.sheets.text_table import cut, unit_text
 from mbody.solution.checks import one_design
 from mbody.solution.measures import found_by, measured
 from mbody.views.backend import blank, styled
-from mbody.views.cycle import label_of_angle, one_way
+from mbody.views.cycle import one_way
 from mbody.views.labels import extent
 from mbody.views.mode_bars import BAR, mode_bars, mode_key, mode_rows
 from mbody.views.style import CURVES, INK, PAPER, SIZE, SOFT
@@ -272,7 +272,7 @@ def _abscissa(run: Solution) -> Abscissa:
     if found is not None:
         driver, value = found
         if isinstance(driver, AngleDriver):
-            label = f"{label_of_angle(driver)} [deg]"
+            label = f"{driver.coordinate} [deg]"
             return Abscissa(np.degrees(value), label, driver.body, True)
     if np.ptp(run.t) == 0.0:
         return Abscissa(np.arange(float(len(run))), "instant", "instant")

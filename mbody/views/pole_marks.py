@@ -212,6 +212,7 @@ def shown_poles(centres: InstantCentres, pose: Pose, corners: Array) -> PolesSho
             f"{len(words) - SAID} more centres are at infinity, or are none: mbody poles has them"
         )
         words = [*words[:SAID], rest]
+    words = [*centres.notes, *words]
     if outside:
         unit = machine.units.of("length")
         words.append(f"outside this picture: {', '.join(outside)} {unit}")

@@ -23,6 +23,9 @@ __all__ = ["Sketch"]
 
 Array = np.ndarray
 
+#: Points between the distances at which a label may be from what it names, at most.
+STEP = 9.0
+
 
 @dataclass
 class Rail:
@@ -322,7 +325,7 @@ class Sketch:
         """A text near a point, best in the direction `wanted` [rad], at least `gap` from it."""
         made = Label(text, [], **look)
         width, height = (self.unit * part for part in Places.measured(made))
-        made.spots = beside(anchor, (width, height), gap, wanted, turn)
+        made.spots = beside(anchor, (width, height), gap, wanted, turn, STEP * self.unit)
         self.labels.append(made)
         return made
 

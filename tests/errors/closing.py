@@ -3,7 +3,7 @@
 import functools
 
 import mbody
-from mbody import AngleDriver, Body, CoordinateDriver, Marker, Mechanism, Revolute
+from mbody import AngleDriver, Body, Contact, CoordinateDriver, Marker, Mechanism, Revolute
 from mbody.views.assemblies import draw_assemblies
 from tests.errors.command import said
 from tests.errors.models import four_bar
@@ -34,6 +34,22 @@ def shaft():
     """A wheel that a motor turns by itself."""
     machine = Mechanism("shaft")
     machine.add(Body("wheel"), Revolute("W", "ground", "wheel"), AngleDriver("fan", "wheel", 0.0))
+    return mbody.kinematics(machine)
+
+
+def fingers():
+    """A crank beside the arm of a wheel, which a hand holds: nothing decides whether they touch."""
+    tip = {"points": {"T": (1.0, 0.0)}, "shapes": {"tip": {"disc": "T", "radius": 0.1}}}
+    machine = Mechanism("fingers", ground={"A": (0.0, 0.0), "B": (1.5, 0.0)})
+    machine.add(
+        Body("crank", **tip),
+        Body("wheel", **tip),
+        Revolute("A", "ground.A", "crank"),
+        Revolute("B", "ground.B", "wheel"),
+        Contact("touch", "crank.tip", "wheel.tip"),
+        AngleDriver("motor", "crank", 0.0),
+        AngleDriver("hand", "wheel", 3.0),
+    )
     return mbody.kinematics(machine)
 
 
@@ -88,6 +104,9 @@ SCENARIOS = {
     "a transmission through another link's joint": through(output="rocker", joint="A"),
     "a transmission through two joints": through(output="coupler"),
     "a transmission through no joint": lambda: mbody.transmission(shaft(), output="wheel"),
+    "a transmission by a contact that is open": lambda: mbody.transmission(
+        fingers(), "motor", "wheel"
+    ),
     "a transmission to a body without joints": lambda: mbody.transmission(
         table(), driver="x", output="plate"
     ),

@@ -36,6 +36,7 @@ TEXTS = {
     "a function of one number": "atan2(1)",
     "a function of three numbers": "clamp(1, 2)",
     "a power of a unit": "3 m^12",
+    "a unit after a raised digit": "3² m",
 }
 
 #: Lengths that are none: formulas whose units do not fit.
@@ -48,6 +49,7 @@ UNITS = {
     "a length beside a time": "5 in - 2 s",
     "a unit twice": "(3 m) m",
     "a power of a length": "2^(3 m)",
+    "a unit for the whole power": "0.5*3^2 m",
     "a length to a parameter": "(2 m)^a",
     "a sine of a length": "sin(3 m)*1 m",
     "a root of an angle": "log(3 m)*1 m",

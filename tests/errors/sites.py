@@ -10,8 +10,9 @@ from tests.errors.catalogue import PACKAGE
 CONSTRUCTORS = {"ModelError", "SolveError", "UsageError", "FormulaError", "NotANumber", "NotFinite"}
 #: Functions that make sentences, or parts of them, without making the error.
 MAKERS = {
+    "analysis/driven/force_path.py": {"_contact_remedy"},
     "analysis/position/assembly_analysis.py": {"_too_few", "_say_branch"},
-    "quantities/evaluate.py": {"misplaced_variable"},
+    "quantities/evaluate.py": {"misplaced_variable", "_meant"},
     "quantities/formula.py": {"_meant"},
     "quantities/parse.py": {"why_stray"},
     "system/hooks.py": {"__call__"},

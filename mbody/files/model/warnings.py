@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from mbody.model.mechanism import Mechanism
+from mbody.model.remarks import of_each
 
 __all__ = ["meant_otherwise"]
 
@@ -67,7 +68,7 @@ def _without_law(data: Mapping[str, Any], mechanism: Mechanism) -> Iterator[str]
         )
 
 
-def _without_inertia(data: Mapping[str, Any], mechanism: Mechanism) -> Iterator[str]:
+def _without_inertia(data: Mapping[str, Any], mechanism: Mechanism) -> list[str]:
     """Bodies that turn, with a mass and no word about their inertia."""
     by_joints = {
         body
@@ -75,12 +76,18 @@ def _without_inertia(data: Mapping[str, Any], mechanism: Mechanism) -> Iterator[
         if joint.parallel and "ground" in (joint.i.body, joint.j.body)
         for body in (joint.i.body, joint.j.body)
     }
+    found = {}
     for name, entry in _tables(data, "bodies"):
         if {"inertia", "spread"} & entry.keys() or name in by_joints:
             continue
         key = "weight" if "weight" in entry else "mass"
         if key in entry and entry[key] not in (0, "0"):
-            yield (
+            found[name] = (
                 f"body '{name}' has a {key} and no inertia: it is taken as a point mass at its "
                 "mass centre, I = 0; give its inertia, or write inertia = 0"
             )
+    return of_each(
+        found,
+        "have a mass or weight and no inertia: they are taken as point masses at their mass "
+        "centres, I = 0; give their inertias, or write inertia = 0",
+    )
