@@ -66,11 +66,13 @@ class Words:
                 found.append(f"beyond {where} a load has no value: the search ends there")
         for place in self.search.jumps:
             where, _ = self.where(place)
-            found.append(
+            note = (
                 f"at {where} loads jump and drive it back from both sides: it may stay there, but "
                 "no forces balance"
             )
-        return list(dict.fromkeys(found))  # places beside each other read alike
+            if note not in found:  # along a crease neighbours read alike
+                found.append(note)
+        return found
 
     def doubts(self, free: int) -> list[Doubt]:
         """Why rest positions may be missing."""
