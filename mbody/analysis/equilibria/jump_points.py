@@ -19,7 +19,7 @@ from mbody.analysis.equilibria.load_ends import LoadEnds, two_ended
 from mbody.analysis.equilibria.surface_cover import Cover, CoverNode
 from mbody.analysis.position.many_positions import orthonormal
 from mbody.analysis.position.tangent_space import Array
-from mbody.model.element import Element
+from mbody.model.loads import Load
 
 __all__ = ["JumpPoint", "Meetings", "ends_of", "may_meet", "meetings"]
 
@@ -67,14 +67,14 @@ class Meetings:
     Attributes
     ----------
     points : list of JumpPoint
-    sharp : list of Element
+    sharp : list of Load
         The loads whose force jumps where their ends meet, or may: those that never meet among them.
     creased : list of bool
         Of each of these whether its ends meet in curves of the surface.
     """
 
     points: list[JumpPoint]
-    sharp: list[Element]
+    sharp: list[Load]
     creased: list[bool]
 
 
@@ -90,7 +90,7 @@ def meetings(cover: Cover, ends: LoadEnds, nodes: list[int], near: Array) -> Mee
         As of `may_meet`.
     """
     found: list[tuple[CoverNode, Array]] = []
-    sharp, creased = list[Element](), list[bool]()
+    sharp, creased = list[Load](), list[bool]()
     for n, load in enumerate(ends.loads):
         beside = [k for k in nodes if near[k, n]]
         met, on_line = _met(cover, ends, n, beside)

@@ -7,13 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from mbody.analysis.position.tangent_space import Array
-from mbody.model.element import Element
+from mbody.model.loads import Load
 from mbody.system.system import System
 
 __all__ = ["LoadEnds", "two_ended"]
 
 
-def two_ended(system: System) -> list[Element]:
+def two_ended(system: System) -> list[Load]:
     """The loads that have two ends."""
     return [one for one in system.mechanism.loads if hasattr(one, "i") and hasattr(one, "j")]
 
@@ -29,11 +29,11 @@ class LoadEnds:
         Whether each pulls along the line between its ends.
     """
 
-    def __init__(self, system: System, loads: Sequence[Element]) -> None:
+    def __init__(self, system: System, loads: Sequence[Load]) -> None:
         self.loads, self.length = list(loads), system.length
         every = list(system.mechanism.loads)
         self.numbers = [every.index(load) for load in loads]
-        self.along = np.array([load.along_line for load in loads], dtype=bool)
+        self.along = np.array([load.along_line for load in loads], dtype=np.bool_)
         ends = [(load, side) for side in "ij" for load in loads]
         # the ground is the last body and has no coordinates
         bodies = [system.bodies[load.place(side).body] for load, side in ends]
