@@ -161,7 +161,8 @@ class _SurfaceIsolation:
         for chart in charts:
             if self.cover.full or chart.node in self.cover.rim:
                 continue
-            for point in itertools.product((0, middle, FINEST), repeat=2):
+            ends = (0, middle, FINEST)
+            for point in itertools.product(ends, ends):
                 number = chart.samples.get(point)
                 if point == (middle, middle) or number is None:
                     continue
