@@ -16,7 +16,7 @@ from mbody.solution.rough_pairs import rough_pairs
 from mbody.system.rank import dense
 from mbody.system.system import System
 
-__all__ = ["RestingContacts", "rubs_by_contacts_alone"]
+__all__ = ["ContactLimits", "RestingContacts", "rubs_by_contacts_alone"]
 
 Array = np.ndarray
 
@@ -33,52 +33,41 @@ def rubs_by_contacts_alone(system: System) -> bool:
     return bool(rough) and all(pair.joint in closed for pair in rough)
 
 
-class RestingContacts:
-    """The forces of one position, without units of length: multipliers of all rows, then friction
-    of all closed contacts.
+class ContactLimits:
+    """What the forces of closed contacts are limited by, the same at every position of a system of
+    one design: multipliers of all rows, then friction of all closed contacts.
 
     Parameters
     ----------
-    system : System
-        One design.
     work : Work
-        At the position, with its rows.
-    load : array (coordinates,)
-        What constraints must balance, f − M a.
+        With the numbers of the design.
+
+    Attributes
+    ----------
+    least : array (limits, forces)
+        A line an inequality, each · forces ≥ 0: normal forces, then limits of friction.
     """
 
-    def __init__(self, system: System, work: Work, load: Array) -> None:
+    def __init__(self, system: System, work: Work) -> None:
         self.system, self.work = system, work
-        L, scale = system.layout, system.coordinate_units
         self.primitive, self.number, angle = system.row_table
         self.units = np.where(angle, 1.0, system.length)
-        G = dense(system, work)[1]
+        self.rows = len(self.primitive)
         self.pairs = [
             (f, pair)
             for f, pair in enumerate(rough_pairs(system))
             if pair.loses and not pair.separable
         ]
-        block = work.block[:, 0].reshape(-1, 3)
-        along = np.zeros((len(self.pairs), system.coordinates + 3))
-        for n, (_, pair) in enumerate(self.pairs):
-            node, e = 4 * L.written_node[pair.primitive], pair.primitive
-            for side, body in ((0, L.primitive_i[e]), (2, L.primitive_j[e])):
-                along[n, 3 * body : 3 * body + 3] += block[node + side]
-        tangents = along[:, : system.coordinates] * scale / system.length
-        self.balance = np.vstack([G, tangents]).T
-        self.load = load * scale
-        self.size = float(np.abs(self.load).max(initial=0.0)) or 1.0
-        self.rows = len(G)
-        #: A line an inequality, each · forces ≥ 0: normal forces, then limits of friction.
         self.least = np.array([*self._normals(), *self._limits()])
 
-    def _row(self, e: int) -> int:
+    def row(self, e: int) -> int:
+        """The row of a primitive, the first of several."""
         return int(np.flatnonzero(self.primitive == e)[0])
 
     def _pressing(self, e: int, sense: float) -> Array:
         """λ_N of the normal row of a primitive, by all forces."""
         found = np.zeros(self.rows + len(self.pairs))
-        found[self._row(e)] = -sense
+        found[self.row(e)] = -sense
         return found
 
     def _normals(self) -> list[Array]:
@@ -102,14 +91,51 @@ class RestingContacts:
                 found.append(own)
         return found
 
+    def smooth(self) -> Array:
+        """Which inequalities are limits of friction without any coefficient."""
+        count = len(self.least) - 2 * len(self.pairs)
+        mu = [self.work.par[pair.parameter + 1, 0] == 0.0 for _, pair in self.pairs]
+        return np.array([False] * count + [flag for one in mu for flag in (one, one)])
+
+
+class RestingContacts:
+    """The forces of one position, without units of length: multipliers of all rows, then friction
+    of all closed contacts.
+
+    Parameters
+    ----------
+    limits : ContactLimits
+        Of the same system.
+    work : Work
+        At the position, with its rows.
+    load : array (coordinates,)
+        What constraints must balance, f − M a.
+    """
+
+    def __init__(self, limits: ContactLimits, work: Work, load: Array) -> None:
+        system = limits.system
+        self.system, self.work, self.limits = system, work, limits
+        L, scale = system.layout, system.coordinate_units
+        G = dense(system, work)[1]
+        block = work.block[:, 0].reshape(-1, 3)
+        along = np.zeros((len(limits.pairs), system.coordinates + 3))
+        for n, (_, pair) in enumerate(limits.pairs):
+            node, e = 4 * L.written_node[pair.primitive], pair.primitive
+            for side, body in ((0, L.primitive_i[e]), (2, L.primitive_j[e])):
+                along[n, 3 * body : 3 * body + 3] += block[node + side]
+        tangents = along[:, : system.coordinates] * scale / system.length
+        self.balance = np.vstack([G, tangents]).T
+        self.load = load * scale
+        self.size = float(np.abs(self.load).max(initial=0.0)) or 1.0
+
     def extreme(self, driver: str, way: float) -> Array | None:
         """The forces at which the effort of a driver is greatest (`way` 1) or least (−1); None
         where nothing holds, infinite where there is no bound.
         """
         aim = np.zeros(self.balance.shape[1])
         # an effort is −λ
-        aim[self._row(self.system.primitives_of[driver][0])] = way
-        status, forces = self._solved(aim, self.least)
+        aim[self.limits.row(self.system.primitives_of[driver][0])] = way
+        status, forces = self._solved(aim, self.limits.least)
         if status == UNBOUNDED:
             return np.full(len(aim), -way * np.inf)
         return forces if status == 0 else None
@@ -119,15 +145,9 @@ class RestingContacts:
         as a part of the load: negative where nothing holds.
         """
         aim = np.append(np.zeros(self.balance.shape[1]), -1.0)
-        lines = np.column_stack([self.least, np.where(self._smooth(), 0.0, -1.0)])
+        lines = np.column_stack([self.limits.least, np.where(self.limits.smooth(), 0.0, -1.0)])
         status, found = self._solved(aim, lines)
         return float(found[-1]) / self.size if status == 0 and found is not None else -MOST
-
-    def _smooth(self) -> Array:
-        """Which inequalities are limits of friction without any coefficient."""
-        count = len(self.least) - 2 * len(self.pairs)
-        mu = [self.work.par[pair.parameter + 1, 0] == 0.0 for _, pair in self.pairs]
-        return np.array([False] * count + [flag for one in mu for flag in (one, one)])
 
     def _solved(self, aim: Array, lines: Array) -> tuple[int, Array | None]:
         """Status and forces at the least of aim · forces with lines · forces ≥ 0 in balance; what
@@ -155,8 +175,9 @@ class RestingContacts:
         found = np.zeros((len(system.owners), PER_PRIMITIVE))
         block = self.work.block[:, 0].reshape(-1, 3)
         lam = np.zeros((len(system.owners), 2))
-        lam[self.primitive, self.number] = forces[: self.rows] / self.units
-        for (_, pair), force in zip(self.pairs, forces[self.rows :], strict=True):
+        known = self.limits
+        lam[known.primitive, known.number] = forces[: known.rows] / known.units
+        for (_, pair), force in zip(known.pairs, forces[known.rows :], strict=True):
             lam[pair.primitive, 0] = force / system.length
         for e, (x, y) in enumerate(lam):
             node, j = 4 * L.written_node[e] + 2, int(L.primitive_j[e])

@@ -14,7 +14,7 @@ from mbody.kernels.friction_instants import StoredMotion, forces_by_senses, impe
 from mbody.kernels.friction_laws import IMPENDING, SLIDING
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.solution.checks import loaded
-from mbody.solution.contact_ranges import RestingContacts, rubs_by_contacts_alone
+from mbody.solution.contact_ranges import ContactLimits, RestingContacts, rubs_by_contacts_alone
 from mbody.solution.own_histories import motion_at
 from mbody.solution.result import Result
 from mbody.solution.rough_pairs import RoughPair, rough_pairs, stored_motion
@@ -133,10 +133,13 @@ def _by_programs(solution: Result, instants: Array, design: int) -> Array:
     drivers = [driver.name for driver in system.drivers]
     width = PER_PRIMITIVE * len(system.owners)
     found = np.full((2 * len(drivers), len(solution.t), width), np.nan)
+    if not drivers:
+        return found  # no effort has ends
+    limits = ContactLimits(system, system.work())
     for k in instants.tolist():
         work = loaded(solution, k, design)
         a = motion_at(solution, np.array([k]), design)[0, 2 * n : 3 * n]
-        forces = RestingContacts(system, work, work.force[:n, 0] - system.mass[:n, 0] * a)
+        forces = RestingContacts(limits, work, work.force[:n, 0] - system.mass[:n, 0] * a)
         for m, (number, way) in enumerate(itertools.product(range(len(drivers)), (-1.0, 1.0))):
             extreme = forces.extreme(drivers[number], way)
             if extreme is not None and np.isfinite(extreme).all():

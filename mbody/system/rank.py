@@ -89,19 +89,37 @@ def jacobian(system: System, work: Work) -> tuple[np.ndarray, np.ndarray]:
 
 def joint_rows(system: System, block: np.ndarray) -> np.ndarray:
     """Φ_q (rows, coordinates, …) by the numbers of the blocks (numbers, …) of a workspace."""
+    places, numbers, more = system.once("places of rows", lambda: _row_places(system))
+    rows, width = len(system.row_table[0]), 3 * (system.layout.bodies + 1)
+    lanes = block.shape[1:]
+    G = np.zeros((rows * width, *lanes))
+    G[places] = block[numbers]
+    for place, first in more:
+        G[place : place + 3] += block[first : first + 3]
+    return G.reshape(rows, width, *lanes)[:, :-3]
+
+
+def _row_places(system: System) -> tuple[np.ndarray, np.ndarray, list[tuple[int, int]]]:
+    """Where in Φ_q, row by row with the ground as last body, each number of the blocks is: places
+    and numbers, no place twice, then (place, number) of three numbers each that are added.
+    """
     L = system.layout
     primitive, row, _ = system.row_table
-    node, lanes = L.primitive_node[primitive], block.shape[1:]
-    blocks = block[: 12 * L.nodes].reshape(-1, 2, 2, 3, *lanes)
-    G = np.zeros((len(primitive), L.bodies + 1, 3, *lanes))
-    every = np.arange(len(primitive))
-    for side, body in enumerate((L.primitive_i, L.primitive_j)):
-        G[every, body[primitive]] += blocks[node, side, row]
-    for n, (k, column) in enumerate(L.more):
-        first = 12 * L.nodes + 6 * n
-        for line in np.flatnonzero((node == k) & (row == 0)):  # none of what can be on or off
-            G[line, L.slot_body[column // 3]] += block[first : first + 3]
-    return G[:, :-1].reshape(len(primitive), 3 * L.bodies, *lanes)
+    every, width = np.arange(len(primitive)), 3 * (L.bodies + 1)
+    node = L.primitive_node[primitive]
+    bodies = np.column_stack([L.primitive_i[primitive], L.primitive_j[primitive]])
+    place = width * every[:, None] + 3 * bodies
+    number = 12 * node[:, None] + 6 * np.arange(2) + 3 * row[:, None]
+    more = [
+        (width * int(line) + 3 * int(L.slot_body[column // 3]), 12 * L.nodes + 6 * n)
+        for n, (k, column) in enumerate(L.more)
+        for line in np.flatnonzero((node == k) & (row == 0))  # none of what can be on or off
+    ]
+    both = bodies[:, 0] == bodies[:, 1]  # two sides of one body add up
+    more += list(zip(place[both, 1].tolist(), number[both, 1].tolist(), strict=True))
+    own = np.column_stack([np.ones(len(both), dtype=bool), ~both])
+    three = np.arange(3)
+    return (place[own][:, None] + three).ravel(), (number[own][:, None] + three).ravel(), more
 
 
 def dense(system: System, work: Work) -> tuple[np.ndarray, np.ndarray]:

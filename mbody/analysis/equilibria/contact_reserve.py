@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
-from mbody.solution.contact_ranges import RestingContacts
+from mbody.solution.contact_ranges import ContactLimits, RestingContacts
 
 __all__ = ["ContactReserve"]
 
@@ -17,6 +17,7 @@ class ContactReserve:
 
     def __init__(self, manifold: Manifold) -> None:
         self.manifold = manifold
+        self.limits = ContactLimits(manifold.system, manifold.work)
 
     def __bool__(self) -> bool:
         return True
@@ -30,5 +31,5 @@ class ContactReserve:
         manifold = self.manifold
         load = manifold.force(place.q)
         manifold.rows(place.q)
-        forces = RestingContacts(manifold.system, manifold.work, load / manifold.scale)
+        forces = RestingContacts(self.limits, manifold.work, load / manifold.scale)
         return forces.reserve() * float(np.abs(load).max(initial=0.0))

@@ -4,34 +4,40 @@ A spring that keeps a force at zero length pulls one way on one side of such a p
 way beyond it. The potential energy has a cone there, and rest positions may lie close beside it.
 Where the ends only come close, its direction turns as quickly as they pass: a grid shows that only
 where its cells are shorter than the load.
+
+Ends that move along one line relative to each other, as of a spring along a slide, meet in a whole
+curve of the surface: there the energy has a crease, and the force keeps its line and turns round.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from mbody.analysis.equilibria.load_ends import LoadEnds, two_ended
 from mbody.analysis.equilibria.surface_cover import Cover, CoverNode
-from mbody.analysis.position import joint_places
+from mbody.analysis.position.many_positions import orthonormal
 from mbody.analysis.position.tangent_space import Array
-from mbody.model.element import Element
-from mbody.system.rank import rank_of
+from mbody.model.loads import Load
 
-__all__ = ["JumpPoint", "end_vectors", "jump_points", "may_meet"]
+__all__ = ["JumpPoint", "Meetings", "ends_of", "may_meet", "meetings"]
 
 #: Newton steps to a point, how often one is halved, and the distance of the ends there, in model
 #: lengths.
 ITERATIONS, HALVINGS, MET = 20, 5, 1e-11
 #: How far a point may be from the nearest place, in reaches of it.
 FURTHER = 1.5
-#: Step of differences and distance from the point at which forces are compared.
-STEP, BESIDE = 1e-5, 1e-6
+#: Distance from the point at which forces are compared.
+BESIDE = 1e-6
 #: Forces that differ by less than this part of the greatest do not jump.
 SMOOTH = 1e-4
+#: Points nearer to each other than this are one.
+ONE = 1e-6
 #: Greatest radius around a point, and the part of the distance to the next one.
 RADIUS, PART = 0.12, 0.45
+#: Ends that move across their line by less than this part of what they move along it stay on it.
+ON_LINE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,58 +60,74 @@ class JumpPoint:
     radius: float
 
 
-def jump_points(cover: Cover, nodes: list[CoverNode]) -> tuple[list[JumpPoint], list[Element]]:
-    """All points near some places of a cover where ends of loads meet and a force jumps.
+@dataclass(frozen=True, eq=False)
+class Meetings:
+    """Where ends of loads meet and a force jumps.
 
-    Returns
-    -------
-    list of JumpPoint
-    list of Element
+    Attributes
+    ----------
+    points : list of JumpPoint
+    sharp : list of Load
         The loads whose force jumps where their ends meet, or may: those that never meet among them.
+    creased : list of bool
+        Of each of these whether its ends meet in curves of the surface.
+    """
+
+    points: list[JumpPoint]
+    sharp: list[Load]
+    creased: list[bool]
+
+
+def meetings(cover: Cover, ends: LoadEnds, nodes: list[int], near: Array) -> Meetings:
+    """All points near some places of a cover where ends of loads meet and a force jumps, and the
+    loads whose ends meet in curves.
+
+    Parameters
+    ----------
+    nodes : list of int
+        Numbers of the places.
+    near : array (nodes of the cover, loads)
+        As of `may_meet`.
     """
     found: list[tuple[CoverNode, Array]] = []
-    sharp = []
-    for load in _with_ends(cover):
-        met: list[tuple[CoverNode, Array]] = []
-        for node in nodes:
-            q = _meeting(cover, node, load)
-            if q is not None and all(_apart(cover, q, other) > 1e-6 for _, other in met):
-                met.append((node, q))
-        jumping = [(node, q) for node, q in met if _jumps(cover, node, q)]
-        if jumping or not met:
-            sharp.append(load)
-        for node, q in jumping:
-            if all(_apart(cover, q, other) > 1e-6 for _, other in found):
-                found.append((node, q))
+    sharp, creased = list[Load](), list[bool]()
+    for n, load in enumerate(ends.loads):
+        beside = [k for k in nodes if near[k, n]]
+        met, on_line = _met(cover, ends, n, beside)
+        # along a curve the force at the distance zero is the same everywhere
+        curve = bool(met) and on_line and bool(ends.along[n])
+        jumping = [one for one in (met[:1] if curve else met) if _jumps(cover, *one)]
+        if not jumping and met:
+            continue
+        sharp.append(load)
+        creased.append(curve)
+        if not curve:
+            found += [one for one in jumping if _is_new(cover, one[1], found)]
     points = []
     for node, q in found:
         others = [_apart(cover, q, other) for _, other in found if other is not q]
         radius = min(RADIUS, PART * min(others, default=np.inf))
         points.append(JumpPoint(node, q, cover.seen(node, q), radius))
-    return points, sharp
+    return Meetings(points, sharp, creased)
 
 
-def end_vectors(cover: Cover, loads: Sequence[Element], q: Array) -> Array:
-    """From one end of each load to the other, in model lengths: (loads, 2)."""
-    return np.array([_between(cover, load, q) for load in loads]).reshape(-1, 2)
+def ends_of(cover: Cover) -> LoadEnds:
+    """Those of all loads that have two."""
+    system = cover.manifold.system
+    return LoadEnds(system, two_ended(system))
 
 
-def may_meet(cover: Cover, node: CoverNode) -> bool:
-    """Whether the ends of a load may meet, or pass close by, within reach of a place."""
-    return any(_in_reach(cover, node, load) for load in _with_ends(cover))
-
-
-def _with_ends(cover: Cover) -> list[Element]:
-    loads = cover.manifold.system.mechanism.loads
-    return [load for load in loads if hasattr(load, "i") and hasattr(load, "j")]
-
-
-def _in_reach(cover: Cover, node: CoverNode, load: Element) -> bool:
-    d = _between(cover, load, node.place.q)
-    moved = [node.place.q + STEP * cover.manifold.scale * way for way in node.frame]
-    rates = [np.linalg.norm(_between(cover, load, one) - d) / STEP for one in moved]
-    most = FURTHER * node.reach * float(np.linalg.norm(rates)) + node.reach**2
-    return bool(np.linalg.norm(d) <= most)
+def may_meet(cover: Cover, ends: LoadEnds) -> Array:
+    """Whether the ends of each load may meet, or pass close by, within reach of each place of the
+    cover: (nodes, loads).
+    """
+    q = np.array([node.place.q for node in cover.nodes])
+    frames = np.array([node.frame for node in cover.nodes])
+    reach = np.array([[node.reach] for node in cover.nodes])
+    sizes = np.linalg.norm(ends.slopes(q, frames), axis=(-2, -1))
+    return np.asarray(
+        np.linalg.norm(ends.vectors(q), axis=-1) <= FURTHER * reach * sizes + reach**2
+    )
 
 
 def _apart(cover: Cover, one: Array, other: Array) -> float:
@@ -113,42 +135,62 @@ def _apart(cover: Cover, one: Array, other: Array) -> float:
     return float(np.abs(cover.name(one) - cover.name(other)).max())
 
 
-def _between(cover: Cover, load: Element, q: Array) -> Array:
-    """From one end of a load to the other, in model lengths: (2,)."""
-    system, pose = cover.manifold.system, np.append(q, np.zeros(3))
-    i, j = (joint_places.place(system, pose, load, side) for side in "ij")
-    return np.asarray((j - i) / system.length)
+def _is_new(cover: Cover, q: Array, found: list[tuple[CoverNode, Array]]) -> bool:
+    return all(_apart(cover, q, other) > ONE for _, other in found)
 
 
-def _meeting(cover: Cover, node: CoverNode, load: Element) -> Array | None:
-    """The position near a place at which the ends of a load meet; None where there is none."""
-    manifold = cover.manifold
-    if not _in_reach(cover, node, load):
-        return None
-    d = _between(cover, load, node.place.q)
-    q, size = node.place.q, float(np.linalg.norm(d))
+def _met(
+    cover: Cover, ends: LoadEnds, n: int, nodes: list[int]
+) -> tuple[list[tuple[CoverNode, Array]], bool]:
+    """The positions near places at which the ends of a load meet, with these places, and whether
+    they move along a line there: by Newton's method from all places at once.
+    """
+    if not nodes:
+        return [], False
+    beside, many, scale = [cover.nodes[k] for k in nodes], cover.many, cover.scale
+    names = np.array([node.name for node in beside])
+    reach = np.array([node.reach for node in beside])
+    q = np.array([node.place.q for node in beside])
+    ways = np.array([node.frame for node in beside])
+    d = ends.vectors(q)[:, n]
+    met, on_line = list[tuple[CoverNode, Array]](), True
+    left = np.arange(len(beside))
     for _ in range(ITERATIONS):
-        if size < MET:
-            return np.asarray(q)
-        motions = rank_of(manifold.rows(q)[1]).motions
-        moved = [q + STEP * manifold.scale * way for way in motions]
-        J = np.column_stack([(_between(cover, load, one) - d) / STEP for one in moved])
-        step = -np.linalg.lstsq(J, d, rcond=1e-6)[0] @ motions
-        step *= min(1.0, node.reach / max(float(np.abs(step).max()), 1e-300))
+        J = ends.slopes(q[left], ways[left])[:, n]
+        there = np.linalg.norm(d[left], axis=1) < MET
+        for k, own in zip(left[there].tolist(), J[there], strict=True):
+            sizes = np.linalg.svd(own, compute_uv=False)
+            line = bool(sizes[1] <= ON_LINE * sizes[0])
+            on_line &= line
+            # of a curve one is enough
+            if not (met and line and on_line) and _is_new(cover, q[k], met):
+                met.append((beside[k], q[k].copy()))
+        left, J = left[~there], J[~there]
+        if not left.size:
+            break
+        step = -np.einsum("nfd,nd->nf", np.linalg.pinv(J, rcond=1e-6), d[left])
+        along = np.einsum("nf,nfc->nc", step, ways[left])
+        size = np.maximum(np.abs(along).max(axis=1), 1e-300)
+        along *= np.minimum(1.0, reach[left] / size)[:, None]
         # where two such points are close to each other a whole step overshoots
+        trying, kept = np.arange(len(left)), np.zeros(len(left), dtype=bool)
         for _ in range(HALVINGS):
-            there = manifold.closed(q + manifold.scale * step)
-            if there is not None:
-                d = _between(cover, load, there)
-                if np.linalg.norm(d) < size:
-                    break
-            step *= 0.5
-        else:
-            return None
-        q, size = there, float(np.linalg.norm(d))
-        if np.abs(cover.name(q) - node.name).max() > 2.0 * node.reach:
-            return None
-    return None
+            own = left[trying]
+            found = many.closed(q[own] + scale * along[trying], ways[own])
+            moved = np.where(found.good[:, None], ends.vectors(found.q)[:, n], np.inf)
+            nearer = np.linalg.norm(moved, axis=1) < np.linalg.norm(d[own], axis=1)
+            kept[trying[nearer]] = True
+            q[own[nearer]], d[own[nearer]] = found.q[nearer], moved[nearer]
+            ways[own[nearer]] = orthonormal(found.ways[nearer])[0]
+            along[trying] *= 0.5
+            trying = trying[~nearer]
+            if not trying.size:
+                break
+        near = np.abs(cover.name(q[left]) - names[left]).max(axis=1) <= 2.0 * reach[left]
+        left = left[kept & near]
+        if not left.size:
+            break
+    return met, on_line
 
 
 def _jumps(cover: Cover, node: CoverNode, q: Array) -> bool:

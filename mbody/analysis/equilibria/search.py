@@ -155,7 +155,7 @@ class RestSearch:
         row = any(rest.row for rest in self.found[before:])
         # each border that loads drive away from takes one from the Euler characteristic
         inward = not (cover.full or cover.driven_out())
-        odd = inward and (len(new) + roots.index + cover.borders) % 2
+        odd = inward and not roots.creased and (len(new) + roots.index + cover.borders) % 2
         if odd and not roots.unsure and not row:
             self.ends.append(("odd", here))
         if cover.full:

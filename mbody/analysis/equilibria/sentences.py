@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from mbody.analysis.equilibria.doubt_reasons import jumping_loads, without_stiffness
 from mbody.analysis.equilibria.search import RestSearch
 from mbody.analysis.freedom.free_motions import FreeMotion, free_motions, rates_of
 from mbody.analysis.position.tangent_space import Place
@@ -31,7 +32,7 @@ MISSING = {
     "be missing; begin there with starts",
     "turns": "loads tell whole turns apart: one turn was searched around {}; rest positions in "
     "others may be missing; begin there with starts",
-    "unsure": "how many rest positions there are near {} is not certain: begin there with starts",
+    "unsure": "how many rest positions there are near {} is not certain{}: begin there with starts",
     "alternate": "stable and unstable positions do not alternate near {}: one may be missing; "
     "begin there with starts",
 }
@@ -65,10 +66,12 @@ class Words:
                 found.append(f"beyond {where} a load has no value: the search ends there")
         for place in self.search.jumps:
             where, _ = self.where(place)
-            found.append(
+            note = (
                 f"at {where} loads jump and drive it back from both sides: it may stay there, but "
                 "no forces balance"
             )
+            if note not in found:  # along a crease neighbours read alike
+                found.append(note)
         return found
 
     def doubts(self, free: int) -> list[Doubt]:
@@ -87,8 +90,21 @@ class Words:
         why += [("alternate", place) for place in search.odd]
         for word, place in why:
             where, leader = self.where(place)
-            found.append(Doubt("incomplete", MISSING[word].format(where), elements=(leader,)))
+            reason, loads = self.reason(place) if word == "unsure" else ("", [])
+            message = MISSING[word].format(where, reason)
+            if all(message != doubt.message for doubt in found):
+                found.append(Doubt("incomplete", message, elements=(leader, *loads)))
         return found
+
+    def reason(self, place: Place) -> tuple[str, list[str]]:
+        """Why no number of rest positions is certain near a place, and the loads that are at it."""
+        loads = jumping_loads(self.manifold, place)
+        if loads:
+            forces = "the force of {} jumps" if len(loads) == 1 else "the forces of {} jump"
+            return f", as {forces.format(' and '.join(map(repr, loads)))} there", loads
+        if without_stiffness(self.manifold, place):
+            return ", as nothing drives it back there to first order", []
+        return "", []
 
     def motions_of(self, place: Place) -> tuple[FreeMotion, ...]:
         """The free motions at a place, with their leaders."""

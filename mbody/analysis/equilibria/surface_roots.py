@@ -2,10 +2,13 @@
 
 Around every place of a cover its tangent plane is a chart y of the surface, and the drive is a
 function G(y) of two components there; around a point where a load jumps, as of a spring whose ends
-meet, the chart is polar. A cell of a chart is excluded where some direction separates zero from G
-at its corners by more than the error of linear interpolation, which second differences of G bound;
-it holds one zero at most where J⁻¹ ∂G/∂y, J being the mean Jacobian matrix of the cell, differs
-from the identity by less than one. Other cells are divided.
+meet, the chart is polar; where they meet in a curve, both sides of it are known (`surface_cells`).
+A cell of a chart is excluded where some direction separates zero from G at its corners by more than
+the error of linear interpolation, which second differences of G bound; it holds one zero at most
+where J⁻¹ ∂G/∂y, J being the mean Jacobian matrix of the cell, differs from the identity by less
+than one. Other cells are divided.
+
+Charts are divided together, so that the drive is evaluated at many points at once.
 
 A cell in which a chart ends is left to another only where that leads to the same positions; where
 none does, small charts go on. So do they where the border of a chart lies on no other. A zero
@@ -19,14 +22,24 @@ the loads drive inward takes one from the characteristic.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from mbody.analysis.equilibria.jump_points import JumpPoint, jump_points, may_meet
-from mbody.analysis.equilibria.surface_charts import FINEST, PolarChart, TangentChart
-from mbody.analysis.equilibria.surface_cover import SPACING, Cover, CoverNode
+from mbody.analysis.equilibria.jump_points import JumpPoint, ends_of, may_meet, meetings
+from mbody.analysis.equilibria.load_ends import LoadEnds
+from mbody.analysis.equilibria.surface_cells import Cells
+from mbody.analysis.equilibria.surface_charts import (
+    FINEST,
+    PolarChart,
+    TangentChart,
+    hold,
+    led_to,
+)
+from mbody.analysis.equilibria.surface_cover import SPACING, Cover, whole_turns_less
+from mbody.analysis.equilibria.surface_samples import Samples
+from mbody.analysis.equilibria.surface_zeros import Asked, Corner, Polish, SurfaceZeros
 from mbody.analysis.position.tangent_space import Array, Place
 
 __all__ = ["SurfaceRoots", "surface_roots"]
@@ -39,15 +52,10 @@ TRIED = FINEST // 2**3
 FOLDED, RIM = FINEST // 2, FINEST // 2**6
 #: Half the width of charts that go on where others end, at most and at least, and their number.
 WIDEST, NARROWEST, PATCHES = 0.2, 1e-3, 600
-#: The error of interpolation, as a multiple of what second differences show.
-SURE = 2.0
-#: Directions among which one that separates zero is sought.
-DIRECTIONS = 32
-#: Difference from the identity below which a cell holds one zero at most.
-ALONE = 0.9
-#: How far outside its cell, in parts of it, a zero of the interpolation is followed at least, and
-#: one that was found counts for it.
-FOLLOWED, WITHIN = 0.6, 0.3
+#: How far outside its cell, in parts of it, a zero that was found counts for it.
+WITHIN = 0.3
+#: By how much charts overlap beyond halfway to their neighbours.
+OVERLAP = 1.15
 #: The part of the radius of a polar chart within which other charts leave their cells to it.
 WITHIN_DISC = 0.9
 #: Cells around a finest one in which nothing is certain, where a zero is sought.
@@ -56,17 +64,11 @@ LEFT = FINEST // 2**6
 DOUBTS = 3
 #: Evaluations of the drive at most.
 MOST = 20_000
-#: A stiffness with a singular value below this part of the greatest is singular, and zeros whose
-#: names differ by less than this are one.
-SINGULAR, SAME = 1e-7, 1e-7
-#: Newton steps in a cell, and the length of one after which the search's own method ends it.
-ITERATIONS, NEAR = 15, 1e-6
+#: Places beside creases nearer to each other than this, by their names, are one.
+BESIDE = 0.05
 #: Places on the circle on which the winding number around a jump begins, the greatest angle between
 #: the drives of neighbours, and how often their arc is halved.
 CIRCLE, ANGLE, HALVINGS = 16, 1.0, 16
-
-Polish = Callable[[Place], "Place | None"]
-Corner = tuple[int, int]
 
 
 @dataclass
@@ -83,12 +85,15 @@ class SurfaceRoots:
         Where no number of zeros is certain.
     index : int
         Sum of the winding numbers of the drive around jumps of the loads.
+    creased : bool
+        Whether loads jump in curves, along which zeros have no winding number.
     """
 
     rests: list[Place] = field(default_factory=list)
     jumps: list[Place] = field(default_factory=list)
     unsure: list[Place] = field(default_factory=list)
     index: int = 0
+    creased: bool = False
 
 
 def surface_roots(cover: Cover, polish: Polish) -> SurfaceRoots:
@@ -102,320 +107,376 @@ def surface_roots(cover: Cover, polish: Polish) -> SurfaceRoots:
     return _SurfaceIsolation(cover, polish).found
 
 
-@dataclass
-class _Zero:
-    place: Place
-    name: Array
-    singular: bool
+@dataclass(frozen=True, eq=False)
+class _Cell:
+    chart: TangentChart
+    corner: Corner
+
+    def parts(self, half: int) -> list[_Cell]:
+        i, j = self.corner
+        return [_Cell(self.chart, (i + m * half, j + n * half)) for m in (0, 1) for n in (0, 1)]
+
+    def points(self, half: int) -> list[Corner]:
+        i, j = self.corner
+        return [(i + m * half, j + n * half) for m in range(3) for n in range(3)]
 
 
 class _SurfaceIsolation:
     def __init__(self, cover: Cover, polish: Polish) -> None:
-        self.cover, self.polish = cover, polish
+        self.cover = cover
         self.found = SurfaceRoots()
-        self.zeros: list[_Zero] = []
-        self.charts: dict[CoverNode, TangentChart] = {}
+        self.zeros = SurfaceZeros(cover, polish)
+        self.charts: dict[int, TangentChart] = {}
         self.patches: list[TangentChart] = []
-        self.spent = 0
-        self.chart: TangentChart | None = None
-        self.read, self.listed = 0, list[tuple[_Zero, Array]]()
-        angles = np.arange(DIRECTIONS) * (2.0 * np.pi / DIRECTIONS)
-        self.ways = np.column_stack([np.cos(angles), np.sin(angles)])
+        ends = ends_of(cover)
+        near = may_meet(cover, ends)
         # what neighbours show of the drive says nothing of a load that turns between them
-        open_ = [node for node in cover.nodes if not cover.excluded(node) or may_meet(cover, node)]
-        self.points, self.sharp = jump_points(cover, open_)
+        open_ = np.flatnonzero(near.any(axis=1) | ~cover.excluded()).tolist()
+        met = meetings(cover, ends, open_, near)
+        self.points, self.creased = met.points, np.array(met.creased, dtype=bool)
+        self.found.creased = bool(self.creased.any())
+        self.ends = LoadEnds(cover.manifold.system, met.sharp)
+        self.samples = Samples(cover, self.ends)
         self.isolate(open_)
-        self.found.rests = [zero.place for zero in self.zeros]
+        self.found.rests = [zero.place for zero in self.zeros.every]
 
-    def isolate(self, open_: list[CoverNode]) -> None:
+    def isolate(self, open_: list[int]) -> None:
         """Find the zeros around some places of the cover."""
         for point in self.points:
             self.around(point)
-        for node in open_:
-            self.examine(self.chart_of(node))
-            if self.spent > MOST:
-                self.doubt(node.place)
+        new = [self.chart_of(n) for n in open_]
+        begun = 0
+        while new:
+            self.examine(new)
+            if self.samples.count > MOST:
+                self.doubt(new[0].node.place.q)
                 return
-        for node in open_:
-            self.surround(self.chart_of(node))
-        for patch in self.patches:  # grows on the way
-            self.examine(patch)
-            self.surround(patch)
-            if self.spent > MOST:
-                self.doubt(patch.node.place)
-                return
+            self.surround(new)
+            new, begun = self.patches[begun:], len(self.patches)
 
-    def surround(self, chart: TangentChart) -> None:
+    def surround(self, charts: Sequence[TangentChart]) -> None:
         """Go on by small charts where the border of one lies on no other."""
-        if self.cover.full or chart.node in self.cover.rim:
-            return
-        for i, j in itertools.product((0, FINEST // 2, FINEST), repeat=2):
-            place = chart.places.get((i, j))
-            if place is None or (2 * i, 2 * j) == (FINEST, FINEST) or self.cover.far(place.q):
+        asked = list[tuple[TangentChart, Array]]()
+        middle = FINEST // 2
+        for chart in charts:
+            if self.cover.full or chart.node in self.cover.rim:
                 continue
-            if not (self.on_other(chart, place.q) or self.patch(chart, place)):
-                self.doubt(place)
+            ends = (0, middle, FINEST)
+            for point in itertools.product(ends, ends):
+                number = chart.samples.get(point)
+                if point == (middle, middle) or number is None:
+                    continue
+                q = self.samples.q[number]
+                if np.isfinite(q).all() and not self.cover.far(q):
+                    asked.append((chart, q))
+        for (chart, q), known in zip(asked, self.on_others(asked), strict=True):
+            if not (known or self.on_patch(chart, q) or self.patch(chart, q)):
+                self.doubt(q)
 
-    def examine(self, chart: TangentChart) -> bool:
-        """Find the zeros of a chart; whether their number is certain."""
-        # one of another sheet above the same place has nothing to do with this one
-        self.near = [
-            point
-            for point in self.points
-            if np.abs(self.cover.name(point.q) - chart.node.name).max() < 4.0 * chart.node.reach
-            and not isinstance(chart, PolarChart)
-            and chart.holds(point.q)
-        ]
-        self.left: Place | None = None
-        self.divide(chart, (0, 0), FINEST)
-        self.spent += chart.evaluations
-        if self.left is not None:
-            self.doubt(self.left)
-        return self.left is None
+    def examine(self, charts: Sequence[TangentChart]) -> list[TangentChart]:
+        """Find the zeros of charts; those of which their number is not certain."""
+        self.near = {chart: self.jumps_on(chart) for chart in charts}
+        self.left: dict[TangentChart, Array] = {}
+        cells, size = [_Cell(chart, (0, 0)) for chart in charts], FINEST
+        while cells and self.samples.count <= MOST:
+            cells, size = self.divide(cells, size), size // 2
+        # what was not divided any more
+        for cell in cells:
+            number = cell.chart.samples.get(cell.corner)
+            if number is not None and self.samples.leads(np.array([number]))[0]:
+                self.left.setdefault(cell.chart, self.samples.q[number])
+        for q in self.left.values():
+            self.doubt(q)
+        return list(self.left)
 
-    def doubt(self, place: Place) -> None:
-        """Keep a place where no number of zeros is certain; of some beside each other one,
+    def jumps_on(self, chart: TangentChart) -> list[JumpPoint]:
+        """The jumps that a chart leads to; one of another sheet above the same place has nothing
+        to do with this one.
+        """
+        if isinstance(chart, PolarChart):
+            return []
+        names = [np.abs(self.cover.name(one.q) - chart.node.name).max() for one in self.points]
+        near = [n for n, apart in enumerate(names) if apart < 4.0 * chart.node.reach]
+        return [self.points[n] for n in near if chart.holds(self.points[n].q)]
+
+    def doubt(self, q: Array) -> None:
+        """Keep a position where no number of zeros is certain; of some beside each other one,
         and of many a few."""
-        name = self.cover.name(place.q)
+        name = self.cover.name(q)
         others = [self.cover.name(other.q) for other in self.found.unsure]
         new = all(np.abs(name - other).max() > SPACING for other in others)
-        if new and len(others) < DOUBTS:
+        place = self.cover.manifold.place(q) if new and len(others) < DOUBTS else None
+        if place is not None:
             self.found.unsure.append(place)
 
-    def divide(self, chart: TangentChart, corner: Corner, size: int) -> None:
-        """Find the zeros of a cell from a corner on, `size` finest cells long."""
-        if self.spent + chart.evaluations > MOST:
-            return
+    def sampled(self, cells: Sequence[_Cell], half: int) -> Array:
+        """Numbers of the nine samples of cells: (cells, 3, 3)."""
+        points = [cell.points(half) for cell in cells]
+        new = dict.fromkeys(
+            (cell.chart, point)
+            for cell, own in zip(cells, points, strict=True)
+            for point in own
+            if point not in cell.chart.samples
+        )
+        if new:
+            y = np.array([chart.y(*point) for chart, point in new])
+            numbers = self.samples.add([chart for chart, _ in new], y)
+            for (chart, point), number in zip(new, numbers.tolist(), strict=True):
+                chart.samples[point] = number
+        every = [
+            [cell.chart.samples[point] for point in own]
+            for cell, own in zip(cells, points, strict=True)
+        ]
+        return np.array(every).reshape(-1, 3, 3)
+
+    def divide(self, cells: list[_Cell], size: int) -> list[_Cell]:
+        """Find the zeros of cells, `size` finest cells long; the quarters that stay open."""
         half = size // 2
-        i, j = corner
-        grid = np.array(
-            [[chart.drive(i + m * half, j + n * half) for n in range(3)] for m in range(3)]
-        )
-        parts = list(itertools.product(range(2), repeat=2))
-        if not np.isfinite(grid).all():
-            if self.go_on(chart, corner, size):
-                chart.left.append((corner, size))
-                return
-            if half <= RIM:
-                self.close(chart, corner, size)
-                return
-            for m, n in parts:
-                self.divide(chart, (i + m * half, j + n * half), half)
-            return
-        bends = (
-            grid[1, :] - 0.5 * (grid[0, :] + grid[2, :]),
-            grid[:, 1] - 0.5 * (grid[:, 0] + grid[:, 2]),
-        )
-        for m, n in parts:
-            cell, at = grid[m : m + 2, n : n + 2], (i + m * half, j + n * half)
-            if self.beside_jump(chart, at, half):
+        numbers = self.sampled(cells, half)
+        whole = np.isfinite(self.samples.drive[numbers]).all(axis=(1, 2, 3))
+        onward = self.ended([cells[n] for n in np.flatnonzero(~whole)], size)
+        cells = [cells[n] for n in np.flatnonzero(whole)]
+        if not cells:
+            return onward
+        charts = [cell.chart for cell in cells]
+        known = Cells(self.samples, charts, numbers[whole], self.creased)
+        self.keep_held(known, numbers[whole])
+        open_ = [
+            (cells[n].parts(half)[k], known.single[n, k], known.outside[n, k], known.part[n, k])
+            for n, k in np.argwhere(~known.empty)
+        ]
+        open_ = [one for one in open_ if not self.beside_jump(one[0], half)]
+        asked, doubtful = list[Asked](), list[tuple[_Cell, bool]]()
+        for cell, single, outside, part in open_:
+            if single and outside:
                 continue
-            resolved = chart.resolved(*at, half)
-            if resolved and self.excluded(cell, bends):
+            chart, corner = cell.chart, cell.corner
+            if single:
+                doubtful.append((cell, True))
+                if self.zeros.known(chart, corner, half, WITHIN) is None:
+                    i, j = corner + half * np.clip(part, 0.0, 1.0)
+                    asked.append(Asked(chart, chart.y(i, j), corner, half))
                 continue
-            if resolved and self.alone(chart, cell, bends, at, half):
+            doubtful.append((cell, False))
+            if half == TRIED and self.zeros.known(chart, corner, half, 1.0) is None:
+                i, j = np.add(corner, 0.5 * half)
+                asked.append(Asked(chart, chart.y(i, j), corner, half))
+        self.zeros.search(asked)
+        left = list[_Cell]()
+        for cell, single in doubtful:
+            if single and self.zeros.known(cell.chart, cell.corner, half, WITHIN) is not None:
                 continue
-            if half == TRIED and self.tried(chart, at, half):
-                continue
-            if half > 1:
-                self.divide(chart, at, half)
+            if half == TRIED:
+                zero = self.zeros.known(cell.chart, cell.corner, half, 1.0)
+                if zero is not None and zero.singular:
+                    continue
+            left.append(cell)
+        if half > 1:
+            return onward + left
+        self.leave(left)
+        return onward
+
+    def keep_held(self, known: Cells, numbers: Array) -> None:
+        """Keep places on creases to which loads drive from both sides."""
+        for n, k in np.argwhere(known.held >= 0):
+            q = self.samples.q[numbers[n, k // 2, k % 2]]
+            name = self.cover.name(q)
+            others = [self.cover.name(place.q) for place in self.found.jumps]
+            if all(np.abs(name - other).max() > BESIDE for other in others):
+                place = self.cover.manifold.place(q)
+                self.found.jumps += [place] if place is not None else []
+
+    def leave(self, cells: Iterable[_Cell]) -> None:
+        """Keep finest cells in which nothing is certain, and the zeros near them, if there are."""
+        asked = list[Asked]()
+        for cell in cells:
+            chart, (i, j) = cell.chart, cell.corner
+            around = i - LEFT // 2, j - LEFT // 2
+            if self.zeros.known(chart, around, LEFT, 0.0) is None:
+                asked.append(Asked(chart, chart.y(i + 0.5, j + 0.5), around, LEFT))
+            self.left.setdefault(chart, self.samples.q[chart.samples[cell.corner]])
+        self.zeros.search(asked)
+
+    def ended(self, cells: list[_Cell], size: int) -> list[_Cell]:
+        """Leave cells in which charts end to others, where these go on; the parts of those that
+        are divided.
+        """
+        half, onward = size // 2, list[_Cell]()
+        asked = list[_Cell]()
+        for cell in cells:
+            # no other chart looks into the disc of a polar one
+            if size < FOLDED and not isinstance(cell.chart, PolarChart):
+                asked.append(cell)
+            elif half > RIM:
+                onward += cell.parts(half)
+            elif isinstance(cell.chart, PolarChart):
+                self.left.setdefault(cell.chart, cell.chart.node.place.q)
             else:
-                self.leave(chart, at)
+                self.close(cell, half)
+        reached = [self.reached(cell, half) for cell in asked]
+        every = [(cell.chart, q) for cell, own in zip(asked, reached, strict=True) for q in own]
+        holders = iter(self.holding(every))
+        for cell, own in zip(asked, reached, strict=True):
+            others = [next(holders) for _ in own]
+            # charts that were asked before may have left it meanwhile
+            if all(any(chart.left_open(at) for chart, at in one) for one in others):
+                cell.chart.left.append((cell.corner, size))
+            elif half > RIM:
+                onward += cell.parts(half)
+            else:
+                self.close(cell, half)
+        return onward
 
-    def leave(self, chart: TangentChart, at: Corner) -> None:
-        """Keep a finest cell in which nothing is certain, and the zero near it, if there is one."""
-        around = at[0] - LEFT // 2, at[1] - LEFT // 2
-        y = chart.y(at[0] + 0.5, at[1] + 0.5)
-        if self.known(chart, around, LEFT, 0.0) is None:
-            self.search(chart, y, around, LEFT)
-        self.left = chart.place(y)
-
-    def go_on(self, chart: TangentChart, corner: Corner, size: int) -> bool:
-        """Whether other charts go on where one ends within a cell."""
-        if size >= FOLDED:
-            return False
-        if isinstance(chart, PolarChart):
-            return False  # no other looks into its disc
-        return all(self.on_other(chart, place.q) for place in self.places_of(chart, corner, size))
-
-    def close(self, chart: TangentChart, corner: Corner, size: int) -> None:
+    def close(self, cell: _Cell, half: int) -> None:
         """Go on by small charts where one ends within a small cell, and no other goes on."""
-        if isinstance(chart, PolarChart):
-            self.left = chart.node.place
-            return
-        for place in self.places_of(chart, corner, size):
-            if not (self.on_other(chart, place.q) or self.patch(chart, place)):
-                self.left = place
-        chart.left.append((corner, size))
+        chart = cell.chart
+        reached = self.reached(cell, half)
+        asked = [(chart, q) for q in reached]
+        for q, known in zip(reached, self.on_others(asked), strict=True):
+            if not (known or self.on_patch(chart, q) or self.patch(chart, q)):
+                self.left[chart] = q
+        chart.left.append((cell.corner, 2 * half))
 
-    def patch(self, chart: TangentChart, place: Place) -> bool:
-        """Add a small chart around a place of another; whether there may be one more."""
-        if len(self.patches) == PATCHES:
+    def patch(self, chart: TangentChart, q: Array) -> bool:
+        """Add a small chart around a position on another; whether there may be one more."""
+        place = self.cover.manifold.place(q) if len(self.patches) < PATCHES else None
+        if place is None or len(place.motions) != 2:
             return False
         half_width = WIDEST
         while half_width > NARROWEST:
             node = self.cover.node(place, chart.node.frame, half_width)
-            patch = TangentChart(self.cover, node, self.sharp)
-            patch.resize(half_width)
+            corner = np.full(2, half_width)
+            patch = TangentChart(self.cover, node, -corner, corner)
             if patch.is_level():
                 self.patches.append(patch)
                 return True
             half_width *= 0.5
         return False
 
-    def places_of(self, chart: TangentChart, corner: Corner, size: int) -> list[Place]:
+    def reached(self, cell: _Cell, half: int) -> list[Array]:
         """The positions at the points of a cell to which its chart leads."""
-        (i, j), half = corner, size // 2
-        points = [(i + m * half, j + n * half) for m in range(3) for n in range(3)]
-        return [chart.places[point] for point in points if point in chart.places]
+        numbers = np.array([cell.chart.samples[point] for point in cell.points(half)])
+        return list(self.samples.q[numbers[self.samples.leads(numbers)]])
 
-    def on_other(self, chart: TangentChart, q: Array) -> bool:
-        """Whether a position is on another chart."""
-        apart = self.cover.near(self.cover.name(q))
-        near = np.flatnonzero(apart < 2.0 * SPACING)
-        nodes = [self.cover.nodes[n] for n in near[np.argsort(apart[near])]]
-        charts = [*self.patches, *(self.chart_of(node) for node in nodes)]
-        return any(other.takes(q) for other in charts if other is not chart)
+    def candidates(
+        self, asked: Sequence[tuple[TangentChart, Array]]
+    ) -> list[list[tuple[TangentChart, Array]]]:
+        """Other charts above whose rectangles positions are, the nearest first, and where."""
+        every = list[list[tuple[TangentChart, Array]]]([] for _ in asked)
+        if not asked:
+            return every
+        cover = self.cover
+        q = np.array([one for _, one in asked])
+        names = cover.name(q)
+        k, n, apart = cover.within(names, 2.0 * SPACING)
+        order = np.lexsort((apart, k))
+        number = np.unique(n)
+        charts = [self.chart_of(int(one)) for one in number]
+        k, which = k[order], np.searchsorted(number, n[order])
+        if self.patches:
+            both = np.meshgrid(np.arange(len(q)), np.arange(len(self.patches)), indexing="ij")
+            k = np.append(k, both[0].ravel())
+            which = np.append(which, both[1].ravel() + len(charts))
+            charts += self.patches
+        origin = np.array([chart.node.place.q for chart in charts])
+        frames = np.array([chart.node.frame for chart in charts])
+        low = np.array([chart.low for chart in charts])
+        step = np.array([chart.step for chart in charts])
+        way = whole_turns_less((q[k] - origin[which]) / cover.scale)
+        at = (np.einsum("nfc,nc->nf", frames[which], way) - low[which]) / step[which]
+        inside = ((at >= 0.0) & (at <= FINEST)).all(axis=1)
+        for number_, chart, own in zip(k[inside], which[inside], at[inside], strict=True):
+            if charts[chart] is not asked[number_][0]:
+                every[number_].append((charts[chart], own))
+        return every
 
-    def chart_of(self, node: CoverNode) -> TangentChart:
-        """The chart around a place."""
-        if node not in self.charts:
-            self.charts[node] = TangentChart(self.cover, node, self.sharp)
-        return self.charts[node]
+    def holding(
+        self, asked: Sequence[tuple[TangentChart, Array]]
+    ) -> list[list[tuple[TangentChart, Array]]]:
+        """Which other charts lead to positions, and where on their grids these are."""
+        every = self.candidates(asked)
+        charts = [other for own in every for other, _ in own]
+        positions = [q for (_, q), own in zip(asked, every, strict=True) for _ in own]
+        held = iter(hold(charts, np.array(positions)).tolist())
+        return [[one for one in own if next(held)] for own in every]
 
-    def beside_jump(self, chart: TangentChart, corner: Corner, size: int) -> bool:
+    def on_others(self, asked: Sequence[tuple[TangentChart, Array]]) -> list[bool]:
+        """Whether positions are on other charts, in no cell that these left."""
+        every = [[one for one in own if one[0].left_open(one[1])] for own in self.candidates(asked)]
+        found, n = [False] * len(asked), 0
+        left = [k for k, own in enumerate(every) if own]
+        while left:
+            charts = [every[k][n][0] for k in left]
+            held = hold(charts, np.array([asked[k][1] for k in left]))
+            for k, own in zip(left, held.tolist(), strict=True):
+                found[k] = own
+            n += 1
+            left = [k for k in left if not found[k] and n < len(every[k])]
+        return found
+
+    def on_patch(self, chart: TangentChart, q: Array) -> bool:
+        """Whether a position is on one of the small charts."""
+        for other in self.patches:
+            at = other.grid(self.cover.seen(other.node, q))
+            if other is not chart and other.left_open(at) and other.holds(q):
+                return True
+        return False
+
+    def chart_of(self, number: int) -> TangentChart:
+        """The chart around a place of the cover."""
+        if number not in self.charts:
+            bounds = self.cover.box(number, OVERLAP)
+            self.charts[number] = TangentChart(self.cover, self.cover.nodes[number], *bounds)
+        return self.charts[number]
+
+    def beside_jump(self, cell: _Cell, size: int) -> bool:
         """Whether a cell lies within the disc of a jump, which has a chart of its own."""
-        if not self.near:
+        points = self.near[cell.chart]
+        if not points:
             return False
-        i, j = corner
-        ends = [chart.places[i + m, j + n].q for m in (0, size) for n in (0, size)]
-        return any(self.in_disc(point, ends) for point in self.near)
+        i, j = cell.corner
+        corners = [cell.chart.samples[i + m, j + n] for m in (0, size) for n in (0, size)]
+        return any(self.in_disc(point, self.samples.q[corners]) for point in points)
 
-    def in_disc(self, point: JumpPoint, ends: list[Array]) -> bool:
+    def in_disc(self, point: JumpPoint, ends: Array) -> bool:
         """Whether positions are within the disc around a jump."""
-        ways = [self.cover.seen(point.node, q) - point.y for q in ends]
+        ways = self.cover.seen(point.node, ends) - point.y
         return bool(np.linalg.norm(ways, axis=1).max() < WITHIN_DISC * point.radius)
-
-    def excluded(self, cell: Array, bends: tuple[Array, Array]) -> bool:
-        """Whether a direction separates zero from the drive; errors are a quarter of the bends of
-        a cell twice as long.
-        """
-        least = (cell.reshape(4, 2) @ self.ways.T).min(axis=0)
-        error = sum(np.abs(bend @ self.ways.T).max(axis=0) for bend in bends)
-        return bool((least > 0.25 * SURE * error).any())
-
-    def alone(
-        self,
-        chart: TangentChart,
-        cell: Array,
-        bends: tuple[Array, Array],
-        corner: Corner,
-        size: int,
-    ) -> bool:
-        """Whether a cell holds no zero, or a single one, which is found."""
-        along = cell[1, :] - cell[0, :], cell[:, 1] - cell[:, 0]
-        J = np.column_stack([way.mean(axis=0) for way in along])
-        if abs(np.linalg.det(J)) <= 1e-12 * float(np.abs(J).max()) ** 2:
-            return False
-        B = np.linalg.inv(J)
-        errors = [SURE * np.linalg.norm(bend @ B.T, axis=1).max() for bend in bends]
-        off = [
-            np.linalg.norm(way @ B.T - unit, axis=1).max() + error
-            for way, error, unit in zip(along, errors, np.eye(2), strict=True)
-        ]
-        differs = float(np.hypot(*off))
-        if differs > ALONE:
-            return False
-        part = np.array([0.5, 0.5])
-        for _ in range(8):
-            weights = np.outer([1.0 - part[0], part[0]], [1.0 - part[1], part[1]])
-            part = part - B @ np.tensordot(weights, cell, 2)
-            if np.abs(part - 0.5).max() > 2.0:
-                break
-        # by how much the zero may be beside that of the interpolation
-        shift = 0.25 * sum(errors) / (1.0 - differs)
-        if np.abs(part - 0.5).max() > 0.5 + max(FOLLOWED, shift):
-            return True
-        if self.known(chart, corner, size, WITHIN) is None:
-            i, j = corner + size * np.clip(part, 0.0, 1.0)
-            self.search(chart, chart.y(i, j), corner, size)
-        return self.known(chart, corner, size, WITHIN) is not None
-
-    def tried(self, chart: TangentChart, corner: Corner, size: int) -> bool:
-        """Whether a search from the middle of a cell ends at a singular zero in it or beside it."""
-        known = self.known(chart, corner, size, 1.0)
-        if known is None:
-            i, j = np.add(corner, 0.5 * size)
-            self.search(chart, chart.y(i, j), corner, size)
-            known = self.known(chart, corner, size, 1.0)
-        return known is not None and known.singular
-
-    def search(self, chart: TangentChart, y: Array, corner: Corner, size: int) -> None:
-        """Keep the zero to which Newton's method leads from a point of a cell, if it does not lead
-        further away than the cell is long.
-        """
-        manifold, here = self.cover.manifold, chart.place(y)
-        for _ in range(ITERATIONS):
-            if here is None or len(here.motions) != 2:
-                return
-            off = (chart.grid(self.cover.seen(chart.node, here.q)) - corner) / size
-            if np.abs(off - 0.5).max() > 1.5:
-                return
-            K = manifold.stiffness(here)
-            if not np.isfinite(K).all():
-                return
-            step = np.linalg.lstsq(K, here.drive, rcond=1e-12)[0]
-            here = manifold.moved(here, step @ here.motions)
-            if np.linalg.norm(step) < NEAR:
-                break
-        place = None if here is None else self.polish(here)
-        if place is None:
-            return
-        name = self.cover.name(place.q)
-        if all(np.abs(zero.name - name).max() > SAME for zero in self.zeros):
-            sizes = np.linalg.svd(manifold.stiffness(place))[1]
-            self.zeros.append(_Zero(place, name, bool(sizes[-1] <= SINGULAR * sizes[0])))
-
-    def known(self, chart: TangentChart, corner: Corner, size: int, beside: float) -> _Zero | None:
-        """A zero that was found in a cell, or beside it by a part of its size."""
-        for zero, at in self.on_chart(chart):
-            if np.abs((at - corner) / size - 0.5).max() <= 0.5 + beside:
-                return zero
-        return None
-
-    def on_chart(self, chart: TangentChart) -> list[tuple[_Zero, Array]]:
-        """The zeros that a chart leads to, and where they are on its grid."""
-        if chart is not self.chart:
-            self.chart, self.read, self.listed = chart, 0, []
-        for zero in self.zeros[self.read :]:
-            beside = np.abs(zero.name - chart.node.name).max() <= 4.0 * chart.node.reach
-            if beside and chart.holds(zero.place.q):
-                at = chart.grid(self.cover.seen(chart.node, zero.place.q))
-                self.listed.append((zero, at))
-        self.read = len(self.zeros)
-        return self.listed
 
     def around(self, point: JumpPoint) -> None:
         """The zeros in the disc around a jump, and the winding number there."""
-        chart = PolarChart(self.cover, point, self.sharp)
-        if not self.examine(chart):
+        chart = PolarChart(self.cover, point, self.ends)
+        if self.examine([chart]):
             return
         angles = [float(n) for n in np.arange(CIRCLE + 1) * (FINEST / CIRCLE)]
-        drives = [chart.value(chart.y(0, angle)) for angle in angles]
-        turns, n = 0.0, 0
-        while n < len(angles) - 1:
-            a, b = drives[n], drives[n + 1]
-            turn = float(np.arctan2(a[0] * b[1] - a[1] * b[0], a @ b))
-            if not abs(turn) < ANGLE and angles[n + 1] - angles[n] > FINEST / CIRCLE / 2**HALVINGS:
-                angles.insert(n + 1, 0.5 * (angles[n] + angles[n + 1]))
-                drives.insert(n + 1, chart.value(chart.y(0, angles[n + 1])))
-                continue
-            turns += turn
-            n += 1
-        if not np.isfinite(turns):
+        drives = list(self.on_circle(chart, angles))
+        for _ in range(HALVINGS):
+            turns = _turns(np.array(drives))
+            wide = np.flatnonzero(~(np.abs(turns) < ANGLE)).tolist()
+            if not wide:
+                break
+            middles = [0.5 * (angles[n] + angles[n + 1]) for n in wide]
+            new = self.on_circle(chart, middles)
+            for n, angle, drive in reversed(list(zip(wide, middles, new, strict=True))):
+                angles.insert(n + 1, angle)
+                drives.insert(n + 1, drive)
+        whole = float(_turns(np.array(drives)).sum())
+        if not np.isfinite(whole):
             return
-        self.found.index += round(turns / (2.0 * np.pi))
+        self.found.index += round(whole / (2.0 * np.pi))
         outward = np.array([chart.y(0, angle) for angle in angles]) - point.y
-        place = chart.place(chart.y(0, 0))
-        if place is not None and (np.sum(outward * np.array(drives), axis=1) < 0.0).all():
-            self.found.jumps.append(place)
+        found = led_to([chart], chart.y(0, 0)[None])
+        if found.good[0] and (np.sum(outward * np.array(drives), axis=1) < 0.0).all():
+            self.found.jumps += self.cover.many.places(found, [0])
+
+    def on_circle(self, chart: PolarChart, angles: list[float]) -> Array:
+        """The drive on the innermost circle of a polar chart: (angles, 2)."""
+        y = np.array([chart.y(0, angle) for angle in angles])
+        numbers = self.samples.add([chart] * len(y), y)
+        return self.samples.drive[numbers]
+
+
+def _turns(drives: Array) -> Array:
+    """Angles between neighbouring drives (places, 2) of a circle: (places − 1,)."""
+    a, b = drives[:-1], drives[1:]
+    return np.arctan2(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], (a * b).sum(axis=1))
