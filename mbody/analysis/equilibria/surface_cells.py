@@ -15,10 +15,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from mbody.analysis.equilibria.surface_charts import TangentChart
-from mbody.analysis.equilibria.surface_samples import Samples
+from mbody.analysis.equilibria.surface_samples import SurfaceSamples
 from mbody.analysis.position.tangent_space import Array
 
-__all__ = ["Cells"]
+__all__ = ["ChartCells"]
 
 #: The error of interpolation, as a multiple of what second differences show.
 SURE = 2.0
@@ -64,7 +64,7 @@ def _error(bends: Sequence[Array]) -> Array:
     return np.asarray(0.25 * SURE * sum(every))
 
 
-class Cells:
+class ChartCells:
     """The quarters of some cells whose nine samples are known: (cells, 4) each.
 
     Attributes
@@ -85,7 +85,11 @@ class Cells:
     """
 
     def __init__(
-        self, samples: Samples, charts: Sequence[TangentChart], numbers: Array, creased: Array
+        self,
+        samples: SurfaceSamples,
+        charts: Sequence[TangentChart],
+        numbers: Array,
+        creased: Array,
     ) -> None:
         self.samples, self.creased = samples, creased
         grid = samples.drive[numbers]

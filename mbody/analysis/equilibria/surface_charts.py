@@ -11,7 +11,7 @@ import numpy as np
 from mbody.analysis.equilibria.jump_points import JumpPoint
 from mbody.analysis.equilibria.load_ends import LoadEnds
 from mbody.analysis.equilibria.surface_cover import Cover, CoverNode, whole_turns_less
-from mbody.analysis.position.many_positions import Positions
+from mbody.analysis.position.many_positions import ClosedPositions
 from mbody.analysis.position.tangent_space import Array
 
 __all__ = ["FINEST", "PolarChart", "TangentChart", "hold", "led_to"]
@@ -132,7 +132,7 @@ class PolarChart(TangentChart):
         return np.where(self.own, part * lengths.min(axis=(1, 2)), moved)
 
 
-def led_to(charts: Sequence[TangentChart], y: Array) -> Positions:
+def led_to(charts: Sequence[TangentChart], y: Array) -> ClosedPositions:
     """The positions to which charts lead at coordinates, each at its own (charts, 2)."""
     cover = charts[0].cover
     scale, nodes = cover.scale, [chart.node for chart in charts]

@@ -29,7 +29,7 @@ import numpy as np
 
 from mbody.analysis.equilibria.jump_points import JumpPoint, ends_of, may_meet, meetings
 from mbody.analysis.equilibria.load_ends import LoadEnds
-from mbody.analysis.equilibria.surface_cells import Cells
+from mbody.analysis.equilibria.surface_cells import ChartCells
 from mbody.analysis.equilibria.surface_charts import (
     FINEST,
     PolarChart,
@@ -38,7 +38,7 @@ from mbody.analysis.equilibria.surface_charts import (
     led_to,
 )
 from mbody.analysis.equilibria.surface_cover import SPACING, Cover, whole_turns_less
-from mbody.analysis.equilibria.surface_samples import Samples
+from mbody.analysis.equilibria.surface_samples import SurfaceSamples
 from mbody.analysis.equilibria.surface_zeros import Asked, Corner, Polish, SurfaceZeros
 from mbody.analysis.position.tangent_space import Array, Place
 
@@ -136,7 +136,7 @@ class _SurfaceIsolation:
         self.points, self.creased = met.points, np.array(met.creased, dtype=bool)
         self.found.creased = bool(self.creased.any())
         self.ends = LoadEnds(cover.manifold.system, met.sharp)
-        self.samples = Samples(cover, self.ends)
+        self.samples = SurfaceSamples(cover, self.ends)
         self.isolate(open_)
         self.found.rests = [zero.place for zero in self.zeros.every]
 
@@ -239,7 +239,7 @@ class _SurfaceIsolation:
         if not cells:
             return onward
         charts = [cell.chart for cell in cells]
-        known = Cells(self.samples, charts, numbers[whole], self.creased)
+        known = ChartCells(self.samples, charts, numbers[whole], self.creased)
         self.keep_held(known, numbers[whole])
         open_ = [
             (cells[n].parts(half)[k], known.single[n, k], known.outside[n, k], known.part[n, k])
@@ -276,7 +276,7 @@ class _SurfaceIsolation:
         self.leave(left)
         return onward
 
-    def keep_held(self, known: Cells, numbers: Array) -> None:
+    def keep_held(self, known: ChartCells, numbers: Array) -> None:
         """Keep places on creases to which loads drive from both sides."""
         for n, k in np.argwhere(known.held >= 0):
             q = self.samples.q[numbers[n, k // 2, k % 2]]

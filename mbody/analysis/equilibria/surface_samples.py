@@ -11,10 +11,10 @@ from mbody.analysis.equilibria.surface_charts import TangentChart, led_to
 from mbody.analysis.equilibria.surface_cover import Cover
 from mbody.analysis.position.tangent_space import Array
 
-__all__ = ["Samples"]
+__all__ = ["SurfaceSamples"]
 
 
-class Samples:
+class SurfaceSamples:
     """Numbered samples, not a number where a chart does not lead.
 
     Parameters

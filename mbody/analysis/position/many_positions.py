@@ -17,14 +17,14 @@ from mbody.kernels.load_breakdown import each_load
 from mbody.kernels.loop_closure import violation
 from mbody.system.rank import ZERO, joint_rows
 
-__all__ = ["ManyPositions", "Positions", "orthonormal"]
+__all__ = ["ClosedPositions", "ManyPositions", "orthonormal"]
 
 #: A singular value below this part of the greatest is none where a position is closed.
 RANK = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Positions:
+class ClosedPositions:
     """Closed positions over tangent planes, those that do not close not a number.
 
     Attributes
@@ -92,7 +92,7 @@ class ManyPositions:
         """All loads together: (positions, coordinates)."""
         return np.asarray(self.loads(q).sum(axis=1))
 
-    def closed(self, q: Array, frames: Array) -> Positions:
+    def closed(self, q: Array, frames: Array) -> ClosedPositions:
         """The positions above points of tangent planes, as `Manifold.closed` finds each of them.
 
         Parameters
@@ -130,7 +130,9 @@ class ManyPositions:
                 q[left] -= self.scale * step
         return self._spread(good, q, rows, frames, free)
 
-    def _spread(self, good: Array, q: Array, rows: Array, frames: Array, free: int) -> Positions:
+    def _spread(
+        self, good: Array, q: Array, rows: Array, frames: Array, free: int
+    ) -> ClosedPositions:
         """What holds at closed positions."""
         K = np.concatenate([rows[good], frames[good]], axis=1)
         ways = np.full(frames.shape, np.nan)
@@ -148,7 +150,7 @@ class ManyPositions:
             ways[good] = inverse[:, :, -free:].transpose(0, 2, 1)
             good = good.copy()
             good[good] = own
-        return Positions(good, np.where(good[:, None], q, np.nan), rows, ways, side)
+        return ClosedPositions(good, np.where(good[:, None], q, np.nan), rows, ways, side)
 
     def stiffness(self, q: Array, motions: Array, rows: Array, force: Array) -> Array:
         """K (positions, free, free) along free directions, as `Manifold.stiffness`.
@@ -175,7 +177,7 @@ class ManyPositions:
         )
         return np.asarray(-np.einsum("nac,nbc->nab", motions, change))
 
-    def places(self, found: Positions, which: Sequence[int] | Array) -> list[Place]:
+    def places(self, found: ClosedPositions, which: Sequence[int] | Array) -> list[Place]:
         """Some of closed positions as places, their free directions the nearest to the frames."""
         motions, _ = orthonormal(found.ways[which])
         forces = self.forces(found.q[which])
