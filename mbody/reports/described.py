@@ -59,7 +59,10 @@ def inputs(subject: Subject) -> list[Block]:
     machine = subject.mechanism
     symbols = ", ".join(subject.unit(key) for key in ("length", "force", "time", "mass"))
     blocks: list[Block] = [
-        Text(f"Units: {machine.units.name} ({symbols}). Numbers without a unit are in these.")
+        Text(
+            f"Units: {machine.units.name} ({symbols}). Numbers without a unit are in these, and "
+            "angles in degrees."
+        )
     ]
     try:
         data = as_data(machine)
