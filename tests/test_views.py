@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import mbody
 from mbody import Body, Mechanism, Revolute, Torque, cli, gallery, kinematics, kinetostatics
@@ -16,13 +15,11 @@ from mbody.analysis.driven.requests import analyse_at
 from mbody.makers import makers
 from mbody.model.study import Instants
 from mbody.sheets.names import force_names
-from mbody.teaching import new_model
 from mbody.views import draw, plot, save
-from mbody.views.backend import ENDINGS, blank, styled
+from mbody.views.backend import ENDINGS
 from mbody.views.cycle import SMOOTH, cycle
 from mbody.views.labels import Label, Places
 from mbody.views.plotting import spread
-from mbody.views.surface import PaperSurface
 from tests import pictures
 from tests.picture_reader import arrow, artists, inside
 
@@ -152,38 +149,6 @@ def test_labels_keep_clear():
     places.set([first, second])
     assert first.at == (60.0, 0.0) and not first.covers
     assert second.at != (60.0, 0.0) and second.covers
-
-
-def test_letters_are_in_the_middle_of_the_places_of_labels():
-    """Of capitals, of letters below the line and of both: what is black in pixels of 0.1 pt, to one
-    and a half of them for both edges. Capitals were 0.85 pt too high.
-    """
-    for text in ("$R$", "acme", "gap", "$F_{32}$ = 5 N"):
-        with styled():
-            figure = blank()
-            axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-            axes.set_axis_off()
-            figure.set_size_inches(2.0, 1.0)
-            figure.set_dpi(720.0)
-            PaperSurface(axes).text((0.5, 0.5), Label(text, []))
-            canvas = FigureCanvasAgg(figure)
-            canvas.draw()
-        dark = np.asarray(canvas.buffer_rgba())[:, :, 0] < 128
-        rows = np.flatnonzero(dark.any(axis=1))
-        middle = 0.5 * (dark.shape[0] - 1 - rows[0] - rows[-1]) / 10.0
-        assert abs(middle) < 0.15, text
-
-
-def test_the_name_of_an_arc_is_beside_it():
-    """The motor of a pinion, whose outline is between: not farther than 20 pt, which are a gap, the
-    outline and the half of a name. It was 27.
-    """
-    figure = draw(mbody.from_toml(new_model("gears")))
-    arc = next(line for line in figure.axes[0].lines if line.get_gid() == "driver:motor")
-    name = next(text for text in figure.axes[0].texts if text.get_text() == "motor")
-    place = figure.axes[0].transData.transform([name.get_position(), *arc.get_xydata()])
-    points = 72.0 / figure.dpi * np.hypot(*(place[1:] - place[0]).T)
-    assert points.min() < 20.0
 
 
 def test_names_at_curves_are_spread():

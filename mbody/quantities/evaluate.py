@@ -323,6 +323,8 @@ class _Evaluation:
     def _meant(self) -> str:
         """What was meant where an exponent has the unit of the whole power."""
         whole = units_of_powers(self.whole)
+        if whole == self.whole:  # a parameter has the unit
+            return ""
         try:
             evaluate(whole, self.scope, checked=self.checked)
         except FormulaError:

@@ -15,7 +15,7 @@ import numpy as np
 from mbody.views.shapes import direction
 from mbody.views.style import FONTS, INK, MATHS, SIZE
 
-__all__ = ["Label", "Places", "beside", "drawable", "extent", "rise", "symbolic", "together"]
+__all__ = ["Label", "Places", "beside", "drawable", "extent", "symbolic", "together"]
 
 Array = np.ndarray
 
@@ -46,6 +46,7 @@ class Label:
     covers: bool = False
 
 
+@functools.cache
 def extent(text: str, size: float, italic: bool = False) -> tuple[float, float]:
     """Width and height of a text in points.
 
@@ -53,21 +54,6 @@ def extent(text: str, size: float, italic: bool = False) -> tuple[float, float]:
     >>> 20.0 < width < 45.0, 5.0 < height < 12.0
     (True, True)
     """
-    return _letters(text, size, italic)[:2]
-
-
-def rise(text: str, size: float, italic: bool = False) -> float:
-    """How far the middle of the letters of a text is above its base line, in points.
-
-    >>> rise("R", 10.0) > rise("acme", 10.0) > rise("gap", 10.0)
-    True
-    """
-    return _letters(text, size, italic)[2]
-
-
-@functools.cache
-def _letters(text: str, size: float, italic: bool) -> tuple[float, float, float]:
-    """Width, height and rise of a text."""
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import TextPath
 
@@ -75,20 +61,18 @@ def _letters(text: str, size: float, italic: bool) -> tuple[float, float, float]
         family=FONTS, style="italic" if italic else "normal", math_fontfamily=MATHS
     )
     if not text.strip():
-        return 0.0, 0.0, 0.0
-    (left, below), (right, above) = _outlined(
-        TextPath((0, 0), drawable(text), size=size, prop=font)
-    )
-    return right - left, max(above - below, 0.7 * size), 0.5 * (below + above)
+        return 0.0, 0.0
+    width, height = _outlined(TextPath((0, 0), drawable(text), size=size, prop=font))
+    return width, max(height, 0.7 * size)
 
 
-def _outlined(path: Any) -> tuple[list[float], list[float]]:
-    """Corners of a path of matplotlib: its `get_extents`, for all curves at once."""
+def _outlined(path: Any) -> tuple[float, float]:
+    """Width and height of a path of matplotlib: its `get_extents`, for all curves at once."""
     points, codes = np.asarray(path.vertices), np.asarray(path.codes)
     curved = np.flatnonzero(codes == path.CURVE3)
     if not len(points) or (codes == path.CURVE4).any():
         box = path.get_extents()
-        return box.min.tolist(), box.max.tolist()
+        return float(box.width), float(box.height)
     control, end = curved[::2], curved[1::2]
     a, b, c = points[control - 1], points[control], points[end]
     bend = a - 2.0 * b + c
@@ -98,7 +82,8 @@ def _outlined(path: Any) -> tuple[list[float], list[float]]:
     on_line = codes != path.CLOSEPOLY
     on_line[control] = False
     all_points = np.concatenate([points[on_line], turned])
-    return all_points.min(axis=0).tolist(), all_points.max(axis=0).tolist()
+    width, height = np.ptp(all_points, axis=0).tolist()
+    return width, height
 
 
 def symbolic(name: str) -> str:
@@ -144,28 +129,19 @@ def together(names: Sequence[str]) -> str:
 
 
 def beside(
-    anchor: Any,
-    size: tuple[float, float],
-    gap: float,
-    wanted: float,
-    turn: float = 1.0,
-    step: float = math.inf,
+    anchor: Any, size: tuple[float, float], gap: float, wanted: float, turn: float = 1.0
 ) -> list[tuple[float, float, float]]:
-    """Places around a point at the distance `gap`, best in the direction `wanted` [rad]; then
-    farther away, to 3.7 gaps, with no more than `step` between them.
-    """
-    between = math.ceil(0.9 * gap / step) or 1
+    """Places around a point at the distance `gap`, best in the direction `wanted` [rad]."""
     found = []
-    for ring in range(3 * between + 1):
-        farther = ring / between
+    for ring in range(4):
         for n in range(AROUND):
             angle = wanted + math.tau * n / AROUND
             u = direction(angle)
-            distance = gap * (1.0 + 0.9 * farther) + min(
+            distance = gap * (1.0 + 0.9 * ring) + min(
                 0.5 * size[0] / max(abs(u[0]), 1e-9), 0.5 * size[1] / max(abs(u[1]), 1e-9)
             )
             x, y = np.asarray(anchor) + distance * u
-            cost = turn * 0.5 * (1.0 - math.cos(angle - wanted)) + 1.2 * farther
+            cost = turn * 0.5 * (1.0 - math.cos(angle - wanted)) + 1.2 * ring
             found.append((float(x), float(y), cost))
     return found
 

@@ -23,9 +23,6 @@ __all__ = ["Sketch"]
 
 Array = np.ndarray
 
-#: Points between the distances at which a label may be from what it names, at most.
-STEP = 9.0
-
 
 @dataclass
 class Rail:
@@ -325,7 +322,7 @@ class Sketch:
         """A text near a point, best in the direction `wanted` [rad], at least `gap` from it."""
         made = Label(text, [], **look)
         width, height = (self.unit * part for part in Places.measured(made))
-        made.spots = beside(anchor, (width, height), gap, wanted, turn, STEP * self.unit)
+        made.spots = beside(anchor, (width, height), gap, wanted, turn)
         self.labels.append(made)
         return made
 

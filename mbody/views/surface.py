@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from mbody.views.carriers import GROUND_CARRIER, Carrier
-from mbody.views.labels import Label, drawable, rise
+from mbody.views.labels import Label, drawable
 from mbody.views.style import INK, PAPER, Z
 
 if TYPE_CHECKING:
@@ -110,16 +110,7 @@ class PaperSurface:
         self.axes.add_artist(drawn)
 
     def text(self, at: Any, label: Label, **more: Any) -> None:
-        """A text at a place, on white where it covers something; in the middle are its letters,
-        whatever others its font has.
-        """
-        from matplotlib.transforms import ScaledTranslation
-
-        look = {"ha": "center", "va": "baseline"} | more
-        if "va" not in more:
-            down = rise(label.text, label.size, label.italic) / 72.0
-            lowered = ScaledTranslation(0.0, -down, self.axes.figure.dpi_scale_trans)
-            look["transform"] = self.axes.transData + lowered
+        """A text at a place, on white where it covers something."""
         drawn = self.axes.text(
             float(at[0]),
             float(at[1]),
@@ -128,8 +119,10 @@ class PaperSurface:
                 "size": label.size,
                 "color": label.color,
                 "style": "italic" if label.italic else "normal",
+                "ha": "center",
+                "va": "center",
                 "zorder": Z["text"],
-                **look,
+                **more,
             },
         )
         if label.covers:
