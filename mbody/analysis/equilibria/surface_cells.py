@@ -77,7 +77,7 @@ class ChartCells:
         Where the interpolation has its zero, in parts of the quarter from its corner on.
     outside : array of bool
         Whether that is too far away to be in a quarter that has one at most.
-    held : array of int
+    inward : array of int
         The number of a load, among those that are sharp, that drives to its crease from both sides
         of a quarter in which the drive along the crease has a zero; −1 of none.
     turning : array (cells, 4, loads) of bool
@@ -101,7 +101,7 @@ class ChartCells:
         clear = ~self.turning.any(axis=-1)
         gaps = _separated(flat, every).max(axis=1).reshape(shape)
         self.empty = clear & (gaps > 0.0)
-        self.held = np.full(shape, -1)
+        self.inward = np.full(shape, -1)
         self._linear(flat, every, shape)
         self.single &= clear & ~self.empty
         self._creases(numbers, np.argwhere(~clear))
@@ -208,16 +208,16 @@ class ChartCells:
             given = np.where(off[:, :, None], given, np.inf).min(axis=1)
             given = given - SURE * spread[:, k, None] * sizes[:, k]
             others = np.abs(part).max(axis=1) + error + most.sum(axis=1) - most[:, k]
-            held = self.crossed[which[:, 0], which[:, 1], load] & ~empty
-            held &= (given - others > 0.0).any(axis=1)
-            empty |= held
+            outweighs = self.crossed[which[:, 0], which[:, 1], load] & ~empty
+            outweighs &= (given - others > 0.0).any(axis=1)
+            empty |= outweighs
             u = ends / np.maximum(long, 1e-300)[:, :, None]
             pull = np.einsum("nka,nkax,nkx->nk", u, slopes[:, :, k], own)
-            inward = held & ((pull < 0.0) | ~off).all(axis=1)
+            inward = outweighs & ((pull < 0.0) | ~off).all(axis=1)
             for n in np.flatnonzero(inward):
                 across = slopes[n, :, k].mean(axis=0).T @ line[n]
                 if _meets(signed[n], corners[n], across):
-                    self.held[tuple(which[n])] = load
+                    self.inward[tuple(which[n])] = load
         self.empty[which[empty, 0], which[empty, 1]] = True
 
 

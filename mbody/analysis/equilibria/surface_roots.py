@@ -39,7 +39,7 @@ from mbody.analysis.equilibria.surface_charts import (
 )
 from mbody.analysis.equilibria.surface_cover import SPACING, Cover, whole_turns_less
 from mbody.analysis.equilibria.surface_samples import SurfaceSamples
-from mbody.analysis.equilibria.surface_zeros import Asked, Corner, Polish, SurfaceZeros
+from mbody.analysis.equilibria.surface_zeros import Corner, Polish, SoughtCell, SurfaceZeros
 from mbody.analysis.position.tangent_space import Array, Place
 
 __all__ = ["SurfaceRoots", "surface_roots"]
@@ -156,7 +156,7 @@ class _SurfaceIsolation:
 
     def surround(self, charts: Sequence[TangentChart]) -> None:
         """Go on by small charts where the border of one lies on no other."""
-        asked = list[tuple[TangentChart, Array]]()
+        sought = list[tuple[TangentChart, Array]]()
         middle = FINEST // 2
         for chart in charts:
             if self.cover.full or chart.node in self.cover.rim:
@@ -168,8 +168,8 @@ class _SurfaceIsolation:
                     continue
                 q = self.samples.q[number]
                 if np.isfinite(q).all() and not self.cover.far(q):
-                    asked.append((chart, q))
-        for (chart, q), known in zip(asked, self.on_others(asked), strict=True):
+                    sought.append((chart, q))
+        for (chart, q), known in zip(sought, self.on_others(sought), strict=True):
             if not (known or self.on_patch(chart, q) or self.patch(chart, q)):
                 self.doubt(q)
 
@@ -202,12 +202,15 @@ class _SurfaceIsolation:
     def doubt(self, q: Array) -> None:
         """Keep a position where no number of zeros is certain; of some beside each other one,
         and of many a few."""
+        if len(self.found.unsure) < DOUBTS:
+            self.keep_new(q, self.found.unsure, SPACING)
+
+    def keep_new(self, q: Array, places: list[Place], apart: float) -> None:
+        """Keep a position among places if its name differs from theirs by more than `apart`."""
         name = self.cover.name(q)
-        others = [self.cover.name(other.q) for other in self.found.unsure]
-        new = all(np.abs(name - other).max() > SPACING for other in others)
-        place = self.cover.manifold.place(q) if new and len(others) < DOUBTS else None
-        if place is not None:
-            self.found.unsure.append(place)
+        if all(np.abs(name - self.cover.name(other.q)).max() > apart for other in places):
+            place = self.cover.manifold.place(q)
+            places += [place] if place is not None else []
 
     def sampled(self, cells: Sequence[_Cell], half: int) -> Array:
         """Numbers of the nine samples of cells: (cells, 3, 3)."""
@@ -240,13 +243,13 @@ class _SurfaceIsolation:
             return onward
         charts = [cell.chart for cell in cells]
         known = ChartCells(self.samples, charts, numbers[whole], self.creased)
-        self.keep_held(known, numbers[whole])
+        self.keep_inward(known, numbers[whole])
         open_ = [
             (cells[n].parts(half)[k], known.single[n, k], known.outside[n, k], known.part[n, k])
             for n, k in np.argwhere(~known.empty)
         ]
         open_ = [one for one in open_ if not self.beside_jump(one[0], half)]
-        asked, doubtful = list[Asked](), list[tuple[_Cell, bool]]()
+        sought, doubtful = list[SoughtCell](), list[tuple[_Cell, bool]]()
         for cell, single, outside, part in open_:
             if single and outside:
                 continue
@@ -255,13 +258,13 @@ class _SurfaceIsolation:
                 doubtful.append((cell, True))
                 if self.zeros.known(chart, corner, half, WITHIN) is None:
                     i, j = corner + half * np.clip(part, 0.0, 1.0)
-                    asked.append(Asked(chart, chart.y(i, j), corner, half))
+                    sought.append(SoughtCell(chart, chart.y(i, j), corner, half))
                 continue
             doubtful.append((cell, False))
             if half == TRIED and self.zeros.known(chart, corner, half, 1.0) is None:
                 i, j = np.add(corner, 0.5 * half)
-                asked.append(Asked(chart, chart.y(i, j), corner, half))
-        self.zeros.search(asked)
+                sought.append(SoughtCell(chart, chart.y(i, j), corner, half))
+        self.zeros.search(sought)
         left = list[_Cell]()
         for cell, single in doubtful:
             if single and self.zeros.known(cell.chart, cell.corner, half, WITHIN) is not None:
@@ -276,49 +279,44 @@ class _SurfaceIsolation:
         self.leave(left)
         return onward
 
-    def keep_held(self, known: ChartCells, numbers: Array) -> None:
+    def keep_inward(self, known: ChartCells, numbers: Array) -> None:
         """Keep places on creases to which loads drive from both sides."""
-        for n, k in np.argwhere(known.held >= 0):
-            q = self.samples.q[numbers[n, k // 2, k % 2]]
-            name = self.cover.name(q)
-            others = [self.cover.name(place.q) for place in self.found.jumps]
-            if all(np.abs(name - other).max() > BESIDE for other in others):
-                place = self.cover.manifold.place(q)
-                self.found.jumps += [place] if place is not None else []
+        for n, k in np.argwhere(known.inward >= 0):
+            self.keep_new(self.samples.q[numbers[n, k // 2, k % 2]], self.found.jumps, BESIDE)
 
     def leave(self, cells: Iterable[_Cell]) -> None:
         """Keep finest cells in which nothing is certain, and the zeros near them, if there are."""
-        asked = list[Asked]()
+        sought = list[SoughtCell]()
         for cell in cells:
             chart, (i, j) = cell.chart, cell.corner
             around = i - LEFT // 2, j - LEFT // 2
             if self.zeros.known(chart, around, LEFT, 0.0) is None:
-                asked.append(Asked(chart, chart.y(i + 0.5, j + 0.5), around, LEFT))
+                sought.append(SoughtCell(chart, chart.y(i + 0.5, j + 0.5), around, LEFT))
             self.left.setdefault(chart, self.samples.q[chart.samples[cell.corner]])
-        self.zeros.search(asked)
+        self.zeros.search(sought)
 
     def ended(self, cells: list[_Cell], size: int) -> list[_Cell]:
         """Leave cells in which charts end to others, where these go on; the parts of those that
         are divided.
         """
         half, onward = size // 2, list[_Cell]()
-        asked = list[_Cell]()
+        sought = list[_Cell]()
         for cell in cells:
             # no other chart looks into the disc of a polar one
             if size < FOLDED and not isinstance(cell.chart, PolarChart):
-                asked.append(cell)
+                sought.append(cell)
             elif half > RIM:
                 onward += cell.parts(half)
             elif isinstance(cell.chart, PolarChart):
                 self.left.setdefault(cell.chart, cell.chart.node.place.q)
             else:
                 self.close(cell, half)
-        reached = [self.reached(cell, half) for cell in asked]
-        every = [(cell.chart, q) for cell, own in zip(asked, reached, strict=True) for q in own]
+        reached = [self.reached(cell, half) for cell in sought]
+        every = [(cell.chart, q) for cell, own in zip(sought, reached, strict=True) for q in own]
         holders = iter(self.holding(every))
-        for cell, own in zip(asked, reached, strict=True):
+        for cell, own in zip(sought, reached, strict=True):
             others = [next(holders) for _ in own]
-            # charts that were asked before may have left it meanwhile
+            # charts that were examined before may have left it meanwhile
             if all(any(chart.left_open(at) for chart, at in one) for one in others):
                 cell.chart.left.append((cell.corner, size))
             elif half > RIM:
@@ -331,8 +329,8 @@ class _SurfaceIsolation:
         """Go on by small charts where one ends within a small cell, and no other goes on."""
         chart = cell.chart
         reached = self.reached(cell, half)
-        asked = [(chart, q) for q in reached]
-        for q, known in zip(reached, self.on_others(asked), strict=True):
+        sought = [(chart, q) for q in reached]
+        for q, known in zip(reached, self.on_others(sought), strict=True):
             if not (known or self.on_patch(chart, q) or self.patch(chart, q)):
                 self.left[chart] = q
         chart.left.append((cell.corner, 2 * half))
@@ -359,14 +357,14 @@ class _SurfaceIsolation:
         return list(self.samples.q[numbers[self.samples.leads(numbers)]])
 
     def candidates(
-        self, asked: Sequence[tuple[TangentChart, Array]]
+        self, sought: Sequence[tuple[TangentChart, Array]]
     ) -> list[list[tuple[TangentChart, Array]]]:
         """Other charts above whose rectangles positions are, the nearest first, and where."""
-        every = list[list[tuple[TangentChart, Array]]]([] for _ in asked)
-        if not asked:
+        every = list[list[tuple[TangentChart, Array]]]([] for _ in sought)
+        if not sought:
             return every
         cover = self.cover
-        q = np.array([one for _, one in asked])
+        q = np.array([one for _, one in sought])
         names = cover.name(q)
         k, n, apart = cover.within(names, 2.0 * SPACING)
         order = np.lexsort((apart, k))
@@ -386,29 +384,31 @@ class _SurfaceIsolation:
         at = (np.einsum("nfc,nc->nf", frames[which], way) - low[which]) / step[which]
         inside = ((at >= 0.0) & (at <= FINEST)).all(axis=1)
         for number_, chart, own in zip(k[inside], which[inside], at[inside], strict=True):
-            if charts[chart] is not asked[number_][0]:
+            if charts[chart] is not sought[number_][0]:
                 every[number_].append((charts[chart], own))
         return every
 
     def holding(
-        self, asked: Sequence[tuple[TangentChart, Array]]
+        self, sought: Sequence[tuple[TangentChart, Array]]
     ) -> list[list[tuple[TangentChart, Array]]]:
         """Which other charts lead to positions, and where on their grids these are."""
-        every = self.candidates(asked)
+        every = self.candidates(sought)
         charts = [other for own in every for other, _ in own]
-        positions = [q for (_, q), own in zip(asked, every, strict=True) for _ in own]
-        held = iter(hold(charts, np.array(positions)).tolist())
-        return [[one for one in own if next(held)] for own in every]
+        positions = [q for (_, q), own in zip(sought, every, strict=True) for _ in own]
+        leading = iter(hold(charts, np.array(positions)).tolist())
+        return [[one for one in own if next(leading)] for own in every]
 
-    def on_others(self, asked: Sequence[tuple[TangentChart, Array]]) -> list[bool]:
+    def on_others(self, sought: Sequence[tuple[TangentChart, Array]]) -> list[bool]:
         """Whether positions are on other charts, in no cell that these left."""
-        every = [[one for one in own if one[0].left_open(one[1])] for own in self.candidates(asked)]
-        found, n = [False] * len(asked), 0
+        every = [
+            [one for one in own if one[0].left_open(one[1])] for own in self.candidates(sought)
+        ]
+        found, n = [False] * len(sought), 0
         left = [k for k, own in enumerate(every) if own]
         while left:
             charts = [every[k][n][0] for k in left]
-            held = hold(charts, np.array([asked[k][1] for k in left]))
-            for k, own in zip(left, held.tolist(), strict=True):
+            leading = hold(charts, np.array([sought[k][1] for k in left]))
+            for k, own in zip(left, leading.tolist(), strict=True):
                 found[k] = own
             n += 1
             left = [k for k in left if not found[k] and n < len(every[k])]

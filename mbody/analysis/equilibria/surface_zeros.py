@@ -11,7 +11,7 @@ from mbody.analysis.equilibria.surface_charts import TangentChart, led_to
 from mbody.analysis.equilibria.surface_cover import Cover
 from mbody.analysis.position.tangent_space import Array, Place
 
-__all__ = ["Asked", "Corner", "Polish", "SurfaceZeros", "Zero"]
+__all__ = ["SoughtCell", "Corner", "Polish", "SurfaceZeros", "Zero"]
 
 #: A stiffness with a singular value below this part of the greatest is singular, and zeros whose
 #: names differ by less than this are one.
@@ -33,7 +33,7 @@ class Zero:
 
 
 @dataclass(frozen=True, eq=False)
-class Asked:
+class SoughtCell:
     """A cell in which a zero is sought, and coordinates to begin from."""
 
     chart: TangentChart
@@ -49,14 +49,14 @@ class SurfaceZeros:
         self.cover, self.polish = cover, polish
         self.every: list[Zero] = []
 
-    def search(self, asked: Sequence[Asked]) -> None:
+    def search(self, sought: Sequence[SoughtCell]) -> None:
         """Keep the zeros to which Newton's method leads from points of cells, if it does not lead
         further away than a cell is long.
         """
-        if not asked:
+        if not sought:
             return
         many, scale = self.cover.many, self.cover.scale
-        found = led_to([one.chart for one in asked], np.array([one.y for one in asked]))
+        found = led_to([one.chart for one in sought], np.array([one.y for one in sought]))
         ended = list[tuple[int, Place]]()
         left, which = np.flatnonzero(found.good), np.flatnonzero(found.good)
         for n in range(ITERATIONS + 1):
@@ -69,7 +69,7 @@ class SurfaceZeros:
             kept = [
                 k
                 for k, (one, place) in enumerate(zip(left.tolist(), places, strict=True))
-                if np.isfinite(place.force).all() and self._beside(asked[one], place.q)
+                if np.isfinite(place.force).all() and self._beside(sought[one], place.q)
             ]
             left, places = left[kept], [places[k] for k in kept]
             if not left.size:
@@ -91,9 +91,9 @@ class SurfaceZeros:
         for _, place in sorted(ended, key=lambda pair: pair[0]):
             self._keep(place)
 
-    def _beside(self, asked: Asked, q: Array) -> bool:
-        at = asked.chart.grid(self.cover.seen(asked.chart.node, q))
-        return bool(np.abs((at - asked.corner) / asked.size - 0.5).max() <= 1.5)
+    def _beside(self, sought: SoughtCell, q: Array) -> bool:
+        at = sought.chart.grid(self.cover.seen(sought.chart.node, q))
+        return bool(np.abs((at - sought.corner) / sought.size - 0.5).max() <= 1.5)
 
     def _keep(self, near: Place) -> None:
         """Keep the zero beside a place where it is new."""
