@@ -1,5 +1,6 @@
 """Straight-line code against the kernel that serves all topologies, and against the oracle."""
 
+import functools
 import gc
 import weakref
 from concurrent.futures import ThreadPoolExecutor
@@ -98,6 +99,21 @@ def test_other_analyses(codes, analysis):
         measure = {"rate": "rocker.omega", "bend": "rocker.alpha", "x": "coupler.x"}
     agree(*both(mbody.gallery.load(name), names[:2], measure, analysis=analysis))
     assert all(codes)
+
+
+@pytest.mark.parametrize("lanes", [4, 8])
+def test_any_processor_s_number_of_lanes(codes, monkeypatch, tmp_path, lanes):
+    """Eight lanes where registers hold four numbers, and four where they hold eight."""
+    _, level = selection.machine_code_folder()
+    monkeypatch.setattr(programs.selection, "machine_code_folder", lambda: (tmp_path, level))
+    monkeypatch.setattr(programs, "build", functools.partial(programs.build, lanes=lanes))
+    monkeypatch.setattr(programs, "_made", {})
+    name, names, measure = MACHINES["two choices of pivots"]
+    agree(*both(mbody.gallery.load(name), names, measure, count=13))
+    assert all(codes)
+    same_motion(*motions(mbody.gallery.load(name), turn=True))
+    made = [file.suffix for file in tmp_path.iterdir()]
+    assert made == [".so", ".so"]
 
 
 def test_designs_agree_with_the_path_of_one_design(codes):

@@ -29,6 +29,7 @@ from mbody.core.recorded_numbers import Untraceable
 from mbody.straight_line.code_interface import NONE
 from mbody.straight_line.function_of_designs import DesignsWriter
 from mbody.straight_line.function_of_motion import MotionWriter
+from mbody.straight_line.instructions import lanes_of
 from mbody.straight_line.pieces import Description, recorded_pieces
 
 __all__ = ["described", "main", "straight_line_module"]
@@ -51,8 +52,8 @@ def described(file: Path) -> Description:
     )
 
 
-def straight_line_module(target: Target, one: Description, sources: str) -> Any:
-    """The optimised module of one topology.
+def straight_line_module(target: Target, one: Description, sources: str, lanes: int) -> Any:
+    """The optimised module of one topology, with so many lanes.
 
     Raises
     ------
@@ -64,7 +65,7 @@ def straight_line_module(target: Target, one: Description, sources: str) -> Any:
     module = ir.Module("straight_line")
     module.triple, module.data_layout = target.triple, layout
     writer = MotionWriter if one.path.pieces else DesignsWriter
-    initial = writer(module, one, *recorded_pieces(one)).initial
+    initial = writer(module, one, *recorded_pieces(one), lanes=lanes).initial
     made = llvm.parse_assembly(str(module))
     table = json.dumps({"initial": initial, "needs": needed(made)})
     made.link_in(llvm.parse_assembly(str(common(target.triple, layout, sources, table))))
@@ -83,10 +84,13 @@ def main() -> int:
     parser.add_argument("--target", default="host", choices=list(TARGETS))
     parser.add_argument("--to", type=Path, required=True)
     parser.add_argument("--sources", default="")
+    parser.add_argument("--lanes", type=int, choices=[4, 8], help="default: by the processor")
     options = parser.parse_args()
     target = TARGETS[options.target]
+    lanes = options.lanes or lanes_of(target)
     try:
-        module = straight_line_module(target, described(options.description), options.sources)
+        one = described(options.description)
+        module = straight_line_module(target, one, options.sources, lanes)
     except Untraceable as error:
         print(error)
         return NONE

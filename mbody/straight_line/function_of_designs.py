@@ -9,7 +9,7 @@ from typing import Any
 from llvmlite import ir
 
 from mbody.straight_line.code_interface import COLUMNS, WORDS_OF_DESIGNS
-from mbody.straight_line.instructions import LANES, NUMBER, SHARED, constant
+from mbody.straight_line.instructions import SHARED, constant
 from mbody.straight_line.whole_function import FLOATS, I32, I64, OWN, FunctionWriter
 
 __all__ = ["DesignsWriter"]
@@ -24,10 +24,11 @@ class DesignsWriter(FunctionWriter):
 
     def _memory(self) -> None:
         super()._memory()
-        self.page = self._variable(NUMBER, sum(len(self.pieces[n].results) for n in self.groups))
+        rows = sum(len(self.pieces[name].results) for name in self.groups)
+        self.page = self._variable(self.number, rows)
 
     def _whole(self) -> None:
-        with self._loop(self.word["designs"], LANES) as low:
+        with self._loop(self.word["designs"], self.lanes) as low:
             self._designs(low)
 
     def _designs(self, low: Any) -> None:
@@ -35,12 +36,12 @@ class DesignsWriter(FunctionWriter):
         b, count = self.b, self.word["designs"]
         last = b.sub(count, ir.Constant(I64, 1))
         members = []
-        for lane in range(LANES):
+        for lane in range(self.lanes):
             design = b.add(low, ir.Constant(I64, lane))
             members.append(b.select(b.icmp_signed("<", design, count), design, last))
         for name in (*OWN, "q"):
             with self._loop(len(self.described.initial[name])) as row:
-                begin, value = b.mul(row, count), ir.Constant(NUMBER, ir.Undefined)
+                begin, value = b.mul(row, count), ir.Constant(self.number, ir.Undefined)
                 for lane, design in enumerate(members):
                     number = b.load(self._at(self.word[name], b.add(begin, design)))
                     value = b.insert_element(value, number, ir.Constant(I32, lane))
@@ -50,7 +51,7 @@ class DesignsWriter(FunctionWriter):
             self._instant(k)
             self._keep(low, k)
         failed = self._load(self.newton["failed"])
-        for lane in range(LANES):
+        for lane in range(self.lanes):
             design = b.add(low, ir.Constant(I64, lane))
             with b.if_then(b.icmp_signed("<", design, count)):
                 b.store(self._lane(failed, lane), self._at(self.word["failed"], design))
@@ -88,13 +89,13 @@ class DesignsWriter(FunctionWriter):
             row = b.load(self._at(self.word["kept"], n))
             value = self._load(self._at(self.page, row))
             first = b.add(b.mul(b.add(b.mul(n, designs), low), instants), k)
-            whole = b.icmp_signed("<=", b.add(low, ir.Constant(I64, LANES)), designs)
+            whole = b.icmp_signed("<=", b.add(low, ir.Constant(I64, self.lanes)), designs)
             with b.if_else(whole) as (then, otherwise):
                 with then:
-                    for lane in range(LANES):
+                    for lane in range(self.lanes):
                         self._put(value, lane, first, instants)
                 with otherwise:
-                    for lane in range(LANES):
+                    for lane in range(self.lanes):
                         inside = b.add(low, ir.Constant(I64, lane))
                         with b.if_then(b.icmp_signed("<", inside, designs)):
                             self._put(value, lane, first, instants)

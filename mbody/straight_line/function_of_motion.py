@@ -2,7 +2,7 @@
 the kernels does, for one topology.
 
 What is kept of an instant comes with the lanes side by side, and is read row by row over all
-instants of a lane. So the rows of eight instants wait in memory near the processor, and go from
+instants of a lane. So the rows of as many instants wait in memory near the processor, and go from
 there into the output turned by registers: a line of the cache of each lane at once. NumPy took as
 long to gather a dozen rows as all of them take here.
 """
@@ -17,8 +17,8 @@ from llvmlite import ir
 
 from mbody.kernels.continuation import BY_DRIVER
 from mbody.straight_line.code_interface import WORDS_OF_MOTION
-from mbody.straight_line.instructions import LANES, NUMBER, SHARED, constant
-from mbody.straight_line.whole_function import FLOATS, I32, I64, ONE, OWN, ZERO, FunctionWriter
+from mbody.straight_line.instructions import SHARED, constant
+from mbody.straight_line.whole_function import FLOATS, I32, I64, OWN, FunctionWriter
 
 __all__ = ["MotionWriter"]
 
@@ -36,11 +36,11 @@ class MotionWriter(FunctionWriter):
     addresses = dict.fromkeys(("small", "initial", "output"), FLOATS)
 
     def _whole(self) -> None:
-        self.worst, self.when = self._variable(NUMBER), self._variable(NUMBER)
+        self.worst, self.when = self._variable(self.number), self._variable(self.number)
         self.rows_kept = sum(len(self.pieces[name].results) for name in self.groups)
         # rows of the last instants, as many as there are lanes: (rows, instants)
-        self.page = self._variable(NUMBER, LANES * self.rows_kept)
-        with self._loop(self.word["lanes"], LANES) as low:
+        self.page = self._variable(self.number, self.lanes * self.rows_kept)
+        with self._loop(self.word["lanes"], self.lanes) as low:
             self.low = low
             self._lanes()
 
@@ -49,8 +49,8 @@ class MotionWriter(FunctionWriter):
         for name in (*OWN, "q"):
             with self._loop(len(self.described.initial[name])) as row:
                 self._store(self._theirs(name, row), self._at(self.own[name], row))
-        self._store(ZERO, self.worst)
-        self._store(ZERO, self.when)
+        self._store(self.zero, self.worst)
+        self._store(self.zero, self.when)
         self._begin()
         with self._loop(self.word["instants"]) as k:
             self._instant(k)
@@ -65,7 +65,7 @@ class MotionWriter(FunctionWriter):
         row = ir.Constant(I64, row) if isinstance(row, int) else row
         place = self.b.add(self.b.mul(row, self.word["lanes"]), self.low)
         address = self.b.add(self.word[name], self.b.mul(place, ir.Constant(I64, 8)))
-        return self.b.inttoptr(address, NUMBER.as_pointer())
+        return self.b.inttoptr(address, self.number.as_pointer())
 
     def _theirs(self, name: str, row: Any) -> Any:
         return self._load(self._place(name, row), CALLERS)
@@ -80,7 +80,7 @@ class MotionWriter(FunctionWriter):
         earlier = b.select(b.icmp_signed(">", before, none), b.sub(before, first), none)
         here, last, second = (self._theirs("s", n) for n in (k, before, earlier))
         back = b.fsub(last, second)
-        there = b.fcmp_unordered("!=", back, ZERO)
+        there = b.fcmp_unordered("!=", back, self.zero)
         self.step = {
             "here": here,
             "time": self._theirs("t", k),
@@ -88,8 +88,8 @@ class MotionWriter(FunctionWriter):
             "back": back,
             "seen": self._where(b.icmp_signed(">", k, none)),
             "seen_twice": self._where(b.icmp_signed(">", k, first)),
-            "back_safe": b.select(there, back, ONE),
-            "quintic": b.select(there, ONE, ZERO),
+            "back_safe": b.select(there, back, self.one),
+            "quintic": b.select(there, self.one, self.zero),
             "small": b.load(self.word["small"]),
         }
         if self.described.path.mode == BY_DRIVER:
@@ -121,17 +121,17 @@ class MotionWriter(FunctionWriter):
         into the ends.
         """
         b = self.b
-        place = b.and_(k, ir.Constant(I64, LANES - 1))
+        place = b.and_(k, ir.Constant(I64, self.lanes - 1))
         for name in self.groups:
             for row, value in self._piece(name).items():
-                at = b.add(place, ir.Constant(I64, LANES * int(row)))
+                at = b.add(place, ir.Constant(I64, self.lanes * int(row)))
                 self._store(value, self._at(self.page, at))
         last = b.sub(self.word["instants"], ONE_MORE)
         with b.if_else(b.icmp_signed("==", k, last)) as (then, otherwise):
             with then, self._loop(self.rows_kept) as row:
-                at = b.add(place, b.mul(row, ir.Constant(I64, LANES)))
+                at = b.add(place, b.mul(row, ir.Constant(I64, self.lanes)))
                 self._put("ends", row, self._load(self._at(self.page, at)))
-            with otherwise, b.if_then(b.icmp_signed("==", place, ir.Constant(I64, LANES - 1))):
+            with otherwise, b.if_then(b.icmp_signed("==", place, ir.Constant(I64, self.lanes - 1))):
                 self._turn(b.sub(k, place))
 
     def _turn(self, first: Any) -> None:
@@ -140,10 +140,10 @@ class MotionWriter(FunctionWriter):
         """
         b = self.b
         with self._loop(self.rows_kept) as row:
-            page = b.mul(row, ir.Constant(I64, LANES))
-            lanes = [b.add(self._output_place(row, lane), first) for lane in range(LANES)]
-            for low in range(0, LANES, SIDE):
-                for begin in range(0, LANES, SIDE):
+            page = b.mul(row, ir.Constant(I64, self.lanes))
+            lanes = [b.add(self._output_place(row, lane), first) for lane in range(self.lanes)]
+            for low in range(0, self.lanes, SIDE):
+                for begin in range(0, self.lanes, SIDE):
                     square = []
                     for n in range(begin, begin + SIDE):
                         numbers = self._numbers(self._at(self.page, b.add(page, _number(n))))
@@ -163,12 +163,12 @@ class MotionWriter(FunctionWriter):
         """The instants on a page that did not become full into the output."""
         b = self.b
         kept = b.sub(self.word["instants"], ONE_MORE)
-        count = b.and_(kept, ir.Constant(I64, LANES - 1))
+        count = b.and_(kept, ir.Constant(I64, self.lanes - 1))
         first = b.sub(kept, count)
         with self._loop(self.rows_kept) as row, self._loop(count) as n:
-            page = b.add(b.mul(row, ir.Constant(I64, LANES)), n)
+            page = b.add(b.mul(row, ir.Constant(I64, self.lanes)), n)
             value = self._load(self._at(self.page, page))
-            for lane in range(LANES):
+            for lane in range(self.lanes):
                 place = b.add(self._output_place(row, lane), b.add(first, n))
                 b.store(self._lane(value, lane), self._at(self.word["output"], place))
 

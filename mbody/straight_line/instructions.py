@@ -11,15 +11,12 @@ from llvmlite import ir
 
 from mbody.compiler.lanes_type import extreme, if_odd, intrinsic, negate_if_two, select_ordered
 from mbody.compiler.numba_lanes import sincos_near_zero
+from mbody.compiler.targets import Target
 from mbody.core.interface import FASTMATH
 from mbody.core.recorded_numbers import NumberRecording, Untraceable
 
-__all__ = ["LANES", "NUMBER", "SHARED", "constant", "in_all_lanes", "instructions"]
+__all__ = ["SHARED", "constant", "in_all_lanes", "instructions", "lanes_of", "numbers_of"]
 
-#: Numbers side by side: the registers of the widest processors are full with eight, and with more
-#: the compiler runs out of them. Others take two or four instructions for one.
-LANES = 8
-NUMBER = ir.VectorType(ir.DoubleType(), LANES)
 SHARED = ir.DoubleType()
 
 _BINARY = {"add": "fadd", "subtract": "fsub", "multiply": "fmul", "divide": "fdiv"}
@@ -68,21 +65,39 @@ class _Emitted:
         return _Emitted(self.builder, negate_if_two(self.builder, self.value, x.value))
 
 
+def lanes_of(target: Target) -> int:
+    """As many lanes as the widest registers of a processor hold numbers; four also where they hold
+    two, or are not known.
+
+    With more, a number takes several registers, of which there are too few: eight lanes in
+    registers of four take up to a fifth longer than four.
+    """
+    return 8 if "+avx512f" in target.features or target.cpu == "x86-64-v4" else 4
+
+
+def numbers_of(lanes: int) -> Any:
+    """The type of numbers side by side, one of each lane."""
+    return ir.VectorType(SHARED, lanes)
+
+
 def constant(kind: Any, value: float) -> Any:
     """A constant of a type."""
-    return ir.Constant(kind, [value] * LANES if kind == NUMBER else value)
+    return ir.Constant(kind, [value] * kind.count if _of_lanes(kind) else value)
 
 
-def in_all_lanes(builder: Any, value: Any) -> Any:
-    """A shared number in every lane."""
-    if value.type == NUMBER:
+def in_all_lanes(builder: Any, value: Any, kind: Any) -> Any:
+    """A shared number in every lane, as a number of that type."""
+    if value.type == kind:
         return value
     place = ir.IntType(32)
-    undefined = ir.Constant(NUMBER, ir.Undefined)
+    undefined = ir.Constant(kind, ir.Undefined)
     first = builder.insert_element(undefined, value, ir.Constant(place, 0))
-    return builder.shuffle_vector(
-        first, undefined, ir.Constant(ir.VectorType(place, LANES), [0] * LANES)
-    )
+    same = ir.Constant(ir.VectorType(place, kind.count), [0] * kind.count)
+    return builder.shuffle_vector(first, undefined, same)
+
+
+def _of_lanes(kind: Any) -> bool:
+    return isinstance(kind, ir.VectorType)
 
 
 def instructions(
@@ -90,10 +105,11 @@ def instructions(
     recording: NumberRecording,
     targets: Iterable[Any],
     read: Callable[[Hashable], Any],
+    kind: Any,
 ) -> Callable[[Any], Any]:
     """Instructions of all that these recorded numbers need; `read` gives the value of an input.
 
-    Returns the function from a target to its value in all lanes.
+    Returns the function from a target to its value in all lanes, a number of the type `kind`.
 
     Raises
     ------
@@ -103,29 +119,29 @@ def instructions(
     values: dict[int, Any] = {}
     sines: dict[int, tuple[Any, Any]] = {}
     for place in recording.needed(list(targets)):
-        kind, *rest = recording.made[place]
-        if kind == "constant":
+        name, *rest = recording.made[place]
+        if name == "constant":
             values[place] = float(rest[0])
-        elif kind == "input":
+        elif name == "input":
             values[place] = read(rest[0])
-        elif kind in ("sin", "cos"):
+        elif name in ("sin", "cos"):
             if rest[0] not in sines:
                 angle = _Emitted(builder, values[rest[0]])
                 sines[rest[0]] = tuple(one.value for one in sincos(angle))
-            values[place] = sines[rest[0]][kind == "cos"]
+            values[place] = sines[rest[0]][name == "cos"]
         else:
-            values[place] = _operation(builder, kind, [values[one] for one in rest])
+            values[place] = _operation(builder, name, [values[one] for one in rest])
 
     def of(target: Any) -> Any:
         value = values[recording.place_of(target)]
-        return constant(NUMBER, value) if isinstance(value, float) else in_all_lanes(builder, value)
+        return _as(builder, kind, value)
 
     return of
 
 
 def _operation(builder: Any, name: str, operands: list[Any]) -> Any:
-    wide = any(not isinstance(one, float) and one.type == NUMBER for one in operands)
-    kind = NUMBER if wide else SHARED
+    kinds = (one.type for one in operands if not isinstance(one, float))
+    kind = next(filter(_of_lanes, kinds), SHARED)
     values = [_as(builder, kind, one) for one in operands]
     if name in _BINARY:
         return getattr(builder, _BINARY[name])(*values, flags=_FLAGS)
@@ -143,4 +159,4 @@ def _operation(builder: Any, name: str, operands: list[Any]) -> Any:
 def _as(builder: Any, kind: Any, value: Any) -> Any:
     if isinstance(value, float):
         return constant(kind, value)
-    return value if value.type == kind else in_all_lanes(builder, value)
+    return in_all_lanes(builder, value, kind)

@@ -241,11 +241,18 @@ def _opened(file: Path) -> StraightLineCode:
     return StraightLineCode(library.function("straight_line", [ctypes.c_void_p]), initial)
 
 
-def build(file: Path, none: Path, level: str, arrays: dict[str, np.ndarray]) -> bool:
+def build(
+    file: Path,
+    none: Path,
+    level: str,
+    arrays: dict[str, np.ndarray],
+    lanes: int | None = None,
+) -> bool:
     """Build the code by a process of its own; returns whether there is some.
 
     file, none: where the code is put, or an empty file if there is none; level: the processor's;
-    arrays: the description. A compiler that fails is a `ModelWarning`.
+    arrays: the description; lanes: how many, if not as many as suit the processor. A compiler that
+    fails is a `ModelWarning`.
     """
     packed = io.BytesIO()
     np.savez(packed, **arrays)  # type: ignore[arg-type]
@@ -256,6 +263,7 @@ def build(file: Path, none: Path, level: str, arrays: dict[str, np.ndarray]) -> 
         described.write_bytes(packed.getvalue())
         command = [sys.executable, "-m", "mbody.straight_line.code_builder", str(described)]
         command += ["--target", level, "--to", str(file), "--sources", source_hash() or ""]
+        command += ["--lanes", str(lanes)] if lanes else []
         done = subprocess.run(
             command, env=settings, capture_output=True, text=True, stdin=subprocess.DEVNULL
         )

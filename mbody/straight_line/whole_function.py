@@ -21,24 +21,21 @@ from mbody.core.recorded_numbers import NumberRecording
 from mbody.kernels.continuation_lanes import ITERATIONS, LARGE
 from mbody.straight_line.code_interface import ENTRY, STRUCTURAL
 from mbody.straight_line.instructions import (
-    LANES,
-    NUMBER,
     SHARED,
     constant,
     in_all_lanes,
     instructions,
+    numbers_of,
 )
 from mbody.straight_line.pieces import Description, Piece, Row
 
-__all__ = ["FLOATS", "I32", "I64", "ONE", "OWN", "ZERO", "FunctionWriter"]
+__all__ = ["FLOATS", "I32", "I64", "OWN", "FunctionWriter"]
 
 #: Fields whose rows are the lanes' own numbers.
 OWN = ("par", "mass")
 
 I1, I32, I64 = ir.IntType(1), ir.IntType(32), ir.IntType(64)
 FLOATS = SHARED.as_pointer()
-ZERO = constant(NUMBER, 0.0)
-ONE = constant(NUMBER, 1.0)
 
 
 class FunctionWriter(ABC):
@@ -46,6 +43,10 @@ class FunctionWriter(ABC):
 
     Attributes
     ----------
+    lanes : int
+        Lanes side by side in a register.
+    number : type
+        Of numbers of all these lanes; `zero` and `one` are such numbers.
     initial : list of Row
         The rows whose first numbers the function is given.
     """
@@ -60,7 +61,10 @@ class FunctionWriter(ABC):
         described: Description,
         pieces: dict[str, Piece],
         settled: dict[Row, float],
+        lanes: int,
     ) -> None:
+        self.lanes, self.number = lanes, numbers_of(lanes)
+        self.zero, self.one = constant(self.number, 0.0), constant(self.number, 1.0)
         self.described, self.pieces = described, pieces
         self.bodies = described.layout.bodies
         self.place_rows = 3 * len(described.initial["q"])
@@ -107,34 +111,36 @@ class FunctionWriter(ABC):
 
     def _memory(self) -> None:
         first = self.described.initial
-        self.rows = {row: self._variable(NUMBER) for row in self.passed}
-        self.own = {name: self._variable(NUMBER, len(first[name])) for name in (*OWN, "q")}
-        self.past = self._variable(NUMBER, 3 * self.place_rows)
+        self.rows = {row: self._variable(self.number) for row in self.passed}
+        self.own = {name: self._variable(self.number, len(first[name])) for name in (*OWN, "q")}
+        self.past = self._variable(self.number, 3 * self.place_rows)
         self.at = {row: self._variable(I64) for row in ("last", "before", "second")}
         newton = ("first", "rest", "growth", "failed", "most")
-        self.newton = {name: self._variable(NUMBER) for name in newton}
+        self.newton = {name: self._variable(self.number) for name in newton}
         # whether three places predict from now on; whether the pivots are the second choice
         self.by_three, self.other = self._variable(I1), self._variable(I1)
 
     def _variable(self, kind: Any, count: int = 1) -> Any:
         made = self.entry.alloca(kind, count)
-        made.align = 64 if kind == NUMBER else 8
+        made.align = self._bytes(kind)
         return made
 
     def _at(self, memory: Any, place: Any) -> Any:
         place = ir.Constant(I64, place) if isinstance(place, int) else place
         return self.b.gep(memory, [place])
 
-    def _load(self, place: Any, align: int = 64) -> Any:
+    def _bytes(self, kind: Any) -> int:
+        """What a value takes, at a multiple of which those of our own memory are."""
+        return 8 * self.lanes if kind == self.number else 8
+
+    def _load(self, place: Any, align: int | None = None) -> Any:
         value = self.b.load(place)
-        if value.type == NUMBER:
-            value.align = align
+        value.align = align or self._bytes(value.type)
         return value
 
-    def _store(self, value: Any, place: Any, align: int = 64) -> None:
+    def _store(self, value: Any, place: Any, align: int | None = None) -> None:
         stored = self.b.store(value, place)
-        if value.type == NUMBER:
-            stored.align = align
+        stored.align = align or self._bytes(value.type)
 
     # ------------------------------------------------------------------------------------------
     # Loops and choices
@@ -158,8 +164,8 @@ class FunctionWriter(ABC):
 
     def _any(self, lanes: Any) -> Any:
         """Whether any of the truth values of lanes is true."""
-        bits = self.b.bitcast(lanes, ir.IntType(LANES))
-        return self.b.icmp_unsigned("!=", bits, ir.Constant(ir.IntType(LANES), 0))
+        bits = self.b.bitcast(lanes, ir.IntType(self.lanes))
+        return self.b.icmp_unsigned("!=", bits, ir.Constant(ir.IntType(self.lanes), 0))
 
     def _lane(self, value: Any, lane: int) -> Any:
         return self.b.extract_element(value, ir.Constant(I32, lane))
@@ -167,7 +173,7 @@ class FunctionWriter(ABC):
     def _greatest(self, value: Any) -> Any:
         """The greatest of all lanes; NaN where one is NaN."""
         found = self._lane(value, 0)
-        for lane in range(1, LANES):
+        for lane in range(1, self.lanes):
             other = self._lane(value, lane)
             chosen = self.b.select(self.b.fcmp_unordered(">", found, other), found, other)
             found = self.b.select(self.b.fcmp_unordered("uno", other, other), other, chosen)
@@ -184,9 +190,8 @@ class FunctionWriter(ABC):
             for row, number in piece.stored.items()
             if row in self.rows or row[0] == "past"
         }
-        of = instructions(
-            self.b, piece.recording, [*targets.values(), *piece.results.values()], self._read
-        )
+        needed = [*targets.values(), *piece.results.values()]
+        of = instructions(self.b, piece.recording, needed, self._read, self.number)
         stored = {row: of(number) for row, number in targets.items()}
         results = {one: of(number) for one, number in piece.results.items()}
         for row, value in stored.items():
@@ -228,19 +233,19 @@ class FunctionWriter(ABC):
                 self._store(self._everywhere(b.load(place)), variable)
             else:
                 first = self.described.initial[row[0]][row[1]] if row[0] != "time" else 0.0
-                self._store(constant(NUMBER, float(first)), variable)
+                self._store(constant(self.number, float(first)), variable)
         with self._loop(3 * self.place_rows) as row:
-            self._store(ZERO, self._at(self.past, row))
+            self._store(self.zero, self._at(self.past, row))
         for n, name in enumerate(("last", "second", "before")):
             b.store(ir.Constant(I64, n * self.place_rows), self.at[name])
         b.store(ir.Constant(I1, 0), self.by_three)
         b.store(ir.Constant(I1, 0), self.other)
-        self._store(ZERO, self.newton["failed"])
+        self._store(self.zero, self.newton["failed"])
         self.step: dict[str, Any] = {}
         self._piece("prologue")
 
     def _everywhere(self, value: Any) -> Any:
-        return in_all_lanes(self.b, value)
+        return in_all_lanes(self.b, value, self.number)
 
     def _instant(self, k: Any) -> None:
         """Predict, correct, judge."""
@@ -284,7 +289,7 @@ class FunctionWriter(ABC):
 
     def _sound(self) -> Any:
         """Which lanes have not failed."""
-        return self.b.fcmp_ordered("<=", self._load(self.newton["failed"]), ZERO)
+        return self.b.fcmp_ordered("<=", self._load(self.newton["failed"]), self.zero)
 
     def _factor(self) -> None:
         """Factor by the present choice of pivots; by the other one where that loses figures."""
@@ -297,10 +302,10 @@ class FunctionWriter(ABC):
         b, other = self.b, 1 - now
         growth = self._piece(f"factor {now}")["growth"]
         self._store(growth, self.newton["growth"])
-        worst = self._greatest(b.select(self._sound(), growth, ZERO))
+        worst = self._greatest(b.select(self._sound(), growth, self.zero))
         with b.if_then(b.fcmp_unordered(">", worst, constant(SHARED, LARGE))):
             others = self._piece(f"factor {other}")["growth"]
-            best = self._greatest(b.select(self._sound(), others, ZERO))
+            best = self._greatest(b.select(self._sound(), others, self.zero))
             with b.if_then(b.fcmp_ordered("<", best, worst)):
                 self._store(others, self.newton["growth"])
                 b.store(ir.Constant(I1, other), self.other)
