@@ -10,9 +10,13 @@ from mbody import (
     AngleDriver,
     Body,
     Controller,
+    CoordinateDriver,
+    DistanceDriver,
     Gravity,
     Input,
+    Marker,
     Mechanism,
+    Prismatic,
     Revolute,
     SimulationSettings,
     Spring,
@@ -59,21 +63,74 @@ def test_a_pendulum_that_is_led_and_released(release):
 
 
 def test_before_and_after_the_release():
-    """At the instant of the release the effort is gone; what the law prescribes goes on."""
+    """At the instant of the release the effort is gone, and nothing follows the law any more."""
     machine = pendulum(0.5)
-    measures = ["bob.omega", "motor.effort", "motor.rate", "motor.value", "motor.power"]
+    measures = ["bob.omega", "bob.angle", "motor.effort", "motor.power", "motor.rate"]
+    measures += ["motor.value", "motor.acceleration", "bob.alpha"]
     by = ["motor.law.speed", "bob.mass"]
     g = mbody.gradient(machine, measures, by, "simulate")
+    rows = dict(zip(measures, g.jacobian, strict=True))
     t = np.linspace(0.0, 1.0, 5)
     weight = 9.81 * 0.7 * np.cos(0.3 + 2.0 * t[:2])
-    np.testing.assert_allclose(g.jacobian[1, :2, 1], weight, rtol=1e-12)
-    assert not g.jacobian[1, 2:].any() and not g.jacobian[4, 2:].any()
-    # by differences of the law: 1e-12
-    np.testing.assert_allclose(g.jacobian[2, :, 0], 1.0, rtol=1e-11)
-    np.testing.assert_allclose(g.jacobian[3, :, 0], t, rtol=1e-11, atol=1e-12)
-    np.testing.assert_allclose(g.jacobian[0, :3, 0], 1.0, rtol=1e-12)
-    np.testing.assert_allclose(g.jacobian[0, :3, 1], 0.0, atol=1e-15)
-    assert g.jacobian[0, 3:].all()
+    np.testing.assert_allclose(rows["motor.effort"][:2, 1], weight, rtol=1e-12)
+    assert not rows["motor.effort"][2:].any() and not rows["motor.power"][2:].any()
+    np.testing.assert_allclose(rows["bob.omega"][:3, 0], 1.0, rtol=1e-12)
+    np.testing.assert_allclose(rows["bob.angle"][:3, 0], t[:3], rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(rows["bob.omega"][:3, 1], 0.0, atol=1e-15)
+    assert rows["bob.omega"][3:].all()
+    for own, moved in (("rate", "omega"), ("value", "angle"), ("acceleration", "alpha")):
+        # before it, the law's and the motion's: rounding
+        np.testing.assert_allclose(rows[f"motor.{own}"], rows[f"bob.{moved}"], atol=1e-12)
+
+
+SLOPE = Marker("ground", (0.0, 0.1), angle=0.2)
+
+
+def slider(driver):
+    """A block on a slope, drawn by a spring and led along it or from a place."""
+    settings = SimulationSettings(1.0, rtol=1e-12, instants=5, release={"motor": 0.4})
+    machine = Mechanism("slope", ground={"W": (0.0, -0.8), "S": (0.1, 0.3)}, simulation=settings)
+    machine.add(
+        Body("block", mass=1.3, inertia=0.2, guess=(0.9, 0.3, 0.2)),
+        Prismatic("guide", SLOPE, "block"),
+        Gravity("gravity", y=-9.81),
+        Spring("spring", "ground.W", "block", stiffness=20.0, free_length=0.5),
+        driver,
+    )
+    return machine
+
+
+@pytest.mark.parametrize(
+    "driver",
+    [
+        DistanceDriver("motor", "ground.S", "block", Harmonic(0.8, 0.1, 3.0)),
+        CoordinateDriver(
+            "motor", Marker("ground", (0.0, 0.1), angle=0.2), "block", Harmonic(0.8, 0.1, 3)
+        ),
+    ],
+    ids=["distance", "along an axis"],
+)
+def test_what_other_drivers_drove_moves_on(driver):
+    """The history by places of the bodies; derivatives beside differences."""
+    machine = slider(driver)
+    run = mbody.simulate(machine)
+    value, rate, change = run.driven("motor")
+    free = run.t >= 0.4
+    fine = mbody.simulate(machine, times=np.array([0.75 - 1e-4, 0.75, 0.75 + 1e-4, 1.0]))
+    last, here, after = fine.driven("motor")[0][:3]
+    x, y, from_x, from_y = run["block"].x, run["block"].y, 0.1, 0.3
+    if isinstance(driver, DistanceDriver):
+        expected = np.hypot(x - from_x, y - from_y)
+    else:
+        expected = np.cos(0.2) * x + np.sin(0.2) * (y - 0.1)
+    np.testing.assert_allclose(value, expected, rtol=1e-12)
+    assert np.abs(value[free] - driver.law.derivatives(run.t[free])[0])[1:].min() > 1e-3
+    at = np.flatnonzero(run.t == 0.75)[0]
+    # differences over 1e-4 s: of the order of its square, and of rounding by it
+    assert rate[at] == pytest.approx((after - last) / 2e-4, rel=1e-6)
+    assert change[at] == pytest.approx((after - 2.0 * here + last) / 1e-8, rel=1e-5, abs=1e-4)
+    names = ["block.mass", "motor.law.amplitude"]
+    check_beside_differences(machine, names, ["motor.value", "motor.rate", "motor.acceleration"])
 
 
 def test_joints_with_friction_and_a_motion_that_goes_on():

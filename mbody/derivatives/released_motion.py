@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
@@ -19,23 +19,19 @@ from mbody.analysis.dynamics.release import integrate_phases
 from mbody.analysis.dynamics.repeated import beginning
 from mbody.analysis.freedom.single_design import released
 from mbody.analysis.initial.initial_state import state_of
-from mbody.core.dual_number import DualNumber, value
 from mbody.derivatives.dual_solution import DualRecord, DualSolution, dual_solution
 from mbody.derivatives.event_time import EventTime
 from mbody.derivatives.first_states import FirstState, first_state
 from mbody.derivatives.free_instants import FreeInstants, spread
 from mbody.derivatives.lost_numbers import LostNumbers
 from mbody.derivatives.number_tangents import dual_values
-from mbody.laws import Law
 from mbody.solution.certificate import changed
+from mbody.solution.driven_motion import driven_motion
 from mbody.solution.solution import Solution
 
 __all__ = ["MotionInstants", "ReleasedInstants", "motion_instants"]
 
 Array = np.ndarray
-
-#: Steps in the numbers of a law, as parts of them: errors of the order of their fourth power.
-PART = 1e-3
 
 
 class ReleasedInstants:
@@ -100,7 +96,7 @@ class ReleasedInstants:
                 first = self._going_on(part, self.parts[k + 1])
         self.lost = self.followed[-1].lost
         record = DualRecord(values, changes, first_load, system.coordinates)
-        return dual_solution(self.run, self.values, record)
+        return self._since_release(t, dual_solution(self.run, self.values, record), record)
 
     def without_derivative(self, instants: Array, _: DualRecord) -> Array:
         """As of `FreeInstants`."""
@@ -133,39 +129,18 @@ class ReleasedInstants:
         to, of = np.append(to, first + loads), np.append(of, found.loads + loads)
         values[np.ix_(places, to)] = found.values[:, of]
         changes[np.ix_(places, to)] = found.tangents[:, of]
-        t = found.values[:, part.page_rows]
-        for n, driver in enumerate(whole.mechanism.drivers):
-            if driver.name not in {one.name for one in part.drivers} and len(t):
-                row = whole.page_rows + 1 + 3 * n
-                law, slopes = self._law(driver, t)
-                values[places, row : row + 3] = law.T
-                changes[places, row : row + 3] = slopes.swapaxes(0, 1)
 
-    def _law(self, driver: Any, t: Array) -> tuple[Array, Array]:
-        """What a law prescribes after its release, though nothing follows it: value, rate and
-        acceleration (3, instants), and their derivatives (3, instants, names), by differences in
-        the numbers of the law; NaN where it is none of time.
-        """
-        law, name, width = driver.law, f"{driver.name}.law", len(self.names)
-        if not isinstance(law, Law) or driver not in self.run.system.leaders:
-            return np.full((3, len(t)), np.nan), np.full((3, len(t), width), np.nan)
-        own = law.numbers()
-        plain = set(own) == {"value"}
-        duals = {k: self.values[name if plain else f"{name}.{k}"] for k in own}
-        numbers = {k: float(value(x)) for k, x in duals.items()}
-
-        def prescribed(changes: dict[str, float]) -> Array:
-            found = law.with_numbers(numbers | changes).derivatives(t)
-            return np.array([np.broadcast_to(part, t.shape) for part in found])
-
-        changes = np.zeros((3, len(t), width))
-        for k, x in duals.items():
-            if isinstance(x, DualNumber) and x.tangents.any():
-                h = PART * max(abs(numbers[k]), PART)
-                ends = {n: prescribed({k: numbers[k] + n * h}) for n in (-2, -1, 1, 2)}
-                slope = (8.0 * (ends[1] - ends[-1]) - ends[2] + ends[-2]) / (12.0 * h)
-                changes += slope[:, :, None] * x.tangents
-        return prescribed({}), changes
+    def _since_release(self, t: Array, found: DualSolution, record: DualRecord) -> DualSolution:
+        """Of what released drivers drove, the motion from then on."""
+        system = self.run.system
+        for n, driver in enumerate(system.drivers):
+            free = t >= self.run.released.get(driver.name, np.inf)
+            if free.any():
+                row = system.page_rows + 1 + 3 * n
+                for k, one in enumerate(driven_motion(found, driver)):
+                    record.values[free, row + k] = one.value[free]
+                    record.tangents[free, row + k] = one.tangents[free]
+        return found
 
 
 #: The instants of a motion over time, with derivatives.

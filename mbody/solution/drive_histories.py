@@ -47,7 +47,8 @@ def driven(solution: Result, driver: str) -> tuple[Array, Array, Array]:
             designs = range(solution.record.count if varied(solution.system.values, element) else 1)
             laws = [solution.system.law_of(element, design=n) for n in designs]
             found = np.array([law.derivatives(solution.t) for law in laws]).swapaxes(0, 1)
-        value, rate, change = np.broadcast_to(found, (3, solution.record.count, len(solution.t)))
+        whole = np.broadcast_to(found, (3, solution.record.count, len(solution.t)))
+        value, rate, change = _since_release(solution, element, whole)
     else:
         value, rate, change = states[:, names.index(driver)].T
     return value, rate, change
@@ -72,6 +73,7 @@ def drive_states(solution: Result) -> Array | None:
         else:
             for k, part in enumerate(solution.system.law_of(driver).derivatives(solution.t)):
                 states[:, n, k] = part
+        states[:, n] = _since_release(solution, driver, states[:, n].T).T
     read: Array = locked(states)
     return read
 
@@ -97,6 +99,16 @@ def _follows(solution: Result, driver: Any) -> bool:
     if driver not in system.leaders:
         return True
     return bool(followed_states(driver, system.mechanism, system.numbers))
+
+
+def _since_release(solution: Result, driver: Any, prescribed: Array) -> Array:
+    """Value, rate and acceleration (3, …, instants): from its release on nothing follows the law,
+    and they are those of the motion.
+    """
+    free = solution.t >= solution.released.get(driver.name, np.inf)
+    if not free.any():
+        return prescribed
+    return np.where(free, _measured(solution, driver), prescribed)
 
 
 def _measured(solution: Result, driver: Any) -> Array:

@@ -366,7 +366,8 @@ class Solution(FrictionResults):
 
     def driven(self, driver: str) -> tuple[Array, Array, Array]:
         """Value, rate and acceleration of what a driver drives, angles in rad: arrays (instants,),
-        or (designs, instants) of a batch whose designs may differ in its law.
+        or (designs, instants) of a batch whose designs may differ in its law. From its release on
+        they are those of the motion, which no longer follows the law.
 
         Raises
         ------

@@ -14,12 +14,11 @@ import numpy as np
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.laws import Expression, MeasuredFormula, Table
 from mbody.laws.postfix import CONSTANT, LOG, OPERATIONS, POWER_CONSTANT
-from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver
 from mbody.quantities.numpy_operations import ONE, TWO
+from mbody.solution.driven_motion import driven_motion
 from mbody.solution.histories import LoadHistory, Reaction
 from mbody.solution.load_histories import stretched, turned
 from mbody.solution.own_histories import own_history
-from mbody.solution.places import place
 from mbody.solution.solution import Solution
 from mbody.solution.tracing import Untraceable
 from mbody.system.formula_steps import record_formula
@@ -91,39 +90,7 @@ class TracedInstant(Solution):
 
     def driven(self, driver: str) -> tuple[Any, Any, Any]:
         """Value, rate and acceleration of what a driver drives, by the motion of the bodies."""
-        own = self.mechanism[driver]
-        if isinstance(own, AngleDriver):
-            i, j = self[own.relative_to], self[own.body]
-            return j.angle - i.angle, j.omega - i.omega, j.alpha - i.alpha
-        if not isinstance(own, DistanceDriver | CoordinateDriver):
-            raise Untraceable(f"the motion of a {type(own).__name__}")
-        (x, y), (vx, vy), (ax, ay) = self._apart(own)
-        if isinstance(own, DistanceDriver):
-            length = np.hypot(x, y)
-            rate = (x * vx + y * vy) / length
-            return length, rate, (vx * vx + vy * vy + x * ax + y * ay - rate * rate) / length
-        body = self[own.i.body]
-        angle = body.angle + self.system.numbers.angle(own, "i")
-        c, s, w = np.cos(angle), np.sin(angle), body.omega
-        along, across = c * x + s * y, c * y - s * x
-        rate = c * vx + s * vy + w * across
-        turning = body.alpha * across - w * w * along + 2.0 * w * (c * vy - s * vx)
-        return along, rate, c * ax + s * ay + turning
-
-    def _apart(self, element: Any) -> list[tuple[Any, Any]]:
-        """The way from the place on i to that on j, with both derivatives, world axes."""
-        (ix, iy), (jx, jy) = (self._motion(element, side) for side in "ij")
-        return [(b - a, d - c) for a, b, c, d in zip(ix, jx, iy, jy, strict=True)]
-
-    def _motion(self, element: Any, side: str) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
-        """x and y of a place, each with both derivatives."""
-        body = self[getattr(element, side).body]
-        x, y = place(self, element, side)
-        px, py, w, alpha = x - body.x, y - body.y, body.omega, body.alpha
-        return (
-            (x, body.vx - w * py, body.ax - alpha * py - w * w * px),
-            (y, body.vy + w * px, body.ay + alpha * px - w * w * py),
-        )
+        return driven_motion(self, self.mechanism[driver])
 
     def load(self, name: str, on: str | None = None) -> LoadHistory:
         """What a load does to body j, by its law."""
