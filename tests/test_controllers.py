@@ -5,6 +5,7 @@ import pytest
 
 import mbody
 from mbody import Body, Controller, Input, Mechanism, Prismatic, Revolute, Torque, simulate
+from mbody.errors import ModelError
 from mbody.laws import Table
 from tests.linear_systems import discrete
 
@@ -150,6 +151,16 @@ def test_controllers_read_forces():
     run = simulate(machine, 0.2, every="50 ms")
     # what a controller reads is of before it sets its input: the first one differs
     np.testing.assert_allclose(forces[1:], run.measure("O.force")[1:4], atol=1e-9)
+
+
+@pytest.mark.parametrize("until", [0.0, 0.1])
+def test_a_driver_that_a_controller_reads_is_not_released(until):
+    """Before the motion begins, whether it is to be released at once or later."""
+    machine = arm(Controller("c", lambda t, x: 1.0, 0.03, ["drive.effort"], ["u"]))
+    machine.add(mbody.AngleDriver("drive", "arm", "0.1*t"))
+    with pytest.raises(ModelError, match="driver 'drive' cannot be released, controller 'c' reads"):
+        simulate(machine, 0.2, release={"drive": until})
+    assert simulate(machine, 0.2, release={"drive": 0.3}).status == "completed"
 
 
 def test_a_driven_and_released_mechanism_keeps_its_samples():

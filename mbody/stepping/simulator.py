@@ -15,6 +15,7 @@ from mbody.analysis.dynamics.branch_choice import choose_branch
 from mbody.analysis.dynamics.input_histories import with_inputs
 from mbody.analysis.dynamics.options import motion_request, tolerances
 from mbody.analysis.dynamics.own_states import first_own_states
+from mbody.analysis.dynamics.released_readings import refuse_readings_of_released
 from mbody.analysis.dynamics.simulate import first_instant_with_contacts
 from mbody.analysis.dynamics.singular_start import singular_start
 from mbody.analysis.freedom.single_design import released
@@ -114,8 +115,10 @@ class Simulator(MechanicsNow):
             release=None,
         )
         gone = self._released(whole, t)
-        self.system = released(whole, gone) if gone else whole
+        self.system = whole
         if gone:
+            refuse_readings_of_released(whole.mechanism, gone, self._request.events)
+            self.system = released(whole, gone)
             t, q, v = state_of(self.system, self._start)
         way, events = self._request.way, self._request.events
         self._show(stepwise(self.system, self._start, way, events), way)

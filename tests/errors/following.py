@@ -5,6 +5,7 @@ from mbody import (
     AngleDriver,
     Body,
     Controller,
+    Event,
     Input,
     Mechanism,
     Revolute,
@@ -103,5 +104,8 @@ SCENARIOS = {
     "B where a driver follows an input": followed_matrices,
     "releasing a driver that another follows": lambda: simulate(
         arms("2*lead.value"), 1.0, release={"lead": 0.5}
+    ),
+    "releasing a driver that an event reads": lambda: simulate(
+        arms("0.5"), 1.0, release={"lead": 0.5}, events=[Event("lead.effort", name="jolt")]
     ),
 }

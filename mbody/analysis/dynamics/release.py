@@ -15,6 +15,7 @@ from mbody.analysis.dynamics.impulse_stepping import impulse_motion
 from mbody.analysis.dynamics.integration import Integration
 from mbody.analysis.dynamics.joining import SAME_PARTS, joined
 from mbody.analysis.dynamics.options import MotionRequest
+from mbody.analysis.dynamics.released_readings import refuse_readings_of_released
 from mbody.analysis.dynamics.restart_checks import check_restart
 from mbody.analysis.dynamics.singular_start import singular_start
 from mbody.analysis.freedom.single_design import released
@@ -58,6 +59,8 @@ def integrate_phases(
         for name, t in request.release.items()
         if request.first < t < last and name not in free_since
     }
+    if free_since or later:
+        refuse_readings_of_released(system.mechanism, {*free_since, *later}, request.events)
     restart = _restart(system, start, request.way, tuple(free_since))
     # what takes energy by impacts
     struck = [one.name for one in system.mechanism.contacts]
