@@ -104,9 +104,7 @@ def slider(driver):
     "driver",
     [
         DistanceDriver("motor", "ground.S", "block", Harmonic(0.8, 0.1, 3.0)),
-        CoordinateDriver(
-            "motor", Marker("ground", (0.0, 0.1), angle=0.2), "block", Harmonic(0.8, 0.1, 3)
-        ),
+        CoordinateDriver("motor", SLOPE, "block", Harmonic(0.8, 0.1, 3.0)),
     ],
     ids=["distance", "along an axis"],
 )

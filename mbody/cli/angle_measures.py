@@ -15,16 +15,16 @@ __all__ = ["measures_in_degrees"]
 def measures_in_degrees(mechanism: Mechanism, names: Sequence[str]) -> dict[str, Measure]:
     """The measures by name, those of angles that have no unit of their own in degrees."""
     from mbody.model.reductions import outermost
-    from mbody.model.study import Measure
+    from mbody.model.study import Measure, measure_named
     from mbody.quantities.units import DIMENSIONS
     from mbody.solution.measures import check_measure
 
     rad = mechanism.units.of(DIMENSIONS["angle"])
     found = {}
     for name in names:
-        one = mechanism.measures.get(name) or Measure(name)
+        one = measure_named(mechanism.measures, name)
         by, of, instant = outermost(one.of)
-        inner = mechanism.measures.get(of) or Measure(of)
+        inner = measure_named(mechanism.measures, of)
         of = inner.of
         if by:
             of = f"at({of}, {instant})" if by == "at" else f"{by}({of})"

@@ -57,6 +57,7 @@ class Traced:
     """
 
     __slots__ = ("place", "recording")
+    # none can be a key: whether two are equal is known only when the list runs
     __hash__ = None  # type: ignore[assignment]
 
     def __init__(self, recording: NumberRecording, place: int) -> None:

@@ -25,7 +25,7 @@ from mbody.derivatives.lost_numbers import LostNumbers
 from mbody.derivatives.measure_program import MeasureProgram, recorded_measure
 from mbody.derivatives.mode_record import ModeStretch
 from mbody.model.element import listed
-from mbody.model.study import Measure
+from mbody.model.study import Measure, measure_named
 from mbody.quantities import parse
 from mbody.solution.measures import valued
 from mbody.solution.solution import Solution
@@ -50,7 +50,7 @@ def reads_loads(run: Solution) -> bool:
 
 
 def _measure(run: Solution, text: str) -> Measure:
-    return run.mechanism.measures.get(text) or Measure(text)
+    return measure_named(run.mechanism.measures, text)
 
 
 @dataclass

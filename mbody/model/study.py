@@ -20,7 +20,15 @@ from mbody.quantities.types import (
     required,
 )
 
-__all__ = ["Instants", "Measure", "Question", "Unknown", "Unknowns", "measures_without"]
+__all__ = [
+    "Instants",
+    "Measure",
+    "Question",
+    "Unknown",
+    "Unknowns",
+    "measure_named",
+    "measures_without",
+]
 
 #: Values of time or of drivers by name: one or several of each.
 PlacesLike: TypeAlias = "Mapping[str, Number | Sequence[Number]]"
@@ -325,6 +333,11 @@ def _options(name: str, options: Any) -> Mapping[str, Any]:
             f"unknown '{name}' has no '{strange[0]}' (it has: {', '.join(known)})", name
         )
     return options
+
+
+def measure_named(measures: Mapping[str, Measure], text: str) -> Measure:
+    """One of some measures by its name, or the measure of a formula."""
+    return measures.get(text) or Measure(text)
 
 
 def measures_without(measures: Mapping[str, Measure], gone: set[str]) -> dict[str, Measure]:

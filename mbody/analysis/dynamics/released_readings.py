@@ -8,7 +8,7 @@ from mbody.analysis.initial.initial_state import event_measure
 from mbody.errors import ModelError
 from mbody.model.event import Event
 from mbody.model.mechanism import Mechanism
-from mbody.model.study import Measure
+from mbody.model.study import Measure, measure_named
 
 __all__ = ["refuse_readings_of_released"]
 
@@ -22,7 +22,7 @@ def refuse_readings_of_released(
     ------
     ModelError
     """
-    mechanism.without(*gone)
+    mechanism.without(*gone)  # which refuses those that formulas read
     for name, what, measure in _readings(mechanism, events):
         for quantity in sorted(measure.names):
             driver = quantity.partition(".")[0]
@@ -38,6 +38,6 @@ def _readings(mechanism: Mechanism, events: Sequence[Event]) -> Iterator[tuple[s
     """Names of controllers and events, what they are, and what they read."""
     for one in mechanism.controllers:
         for text in one.reads:
-            yield one.name, "controller", mechanism.measures.get(text) or Measure(text)
+            yield one.name, "controller", measure_named(mechanism.measures, text)
     for event in events:
         yield event.name, "event", event_measure(mechanism, event)

@@ -24,7 +24,7 @@ from mbody.model.event import Event
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
 from mbody.model.simulation import STATE, SimulationSettings
-from mbody.model.study import Measure
+from mbody.model.study import Measure, measure_named
 from mbody.quantities import Formula, FormulaError
 from mbody.quantities.units import DIMENSIONS
 from mbody.solution.histories import Record
@@ -113,7 +113,7 @@ def checked_events(mechanism: Mechanism, events: Iterable[Event]) -> tuple[Event
 
 def event_measure(mechanism: Mechanism, event: Event) -> Measure:
     """What is to be zero: one of the mechanism's measures by its name, or a formula."""
-    return mechanism.measures.get(event.of) or Measure(event.of)
+    return measure_named(mechanism.measures, event.of)
 
 
 #: The first instant of motions that were requested, as long as their systems live.
