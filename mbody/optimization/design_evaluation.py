@@ -24,7 +24,6 @@ from mbody.errors import ModelError, SolveError
 from mbody.model.numbers import varied
 from mbody.model.study import Measure
 from mbody.quantities import parse
-from mbody.solution.histories import Record
 from mbody.solution.measures import valued
 from mbody.solution.solution import Solution
 from mbody.sweeps.job import Job
@@ -183,10 +182,7 @@ class Evaluator:
     def _followed(self, runner: Runner, start: ClosedPosition, grid: TimeGrid) -> Solution:
         """All instants from a closed position; `PathEnded` where it cannot go on."""
         self.count += 1
-        block = runner.lanes(start, grid)
-        if block is None:
-            block = runner.scalar(start, grid)
-        run = runner.solution(start, grid, Record([block], len(grid.s), batch=False))
+        run = runner.solution(start, grid, runner.record(start, grid))
         return run.take(np.arange(self.before, len(run))) if self.before else run
 
     def _closed(self, system: System, grid: TimeGrid) -> ClosedPosition:

@@ -11,6 +11,9 @@ import numpy as np
 
 __all__ = ["ReadOnly", "lock", "locked"]
 
+#: What nobody can change.
+_KEPT = frozenset({str, float, int, bool, type(None)})
+
 
 class ReadOnly(dict[str, Any]):
     """A dict that cannot be changed; ``dict(it)`` is a copy that can.
@@ -51,8 +54,11 @@ def locked(value: Any) -> Any:
         view = value.view()
         view.flags.writeable = False
         return view
-    if type(value) is tuple and any(isinstance(part, np.ndarray) for part in value):
-        return tuple(locked(part) for part in value)
+    if type(value) is tuple:
+        for part in value:  # a loop, since most are a few strings or truth values
+            if isinstance(part, np.ndarray):
+                return tuple(locked(part) for part in value)
+        return value
     if isinstance(value, Mapping) and not isinstance(value, ReadOnly):
         return ReadOnly({key: locked(part) for key, part in value.items()})
     return value
@@ -62,10 +68,11 @@ def lock(result: Any) -> None:
     """Lock every array and every dict among the fields of a frozen dataclass, in place."""
     for name in _names(cast(Any, type(result))):
         value = getattr(result, name)
-        if isinstance(value, (np.ndarray, dict, tuple)):
-            safe = locked(value)
-            if safe is not value:
-                object.__setattr__(result, name, safe)
+        if type(value) in _KEPT or (type(value) is np.ndarray and not value.flags.writeable):
+            continue
+        safe = locked(value)
+        if safe is not value:
+            object.__setattr__(result, name, safe)
 
 
 @functools.cache

@@ -34,7 +34,6 @@ from mbody.model.body import Guesses
 from mbody.model.mechanism import Mechanism
 from mbody.quantities.types import PlainNumbers
 from mbody.solution.certificate import as_reported, changed
-from mbody.solution.histories import Record
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
@@ -190,15 +189,13 @@ def _followed(runner: Runner, start: ClosedPosition, grid: TimeGrid, remedy: str
 
 
 def _single(runner: Runner, start: ClosedPosition, grid: TimeGrid) -> Solution:
-    block = runner.lanes(start, grid)
-    if block is None:
-        try:
-            block = runner.scalar(start, grid)
-        except PathEnded as stuck:
-            error = runner.explain(stuck, start, grid)
-            # an instant at which branches meet is reached as a limit, where the path goes on
-            near = abs(stuck.place - grid.s[stuck.done]) <= 1e-3 * np.ptp(grid.s)
-            if not near:
-                raise error from None
-            return through_change_points(runner, start, grid, {stuck.done}, error)
-    return runner.solution(start, grid, Record([block], len(grid.s), batch=False))
+    try:
+        record = runner.record(start, grid)
+    except PathEnded as stuck:
+        error = runner.explain(stuck, start, grid)
+        # an instant at which branches meet is reached as a limit, where the path goes on
+        near = abs(stuck.place - grid.s[stuck.done]) <= 1e-3 * np.ptp(grid.s)
+        if not near:
+            raise error from None
+        return through_change_points(runner, start, grid, {stuck.done}, error)
+    return runner.solution(start, grid, record)

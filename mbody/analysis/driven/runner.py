@@ -184,7 +184,17 @@ class Runner:
         """Motion without forces and without a certain branch: (instants, rows)."""
         return self.scalar(start, grid, with_forces=False, reach=reach, monitored=False)[:, :, 0]
 
-    def lanes(self, start: ClosedPosition, grid: TimeGrid) -> np.ndarray | None:
+    def record(self, start: ClosedPosition, grid: TimeGrid) -> Record:
+        """All instants of the grid, on lanes where that pays, else on the scalar path.
+
+        Raises `PathEnded` where the path ends.
+        """
+        block = self._lanes(start, grid)
+        if block is None:
+            block = self.scalar(start, grid)
+        return Record([block], len(grid.s), batch=False)
+
+    def _lanes(self, start: ClosedPosition, grid: TimeGrid) -> np.ndarray | None:
         """All instants on lanes: (steps, rows, lanes), one lane after the other; None where that
         does not pay.
 
@@ -357,13 +367,11 @@ class Runner:
         other = by_time(self.system, np.ascontiguousarray(np.append(begin, t)))
         steps = self.steps
         try:
-            block = self.lanes(start, other)
-            block = self.scalar(start, other) if block is None else block
+            record = self.record(start, other)
         except (PathEnded, SolveError):
             return None
         finally:
             self.steps = steps
-        record = Record([block], len(other.s), batch=False)
         run = Solution(
             self.system, self.analysis, other.t, record, None, regularization=start.regularization
         )
