@@ -92,6 +92,31 @@ def test_parts_make_the_whole(tmp_path):
         assert calls == [(12, 12)]
 
 
+def test_a_cluster_writes_the_same_bytes(tmp_path):
+    distributed = pytest.importorskip("distributed")
+    what = LinkageSet(count=12, nodes=6, seed=1, instants=9, groups=("dyads",))
+    # workers within this process, which have the smaller pieces too
+    with (
+        mock.patch("mbody.topologies.dataset.PIECE", 5),
+        distributed.LocalCluster(
+            n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None
+        ) as cluster,
+    ):
+        write_linkages(tmp_path / "here", what)
+        calls: list[tuple[int, int]] = []
+        there = write_linkages(
+            tmp_path / "there",
+            what,
+            scheduler=cluster.scheduler_address,
+            progress=lambda done, of: calls.append((done, of)),
+        )
+    assert (there.done, there.status, calls[-1]) == (12, "completed", (12, 12))
+    files = sorted((tmp_path / "here").glob("*.parquet"))
+    assert len(files) == 3
+    for file in files:
+        assert file.read_bytes() == (tmp_path / "there" / file.name).read_bytes()
+
+
 def test_ctrl_c_keeps_what_was_done(tmp_path):
     what = LinkageSet(count=12, nodes=6, seed=1, instants=9, groups=("dyads",))
 

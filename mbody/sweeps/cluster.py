@@ -1,8 +1,8 @@
-"""Pieces of a sweep on an existing Dask cluster."""
+"""Pieces of work on an existing Dask cluster: of sweeps, and of data sets of linkages."""
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from mbody.errors import ModelError, SolveError
 from mbody.sweeps.job import Job, PieceResult, analyse_piece
 
-__all__ = ["connected", "on_cluster"]
+__all__ = ["connected", "on_cluster", "results"]
 
 #: Pieces in the queue of each thread of the workers.
 AHEAD = 3
@@ -31,7 +31,7 @@ def connected(scheduler: str) -> Any:
         from distributed import Client as client
     except ImportError:
         raise ModelError(
-            "a sweep on a cluster needs Dask's distributed, which is not installed: "
+            "work on a cluster needs Dask's distributed, which is not installed: "
             'pip install "mbody[cluster]"'
         ) from None
     try:
@@ -47,29 +47,44 @@ def on_cluster(
     job: Job, values: np.ndarray, pieces: list[int], size: int, client: Any
 ) -> Generator[tuple[int, PieceResult], None, None]:
     """First design and result of every piece, in the order of completion."""
+    try:
+        task = client.scatter(job, broadcast=True, hash=False)
+    except BaseException:
+        client.close()
+        raise
+    yield from results(client, pieces, lambda low: (analyse_piece, task, values[low : low + size]))
+
+
+def results(
+    client: Any, pieces: Sequence[int], call: Callable[[int], tuple[Any, ...]]
+) -> Generator[tuple[int, Any], None, None]:
+    """Every piece with its result, in the order of completion; closes the client at the end.
+
+    `call` gives the function of a piece and its arguments. A few calls for each thread of the
+    workers are in the queue, so that no worker waits and the memory does not grow.
+    """
     import distributed
 
     try:
-        task = client.scatter(job, broadcast=True, hash=False)
         ahead = AHEAD * max(1, sum(client.nthreads().values()))
         waiting = iter(pieces)
         begun: dict[Any, int] = {}
         arriving: Any = distributed.as_completed(loop=client.loop)
 
         def send() -> None:
-            low = next(waiting, None)
-            if low is not None:
-                future = client.submit(analyse_piece, task, values[low : low + size], pure=False)
-                begun[future] = low
+            piece = next(waiting, None)
+            if piece is not None:
+                future = client.submit(*call(piece), pure=False)
+                begun[future] = piece
                 arriving.add(future)
 
         for _ in range(min(ahead, len(pieces))):
             send()
         while begun:
             future = next(arriving)
-            low = begun.pop(future)
-            part = future.result()
+            piece = begun.pop(future)
+            result = future.result()
             send()
-            yield low, part
+            yield piece, result
     finally:
         client.close()

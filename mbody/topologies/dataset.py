@@ -21,7 +21,7 @@ import numpy as np
 from mbody.analysis.driven.memory_limit import memory
 from mbody.errors import ModelError
 from mbody.files.seal import OPEN_SEAL, seal, sealed
-from mbody.sweeps.cluster import connected
+from mbody.sweeps.cluster import connected, results
 from mbody.sweeps.whole_files import remove_abandoned, write_whole
 from mbody.topologies.arrays import linkage_arrays
 from mbody.topologies.canonical import canonical_order
@@ -214,32 +214,7 @@ def _on_threads(what: LinkageSet, pieces: list[int], threads: int) -> Any:
 
 def _on_cluster(what: LinkageSet, pieces: list[int], scheduler: str) -> Any:
     """The same by the workers of a cluster."""
-    client = connected(scheduler)
-    try:
-        import distributed
-
-        ahead = 3 * max(1, sum(client.nthreads().values()))
-        left = iter(pieces)
-        arriving: Any = distributed.as_completed(loop=client.loop)
-        begun: dict[Any, int] = {}
-
-        def send() -> None:
-            n = next(left, None)
-            if n is not None:
-                future = client.submit(content_of, what, n, pure=False)
-                begun[future] = n
-                arriving.add(future)
-
-        for _ in range(min(ahead, len(pieces))):
-            send()
-        while begun:
-            future = next(arriving)
-            n = begun.pop(future)
-            content = future.result()
-            send()
-            yield n, content
-    finally:
-        client.close()
+    yield from results(connected(scheduler), pieces, lambda n: (content_of, what, n))
 
 
 def content_of(what: LinkageSet, piece: int) -> bytes:
