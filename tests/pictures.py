@@ -111,7 +111,7 @@ if __name__ == "__main__":
     FOLDER.mkdir(exist_ok=True)
     made = make(FOLDER)
     for old in FOLDER.iterdir():
-        if old.name not in made:
+        if old.name not in made and old.name not in KEPT:
             old.unlink()
     before, _, after = parts(README.read_text("utf-8"))
     README.write_text(before + table() + after, encoding="utf-8")

@@ -15,7 +15,7 @@ import numpy as np
 from mbody.views.shapes import direction
 from mbody.views.style import FONTS, INK, MATHS, SIZE
 
-__all__ = ["Label", "Places", "beside", "drawable", "extent", "symbolic", "together"]
+__all__ = ["Label", "Places", "below_line", "beside", "drawable", "extent", "symbolic", "together"]
 
 Array = np.ndarray
 
@@ -46,7 +46,6 @@ class Label:
     covers: bool = False
 
 
-@functools.cache
 def extent(text: str, size: float, italic: bool = False) -> tuple[float, float]:
     """Width and height of a text in points.
 
@@ -54,6 +53,22 @@ def extent(text: str, size: float, italic: bool = False) -> tuple[float, float]:
     >>> 20.0 < width < 45.0, 5.0 < height < 12.0
     (True, True)
     """
+    width, height, _ = _measured(text, size, italic)
+    return width, height
+
+
+def below_line(text: str, size: float, italic: bool = False) -> bool:
+    """Whether a part of a text is below its line, as of a p or an index.
+
+    >>> below_line("coupler", 10.0), below_line("$O_{2}$", 10.0), below_line("crank", 10.0)
+    (True, True, False)
+    """
+    return _measured(text, size, italic)[2] < -0.1 * size
+
+
+@functools.cache
+def _measured(text: str, size: float, italic: bool) -> tuple[float, float, float]:
+    """Width, height and least ordinate above the line of a text in points."""
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import TextPath
 
@@ -61,18 +76,20 @@ def extent(text: str, size: float, italic: bool = False) -> tuple[float, float]:
         family=FONTS, style="italic" if italic else "normal", math_fontfamily=MATHS
     )
     if not text.strip():
-        return 0.0, 0.0
-    width, height = _outlined(TextPath((0, 0), drawable(text), size=size, prop=font))
-    return width, max(height, 0.7 * size)
+        return 0.0, 0.0, 0.0
+    width, height, low = _outlined(TextPath((0, 0), drawable(text), size=size, prop=font))
+    return width, max(height, 0.7 * size), low
 
 
-def _outlined(path: Any) -> tuple[float, float]:
-    """Width and height of a path of matplotlib: its `get_extents`, for all curves at once."""
+def _outlined(path: Any) -> tuple[float, float, float]:
+    """Width, height and least ordinate of a path of matplotlib: its `get_extents`, for all curves
+    at once.
+    """
     points, codes = np.asarray(path.vertices), np.asarray(path.codes)
     curved = np.flatnonzero(codes == path.CURVE3)
     if not len(points) or (codes == path.CURVE4).any():
         box = path.get_extents()
-        return float(box.width), float(box.height)
+        return float(box.width), float(box.height), float(box.y0)
     control, end = curved[::2], curved[1::2]
     a, b, c = points[control - 1], points[control], points[end]
     bend = a - 2.0 * b + c
@@ -83,7 +100,7 @@ def _outlined(path: Any) -> tuple[float, float]:
     on_line[control] = False
     all_points = np.concatenate([points[on_line], turned])
     width, height = np.ptp(all_points, axis=0).tolist()
-    return width, height
+    return width, height, float(all_points[:, 1].min())
 
 
 def symbolic(name: str) -> str:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from mbody.views.carriers import GROUND_CARRIER, Carrier
-from mbody.views.labels import Label, drawable
+from mbody.views.labels import Label, below_line, drawable
 from mbody.views.style import INK, PAPER, Z
 
 if TYPE_CHECKING:
@@ -111,6 +111,7 @@ class PaperSurface:
 
     def text(self, at: Any, label: Label, **more: Any) -> None:
         """A text at a place, on white where it covers something."""
+        low = below_line(label.text, label.size, label.italic)
         drawn = self.axes.text(
             float(at[0]),
             float(at[1]),
@@ -120,7 +121,8 @@ class PaperSurface:
                 "color": label.color,
                 "style": "italic" if label.italic else "normal",
                 "ha": "center",
-                "va": "center",
+                # matplotlib leaves room below the line also where nothing is below it
+                "va": "center" if low else "center_baseline",
                 "zorder": Z["text"],
                 **more,
             },
