@@ -37,12 +37,13 @@ def model_in(path: Path, parameters: Mapping[str, str] | None = None) -> Mechani
     ModelError
         As of `load`; for a file of another program with the command that imports it.
     """
-    from mbody.exchange import other_program
     from mbody.files.model import load
 
     try:
         return load(path, parameters=parameters or {})
     except ModelError:
+        from mbody.exchange import other_program  # which takes as long to load as an analysis
+
         if whose := other_program(path):
             raise ModelError(
                 f"'{path.name}' is a file of {whose}, not a model: make one of it, mbody import "
