@@ -116,6 +116,9 @@ AT = 1e-3
 #: So many successive steps shorter than this part of the longest one lead nowhere: rounding decides
 #: what the monitor sees. Bends of a margin of 1e-8 take some hundred.
 CRAWLED, CRAWL = 2000, 2.0**-16
+#: As many steps that were cut short, and move the mechanism by less than `CRAWL` [model lengths and
+#: radians], lead nowhere either where a part is less than this.
+VANISHING = 1e-6
 #: Newton's iterations, and the correction from which on it diverges.
 ITERATIONS, DIVERGED = 12, 1e3
 
@@ -214,7 +217,7 @@ def follow(L: Layout, W: Work, path: DrivenPath, found: FollowedPath) -> int:
                 far = store_earlier_parts(L, W, w, regularization, last)
                 monitored_back = math.copysign(far, h)
             tried = max(tried, abs(h))
-        across = False
+        across, moved = False, 0.0
         while True:
             if k > 0 and h != 0.0:
                 predict(L, W, w, h, back, quintic, last)
@@ -279,7 +282,9 @@ def follow(L: Layout, W: Work, path: DrivenPath, found: FollowedPath) -> int:
                     nearest[BEFORE] = float(k)
                 here, previous = here + h, worst
                 longest = max(longest, abs(h))
-                crawled = crawled + 1 if abs(h) <= CRAWL * longest else 0
+                crawls = abs(h) < abs(left) and moved <= CRAWL * CRAWL
+                crawls = crawls and max(worst, previous) * VANISHING > 1.0
+                crawled = crawled + 1 if crawls or abs(h) <= CRAWL * longest else 0
                 last = store_place(L, W, w, last)
                 shift_pages(L, W)
                 back, monitored_back = h, h
