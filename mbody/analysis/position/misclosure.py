@@ -21,8 +21,8 @@ SEARCHED, CANDIDATES = 60, 8
 SATISFIED = 1e-6
 #: A gap below this, in model lengths and radians, is rounding of joints that fit.
 ROUNDING = 1e-14
-#: A gap below this, in model lengths and radians, may be an error of lengths that should agree; rows
-#: are then dependent but for this part of the greatest singular value.
+#: A gap below this, in model lengths and radians, may be an error of lengths that should agree;
+#: rows are then dependent but for this part of the greatest singular value.
 SLIGHT, NEARLY = 1e-3, 3e-3
 #: How far beside a position the gap is looked at again; a row takes part in a dependency with this
 #: part of the greatest; joints that are named.
