@@ -16,6 +16,7 @@ from mbody import (
     PinSlot,
     Revolute,
     Rope,
+    SimulationSettings,
 )
 from mbody.laws import ConstantAcceleration, ConstantSpeed
 
@@ -197,4 +198,22 @@ def crank_over_a_floor() -> Mechanism:
         AngleDriver("motor", "crank", ConstantSpeed(0.0, 1.0)),
         Contact("tip", "ground.floor", "crank.A"),
     )
+    return machine
+
+
+#: Roads of a disc.
+LINE, RING = {"line": {"point": "O"}}, {"ring": "O", "radius": 1.0}
+
+
+def rolling_disc(shape, x, y, angle):
+    """A disc of 0.2 m on a line, or in a ring of 1 m, that begins with this place and angle."""
+    machine = Mechanism("disc", ground={"O": (0, 0)}, ground_shapes={"road": shape})
+    rim = {"rim": {"disc": "C", "radius": 0.2}}
+    machine.add(
+        Body("disc", mass=2.0, inertia=0.04, points={"C": (0, 0)}, shapes=rim),
+        Contact("road", "ground.road", "disc.rim", friction=0.9),
+        Gravity("gravity", y=-G),
+    )
+    begun = {"disc": {"x": x, "y": y, "angle": angle}}
+    machine.simulation = SimulationSettings(until=0.5, start=begun)
     return machine

@@ -208,3 +208,15 @@ def test_the_sheet_of_kinematics_has_what_touches_without_forces():
 def test_sheets_of_a_pile_of_the_gallery(analysis):
     """Whose measure is one of a group of contacts."""
     assert "carried" in str(analysis(mbody.gallery.load("pile_of_discs")))
+
+
+def test_a_disc_in_a_bowl_rests_at_the_bottom_once():
+    """It comes round to the same positions after four turns, further than one walk goes."""
+    machine = models.rolling_disc(models.RING, 0.8 * math.sin(0.7), -0.8 * math.cos(0.7), 0.3)
+    found = mbody.equilibrium(machine)
+    assert found.status == "completed"
+    assert [one.stability for one in found] == ["stable", "unstable"]
+    assert found[0]["disc"].y[0] == pytest.approx(-0.8, abs=1e-12)
+    # it rolls from 0.3 rad by (R − r)/r of 0.7 rad
+    assert found[0]["disc"].angle[0] == pytest.approx(0.3 + 4.0 * 0.7, abs=1e-9)
+    assert found[0].frequencies[0] == pytest.approx(math.sqrt(2.0 * G / (3.0 * 0.8)), rel=1e-9)

@@ -160,3 +160,47 @@ def test_equations_and_breakdown_have_contacts():
     text = run.derivation()
     assert "F(under1,2,x)" in text
     assert "F(under2,2,x)" in text
+
+
+def test_a_wheel_rolls_on_a_line_from_where_it_begins(tmp_path):
+    turned = models.rolling_disc(models.LINE, 1.0, 0.2, 0.3)
+    turned.add(mbody.AngleDriver("motor", "disc", "0.3 rad + 0.5 rad/s*t"))
+    run = mbody.kinetostatics(turned, t=[0.0, 2.0])
+    assert run["disc"].x == pytest.approx([1.0, 1.0 - 0.2 * 1.0], abs=1e-12)
+    late = mbody.kinetostatics(turned, t=[2.0])  # whatever the instants that are requested
+    assert late["disc"].x == pytest.approx([1.0 - 0.2 * 1.0], abs=1e-12)
+    mbody.save_run(run, tmp_path / "run.npz")
+    again = mbody.load_run(tmp_path / "run.npz")
+    assert again.mechanism["road"].rolls_from == run.mechanism["road"].rolls_from
+    led = models.rolling_disc(models.LINE, 1.0, 0.2, 0.3)
+    led.add(mbody.CoordinateDriver("hand", "ground.O", "disc.C", "1 m + 0.1 m/s*t"))
+    run = mbody.kinetostatics(led, t=[0.0, 1.0])
+    assert run["disc"].angle == pytest.approx([0.3, 0.3 - 0.1 / 0.2], abs=1e-12)
+
+
+def test_a_wheel_rolls_in_a_ring_from_where_it_begins():
+    """The line of centres turns by −r/(R − r) of the disc's angle."""
+    first = math.radians(-50.0)
+    machine = models.rolling_disc(models.RING, 0.8 * math.cos(first), 0.8 * math.sin(first), 0.3)
+    machine.add(mbody.AngleDriver("motor", "disc", "0.3 rad - 1 rad/s*t"))
+    run = mbody.kinetostatics(machine, t=[0.0, 1.0])
+    direction = np.arctan2(run["disc"].y, run["disc"].x)
+    assert direction == pytest.approx([first, first + 0.25], abs=1e-12)
+
+
+@pytest.mark.parametrize("shape", [models.LINE, models.RING])
+def test_derivatives_where_a_wheel_rolls(shape):
+    """By the radius: of r φ about the place where it begins, of a ring by (R − r) and its angle."""
+    first = math.radians(-50.0)
+    ring = shape is models.RING
+    x, y = (0.8 * math.cos(first), 0.8 * math.sin(first)) if ring else (1.0, 0.2)
+    machine = models.rolling_disc(shape, x, y, 0.0)
+    machine.add(mbody.AngleDriver("motor", "disc", "0.5 rad/s*t"))
+    g = mbody.gradient(machine, "at(disc.x, 1)", ["disc.rim.radius"], t=[0.0, 1.0])
+    turned, r = 0.5, 0.2
+    if ring:  # x = (1 − r) cos(first − r φ/(1 − r))
+        way = first - r * turned / (1.0 - r)
+        expected = -math.cos(way) + math.sin(way) * turned / (1.0 - r)
+    else:
+        expected = -turned
+    assert g.jacobian.ravel() == pytest.approx([expected], abs=1e-9)

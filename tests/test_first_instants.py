@@ -252,3 +252,38 @@ def test_the_sentence_of_a_dead_centre_stays():
     with pytest.raises(SolveError, match="no velocities agree with 'two'"):
         simulate(machine)
     assert mbody.SolveError is SolveError
+
+
+def shaken(start):
+    """A rotor with its mass off its axis, driven in a frame that is free on a spring."""
+    machine = Mechanism("shaken", ground={"O": (0, 0), "foot": (0, -1)})
+    up = math.pi / 2
+    machine.add(
+        Body("frame", mass=20.0, inertia=1.0, points={"C": (0, 0)}),
+        Body("rotor", mass=1.0, inertia=0.01, cg=(0.1, 0.0), points={"C": (0, 0)}),
+        Prismatic("rail", Marker("ground", (0, 0), up), Marker("frame", (0, 0), up)),
+        Revolute("axle", "frame.C", "rotor.C"),
+        AngleDriver("motor", "rotor", ConstantSpeed(0.0, 30.0), relative_to="frame"),
+        mbody.Spring("spring", "ground.foot", "frame.C", stiffness=500.0, free_length=1.0),
+    )
+    if start is not None:
+        machine.simulation = SimulationSettings(until=0.5, rtol=1e-10, start=start)
+    return machine
+
+
+@pytest.mark.parametrize("start", [None, {}, {"rotor": {"angle": 0.0, "omega": 30.0}}])
+def test_rates_that_nothing_says_beside_drivers_are_said(start):
+    """Of all rates that follow the drivers the least are taken: the frame is thrown downwards."""
+    run = simulate(shaken(start), None if start is not None else 0.5)
+    assert run["frame"].vy[0] == pytest.approx(-1.5)
+    assert any("begins with vy = 1.5 m/s: drivers move, and nothing says" in n for n in run.notes)
+
+
+def test_a_frame_of_which_the_start_says_that_it_rests():
+    run = simulate(shaken({"frame": {"y": 0.0, "vy": 0.0}}))
+    assert not any("nothing says" in note for note in run.notes)
+    # 21 y″ + 500 y = m e ω² sin ωt from rest
+    own, forced, size = math.sqrt(500.0 / 21.0), 30.0, 0.1 * 30.0**2 / (500.0 - 21.0 * 30.0**2)
+    t = run.t
+    truth = size * (np.sin(forced * t) - forced / own * np.sin(own * t))
+    assert_allclose(run["frame"].y, truth, rtol=0, atol=1e-9)

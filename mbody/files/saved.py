@@ -120,7 +120,7 @@ def save_run(run: Solution, path: str | os.PathLike[str]) -> None:
         header["separated"] = run.analysis == "simulate"
     closed = [one for one in run.mechanism.contacts if one.closed]
     if closed:
-        header["closed"] = {one.name: [list(one.closed), one.rolls] for one in closed}
+        header["closed"] = {one.name: [list(one.closed), list(one.rolls_from)] for one in closed}
     if run.energy is not None:
         arrays |= {f"energy.{name}": getattr(run.energy, name) for name in ENERGIES}
         header["works"] = list(run.energy.by)

@@ -119,17 +119,18 @@ MODAL: dict[str, tuple[Any, ...]] = {
 }
 
 
-def closed_places(found: Any) -> dict[str, tuple[tuple[int, ...], bool]]:
-    """By contact the numbers of its places that are closed, and whether it rolls; refuses what is
-    of another kind.
+def closed_places(found: Any) -> dict[str, tuple[tuple[int, ...], tuple[float, ...]]]:
+    """By contact the numbers of its places that are closed, and where it rolls from; refuses what
+    is of another kind.
     """
-    parts: dict[str, tuple[tuple[int, ...], bool]] = {}
+    parts: dict[str, tuple[tuple[int, ...], tuple[float, ...]]] = {}
     rows: dict[str, Any] = found if isinstance(found, dict) else {"": None}
     for name, row in rows.items():
-        pair = isinstance(row, list) and len(row) == 2 and isinstance(row[0], list)
-        sound = pair and type(row[1]) is bool and all(type(n) is int and n >= 0 for n in row[0])
+        pair = isinstance(row, list) and len(row) == 2 and all(isinstance(x, list) for x in row)
+        sound = pair and len(row[1]) in (0, 6) and all(_number(part) for part in row[1])
+        sound = sound and all(type(n) is int and n >= 0 for n in row[0])
         want(sound, "'closed' is of another kind")
-        parts[name] = tuple(row[0]), row[1]
+        parts[name] = tuple(row[0]), tuple(row[1])
     return parts
 
 

@@ -216,7 +216,7 @@ def as_described(machine: Mechanism) -> Mechanism:
     limits = {one.name for one in machine.contacts if isinstance(one, JointLimit)}
     joints = [one.joint for one in machine.contacts if type(one) is JointContact]
     closed = [one for one in machine.contacts if one.closed and one.name not in limits]
-    opened = [replace(one, closed=(), rolls=False) for one in closed]
+    opened = [replace(one, closed=(), rolls_from=()) for one in closed]
     if not (limits or joints or opened):
         return machine
     return with_others(machine, limits, [*joints, *opened])

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from mbody.model.constraint import Constraint
 from mbody.model.contact_spots import Spot
 from mbody.model.primitives import ConstraintPrimitive, FrictionPrimitive
+from mbody.model.rolling_rows import rolling_from
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
@@ -39,8 +40,16 @@ class OneSided(Constraint):
     closed: tuple[int, ...] = field(
         default=(), kw_only=True, repr=False, metadata={"internal": True}
     )
-    #: Whether what is closed rolls.
-    rolls: bool = field(default=False, kw_only=True, repr=False, metadata={"internal": True})
+    #: Where what is closed rolls from: x, y and angle of the link axes of both bodies, i and j;
+    #: empty where it does not roll.
+    rolls_from: tuple[float, ...] = field(
+        default=(), kw_only=True, repr=False, metadata={"internal": True}
+    )
+
+    @property
+    def rolls(self) -> bool:
+        """Whether what is closed rolls."""
+        return bool(self.rolls_from)
 
     @property
     def described(self) -> str:
@@ -63,8 +72,14 @@ class OneSided(Constraint):
         spots = self.spots(at)
         if not self.closed:
             return [spot.normal for spot in spots]
-        along = [spot.tangent for spot in spots if self.rolls and spot.tangent is not None]
-        return [replace(row, switched=False) for row in (*(s.normal for s in spots), *along)]
+        across = [replace(spot.normal, switched=False) for spot in spots]
+        if not self.rolls:
+            return across
+        i, j = self.bodies
+        x, y, angle, *other = self.rolls_from
+        poses = {i: (x, y, angle), j: (other[0], other[1], other[2])}
+        along = [rolling_from(s.tangent, at, poses) for s in spots if s.tangent is not None]
+        return [*across, *along]
 
     def frictions(self, at: Numbers) -> list[FrictionPrimitive]:
         """The friction of every spot, by the row along it; none of what rolls."""

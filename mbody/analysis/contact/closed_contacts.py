@@ -10,6 +10,7 @@ are still free to slip, they roll.
 from __future__ import annotations
 
 import contextlib
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -111,15 +112,18 @@ def with_closed_contacts(
     found = min(choices, key=lambda one: (max(one.left - free, 0), len(one.notes)))
     if not found.places:
         return ClosedSystem(system, guess, remedy=found.remedy)
-    made = _kept(system, found.key, with_others(machine, set(), found.elements))
-    made = with_numbers_of(made, system.values)
+    rolls_from = _rolls_from(whole, found, t, drive, begun)
+    closing = with_others(machine, set(), found.elements(rolls_from))
+    made = with_numbers_of(_kept(system, found.key, closing, rolls_from), system.values)
     notes = (*closed_notes(made.mechanism), *found.notes)
     return ClosedSystem(made, begun, notes, found.remedy)
 
 
-def reclosed(system: System, closed: Mapping[str, tuple[tuple[int, ...], bool]]) -> System:
+def reclosed(
+    system: System, closed: Mapping[str, tuple[tuple[int, ...], tuple[float, ...]]]
+) -> System:
     """The system with the same contacts closed as those of another one: by name the numbers of
-    their places, and whether they roll.
+    their places, and where those that roll do so from.
 
     Raises
     ------
@@ -129,7 +133,8 @@ def reclosed(system: System, closed: Mapping[str, tuple[tuple[int, ...], bool]])
     machine = system.mechanism
     known = {one.name: one for one in (*machine.contacts, *limits_of(machine))}
     made = [
-        replace(known[name], closed=places, rolls=rolls) for name, (places, rolls) in closed.items()
+        replace(known[name], closed=places, rolls_from=begun)
+        for name, (places, begun) in closed.items()
     ]
     return with_numbers_of(assemble(with_others(machine, set(), made)), system.values)
 
@@ -153,15 +158,43 @@ def _positions(
         yield work
 
 
-def _kept(system: System, key: Any, machine: Mechanism) -> System:
+def _rolls_from(
+    system: System, found: ContactChoice, t: float, drive: Mapping[str, float], guess: Guesses
+) -> dict[str, tuple[float, ...]]:
+    """Where bodies that roll do so from, by contact: where they begin, at t = 0 by the laws of the
+    drivers, so that it does not depend on the instants that are requested; where loops do not close
+    so, the first position.
+    """
+    if not found.rolls:
+        return {}
+    work = found.work
+    if t or drive:
+        work = next(_positions(system, 0.0, {}, guess), work)
+    of = {one.name: one.bodies for one in system.mechanism.contacts}
+    return {
+        name: (*_link_axes(system, work, of[name][0]), *_link_axes(system, work, of[name][1]))
+        for name in sorted(found.rolls)
+    }
+
+
+def _link_axes(system: System, work: Work, body: str) -> tuple[float, float, float]:
+    """x, y and angle of the link axes of a body, or of the ground, where a workspace is."""
+    n = 3 * system.bodies[body]
+    x, y, angle = (float(part) for part in work.q[n : n + 3, 0])
+    cx, cy = (float(part) for part in system.numbers.point(f"{body}.cg"))
+    c, s = math.cos(angle), math.sin(angle)
+    return x - c * cx + s * cy, y - s * cx - c * cy, angle
+
+
+def _kept(system: System, key: Any, machine: Mechanism, rolls_from: Any = None) -> System:
     """A system of another mechanism with the numbers of a system, or of the first of its designs;
-    its topology is kept with that of the system.
+    its topology is kept with that of the system, and with where bodies roll from the last one.
     """
     known = system.plans.setdefault("closed contacts", {})
-    if key not in known:
-        known[key] = assemble(machine)
+    if key not in known or known[key][0] != rolls_from:
+        known[key] = rolls_from, assemble(machine)
     one = system if system.batch is None else system.design(0)
-    return with_numbers_of(known[key], one.values)
+    return with_numbers_of(known[key][1], one.values)
 
 
 def closed_notes(mechanism: Mechanism) -> tuple[str, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -42,6 +43,7 @@ class ContactChoice:
 
     Attributes
     ----------
+    work : Work
     places : dict
         By contact the numbers of its places that are closed.
     rolls : set of str
@@ -51,7 +53,7 @@ class ContactChoice:
     """
 
     def __init__(self, system: System, work: Work, free: int) -> None:
-        self.system, self.free = system, free
+        self.system, self.work, self.free = system, work, free
         self.places: dict[str, list[int]] = defaultdict(list)
         self.notes: list[str] = []
         self.rolls: set[str] = set()
@@ -155,11 +157,13 @@ class ContactChoice:
             for name in sorted(self.places)
         )
 
-    @property
-    def elements(self) -> list[Any]:
-        """The contacts with what is closed of them."""
+    def elements(self, rolls_from: Mapping[str, tuple[float, ...]]) -> list[Any]:
+        """The contacts with what is closed of them; where those that roll do so from."""
         of = {one.name: one for one in self.system.mechanism.contacts}
-        return [replace(of[name], closed=places, rolls=rolls) for name, places, rolls in self.key]
+        return [
+            replace(of[name], closed=places, rolls_from=rolls_from[name] if rolls else ())
+            for name, places, rolls in self.key
+        ]
 
 
 def _can_roll(touch: Touch) -> bool:

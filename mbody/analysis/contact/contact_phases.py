@@ -71,7 +71,7 @@ def contact_phases(run: Solution) -> list[ContactPhase]:
             if is_shut:
                 closed[name] = (*closed.get(name, ()), n)
         apart = (name for (name, _), off in zip(parted, kept[len(places) :], strict=True) if off)
-        system = reclosed(run.system, {name: (own, False) for name, own in closed.items()})
+        system = reclosed(run.system, {name: (own, ()) for name, own in closed.items()})
         instants = np.flatnonzero((table == kept).all(axis=1))
         found.append(ContactPhase(system, instants, frozenset(apart)))
     return found

@@ -233,6 +233,7 @@ class RestSearch:
         elif not round_:
             walks.append(curve.walk(-1.0))
         self.walks += [(curve, walk) for walk in walks]
+        met_behind = self._met_behind(curve, walks)
         met: list[tuple[float, Place]] = []
         for walk in walks:
             roots = roots_of(curve, walk, start=walk is onward and not round_)
@@ -247,7 +248,7 @@ class RestSearch:
             self.jumps += [node.place for node in roots.jumps]
             self.odd += [node.place for node in out_of_turn(curve, walk, roots)]
             self.unsure += [node.place for node in roots.unsure]
-            if walk.end not in ("", "far", "reach"):
+            if walk.end not in ("", "far", "reach") and not met_behind:
                 self.ends.append((walk.end, walk.nodes[-1].place))
         known = list(self.found)
         # what is met first comes first, whichever way; one that is met twice is one
@@ -258,6 +259,25 @@ class RestSearch:
             self._settle(min(nodes, key=lambda node: abs(node.drive)).place)
         if not round_:
             self._try(here)
+
+    def _met_behind(self, curve: MotionCurve, walks: Sequence[Walk]) -> bool:
+        """Whether two walks that were given up meet each other, whole turns left out, so that
+        together they have all of a closed curve: as of a wheel that rolls round in a ring.
+        """
+        if [walk.end for walk in walks] != ["long", "long"]:
+            return False
+        onward, back = walks
+        last = back.nodes[-1].place
+        if not curve.passes(onward, last):
+            return False
+        near = min(onward.nodes, key=lambda node: self.manifold.apart(node.place.q, last.q))
+        turns = np.zeros(len(last.q))
+        turns[2::3] = 2.0 * np.pi * np.round((near.place.q - last.q)[2::3] / (2.0 * np.pi))
+        there = self.manifold.place(last.q + turns)
+        if there is None:
+            return False
+        alike = float(np.abs(there.force - last.force).max())
+        return alike <= ALIKE * self.manifold.scale_of(last)
 
     def _each_leader(self, free: int) -> None:
         """Walk every leader by itself from every rest position, those included that it leads to."""
@@ -376,8 +396,8 @@ class RestSearch:
         return self._far(here) > AWAY
 
     def _keep(self, here: Place, known: Sequence[Rest] | None = None) -> None:
-        """Keep a rest position that is new among `known`, by default all that are found; of places
-        that do not rest the one with the least drive.
+        """Keep a rest position that is new among `known`, by default all that are found, and not
+        another one after whole turns; of places that do not rest the one with the least drive.
         """
         top = self.manifold.scale_of(here)
         if here.size > BALANCED * top or self._is_away(here):
@@ -385,7 +405,10 @@ class RestSearch:
             if ratio < self._ratio and not self._is_away(here):
                 self.least, self._ratio = here, ratio
             return
-        for other in self.found if known is None else known:
+        for other in self.found:
+            turned = np.abs(other.place.q - here.q)[2::3].max(initial=0.0) > np.pi
+            if not (known is None or turned or any(other is one for one in known)):
+                continue  # neighbours along one walk are told apart by it
             alike = np.abs(other.place.force - here.force).max() <= ALIKE * top
             if alike and self.manifold.apart(other.place.q, here.q) < SAME:
                 return

@@ -8,6 +8,7 @@ import numpy as np
 
 from mbody.analysis.driven.time_grid import Drive, time_grid
 from mbody.analysis.initial.initial_velocities import branch_rates, no_velocities
+from mbody.analysis.initial.unsaid_rates import unsaid_rates
 from mbody.analysis.position.assembly_analysis import as_system, closed, raise_user_error
 from mbody.analysis.position.closed_position import ClosedPosition
 from mbody.analysis.singular.branches import BESIDE
@@ -102,6 +103,10 @@ def close_loops(
     if here is None:
         _check_velocities(system, work)
         notes = [*start.notes, *_turned(system, work, turning)]
+        v = work.v[: system.coordinates, 0] / system.coordinate_units
+        said = np.zeros((len(turning), len(v)))
+        said[range(len(turning)), [3 * system.bodies[name] + 2 for name in turning]] = 1.0
+        notes += unsaid_rates(system, work, v, said)
     else:
         prescribed = [Prescribed(name, "omega", rate) for name, rate in turning.items()]
         q = work.q[: system.coordinates, 0].copy()

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbody.analysis.singular.prescribed_values import Prescribed
+from mbody.analysis.singular.singular_positions import singular
 from mbody.errors import SolveError
 from mbody.kernels.layout import Work
 from mbody.system.rank import dense, shortest
@@ -27,6 +28,9 @@ ZERO = 1e-6
 SAID = 1e-3
 #: Changes below this are rounding of numbers with all their digits.
 REPORTED = 1e-9
+#: At a singular position rows with a singular value below `ZERO` stay open: corrections end so far
+#: beside it, in model lengths and radians.
+UNSURE = 1e-4
 #: Places that a sentence names.
 NAMED = 4
 
@@ -83,12 +87,35 @@ def fitted_places(
         work.q[:n, 0] += scale * step * min(1.0, 0.5 / max(length, 1e-300))
         if length <= CLOSED * (1.0 + float(np.abs(q / scale).max())):
             break
-    phi = dense(system, work)[0]
-    if not np.abs(phi).max(initial=0.0) <= 1e-10:
+    open_ = float(np.abs(dense(system, work)[0]).max(initial=0.0))
+    if not open_ <= 1e-10:
         return None
-    q = work.q[:n, 0]
-    off = wanted - np.array([one.at(system, q) for one in prescribed])
-    return Fitted(work.q[:, 0].copy(), off)
+    q = work.q[:, 0].copy()
+    off = wanted - np.array([one.at(system, q[:n]) for one in prescribed])
+    found = Fitted(q, off)
+    if open_ <= CLOSED * (1.0 + float(np.abs(q[:n] / scale).max())):
+        return found
+    return _at_singular(system, work, prescribed, found) or found
+
+
+def _at_singular(
+    system: System, work: Work, prescribed: Sequence[Prescribed], found: Fitted
+) -> Fitted | None:
+    """The singular position beside one at which corrections ended, where it has what is prescribed
+    as well: rounding decides on which branch, and with which gap, they end.
+    """
+    n = system.coordinates
+    own = system.work()
+    own.q[:], own.signal[:], own.time[:] = work.q, work.signal, work.time
+    here = singular(system, own, 0.0, UNSURE)
+    if here is None:
+        return None
+    q = found.q.copy()
+    q[:n] = here.rows.scale * here.x
+    moved = np.array([one.at(system, q[:n]) - one.at(system, found.q[:n]) for one in prescribed])
+    off = found.off - moved
+    worse = float((np.abs(off) - np.abs(found.off)).max(initial=0.0))
+    return Fitted(q, off) if worse <= REPORTED else None
 
 
 def fitted_note(system: System, prescribed: Sequence[Prescribed], found: Fitted) -> tuple[str, ...]:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mbody.analysis.initial.unsaid_rates import unsaid_rates
 from mbody.analysis.singular.branch_sentences import (
     nearest_words,
     place_words,
@@ -101,7 +102,7 @@ def fitting_rates(
     near = nearest_rates(system, work, prescribed)
     scale, off, met = system.coordinate_units, near.rows, near.met
     if met is near.given.p:
-        return scale * near.v, ()
+        return scale * near.v, unsaid_rates(system, work, near.v, near.given.P)
     asked, fast = near.given.p, near.fast
     changed = [n for n in range(len(prescribed)) if abs(met[n] - asked[n]) > AGREES * fast]
     if np.abs(met - asked).max() <= ROUNDED * fast:

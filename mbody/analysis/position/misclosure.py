@@ -19,9 +19,9 @@ __all__ = ["explain_gap", "refuse_near_redundant", "violations"]
 SEARCHED, CANDIDATES = 60, 8
 #: Rows that are fixed are closed within this, in model lengths and radians.
 SATISFIED = 1e-6
-#: A gap below this, in model lengths and radians, may be an error of lengths that should agree;
 #: A gap below this, in model lengths and radians, is rounding of joints that fit.
 ROUNDING = 1e-14
+#: A gap below this, in model lengths and radians, may be an error of lengths that should agree;
 #: rows are then dependent but for this part of the greatest singular value.
 SLIGHT, NEARLY = 1e-3, 3e-3
 #: How far beside a position the gap is looked at again; a row takes part in a dependency with this

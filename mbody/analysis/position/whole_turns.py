@@ -5,6 +5,10 @@ that count whole turns (gears, racks, couplings, slides, drivers of an angle) an
 tell them apart, so these decide: rows before the loops are closed, springs at the closed position,
 where each is taken within half a turn of its free angle. Whatever a driver or an exact start says
 is kept as it is said.
+
+The row of two wheels that mesh, n(ψ)·d = 0, is zero half a turn of ψ further as well, where other
+teeth meet and the multiplier has the other sign. A wheel that only turns about its centre is turned
+to where ψ points from one centre to the other.
 """
 
 from __future__ import annotations
@@ -17,6 +21,7 @@ import numpy as np
 
 from mbody.model.constraint import Constraint, TurnRow
 from mbody.model.element import Element, Numbers
+from mbody.model.joints import Gear, Revolute, Rolling
 from mbody.system.system import System
 
 __all__ = ["ambiguous", "by_rows", "by_springs"]
@@ -24,6 +29,8 @@ __all__ = ["ambiguous", "by_rows", "by_springs"]
 TURN = 2.0 * math.pi
 #: How near to half a turn from its free angle a spring is as much on either side [rad].
 HALF = 1e-6
+#: Places of a wheel that are nearer to each other are one, in model lengths.
+SAME = 1e-9
 
 
 class _TurningGroups:
@@ -54,6 +61,11 @@ class _Pose:
         """Angle of a body [rad]."""
         return float(self.pose[3 * self.system.bodies[body] + 2])
 
+    def turn(self, bodies: set[str], angle: float) -> None:
+        """Turn bodies by an angle [rad]."""
+        for body in bodies:
+            self.pose[3 * self.system.bodies[body] + 2] += angle
+
     def place(self, element: Element, field: str) -> tuple[float, float]:
         """World place of an element's marker [length]."""
         x, y, angle = self.pose[3 * self.system.bodies[element.place(field).body] :][:3]
@@ -71,6 +83,8 @@ def by_rows(system: System, pose: np.ndarray, drive: Mapping[str, float], at: Nu
         row = element.turn_row(at, read)
         if row is not None:
             _nearest(system, groups, pose, row)
+            if isinstance(element, Gear | Rolling):
+                _mesh(system, groups, read, element)
         groups.join(*element.turn_bodies())
 
 
@@ -162,3 +176,28 @@ def _nearest(system: System, groups: _TurningGroups, pose: np.ndarray, row: Turn
                 turns = np.round(float(row.left) / (TURN * factor))
                 _shift(system, groups, pose[None], name, -turns)
             return
+
+
+def _mesh(system: System, groups: _TurningGroups, read: _Pose, pair: Gear | Rolling) -> None:
+    """Turn the last free wheel of a pair whose ψ is nearer to the opposite direction."""
+    row = pair.turn_row(read.at, read)
+    if abs(float(row.left)) <= 0.25 * TURN or getattr(pair, "on_radius", 0.0) is None:
+        return
+    for name in reversed(row.factors):
+        whole = groups.of[name]
+        factor = float(sum(c for body, c in row.factors.items() if body in whole))
+        if factor and groups.free(name) and all(_is_wheel(system, read.at, one) for one in whole):
+            read.turn(whole, -float(row.left) / factor)
+            return
+
+
+def _is_wheel(system: System, at: Numbers, body: str) -> bool:
+    """Whether joints hold a body at one place only, about which it may turn in any position."""
+    arms = []
+    for joint in system.mechanism.joints:
+        if body in joint.bodies and joint.rows:
+            if not isinstance(joint, Gear | Rolling | Revolute):
+                return False
+            side = "ij"[joint.bodies.index(body)]
+            arms.append([float(part) for part in at.arm(joint, side)])
+    return bool(np.ptp(arms, axis=0).max() <= SAME * system.length)
