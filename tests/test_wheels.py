@@ -328,3 +328,32 @@ def test_a_guess_elsewhere_on_the_rim_is_told_by_how_far():
     )
     with pytest.warns(ModelWarning, match=r"'w' came out 1\.131 m from where the guess"):
         assert mbody.kinematics(machine)["w"].x == pytest.approx(0.8)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_guesses_across_half_a_turn_from_the_phase(seed):
+    """A wheel on the left of the other one, in the phase 0: the guesses of its place and those of
+    the closed position lie on both sides of where the line of centres jumps by a turn.
+    """
+    rng = np.random.default_rng(seed)
+    ri, rj = rng.uniform(0.2, 1.0, 2)
+    below, guessed = rng.uniform(-0.05, 0.05, 2)
+    start, apart = rng.uniform(-3.0, 3.0), ri + rj
+    direction = math.atan2(-math.sin(below), -math.cos(below))
+    angle = (direction * apart - ri * start) / rj + rng.uniform(-0.05, 0.05)
+    machine = mbody.Mechanism(
+        "pair",
+        ground={"A": (0, 0), "B": (apart * math.cos(direction), apart * math.sin(direction))},
+    )
+    machine.add(
+        mbody.Body("one", mass=1.0, guess=start),
+        mbody.Body("two", mass=1.0, inertia=1.0, guess=(-apart, guessed, angle)),
+        mbody.Revolute("A", "ground.A", "one"),
+        mbody.Revolute("B", "ground.B", "two"),
+        mbody.Gear("mesh", "one", "two", radius_i=ri, radius_j=rj),
+        mbody.AngleDriver("motor", "one", start),
+    )
+    two = mbody.kinematics(machine, t=0.0)["two"].angle[0]
+    # near the guess, and ψ = (R_i θ_i + R_j θ_j)/(R_i + R_j) along the line of centres
+    assert abs(np.exp(1j * two) - np.exp(1j * angle)) < 0.06
+    assert abs((ri * start + rj * two) / apart - direction) < 1e-12

@@ -17,7 +17,7 @@ from mbody.analysis.position.misclosure import explain_gap, refuse_near_redundan
 from mbody.analysis.position.missing_guesses import nearest_to_guesses, wrapped
 from mbody.analysis.position.unused_points import unused_points
 from mbody.analysis.position.user_physics_checks import check_own
-from mbody.analysis.position.whole_turns import ambiguous, by_rows, by_springs
+from mbody.analysis.position.whole_turns import ambiguous, by_rows, by_springs, other_teeth
 from mbody.core.callbacks import failure
 from mbody.errors import ModelError, ModelWarning, SolveError
 from mbody.kernels.layout import Work
@@ -146,13 +146,30 @@ def closed(
         system, base, result, (first, start), guess, values, lambda q: _from(system, work, q)
     )
     check_fit(system, work.q[:, 0], design)
+    first_found, found = found is result, _meshing(system, base, found, values)
     sure = True
-    if found is result:
-        sure = _say_branch(system, result, first[:, None], guess, meant)
+    if first_found:
+        sure = _say_branch(system, found, first[:, None], guess, meant)
     by_springs(base, found.work.q.T)
     found.notes += ambiguous(base, found.work.q[:, 0], values)
     if sure:
         keep_position(system, key, found)
+    return found
+
+
+def _meshing(
+    system: System, base: System, found: ClosedPosition, values: Mapping[str, float]
+) -> ClosedPosition:
+    """The closed position at which those teeth of wheels meet that their phases mean."""
+    pose = found.work.q[:, 0].copy()
+    if not other_teeth(base, pose, values, base.numbers):
+        return found
+    before = found.work.q.copy()
+    again = _from(system, found.work, pose[:, None])
+    if again is not None and not other_teeth(base, again.work.q[:, 0].copy(), values, base.numbers):
+        again.notes += found.notes
+        return again
+    found.work.q[:] = before
     return found
 
 

@@ -8,7 +8,9 @@ is kept as it is said.
 
 The row of two wheels that mesh, n(ψ)·d = 0, is zero half a turn of ψ further as well, where other
 teeth meet and the multiplier has the other sign. A wheel that only turns about its centre is turned
-to where ψ points from one centre to the other.
+to where ψ points from one centre to the other, before the loops are closed and again at the closed
+position: guesses of places may lie on the other side of where ψ is half a turn from its phase, and
+steps near a singular position may be large.
 """
 
 from __future__ import annotations
@@ -24,7 +26,7 @@ from mbody.model.element import Element, Numbers
 from mbody.model.joints import Gear, Revolute, Rolling
 from mbody.system.system import System
 
-__all__ = ["ambiguous", "by_rows", "by_springs"]
+__all__ = ["ambiguous", "by_rows", "by_springs", "other_teeth"]
 
 TURN = 2.0 * math.pi
 #: How near to half a turn from its free angle a spring is as much on either side [rad].
@@ -86,6 +88,18 @@ def by_rows(system: System, pose: np.ndarray, drive: Mapping[str, float], at: Nu
             if isinstance(element, Gear | Rolling):
                 _mesh(system, groups, read, element)
         groups.join(*element.turn_bodies())
+
+
+def other_teeth(system: System, pose: np.ndarray, drive: Mapping[str, float], at: Numbers) -> bool:
+    """Turn the wheels of a closed pose, in place, at which other teeth meet than the phase means;
+    returns whether there were such.
+    """
+    groups, read, before = _groups(system), _Pose(system, pose, drive, at), pose.copy()
+    for element in _counting(system):
+        if isinstance(element, Gear | Rolling):
+            _mesh(system, groups, read, element)
+        groups.join(*element.turn_bodies())
+    return not np.array_equal(pose, before)
 
 
 def by_springs(system: System, poses: np.ndarray) -> None:

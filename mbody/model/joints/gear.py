@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.core.decorators import inline
-from mbody.core.lanes import sincos
+from mbody.core.lanes import select_le, sincos
 from mbody.errors import ModelError
 from mbody.model.constraint import TurnRow
 from mbody.model.element import NumberField, number_field
@@ -172,6 +172,9 @@ def gear(i, j, p, f):
     (pix, piy, pjx, pjy), (dx, dy), (dvx, dvy), (dax, day) = between(i, j, p[0], p[1], p[2], p[3])
     s, c = sincos(p[4] * i[2] + p[5] * j[2] + p[6])
     w = p[4] * i[7] + p[5] * j[7]
+    # half a turn of ψ further other teeth meet; this sign keeps λ the same force there
+    facing = select_le(c * dx + s * dy, 0.0, -1.0, 1.0)
+    c, s = facing * c, facing * s
     across, along = c * dy - s * dx, c * dx + s * dy
     # ∂Φ/∂θ = n·∂d/∂θ − (u·d) ∂ψ/∂θ
     block_i = (s, -c, -s * piy - c * pix - p[4] * along, 0.0, 0.0, 0.0)
