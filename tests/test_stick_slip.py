@@ -244,3 +244,27 @@ start = { box = { x = 0, y = 0, angle = "0.3 rad" } }
     assert not run.events
     moved = [np.ptp(getattr(run["box"], part)) for part in ("x", "y", "angle")]
     assert float(max(moved)) < 1e-12
+
+
+@pytest.mark.parametrize("stops", [False, True])
+def test_an_event_where_sliding_turns_round_is_met_once(stops):
+    """A rate vanishes at the instant at which friction changes its sense: whichever of both is
+    located first by rounding, the event is neither missed nor recorded twice.
+    """
+    for friction in np.linspace(0.1, 0.69, 20):
+        machine = Mechanism("thrown against a pull", ground={"O": (0, 0)})
+        machine.add(
+            Body("block", mass=1.0, points={"C": (0, 0)}),
+            Prismatic("guide", "ground.O", "block.C", friction=float(friction)),
+            Gravity("gravity", y=-10.0),
+            mbody.Force("pull", "block.C", -8.0, angle=0.0),
+        )
+        machine.simulation = SimulationSettings(
+            until=0.5,
+            start={"block": {"x": 0.0, "vx": 3.0}},
+            events=[mbody.Event(name="turns", of="block.vx", stop=stops)],
+        )
+        run = mbody.simulate(machine)
+        turns = [event.t for event in run.events if event.name == "turns"]
+        assert turns == pytest.approx([3.0 / (8.0 + 10.0 * friction)], rel=1e-9)
+        assert (run.t[-1] == turns[0]) == stops

@@ -50,8 +50,11 @@ FINER, MOST_OF_A_STEP = 4, 4**8
 BESIDE = 1e-4
 #: What is noted of contacts and ropes.
 FORCES = tuple(part.name for part in fields(OneSidedForce))
-#: A crossing is located to this part of its step.
-LOCATED = 1e-12
+#: A crossing is located to this part of its step; what is zero together, as a rate and the sliding
+#: that it reverses, comes out no further apart than the second part.
+LOCATED, TOGETHER = 1e-12, 1e-11
+#: Rounding of times.
+ROUNDING = 1e-15
 
 
 class EventIntegration(Integration):
@@ -177,15 +180,19 @@ class EventIntegration(Integration):
                 state[NEXT] = h / FINER**2
                 return MORE, ""
         crossings = self._crossings(saved, times, found, rising)
-        cut = next((one for one in crossings if one.event.stop), None)
+        together = max(TOGETHER * (end - t), ROUNDING * abs(end))
+        cut = _first_end(crossings, together)
         self._record_forces(np.append(t, marks), np.concatenate([saved.page[None], pages]), cut)
         for n in np.flatnonzero(np.isin(marks, wanted)):
             if cut is None or marks[n] <= cut.t:
                 self._keep(float(marks[n]), pages[n], work_done[n])
-        for one in crossings[: crossings.index(cut) if cut else None]:
+        for one in crossings:
             if one.t <= self.first:  # reported by the motion that this one continues
                 continue
-            if not isinstance(one.event, Guard):
+            late = cut is not None and (one is cut or one.t > cut.t + together)
+            if late or isinstance(one.event, Guard):
+                continue
+            if not self._is_known(one.event, one.t, together):
                 self._record(one.event, one.t, one.saved.page)
         if cut is None:
             self._restore(after)
@@ -196,6 +203,11 @@ class EventIntegration(Integration):
             return MORE, self._passed(cut.event)
         self._record(cut.event, cut.t, self.page)
         return MORE, self._ended(f"'{cut.event.of}' is zero")
+
+    def _is_known(self, event: Event, t: float, together: float) -> bool:
+        """Whether a crossing was recorded beside the change of modes that ended the last step."""
+        own = (one for one in self.occurred if one.name == event.name and not one.contact)
+        return any(abs(one.t - t) <= together for one in own)
 
     def _passed(self, guard: Guard) -> str:
         """Go on from where a guard is zero; a status where the motion ends there."""
@@ -356,3 +368,14 @@ class EventIntegration(Integration):
         t = bracketed_root(lambda t: value(t, self.steps.fixed), left, right, near)
         value(t, within=False)
         return LocatedZero(t, event, self._save())
+
+
+def _first_end(crossings: list[LocatedZero], together: float) -> LocatedZero | None:
+    """The first crossing that ends a step; an event that ends the motion comes before the change of
+    modes that it meets, behind which it would begin at zero and be no crossing.
+    """
+    ends = [one for one in crossings if one.event.stop]
+    if not ends:
+        return None
+    own = (one for one in ends if not isinstance(one.event, Guard))
+    return next((one for one in own if one.t <= ends[0].t + together), ends[0])
