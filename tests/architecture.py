@@ -11,7 +11,7 @@ import functools
 import re
 import sys
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -78,28 +78,31 @@ def sources(package: Path = PACKAGE) -> dict[str, str]:
 @functools.cache
 def imports(path: str, source: str) -> tuple[Import, ...]:
     """All imports of one file, `path` relative to the root; several tests ask for them."""
-    return tuple(_below(path, ast.parse(source, path), True))
+    found: list[Import] = []
+    _below(path, ast.parse(source, path), True, found)
+    return tuple(found)
 
 
-def _below(path: str, node: ast.AST, at_load: bool) -> Iterator[Import]:
+def _below(path: str, node: ast.AST, at_load: bool, found: list[Import]) -> None:
     if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
         return  # a docstring may speak of any module
     if isinstance(node, ast.Import):
         for alias in node.names:
-            yield Import(path, node.lineno, alias.name, at_load)
+            found.append(Import(path, node.lineno, alias.name, at_load))
     elif isinstance(node, ast.ImportFrom):
         above = path.split("/")[: -node.level] if node.level else []
         base = [*above, node.module] if node.module else above
         for alias in node.names:
-            yield Import(path, node.lineno, ".".join([*base, alias.name]), at_load)
+            found.append(Import(path, node.lineno, ".".join([*base, alias.name]), at_load))
     elif isinstance(node, ast.Constant) and _MODULE.fullmatch(str(node.value)):
         target = str(node.value).partition(":")[0]
         if _exists(target):
-            yield Import(path, node.lineno, target, False)
+            found.append(Import(path, node.lineno, target, False))
     waits = isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda)
     types = isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test)
     for child in ast.iter_child_nodes(node):
-        yield from _below(path, child, at_load and not waits and not types)
+        if not isinstance(child, ast.Name | ast.expr_context):  # below which nothing is
+            _below(path, child, at_load and not waits and not types, found)
 
 
 def _exists(module: str) -> bool:

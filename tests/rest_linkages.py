@@ -62,17 +62,20 @@ class Linkage:
         total: Any = 0.0 * u[0]
         for body, (mass, (x, y)) in self.weights.items():
             total = total + mass * g * _point(poses, body, x, y)[1]
-        for length, (*_, k, l0) in zip(self.lengths(*u), self.springs, strict=True):
+        for length, (*_, k, l0) in zip(self._lengths(poses), self.springs, strict=True):
             total = total + 0.5 * k * (length - l0) ** 2
         return np.asarray(total)
 
     def lengths(self, *u: Array) -> Array:
         """Of the springs at coordinates: (springs, …)."""
-        poses, found = self.poses(*u), []
+        return np.array([length + 0.0 * u[0] for length in self._lengths(self.poses(*u))])
+
+    def _lengths(self, poses: dict[str, Any]) -> list[Any]:
+        found = []
         for one, other, *_ in self.springs:
             (ax, ay), (bx, by) = _point(poses, *one), _point(poses, *other)
-            found.append(np.sqrt((ax - bx) ** 2 + (ay - by) ** 2) + 0.0 * u[0])
-        return np.array(found)
+            found.append(np.sqrt((ax - bx) ** 2 + (ay - by) ** 2))
+        return found
 
     def slopes(self, *u: Array) -> Array:
         """∂V/∂u: (coordinates, …)."""

@@ -36,6 +36,8 @@ SAME = 1e-5
 #: A V'' or least eigenvalue below this part of the greatest is near a double root, whose place is
 #: known to half the digits, and whose number of rests is a matter of rounding.
 FLAT = 1e-7
+#: A step of Newton's method [rad] after which further ones are rounding.
+STILL = 1e-12
 #: Linkages between two lines of progress.
 EVERY = 25
 
@@ -49,15 +51,13 @@ def scan_curve(made: Linkage) -> tuple[list[float], bool]:
     slope = made.slopes(u)[0]
     top = float(np.abs(slope).max())
     onward = np.roll(slope, -1)
-    found = []
-    for n in np.flatnonzero(slope * onward <= 0.0):
-        low, high = float(u[n]), float(u[n]) + 2.0 * math.pi / FINE
-        first = slope[n]
-        for _ in range(60):
-            middle = 0.5 * (low + high)
-            value = float(made.slopes(np.array([middle]))[0, 0])
-            low, high = (middle, high) if value * first > 0.0 else (low, middle)
-        found.append(0.5 * (low + high))
+    changes = np.flatnonzero(slope * onward <= 0.0)
+    low, high, first = u[changes], u[changes] + 2.0 * math.pi / FINE, slope[changes]
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        beyond = made.slopes(middle)[0] * first > 0.0
+        low, high = np.where(beyond, middle, low), np.where(beyond, high, middle)
+    found = (0.5 * (low + high)).tolist()
     # a touch between two places of the grid shows as a least |V'| that the parabola takes to zero
     before = np.roll(slope, 1)
     dips = (np.abs(slope) < np.abs(before)) & (np.abs(slope) < np.abs(onward))
@@ -97,15 +97,20 @@ def scan_surface(made: Linkage) -> tuple[list[tuple[float, ...]], bool]:
     u, v = _beside_short_springs(made, u, v, (first[1] - first[0], side[1] - side[0]))
     found: list[tuple[float, ...]] = []
     near = False
+    ended: list[Array] = []
     for _ in range(25):
         r, H = made.slopes(u, v), made.curvature(u, v)
         det = H[0, 0] * H[1, 1] - H[0, 1] ** 2
         with np.errstate(all="ignore"):
             du = (H[1, 1] * r[0] - H[0, 1] * r[1]) / det
             dv = (H[0, 0] * r[1] - H[0, 1] * r[0]) / det
-            part = np.minimum(1.0, 0.3 / np.hypot(du, dv))
+            step = np.hypot(du, dv)
+            part = np.minimum(1.0, 0.3 / step)
         good = np.isfinite(du * part) & np.isfinite(dv * part)
-        u, v = u[good] - (part * du)[good], v[good] - (part * dv)[good]
+        moved = np.array([u - part * du, v - part * dv])
+        ended.append(moved[:, good & (step < STILL)])
+        u, v = moved[:, good & ~(step < STILL)]
+    u, v = np.concatenate([*ended, [u, v]], axis=1)
     r, H = made.slopes(u, v), made.curvature(u, v)
     settled = np.hypot(*r) < 1e-8 * np.abs(H).max(axis=(0, 1))
     ends = np.column_stack([u, v])[settled]

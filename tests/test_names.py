@@ -1,6 +1,6 @@
 """A name of a file or a class says once what it means."""
 
-import ast
+import re
 from collections import defaultdict
 from pathlib import Path
 
@@ -25,7 +25,7 @@ def test_a_file_name_recurs_only_where_its_folder_is_its_meaning():
 def test_a_class_has_a_name_of_its_own():
     places = defaultdict(list)
     for path in PACKAGE.rglob("*.py"):
-        for node in ast.parse(path.read_text("utf-8")).body:
-            if isinstance(node, ast.ClassDef):
-                places[node.name].append(path.relative_to(PACKAGE).as_posix())
+        for name in re.findall(r"^class (\w+)", path.read_text("utf-8"), re.MULTILINE):
+            places[name].append(path.relative_to(PACKAGE).as_posix())
+    assert len(places) > 500
     assert not {name: found for name, found in places.items() if len(found) > 1}

@@ -91,8 +91,8 @@ def test_a_six_bar_with_dwell():
         ],
         over="turn",
         instants=73,
-        starts=8,  # a single start ends in a dwell of 24 to 130 degrees
-        seed=2,
+        starts=3,  # a single start ends in a dwell of 14 to 141 degrees
+        seed=5,
     )
     best = found.mechanism
     run = mbody.kinetostatics(best, turn="motor")

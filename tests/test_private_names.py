@@ -14,6 +14,7 @@ from tests.architecture import sources
 PUBLIC = {"_asdict", "_exit", "_fields", "_make", "_replace"}
 #: Functions that take the name of an attribute as text.
 BY_TEXT = {"getattr", "hasattr", "setattr", "object.__setattr__"}
+LAST_OF_THEM = {name.rpartition(".")[2] for name in BY_TEXT}
 #: Files inside numba, which offers no public names for what they do.
 NUMBA = {f"mbody/compiler/{name}.py" for name in ("builder", "c_interface", "cache", "linking")}
 
@@ -22,9 +23,9 @@ def private(name: str) -> bool:
     return name.startswith("_") and not name.startswith("__") and name not in PUBLIC
 
 
-def defined(tree: ast.Module) -> Iterator[str]:
+def defined(nodes: list[ast.AST]) -> Iterator[str]:
     """Private names that a file defines: functions, classes, variables, fields, attributes."""
-    for node in ast.walk(tree):
+    for node in nodes:
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
             yield node.name
         elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
@@ -35,18 +36,26 @@ def defined(tree: ast.Module) -> Iterator[str]:
 
 def own(node: ast.expr) -> bool:
     """Whether it is the object itself."""
-    return ast.unparse(node) in {"self", "cls", "super()"}
+    if isinstance(node, ast.Call):
+        return ast.unparse(node) == "super()"
+    return isinstance(node, ast.Name) and node.id in {"self", "cls"}
+
+
+def by_text(function: ast.expr) -> bool:
+    """Whether a function takes the name of an attribute as text."""
+    last = function.attr if isinstance(function, ast.Attribute) else getattr(function, "id", "")
+    return last in LAST_OF_THEM and ast.unparse(function) in BY_TEXT
 
 
 def of_others(path: str, source: str) -> Iterator[str]:
     """Every use of a private name that another file defines, as a sentence."""
-    tree = ast.parse(source, path)
-    names = set(defined(tree))
-    for node in ast.walk(tree):
+    nodes = list(ast.walk(ast.parse(source, path)))
+    names = set(defined(nodes))
+    for node in nodes:
         found = ""
-        if isinstance(node, ast.Attribute) and not own(node.value):
+        if isinstance(node, ast.Attribute) and private(node.attr) and not own(node.value):
             found = node.attr
-        elif isinstance(node, ast.Call) and ast.unparse(node.func) in BY_TEXT:
+        elif isinstance(node, ast.Call) and by_text(node.func):
             key = node.args[1]
             if isinstance(key, ast.Constant) and not own(node.args[0]):
                 found = str(key.value)

@@ -59,7 +59,8 @@ def test_six_points_on_a_line():
     bounds = {"ground.O2.x": (-60, 60), "ground.O2.y": (-60, 60)}
     bounds |= {"coupler.P.x": (-60, 60), "coupler.P.y": (-60, 60)}
     bounds |= {name: (0, 60) for name in ("crank.A.x", "coupler.B.x", "rocker.B.x")}
-    found = mbody.synthesize(path=LINE, by=bounds, full_turn=True, count=3)
+    found = mbody.synthesize(path=LINE, by=bounds, full_turn=True, count=3, starts=20)
+    assert len(found) == 3
     for design in found:
         assert design.error < 1e-20 and design.grashof in ("crank-rocker", "double crank")
         # rounding of lengths of 60 in 12 coordinates: (60 * 2e-16 * some 10) ** 2 * 6
@@ -220,7 +221,7 @@ def test_order_defects_are_left_out():
 
 
 def test_conditions_and_bounds_are_kept():
-    free = mbody.synthesize(path=LINE, count=1)[0]
+    free = mbody.synthesize(path=LINE, count=1, starts=10)[0]
     limits = "min(abs(sin(coupler.angle - rocker.angle))) >= 0.5"
     found = mbody.synthesize(
         path=LINE,

@@ -33,12 +33,12 @@ def mypy(program: Path) -> set[int]:
     return report(found)
 
 
-def pyright(program: Path, folder: Path) -> set[int]:
-    """Lines of a program on which pyright finds an error in its standard mode."""
+def pyright(programs: tuple[Path, ...], folder: Path) -> dict[str, set[int]]:
+    """Lines of programs on which pyright finds an error in its standard mode, by file name."""
     settings = {
         "typeCheckingMode": "standard",
         "extraPaths": [str(ROOT)],
-        "include": [str(program)],
+        "include": [str(program) for program in programs],
         "reportUnusedExpression": False,
     }
     (folder / "pyrightconfig.json").write_text(json.dumps(settings))
@@ -46,9 +46,15 @@ def pyright(program: Path, folder: Path) -> set[int]:
     done = subprocess.run(
         [*command, "--pythonpath", sys.executable], capture_output=True, text=True
     )
-    told = json.loads(done.stdout)["generalDiagnostics"]
-    errors = [one for one in told if one["severity"] == "error"]
-    return report([(one["range"]["start"]["line"] + 1, one["message"]) for one in errors])
+    told = json.loads(done.stdout)
+    assert told["summary"]["filesAnalyzed"] == len(programs)
+    errors = [one for one in told["generalDiagnostics"] if one["severity"] == "error"]
+    found: dict[str, set[int]] = {}
+    for program in programs:
+        own = [one for one in errors if Path(one["file"]).name == program.name]
+        lines = [(one["range"]["start"]["line"] + 1, one["message"]) for one in own]
+        found[program.name] = report(lines)
+    return found
 
 
 def report(errors: list[tuple[str, str]] | list[tuple[int, str]]) -> set[int]:
@@ -71,8 +77,9 @@ def test_mypy():
     importlib.util.find_spec("basedpyright") is None, reason="basedpyright is not installed"
 )
 def test_pyright(tmp_path):
-    assert pyright(PROGRAMS / "annotated.py", tmp_path) == set()
-    assert pyright(WRONG, tmp_path) == marked()
+    right = PROGRAMS / "annotated.py"
+    found = pyright((right, WRONG), tmp_path)
+    assert found == {right.name: set(), WRONG.name: marked()}
 
 
 def test_the_program_runs():

@@ -14,6 +14,7 @@ written without spaces, as in ``5 N*m`` and ``12 in-lbf``.
 from __future__ import annotations
 
 import difflib
+import functools
 import itertools
 import re
 from collections.abc import Callable
@@ -89,6 +90,12 @@ def parse(text: str, *, curves: bool = False) -> Node:
     """
     if len(text) > MAX_CHARACTERS:
         raise FormulaError(f"it is {len(text)} characters long, at most {MAX_CHARACTERS} are read")
+    return _tree(text, curves)
+
+
+@functools.lru_cache(maxsize=4096)
+def _tree(text: str, curves: bool) -> Node:
+    # trees are immutable, and designs of a search ask for the same quantities again and again
     tokens = _tokens(text)
     operations = sum(token.kind == "operator" and token.text not in "()," for token in tokens)
     if operations > MAX_OPERATIONS:

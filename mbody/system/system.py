@@ -31,6 +31,7 @@ from mbody.model.mechanism import Mechanism
 from mbody.quantities import Formula, FormulaError
 from mbody.quantities.types import PlainNumbers
 from mbody.system.composed_law import driven_law
+from mbody.system.fixed_rows import fixed_rows
 from mbody.system.number_names import no_such_number
 from mbody.system.polar_points import polar_points
 from mbody.system.read_only import locked
@@ -407,7 +408,10 @@ class System:
         work.share[:] = 1.0 / shares[L.slot_body][:, None]
         columns = work.weight[: 3 * L.slots].reshape(L.slots, 3, lanes)
         columns[:] = np.array([1.0, 1.0, self.length**-2])[None, :, None]
-        weights, pad, blocks = self._fixed_rows
+        weights, pad, blocks = self.once(
+            "fixed rows",
+            lambda: fixed_rows(L, self.row_kinds, self.switched_rows, self.length),
+        )
         work.regularization_weight[: len(weights)] = weights
         work.pad[: len(pad)], work.block[: len(blocks)] = pad, blocks
         if lanes > 1:
@@ -418,32 +422,6 @@ class System:
                 getattr(work, name)[:] = getattr(one, name)
         self._blanks[lanes] = found = frame, work.memory[:, :1].copy()
         return found
-
-    @functools.cached_property
-    def _fixed_rows(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Numbers of the nodes that no position changes, (rows, 1): proximal terms, identity rows,
-        and blocks of the welds of one body's slots: equal x and y, then equal angle.
-        """
-        L = self.layout
-        weights, pad, blocks = (np.zeros((size * L.nodes, 1)) for size in (2, 2, 12))
-        pairs = zip(self.row_kinds, L.primitive_node, strict=True)
-        for e, (kinds, node) in enumerate(pairs):
-            for row in range(2):
-                if row < len(kinds) and e not in self.switched_rows:
-                    weights[2 * node + row] = 1.0 if kinds[row] == "l" else self.length**-2
-                else:
-                    pad[2 * node + row] = 1.0
-        seen: set[tuple[int, int]] = set()
-        for node in np.setdiff1d(np.arange(L.nodes), L.primitive_node):
-            o = 12 * node
-            pair = (int(L.node_column[2 * node]), int(L.node_column[2 * node + 1]))
-            if pair not in seen:
-                seen.add(pair)
-                blocks[[o, o + 4]], blocks[[o + 6, o + 10]] = 1.0, -1.0
-            else:
-                blocks[o + 2], blocks[o + 8] = 1.0, -1.0
-                pad[2 * node + 1] = 1.0
-        return weights, pad, blocks
 
     @functools.cached_property
     def switched_rows(self) -> dict[int, int]:

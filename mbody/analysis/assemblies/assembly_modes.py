@@ -256,7 +256,8 @@ class _GroupSearch:
             poses,
             names,
             residuals,
-            _position_used(system, given, used),
+            # where nothing closes, looking for what the guesses lead to takes longest
+            _position_used(system, given, used) if len(poses) else None,
             meshed=meshed,
             certificate="interval",
             unresolved=tuple(self.unresolved),

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from mbody.analysis.equilibria.surface_charts import TangentChart, led_to
+from mbody.analysis.equilibria.surface_charts import TangentChart, hold, led_to
 from mbody.analysis.equilibria.surface_cover import Cover
 from mbody.analysis.position.tangent_space import Array, Place
 
@@ -48,6 +48,7 @@ class SurfaceZeros:
     def __init__(self, cover: Cover, polish: Polish) -> None:
         self.cover, self.polish = cover, polish
         self.every: list[Zero] = []
+        self._names = np.empty((0, len(cover.nodes[0].name)))
 
     def search(self, sought: Sequence[SoughtCell]) -> None:
         """Keep the zeros to which Newton's method leads from points of cells, if it does not lead
@@ -106,23 +107,32 @@ class SurfaceZeros:
         if not self._is_known(name):
             sizes = np.linalg.svd(self.cover.manifold.stiffness(place))[1]
             self.every.append(Zero(place, name, bool(sizes[-1] <= SINGULAR * sizes[0])))
+            self._names = np.vstack([self._names, name])
 
     def _is_known(self, name: Array) -> bool:
-        return any(np.abs(zero.name - name).max() <= SAME for zero in self.every)
+        return bool((np.abs(self._names - name).max(axis=1) <= SAME).any())
 
     def known(self, chart: TangentChart, corner: Corner, size: int, beside: float) -> Zero | None:
         """A zero that was found in a cell, or beside it by a part of its size."""
-        for zero, at in self._on_chart(chart):
+        self.read([chart])
+        for zero, at in chart.zeros:
             if np.abs((at - corner) / size - 0.5).max() <= 0.5 + beside:
                 return zero
         return None
 
-    def _on_chart(self, chart: TangentChart) -> list[tuple[Zero, Array]]:
-        """The zeros that a chart leads to, and where they are on its grid."""
-        for zero in self.every[chart.zeros_read :]:
-            beside = np.abs(zero.name - chart.node.name).max() <= 4.0 * chart.node.reach
-            if beside and chart.holds(zero.place.q):
+    def read(self, charts: Iterable[TangentChart]) -> None:
+        """Let charts know the zeros that they lead to, and where these are on their grids: all
+        that were found meanwhile at once, on rows without end hundreds.
+        """
+        new = [chart for chart in dict.fromkeys(charts) if chart.zeros_read < len(self.every)]
+        pairs = list[tuple[TangentChart, Zero]]()
+        for chart in new:
+            far = np.abs(self._names[chart.zeros_read :] - chart.node.name).max(axis=1)
+            beside = np.flatnonzero(far <= 4.0 * chart.node.reach) + chart.zeros_read
+            pairs += [(chart, self.every[n]) for n in beside]
+            chart.zeros_read = len(self.every)
+        holding = hold([chart for chart, _ in pairs], np.array([one.place.q for _, one in pairs]))
+        for (chart, zero), leads in zip(pairs, holding.tolist(), strict=True):
+            if leads:
                 at = chart.grid(self.cover.seen(chart.node, zero.place.q))
                 chart.zeros.append((zero, at))
-        chart.zeros_read = len(self.every)
-        return chart.zeros

@@ -43,6 +43,8 @@ __all__ = ["built", "check_size", "from_json", "from_toml", "load", "text_of"]
 DEEPEST = 30  # tables in tables
 LONGEST_KEY = 20  # parts of a dotted key
 LONGEST_NUMBER = 2000  # bits of a whole number: more than a double can have
+#: Checks that are made each for what files use alone: making those of everything takes no longer.
+FEW = 16
 
 _SIGNS = re.compile(r"[-+*/^(,·−²³]")
 ENDLESS = "a whole number has very many digits, more than a computer holds"
@@ -193,10 +195,10 @@ def built(
 
 def _checked(data: dict[str, Any], text: str, is_json: bool, name: str, folder: Path | None) -> Any:
     """The tables with every value checked. First against what they use alone, which is soon made;
-    what is wrong is then named by the whole.
+    what is wrong is then named by the whole. Who reads many kinds of files has the whole made once.
     """
     angle = "rad" if data.get("angle") == "rad" else "deg"
-    used = used_by(data)
+    used = used_by(data) if model.cache_info().currsize < FEW else None
     if used is not None:
         with contextlib.suppress(pydantic.ValidationError):
             return model(used).model_validate(data, context=Context(angle, folder))

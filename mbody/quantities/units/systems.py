@@ -56,7 +56,10 @@ class UnitSystem:
         >>> unit_system("SI").of(DIMENSIONS["force"] / DIMENSIONS["time"])
         'N/s'
         """
-        wanted = dimension_of(dimension)
+        return self._symbol(dimension_of(dimension))
+
+    @functools.lru_cache(maxsize=1024)  # noqa: B019 (there are few unit systems)
+    def _symbol(self, wanted: Dimension) -> str:
         name = name_of(wanted)
         if name == "mass":
             return self.mass
