@@ -88,7 +88,8 @@ class DenseContactMotion:
         """
         size = len(right)
         matrix = np.zeros((size + len(held), size + len(held)))
-        matrix[:size, :size], matrix[:size, size:], matrix[size:, :size] = self.mass, -forces.T, held
+        matrix[:size, :size], matrix[:size, size:] = self.mass, -forces.T
+        matrix[size:, :size] = held
         whole = np.concatenate([right, target])
         found = np.linalg.lstsq(matrix, whole, rcond=1e-12)[0]
         off = np.abs(matrix @ found - whole).max(initial=0.0)
