@@ -260,14 +260,15 @@ class Unilateral:
         value, nu = np.empty((count, switched)), np.empty((count, switched))
         block, v = np.empty((count, len(places))), np.tile(work.v[:, 0], (count, 1))
         v[:, :n] = pages[:, n : 2 * n]
-        kept = ((work.phi, 2 * nodes, value), (work.nu, 2 * nodes, nu), (work.block, places, block))
+        parts = ((work.phi, 2 * nodes, value), (work.nu, 2 * nodes, nu), (work.block, places, block))
+        kept = [(part[:, 0], at, found) for part, at, found in parts]
+        here, moves, time = work.q[:n, 0], work.v[:n, 0], work.time[0]
         for m in range(count):
-            work.q[:n, 0], work.v[:n, 0] = pages[m, :n], v[m, :n]
-            work.time[0, 0] = times[m]
+            here[:], moves[:], time[0] = pages[m, :n], pages[m, n : 2 * n], times[m]
             laws_of_time(self.layout, work)
             violation(self.layout, work)
             for part, at, found in kept:
-                found[m] = part[at, 0]
+                part.take(at, out=found[m], mode="clip")
         weights = self.units[rows] * block * v[:, columns]
         index = switched * np.arange(count)[:, None] + rows
         rate = np.bincount(index.ravel(), weights.ravel(), count * switched)
