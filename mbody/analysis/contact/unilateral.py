@@ -260,8 +260,8 @@ class Unilateral:
         value, nu = np.empty((count, switched)), np.empty((count, switched))
         block, v = np.empty((count, len(places))), np.tile(work.v[:, 0], (count, 1))
         v[:, :n] = pages[:, n : 2 * n]
-        parts = ((work.phi, 2 * nodes, value), (work.nu, 2 * nodes, nu), (work.block, places, block))
-        kept = [(part[:, 0], at, found) for part, at, found in parts]
+        kept = [(work.phi[:, 0], 2 * nodes, value), (work.nu[:, 0], 2 * nodes, nu)]
+        kept += [(work.block[:, 0], places, block)]
         here, moves, time = work.q[:n, 0], work.v[:n, 0], work.time[0]
         for m in range(count):
             here[:], moves[:], time[0] = pages[m, :n], pages[m, n : 2 * n], times[m]
@@ -271,8 +271,8 @@ class Unilateral:
                 part.take(at, out=found[m], mode="clip")
         weights = self.units[rows] * block * v[:, columns]
         index = switched * np.arange(count)[:, None] + rows
-        rate = np.bincount(index.ravel(), weights.ravel(), count * switched)
-        rate = rate.reshape(count, switched) - self.units * nu
+        sums = np.bincount(index.ravel(), weights.ravel(), count * switched)
+        rate = sums.reshape(count, switched) - self.units * nu
         return RowHistories(self.units * value, rate)
 
     @functools.cached_property

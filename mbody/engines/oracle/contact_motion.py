@@ -139,11 +139,7 @@ class DenseContactMotion:
         held, forces = self._combined(q, closed, modes, mu, joints)
         drift, m = self.touching.drift(q, v, closed), len(closed)
         known = [n for n, mode in enumerate(modes) if mode != OPEN]
-        known += [
-            m + n
-            for n, (k, mode) in enumerate(zip(closed, modes, strict=True))
-            if mode == STICK and mu[k] > 0.0
-        ]
+        known += [m + n for n, k in enumerate(closed) if modes[n] == STICK and mu[k] > 0.0]
         target = np.concatenate([r.gamma(q, v, t)[self.rows], -drift[known]])
         found = self._solve(held, forces, r.applied(q, v, t), target)
         if found is None:
