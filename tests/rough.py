@@ -27,6 +27,9 @@ from mbody.laws import ConstantSpeed, Harmonic
 CRANK, ROD, FORCE = 0.05, 0.2, 1000.0
 #: Forces that many times as great as without friction grow without bound.
 GROWN = 100.0
+#: Iterations of Newton's method from the solution of a step before: where it needs more, that step
+#: is too long.
+NEAR = 15
 
 
 def roughened(machine, change, name=None):
@@ -198,7 +201,7 @@ def followed_part(run, k, most=1.0, step=0.05, least=1e-11):
     z, passed = dense.start(), []
     while part < most and step > least:
         dense.part = min(most, part + step)
-        found = dense.solve(z)
+        found = dense.solve(z, NEAR)
         here = None
         if found is not None:
             new = np.concatenate([found.lam, found.own])

@@ -2,6 +2,7 @@
 equations of motion of their own, and of large ones against differences.
 """
 
+import functools
 import math
 
 import numpy as np
@@ -296,10 +297,13 @@ def difference(system, run_of, name, part):
     differ by is the band.
     """
     value, found = float(system.values[name]), []
+
+    @functools.cache  # places that are one step away and two steps of half the length
+    def at(place):
+        return run_of(system.with_values({name: place}))
+
     for step in (part * abs(value), 0.5 * part * abs(value)):
-        low, near, up, most = (
-            run_of(system.with_values({name: value + k * step})) for k in (-2, -1, 1, 2)
-        )
+        low, near, up, most = (at(value + k * step) for k in (-2, -1, 1, 2))
         found.append((8.0 * (up - near) - (most - low)) / (12.0 * step))
     return found[1], np.abs(found[0] - found[1])
 

@@ -9,6 +9,8 @@ from typing import Any
 class Jet:
     """f, f′, f″ along one line: arithmetic of second-order Taylor series, exact to rounding."""
 
+    __slots__ = ("f", "f1", "f2")
+
     def __init__(self, f: float, f1: float = 0.0, f2: float = 0.0) -> None:
         self.f, self.f1, self.f2 = f, f1, f2
 
@@ -17,11 +19,14 @@ class Jet:
         return Jet(f, g * self.f1, g * self.f2 + h * self.f1**2)
 
     def __add__(self, other: Any) -> Jet:
-        b = other if isinstance(other, Jet) else Jet(other)
-        return Jet(self.f + b.f, self.f1 + b.f1, self.f2 + b.f2)
+        if not isinstance(other, Jet):
+            return Jet(self.f + other, self.f1, self.f2)
+        return Jet(self.f + other.f, self.f1 + other.f1, self.f2 + other.f2)
 
     def __mul__(self, other: Any) -> Jet:
-        a, b = self, other if isinstance(other, Jet) else Jet(other)
+        if not isinstance(other, Jet):
+            return Jet(self.f * other, self.f1 * other, self.f2 * other)
+        a, b = self, other
         return Jet(a.f * b.f, a.f1 * b.f + a.f * b.f1, a.f2 * b.f + 2.0 * a.f1 * b.f1 + a.f * b.f2)
 
     def __pow__(self, p: float) -> Jet:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import atexit
 import functools
+import importlib.util
 import json
 import os
 import shutil
@@ -38,22 +40,32 @@ def seen_by(fault: Fault) -> list[str]:
         Where the text to be changed is not in the file exactly once, or what was planted
         keeps the engines from answering at all.
     """
-    with tempfile.TemporaryDirectory() as folder:
-        copy = Path(folder)
-        shutil.copytree(
-            ROOT / "mbody", copy / "mbody", ignore=shutil.ignore_patterns("__pycache__")
+    copy = _copy()
+    file = copy / "mbody" / fault.file
+    text = file.read_text("utf-8")
+    if text.count(fault.right) != 1:
+        raise ValueError(
+            f"{fault.name}: {fault.right!r} stands {text.count(fault.right)} times in {fault.file}"
         )
-        shutil.copytree(ROOT / "tests" / "faults", copy / "tests" / "faults")
-        (copy / "tests" / "__init__.py").touch()
-        file = copy / "mbody" / fault.file
-        text = file.read_text("utf-8")
-        if text.count(fault.right) != 1:
-            raise ValueError(
-                f"{fault.name}: {fault.right!r} stands {text.count(fault.right)} times in "
-                f"{fault.file}"
-            )
+    # bytecode is told from its source by time and size, which two faults may share
+    Path(importlib.util.cache_from_source(str(file))).unlink(missing_ok=True)
+    try:
         file.write_text(text.replace(fault.right, fault.wrong), "utf-8")
         return [name for name, agrees in _asked(copy, fault.model).items() if not agrees]
+    finally:
+        file.write_text(text, "utf-8")
+
+
+@functools.cache
+def _copy() -> Path:
+    """A copy of the package for all faults, with its bytecode: no process translates all of it."""
+    copy = Path(tempfile.mkdtemp())
+    atexit.register(shutil.rmtree, copy, ignore_errors=True)
+    half_written = shutil.ignore_patterns("*.pyc.*")
+    for folder in (Path("mbody"), Path("tests", "faults")):
+        shutil.copytree(ROOT / folder, copy / folder, ignore=half_written)
+    (copy / "tests" / "__init__.py").touch()
+    return copy
 
 
 @functools.cache
@@ -65,6 +77,7 @@ def verdicts(model: str) -> dict[str, bool]:
 def _asked(root: Path, model: str) -> dict[str, bool]:
     # plain Python: nothing is compiled, and no cache is touched
     settings = os.environ | {"MBODY_CORE": "plain", "PYTHONPATH": str(root), "MBODY_QUIET": "1"}
+    settings |= {"PYTHONDONTWRITEBYTECODE": "1"}
     done = subprocess.run(
         [sys.executable, "-c", ASK, model, "pinocchio"],
         cwd=root,

@@ -19,7 +19,7 @@ from mbody.analysis.contact.corners import Corners
 from mbody.errors import ModelError
 from mbody.kernels.friction_laws import FRICTION_KINDS, LASTING
 from mbody.kernels.layout import Work, first_beyond
-from mbody.kernels.loop_closure import violation
+from mbody.kernels.loop_closure import laws_of_time, violation
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.model.contact_spots import Spot
 from mbody.model.element import listed
@@ -32,6 +32,7 @@ from mbody.system.system import System
 __all__ = [
     "SENSES",
     "JointPair",
+    "RowHistories",
     "Rows",
     "Touch",
     "Unilateral",
@@ -108,6 +109,20 @@ class Rows:
     rate: Array
     gamma: Array
     block: Array
+
+
+@dataclass(frozen=True, eq=False)
+class RowHistories:
+    """Values of the rows that can be on or off at many instants.
+
+    Attributes
+    ----------
+    value, rate : arrays (instants, switched)
+        Φ and Φ_q v − ν.
+    """
+
+    value: Array
+    rate: Array
 
 
 def has_modes(system: System) -> bool:
@@ -236,6 +251,30 @@ class Unilateral:
         block[rows, columns] = parts
         return Rows(units * value, rate, units * gamma, block[:, :n3])
 
+    def read_at(self, work: Work, times: Array, pages: Array) -> RowHistories:
+        """The rows at many instants: times, and pages (instants, rows) with positions and
+        velocities. Leaves a workspace at the last of them.
+        """
+        nodes, rows, places, columns = self.places
+        n, count, switched = self.system.coordinates, len(times), len(nodes)
+        value, nu = np.empty((count, switched)), np.empty((count, switched))
+        block, v = np.empty((count, len(places))), np.tile(work.v[:, 0], (count, 1))
+        v[:, :n] = pages[:, n : 2 * n]
+        kept = [(work.phi[:, 0], 2 * nodes, value), (work.nu[:, 0], 2 * nodes, nu)]
+        kept += [(work.block[:, 0], places, block)]
+        here, moves, time = work.q[:n, 0], work.v[:n, 0], work.time[0]
+        for m in range(count):
+            here[:], moves[:], time[0] = pages[m, :n], pages[m, n : 2 * n], times[m]
+            laws_of_time(self.layout, work)
+            violation(self.layout, work)
+            for part, at, found in kept:
+                part.take(at, out=found[m], mode="clip")
+        weights = self.units[rows] * block * v[:, columns]
+        index = switched * np.arange(count)[:, None] + rows
+        sums = np.bincount(index.ravel(), weights.ravel(), count * switched)
+        rate = sums.reshape(count, switched) - self.units * nu
+        return RowHistories(self.units * value, rate)
+
     @functools.cached_property
     def places(self) -> tuple[Array, Array, Array, Array]:
         """Where the rows are: their nodes; of all numbers of their blocks the row, the place and
@@ -265,20 +304,20 @@ class Unilateral:
         rows = np.array([touch.normal for touch in self.touches], dtype=np.int64)
         return rows, np.array([touch.spot.sense for touch in self.touches])
 
-    def gaps(self, rows: Rows) -> Array:
-        """Gaps (touches,)."""
+    def gaps(self, rows: Rows | RowHistories) -> Array:
+        """Gaps (…, touches)."""
         normals, senses = self._normals
-        return np.where(self.one_way, 0.0, senses * rows.value[normals])
+        return np.where(self.one_way, 0.0, senses * rows.value[..., normals])
 
     @functools.cached_property
     def one_way(self) -> Array:
         """Which touches are freewheels: always closed, until they move ahead."""
         return np.array([touch.spot.solid == "one way" for touch in self.touches], dtype=bool)
 
-    def approach(self, rows: Rows) -> Array:
-        """Rates of the gaps (touches,)."""
+    def approach(self, rows: Rows | RowHistories) -> Array:
+        """Rates of the gaps (…, touches)."""
         normals, senses = self._normals
-        return np.asarray(senses * rows.rate[normals])
+        return np.asarray(senses * rows.rate[..., normals])
 
     @functools.cached_property
     def _edges(self) -> tuple[Array, Array, Array]:
@@ -297,19 +336,27 @@ class Unilateral:
         """How far along its edge each touch is, and how far it is from its end: (touches, 2);
         infinite of what has no ends.
         """
-        found = np.full((len(self.touches), 2), np.inf)
+        return self.along_at(work.q[:, 0])
+
+    def along_at(self, q: Array) -> Array:
+        """As `along`, by the positions of all bodies, the ground among them: (…, coordinates), to
+        (…, touches, 2).
+        """
+        found = np.full((*q.shape[:-1], len(self.touches), 2), np.inf)
         which, bodies, (ax, ay, ux, uy, length, jx, jy) = (*self._edges[:2], self._edges[2].T)
-        (xi, xj), (yi, yj), (ti, tj) = (work.q[3 * bodies.T + n, 0] for n in range(3))
+        (xi, yi, ti), (xj, yj, tj) = ([q[..., 3 * b + n] for n in range(3)] for b in bodies.T)
         px = xj + np.cos(tj) * jx - np.sin(tj) * jy - xi
         py = yj + np.sin(tj) * jx + np.cos(tj) * jy - yi
         # into the axes of the edge's body
         x = np.cos(ti) * px + np.sin(ti) * py - ax
         y = np.cos(ti) * py - np.sin(ti) * px - ay
         way = ux * x + uy * y
-        found[which] = np.column_stack([way, length - way])
+        found[..., which, :] = np.stack([way, length - way], axis=-1)
         if len(self._arcs[0]):
-            for n, past, length in zip(*self._round_about(work), strict=True):
-                found[n] = np.minimum(found[n], (past, length - past))
+            touches, past, lengths = self._round_about(q)
+            for k, n in enumerate(touches):
+                ends = np.stack([past[..., k], lengths[k] - past[..., k]], axis=-1)
+                found[..., n, :] = np.minimum(found[..., n, :], ends)
         return found
 
     @functools.cached_property
@@ -332,19 +379,21 @@ class Unilateral:
         table = np.array(found, dtype=float).reshape(-1, 13)
         return table[:, 0].astype(int), table[:, 1:4].astype(int), table[:, 4:]
 
-    def _round_about(self, work: Work) -> tuple[Array, Array, Array]:
-        """Of every arc its touch, how far this is round it from its beginning, and as far from its
-        middle either way before it is nearer the other way, and its length.
+    def _round_about(self, q: Array) -> tuple[Array, Array, Array]:
+        """Of every arc its touch, how far (…, arcs) this is round it from its beginning, and as far
+        from its middle either way before it is nearer the other way, and its length.
         """
         which, bodies, (ax, ay, bx, by, turned, fixed, begin, half, radius) = (
             *self._arcs[:2],
             self._arcs[2].T,
         )
-        (xi, xj, _), (yi, yj, _), (ti, tj, own) = (work.q[3 * bodies.T + n, 0] for n in range(3))
+        i, j, own = bodies.T
+        (xi, yi, ti), (xj, yj, tj) = ([q[..., 3 * b + n] for n in range(3)] for b in (i, j))
         dx = xj + np.cos(tj) * bx - np.sin(tj) * by - xi - np.cos(ti) * ax + np.sin(ti) * ay
         dy = yj + np.sin(tj) * bx + np.cos(tj) * by - yi - np.sin(ti) * ax - np.cos(ti) * ay
         direction = np.where(np.isnan(fixed), np.arctan2(dy, dx) + turned, ti + fixed)
-        off = np.remainder(direction - own - begin - half + math.pi, math.tau) - math.pi
+        off = direction - q[..., 3 * own + 2] - begin - half + math.pi
+        off = np.remainder(off, math.tau) - math.pi
         return which, radius * (half + off), 2.0 * radius * half
 
     @functools.cached_property

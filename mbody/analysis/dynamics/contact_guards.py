@@ -12,7 +12,6 @@ from mbody.analysis.dynamics.located import Guard
 from mbody.analysis.dynamics.modal_motion import ModalMotion
 from mbody.kernels.friction import DETERMINANT
 from mbody.kernels.friction_laws import FRICTION_KINDS
-from mbody.kernels.loop_closure import laws_of_time
 
 __all__ = ["guard_sizes", "guard_values", "guards_of"]
 
@@ -62,51 +61,64 @@ def guards_of(motion: ModalMotion) -> list[Guard]:
 
 def guard_values(motion: ModalMotion, t: Array, pages: Array, guards: list[Guard]) -> Array:
     """Values (guards, instants) by times and pages (instants, rows, 1)."""
-    n, uni, probe = motion.system.coordinates, motion.uni, motion.probe
-    found = np.empty((len(guards), len(pages)))
-    flush, slow = FLUSH * motion.system.length, STILL * motion.speed
-    by_position = list[int]()
+    found, flat = np.empty((len(guards), len(pages))), pages[:, :, 0]
+    by_position, one_by_one = list[int](), list[int]()
     for k, guard in enumerate(guards):
         if _follows_from_pages(motion, guard):
-            found[k] = _by_pages(motion, pages[:, :, 0], guard)
-        else:
+            found[k] = _by_pages(motion, flat, guard)
+        elif guard.kind in PLACES:
             by_position.append(k)
-    kinds = {guards[k].kind for k in by_position}
-    with_rows, with_edges = not kinds <= set(ALONG), not kinds.isdisjoint(("close", *ALONG))
-    # while nothing moves what follows from the position alone is as it was
-    still = not motion.system.drivers and kinds <= set(PLACES)
-    for m, page in enumerate(pages[:, :, 0] if by_position else ()):
-        if still and m > 0 and (page[: 2 * n] == pages[m - 1, : 2 * n, 0]).all():
-            found[by_position, m] = found[by_position, m - 1]
-            continue
-        probe.q[:n, 0], probe.v[:n, 0] = page[:n], page[n : 2 * n]
-        probe.time[0, 0] = t[m]
-        laws_of_time(motion.layout, probe)
-        if with_rows:
-            rows = uni.read(probe)
-            gaps, approach = uni.gaps(rows), uni.approach(rows)
-        if with_edges:
-            along = uni.along(probe).min(axis=1, initial=np.inf)
-        for k in by_position:
-            kind, number = guards[k].kind, guards[k].number
-            if kind == "close":
-                # past its ends it is as far from there as it is from them
-                found[k, m] = max(gaps[number], -along[number] - motion.near)
-                on_one_line = abs(gaps[number]) <= flush and abs(approach[number]) <= slow
-                if on_one_line and guards[k] not in motion.fresh:
-                    # what leaves its edge does so first
-                    found[k, m] = max(motion.near - along[number], -flush)
-            elif kind == "lock":
-                found[k, m] = approach[number]
-            elif kind in ("edge", "enter"):
-                found[k, m] = along[number] if kind == "edge" else -along[number]
-            elif kind == "stop":
-                tangent, sense = _sliding_row(motion, number)
-                found[k, m] = sense * rows.rate[tangent]
-            elif kind == "slip":
-                found[k, m] = _reserve(motion, page, number)
+        else:
+            one_by_one.append(k)
+    if by_position:
+        chosen = [guards[k] for k in by_position]
+        new = np.ones(len(flat), dtype=bool)
+        if not motion.system.drivers:
+            # while nothing moves what follows from the position alone is as it was
+            places = flat[:, : 2 * motion.system.coordinates]
+            new[1:] = (places[1:] != places[:-1]).any(axis=1)
+        values = _by_positions(motion, t[new], flat[new], chosen)
+        found[by_position] = values[:, np.cumsum(new) - 1]
+    for m, page in enumerate(flat if one_by_one else ()):
+        motion.uni.read_at(motion.probe, t[m : m + 1], page[None])
+        for k in one_by_one:
+            if guards[k].kind == "slip":
+                found[k, m] = _reserve(motion, page, guards[k].number)
             elif motion.shared is not None:
-                found[k, m] = motion.shared.reserve(motion, page, probe).least
+                found[k, m] = motion.shared.reserve(motion, page, motion.probe).least
+    return found
+
+
+def _by_positions(motion: ModalMotion, t: Array, pages: Array, guards: list[Guard]) -> Array:
+    """Values (guards, instants) of what follows from positions and rates: times, pages (instants,
+    rows).
+    """
+    n, uni, probe = motion.system.coordinates, motion.uni, motion.probe
+    found, kinds = np.empty((len(guards), len(t))), {guard.kind for guard in guards}
+    flush, slow = FLUSH * motion.system.length, STILL * motion.speed
+    if not kinds <= set(ALONG):
+        rows = uni.read_at(probe, t, pages)
+        gaps, approaches = uni.gaps(rows), uni.approach(rows)
+    if not kinds.isdisjoint(("close", *ALONG)):
+        q = np.tile(probe.q[:, 0], (len(t), 1))
+        q[:, :n] = pages[:, :n]
+        along = uni.along_at(q).min(axis=-1, initial=np.inf)
+    for k, (kind, number) in enumerate((guard.kind, guard.number) for guard in guards):
+        if kind == "close":
+            gap, way = gaps[:, number], along[:, number]
+            # past its ends it is as far from there as it is from them
+            found[k] = np.maximum(gap, -way - motion.near)
+            if guards[k] not in motion.fresh:
+                # what leaves its edge does so first
+                on_one_line = (np.abs(gap) <= flush) & (np.abs(approaches[:, number]) <= slow)
+                found[k, on_one_line] = np.maximum(motion.near - way, -flush)[on_one_line]
+        elif kind == "lock":
+            found[k] = approaches[:, number]
+        elif kind in ALONG:
+            found[k] = along[:, number] if kind == "edge" else -along[:, number]
+        else:
+            tangent, sense = _sliding_row(motion, number)
+            found[k] = sense * rows.rate[:, tangent]
     return found
 
 

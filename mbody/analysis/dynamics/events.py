@@ -18,7 +18,12 @@ from mbody.analysis.driven.contacts import OneSidedForce, one_sided, one_sided_f
 from mbody.analysis.dynamics.integration import AT_ONCE, Integration
 from mbody.analysis.dynamics.located import Guard, LocatedZero, Saved
 from mbody.analysis.dynamics.measured_events import has_exact_rates, motion_at, rates, values
-from mbody.analysis.dynamics.zero_crossings import bracketed_root, refined, sign_changes
+from mbody.analysis.dynamics.zero_crossings import (
+    bracketed_root,
+    may_be_zero,
+    refined,
+    sign_changes,
+)
 from mbody.analysis.initial.initial_state import event_measure
 from mbody.kernels.step_state import (
     DELIVERED,
@@ -307,7 +312,8 @@ class EventIntegration(Integration):
         brackets = []
         watched: list[Event | Guard] = [*self.events, *self.guards]
         near = LOCATED * (self.step[1] - self.step[0])
-        for k, event in enumerate(watched):
+        for k in np.flatnonzero(may_be_zero(times, found, rising, near)).tolist():
+            event = watched[k]
             again = functools.partial(self._again, saved, k)
             t, history, _ = refined(again, (times, found[k], rising[k]), near)
             for n in sign_changes(t, history):

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
-__all__ = ["bracketed_root", "extrema", "refined", "sign_changes"]
+__all__ = ["bracketed_root", "extrema", "may_be_zero", "refined", "sign_changes"]
 
 Array = np.ndarray
 #: Times, values and rates of one quantity, ascending.
@@ -57,6 +58,33 @@ def extrema(h: Array, a: Array, b: Array, da: Array, db: Array) -> tuple[Array, 
     return x, value
 
 
+def _hidden(samples: Samples, near: float, unsure: Any) -> tuple[Array, Array, Array]:
+    """Extrema of cubics (2, …, intervals), as `extrema` has them, and which of them may hide a zero
+    between two samples of the same sign, or two beside the one that the samples show.
+    """
+    t, g, r = samples
+    h, a, b = np.diff(t), g[..., :-1], g[..., 1:]
+    places, predicted = extrema(h, a, b, r[..., :-1], r[..., 1:])
+    # what lies between both ends, on their side of zero, hides nothing
+    low, high = np.minimum(a, b), np.maximum(a, b)
+    deep = 1.0 - SHALLOW
+    beyond = ((predicted < deep * low) & (low > 0.0) & (predicted < unsure)) | (
+        (predicted > deep * high) & (high < 0.0) & (-predicted < unsure)
+    )
+    # of ends on both sides, what goes back across zero on its way
+    back = (low <= 0.0) & (high >= 0.0) & ((predicted < low) | (predicted > high))
+    inner = (places > END) & (places < 1.0 - END) & (h > near) & (beyond | back)
+    return places, predicted, inner
+
+
+def may_be_zero(t: Array, g: Array, r: Array, near: float) -> Array:
+    """Which of many functions (functions,) have a zero, or an extremum that may hide one: times
+    (instants,), values and rates (functions, instants), and `near` as in `refined`.
+    """
+    hides = _hidden((t, g, r), near, np.inf)[2].any(axis=(0, -1))
+    return np.asarray(hides | _changes_sign(g).any(axis=-1))
+
+
 def refined(
     sample: Callable[[Array], tuple[Array, Array]], samples: Samples, near: float
 ) -> Samples:
@@ -76,21 +104,12 @@ def refined(
     fresh = np.ones(len(t) - 1, dtype=bool)  # intervals that are still to be looked at
     unsure = np.full(len(t) - 1, np.inf)
     for _ in range(ROUNDS):
-        h = np.diff(t)
-        places, predicted = extrema(h, g[:-1], g[1:], r[:-1], r[1:])
-        # what lies between both ends, on their side of zero, hides nothing
-        low, high = np.minimum(g[:-1], g[1:]), np.maximum(g[:-1], g[1:])
-        deep = 1.0 - SHALLOW
-        beyond = ((predicted < deep * low) & (low > 0.0) & (predicted < unsure)) | (
-            (predicted > deep * high) & (high < 0.0) & (-predicted < unsure)
-        )
-        # of ends on both sides, what goes back across zero on its way
-        back = (low <= 0.0) & (high >= 0.0) & ((predicted < low) | (predicted > high))
-        inner = (places > END) & (places < 1.0 - END) & (h > near) & fresh & (beyond | back)
+        places, predicted, inner = _hidden((t, g, r), near, unsure)
+        inner &= fresh
         if not inner.any():
             break
         row, column = np.nonzero(inner)
-        times = t[column] + places[row, column] * h[column]
+        times = t[column] + places[row, column] * np.diff(t)[column]
         values, rates = sample(times)
         error = np.abs(values - predicted[row, column])
         order = np.argsort(times, kind="stable")
@@ -109,8 +128,12 @@ def refined(
 
 def sign_changes(t: Array, g: Array) -> list[int]:
     """Numbers of the intervals whose ends lie on two sides of zero, or end at it."""
-    a, b = g[:-1], g[1:]
-    return np.flatnonzero(((a > 0.0) & (b <= 0.0)) | ((a < 0.0) & (b >= 0.0))).tolist()
+    return np.flatnonzero(_changes_sign(g)).tolist()
+
+
+def _changes_sign(g: Array) -> Array:
+    a, b = g[..., :-1], g[..., 1:]
+    return np.asarray(((a > 0.0) & (b <= 0.0)) | ((a < 0.0) & (b >= 0.0)))
 
 
 def bracketed_root(

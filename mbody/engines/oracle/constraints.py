@@ -92,10 +92,10 @@ class Constraints(Geometry):
         if isinstance(e, AngleDriver):
             return [self._angle(q, e.body) - self._angle(q, e.relative_to) - self._law(e, q, t)]
         (xi, yi), (xj, yj) = self.place(q, e.i), self.place(q, e.j)
-        direction = self._angle(q, e.i.body) + e.i.angle
-        turn = self._angle(q, e.j.body) + e.j.angle - direction
         if isinstance(e, Revolute):
             return [xj - xi, yj - yi]
+        direction = self._angle(q, e.i.body) + e.i.angle
+        turn = self._angle(q, e.j.body) + e.j.angle - direction
         if isinstance(e, Fixed):
             return [xj - xi, yj - yi, turn]
         if isinstance(e, Prismatic):

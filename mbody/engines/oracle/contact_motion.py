@@ -87,7 +87,9 @@ class DenseContactMotion:
         has no solution.
         """
         size = len(right)
-        matrix = np.block([[self.mass, -forces.T], [held, np.zeros((len(held), len(held)))]])
+        matrix = np.zeros((size + len(held), size + len(held)))
+        matrix[:size, :size], matrix[:size, size:] = self.mass, -forces.T
+        matrix[size:, :size] = held
         whole = np.concatenate([right, target])
         found = np.linalg.lstsq(matrix, whole, rcond=1e-12)[0]
         off = np.abs(matrix @ found - whole).max(initial=0.0)
@@ -99,18 +101,18 @@ class DenseContactMotion:
         self, q: Array, closed: Sequence[int], modes: Sequence[str], mu: Array, joints: Array
     ) -> tuple[Array, Array]:
         """Rows that are held, and along which the forces of their multipliers act."""
-        W, m = self.touching.rows(q), len(self.touching)
+        W, m = self.touching.rows(q, closed), len(closed)
         held, forces = [joints], [joints]
-        for k, mode in zip(closed, modes, strict=True):
+        for n, (k, mode) in enumerate(zip(closed, modes, strict=True)):
             if mode == OPEN:
                 continue
-            held.append(W[k : k + 1])
+            held.append(W[n : n + 1])
             slides = SENSE.get(mode, 0.0) * mu[k]
-            forces.append(W[k : k + 1] - slides * W[m + k : m + k + 1])
-        for k, mode in zip(closed, modes, strict=True):
+            forces.append(W[n : n + 1] - slides * W[m + n : m + n + 1])
+        for n, (k, mode) in enumerate(zip(closed, modes, strict=True)):
             if mode == STICK and mu[k] > 0.0:
-                held.append(W[m + k : m + k + 1])
-                forces.append(W[m + k : m + k + 1])
+                held.append(W[m + n : m + n + 1])
+                forces.append(W[m + n : m + n + 1])
         return np.concatenate(held), np.concatenate(forces)
 
     def _forces(
@@ -135,11 +137,9 @@ class DenseContactMotion:
         r = self.reference
         joints = r.phi_q(q, t)[self.rows]
         held, forces = self._combined(q, closed, modes, mu, joints)
-        drift, m = self.touching.drift(q, v), len(self.touching)
-        known = [k for k, mode in zip(closed, modes, strict=True) if mode != OPEN]
-        known += [
-            m + k for k, mode in zip(closed, modes, strict=True) if mode == STICK and mu[k] > 0.0
-        ]
+        drift, m = self.touching.drift(q, v, closed), len(closed)
+        known = [n for n, mode in enumerate(modes) if mode != OPEN]
+        known += [m + n for n, k in enumerate(closed) if modes[n] == STICK and mu[k] > 0.0]
         target = np.concatenate([r.gamma(q, v, t)[self.rows], -drift[known]])
         found = self._solve(held, forces, r.applied(q, v, t), target)
         if found is None:
@@ -373,23 +373,26 @@ class DenseContactMotion:
                 atol=0.1 * self.rtol * self.size,
                 events=guards,
                 max_step=(float(times[-1]) - float(times[0])) / STEPS,
-                dense_output=True,
+                t_eval=wanted[at:],  # polynomials of the other steps are left out
             )
             if not span.success:
-                raise NotImplementedError(f"its integrator ends at t = {span.t[-1]:.6g}")
-            stop = float(span.t[-1])
-            while at < len(wanted) and wanted[at] <= stop:
-                found[at] = span.sol(wanted[at])
-                at += 1
-            y = span.y[:, -1]
-            t, q, v = stop, y[:n], y[n:]
+                raise NotImplementedError(f"its integrator ends after t = {t:.6g}")
+            if len(span.t):
+                found[at : at + len(span.t)] = span.y.T
+                at += len(span.t)
+            if span.status == 0:
+                break
+            ((t, y),) = (
+                (float(when[-1]), states[-1])
+                for when, states in zip(span.t_events, span.y_events, strict=True)
+                if len(when)
+            )
+            q, v = y[:n], y[n:]
             ended = dict(
                 guard.next
                 for guard, when in zip(guards, span.t_events, strict=True)
                 if len(when) and guard.next[1]
             )
-            if span.status == 0:
-                break
         return found[:, :n], found[:, n:]
 
     def _transition(

@@ -400,13 +400,13 @@ class DenseFriction:
 
     # -- solutions -------------------------------------------------------------------------------
 
-    def solve(self, start: Any = None) -> DenseForces | None:
-        """The solution that Newton's method finds from a start, by default without friction; None
-        where it finds none.
+    def solve(self, start: Any = None, most: int = ITERATIONS) -> DenseForces | None:
+        """The solution that Newton's method finds from a start, by default without friction, in so
+        many iterations; None where it finds none.
         """
         z = self.start() if start is None else np.array(start, float)
         scale, last = float(np.abs(self.right).max(initial=0.0)) or 1.0, np.inf
-        for _ in range(ITERATIONS):
+        for _ in range(most):
             f, slope = self.slope(z)
             try:
                 step = np.linalg.solve(slope, f)

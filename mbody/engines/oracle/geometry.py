@@ -71,6 +71,7 @@ class Geometry:
         ends = list(itertools.accumulate((len(e.rows) for e in self.elements), initial=0))
         self.rows = {e.name: slice(*ends[k : k + 2]) for k, e in enumerate(self.elements)}
         self.m = ends[-1]
+        self._arms: dict[tuple[str, Any], tuple[float, float]] = {}
 
     def body(self, name: str) -> Body:
         """A body by name; the ground is one."""
@@ -80,10 +81,13 @@ class Geometry:
 
     def arm(self, marker: Marker) -> tuple[float, float]:
         """From the mass centre to the marker, link axes [length]."""
-        body = self.body(marker.body)
-        place = body.points[marker.point] if isinstance(marker.point, str) else marker.point
-        (x, y), (cx, cy) = pair(place), pair(body.cg)
-        return x - cx, y - cy
+        key = marker.body, marker.point
+        if key not in self._arms:
+            body = self.body(marker.body)
+            place = body.points[marker.point] if isinstance(marker.point, str) else marker.point
+            (x, y), (cx, cy) = pair(place), pair(body.cg)
+            self._arms[key] = x - cx, y - cy
+        return self._arms[key]
 
     def pose(self, q_all: Any, body: str) -> tuple[Any, Any, Any]:
         """(x, y, θ) of one body's mass centre."""

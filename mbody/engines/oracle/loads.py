@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Mapping
 from typing import Any
@@ -64,6 +65,11 @@ class Loads(ReferenceMotion):
         return np.diag([x for m, inertia in masses for x in (m, m, inertia)]).reshape(
             3 * self.n, 3 * self.n
         )
+
+    @functools.cached_property
+    def masses(self) -> np.ndarray:
+        """Mass of every body (n,)."""
+        return np.diag(self.mass_matrix())[::3]
 
     def applied(self, q: Any, v: Any, t: float, only: str | None = None) -> np.ndarray:
         """f (3n,): forces and torques at the mass centres, of all loads or of the one named."""
@@ -146,9 +152,8 @@ class Loads(ReferenceMotion):
             f[self.index[load.i.body]] += six[:3]
             f[self.index[load.j.body]] += six[3:]
         elif isinstance(load, Gravity):
-            mass = np.diag(self.mass_matrix())[::3]
-            f[:-1, 0] += mass * self.value(load.x, t)
-            f[:-1, 1] += mass * self.value(load.y, t)
+            f[:-1, 0] += self.masses * self.value(load.x, t)
+            f[:-1, 1] += self.masses * self.value(load.y, t)
         elif isinstance(load, CentrifugalField):
             self._spin(load, q, t, f)
         elif isinstance(load, Force):

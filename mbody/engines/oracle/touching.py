@@ -7,6 +7,7 @@ functions take complex coordinates, so that steps give derivatives.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -157,12 +158,14 @@ class OracleTouching:
         every = self.reference.with_ground(q)
         return np.array([np.real(self._frame(every, spot)[0]) for spot in self.spots], dtype=float)
 
-    def rates(self, q: Array, v: Array) -> Array:
-        """Rates of gaps, then of sliding (2 spots,), for velocities v (3n,)."""
+    def rates(self, q: Array, v: Array, which: Sequence[int] | None = None) -> Array:
+        """Rates of gaps, then of sliding (2 spots, …), for velocities v (3n, …); of those spots
+        alone, or of all.
+        """
         r = self.reference
         every, moves = r.with_ground(q), r.with_ground(v)
         across, along = [], []
-        for spot in self.spots:
+        for spot in self.spots if which is None else [self.spots[k] for k in which]:
             _, nx, ny, px, py = self._frame(every, spot)
             ends = []
             for body in (spot.circle.body, spot.other.body):
@@ -174,13 +177,13 @@ class OracleTouching:
             along.append(ny * (ax - bx) - nx * (ay - by))
         return np.array([*across, *along])
 
-    def rows(self, q: Array) -> Array:
+    def rows(self, q: Array, which: Sequence[int] | None = None) -> Array:
         """(2 spots, 3n): rates are rows · v."""
-        return np.array([self.rates(q, e) for e in np.eye(len(q))]).T.reshape(-1, len(q)).real
+        return self.rates(q, np.eye(len(q)), which).reshape(-1, len(q)).real
 
-    def drift(self, q: Array, v: Array) -> Array:
+    def drift(self, q: Array, v: Array, which: Sequence[int] | None = None) -> Array:
         """What accelerations of the rates have without those of the bodies, (2 spots,)."""
-        found = self.rates(q + 1j * STEP * v, v.astype(complex))
+        found = self.rates(q + 1j * STEP * v, v.astype(complex), which)
         return np.asarray(found.imag / STEP)
 
     def length(self) -> float:
