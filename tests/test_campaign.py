@@ -62,3 +62,17 @@ def test_counts_add_up():
     tally.add("free", mechanisms=2, doubted=1)
     assert (tally.total("mechanisms"), tally.failed) == (5, 1)
     assert "| turn | 3 | 0 | 0 | 1 | 0 | 0 |" in str(tally)
+
+
+@pytest.mark.parametrize("seed", [77000496, 77001148])
+def test_what_a_longer_hunt_found(seed):
+    """Teeth of wheels other than those that the phase means, silently."""
+    assert examine(seed).silent == 0
+
+
+def test_a_path_beside_singular_positions_ends():
+    """Every position of this linkage is nearly singular: rounding cut its path into steps of a
+    millionth of the way, for hours. It is refused in a sentence.
+    """
+    found = examine(77000099)
+    assert found.refused == 1 and "branches of 'turn' meet" in found.told

@@ -357,3 +357,29 @@ def test_guesses_across_half_a_turn_from_the_phase(seed):
     # near the guess, and ψ = (R_i θ_i + R_j θ_j)/(R_i + R_j) along the line of centres
     assert abs(np.exp(1j * two) - np.exp(1j * angle)) < 0.06
     assert abs((ri * start + rj * two) / apart - direction) < 1e-12
+
+
+@pytest.mark.parametrize("ring_first", [True, False])
+def test_losses_of_a_train_with_a_fixed_ring(ring_first):
+    """T_sun (1 + 2.5 η₁ η₂) = T_arm: seen from the arm the sun drives the ring by both meshes. The
+    ring is the ground, on either side of the pair; no wheel alone can be turned to other teeth.
+    """
+    ring = ("ground", "planet", 75.0, 15.0) if ring_first else ("planet", "ground", 15.0, 75.0)
+    i, j, radius_i, radius_j = ring
+    machine = mbody.Mechanism("train", units="mm-N-s", ground={"O": (0, 0)})
+    machine.add(
+        mbody.Body("sun", guess=0.0),
+        mbody.Body("arm", points={"P": (60, 0)}, guess=0.0),
+        mbody.Body("planet", guess=(60, 0, 0.0)),
+        mbody.Revolute("sun_pin", "ground.O", "sun"),
+        mbody.Revolute("arm_pin", "ground.O", "arm"),
+        mbody.Revolute("planet_pin", "arm.P", "planet"),
+        mbody.Gear("first", "sun", "planet", radius_i=40, radius_j=20, efficiency=0.98),
+        mbody.Gear(
+            "second", i, j, radius_i=radius_i, radius_j=radius_j, internal=True, efficiency=0.97
+        ),
+        mbody.Torque("load", "arm", value=-30000.0),
+        mbody.AngleDriver("motor", "sun", ConstantSpeed(0.0, 10.0)),
+    )
+    effort = mbody.kinetostatics(machine, t=[0.0, 0.1]).effort("motor")
+    assert effort == pytest.approx(30000.0 / (1.0 + 2.5 * 0.98 * 0.97), rel=1e-12)
