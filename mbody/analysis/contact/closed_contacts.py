@@ -191,10 +191,11 @@ def _kept(system: System, key: Any, machine: Mechanism, rolls_from: Any = None) 
     its topology is kept with that of the system, and with where bodies roll from the last one.
     """
     known = system.plans.setdefault("closed contacts", {})
-    if key not in known or known[key][0] != rolls_from:
-        known[key] = rolls_from, assemble(machine)
+    kept = known.get(key)
+    if kept is None or kept[0] != rolls_from:
+        kept = known[key] = rolls_from, assemble(machine)
     one = system if system.batch is None else system.design(0)
-    return with_numbers_of(known[key][1], one.values)
+    return with_numbers_of(kept[1], one.values)
 
 
 def closed_notes(mechanism: Mechanism) -> tuple[str, ...]:
