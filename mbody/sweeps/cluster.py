@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Generator, Sequence
 from typing import Any
 
@@ -47,44 +48,40 @@ def on_cluster(
     job: Job, values: np.ndarray, pieces: list[int], size: int, client: Any
 ) -> Generator[tuple[int, PieceResult], None, None]:
     """First design and result of every piece, in the order of completion."""
-    try:
+    with contextlib.closing(client):
         task = client.scatter(job, broadcast=True, hash=False)
-    except BaseException:
-        client.close()
-        raise
-    yield from results(client, pieces, lambda low: (analyse_piece, task, values[low : low + size]))
+        yield from results(
+            client, pieces, lambda low: (analyse_piece, task, values[low : low + size])
+        )
 
 
 def results(
     client: Any, pieces: Sequence[int], call: Callable[[int], tuple[Any, ...]]
 ) -> Generator[tuple[int, Any], None, None]:
-    """Every piece with its result, in the order of completion; closes the client at the end.
+    """Every piece with its result, in the order of completion.
 
     `call` gives the function of a piece and its arguments. A few calls for each thread of the
     workers are in the queue, so that no worker waits and the memory does not grow.
     """
     import distributed
 
-    try:
-        ahead = AHEAD * max(1, sum(client.nthreads().values()))
-        waiting = iter(pieces)
-        begun: dict[Any, int] = {}
-        arriving: Any = distributed.as_completed(loop=client.loop)
+    ahead = AHEAD * max(1, sum(client.nthreads().values()))
+    waiting = iter(pieces)
+    begun: dict[Any, int] = {}
+    arriving: Any = distributed.as_completed(loop=client.loop)
 
-        def send() -> None:
-            piece = next(waiting, None)
-            if piece is not None:
-                future = client.submit(*call(piece), pure=False)
-                begun[future] = piece
-                arriving.add(future)
+    def send() -> None:
+        piece = next(waiting, None)
+        if piece is not None:
+            future = client.submit(*call(piece), pure=False)
+            begun[future] = piece
+            arriving.add(future)
 
-        for _ in range(min(ahead, len(pieces))):
-            send()
-        while begun:
-            future = next(arriving)
-            piece = begun.pop(future)
-            result = future.result()
-            send()
-            yield piece, result
-    finally:
-        client.close()
+    for _ in range(min(ahead, len(pieces))):
+        send()
+    while begun:
+        future = next(arriving)
+        piece = begun.pop(future)
+        result = future.result()
+        send()
+        yield piece, result

@@ -7,6 +7,7 @@ renamed when they are whole; each has a seal.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import os
@@ -214,7 +215,8 @@ def _on_threads(what: LinkageSet, pieces: list[int], threads: int) -> Any:
 
 def _on_cluster(what: LinkageSet, pieces: list[int], scheduler: str) -> Any:
     """The same by the workers of a cluster."""
-    yield from results(connected(scheduler), pieces, lambda n: (content_of, what, n))
+    with contextlib.closing(connected(scheduler)) as client:
+        yield from results(client, pieces, lambda n: (content_of, what, n))
 
 
 def content_of(what: LinkageSet, piece: int) -> bytes:

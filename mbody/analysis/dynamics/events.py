@@ -55,8 +55,8 @@ FINER, MOST_OF_A_STEP = 4, 4**8
 BESIDE = 1e-4
 #: What is noted of contacts and ropes.
 FORCES = tuple(part.name for part in fields(OneSidedForce))
-#: A crossing is located to this part of its step; what is zero together, as a rate and the sliding
-#: that it reverses, comes out no further apart than the second part.
+#: A crossing is located to this part of its step. The instants of what is zero together, as a rate
+#: and the sliding that it reverses, differ by no more than the second part.
 LOCATED, TOGETHER = 1e-12, 1e-11
 #: Rounding of times.
 ROUNDING = 1e-15

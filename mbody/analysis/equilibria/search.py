@@ -408,7 +408,7 @@ class RestSearch:
         for other in self.found:
             turned = np.abs(other.place.q - here.q)[2::3].max(initial=0.0) > np.pi
             if not (known is None or turned or any(other is one for one in known)):
-                continue  # neighbours along one walk are told apart by it
+                continue  # the walk distinguishes neighbours along it
             alike = np.abs(other.place.force - here.force).max() <= ALIKE * top
             if alike and self.manifold.apart(other.place.q, here.q) < SAME:
                 return

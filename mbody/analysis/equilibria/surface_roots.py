@@ -249,13 +249,13 @@ class _SurfaceIsolation:
             for n, k in np.argwhere(~known.empty)
         ]
         open_ = [one for one in open_ if not self.beside_jump(one[0], half)]
-        asked = [
+        charts = [
             cell.chart
             for cell, single, outside, _ in open_
             if (not outside if single else half == TRIED)
         ]
         sought, doubtful = list[SoughtCell](), list[tuple[_Cell, bool]]()
-        self.zeros.read(asked)
+        self.zeros.read(charts)
         for cell, single, outside, part in open_:
             if single and outside:
                 continue
@@ -272,7 +272,7 @@ class _SurfaceIsolation:
                 sought.append(SoughtCell(chart, chart.y(i, j), corner, half))
         self.zeros.search(sought)
         left = list[_Cell]()
-        self.zeros.read(asked)
+        self.zeros.read(charts)
         for cell, single in doubtful:
             if single and self.zeros.known(cell.chart, cell.corner, half, WITHIN) is not None:
                 continue

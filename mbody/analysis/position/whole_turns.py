@@ -63,11 +63,6 @@ class _Pose:
         """Angle of a body [rad]."""
         return float(self.pose[3 * self.system.bodies[body] + 2])
 
-    def turn(self, bodies: set[str], angle: float) -> None:
-        """Turn bodies by an angle [rad]."""
-        for body in bodies:
-            self.pose[3 * self.system.bodies[body] + 2] += angle
-
     def place(self, element: Element, field: str) -> tuple[float, float]:
         """World place of an element's marker [length]."""
         x, y, angle = self.pose[3 * self.system.bodies[element.place(field).body] :][:3]
@@ -94,6 +89,8 @@ def other_teeth(system: System, pose: np.ndarray, drive: Mapping[str, float], at
     """Turn the wheels of a closed pose, in place, at which other teeth meet than the phase means;
     returns whether there were such.
     """
+    if not any(isinstance(joint, Gear | Rolling) for joint in system.mechanism.joints):
+        return False
     groups, read, before = _groups(system), _Pose(system, pose, drive, at), pose.copy()
     for element in _counting(system):
         if isinstance(element, Gear | Rolling):
@@ -110,9 +107,9 @@ def by_springs(system: System, poses: np.ndarray) -> None:
         twist = _twist(system, spring, poses)
         turns = np.round(twist / TURN)
         if groups.free(spring.body):
-            _shift(system, groups, poses, spring.body, -turns)
+            _turn(system, groups, poses, spring.body, -TURN * turns)
         else:
-            _shift(system, groups, poses, spring.by, turns)
+            _turn(system, groups, poses, spring.by, TURN * turns)
 
 
 def ambiguous(system: System, pose: np.ndarray, drive: Mapping[str, float]) -> list[str]:
@@ -172,12 +169,10 @@ def _twist(system: System, spring: Any, poses: np.ndarray) -> np.ndarray:
     return twist
 
 
-def _shift(
-    system: System, groups: _TurningGroups, poses: np.ndarray, name: str, turns: Any
-) -> None:
-    """Turn a whole group by whole turns, (designs,)."""
+def _turn(system: System, groups: _TurningGroups, poses: np.ndarray, name: str, angle: Any) -> None:
+    """Turn a whole group by angles (designs,) [rad]."""
     for body in groups.of[name]:
-        poses[:, 3 * system.bodies[body] + 2] += TURN * turns
+        poses[:, 3 * system.bodies[body] + 2] += angle
 
 
 def _nearest(system: System, groups: _TurningGroups, pose: np.ndarray, row: TurnRow) -> None:
@@ -188,7 +183,7 @@ def _nearest(system: System, groups: _TurningGroups, pose: np.ndarray, row: Turn
             factor = float(sum(own))
             if abs(factor) > 1e-9 * sum(abs(float(c)) for c in own):
                 turns = np.round(float(row.left) / (TURN * factor))
-                _shift(system, groups, pose[None], name, -turns)
+                _turn(system, groups, pose[None], name, -TURN * turns)
             return
 
 
@@ -201,7 +196,7 @@ def _mesh(system: System, groups: _TurningGroups, read: _Pose, pair: Gear | Roll
         whole = groups.of[name]
         factor = float(sum(c for body, c in row.factors.items() if body in whole))
         if factor and groups.free(name) and all(_is_wheel(system, read.at, one) for one in whole):
-            read.turn(whole, -float(row.left) / factor)
+            _turn(system, groups, read.pose[None], name, -float(row.left) / factor)
             return
 
 

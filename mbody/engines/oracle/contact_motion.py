@@ -81,15 +81,15 @@ class DenseContactMotion:
     # -- one instant -----------------------------------------------------------------------------
 
     def _solve(
-        self, held: Array, forces: Array, right: Array, target: Array
+        self, constrained: Array, forces: Array, right: Array, target: Array
     ) -> tuple[Array, Array] | None:
-        """x and λ from M x = right + forcesᵀ λ, held x = target, by least squares; None where that
-        has no solution.
+        """x and λ from M x = right + forcesᵀ λ and the rows constrained · x = target, by least
+        squares; None where that has no solution.
         """
         size = len(right)
-        matrix = np.zeros((size + len(held), size + len(held)))
+        matrix = np.zeros((size + len(constrained), size + len(constrained)))
         matrix[:size, :size], matrix[:size, size:] = self.mass, -forces.T
-        matrix[size:, :size] = held
+        matrix[size:, :size] = constrained
         whole = np.concatenate([right, target])
         found = np.linalg.lstsq(matrix, whole, rcond=1e-12)[0]
         off = np.abs(matrix @ found - whole).max(initial=0.0)
@@ -100,20 +100,20 @@ class DenseContactMotion:
     def _combined(
         self, q: Array, closed: Sequence[int], modes: Sequence[str], mu: Array, joints: Array
     ) -> tuple[Array, Array]:
-        """Rows that are held, and along which the forces of their multipliers act."""
+        """Rows that are constrained, and along which the forces of their multipliers act."""
         W, m = self.touching.rows(q, closed), len(closed)
-        held, forces = [joints], [joints]
+        constrained, forces = [joints], [joints]
         for n, (k, mode) in enumerate(zip(closed, modes, strict=True)):
             if mode == OPEN:
                 continue
-            held.append(W[n : n + 1])
+            constrained.append(W[n : n + 1])
             slides = SENSE.get(mode, 0.0) * mu[k]
             forces.append(W[n : n + 1] - slides * W[m + n : m + n + 1])
         for n, (k, mode) in enumerate(zip(closed, modes, strict=True)):
             if mode == STICK and mu[k] > 0.0:
-                held.append(W[m + n : m + n + 1])
+                constrained.append(W[m + n : m + n + 1])
                 forces.append(W[m + n : m + n + 1])
-        return np.concatenate(held), np.concatenate(forces)
+        return np.concatenate(constrained), np.concatenate(forces)
 
     def _forces(
         self, closed: Sequence[int], modes: Sequence[str], mu: Array, lam: Array
@@ -136,12 +136,12 @@ class DenseContactMotion:
         """Accelerations, pressing forces and friction of closed contacts with given modes."""
         r = self.reference
         joints = r.phi_q(q, t)[self.rows]
-        held, forces = self._combined(q, closed, modes, mu, joints)
+        constrained, forces = self._combined(q, closed, modes, mu, joints)
         drift, m = self.touching.drift(q, v, closed), len(closed)
         known = [n for n, mode in enumerate(modes) if mode != OPEN]
         known += [m + n for n, k in enumerate(closed) if modes[n] == STICK and mu[k] > 0.0]
         target = np.concatenate([r.gamma(q, v, t)[self.rows], -drift[known]])
-        found = self._solve(held, forces, r.applied(q, v, t), target)
+        found = self._solve(constrained, forces, r.applied(q, v, t), target)
         if found is None:
             return None
         return found[0], *self._forces(closed, modes, mu, found[1])
@@ -272,23 +272,23 @@ class DenseContactMotion:
         for modes in itertools.product((STICK, FORWARD, BACKWARD, OPEN), repeat=len(closed)):
             for rests in self._rests(closed, modes, mu):
                 # rows: rates that are known; columns: impulses, of which `least` acts in any case
-                held, forces, target = [joints], [joints], [kept + still]
+                constrained, forces, target = [joints], [joints], [kept + still]
                 fixed = np.zeros(len(v))
                 for k, mode in zip(closed, modes, strict=True):
                     n, s = W[k : k + 1], W[m + k : m + k + 1]
                     way = n - SENSE.get(mode, SENSE.get(rests.get(k, ""), 0.0)) * mu[k] * s
                     fixed += least[k] * way[0]
                     if mode != OPEN:
-                        held.append(n)
+                        constrained.append(n)
                         forces.append(way)
                         target.append(np.array([-shift[k]]))
                 for k, mode in zip(closed, modes, strict=True):
                     if mu[k] > 0.0 and (mode == STICK or rests.get(k) == STICK):
-                        held.append(W[m + k : m + k + 1])
+                        constrained.append(W[m + k : m + k + 1])
                         forces.append(W[m + k : m + k + 1])
                         target.append(np.zeros(1))
                 found = self._solve(
-                    np.concatenate(held),
+                    np.concatenate(constrained),
                     np.concatenate(forces),
                     self.mass @ v + fixed,
                     np.concatenate(target),
