@@ -18,6 +18,7 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 SYSTEMS = {"manylinux": "linux-", "win": "windows-", "macosx": "macos-"}
 
 
+# hatchling is there only where a wheel is built, so that to mypy its class is of any type
 class Libraries(BuildHookInterface):  # type: ignore[misc]
     """Adds the libraries, and says which platform the wheel is for."""
 

@@ -34,6 +34,7 @@ class DualNumber:
     """
 
     __slots__ = ("tangents", "value")
+    # none can be a key: equality compares values, and two equal ones may have other tangents
     __hash__ = None  # type: ignore[assignment]
 
     def __init__(self, value: Any, tangents: Any) -> None:
