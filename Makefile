@@ -3,7 +3,7 @@ JOBS   ?= 2
 BIN    := .venv/bin
 PIP    := $(BIN)/python -m pip --disable-pip-version-check install --quiet --constraint constraints.txt
 
-.PHONY: demo test test-processors test-minimum test-all warm warm-processors warm-minimum lint \
+.PHONY: demo test test-other test-all warm warm-other lint \
         errors counts pictures bench bench-full campaign docs wheel clean
 
 # Tests start a thousand processes, each of which would translate all modules anew where somebody's
@@ -24,31 +24,25 @@ test: warm
 # Files with tests that have a marker: others need not be loaded.
 marked = $$(grep -rlE 'mark\.($(1))\b' tests validation --include='*.py')
 
-# Results that rounding could sway, as another processor would compute them: numba as the core,
-# with the tests of the compiler, kernels without any special instruction, BLAS of an old processor.
-OTHER := MBODY_CORE=numba NUMBA_CPU_NAME=generic OPENBLAS_CORETYPE=Prescott
-PART  ?= -m "processor or numba" $(call marked,processor|numba)
+# What another machine could change, all of it at once: the least versions that pyproject.toml
+# declares, numba as the core with kernels without any special instruction, BLAS of an old
+# processor. Tests of what rounding could sway, and of the compiler; an empty PART means all, and
+# OTHER without a setting shows which of them a failure is due to.
+MINIMUM := .venv-minimum/bin
+OTHER   := MBODY_CORE=numba NUMBA_CPU_NAME=generic OPENBLAS_CORETYPE=Prescott
+PART    ?= -m "processor or numba" $(call marked,processor|numba)
 
-warm-processors: .venv/installed-dev
-	env $(OTHER) $(BIN)/mbody warmup
-
-test-processors: warm-processors
-	env $(OTHER) $(BIN)/python -m pytest -n $(JOBS) --dist worksteal $(PART)
-
-# The same results with the least versions that pyproject.toml declares, and a third BLAS.
-MINIMUM      := .venv-minimum/bin
-MINIMUM_PART ?= -m processor $(call marked,processor)
-warm-minimum: .venv-minimum/installed-dev
+# The first line builds some kernels ahead of time, as the least numba does.
+warm-other: .venv-minimum/installed-dev
 	$(MINIMUM)/mbody doctor
-	$(MINIMUM)/mbody warmup
+	env $(OTHER) $(MINIMUM)/mbody warmup
 
-test-minimum: warm-minimum
-	OPENBLAS_CORETYPE=Haswell $(MINIMUM)/python -m pytest -n $(JOBS) --dist worksteal $(MINIMUM_PART)
+test-other: warm-other
+	env $(OTHER) $(MINIMUM)/python -m pytest -n $(JOBS) --dist worksteal $(PART)
 
-# Everything, under every setting: some 40 minutes on two cores.
+# Everything, here and as on another machine: some 40 minutes on two cores.
 test-all: test
-	$(MAKE) test-processors PART=
-	$(MAKE) test-minimum MINIMUM_PART=
+	$(MAKE) test-other PART=
 
 # The hunt for silent errors: hours on demand (COUNT mechanisms); findings in the folder campaign/.
 COUNT ?= 100000

@@ -89,6 +89,17 @@ class Constraint(Element):
         """The row that counts turns, at a pose; None where there is none."""
         return None
 
+    @property
+    def meshes(self) -> bool:
+        """Whether two wheels turn on each other: half a turn further of the line of centres the row
+        that counts turns is zero as well, and other teeth meet.
+        """
+        return False
+
+    def lets_turn(self, body: str) -> bool:
+        """Whether that body may turn about its place here, in any position: a pin or a wheel."""
+        return False
+
     def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
         """The rows with their numbers, as the kernels take them."""
         raise NotImplementedError

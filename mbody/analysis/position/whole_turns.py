@@ -23,7 +23,6 @@ import numpy as np
 
 from mbody.model.constraint import Constraint, TurnRow
 from mbody.model.element import Element, Numbers
-from mbody.model.joints import Gear, Revolute, Rolling
 from mbody.system.system import System
 
 __all__ = ["ambiguous", "by_rows", "by_springs", "other_teeth"]
@@ -76,26 +75,24 @@ def by_rows(system: System, pose: np.ndarray, drive: Mapping[str, float], at: Nu
     nearest to what rows between angles ask; `drive` are the values of the drivers.
     """
     groups, read = _groups(system), _Pose(system, pose, drive, at)
-    for element in _counting(system):
+    for element in _counting(system, groups):
         row = element.turn_row(at, read)
         if row is not None:
             _nearest(system, groups, pose, row)
-            if isinstance(element, Gear | Rolling):
-                _mesh(system, groups, read, element)
-        groups.join(*element.turn_bodies())
+        if element.meshes:
+            _mesh(system, groups, read, element)
 
 
 def other_teeth(system: System, pose: np.ndarray, drive: Mapping[str, float], at: Numbers) -> bool:
     """Turn the wheels of a closed pose, in place, at which other teeth meet than the phase means;
     returns whether there were such.
     """
-    if not any(isinstance(joint, Gear | Rolling) for joint in system.mechanism.joints):
+    if not any(joint.meshes for joint in system.mechanism.joints):
         return False
     groups, read, before = _groups(system), _Pose(system, pose, drive, at), pose.copy()
-    for element in _counting(system):
-        if isinstance(element, Gear | Rolling):
+    for element in _counting(system, groups):
+        if element.meshes:
             _mesh(system, groups, read, element)
-        groups.join(*element.turn_bodies())
     return not np.array_equal(pose, before)
 
 
@@ -137,12 +134,16 @@ def _groups(system: System) -> _TurningGroups:
     return _TurningGroups([*(body.name for body in system.mechanism.bodies), "ground"])
 
 
-def _counting(system: System) -> list[Constraint]:
-    """Elements whose rows count turns, those that bind two bodies to one angle first."""
+def _counting(system: System, groups: _TurningGroups) -> Iterator[Constraint]:
+    """Elements whose rows count turns, those that bind two bodies to one angle first; each joins
+    its bodies once it has been looked at.
+    """
     machine = system.mechanism
     joints = sorted(machine.joints, key=lambda joint: not joint.parallel)
-    found = (*machine.drivers, *joints, *machine.couplings)
-    return [element for element in found if element.counts_turns]
+    for element in (*machine.drivers, *joints, *machine.couplings):
+        if element.counts_turns:
+            yield element
+            groups.join(*element.turn_bodies())
 
 
 def _springs(system: System) -> Iterator[tuple[_TurningGroups, Any]]:
@@ -153,8 +154,8 @@ def _springs(system: System) -> Iterator[tuple[_TurningGroups, Any]]:
     if not springs:
         return
     groups = _groups(system)
-    for element in _counting(system):
-        groups.join(*element.turn_bodies())
+    for _ in _counting(system, groups):
+        pass  # each joins its bodies
     for spring in springs:
         if groups.of[spring.body] is not groups.of[spring.by]:
             yield groups, spring
@@ -187,10 +188,10 @@ def _nearest(system: System, groups: _TurningGroups, pose: np.ndarray, row: Turn
             return
 
 
-def _mesh(system: System, groups: _TurningGroups, read: _Pose, pair: Gear | Rolling) -> None:
+def _mesh(system: System, groups: _TurningGroups, read: _Pose, pair: Constraint) -> None:
     """Turn the last free wheel of a pair whose ψ is nearer to the opposite direction."""
     row = pair.turn_row(read.at, read)
-    if abs(float(row.left)) <= 0.25 * TURN or getattr(pair, "on_radius", 0.0) is None:
+    if row is None or abs(float(row.left)) <= 0.25 * TURN:
         return
     for name in reversed(row.factors):
         whole = groups.of[name]
@@ -205,7 +206,7 @@ def _is_wheel(system: System, at: Numbers, body: str) -> bool:
     arms = []
     for joint in system.mechanism.joints:
         if body in joint.bodies and joint.rows:
-            if not isinstance(joint, Gear | Rolling | Revolute):
+            if not joint.lets_turn(body):
                 return False
             side = "ij"[joint.bodies.index(body)]
             arms.append([float(part) for part in at.arm(joint, side)])

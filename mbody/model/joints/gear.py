@@ -117,6 +117,15 @@ class Gear(ToothedJoint):
         """See `turns_of_wheels`."""
         return turns_of_wheels(self, at, pose)
 
+    @property
+    def meshes(self) -> bool:
+        """Always."""
+        return True
+
+    def lets_turn(self, body: str) -> bool:
+        """Either wheel."""
+        return True
+
     def reaction_point(self, at: Any, d: Any, angle_i: Any, angle_j: Any) -> Any:
         """The pitch point, from the centre on j."""
         return touching(self.radii(at)[1], d)

@@ -85,6 +85,10 @@ class Revolute(LimitedJoint):
         """Whether the pin has play."""
         return self.clearance is not None
 
+    def lets_turn(self, body: str) -> bool:
+        """Either body."""
+        return True
+
     def _check(self) -> None:
         super()._check()
         if self.can_separate:

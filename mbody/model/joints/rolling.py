@@ -177,8 +177,17 @@ class Rolling(StrikingJoint):
 
     def turn_row(self, at: Numbers, pose: PoseReader) -> TurnRow:
         """As of a rack and pinion on a line, as of a gear pair on a wheel."""
-        counted = turns_on_line if self.on_radius is None else turns_of_wheels
+        counted = turns_of_wheels if self.meshes else turns_on_line
         return counted(self, at, pose)
+
+    @property
+    def meshes(self) -> bool:
+        """Where it rolls on a wheel."""
+        return self.on_radius is not None
+
+    def lets_turn(self, body: str) -> bool:
+        """The wheel, and what it rolls on if that is another wheel."""
+        return self.meshes or body == self.j.body
 
     def reaction_point(self, at: Any, d: Any, angle_i: Any, angle_j: Any) -> Any:
         """The point of contact, from the centre on j."""
