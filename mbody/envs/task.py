@@ -15,7 +15,7 @@ from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
 from mbody.model.simulation import STATE
-from mbody.model.study import Measure
+from mbody.model.study import measure_named
 from mbody.quantities.units import DIMENSIONS
 from mbody.solution.measures import check_measure, checked_sides
 from mbody.stepping.simulators import Simulators
@@ -206,7 +206,7 @@ def _reward(machine: Mechanism, given: Any) -> tuple[tuple[str, float], ...]:
 
 
 def _checked(machine: Mechanism, text: Any) -> None:
-    check_measure(machine, machine.measures.get(text, Measure(text)))
+    check_measure(machine, measure_named(machine.measures, text))
 
 
 def _end(machine: Mechanism, text: Any) -> str:

@@ -335,9 +335,11 @@ def _options(name: str, options: Any) -> Mapping[str, Any]:
     return options
 
 
-def measure_named(measures: Mapping[str, Measure], text: str) -> Measure:
-    """One of some measures by its name, or the measure of a formula."""
-    return measures.get(text) or Measure(text)
+def measure_named(measures: Mapping[str, Measure], of: str | Measure) -> Measure:
+    """A measure, one of some measures by its name, or the measure of a formula."""
+    if isinstance(of, Measure):
+        return of
+    return (measures.get(of) if isinstance(of, str) else None) or Measure(of)
 
 
 def measures_without(measures: Mapping[str, Measure], gone: set[str]) -> dict[str, Measure]:

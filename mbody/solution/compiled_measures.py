@@ -16,7 +16,7 @@ import numpy as np
 
 from mbody.kernels.number_program import NumberProgram
 from mbody.laws.postfix import OPERATIONS
-from mbody.model.study import Measure
+from mbody.model.study import Measure, measure_named
 from mbody.solution.measures import check_measure, valued
 from mbody.solution.solution import Solution
 from mbody.solution.traced_instant import TracedInstant, TracedRecord
@@ -80,8 +80,7 @@ class Present:
         ModelError
             For a name that the mechanism has not, or units that do not fit.
         """
-        own = self.system.mechanism.measures.get(of, of) if isinstance(of, str) else of
-        measure = own if isinstance(own, Measure) else Measure(own)
+        measure = measure_named(self.system.mechanism.measures, of)
         check_measure(self.system.mechanism, measure)
         try:
             return self.read(valued(self.instant, measure)[0])

@@ -15,7 +15,7 @@ from mbody.errors import ModelError
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.model.element import Marker, listed
 from mbody.model.mechanism import Mechanism
-from mbody.model.study import Measure
+from mbody.model.study import Measure, measure_named
 from mbody.quantities.types import PlainNumbers
 from mbody.solution.beginning import Beginning
 from mbody.solution.certificate import Certified, as_reported, changed
@@ -386,8 +386,7 @@ class Solution(FrictionResults):
         `Measure`, or a formula of histories such as ``"coupler.P.y - rocker.y"``; angles in rad
         where no unit is given.
         """
-        own = self.mechanism.measures.get(of, of) if isinstance(of, str) else of
-        return measured(self, own)[0]
+        return measured(self, measure_named(self.mechanism.measures, of))[0]
 
     def sensitivity(self, measure: str | Measure, by: Sequence[str] | None = None) -> Any:
         """Which number changes a measured quantity most, in per cent per per cent: a table of the

@@ -11,7 +11,7 @@ from mbody.errors import ModelError, brief
 from mbody.kernels.step_state import TIME
 from mbody.laws.postfix import OPERATIONS
 from mbody.model.element import as_marker, listed
-from mbody.model.study import Measure
+from mbody.model.study import Measure, measure_named
 from mbody.solution.compiled_measures import NUMPY, WRITTEN
 from mbody.solution.histories import Record
 from mbody.solution.measures import check_measure, measured, valued
@@ -191,8 +191,7 @@ class LaneReadings:
         return read()
 
     def _compiled(self, of: str | Measure) -> ReadAll:
-        own = self.system.mechanism.measures.get(of, of) if isinstance(of, str) else of
-        measure = own if isinstance(own, Measure) else Measure(own)
+        measure = measure_named(self.system.mechanism.measures, of)
         check_measure(self.system.mechanism, measure)
         if self.system.batch is None:
             try:

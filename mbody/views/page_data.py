@@ -12,6 +12,7 @@ import numpy as np
 from mbody.errors import ModelError
 from mbody.model.driver import AngleDriver
 from mbody.model.loads import Force
+from mbody.model.study import measure_named
 from mbody.quantities.units import DIMENSIONS
 from mbody.sheets.names import force_floor, force_names
 from mbody.sheets.text_table import unit_text
@@ -370,8 +371,8 @@ def _driven(run: Solution, driver: Any) -> dict[str, list[float]]:
 
 def _plot(run: Solution, name: str) -> dict[str, Any]:
     """The history of a diagram, in the unit that people read."""
-    measure = run.mechanism.measures.get(name, name)
     try:
+        measure = measure_named(run.mechanism.measures, name)
         values, dimension, unit = measured(run, measure)
     except ModelError as error:
         known = [*run.mechanism.measures]
@@ -379,7 +380,7 @@ def _plot(run: Solution, name: str) -> dict[str, Any]:
             f"{error}"
             + (f"; measures of '{run.mechanism.name}' are: {', '.join(known)}" if known else "")
         ) from None
-    if dimension == DIMENSIONS["angle"] and not getattr(measure, "unit", ""):
+    if dimension == DIMENSIONS["angle"] and not measure.unit:
         values, unit = np.degrees(values), "deg"
     floors = _floors(run)
     for kind in floors:

@@ -11,7 +11,7 @@ import numpy as np
 
 from mbody.errors import ModelError, brief
 from mbody.model.driver import AngleDriver
-from mbody.model.study import Measure
+from mbody.model.study import Measure, measure_named
 from mbody.quantities.units import DIMENSIONS, Dimension, name_of
 from mbody.sheets.text_table import cut, unit_text
 from mbody.solution.checks import one_design
@@ -213,11 +213,11 @@ def curve_of(run: Solution, name: str) -> PlottedCurve:
     """
     asked = _UNIT.fullmatch(name.strip())
     of = asked[1].strip() if asked else name
-    measure: Any = run.mechanism.measures.get(of, of)
+    measure = measure_named(run.mechanism.measures, of)
     if asked:
-        measure = Measure(getattr(measure, "of", of), asked[2].strip())
+        measure = Measure(measure.of, asked[2].strip())
     values, dimension, unit = measured(run, measure)
-    if dimension == DIMENSIONS["angle"] and not getattr(measure, "unit", ""):
+    if dimension == DIMENSIONS["angle"] and not measure.unit:
         values, unit = np.degrees(values), "deg"
     return PlottedCurve(of, np.where(np.isfinite(values), values, np.nan), dimension, unit)
 

@@ -11,7 +11,7 @@ import numpy as np
 from mbody.analysis.freedom.free_motions import FreeMotion
 from mbody.analysis.linear.about_motion import Moving
 from mbody.errors import ModelError
-from mbody.model.study import Measure
+from mbody.model.study import Measure, measure_named
 from mbody.solution.doubts import Doubt, Inherited, inherited
 from mbody.solution.measures import check_measure, measured
 from mbody.system.driver_formulas import followed_inputs
@@ -98,9 +98,9 @@ def state_matrices(
             "let the driver follow states whose rates have the input",
             name,
         )
-    of = [machine.measures.get(one, one) if isinstance(one, str) else one for one in wanted]
+    of = [measure_named(machine.measures, one) for one in wanted]
     for one in of:
-        check_measure(machine, one if isinstance(one, Measure) else Measure(one))
+        check_measure(machine, one)
 
     def values(y: Array, w: Array, own: Array | None = None) -> Array:
         a, rates, run = nearby.instant(y, w, own)
