@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from numbers import Real
@@ -451,6 +452,12 @@ class Numbers:
             r, angle = self._values[f"{name}.r"], self._values[f"{name}.angle"]
             return r * np.cos(angle), r * np.sin(angle)
         return self._values[f"{name}.x"], self._values[f"{name}.y"]
+
+    def link_axes(self, body: str, x: float, y: float, angle: float) -> tuple[float, float, float]:
+        """x, y [length] and angle [rad] of a body's link axes, by its mass centre and its angle."""
+        cx, cy = (float(part) for part in self.point(f"{body}.cg"))
+        c, s = math.cos(angle), math.sin(angle)
+        return x - c * cx + s * cy, y - s * cx - c * cy, angle
 
     def place(self, element: Element, field: str) -> tuple[Value, Value]:
         """(x, y) [length] of a marker in link axes."""

@@ -367,10 +367,7 @@ def _made(
 
 def _places(system: System, pose: np.ndarray) -> dict[str, tuple[float, float, float]]:
     """Link axes of every body by the coordinates of its mass centre."""
-    found: dict[str, tuple[float, float, float]] = {}
-    for n, body in enumerate(system.mechanism.bodies):
-        x, y, angle = (float(part) for part in pose[3 * n : 3 * n + 3])
-        cx, cy = (float(part) for part in system.numbers.point(f"{body.name}.cg"))
-        c, s = math.cos(angle), math.sin(angle)
-        found[body.name] = (x - c * cx + s * cy, y - s * cx - c * cy, angle)
-    return found
+    return {
+        body.name: system.numbers.link_axes(body.name, *pose[3 * n : 3 * n + 3].tolist())
+        for n, body in enumerate(system.mechanism.bodies)
+    }

@@ -10,7 +10,6 @@ are still free to slip, they roll.
 from __future__ import annotations
 
 import contextlib
-import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -171,19 +170,12 @@ def _rolls_from(
     if t or drive:
         work = next(_positions(system, 0.0, {}, guess), work)
     of = {one.name: one.bodies for one in system.mechanism.contacts}
-    return {
-        name: (*_link_axes(system, work, of[name][0]), *_link_axes(system, work, of[name][1]))
-        for name in sorted(found.rolls)
-    }
 
+    def axes(body: str) -> tuple[float, float, float]:
+        n = 3 * system.bodies[body]
+        return system.numbers.link_axes(body, *work.q[n : n + 3, 0].tolist())
 
-def _link_axes(system: System, work: Work, body: str) -> tuple[float, float, float]:
-    """x, y and angle of the link axes of a body, or of the ground, where a workspace is."""
-    n = 3 * system.bodies[body]
-    x, y, angle = (float(part) for part in work.q[n : n + 3, 0])
-    cx, cy = (float(part) for part in system.numbers.point(f"{body}.cg"))
-    c, s = math.cos(angle), math.sin(angle)
-    return x - c * cx + s * cy, y - s * cx - c * cy, angle
+    return {name: (*axes(of[name][0]), *axes(of[name][1])) for name in sorted(found.rolls)}
 
 
 def _kept(system: System, key: Any, machine: Mechanism, rolls_from: Any = None) -> System:

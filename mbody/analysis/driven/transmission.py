@@ -297,14 +297,8 @@ def _least(
 
 def _link_axes(run: Solution, name: str, k: int) -> tuple[float, float, float]:
     body = run[name]
-    x, y = run.system.numbers.point(f"{name}.cg")
-    angle = float(body.angle[k])
-    c, s = math.cos(angle), math.sin(angle)
-    return (
-        float(body.x[k]) - c * float(x) + s * float(y),
-        float(body.y[k]) - s * float(x) - c * float(y),
-        angle,
-    )
+    pose = (float(values[k]) for values in (body.x, body.y, body.angle))
+    return run.system.numbers.link_axes(name, *pose)
 
 
 def _plain(values: Array) -> list[float | None]:
