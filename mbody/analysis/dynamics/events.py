@@ -343,7 +343,9 @@ class EventIntegration(Integration):
             if not self._may_count(saved, event, np.array([left[0], right[0]])):
                 continue
             one = self._located(saved, event, left, right)
-            if self._counts(one):
+            # what is zero but for rounding where the motion begins crosses nothing
+            begins = not isinstance(event, Guard) and one.t <= self.first + near
+            if self._counts(one) and not begins:
                 crossings.append(one)
                 ends = min(ends, one.t) if event.stop else ends
         return sorted(crossings, key=lambda one: one.t)
