@@ -33,7 +33,7 @@ def jump_times(system: System, first: float, until: float) -> Array:
     of its own table in straight lines, or of inputs that its formula may follow.
     """
     drivers = system.mechanism.drivers
-    laws = [one.law for one in drivers]
+    laws = [getattr(one, "law", None) for one in drivers]
     if any(isinstance(law, MeasuredFormula) for law in laws):
         laws += [one.value for one in system.mechanism.inputs]
     beyond = float(np.nextafter(until, np.inf))
