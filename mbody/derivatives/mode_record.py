@@ -167,7 +167,9 @@ def _between_set_times(run: Solution, first: float, carried: Any) -> list[ModeSt
         one.function = functools.partial(_nothing, len(one.controller.sets))
     times.at(first, lambda *_: [])
     found = [ModeStretch(first, inputs=times.inputs(), sampled=True)]
-    while (t := times.next(found[-1].t)) < last:
+    while (due := times.next(found[-1].t)) < last:
+        jump = times.jump_after(due)
+        t = due if jump is None else jump
         times.at(t, lambda *_: [])
         found[-1].end = t
         found.append(ModeStretch(t, inputs=times.inputs(), sampled=True))
@@ -223,6 +225,10 @@ class ModeRecorder(JumpWatch, ContactIntegration):
             )
         )
         self.strikes, self.why, self.set_time = [], "", False
+
+    def _settle_jump(self) -> None:
+        self.why = "the rate of a driver jumps there, where bodies touch or rub"
+        super()._settle_jump()
 
     def _passed(self, guard: Guard) -> str:
         one = self.stretches[-1]

@@ -77,12 +77,13 @@ def _table(
     units: UnitSystem, element: Element, field: str, table: Table, of: Dimension, value: Dimension
 ) -> Iterator[str]:
     beyond = table.beyond()
-    if beyond is not None:
-        low, high = min(table.y), max(table.y)
+    low, high = (_number(end(table.y), value, units) for end in (min, max))
+    # between dense points of a smooth motion it does so by less than a number shows
+    if beyond is not None and (furthest := _number(beyond[1], value, units)) not in (low, high):
         yield (
             f"'{element.name}': the spline through the table of its {field} leaves the range of "
-            f"its points, {_number(low, value, units)} to {_number(high, value, units)}: it goes "
-            f"to {_number(beyond[1], value, units)} at {_number(beyond[0], of, units)}; give "
+            f"its points, {low} to {high}: it goes to {furthest} at "
+            f"{_number(beyond[0], of, units)}; give "
             'interpolation = "pchip" or "linear", or more points'
         )
     if element.role == "driver" and table.interpolation == "linear" and len(table.x) > 2:

@@ -9,7 +9,6 @@ the user's numbers (`Numbers`), for one set and for a batch alike.
 from __future__ import annotations
 
 import functools
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, TypeAlias
@@ -34,6 +33,7 @@ from mbody.system.elimination_order import eliminate, split
 from mbody.system.formula_rows import FormulaRows, RecordedLaw, followed, following, recorded
 from mbody.system.friction_table import friction_table
 from mbody.system.hooks import action_hook, law_hook, primitive_hook
+from mbody.system.model_length import model_length
 from mbody.system.number_columns import designs_of, stacked
 from mbody.system.polar_points import polar_points
 from mbody.system.system import System
@@ -98,7 +98,7 @@ def assemble(mechanism: Mechanism, *, groups: bool = False, machine_code: bool =
         par=par,
         mass=mass,
         batch=None,
-        length=compiler.length(numbers),
+        length=model_length(mechanism, compiler.read(numbers)),
         owners=tuple(compiler.owners),
         row_kinds=tuple(primitive.rows for primitive in compiler.first_primitives),
         signals=len(compiler.signal_laws) + compiler.formula_signals,
@@ -303,19 +303,6 @@ class _Compiler:
             masses += [mass, mass, numbers[f"{body.name}.inertia"]]
         masses += [0.0] * 3
         return columns, masses
-
-    def length(self, numbers: dict[str, Any]) -> float:
-        """Model length: the longest arm on a moving body, else another distance, as between the
-        centres of gears or of a cam and its roller, else one.
-        """
-        at = self.read(numbers)
-        moving, fixed = [0.0], [0.0]
-        for element in self.mechanism.constraints:
-            for key, marker in element.places().items():
-                arm = math.hypot(*(float(part) for part in at.arm(element, key)))
-                (fixed if marker.body == "ground" else moving).append(arm)
-        apart = [abs(float(joint.apart(at))) for joint in self.mechanism.joints]
-        return max(moving) or max(fixed) or max(apart, default=0.0) or 1.0
 
     def functions(self) -> tuple[tuple[str, Callable[..., Any] | None], ...]:
         """The users' functions of constraints, loads, laws, wrapped for kernels, with names."""

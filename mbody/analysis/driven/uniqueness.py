@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from mbody.model.element import listed
-from mbody.system.rank import Rank
+from mbody.system.rank import Rank, dense, rank_of, too_large
 from mbody.system.system import System
 
-__all__ = ["open_reactions", "open_note"]
+__all__ = ["open_along", "open_note", "open_reactions"]
 
 #: A part of a dependency below this is rounding.
 SMALL = 1e-7
@@ -41,6 +41,22 @@ def open_reactions(system: System, report: Rank | None) -> dict[str, list[bool]]
         own = np.isin(primitive, system.primitives_of[element.name])
         result[element.name] = [bool(touched[own].any())]
     return result
+
+
+def open_along(system: System, q: np.ndarray) -> dict[str, list[bool]] | None:
+    """The same at the one of some positions (instants, coordinates) at which the dependencies are
+    fewest: a singular position has more of them.
+    """
+    if too_large(system) or not len(q):
+        return None
+    work, reports = system.work(), []
+    for k in {0, len(q) // 2, len(q) - 1}:
+        work.q[: q.shape[1], 0] = q[k]
+        G = dense(system, work)[1]
+        if np.isfinite(G).all():
+            reports.append(rank_of(G))
+    best = min(reports, key=lambda report: report.redundant, default=None)
+    return open_reactions(system, best)
 
 
 def open_note(found: dict[str, list[bool]] | None) -> tuple[str, ...]:

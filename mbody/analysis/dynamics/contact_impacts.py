@@ -9,6 +9,7 @@ import numpy as np
 from mbody.analysis.contact.contact_laws import ClosedContacts, impact_impulses
 from mbody.analysis.contact.overlaps import Overlap, deepest_overlap
 from mbody.analysis.contact.unilateral import Rows, Unilateral
+from mbody.analysis.dynamics.rate_jumps import works_of_drivers
 from mbody.errors import ModelError, SolveError
 from mbody.kernels.layout import Work
 from mbody.system.rank import dense, dense_rates, rank_of
@@ -133,32 +134,10 @@ def strike(
     mean = rates + 0.5 * (W @ jump)
     gained = impulse * mean
     moved = impulse * (W @ work.v[: W.shape[1], 0] - rates)
-    driven = _works_of_drivers(uni, work, jump, W.T @ impulse, held)
+    left = uni.system.mass[: len(jump), 0] * jump - W.T @ impulse
+    nu = dense_rates(uni.system, work)
+    driven = works_of_drivers(uni.system, work, left, nu, held)
     return Impact(jump, rates[:m], gained[:m] + gained[m:], moved[:m], driven)
-
-
-def _works_of_drivers(
-    uni: Unilateral, work: Work, jump: Array, given: Array, held: Array | None
-) -> dict[str, float]:
-    """What drivers give in an impact: M Δv less the impulses of the touches is Gᵀ μ of the rows
-    that hold, and drivers move theirs at the rate ν.
-    """
-    system, n = uni.system, len(jump)
-    if not system.drivers:
-        return {}
-    scale, nu = system.coordinate_units, dense_rates(system, work)
-    rows = dense(system, work)[1]
-    count = len(rows)
-    if held is not None and len(held):
-        rows = np.vstack([rows, held * scale])
-    left = (system.mass[:n, 0] * jump - given) * scale
-    works = np.linalg.lstsq(rows.T, left, rcond=None)[0][:count] * nu
-    owners = [system.owners[int(e)][0].name for e in system.row_table[0]]
-    found = dict.fromkeys((driver.name for driver in system.drivers), 0.0)
-    for name, part in zip(owners, works, strict=True):
-        if name in found:
-            found[name] += float(part)
-    return found
 
 
 def refuse_led(uni: Unilateral, work: Work, hit: list[int]) -> None:

@@ -97,6 +97,20 @@ class ContactIntegration(ModalIntegration):
         self.closing = Closing({n for n, mode in enumerate(self.modes) if mode != "open"})
         return self._settle()
 
+    def _loosen(self) -> None:
+        """A driver that jerks moves what touches by impacts, not by rows that hold."""
+        self._switch_off()
+
+    def _settle_jump(self) -> None:
+        """Impacts of what the driver moves towards each other; what it moves apart opens."""
+        self.load()
+        approach, slow = self.uni.approach(self.uni.read(self.work)), STILL * self.speed
+        self.closing = Closing(
+            {n for n, mode in enumerate(self.modes) if mode != "open" and approach[n] <= slow}
+        )
+        self.jerked = True
+        self.ending = self._settle()
+
     def _step(self) -> tuple[int, str]:
         """Where forces of what slides grow without bound the steps vanish before that is met."""
         code, status = super()._step()
@@ -392,7 +406,7 @@ class ContactIntegration(ModalIntegration):
         found = super()._solution(status)
         names = {name: [each[name] for each in self.kept_modes] for name in self.named_modes()}
         notes = (*as_reported(found).notes, *self.contact_notes)
-        if any(event.name == "impact" for event in found.events):
+        if self.jerked or any(event.name == "impact" for event in found.events):
             notes += self._without_impulse()
         return changed(found, notes=notes, modes=names)
 

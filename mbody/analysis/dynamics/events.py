@@ -155,8 +155,8 @@ class EventIntegration(Integration):
         t = float(state[TIME])
         if t >= self.until:
             return DONE, ""
-        if t >= self.target:
-            self._interrupt(t)
+        if t >= self.target and (t := self._pass_set_time(t)) >= self.until:
+            return DONE, ""
         saved, h = self._save(), float(state[NEXT])
         end = t + h
         if end >= self.target - self.steps.slack(self.target):  # as the kernel clips it
@@ -213,6 +213,22 @@ class EventIntegration(Integration):
         """Whether a crossing was recorded beside the change of modes that ended the last step."""
         own = (one for one in self.occurred if one.name == event.name and not one.contact)
         return any(abs(one.t - t) <= together for one in own)
+
+    def _pass_set_time(self, t: float) -> float:
+        """Do what is due at a set time, or just after it where rates of drivers jump; the time from
+        which it goes on.
+        """
+        self._interrupt(t)
+        now = float(self.state[TIME])
+        if now > t and now in self.wanted:
+            self._keep(now, self.page, self.total)
+        if now >= self.until:
+            self.restart_point = self._restart_state(self.total)
+        return now
+
+    @property
+    def _gained(self) -> Array:
+        return self.total
 
     def _passed(self, guard: Guard) -> str:
         """Go on from where a guard is zero; a status where the motion ends there."""
@@ -327,7 +343,9 @@ class EventIntegration(Integration):
             if not self._may_count(saved, event, np.array([left[0], right[0]])):
                 continue
             one = self._located(saved, event, left, right)
-            if self._counts(one):
+            # what is zero but for rounding where the motion begins crosses nothing
+            begins = not isinstance(event, Guard) and one.t <= self.first + near
+            if self._counts(one) and not begins:
                 crossings.append(one)
                 ends = min(ends, one.t) if event.stop else ends
         return sorted(crossings, key=lambda one: one.t)

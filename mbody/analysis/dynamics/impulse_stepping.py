@@ -158,6 +158,10 @@ class ImpulseIntegration(Integration):
     def _load_causes(self) -> int:
         return self.causes - len(self.system.drivers)
 
+    def _pass_jump(self, corner: float) -> None:
+        """The next step takes the new rates, with impulses of drivers and contacts."""
+        self.state[TIME] = self.impulses.state[NOW] = corner
+
     # -- restarts -----------------------------------------------------------------------------
 
     def _restart_state(self, work_done: Array) -> Restart:

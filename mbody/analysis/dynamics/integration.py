@@ -19,7 +19,7 @@ from mbody.analysis.driven.diagnosis import (
     weightless,
 )
 from mbody.analysis.driven.time_grid import check_reach
-from mbody.analysis.driven.uniqueness import open_note, open_reactions
+from mbody.analysis.driven.uniqueness import open_along, open_note
 from mbody.analysis.dynamics.branch_passage import BranchPassage
 from mbody.analysis.dynamics.controller_readings import ControllerReadings
 from mbody.analysis.dynamics.initial_step import REFINEMENTS, coordinate_sizes, first_step
@@ -37,6 +37,7 @@ from mbody.analysis.dynamics.own_states import (
     refuse_own_states,
     unresolved_states,
 )
+from mbody.analysis.dynamics.rate_jumps import RateJumps
 from mbody.analysis.position.assembly_analysis import SOFT, raise_user_error
 from mbody.analysis.position.vanishing_distances import GONE, vanishing
 from mbody.analysis.singular.nearby_singularity import packed_positions, unpacked_positions
@@ -73,7 +74,6 @@ from mbody.solution.event_record import EventRecord
 from mbody.solution.histories import Record
 from mbody.solution.restart import Restart, Way
 from mbody.solution.solution import Solution
-from mbody.system.rank import dense, rank_of, too_large
 from mbody.system.system import System
 
 __all__ = ["Integration"]
@@ -87,7 +87,7 @@ AT_ONCE = 500
 JUDGED, SHRUNK, SLOW = 10_000, 0.1, 1e-4
 
 
-class Integration:
+class Integration(RateJumps):
     """Integrates one system from a first state."""
 
     #: Whether it decides what is open, sticks and slides.
@@ -261,6 +261,8 @@ class Integration:
             if code == DONE and self.target < self.until:
                 self._interrupt(self.target)
                 code = MORE
+                if self.state[TIME] >= self.until:  # rates of drivers jumped at the very end
+                    self._keep_now()
             self._check_progress()
             if progress is not None:
                 progress(float(self.state[TIME]))
@@ -269,6 +271,9 @@ class Integration:
     def _interrupt(self, t: float) -> None:
         """Do what is due at a set time, and find the next one."""
         best = float(self.state[BEST_CONDITIONING])
+        if (corner := self.interruptions.jump_after(t)) is not None:
+            self._pass_jump(corner)
+            t = corner
         if self.interruptions.sampled or self.interruptions.tables:
             self.evaluate()
             if self.interruptions.at(t, self._read):
@@ -450,7 +455,7 @@ class Integration:
             record=Record([output], len(times), batch=False),
             given=None,
             regularization=self.regularization,
-            dependencies=self._dependencies(output[:, :n, 0]),
+            dependencies=open_along(self.system, output[:, :n, 0]) if self.regularization else None,
             notes=as_reported(self.start).notes if self.start.analysis == "close_loops" else (),
             status=status,
             stats=stats,
@@ -471,21 +476,6 @@ class Integration:
     def _between(self) -> Mapping[str, OneSidedForce] | None:
         """Forces of contacts and ropes between the instants that are kept."""
         return None
-
-    def _dependencies(self, q: Array) -> dict[str, list[bool]] | None:
-        """What redundant rows leave open, at the one of some positions (instants, coordinates) at
-        which they are fewest: a singular position has more of them.
-        """
-        if not self.regularization or too_large(self.system) or not len(q):
-            return None
-        work, reports = self.system.work(), []
-        for k in {0, len(q) // 2, len(q) - 1}:
-            work.q[: q.shape[1], 0] = q[k]
-            G = dense(self.system, work)[1]
-            if np.isfinite(G).all():
-                reports.append(rank_of(G))
-        best = min(reports, key=lambda report: report.redundant, default=None)
-        return open_reactions(self.system, best)
 
 
 def _limited(count: int) -> tuple[str, ...]:

@@ -16,6 +16,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from mbody.analysis.dynamics.rate_jumps import jump_times
 from mbody.errors import ModelError, SolveError, brief
 from mbody.kernels.layout import Layout, Work, integers
 from mbody.laws import Table
@@ -41,6 +42,8 @@ Reader = Callable[[Controller, bool], "list[float]"]
 MOST_SAMPLES = 1e8
 #: Times nearer to each other than this part of the sample time are one.
 SAME = 1e-9
+#: Steps end so many units in the last place before rates of drivers jump: t + h is rounded by one.
+ULPS = 4
 
 
 @dataclass
@@ -131,6 +134,8 @@ class Interruptions:
         by_controllers = {name for one in machine.controllers for name in one.sets}
         self.first, self.known = first, until if until < math.inf else first
         self.corners = _corners(system, first, self.known)
+        #: Those at which rates of drivers may jump: steps end just before them.
+        self.jumps = jump_times(system, first, self.known)
         self.tables = {
             one.name: one.value
             for one in machine.inputs
@@ -149,17 +154,31 @@ class Interruptions:
     @property
     def any(self) -> bool:
         """Whether there are any."""
-        return bool(self.sampled or self.corners.size or self.tables)
+        return bool(self.sampled or self.corners.size or self.jumps.size or self.tables)
 
     def look_until(self, until: float) -> None:
         """Find the corners of laws up to there, where they are not known yet."""
         if until > self.known:
             self.known = until
             self.corners = _corners(self.system, self.first, until)
+            self.jumps = jump_times(self.system, self.first, until)
+
+    def jump_after(self, t: float) -> float | None:
+        """The time at which rates of drivers may jump, where t is the last one before it."""
+        place = int(np.searchsorted(self.jumps, t, side="right"))
+        if place == self.jumps.size or t < self._just_before(self.jumps[place]):
+            return None
+        return float(self.jumps[place])
+
+    def _just_before(self, jump: float) -> float:
+        """Where the step before a jump ends: no rounding of t + h meets it from there."""
+        return float(jump - ULPS * np.spacing(max(abs(jump), abs(self.first))))
 
     def due(self, t: float) -> bool:
         """Whether t is a set time, at which nothing was done yet, or a corner."""
         if any(one.next() <= t + SAME * one.controller.every for one in self.sampled):
+            return True
+        if self.jump_after(t) is not None:
             return True
         place = int(np.searchsorted(self.corners, t))
         return place < self.corners.size and bool(self.corners[place] == t)
@@ -168,6 +187,9 @@ class Interruptions:
         """The first set time after t; infinite where there is none."""
         place = int(np.searchsorted(self.corners, t, side="right"))
         found = float(self.corners[place]) if place < self.corners.size else math.inf
+        place = int(np.searchsorted(self.jumps, t, side="right"))
+        if place < self.jumps.size:
+            found = min(found, self._just_before(self.jumps[place]))
         for one in self.sampled:
             found = min(found, one.next())
         return found

@@ -35,10 +35,10 @@ class JumpIntegration(EventIntegration):
 
     def _interrupt(self, t: float) -> None:
         super()._interrupt(t)
-        if self.guards:  # the first modes follow later
+        if self.guards and not self.ending:  # the first modes follow later
             self.ending = self.settle_jump()
 
     def _step(self) -> tuple[int, str]:
         if self.target <= (t := float(self.state[TIME])) < self.until:
-            self._interrupt(t)
+            self._pass_set_time(t)
         return (MORE, self.ending) if self.ending else super()._step()

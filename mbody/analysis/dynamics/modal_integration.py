@@ -73,6 +73,8 @@ class ModalIntegration(JumpIntegration):
         #: Open touches that have left their edge over its end.
         self.beyond: set[int] = set()
         self.changed_at, self.changes = -np.inf, 0
+        #: Whether rates of drivers have jumped.
+        self.jerked = False
         self.closing = Closing()
         self.kept_modes: list[dict[str, str]] = []
         self.contact_notes: list[str] = []
