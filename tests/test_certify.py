@@ -80,6 +80,24 @@ def test_what_a_dead_centre_makes_of_rounding_is_no_doubt(near):
     assert run.status == "completed"
 
 
+@pytest.mark.parametrize("free", [7e-3, 0.3, 1.0, 2.0])
+def test_at_rest_without_loads_rounding_is_no_doubt(free):
+    """On a spring of its free length all forces are what rounding of the place makes of them."""
+    machine = mbody.Mechanism("block on a spring", ground={"O": (0.0, 0.0)})
+    machine.add(
+        mbody.Body("block", mass=1.7, points={"P": (0.0, 0.0)}, guess=(free, 0.0, 0.0)),
+        mbody.Prismatic("rail", "ground", "block"),
+        mbody.Spring("spring", "ground.O", "block.P", stiffness=100.0, free_length=free),
+    )
+    found = mbody.equilibrium(machine)
+    assert len(found) == 2
+    for place in found:
+        assert place.solution.status == mbody.modes(machine, at=place).status == "completed"
+        # a place that is wrong by more than rounding: the force is out of balance as a whole
+        off = bent(place.solution, 0, 1e-11 * free, at=0)
+        assert "1 of the forces are out of balance" in off.status
+
+
 @pytest.mark.parametrize(
     ("row", "by", "words"),
     [

@@ -15,6 +15,7 @@ import numpy as np
 
 from mbody.kernels.constraints import KINDS
 from mbody.kernels.output import PER_PRIMITIVE
+from mbody.solution.checks import rounded_places
 from mbody.solution.doubts import Doubt, status_of
 from mbody.solution.result import Result
 from mbody.system.system import System
@@ -150,7 +151,11 @@ def _limits(
     unknown = 0.0 if reported else np.nan
     part = np.where(known, left / (top or 1.0), unknown)
     carried = np.where(known, _carried(system, pages) / (top or 1.0), 0.0)
-    yield "{} of the forces are out of balance", part, LEFT + ROUNDED * carried**2
+    limit = LEFT + ROUNDED * carried**2
+    if (part > limit).any():
+        # at rest on springs of their free lengths all forces are rounding of places
+        limit = np.maximum(limit, rounded_places(solution, design) / (top or 1.0))
+    yield "{} of the forces are out of balance", part, limit
     # a joint of the user that moves by itself gives power of which nothing is known
     own = (system.layout.primitive_kind == KINDS.index("user")).any()
     if not own and flowing > STILL * top * system.length * _pace(system, top):

@@ -12,7 +12,7 @@ from mbody.kernels.layout import Work
 from mbody.kernels.load_breakdown import NO_FRICTION, each_load
 from mbody.kernels.load_breakdown import breakdown as kernel
 from mbody.kernels.output import PER_PRIMITIVE
-from mbody.kernels.residuals import RESIDUALS, Finished, residuals_of
+from mbody.kernels.residuals import LEFT, RESIDUALS, Finished, residuals_of
 from mbody.model.element import listed
 from mbody.solution.contact_forces import contact_wrench
 from mbody.solution.histories import Checks, Reaction
@@ -28,8 +28,13 @@ __all__ = [
     "each_load_of",
     "loaded",
     "residuals",
+    "rounded_places",
     "whole_instant",
 ]
+
+#: Places are rounded by this part of 1 + the greatest coordinate, in model lengths and radians:
+#: some tens of units in the last place, as Newton's last step leaves them.
+ROUNDING = 1e-14
 
 
 def residuals(solution: Result) -> np.ndarray:
@@ -40,18 +45,40 @@ def residuals(solution: Result) -> np.ndarray:
     return np.array([_audited(solution, design) for design in designs])
 
 
-def _audited(solution: Result, design: int) -> np.ndarray:
-    """The residuals of one design; a released driver constrains nothing from then on."""
+def rounded_places(solution: Result, design: int) -> np.ndarray:
+    """By how much the forces that are left over change where the places that were found are
+    rounded in another way: (instants,) of one design.
+    """
+    if solution.stepped is not None:
+        return np.zeros(len(solution.t))
+    system = solution.system
+    n = system.coordinates
+    reach = 1.0 + system.extent(_motion(solution, design))[:, None]
+    left = solution.residuals[design, :, LEFT]
+    # bodies that move alike strain nothing: each coordinate by another part
+    parts = (np.cos(np.arange(n)), np.sin(1.0 + np.arange(n)))
+    moved = [
+        _audited(solution, design, ROUNDING * reach * system.coordinate_units * part)[:, LEFT]
+        for part in parts
+    ]
+    found: np.ndarray = np.abs(np.array(moved) - left).max(axis=0)
+    return found
+
+
+def _audited(solution: Result, design: int, moved: np.ndarray | None = None) -> np.ndarray:
+    """The residuals of one design, where `moved` is added to its coordinates; a released driver
+    constrains nothing from then on.
+    """
     drivers, t = solution.system.mechanism.drivers, solution.t
     times = [solution.released.get(driver.name, np.inf) for driver in drivers]
     ends = sorted({time for time in times if time <= t.max(initial=-np.inf)})
     if not ends:
-        return _audit(solution, design)[0]
+        return _audit(solution, design, moved=moved)[0]
     parts, first = np.empty((len(t), RESIDUALS)), 0
     for last, until in zip([*np.searchsorted(t, ends), len(t)], [None, *ends], strict=True):
         gone = () if until is None else np.flatnonzero(np.array(times) <= until)
         if last > first:
-            parts[first:last] = _audit(solution, design, slice(first, last), gone)[0]
+            parts[first:last] = _audit(solution, design, slice(first, last), gone, moved)[0]
         first = last
     return parts
 
@@ -140,10 +167,15 @@ def each_load_of(solution: Result, instant: int) -> np.ndarray:
 
 
 def _audit(
-    solution: Result, design: int, instants: slice = slice(None), gone: Any = ()
+    solution: Result,
+    design: int,
+    instants: slice = slice(None),
+    gone: Any = (),
+    moved: np.ndarray | None = None,
 ) -> tuple[np.ndarray, Work]:
     """(instants, RESIDUALS), see `mbody.kernels.residuals`, and the workspace as the last instant
-    left it; `gone`: numbers of drivers whose rows are not looked at.
+    left it; `gone`: numbers of drivers whose rows are not looked at; `moved`: what is added to the
+    coordinates of all instants.
     """
     system, t = solution.system, np.array(solution.t[instants])
     first = 3 * system.coordinates
@@ -155,12 +187,16 @@ def _audit(
     given = np.zeros((len(t), max(1, len(driven)), 3))
     if solution.given is not None:
         given = np.array(solution.given[instants])
+    motion = _motion(solution, design)
+    if moved is not None:
+        motion = motion.copy()
+        motion[:, : system.coordinates] += moved
     output, work = np.empty((len(t), RESIDUALS)), system.work(designs=design)
     work.regularization_weight[2 * system.layout.driver_node[np.asarray(gone, dtype=np.int64)]] = (
         0.0
     )
     found = Finished(
-        motion=_motion(solution, design)[instants],
+        motion=motion[instants],
         t=t,
         lam=lam,
         driven=np.array(driven, dtype=np.int64),
