@@ -330,8 +330,23 @@ class ComplexFriction:
 
     # -- the solution ----------------------------------------------------------------------------
 
-    def solve(self) -> tuple[Array, dict[str, Array]]:
-        """Multipliers, and (Fx, Fy, T) of friction by joint, on body j at the joint's place."""
+    def solve(self, real: tuple[Array, Array] | None = None) -> dict[str, Any]:
+        """Multipliers, friction by joint as (Fx, Fy, T) on body j at the joint's place, and the
+        real unknowns with their slope: those are the same whatever number has the complex step,
+        and taken from `real` where it is given.
+        """
+        z, slope = self._newton() if real is None else real
+        real, z = (z, slope), z.astype(complex)
+        for _ in range(2):
+            z = z - np.linalg.solve(slope.astype(complex), self.residual(z))
+        lam, rest, friction = z[: len(self.g)], list(z[len(self.g) :]), {}
+        for joint, count in zip(self.joints, self.count, strict=True):
+            own, rest = rest[:count], rest[count:]
+            friction[joint.name] = np.array(self._contact(joint, lam, own)[0], complex)
+        return {"multipliers": lam, "friction": friction, "real": real}
+
+    def _newton(self) -> tuple[Array, Array]:
+        """The real unknowns and the slope of the residual there."""
         lam = np.linalg.solve(self.g.T, self.right)
         # a place of contact begins with what presses there without friction
         rest: list[Any] = []
@@ -351,13 +366,7 @@ class ComplexFriction:
             z = z - step
             if np.abs(step).max() <= 1e-13 * np.abs(z).max():
                 break
-        for _ in range(2):
-            z = z - np.linalg.solve(slope.astype(complex), self.residual(z))
-        rest, friction = list(z[len(lam) :]), {}
-        for joint, count in zip(self.joints, self.count, strict=True):
-            own, rest = rest[:count], rest[count:]
-            friction[joint.name] = np.array(self._contact(joint, z[: len(lam)], own)[0], complex)
-        return z[: len(lam)], friction
+        return z.real, slope
 
 
 def _least(a: Any, b: Any) -> Any:

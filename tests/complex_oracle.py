@@ -28,7 +28,7 @@ from mbody.model.joints import (
 from tests.complex_friction import GIVEN, ComplexFriction, rubs
 from tests.complex_loads import applied
 from tests.complex_reading import STEP, ComplexReading, remainder
-from tests.taylor import Taylor, cos, direction, lines, sin, sqrt
+from tests.taylor import Taylor, circle, cos, direction, lines, sin, sqrt
 
 __all__ = ["ComplexOracle", "Unwritten"]
 
@@ -76,7 +76,7 @@ class ComplexOracle:
         if body == "ground":
             return sx, sy
         x, y, angle = self.pose(q, body)
-        c, s = cos(angle), sin(angle)
+        c, s = circle(angle)
         return x + c * sx - s * sy, y + s * sx + c * sy
 
     def heading(self, q: Any, element: Any, field: str) -> Any:
@@ -116,8 +116,9 @@ class ComplexOracle:
             return [dx, dy]
         if isinstance(e, Fixed):
             return [dx, dy, turn]
-        along = cos(axis) * dx + sin(axis) * dy
-        across = cos(axis) * dy - sin(axis) * dx
+        c, s = circle(axis)
+        along = c * dx + s * dy
+        across = c * dy - s * dx
         if isinstance(e, Prismatic):
             return [across, turn]
         if isinstance(e, PinSlot):
@@ -208,11 +209,16 @@ class ComplexOracle:
 
     # -- the instant -------------------------------------------------------------------------
 
-    def solve(self, q: Any, at_rest: bool = False) -> dict[str, Any]:
-        """Position, velocity, acceleration, multipliers and reactions from a closed position."""
+    def solve(self, q: Any, at_rest: bool = False, real: Any = None) -> dict[str, Any]:
+        """Position, velocity, acceleration, multipliers and reactions from a closed position.
+
+        Where joints rub, "real" of the result, as of `ComplexFriction.solve`, serves the oracles of
+        other numbers at the same instant.
+        """
         n3 = 3 * self.n
         q, v = np.array(q, complex), np.zeros(n3, complex)
-        for _ in range(3):
+        # one step brings the complex step, as far as the position is closed; another closes it
+        for _ in range(2):
             phi, g, _, _ = self._linear(q, v)
             q = q - _solved(g, phi)
         _, g, nu, _ = self._linear(q, v)
@@ -224,9 +230,10 @@ class ComplexOracle:
         masses = [self.p.mass(body) for body in self.mechanism.bodies]
         m = np.array([x for mass, inertia in masses for x in (mass, mass, inertia)], complex)
         right = applied(self, q, v) - m * a
-        friction = {}
+        friction: dict[str, Any] = {}
         if any(rubs(joint) for joint in self.mechanism.joints):
-            lam, friction = ComplexFriction(self, q, v, g, right).solve()
+            found = ComplexFriction(self, q, v, g, right).solve(real)
+            lam, friction, real = (found[key] for key in ("multipliers", "friction", "real"))
         else:
             lam = _least(g, right)
         return {
@@ -234,6 +241,7 @@ class ComplexOracle:
             "v": v,
             "a": a,
             "g": g,
+            "real": real,
             "reactions": self._reactions(q, lam, friction),
             "efforts": {d.name: -lam[self.rows[d.name]][0] for d in self.mechanism.drivers},
         }

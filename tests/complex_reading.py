@@ -42,6 +42,7 @@ class ComplexReading:
         if by in self.values:  # else a number of the first state alone
             self.values[by] = complex(self.values[by], STEP)
         self.polar = {name.removesuffix(".r") for name in self.values if name.endswith(".r")}
+        self.arms: dict[tuple[str, str], tuple[Any, Any]] = {}
         if by in self.mechanism.parameters:
             self._follow()
 
@@ -80,6 +81,12 @@ class ComplexReading:
 
     def arm(self, element: Any, field: str) -> tuple[Any, Any]:
         """From the mass centre to a marker, link axes."""
+        key = element.name, field
+        if key not in self.arms:
+            self.arms[key] = self._arm(element, field)
+        return self.arms[key]
+
+    def _arm(self, element: Any, field: str) -> tuple[Any, Any]:
         marker = element.places()[field]
         name = f"{marker.body}.{marker.point}"
         if not isinstance(marker.point, str):

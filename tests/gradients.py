@@ -74,9 +74,11 @@ def compared(
     names: Sequence[str] | None = None,
     step: int = 1,
     shared: bool = True,
+    in_turn: bool = False,
 ) -> Compared:
     """All instants of one analysis by the named numbers, by default every `step`th of all; with
-    the forces that redundant rows share, or without.
+    the forces that redundant rows share, or without; `in_turn`: each number at one of the instants,
+    the next number at the next instant.
 
     Raises
     ------
@@ -96,12 +98,17 @@ def compared(
     for kind, (slopes, _) in ours.items():
         sizes = np.array([_size(system, name) for name in names])
         greatest[kind] = float((np.abs(slopes).max(axis=(0, 1)) * sizes).max(initial=0.0))
+    real: dict[int, Any] = {}
     for k, name in enumerate(names):
         if name in instants.unclosed:
             continue
         for instant, time in enumerate(run.t):
+            if in_turn and instant != k % len(run.t):
+                continue
             q = run.record.table(slice(0, system.coordinates))[instant]
-            truth = ComplexOracle(system, name, float(time)).solve(q, analysis == "statics")
+            oracle = ComplexOracle(system, name, float(time))
+            truth = oracle.solve(q, analysis == "statics", real.get(instant))
+            real[instant] = truth["real"]
             condition = _condition(system, truth["g"])
             found.condition = max(found.condition, condition)
             soft = 1.0 / run.regularization if run.regularization else 0.0

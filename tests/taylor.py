@@ -17,14 +17,24 @@ def lifted(x: Any, f: float, slope: float) -> complex:
 
 def sin(x: Any) -> Any:
     if isinstance(x, Taylor):
-        return x.through(sin(x.f), cos(x.f), -sin(x.f))
+        return circle(x)[1]
     return lifted(x, math.sin(complex(x).real), math.cos(complex(x).real))
 
 
 def cos(x: Any) -> Any:
     if isinstance(x, Taylor):
-        return x.through(cos(x.f), -sin(x.f), -cos(x.f))
+        return circle(x)[0]
     return lifted(x, math.cos(complex(x).real), -math.sin(complex(x).real))
+
+
+def circle(x: Any) -> tuple[Any, Any]:
+    """(cos, sin), which an angle along lines keeps: a body's angle turns all of its places."""
+    if not isinstance(x, Taylor):
+        return cos(x), sin(x)
+    if x.turned is None:
+        c, s = cos(x.f), sin(x.f)
+        x.turned = x.through(c, -s, -c), x.through(s, c, -s)
+    return x.turned
 
 
 def sqrt(x: Any) -> Any:
@@ -72,11 +82,12 @@ def direction(dx: Any, dy: Any) -> Any:
 class Taylor:
     """f, f′, f″ along every line: f a complex number, the others arrays (lines,)."""
 
-    __slots__ = ("f", "f1", "f2")
+    __slots__ = ("f", "f1", "f2", "turned")
     __array_ufunc__ = None
 
     def __init__(self, f: Any, f1: Any, f2: Any) -> None:
         self.f, self.f1, self.f2 = complex(f), f1, f2
+        self.turned: tuple[Taylor, Taylor] | None = None
 
     def through(self, f: Any, g: Any, h: Any) -> Taylor:
         """A function of self with value f, derivative g, second derivative h."""

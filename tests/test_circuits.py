@@ -91,7 +91,7 @@ def test_between_dead_centres_the_number_of_modes_is_one(seed):
     machine = slider_sixbar(seed)
     found = mbody.dead_centres(machine)
     assert found.complete
-    x, counts = scanned(machine, 120)
+    x, counts = scanned(machine, 72)
     for k in range(len(x)):
         low, high = x[k], x[(k + 1) % len(x)] + (2 * math.pi if k + 1 == len(x) else 0.0)
         between = [v for v in found for turn in (0.0, 2 * math.pi) if low < v.value + turn < high]
@@ -187,7 +187,7 @@ def test_command(capsys):
     }
 
 
-def components(machine, count=360):
+def components(machine, count=180):
     """The number of circuits by nearness alone: modes at neighbouring values of the crank are
     joined to the nearest one, and two that vanish together to each other.
     """

@@ -210,7 +210,7 @@ def sines(part, last, sense=0):
 )
 def test_no_two_crossings_pass_between_samples(method, rtol, parts):
     """x − 0.0999 of x = 0.1 sin 10 t lies above zero for 9 ms of every 628 ms."""
-    last = 8.0
+    last = 4.0
     levels = [Event(f"b.x - {0.1 * part!r} m", name=f"{part}") for part in parts]
     run = simulate(
         oscillator(), last, instants=2, rtol=rtol, atol=1e-3 * rtol, method=method, events=levels

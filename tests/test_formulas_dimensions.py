@@ -13,7 +13,7 @@ from mbody.quantities import FormulaError, Scope, Valued, read
 from mbody.quantities.units import DIMENSIONS, unit_system
 from tests.formulas import worth
 
-Q = pint.UnitRegistry().Quantity
+Q = pint.Quantity
 ROUNDED = 2.3e-16  # one rounding
 
 

@@ -314,7 +314,7 @@ def test_a_woodpecker():
     system = mbody.assemble(machine)
     start = mbody.simulate(system, 0.004, rtol=1e-13)
     how = {"until": 0.17, "start": start, "rtol": 1e-13, "instants": 3}
-    names = ["mu", "e", "bird.mass", "spring.stiffness", "gravity.y", "sleeve.mass"]
+    names = ["mu", "e", "bird.mass", "spring.stiffness"]
     measures = ["last(sleeve.y)", "last(bird.angle)", "last(bird.omega)"]
     g = mbody.gradient(system, measures, names, analysis="simulate", **how)
     kinds = {one.name for one in g.events}

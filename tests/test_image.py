@@ -15,6 +15,7 @@ from mbody.core import selection
 from mbody.core.sources import source_hash
 from mbody.errors import ModelError, SolveError
 from mbody.image.model_image import to_image
+from tests.gallery_tables import tables
 
 pytestmark = pytest.mark.skipif(
     selection.chosen().name != "native", reason="an image runs on machine code"
@@ -32,7 +33,7 @@ REFUSED += ("geneva_drive", "stick_slip", "woodpecker")
 MODELS = tuple(name for name in gallery.names() if name not in REFUSED)
 #: Over a whole turn it jams: mbody has no forces there, an image does not look at that.
 JAMS = ("toggle_press",)
-DRIVEN = tuple(name for name in MODELS if gallery.load(name).drivers and name not in JAMS)
+DRIVEN = tuple(name for name in MODELS if "drivers" in tables(name) and name not in JAMS)
 FREE = ("norton_fourbar", "free_fourbar", "double_pendulum", "andrews_squeezer")
 
 every = pytest.mark.parametrize("name", MODELS)

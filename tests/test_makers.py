@@ -9,7 +9,7 @@ import mbody
 from mbody import Body, Mechanism, ModelError
 from mbody.makers import bar, four_bar, slider_crank
 
-Q = pint.UnitRegistry().Quantity
+Q = pint.Quantity
 
 
 def alike(one: Mechanism, other: Mechanism) -> None:

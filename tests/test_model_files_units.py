@@ -20,6 +20,7 @@ from mbody.files.model import in_units
 from mbody.model.numbers import number_in
 from mbody.model.study import Instants
 from mbody.quantities.units import unit_system
+from tests.gallery_tables import tables
 from tests.linkages import random_linkage, times_within
 from tests.model_files import says_in_file
 
@@ -70,7 +71,7 @@ def at_its_instants(machine):
     )
 
 
-@pytest.mark.parametrize("name", [n for n in gallery.names() if gallery.load(n).ask])
+@pytest.mark.parametrize("name", [n for n in gallery.names() if "ask" in tables(n)])
 def test_the_gallery_in_other_units(name):
     machine = gallery.load(name)
     run = at_its_instants(machine)

@@ -37,7 +37,7 @@ from tests.test_errors import says
 
 pytestmark = pytest.mark.processor
 
-PINT = pint.UnitRegistry(non_int_type=Fraction)
+PINT = pint.LazyRegistry(kwargs={"non_int_type": Fraction})
 ROUNDED = 2.3e-16  # one rounding of a double, half a unit of its last digit
 
 # how pint says what it does not read as we do

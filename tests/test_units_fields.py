@@ -35,7 +35,7 @@ from mbody.quantities.units import DIMENSIONS, name_of, of_quantity, unit_system
 from tests.test_errors import EXAMPLES, fields, is_number, make, says
 
 pytestmark = pytest.mark.processor
-Q = pint.UnitRegistry().Quantity
+Q = pint.Quantity
 ROUNDED = 2.3e-16  # one rounding of a double, half a unit of its last digit
 
 

@@ -43,10 +43,10 @@ def _name(call):
 
 def makes_error(node):
     """Whether a node is the call that makes an error or a warning."""
-    return isinstance(node, ast.Call) and (
-        _name(node) in CONSTRUCTORS
-        or (_name(node) == "warn" and ast.unparse(node.func) == "warnings.warn")
-    )
+    if not isinstance(node, ast.Call):
+        return False
+    name = _name(node)
+    return name in CONSTRUCTORS or (name == "warn" and ast.unparse(node.func) == "warnings.warn")
 
 
 @functools.cache
@@ -58,6 +58,7 @@ def sources():
     ]
 
 
+@functools.cache
 def sites():
     """All calls that make an error."""
     return [
@@ -68,22 +69,26 @@ def sites():
     ]
 
 
+@functools.cache
 def pieces():
     """(file, line, text) of every piece of a sentence: the literal texts of two words and more in
     functions that make errors or sentences.
     """
+    found = []
     for file, tree in sources():
         for function in ast.walk(tree):
             if not isinstance(function, ast.FunctionDef):
                 continue
+            nodes = list(ast.walk(function))
             listed = function.name in MAKERS.get(file, ())
-            if not listed and not any(makes_error(node) for node in ast.walk(function)):
+            if not listed and not any(map(makes_error, nodes)):
                 continue
             own = ast.get_docstring(function, clean=False)
-            for node in ast.walk(function):
+            for node in nodes:
                 if not (isinstance(node, ast.Constant) and isinstance(node.value, str)):
                     continue
                 if node.value == own or " " not in node.value.strip():
                     continue
                 if len(re.findall("[A-Za-z']{2,}", node.value)) > 1:
-                    yield file, node.lineno, node.value
+                    found.append((file, node.lineno, node.value))
+    return found

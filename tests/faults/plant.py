@@ -14,6 +14,7 @@ import tempfile
 from pathlib import Path
 
 from tests.faults.catalogue import Fault
+from tests.faults.models import MODELS
 
 __all__ = ["seen_by", "verdicts"]
 
@@ -24,10 +25,14 @@ import json, sys
 import mbody
 from tests.faults.models import MODELS
 
-made = MODELS[sys.argv[1]]()
-run = mbody.kinetostatics(made, t=0.05)
-second = mbody.crosscheck(made, sys.argv[2], ours=run)
-print(json.dumps({name: one.agrees for name, one in second.opinions.items()}))
+engine, *models = sys.argv[1:]
+found = {}
+for model in models:
+    made = MODELS[model]()
+    run = mbody.kinetostatics(made, t=0.05)
+    opinions = mbody.crosscheck(made, engine, ours=run).opinions
+    found[model] = {name: one.agrees for name, one in opinions.items()}
+print(json.dumps(found))
 """
 
 
@@ -51,7 +56,8 @@ def seen_by(fault: Fault) -> list[str]:
     Path(importlib.util.cache_from_source(str(file))).unlink(missing_ok=True)
     try:
         file.write_text(text.replace(fault.right, fault.wrong), "utf-8")
-        return [name for name, agrees in _asked(copy, fault.model).items() if not agrees]
+        found = _asked(copy, fault.model)[fault.model]
+        return [name for name, agrees in found.items() if not agrees]
     finally:
         file.write_text(text, "utf-8")
 
@@ -69,17 +75,17 @@ def _copy() -> Path:
 
 
 @functools.cache
-def verdicts(model: str) -> dict[str, bool]:
-    """Which engines agree on a mechanism with nothing planted."""
-    return _asked(ROOT, model)
+def verdicts() -> dict[str, dict[str, bool]]:
+    """Which engines agree on every mechanism with nothing planted: one process asks for all."""
+    return _asked(ROOT, *MODELS)
 
 
-def _asked(root: Path, model: str) -> dict[str, bool]:
+def _asked(root: Path, *models: str) -> dict[str, dict[str, bool]]:
     # plain Python: nothing is compiled, and no cache is touched
     settings = os.environ | {"MBODY_CORE": "plain", "PYTHONPATH": str(root), "MBODY_QUIET": "1"}
     settings |= {"PYTHONDONTWRITEBYTECODE": "1"}
     done = subprocess.run(
-        [sys.executable, "-c", ASK, model, "pinocchio"],
+        [sys.executable, "-c", ASK, "pinocchio", *models],
         cwd=root,
         env=settings,
         capture_output=True,
@@ -89,5 +95,5 @@ def _asked(root: Path, model: str) -> dict[str, bool]:
     )
     if done.returncode:
         raise ValueError(done.stderr[-600:])
-    found: dict[str, bool] = json.loads(done.stdout)
+    found: dict[str, dict[str, bool]] = json.loads(done.stdout)
     return found

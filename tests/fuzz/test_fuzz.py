@@ -35,8 +35,8 @@ def test_texts(case):
 
 def test_plain_mutations(tmp_path):
     report = plain.Report(tmp_path)
-    plain.fuzz(3000, 0, report, list(KINDS))
-    assert report.inputs.total() == 3000 and report.inputs.keys() == KINDS.keys()
+    plain.fuzz(1500, 0, report, list(KINDS))
+    assert report.inputs.total() == 1500 and report.inputs.keys() == KINDS.keys()
     assert all(0 < report.right[kind] < report.inputs[kind] for kind in KINDS), report
     assert not report.failures, report
 
@@ -47,7 +47,7 @@ def test_what_is_kept_in_files(tmp_path):
     from tests.fuzz import kept
 
     report = plain.Report(tmp_path)
-    kept.fuzz(200, 0, report, list(KEPT))
+    kept.fuzz(120, 0, report, list(KEPT))
     assert not report.failures, report
     assert all(10 < report.inputs[kind] > report.right[kind] for kind in KEPT), report
     # what somebody sealed anew may be whole, and most folders mend themselves
