@@ -318,3 +318,14 @@ def test_samples_are_added_where_a_cubic_reaches_beyond_zero():
             truth = (np.diff(np.sign(f(fine) - low)) != 0.0).sum()
             assert len(sign_changes(times, values)) == truth
             assert len(times) < len(t) + 60
+
+
+def test_a_part_of_a_motion_has_the_events_of_that_part():
+    """Also one that is followed again: events after its last instant are not among its own."""
+    run = simulate(gallery.load("bouncing_ball"))
+    assert len(run.take(np.arange(len(run))).events) == len(run.events) > 100
+    fall = math.sqrt(2.0 / 9.81)  # of 1 m
+    assert run.at([0.1, 0.9 * fall]).events == ()
+    assert [event.name for event in run.at([0.1, 1.1 * fall]).events] == ["impact"]
+    k = int(np.searchsorted(run.t, 1.1 * fall))
+    assert len(run.take(np.arange(k + 1)).events) == sum(e.t <= run.t[k] for e in run.events)

@@ -109,8 +109,8 @@ class Solution(FrictionResults):
         object.__setattr__(self, "given", locked(self.given))
 
     def take(self, instants: Sequence[int] | np.ndarray[Any, Any]) -> Solution:
-        """Only some of the instants, by their numbers, in that order; doubts that begin after the
-        last of them are left out.
+        """Only some of the instants, by their numbers, in that order; doubts that begin, and events
+        that happen, after the last of them are left out.
         """
         one_design(self, "instants are of one design")
         index = np.asarray(instants, dtype=np.int64)
@@ -128,6 +128,7 @@ class Solution(FrictionResults):
             energy=None if self.energy is None else self.energy.take(index),
             modes={name: [row[k] for k in index] for name, row in self.modes.items()},
             stepped=None if self.stepped is None else self.stepped.take(index),
+            events=tuple(one for one in self.events if one.t <= last),
             restart=None,
         )
 
