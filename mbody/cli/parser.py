@@ -166,7 +166,8 @@ def parser() -> argparse.ArgumentParser:
     run.add_argument(
         "--method",
         metavar="NAME",
-        help="dop853 (default), dopri5, radau5 (stiff), generalized-alpha, rattle, rattle4",
+        help="dop853 (default), dopri5, radau5 (stiff), generalized-alpha, rattle, rattle4, "
+        "moreau (many contacts)",
     )
     run.add_argument("--step", metavar="H", help="length of the steps of methods that have one")
     run.add_argument("--instants", metavar="N", help="how many instants are kept (201)")

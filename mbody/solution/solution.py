@@ -109,9 +109,7 @@ class Solution(FrictionResults):
         object.__setattr__(self, "given", locked(self.given))
 
     def take(self, instants: Sequence[int] | np.ndarray[Any, Any]) -> Solution:
-        """Only some of the instants, by their numbers, in that order; doubts that begin, and events
-        that happen, after the last of them are left out.
-        """
+        """Some of the instants, by their numbers, in that order, without later doubts and events."""
         one_design(self, "instants are of one design")
         index = np.asarray(instants, dtype=np.int64)
         rows, report = self.record.table(slice(None))[index], as_reported(self)
