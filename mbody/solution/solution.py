@@ -109,7 +109,7 @@ class Solution(FrictionResults):
         object.__setattr__(self, "given", locked(self.given))
 
     def take(self, instants: Sequence[int] | np.ndarray[Any, Any]) -> Solution:
-        """Some of the instants, by their numbers, in that order, without later doubts and events."""
+        """Some of the instants, by number, in that order, without later doubts and events."""
         one_design(self, "instants are of one design")
         index = np.asarray(instants, dtype=np.int64)
         rows, report = self.record.table(slice(None))[index], as_reported(self)
