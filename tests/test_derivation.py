@@ -403,3 +403,15 @@ def test_refusals():
         run.derivation("word")
     with pytest.raises(ModelError, match="there is no instant 7"):
         derivation(run, 7)
+
+
+def test_the_friction_of_a_pin_and_a_motor_between_the_same_links_are_told_apart():
+    """Both are torques of the ground on the crank: each has a symbol and a value of its own."""
+    run = mbody.kinetostatics(mbody.gallery.load("toggle_press"))
+    found = derivation(run)
+    crank = next(link for link in found.links if link.body == "upper")
+    torques = {s.text: s.value for row in crank.equations for s in row.symbols if s.letter == "T"}
+    assert torques["T12"] == pytest.approx(float(run.effort("knee")[0]), rel=1e-12)
+    assert torques["T12O"] == pytest.approx(float(run.reaction("O").torque[0]), rel=1e-12)
+    text = str(found)
+    assert "on upper by O, torque" in text and "on upper by knee, torque" in text

@@ -147,6 +147,15 @@ def test_the_command(capsys):
     assert "did you mean 'spring'" in capsys.readouterr().err
 
 
+def test_what_is_said_of_several_fields_is_said_once():
+    for reference in (one(*pair) for pair in KINDS):
+        text = " ".join(str(reference).split())
+        for field in reference.fields:
+            meaning = " ".join(field.meaning.split())
+            if len(meaning) > 60:
+                assert text.count(meaning) == 1, (reference.kind, field.name)
+
+
 @pytest.mark.parametrize(("section", "kind"), KINDS)
 def test_no_field_refers_to_a_class_that_is_not_explained(section, kind):
     explained = {one.__name__ for kinds in (*SECTIONS.values(), LAWS) for one in kinds.values()}

@@ -347,3 +347,14 @@ def test_what_is_zero_but_for_rounding_at_the_beginning_is_no_crossing(stop):
     half = 2.0 * ellipk(math.sin(lean / 2.0) ** 2) / rate
     # steps of rtol 1e-11
     assert_allclose([event.t for event in run.events], [half], rtol=1e-9)
+
+
+def test_a_part_of_a_motion_has_the_events_of_that_part():
+    """Also one that is followed again: events after its last instant are not among its own."""
+    run = simulate(gallery.load("bouncing_ball"))
+    assert len(run.take(np.arange(len(run))).events) == len(run.events) > 100
+    fall = math.sqrt(2.0 / 9.81)  # of 1 m
+    assert run.at([0.1, 0.9 * fall]).events == ()
+    assert [event.name for event in run.at([0.1, 1.1 * fall]).events] == ["impact"]
+    k = int(np.searchsorted(run.t, 1.1 * fall))
+    assert len(run.take(np.arange(k + 1)).events) == sum(e.t <= run.t[k] for e in run.events)

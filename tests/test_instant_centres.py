@@ -219,3 +219,33 @@ def test_the_command(capsys):
     data = json.loads(capsys.readouterr().out)
     assert len(data["centres"]) == 6
     assert data["collinearity"] < 1e-14
+
+
+def test_many_centres_are_found_and_said_together():
+    """Of 82 links: each of the 3321 by its name and by its bodies, groups as one by one."""
+    machine = mbody.gallery.load("n_windows_40")
+    centres = instant_centres(mbody.simulate(machine, 0.01, instants=2))
+    assert len(centres) == 82 * 81 // 2
+    places = {}
+    for one in centres.pairs:
+        i, j = sorted(1 + centres.bodies.index(name) for name in one.bodies)
+        assert centres.symbol(one) == (f"I{i}{j}" if j < 10 else f"I{i},{j}")
+        assert centres[one.bodies] is one and centres[one.bodies[::-1]] is one
+        if one.kind[1] == "finite":
+            # pins are 1 m apart, and what is one point differs by rounding
+            places.setdefault((round(float(one.x[1]), 6), round(float(one.y[1]), 6)), []).append(
+                one
+            )
+    wanted = {frozenset(map(centres.symbol, g)) for g in places.values() if len(g) > 1}
+    assert {frozenset(map(centres.symbol, g)) for g in centres.coincident(1)} == wanted
+
+
+def test_symbols_that_would_cover_each_other_are_left_out(tmp_path):
+    """The centres of many links are marked; where to read their names is said."""
+    path = tmp_path / "windows.svg"
+    assert main(["draw", "n_windows_40", "--poles", "-o", str(path)]) == 0
+    text = path.read_text(encoding="utf-8")
+    assert text.count('id="pole:') > 80 and 'id="label:pole:' not in text
+    assert "too near for symbols" in text
+    assert main(["draw", "norton_fourbar", "--poles", "-o", str(path)]) == 0
+    assert 'id="label:pole:' in path.read_text(encoding="utf-8")

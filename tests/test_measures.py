@@ -13,8 +13,10 @@ from mbody import (
     ModelError,
     Spring,
     from_toml,
+    gradient,
     kinematics,
     kinetostatics,
+    statics,
     to_toml,
 )
 from mbody.engineering import close_loops
@@ -233,3 +235,16 @@ def test_measures_follow_the_parameters_of_a_file():
     short, long = (from_toml(text, parameters={"l": length}) for length in ("6 in", "12 in"))
     a, b = (kinetostatics(m, t=T).data()["measures"]["far"] for m in (short, long))
     assert_allclose(a, 2 * np.array(b), rtol=2 * ROUNDED)
+
+
+def test_at_rest_a_driver_has_no_rate_and_gives_no_power():
+    """A law may say how fast a driver begins; in statics it holds, as the bodies do."""
+    rest = statics(machine(), t=T)
+    for name in ("motor.power", "motor.rate", "motor.acceleration", "crank.omega"):
+        assert rest.measure(name).tolist() == [0.0] * len(T), name
+    assert_allclose(
+        rest.measure("motor.value"), kinetostatics(machine(), t=T).measure("motor.value")
+    )
+    assert np.abs(rest.measure("motor.effort")).max() > 1.0
+    found = gradient(machine(), ["motor.power", "motor.effort"], ["crank.A.x"], analysis="statics")
+    assert found.value["motor.power"] == 0.0 and found["motor.power"]["crank.A.x"] == 0.0

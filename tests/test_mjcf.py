@@ -300,5 +300,26 @@ def test_export_prints_or_writes(capsys, tmp_path):
     path = tmp_path / "cam.xml"
     assert cli.main(["export", "cam_follower", "--to", "mjcf", "-o", str(path)]) == 0
     told = capsys.readouterr()
-    assert told.out == "" and "'contact' is not in the file" in told.err
+    assert told.out == "" and "not in the file: 'contact'" in told.err
     assert mujoco.MjModel.from_xml_path(str(path)).nv == 2
+
+
+def test_the_file_names_what_smooth_joints_do_not_have():
+    """A ball falls through its floor in MuJoCo: that is said, as friction and limits are."""
+    said = {one.element: one.why for one in to_mjcf(gallery.load("bouncing_ball")).not_expressible}
+    assert list(said) == ["floor"]
+    made = to_mjcf(gallery.load("toggle_press"))
+    assert {one.element for one in made.not_expressible} == {"O", "K", "R", "guide"}
+    assert all(f"<!-- not in this file: {name}: its friction -->" in made.text for name in "OKR")
+    assert made.without == ()
+    stops = Revolute("O", "ground", "arm", limits=("-30 deg", "30 deg"))
+    loose = Revolute("P", "arm.P", "bob", clearance="1 mm")
+    machine = Mechanism("arm")
+    machine.add(
+        Body("arm", mass=1.0, inertia=0.1, points={"P": (0.5, 0.0)}),
+        Body("bob", mass=1.0, inertia=0.1),
+        stops,
+        loose,
+    )
+    said = {one.element: one.why for one in to_mjcf(machine).not_expressible}
+    assert said == {"O": "its limits", "P": "that it separates"}

@@ -151,3 +151,35 @@ def test_positions_that_do_not_close_are_no_numbers():
     found = many.closed(start, np.broadcast_to(frame, (2, *frame.shape)))
     assert found.good.tolist() == [True, False]
     assert np.isnan(found.q[1]).all() and np.isfinite(found.q[0]).all()
+
+
+def on_a_rail(**spring):
+    """A block on a rail through the other end of its spring, x = 0, where it begins."""
+    machine = Mechanism("rail", ground={"O": (0.0, 0.0)})
+    machine.add(
+        Body("b", mass=1.0, inertia=1.0),
+        Prismatic("guide", "ground.O", "b"),
+        Spring("s", "ground.O", "b", stiffness=100.0, **spring),
+    )
+    return machine
+
+
+def test_where_the_ends_of_a_spring_meet_no_forces_balance():
+    """At zero length a spring has no direction, and none is taken: that the rest vanishes there is
+    no position of rest, though the search meets it exactly.
+    """
+    found = mbody.equilibrium(on_a_rail(free_length=0.2))
+    places = sorted(float(one.solution["b"].x[0]) for one in found)
+    assert places == pytest.approx([-0.2, 0.2], abs=PLACE)
+    assert any("the ends of 's' meet" in note for note in found.notes)
+    with pytest.raises(SolveError, match="from both sides to"):
+        mbody.equilibrium(on_a_rail(preload=5.0))
+    (plain,) = mbody.equilibrium(on_a_rail())
+    assert plain.stability == "stable" and abs(float(plain.solution["b"].x[0])) < PLACE
+
+
+def test_where_nothing_else_is_met_the_place_is_named():
+    """Its two positions are nearer than a step of the search; from beside it both are found."""
+    machine = on_a_rail(free_length=1e-4)
+    with pytest.raises(SolveError, match=r"the ends of 's' meet.* begin beside it"):
+        mbody.equilibrium(machine)

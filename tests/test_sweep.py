@@ -438,7 +438,7 @@ def test_the_command_tells_the_same(tmp_path, capsys):
     assert told["columns"]["A.fx"] == found["A.fx"].reshape(6, 19).tolist()
     with table.open(encoding="utf-8") as file:
         head, *rows = csv.reader(file)
-    assert [float(row[head.index("A.fx[18]")]) for row in rows] == [
+    assert [float(row[head.index("A.fx[18] [lbf]")]) for row in rows] == [
         row[18] for row in told["columns"]["A.fx"]
     ]
 

@@ -11,6 +11,7 @@ from mbody.cli.equal_steps import equal_steps
 from mbody.cli.models import model_of, named_values
 from mbody.cli.option_values import whole_number
 from mbody.cli.streams import message
+from mbody.cli.table_output import check_printed
 from mbody.cli.usage import UsageError
 from mbody.errors import ModelError
 from mbody.solution.doubts import succeeded
@@ -54,10 +55,14 @@ def analyse(args: Any) -> int:
 
 
 def exit_status(result: Any, shown: bool = True) -> int:
-    """The exit status of a result; doubts go to stderr unless stdout has `shown` them."""
+    """The exit status of a result; what it says of itself goes to stderr unless stdout has `shown`
+    it.
+    """
     if not shown:
         for doubt in result.doubts:
             message(f"mbody: doubtful: {doubt.message}")
+        for note in result.notes:
+            message(f"note: {note}")
     return 0 if succeeded(result.status) else 1
 
 
@@ -104,8 +109,7 @@ def assembly_of(args: Any) -> str | int | None:
 
 def check_forms(args: Any) -> None:
     """Refuse outputs that would mix, before an analysis runs."""
-    if args.json and args.csv == "-":
-        raise UsageError("--json and --csv - print to the same place: give --csv a file")
+    check_printed(args)
     if args.npz == "-":
         raise UsageError("--npz takes a file: its arrays cannot be printed")
 

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import csv
 import json
-import sys
-from typing import IO, TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any
 
 from mbody.cli.analyse import exit_status
 from mbody.cli.models import model_of
 from mbody.cli.option_values import whole_number
 from mbody.cli.shaking import cycle_run
 from mbody.cli.streams import message
+from mbody.cli.table_output import PRINTED, check_printed, write_rows
 from mbody.cli.usage import UsageError
 from mbody.errors import ModelError
 
@@ -30,9 +29,8 @@ def cam(args: Any) -> int:
     """Print what limits a cam, and write its contour."""
     from mbody.engineering import cam_analysis
 
-    printed = args.csv in ("-", "/dev/stdout")
-    if printed and args.json:
-        raise UsageError("--json and --csv - print to the same place: give --csv a file")
+    check_printed(args)
+    printed = args.csv == PRINTED
     if args.points is not None and not args.csv:
         raise UsageError("--points goes with --csv")
     points = whole_number("--points", args.points)
@@ -45,7 +43,7 @@ def cam(args: Any) -> int:
         raise
     found = cam_analysis(run, args.joint, limit=_limit(args.limit))
     if args.csv:
-        _write(found, args.csv, printed, POINTS if points is None else points, args.angle or "rad")
+        _write(found, args.csv, POINTS if points is None else points, args.angle or "rad")
     if args.json:
         from mbody.solution.heading import heading, unit_symbols
 
@@ -89,26 +87,15 @@ def _limit(text: str | None) -> Number | None:
         raise ModelError(f"--limit: {error}") from None
 
 
-def _write(found: CamAnalysis, path: str, printed: bool, points: int, angle: str) -> None:
-    import numpy as np
-
-    from mbody.files.writing import writing
+def _write(found: CamAnalysis, path: str, points: int, angle: str) -> None:
+    from mbody.quantities.convert import degrees_of
 
     rows = found.contour(points)
     if angle == "deg":
         rows = rows.copy()
-        rows[:, 0] = np.degrees(rows[:, 0])
-    if printed:
-        _rows(found, sys.stdout, rows, angle)
-        return
-    with writing(path) as file:
-        _rows(found, file, rows, angle)
-    message(f"wrote {path}")
-
-
-def _rows(found: CamAnalysis, file: IO[str], rows: Any, angle: str) -> None:
+        rows[:, 0] = degrees_of(rows[:, 0])
     unit = found.mechanism.units.length
     names = ("x", "y", "pitch_x", "pitch_y", "radius_of_curvature")
-    writer = csv.writer(file, lineterminator="\n")
-    writer.writerow([f"psi [{angle}]", *(f"{name} [{unit}]" for name in names)])
-    writer.writerows(rows.tolist())
+    write_rows(path, [f"psi [{angle}]", *(f"{name} [{unit}]" for name in names)], rows.tolist())
+    if path != PRINTED:
+        message(f"wrote {path}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 
 __all__ = [
     "MODEL",
@@ -18,6 +19,9 @@ __all__ = [
     "add_resting",
     "add_tables",
     "add_vary",
+    "model_file",
+    "printed",
+    "table_place",
 ]
 
 MODEL = "a model file (TOML, or JSON by its ending), or the name of a gallery model"
@@ -85,9 +89,44 @@ def add_angle(command: argparse.ArgumentParser) -> None:
     )
 
 
-def add_output(command: argparse.ArgumentParser, about: str, *, required: bool = False) -> None:
-    """The file that is written; `about` says which endings there are, or what happens without."""
-    command.add_argument("-o", "--output", metavar="FILE", required=required, help=about)
+def table_place(path: str) -> str:
+    """Where a table goes: standard output by any of its names is printed to, once."""
+    return "-" if path == "/dev/stdout" else path
+
+
+def add_output(
+    command: argparse.ArgumentParser,
+    about: str,
+    *,
+    required: bool = False,
+    kind: Callable[[str], str | None] = str,
+) -> None:
+    """The file that is written; `about` says which endings there are, or what happens without.
+    `kind`: what - is, as `printed` or `model_file`.
+    """
+    command.add_argument("-o", "--output", metavar="FILE", type=kind, required=required, help=about)
+
+
+def printed(path: str) -> str | None:
+    """A file of text; standard output by any of its names is no file, and the text is printed.
+
+    >>> printed("-"), printed("a.md")
+    (None, 'a.md')
+    """
+    return None if table_place(path) == "-" else path
+
+
+def model_file(path: str) -> str:
+    """A file of a model that is written beside what is printed.
+
+    >>> model_file("design.toml")
+    'design.toml'
+    """
+    if table_place(path) == "-":
+        raise argparse.ArgumentTypeError(
+            "the model goes to a file, results are printed: give -o a name, such as design.toml"
+        )
+    return path
 
 
 def add_picture_file(command: argparse.ArgumentParser, *, required: bool = True) -> None:
@@ -128,14 +167,12 @@ def add_resting(command: argparse.ArgumentParser) -> None:
     command.add_argument("--t", metavar="TIME", help="when laws are evaluated, by default 0")
 
 
-def _place(path: str) -> str:
-    """Where a table goes: standard output by any of its names is printed to, once."""
-    return "-" if path == "/dev/stdout" else path
-
-
 def add_tables(command: argparse.ArgumentParser) -> None:
     """Files of histories."""
     command.add_argument(
-        "--csv", type=_place, metavar="FILE", help="write all histories as a table; - prints it"
+        "--csv",
+        type=table_place,
+        metavar="FILE",
+        help="write all histories as a table; - prints it",
     )
     command.add_argument("--npz", metavar="FILE", help="write all histories as NumPy arrays")

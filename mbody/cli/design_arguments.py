@@ -12,6 +12,8 @@ from mbody.cli.common_arguments import (
     add_json,
     add_model,
     add_output,
+    model_file,
+    table_place,
 )
 
 __all__ = [
@@ -70,8 +72,9 @@ def add_optimize(command: argparse.ArgumentParser) -> None:
     command.add_argument("--until", metavar="TIME", help="of simulate: the last time")
     command.add_argument("--starts", metavar="N", help="searches (8)")
     command.add_argument("--seed", metavar="N", help="of their starts (0)")
-    add_output(command, "write the best model (.toml)")
-    command.add_argument("--csv", metavar="FILE", help="write the numbers as a table")
+    add_output(command, "write the best model (.toml)", kind=model_file)
+    table = "write the numbers as a table; - prints it"
+    command.add_argument("--csv", type=table_place, metavar="FILE", help=table)
     add_json(command)
 
 
@@ -89,7 +92,7 @@ def add_balance(command: argparse.ArgumentParser) -> None:
     names = "springs of the model whose stiffnesses are found, with commas"
     command.add_argument("--springs", action="append", default=[], metavar="NAMES", help=names)
     add_instants(command)
-    add_output(command, "write the balanced model (.toml)")
+    add_output(command, "write the balanced model (.toml)", kind=model_file)
     add_json(command)
 
 

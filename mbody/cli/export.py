@@ -44,7 +44,7 @@ def _mjcf(args: Any) -> int:
         with writing(args.output) as file:
             file.write(made.text)
     for one in made.not_expressible:
-        message(f"mbody: '{one.element}' is not in the file: {one.why}")
+        message(f"mbody: not in the file: '{one.element}': {one.why}")
     for note in made.notes:
         message(f"mbody: {note}")
     if args.output is not None:

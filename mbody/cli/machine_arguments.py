@@ -11,6 +11,7 @@ from mbody.cli.common_arguments import (
     add_json,
     add_model,
     add_output,
+    table_place,
 )
 
 __all__ = ["add_bearings", "add_cam", "add_flywheel", "add_internal", "add_motor", "add_shaking"]
@@ -75,7 +76,7 @@ def add_cam(command: argparse.ArgumentParser) -> None:
     limit = "of the pressure angle, such as 30: the base radius that it needs is found"
     command.add_argument("--limit", metavar="ANGLE", help=limit)
     table = "write contour, pitch curve and radius of curvature as a table; - prints it"
-    command.add_argument("--csv", metavar="FILE", help=table)
+    command.add_argument("--csv", type=table_place, metavar="FILE", help=table)
     command.add_argument("--points", metavar="N", help="how many, both ends included (361)")
     add_instants(command)
     add_assembly(command)

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import csv
 import json
 from typing import TYPE_CHECKING, Any
 
+from mbody.cli.analyse import exit_status
 from mbody.cli.interrupts import interrupt
 from mbody.cli.models import model_of, named_values
 from mbody.cli.option_values import bounds, whole_number
 from mbody.cli.streams import message
+from mbody.cli.table_output import PRINTED, check_printed, write_rows
 from mbody.cli.usage import UsageError
 from mbody.errors import ModelError, SolveError
 from mbody.model.element import listed
@@ -33,6 +34,7 @@ def optimize(args: Any) -> int:
     from mbody.solution.doubts import Doubt, Inherited, inherited
     from mbody.solution.heading import heading, unit_symbols
 
+    check_printed(args)
     mechanism = model_of(args)
     own = _of_options(args)
     tasks = {OF_OPTIONS: own} if own else optimization_tasks(mechanism)
@@ -84,8 +86,10 @@ def optimize(args: Any) -> int:
         if stopped and not doubts:
             head["status"] = stopped
         print(json.dumps(head | {"cases": cases}, ensure_ascii=False, allow_nan=False))
-    else:
+    elif args.csv != PRINTED or not any(cases[name]["values"] for name in cases):
         print("\n\n\n".join(texts))
+    else:
+        exit_status(whole, shown=False)
     return 1 if doubts or stopped else 0
 
 
@@ -138,18 +142,16 @@ def _progress(name: str) -> Any:
 
 def _write(found: Optimum, path: str) -> None:
     """A line for each number: before, at the optimum, unit, band; or the designs of a front."""
-    from mbody.files.writing import writing
-
-    with writing(path) as file:
-        rows = csv.writer(file)
-        if found.pareto:
-            aims = found.aim.split(", ")
-            rows.writerow([*aims, *found.values])
-            rows.writerows([*one.objective, *one.values.values()] for one in found.pareto)
-        else:
-            rows.writerow(["number", "before", "optimum", "unit", "band from", "band to"])
-            for name, value in found.values.items():
-                low, high = found.band[name]
-                before = found.start_values[name]
-                rows.writerow([name, before, value, found.units[name], low, high])
-    message(f"wrote {path}")
+    if found.pareto:
+        units = [*found.aims, *((name, found.units[name]) for name in found.values)]
+        head = [f"{name} [{unit}]" if unit else name for name, unit in units]
+        rows = [[*one.objective, *one.values.values()] for one in found.pareto]
+    else:
+        head = ["number", "before", "optimum", "unit", "band from", "band to"]
+        rows = [
+            [name, found.start_values[name], value, found.units[name], *found.band[name]]
+            for name, value in found.values.items()
+        ]
+    write_rows(path, head, rows)
+    if path != PRINTED:
+        message(f"wrote {path}")

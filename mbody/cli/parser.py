@@ -24,6 +24,8 @@ from mbody.cli.common_arguments import (
     add_resting,
     add_tables,
     add_vary,
+    printed,
+    table_place,
 )
 from mbody.cli.design_arguments import (
     add_assemblies,
@@ -164,7 +166,8 @@ def parser() -> argparse.ArgumentParser:
     run.add_argument(
         "--method",
         metavar="NAME",
-        help="dop853 (default), dopri5, radau5 (stiff), generalized-alpha, rattle, rattle4",
+        help="dop853 (default), dopri5, radau5 (stiff), generalized-alpha, rattle, rattle4, "
+        "moreau (many contacts)",
     )
     run.add_argument("--step", metavar="H", help="length of the steps of methods that have one")
     run.add_argument("--instants", metavar="N", help="how many instants are kept (201)")
@@ -251,7 +254,7 @@ def parser() -> argparse.ArgumentParser:
     derive.add_argument(
         "--form", choices=("text", "markdown", "latex"), default="text", help="how it is written"
     )
-    add_output(derive, "by default it is printed")
+    add_output(derive, "by default it is printed", kind=printed)
     add_report(command("report", "the engineer's document, for screen and paper", "report.report"))
     cross = command(
         "crosscheck",
@@ -280,7 +283,7 @@ def parser() -> argparse.ArgumentParser:
     drawn.add_argument("--count", metavar="N", default="1", help="how many exercises (1)")
     drawn.add_argument("--seed", metavar="S", default="0", help="the same seed, the same sheet (0)")
     drawn.add_argument("--key", metavar="FILE", help="write the worked solutions (Markdown)")
-    add_output(drawn, "by default the sheet is printed")
+    add_output(drawn, "by default the sheet is printed", kind=printed)
     new = command("new", "a commented model file to begin with", "new.new")
     new.add_argument(
         "kind",
@@ -354,7 +357,7 @@ def _import(command: argparse.ArgumentParser) -> None:
         metavar="SYSTEM",
         help="units of the model, such as SI; numbers of files without units are in these (mm-N-s)",
     )
-    add_output(command, "by default it is printed")
+    add_output(command, "by default it is printed", kind=printed)
 
 
 def _export(command: argparse.ArgumentParser) -> None:
@@ -370,7 +373,7 @@ def _export(command: argparse.ArgumentParser) -> None:
     command.add_argument("--width", metavar="LENGTH", help="of bars in a drawing, such as '20 mm'")
     command.add_argument("--hole", metavar="LENGTH", help="diameter of holes in a drawing")
     command.add_argument("--fmi", choices=("3.0", "2.0"), help="the version of FMI of a unit (3.0)")
-    add_output(command, "by default text is printed")
+    add_output(command, "by default text is printed", kind=printed)
     command.add_argument(
         "--instants", metavar="N", help="how many of a turn (361) and of a free motion in an image"
     )
@@ -411,6 +414,7 @@ def _sweep(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--to", metavar="FOLDER", help="keep the answers there, to be continued later"
     )
-    command.add_argument("--csv", metavar="FILE", help="write a line for each design")
+    line = "write a line for each design; - prints it"
+    command.add_argument("--csv", type=table_place, metavar="FILE", help=line)
     add_angle(command)
     add_json(command)

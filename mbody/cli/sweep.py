@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
@@ -12,6 +11,7 @@ from mbody.cli.angle_measures import measures_in_degrees
 from mbody.cli.interrupts import interrupt
 from mbody.cli.models import model_of, named_values
 from mbody.cli.streams import message
+from mbody.cli.table_output import PRINTED, check_printed, write_rows
 from mbody.cli.usage import UsageError
 from mbody.errors import ModelError
 from mbody.solution.heading import heading
@@ -27,6 +27,7 @@ def sweep(args: Any) -> int:
     """Run a sweep and print its results."""
     from mbody.sweeps import sweep as solved
 
+    check_printed(args)
     if not args.vary:
         raise UsageError("choose what differs between designs: --vary NAME=LOW:HIGH:COUNT")
     mechanism = model_of(args)
@@ -50,9 +51,9 @@ def sweep(args: Any) -> int:
         _write(found, args.csv, angle)
     if args.json:
         print(json.dumps(_data(found, angle), ensure_ascii=False, allow_nan=False))
-    else:
+    elif args.csv != PRINTED:
         print(found)
-    return exit_status(found)
+    return exit_status(found, shown=args.json or args.csv != PRINTED)
 
 
 def note_plain(mechanism: Mechanism, varied: Mapping[str, str]) -> None:
@@ -110,19 +111,16 @@ def _plain(value: Any) -> Any:
 
 
 def _write(found: Sweep, path: str, angle: str) -> None:
-    """A line for each design; of histories a column for each instant."""
-    from mbody.files.writing import writing
-
+    """A line for each design; of histories a column for each instant. Headings have units."""
+    units = {name: found.unit_of(name, angle) for name in found.samples.given_names} | found.units
     table: dict[str, Any] = {}
     for name, column in found.columns(angle).items():
+        unit = f" [{units[name]}]" if units.get(name) else ""
         if len(column) and hasattr(column[0], "__len__") and not isinstance(column[0], str):
-            table |= {
-                f"{name}[{n}]": list(part) for n, part in enumerate(zip(*column, strict=True))
-            }
+            parts = enumerate(zip(*column, strict=True))
+            table |= {f"{name}[{n}]{unit}": list(part) for n, part in parts}
         else:
-            table[name] = column if isinstance(column, list) else column.tolist()
-    with writing(path) as file:
-        rows = csv.writer(file)
-        rows.writerow(table)
-        rows.writerows(zip(*table.values(), strict=True))
-    message(f"wrote {path}: {len(found)} designs")
+            table[name + unit] = column if isinstance(column, list) else column.tolist()
+    write_rows(path, list(table), zip(*table.values(), strict=True))
+    if path != PRINTED:
+        message(f"wrote {path}: {len(found)} designs")

@@ -8,6 +8,7 @@ from mbody.cli.common_arguments import (
     add_json,
     add_model,
     add_output,
+    model_file,
 )
 
 __all__ = ["add_atlas", "add_cognates", "add_synthesize"]
@@ -29,7 +30,9 @@ def add_cognates(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--point", metavar="NAME", required=True, help="of the coupler, such as coupler.P"
     )
-    add_output(command, "where the cognates are written: cognate.toml, cognate-2.toml")
+    add_output(
+        command, "where the cognates are written: cognate.toml, cognate-2.toml", kind=model_file
+    )
     add_json(command)
 
 
@@ -83,5 +86,7 @@ def add_synthesize(command: argparse.ArgumentParser) -> None:
         ("seed", "N", "of the random designs (0)"),
     ):
         command.add_argument(f"--{name}", metavar=metavar, help=text)
-    add_output(command, "where the designs are written: design.toml, design-2.toml, …")
+    add_output(
+        command, "where the designs are written: design.toml, design-2.toml, …", kind=model_file
+    )
     command.add_argument("--json", action="store_true", help="print data instead of text")

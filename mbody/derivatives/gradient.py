@@ -294,7 +294,8 @@ def _where_there_is_one(
     k = int(needed[int(gone.argmax())])
     history = one.row.ndim == 2
     row = np.where(gone[:, None] if history else gone.any(), np.nan, one.row)
-    said = f"'{column.name}' has no derivative at t = {float(run.t[k]):.6g}: the result has no "
+    when = f"{float(run.t[k]):.6g} {run.mechanism.units.time}"
+    said = f"'{column.name}' has no derivative at t = {when}: the result has no "
     said += "forces there, or a limit, as at a change point; take other instants"
     return replace(one, row=row, notes=(said,) if single else (*one.notes, said))
 

@@ -138,9 +138,10 @@ class FreePrediction:
             system = self.system.with_values(dict(zip(self.names, design, strict=True)))
             self.run = run = simulate(system, **self.options)
             if run.t[-1] < self.options["until"]:
+                unit = run.mechanism.units.time
                 raise SolveError(
-                    f"fit: the motion is {run.status}, at t = {run.t[-1]:.6g}, data go on to "
-                    f"{self.options['until']:.6g}: leave out those that come later"
+                    f"fit: the motion is {run.status}, at t = {run.t[-1]:.6g} {unit}, data go on "
+                    f"to {self.options['until']:.6g} {unit}: leave out those that come later"
                 )
             for row, measure in zip(found, self.measures.values(), strict=True):
                 row[n] = measured(run, measure)[0][self.first :]

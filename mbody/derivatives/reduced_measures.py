@@ -127,13 +127,13 @@ def derived(
     values = np.broadcast_to(history.value, (count,))
     tangents = np.broadcast_to(history.tangents, (count, width))
     times = np.broadcast_to(value(part.t), (count,))
-    notes = _at_corners(column, found)
+    notes, second = _at_corners(column, found), whole.mechanism.units.time
     if choice.single:
         sign = -1.0 if column.by == "peak" and values[0] < 0.0 else 1.0
         row = sign * tangents[0]
         if column.by == "peak" and values[0] == 0.0:
             notes.append(_at_zero(column))
-        notes += _tied(column, values, tangents, times)
+        notes += _tied(column, values, tangents, times, second)
         return Derived(choice.value, row, choice.unit, float(times[0]), tuple(notes))
     row = tangents
     if column.by == "mean":
@@ -144,7 +144,7 @@ def derived(
         low = choice.greatest
         row = tangents[0] - tangents[low]
         for k in (slice(None, low), slice(low, None)):
-            notes += _tied(column, values[k], tangents[k], times[k])
+            notes += _tied(column, values[k], tangents[k], times[k], second)
     elif column.by == "rms":
         square = np.square(values)
         size = float(np.sqrt(mean_over(square, times)))
@@ -202,7 +202,7 @@ def _listed(found: set[str]) -> str:
 
 
 def _tied(
-    column: MeasuredColumn, values: np.ndarray, tangents: np.ndarray, times: np.ndarray
+    column: MeasuredColumn, values: np.ndarray, tangents: np.ndarray, times: np.ndarray, unit: str
 ) -> list[str]:
     """A note where other instants share the greatest value and change otherwise."""
     signs = np.where(values < 0.0, -1.0, 1.0) if column.by == "peak" else np.ones(len(values))
@@ -213,6 +213,7 @@ def _tied(
     if not len(others):
         return []
     return [
-        f"'{column.name}' is as great at t = {times[others[0]]:.6g} as at t = {times[0]:.6g}, and "
-        "changes otherwise there: it has no derivative; that at the second is given"
+        f"'{column.name}' is as great at t = {times[others[0]]:.6g} {unit} as at t = "
+        f"{times[0]:.6g} {unit}, and changes otherwise there: it has no derivative; that at the "
+        "second is given"
     ]

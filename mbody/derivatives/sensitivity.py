@@ -38,6 +38,7 @@ class Sensitivity(Inherited):
         The present values of the numbers.
     at : float or None
         Time of the instant that was taken; None where all count.
+    time_unit : str
     status, doubts, notes
         Of the result, and where there is no derivative.
     """
@@ -49,6 +50,7 @@ class Sensitivity(Inherited):
     by: dict[str, dict[str, Any]]
     numbers: dict[str, float]
     at: float | None
+    time_unit: str
 
     def data(self) -> dict[str, Any]:
         """As plain dicts: ``{"measure", "value", "unit", "by", "at"}``."""
@@ -61,7 +63,7 @@ class Sensitivity(Inherited):
         }
 
     def __str__(self) -> str:
-        where = "" if self.at is None else f" at t = {self.at:.6g}"
+        where = "" if self.at is None else f" at t = {self.at:.6g} {self.time_unit}"
         head = f"{self.measure} = {self.value:.6g} {self.unit}".rstrip() + where
         rows = list(self.by.items())
         parts = [row["relative"] for _, row in rows]
@@ -140,6 +142,7 @@ def sensitivity_of(
         by={name: rows[name] for name in order},
         numbers=numbers,
         at=found.at[measure],
+        time_unit=run.mechanism.units.time,
         **inherited(found, notes=found.notes),
     )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 from dataclasses import dataclass, field
 from typing import Any
@@ -117,10 +118,9 @@ class InstantCentres(Inherited):
     length: float = 1.0
 
     def __getitem__(self, names: tuple[str, str]) -> InstantCentre:
-        wanted = set(names) if not isinstance(names, str) else set()
-        for one in self.pairs:
-            if set(one.bodies) == wanted:
-                return one
+        found = None if isinstance(names, str) else self._by_bodies.get(frozenset(names))
+        if found is not None:
+            return found
         known = ", ".join(dict.fromkeys(f"'{name}'" for one in self.pairs for name in one.bodies))
         raise ModelError(
             f"there is no instant centre of {names!r}: give two of the bodies {known}, as in "
@@ -130,7 +130,15 @@ class InstantCentres(Inherited):
     def __len__(self) -> int:
         return len(self.pairs)
 
-    @property
+    @functools.cached_property
+    def _numbers(self) -> dict[str, int]:
+        return {name: number for number, name in enumerate(self.bodies, 1)}
+
+    @functools.cached_property
+    def _by_bodies(self) -> dict[frozenset[str], InstantCentre]:
+        return {frozenset(one.bodies): one for one in self.pairs}
+
+    @functools.cached_property
     def bodies(self) -> tuple[str, ...]:
         """All bodies in the order of their numbers: the ground is link 1."""
         names = dict.fromkeys(name for one in self.pairs for name in one.bodies)
@@ -138,22 +146,24 @@ class InstantCentres(Inherited):
 
     def symbol(self, one: InstantCentre) -> str:
         """The letter I with the numbers of both links, as in books: I13, I2,10."""
-        numbers = sorted(1 + self.bodies.index(name) for name in one.bodies)
+        numbers = sorted(self._numbers[name] for name in one.bodies)
         return "I" + ("," if numbers[-1] > 9 else "").join(map(str, numbers))
 
     def coincident(self, instant: int = 0) -> list[list[InstantCentre]]:
         """Centres that are one point at an instant, those of two at least together."""
         groups: list[list[InstantCentre]] = []
+        firsts = np.empty(len(self.pairs), dtype=complex)
         for one in self.pairs:
             if one.kind[instant] != "finite":
                 continue
             place = complex(one.x[instant], one.y[instant])
-            for group in groups:
-                other = complex(group[0].x[instant], group[0].y[instant])
-                if abs(place - other) <= ONE_POINT * max(self.length, abs(place), abs(other)):
-                    group.append(one)
-                    break
+            others = firsts[: len(groups)]
+            size = np.maximum(np.abs(others), max(self.length, abs(place)))
+            alike = np.flatnonzero(np.abs(others - place) <= ONE_POINT * size)
+            if len(alike):
+                groups[alike[0]].append(one)
             else:
+                firsts[len(groups)] = place
                 groups.append([one])
         return [group for group in groups if len(group) > 1]
 
@@ -170,7 +180,7 @@ class InstantCentres(Inherited):
         """
         found = []
         for one in self.pairs:
-            i, j = sorted(one.bodies, key=self.bodies.index, reverse=True)
+            i, j = sorted(one.bodies, key=self._numbers.__getitem__, reverse=True)
             if one.kind[instant] == "infinite":
                 towards = float(one.direction[instant])
                 across = towards + (0.5 if towards <= 0.0 else -0.5) * np.pi

@@ -7,7 +7,6 @@ by lines alone.
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -107,12 +106,15 @@ def kennedy_lines(
 
 def _crossing(lines: dict[str, np.ndarray]) -> tuple[float, tuple[str, ...]]:
     """The two lines that cross at the greatest angle, and its measure."""
-    best: tuple[float, tuple[str, ...]] = (0.0, ())
-    for two in itertools.combinations(lines, 2):
-        one, other = (lines[k] / max(float(np.linalg.norm(lines[k])), 1e-300) for k in two)
-        # lines through centres that are one point, or of which one is missing, are none
-        sound = all(float(np.linalg.norm(lines[k])) > CROSSING for k in two)
-        apart = float(np.linalg.norm(np.cross(one, other))) if sound else 0.0
-        if apart > best[0]:
-            best = apart, two
-    return best
+    if len(lines) < 2:
+        return 0.0, ()
+    names, whole = list(lines), np.array(list(lines.values()))
+    sizes = np.linalg.norm(whole, axis=1)
+    units = whole / np.maximum(sizes, 1e-300)[:, None]
+    apart = np.linalg.norm(np.cross(units[:, None], units[None, :]), axis=2)
+    # lines through centres that are one point, or of which one is missing, are none
+    sound = sizes > CROSSING
+    apart = np.where(np.triu(sound[:, None] & sound, 1), apart, 0.0)
+    one, other = np.unravel_index(int(np.argmax(apart)), apart.shape)
+    best = float(apart[one, other])
+    return best, (names[one], names[other]) if best > 0.0 else ()

@@ -9,6 +9,7 @@ import dataclasses
 from mbody.engines.opinion import Inexpressible
 from mbody.engines.oracle.friction import rubs
 from mbody.laws import MeasuredFormula
+from mbody.model.contact import Rope
 from mbody.model.element import Element
 from mbody.model.loads import Tyre
 from mbody.model.mechanism import Mechanism
@@ -19,6 +20,7 @@ __all__ = [
     "followed_states",
     "separating",
     "signals_of",
+    "smooth_alone",
     "without_counterpart",
 ]
 
@@ -74,4 +76,28 @@ def signals_of(mechanism: Mechanism) -> tuple[Inexpressible, ...]:
         ("a sampled controller", mechanism.controllers),
     ):
         found += [Inexpressible(one.name, f"it is {what}") for one in elements]
+    return tuple(found)
+
+
+def smooth_alone(mechanism: Mechanism) -> tuple[Inexpressible, ...]:
+    """What elements do besides in a motion, and a file of smooth joints, always closed, does not:
+    they touch, rub, separate, or meet limits.
+
+    >>> from mbody import gallery
+    >>> [one.element for one in smooth_alone(gallery.load("bouncing_ball"))]
+    ['floor']
+    """
+    found = []
+    for one in (*mechanism.contacts, *mechanism.groups):
+        slack = isinstance(one, Rope)
+        why = "it is a rope, without which places part" if slack else "bodies pass there"
+        found.append(Inexpressible(one.name, why))
+    for joint in mechanism.joints:
+        besides = {
+            "its friction": rubs(joint),
+            "its limits": bool(joint.limited),
+            "that it separates": joint.can_separate,
+        }
+        if lost := [what for what, has in besides.items() if has]:
+            found.append(Inexpressible(joint.name, ", ".join(lost)))
     return tuple(found)

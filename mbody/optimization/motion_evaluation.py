@@ -83,10 +83,11 @@ class MotionEvaluator:
         system = self.system.with_values(dict(zip(self.names, x.tolist(), strict=True)))
         run = simulate(system, **self.options)
         if len(run.t) != self.instants:
+            unit = run.mechanism.units.time
             raise SolveError(
-                f"the motion ends at t = {float(run.t[-1]):.6g} after {len(run.t)} instants, that "
-                f"of the description has {self.instants}: leave out the event that ends it, or "
-                "choose a shorter time"
+                f"the motion ends at t = {float(run.t[-1]):.6g} {unit} after {len(run.t)} "
+                f"instants, that of the description has {self.instants}: leave out the event that "
+                "ends it, or choose a shorter time"
             )
         return run
 

@@ -74,13 +74,15 @@ class Optimum(Inherited):
     ----------
     aim : str
         What is least or greatest, in words.
+    aims : tuple of (str, str)
+        The same of each aim, with its unit.
     objective, start_objective : float
         Its value at the optimum and of the description; None where that cannot be analysed. Of two
         aims tuples.
     values, start_values : dict
         The numbers by name, in the units of the mechanism, angles in rad.
     units : dict
-        Their units; ``"objective"`` has that of the objective.
+        Their units; ``"objective"`` has that of the objective, of two aims both, with a comma.
     bounds : dict
         By number its lowest and greatest value.
     constraints : dict
@@ -102,6 +104,7 @@ class Optimum(Inherited):
     """
 
     aim: str
+    aims: tuple[tuple[str, str], ...]
     objective: Any
     start_objective: Any
     values: dict[str, float]

@@ -56,17 +56,19 @@ def optimum_of(
     sizes = np.array([abs(value) for value in values] + list(program.sizes or []))
     band = tolerance_band(search.screen.about(at), at.x, (ranges.low, ranges.high), sizes, loss)
     words = [f"{'greatest' if one.greatest else 'least'} {one.text}" for one in goals]
+    theirs = [measured(run, one.column.measure)[2] for one in goals]
     own = inherited(run, notes=tuple(notes))
     if ended.status != "completed" and own["status"] == "completed":
         own["status"] = ended.status
     given = ranges.given
     return Optimum(
         aim=", ".join(words),
+        aims=tuple(zip(words, theirs, strict=True)),
         objective=values if aims else values[0],
         start_objective=begin if aims or begin is None else begin[0],
         values=dict(zip(given, at.x.tolist(), strict=True)),
         start_values=dict(zip(given, search.evaluator.present().tolist(), strict=True)),
-        units={**dict(zip(given, ranges.units, strict=True)), "objective": unit},
+        units={**dict(zip(given, ranges.units, strict=True)), "objective": ", ".join(theirs)},
         bounds={
             name: (float(low), float(high))
             for name, low, high in zip(given, ranges.low, ranges.high, strict=True)

@@ -56,8 +56,7 @@ def _aims(found: Optimum) -> list[str]:
     if found.start_objective is None:
         before = (None,) * len(values)
     lines = []
-    for aim, value, old in zip(found.aim.split(", "), values, before, strict=True):
-        unit = found.units["objective"] if not several else ""
+    for (aim, unit), value, old in zip(found.aims, values, before, strict=True):
         text = f"{aim} = {number(value)} {unit}".rstrip()
         lines += paragraph(text + (f", before {number(old)}" if old is not None else ""))
     return lines
@@ -70,20 +69,20 @@ def _limits(found: Optimum) -> list[str]:
 
 
 def _active(found: Optimum) -> list[str]:
+    time = found.run.mechanism.units.time
     return table(
         [
             Column("BINDS", [one.constraint for one in found.active], text=True),
             Column("per unit", [number(one.multiplier) for one in found.active]),
             Column("unit", [one.unit for one in found.active], text=True),
-            Column("at t", ["–" if one.t is None else number(one.t) for one in found.active]),
+            Column("at t", ["–" if one.t is None else number(one.t) for one in found.active], time),
         ]
     )
 
 
 def _front(found: Optimum) -> list[str]:
-    aims = found.aim.split(", ")
     own = [
-        Column(aim, [number(one.objective[n]) for one in found.pareto])
-        for n, aim in enumerate(aims)
+        Column(aim, [number(one.objective[n]) for one in found.pareto], unit)
+        for n, (aim, unit) in enumerate(found.aims)
     ]
     return table([Column("FRONT", [str(n) for n in range(len(found.pareto))], text=True), *own])

@@ -77,7 +77,7 @@ def amounts(subject: Subject) -> dict[str, tuple[float, str]]:
             kind = "torque" if driver.angular else "force"
             top = float(np.nanmax(np.abs(effort)))
             found[f"peak {kind} of {driver.name}"] = (top, subject.unit(kind))
-            power = float(np.nanmax(np.abs(effort * run.driven(driver.name)[1])))
+            power = float(np.nanmax(np.abs(run.measure(f"{driver.name}.power"))))
             if power:
                 found[f"peak power of {driver.name}"] = (power, subject.unit("power"))
     for name, measure in subject.mechanism.measures.items():

@@ -389,7 +389,11 @@ def _history(run: Result, owner: str, key: str) -> Any:
         return own_history(run, f"{element}.{key}")
     if owned.role == "load":
         return getattr(run.load(element), key)
+    still = run.analysis == "statics"  # drivers hold, whatever their laws say of rates
     if key in DRIVEN:
-        return run.driven(element)[DRIVEN.index(key)]
+        found = run.driven(element)[DRIVEN.index(key)]
+        return 0.0 * found + 0.0 if still and key != "value" else found
     effort = run.effort(element)
-    return effort if key == "effort" else effort * prescribed_rate(run, element)
+    if key == "effort":
+        return effort
+    return effort * (0.0 if still else prescribed_rate(run, element))

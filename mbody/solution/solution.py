@@ -109,9 +109,7 @@ class Solution(FrictionResults):
         object.__setattr__(self, "given", locked(self.given))
 
     def take(self, instants: Sequence[int] | np.ndarray[Any, Any]) -> Solution:
-        """Only some of the instants, by their numbers, in that order; doubts that begin after the
-        last of them are left out.
-        """
+        """Some of the instants, by number, in that order, without later doubts and events."""
         one_design(self, "instants are of one design")
         index = np.asarray(instants, dtype=np.int64)
         rows, report = self.record.table(slice(None))[index], as_reported(self)
@@ -128,6 +126,7 @@ class Solution(FrictionResults):
             energy=None if self.energy is None else self.energy.take(index),
             modes={name: [row[k] for k in index] for name, row in self.modes.items()},
             stepped=None if self.stepped is None else self.stepped.take(index),
+            events=tuple(one for one in self.events if one.t <= last),
             restart=None,
         )
 

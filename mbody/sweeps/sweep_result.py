@@ -13,6 +13,7 @@ from mbody.core.presentation import present
 from mbody.errors import ModelError
 from mbody.model.element import listed
 from mbody.model.numbers import dimension_named
+from mbody.quantities.convert import degrees_of
 from mbody.quantities.units import DIMENSIONS
 from mbody.sheets.text_table import Column, number, numbers, paragraph, table
 from mbody.solution.doubts import Doubt
@@ -186,7 +187,7 @@ class Sweep:
     def _given(self, name: str, angle: str) -> tuple[np.ndarray, str]:
         """Values of a parameter and their unit, angles in "deg" or "rad"."""
         values, unit = self.parameter(name), self.unit_of(name, angle)
-        return (np.degrees(values) if unit == "deg" else values), unit
+        return (degrees_of(values) if unit == "deg" else values), unit
 
     def columns(self, angle: str = "rad") -> dict[str, Any]:
         """Parameters, quantities of one number, ``"error"`` and ``"doubt"``, by name: each

@@ -103,9 +103,17 @@ class ElementReference:
             lines += [f"  {part.strip()}"] if part.startswith("  ") else paragraph(part)
             lines.append("")
         lines.append("FIELDS")
-        for names, field in self._together():
+        together = self._together()
+        for n, (names, field) in enumerate(together):
             rest = "" if field.needed else f"; {field.default or 'may be left out'}"
             lines += paragraph(f"{names}: {field.takes}{rest}", "  ")
+            # what is said of several fields that follow each other is said once, below them
+            if (
+                field.meaning
+                and together[n + 1 : n + 2]
+                and (together[n + 1][1].meaning == field.meaning)
+            ):
+                continue
             lines += paragraph(field.meaning, " " * 6) if field.meaning else []
         lines += ["", "IN A MODEL FILE", *_example(self.file, "[")]
         lines += ["", "IN PYTHON", *_example(self.python, "([{")]

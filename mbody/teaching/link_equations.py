@@ -77,6 +77,7 @@ class _Link:
         self.machine, self.floor = solution.mechanism, floor
         self.number = 2 + [one.name for one in self.machine.bodies].index(body)
         self.whole, self.on = force_names(self.machine), forces_on(self.machine, body)
+        self.driven = {self.whole[one.name][0] for one in self.machine.drivers if one.angular}
         self.sums: tuple[list[Term], list[Term], list[Term]] = ([], [], [])
         self.meanings: dict[str, tuple[str, str]] = {}
         at = solution[body]
@@ -200,7 +201,9 @@ class _Link:
         if torque is None:
             torque = abs(wrench.torque) > self.floor * self.run.system.length
         if torque:
-            self._torque(wrench, index, sign)
+            # a driver and the friction of a pin between the same links are told apart by the joint
+            shared = by_name and f"T{index[0]}" in self.driven and len(index) == 1
+            self._torque(wrench, (*index, element) if shared else index, sign)
 
 
 def _along(axis: str, index: tuple[str, ...]) -> tuple[str, ...]:

@@ -26,6 +26,8 @@ Array = np.ndarray
 AWAY = 0.75
 #: With more centres than this only those that a joint or the ground has are drawn and have lines.
 MANY = 15
+#: With more places than this they have no symbols: these would cover each other.
+NAMED = 50
 #: Centres at infinity, and such as are none, that are said below a picture.
 SAID = 6
 #: Length of the arrow to a centre at infinity [points].
@@ -84,6 +86,8 @@ class PolesShown:
             else:
                 radius = max(0.62 * sketch.size("pin"), 2.0 * sketch.unit)
                 sketch.disc(place, radius, POLE, PAPER, 0.9, Z["pin"] + 0.2, name=gid)
+            if len(self.near) > NAMED:
+                continue
             away = place - sketch.pose.middle
             wanted = (
                 math.atan2(away[1], away[0]) if np.hypot(*away) > sketch.unit else 0.5 * math.pi
@@ -220,4 +224,6 @@ def shown_poles(centres: InstantCentres, pose: Pose, corners: Array) -> PolesSho
         words.append(
             f"{len(left)} more centres of moving links are not drawn: mbody poles has them all"
         )
+    if len(groups) > NAMED:
+        words.append(f"centres at {len(groups)} places, too near for symbols: mbody poles has them")
     return PolesShown(centres, pose, groups, words)

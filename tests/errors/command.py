@@ -33,6 +33,7 @@ WORDS = {
     "a turn of nothing that drives": ["kinematics", "simple_pendulum", "--over", "turn"],
     "a limit that is no angle": ["cam", "cam_follower", "--limit", "30 +"],
     "points of no table": ["cam", "cam_follower", "--points", "73"],
+    "a balanced model that is printed": ["balance", "slider_crank", "--on", "crank=0.3", "-o", "-"],
     "bearings of what has none": ["bearings", "pile_of_discs"],
     "a gear ratio in words": [
         *("motor", "norton_fourbar", "--speed", "0,100", "--peak", "9,9"),

@@ -141,6 +141,9 @@ def in_two():
 SPAN = ("push.value", (0.0, 5.0))
 
 SCENARIOS = {
+    "a rest where the ends of a spring meet": lambda: equilibrium(
+        slider(Spring("s", "ground", "block", stiffness=100.0, free_length=1e-4))
+    ),
     "a field without a speed": lambda: CentrifugalField("field", AXIS),
     "a field of a speed and a momentum": lambda: CentrifugalField(
         "field", AXIS, speed=3.0, momentum=2.0

@@ -17,6 +17,7 @@ import numpy as np
 
 from mbody.analysis.equilibria.curve_roots import out_of_turn, roots_of
 from mbody.analysis.equilibria.curve_walk import AWAY, MotionCurve, Walk
+from mbody.analysis.equilibria.doubt_reasons import directionless_loads
 from mbody.analysis.equilibria.surface_cover import SPACING, Cover
 from mbody.analysis.equilibria.surface_roots import surface_roots
 from mbody.analysis.freedom.free_motions import free_motions, leading, rates_of
@@ -90,6 +91,8 @@ class RestSearch:
         Where the drive was least, as a part of the greatest load.
     ran_away : Place or None
         Where a descent left all bounds.
+    lifts : list of Place
+        Where a load jumps, as a spring whose ends meet, and drives away.
     jumps, unsure, odd : list of Place
         Of single free motions: where loads drive from both sides and nothing balances, where no
         number of rest positions is certain, and beside which stable and unstable ones do not
@@ -108,6 +111,7 @@ class RestSearch:
     jumps: list[Place] = field(default_factory=list)
     unsure: list[Place] = field(default_factory=list)
     odd: list[Place] = field(default_factory=list)
+    lifts: list[Place] = field(default_factory=list)
     ends: list[tuple[str, Place]] = field(default_factory=list)
     walks: list[tuple[MotionCurve, Walk]] = field(default_factory=list)
     origin: Array = field(default_factory=lambda: np.zeros(0))
@@ -412,9 +416,24 @@ class RestSearch:
             alike = np.abs(other.place.force - here.force).max() <= ALIKE * top
             if alike and self.manifold.apart(other.place.q, here.q) < SAME:
                 return
+        if self._at_jump(here):
+            return
         rest = self._rest(here, top)
         if not (rest.row and any(self._same_row(rest, other) for other in self.found)):
             self.found.append(rest)
+
+    def _at_jump(self, here: Place) -> bool:
+        """Whether a load has no direction at this very place, as a spring whose ends meet, and is
+        left out: what is left balances there, and the forces do not.
+        """
+        if not directionless_loads(self.manifold, here):
+            return False
+        ways = [sign * way for way in here.motions for sign in (1.0, -1.0)]
+        beside = [(way, self.manifold.moved(here, SAME * way)) for way in ways]
+        back = all(there is not None and there.push @ way < 0.0 for way, there in beside)
+        (self.jumps if back else self.lifts).append(here)
+        self.least = self.least or here
+        return True
 
     def _rest(self, here: Place, top: float) -> Rest:
         """What holds at a rest position."""

@@ -6,7 +6,11 @@ import math
 
 import numpy as np
 
-from mbody.analysis.equilibria.doubt_reasons import jumping_loads, without_stiffness
+from mbody.analysis.equilibria.doubt_reasons import (
+    directionless_loads,
+    jumping_loads,
+    without_stiffness,
+)
 from mbody.analysis.equilibria.search import RestSearch
 from mbody.analysis.freedom.free_motions import FreeMotion, free_motions, rates_of
 from mbody.analysis.position.tangent_space import Place
@@ -72,7 +76,20 @@ class Words:
             )
             if note not in found:  # along a crease neighbours read alike
                 found.append(note)
+        for place in self.search.lifts:
+            where, _ = self.where(place)
+            note = f"at {where} {self.meeting(place)}, and beside it they drive it away"
+            if note not in found:
+                found.append(note)
         return found
+
+    def meeting(self, place: Place) -> str:
+        """What is so where the ends of loads meet."""
+        names = " and ".join(map(repr, directionless_loads(self.manifold, place)))
+        return (
+            f"the ends of {names} meet, where a force that does not vanish has no direction: no "
+            "forces balance"
+        )
 
     def doubts(self, free: int) -> list[Doubt]:
         """Why rest positions may be missing."""
@@ -139,6 +156,13 @@ class Words:
                 f"no rest position of '{name}': its loads drive it from both sides to {where}, "
                 "where a distance is zero or a load jumps, so that no forces balance; put a stop "
                 "there, or change its loads",
+                body,
+            )
+        if search.lifts:
+            where, body = self.where(search.lifts[0])
+            return SolveError(
+                f"no rest position of '{name}' was met: at {where} "
+                f"{self.meeting(search.lifts[0])}; begin beside it with starts",
                 body,
             )
         assert least is not None

@@ -74,7 +74,10 @@ class Exported:
     text : str
         The file, in SI units.
     not_expressible : tuple of Inexpressible
-        ElementWriter that it has no words for, and why.
+        Elements, or what they do besides, that it has no words for, and why.
+    without : tuple of Inexpressible
+        Those of these that are not in the file at all, not even as what they would be without
+        friction and always closed.
     notes : tuple of str
         Differences between the file and the mechanism.
     columns : tuple of FileCoordinate
@@ -97,6 +100,7 @@ class Exported:
 
     text: str
     not_expressible: tuple[Inexpressible, ...]
+    without: tuple[Inexpressible, ...]
     notes: tuple[str, ...]
     columns: tuple[FileCoordinate, ...]
     stand_ins: tuple[str, ...]

@@ -12,7 +12,7 @@ from xml.sax.saxutils import quoteattr
 from mbody.analysis.initial.close_loops import close_loops
 from mbody.analysis.initial.initial_state import initial_state_of
 from mbody.analysis.position.assembly_analysis import as_system
-from mbody.engines.formula_loads import follows_formula, signals_of
+from mbody.engines.formula_loads import follows_formula, signals_of, smooth_alone
 from mbody.engines.mjcf.document import POINT, STAND_IN, Document
 from mbody.engines.mjcf.exported import Exported, branch_coordinates, numbers
 from mbody.engines.mjcf.loads import ElementWriter
@@ -88,15 +88,20 @@ def to_mjcf(
         start = initial_state_of(system, machine.simulation)
     elif start is None:
         start = close_loops(system)
-    return MjcfWriter(system, start, fix_drivers).export()
+    described = model if isinstance(model, Mechanism) else machine
+    return MjcfWriter(system, start, fix_drivers, described).export()
 
 
 class MjcfWriter:
     """The writer of one file."""
 
-    def __init__(self, system: System, start: Solution, fix_drivers: bool) -> None:
+    def __init__(
+        self, system: System, start: Solution, fix_drivers: bool, described: Mechanism
+    ) -> None:
         self.document = Document(system, start, fix_drivers)
         self.system, self.machine, self.start = system, system.mechanism, start
+        #: With its groups of contacts, which the system has one by one.
+        self.described = described
         self.scale = self.document.scale
 
     def export(self) -> Exported:
@@ -132,9 +137,13 @@ class MjcfWriter:
                 "for point masses), since MuJoCo cannot move a massless body; where loads act on "
                 "these alone its steps are unstable: give them masses before the file is run freely"
             )
+        without = (*elements.refused, *signals_of(self.machine))
+        named = {one.element for one in without}
+        besides = (one for one in smooth_alone(self.described) if one.element not in named)
         return Exported(
             text="",
-            not_expressible=(*elements.refused, *signals_of(self.machine)),
+            not_expressible=(*without, *besides),
+            without=without,
             notes=tuple(notes),
             columns=tuple(self.document.columns),
             stand_ins=tuple(self.document.stand_ins),

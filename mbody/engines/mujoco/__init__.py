@@ -75,7 +75,7 @@ def _opinion(system: System, run: Solution) -> Opinion:
     if run.analysis == "simulate" and run.mechanism.contacts:
         return contact_opinion(system, run, f"MuJoCo {_version()}")
     made = to_mjcf(system, run.take([0]))
-    refused = list(made.not_expressible)
+    refused = list(made.without)
     names = {one.name for one in system.mechanism if isinstance(one, (Joint, Coupling))}
     engine = f"MuJoCo {_version()}"
     if any(one.element in names for one in refused):

@@ -39,7 +39,7 @@ def contact_opinion(system: System, run: Solution, engine: str) -> Opinion:
     """Places at instants, and what every contact does, by steps of several lengths."""
     made = to_mjcf(system, run.take([0]), fix_drivers=True)
     taken = {load.name for load in run.mechanism.loads if load.name not in made.built}
-    missing = [one for one in made.not_expressible if one.element not in taken]
+    missing = [one for one in made.without if one.element not in taken]
     missing += inexpressible_contacts(system)
     missing += [
         Inexpressible(name, "MuJoCo cannot move bodies without mass or inertia")

@@ -57,7 +57,7 @@ def motion_rows(
     rows = [] if rods or machine.drivers else _accelerations(Replay(made, seen))
     exported = to_mjcf(made.system, made.start, fix_drivers=True)
     drivers = {driver.name for driver in machine.drivers}
-    loose = [one for one in exported.not_expressible if one.element in drivers]
+    loose = [one for one in exported.without if one.element in drivers]
     if loose:
         return rows, [*refused, *loose], []
     impacts = [one.t for one in run.events if one.after is not None]
