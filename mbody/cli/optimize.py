@@ -142,6 +142,7 @@ def _progress(name: str) -> Any:
 
 def _write(found: Optimum, path: str) -> None:
     """A line for each number: before, at the optimum, unit, band; or the designs of a front."""
+    rows: list[list[Any]]
     if found.pareto:
         units = [*found.aims, *((name, found.units[name]) for name in found.values)]
         head = [f"{name} [{unit}]" if unit else name for name, unit in units]
