@@ -29,6 +29,9 @@ BAND, BAND_SLOPE = 16.0, 12.0
 SMALLEST = 1e-7
 #: Nodes that divisions of one walk add at most.
 MOST = 3000
+#: A change of the drive that is so many times what slopes and rounding explain is a jump, however
+#: small beside the greatest drive of a walk, which may end far away.
+JUMP = 100.0
 #: A drive below this part of the greatest of a walk is rounding.
 ROUNDING = 1e-12
 
@@ -216,7 +219,8 @@ class _CurveIsolation:
                     low = node
                 else:
                     high = node
-        if abs(best.drive) > 1e-6 * self.top and abs(high.drive - low.drive) > 1e-3 * self.top:
+        steep = max(abs(low.slope), abs(high.slope)) * self.size(low, high)
+        if abs(high.drive - low.drive) > JUMP * (steep + self.zero):
             (self.found.jumps if low.drive > high.drive else self.found.lifts).append(low)
             return
         self.found.rests.append(best)

@@ -250,7 +250,9 @@ class RestSearch:
                     arclength, place = whole - arclength, back or place
                 met.append((arclength, place))
             self.jumps += [node.place for node in roots.jumps]
-            self.odd += [node.place for node in out_of_turn(curve, walk, roots)]
+            # a walk that comes to the very place where a load jumps does not see the jump
+            if not any(directionless_loads(self.manifold, rest.place) for rest in roots.rests):
+                self.odd += [node.place for node in out_of_turn(curve, walk, roots)]
             self.unsure += [node.place for node in roots.unsure]
             if walk.end not in ("", "far", "reach") and not met_behind:
                 self.ends.append((walk.end, walk.nodes[-1].place))
