@@ -18,6 +18,9 @@ from tests.picture_reader import artists
 #: The sums are of some ten numbers that solve linear equations to rounding, of which the greatest
 #: is one; what forces of least norm leave open is solved to rounding too.
 CLOSED = 1e-12
+#: Impulses of a step act at the places of its beginning; a pile that settles moves by 3e-13 m
+#: within one, of the 0.2 m that its forces are apart.
+CLOSED_STEPS = 1e-11
 #: Instants of one model that are looked at: all of a turn of small models, fewer of large ones.
 LOOKED = 2600
 
@@ -48,6 +51,7 @@ def test_forces_and_moments_close_at_every_instant(name):
     bodies = [body.name for body in run.mechanism.bodies]
     every = max(1, math.ceil(len(bodies) * len(run) / LOOKED))
     assert every == 1 or len(bodies) > 7
+    moment = CLOSED if run.stepped is None else CLOSED_STEPS
     for k in range(0, len(run), every):
         for body in bodies:
             forces = free_body(run, body, k)
@@ -58,7 +62,7 @@ def test_forces_and_moments_close_at_every_instant(name):
             for key in ("fx", "fy"):
                 assert abs(math.fsum(getattr(one, key) for one in forces)) <= CLOSED * size
             moments = [one.torque + one.x * one.fy - one.y * one.fx for one in forces]
-            assert abs(math.fsum(moments)) <= CLOSED * turning
+            assert abs(math.fsum(moments)) <= moment * turning
 
 
 # -- names -------------------------------------------------------------------------------------

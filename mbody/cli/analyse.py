@@ -61,8 +61,10 @@ def exit_status(result: Any, shown: bool = True) -> int:
     if not shown:
         for doubt in result.doubts:
             message(f"mbody: doubtful: {doubt.message}")
+        doubtful = {doubt.message for doubt in result.doubts}
         for note in result.notes:
-            message(f"note: {note}")
+            if note not in doubtful:
+                message(f"note: {note}")
     return 0 if succeeded(result.status) else 1
 
 
