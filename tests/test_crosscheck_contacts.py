@@ -3,7 +3,8 @@
 import pytest
 
 import mbody
-from mbody import Body, Gravity, Mechanism, Rolling, SimulationSettings, Tyre
+from mbody import Body, Contact, Gravity, Mechanism, Rolling, SimulationSettings, Tyre, simulate
+from mbody.engines.balance import opinion as balance
 
 
 def wheel(element, **start):
@@ -47,3 +48,36 @@ def test_no_other_engine_follows_the_slip_of_a_tyre(name):
     report, found = by_name(wheel(tyre, x=0.0, y=0.2998, angle=0.0, omega=0.0, vx=5.0))
     assert report.run.status == "completed"
     assert [one.element for one in found[name].not_expressible] == ["tyre"]
+
+
+def two_discs_in_a_bowl():
+    machine = Mechanism(
+        "bowl", ground={"O": (0, 0)}, ground_shapes={"bowl": {"ring": "O", "radius": 1}}
+    )
+    for name, mass, inertia, radius in (("disc", 2.0, 0.04, 0.2), ("other", 1.0, 0.02, 0.1)):
+        shapes = {"rim": {"disc": "C", "radius": radius}}
+        machine.add(
+            Body(name, mass=mass, inertia=inertia, points={"C": (0, 0)}, shapes=shapes),
+            Contact(f"track_{name}", "ground.bowl", f"{name}.rim", friction=0.5),
+        )
+    machine.add(Contact("pair", "other.rim", "disc.rim", friction=0.5), Gravity("gravity", y=-9.81))
+    start = {"disc": {"x": 0.3, "y": -0.7416}, "other": {"x": -0.3, "y": -0.8}}
+    machine.simulation = SimulationSettings(until=0.5, start=start)
+    return machine
+
+
+@pytest.mark.parametrize("step", [1e-3, 1e-4])
+def test_the_balance_of_steps_with_impulses_is_that_of_their_middle(step):
+    """Bodies are at the end of a step, contacts act in its middle: moments differ by what bodies
+    pass meanwhile, and by no more; another inertia is seen.
+    """
+    run = simulate(two_discs_in_a_bowl(), method="moreau", step=step)
+    found = balance(run.system, run)
+    moments = [row for row in found.rows if "torque" in row.quantity]
+    assert len(moments) == 2 and all(row.difference <= row.expected for row in found.rows)
+    assert any(row.difference > 1e-3 * row.expected for row in moments)
+    assert all(row.expected < step for row in moments)
+    wrong = balance(run.system.with_values({"disc.inertia": 0.06}), run)
+    assert [row.quantity for row in wrong.rows if not row.difference <= row.expected] == [
+        "disc: sum of torque"
+    ]

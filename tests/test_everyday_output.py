@@ -212,7 +212,7 @@ def test_angles_among_the_designs_of_a_sweep(capsys, tmp_path):
         assert data["units"]["coupler.cg.angle"] == angle and data["units"]["crank.A.x"] == "in"
         np.testing.assert_allclose(data["columns"]["coupler.cg.angle"], np.multiply(given, factor))
         rows = list(csv.DictReader(table.read_text().splitlines()))
-        assert [float(one["coupler.cg.angle"]) for one in rows] == pytest.approx(
+        assert [float(one[f"coupler.cg.angle [{angle}]"]) for one in rows] == pytest.approx(
             np.multiply(given, factor).tolist()
         )
 

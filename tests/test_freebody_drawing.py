@@ -18,8 +18,8 @@ from tests.picture_reader import artists
 #: The sums are of some ten numbers that solve linear equations to rounding, of which the greatest
 #: is one; what forces of least norm leave open is solved to rounding too.
 CLOSED = 1e-12
-#: Impulses of a step act at the places of its beginning; a pile that settles moves by 3e-13 m
-#: within one, of the 0.2 m that its forces are apart.
+#: Impulses of a step act in its middle; discs of a pile that settles move by 3e-13 m until its end
+#: and overlap by 2e-12 m, of the 0.2 m that their forces are apart.
 CLOSED_STEPS = 1e-11
 #: Instants of one model that are looked at: all of a turn of small models, fewer of large ones.
 LOOKED = 2600

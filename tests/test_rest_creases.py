@@ -153,13 +153,15 @@ def test_positions_that_do_not_close_are_no_numbers():
     assert np.isnan(found.q[1]).all() and np.isfinite(found.q[0]).all()
 
 
-def on_a_rail(**spring):
-    """A block on a rail through the other end of its spring, x = 0, where it begins."""
-    machine = Mechanism("rail", ground={"O": (0.0, 0.0)})
+def on_a_rail(at=0.0, stiffness=100.0, **spring):
+    """A block on a rail of the length 1 through the other end of its spring, x = 0, where it
+    begins.
+    """
+    machine = Mechanism("rail", ground={"O": (0.0, 0.0), "end": (1.0, 0.0)})
     machine.add(
-        Body("b", mass=1.0, inertia=1.0),
-        Prismatic("guide", "ground.O", "b"),
-        Spring("s", "ground.O", "b", stiffness=100.0, **spring),
+        Body("b", mass=1.0, inertia=1.0, guess=(at, 0.0, 0.0)),
+        Prismatic("guide", "ground.end", "b"),
+        Spring("s", "ground.O", "b", stiffness=stiffness, **spring),
     )
     return machine
 
@@ -178,8 +180,18 @@ def test_where_the_ends_of_a_spring_meet_no_forces_balance():
     assert plain.stability == "stable" and abs(float(plain.solution["b"].x[0])) < PLACE
 
 
+@pytest.mark.parametrize("at", [1e-3, 0.05, 0.3, 1.0, 7.0])
+@pytest.mark.parametrize("free_length", [1e-4, 0.02, 0.2, 0.5])
+def test_positions_on_both_sides_of_where_the_ends_meet_are_found(free_length, at):
+    """A step of the search that has both of them within it does not take them for one."""
+    found = mbody.equilibrium(on_a_rail(at, free_length=free_length))
+    assert found.status == "completed"
+    places = sorted(float(one.solution["b"].x[0]) for one in found)
+    assert places == pytest.approx([-free_length, free_length], abs=PLACE)
+
+
 def test_where_nothing_else_is_met_the_place_is_named():
-    """Its two positions are nearer than a step of the search; from beside it both are found."""
-    machine = on_a_rail(free_length=1e-4)
+    """A spring that pushes apart to 5 km, further than is searched."""
+    machine = on_a_rail(stiffness=1e-3, preload=-5.0)
     with pytest.raises(SolveError, match=r"the ends of 's' meet.* begin beside it"):
         mbody.equilibrium(machine)

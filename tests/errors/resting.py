@@ -46,10 +46,11 @@ def turning(spread, **own):
     )
 
 
-def slider(*more):
+def slider(*more, end=0.0):
     """A block on a rail along x."""
     machine = Mechanism("slider")
-    machine.add(Body("block", mass=2.0), Prismatic("rail", "ground", "block"), *more)
+    rail = Prismatic("rail", Marker("ground", (end, 0.0)), "block")
+    machine.add(Body("block", mass=2.0, guess=(0.0, 0.0, 0.0)), rail, *more)
     return machine
 
 
@@ -142,7 +143,7 @@ SPAN = ("push.value", (0.0, 5.0))
 
 SCENARIOS = {
     "a rest where the ends of a spring meet": lambda: equilibrium(
-        slider(Spring("s", "ground", "block", stiffness=100.0, free_length=1e-4))
+        slider(Spring("s", "ground", "block", stiffness=1e-3, preload=-5.0), end=1.0)
     ),
     "a field without a speed": lambda: CentrifugalField("field", AXIS),
     "a field of a speed and a momentum": lambda: CentrifugalField(

@@ -4,7 +4,8 @@ Between two nodes the drive is the cubic through both values and slopes, within 
 fourth derivative bounds: |g⁗| D⁴/384, and x²(1−x)² of it beside the ends. The derivative is taken
 from how far the cubics of neighbours differ, then, interval by interval, from what the cubic misses
 in the middle. An interval is divided until the cubic, taken with its error, can have one number of
-zeros only.
+zeros only; and where a load along a line, as a spring, turns round, for its ends may meet there and
+its force jump.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from mbody.analysis.equilibria.curve_walk import MotionCurve, Node, Walk, between
+from mbody.analysis.position.joint_places import place
 from mbody.analysis.position.tangent_space import Array
 
 __all__ = ["Roots", "out_of_turn", "roots_of"]
@@ -90,6 +92,9 @@ def out_of_turn(curve: MotionCurve, walk: Walk, roots: Roots) -> list[Node]:
 class _CurveIsolation:
     def __init__(self, curve: MotionCurve, walk: Walk, start: bool) -> None:
         self.curve, self.walk, self.left = curve, walk, MOST
+        self.system = curve.manifold.system
+        loads = self.system.mechanism.loads
+        self.lines = [load for load in loads if {"i", "j"} <= set(load.places())]
         self.found = Roots()
         drives = np.array([node.drive for node in walk.nodes])
         self.top = max(float(np.abs(drives).max()), 1e-300)
@@ -121,6 +126,19 @@ class _CurveIsolation:
         """Length of the chord."""
         return float(np.linalg.norm((other.place.q - one.place.q) / self.curve.scale))
 
+    def turns_round(self, one: Node, other: Node) -> bool:
+        """Whether a load along a line turns by a right angle or more between two nodes."""
+        n = self.system.coordinates
+        here, there = (np.append(node.place.q[:n], np.zeros(3)) for node in (one, other))
+        for load in self.lines:
+            first, last = (
+                place(self.system, q, load, "j") - place(self.system, q, load, "i")
+                for q in (here, there)
+            )
+            if first @ last <= 0.0:
+                return True
+        return False
+
     def cubic(self, one: Node, other: Node) -> Array:
         """Coefficients, lowest first, of the drive over the part x of the chord."""
         chord = (other.place.q - one.place.q) / self.curve.scale
@@ -133,15 +151,16 @@ class _CurveIsolation:
     def divide(self, one: Node, other: Node, error: float) -> None:
         """Find the zeros after `one` and up to `other`; error is that of the cubic."""
         cubic = self.cubic(one, other)
-        if np.abs(cubic).max() <= 10.0 * self.zero:
-            self._small(one, other)
-            return
-        count = self._certain(cubic, (one.drive, other.drive), error)
-        if count == 0:
-            return
-        if count == 1:
-            self._root(one, other)
-            return
+        if not self.turns_round(one, other):
+            if np.abs(cubic).max() <= 10.0 * self.zero:
+                self._small(one, other)
+                return
+            count = self._certain(cubic, (one.drive, other.drive), error)
+            if count == 0:
+                return
+            if count == 1:
+                self._root(one, other)
+                return
         size = float(np.abs((other.place.q - one.place.q) / self.curve.scale).max())
         if size < SMALLEST:
             self._small(one, other)
@@ -157,8 +176,9 @@ class _CurveIsolation:
         chord = (other.place.q - one.place.q) / self.curve.scale
         x = float((middle.place.q - one.place.q) / self.curve.scale @ chord / (chord @ chord))
         missed = abs(middle.drive - float(cubic @ x ** np.arange(4)))
-        # by halves the error of a smooth drive falls to a sixteenth
-        part = SURE * missed / 16.0
+        # by halves the error of a smooth drive falls to a sixteenth; one that is greater than its
+        # bound shows that this drive is not smooth
+        part = SURE * missed / (16.0 if missed <= error < np.inf else 1.0)
         self.divide(one, middle, part)
         self.divide(middle, other, part)
 
@@ -236,8 +256,8 @@ class _CurveIsolation:
             nodes += [node] if node is not None else []
         # of a drive that touches zero the place where it is least
         best = min(nodes, key=lambda node: abs(node.slope))
-        if abs(best.drive) > 100.0 * self.zero:
-            return
+        if abs(best.drive) > 100.0 * self.zero or (best is one and one.drive == 0.0):
+            return  # none, or that of the interval before
         apart = self.curve.manifold.apart
         if not any(apart(best.place.q, rest.place.q) < 1e-4 for rest in self.found.rests):
             self.found.rests.append(best)
