@@ -74,8 +74,8 @@ def opinion(system: System, run: Solution) -> Opinion:
     expected: dict[str, Array | float] = dict.fromkeys(comparison.kinds, EXPECTED)
     reasons = dict.fromkeys(comparison.kinds, why)
     if run.stepped is not None:
-        part = comparison.top("force") / comparison.top("torque") if "torque" in expected else 0.0
-        expected["torque"] = EXPECTED + part * _passed_in_a_step(run)
+        arms = comparison.top("force") / comparison.top("torque") * _passed_in_a_step(run)
+        expected["torque"] = EXPECTED + arms
         reasons["torque"] = "contacts of a step act in its middle, bodies are at its end"
     rows = comparison.rows(expected, reasons)
     if taken:
