@@ -97,5 +97,3 @@ def _write(found: CamAnalysis, path: str, points: int, angle: str) -> None:
     unit = found.mechanism.units.length
     names = ("x", "y", "pitch_x", "pitch_y", "radius_of_curvature")
     write_rows(path, [f"psi [{angle}]", *(f"{name} [{unit}]" for name in names)], rows.tolist())
-    if path != PRINTED:
-        message(f"wrote {path}")

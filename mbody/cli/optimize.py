@@ -154,5 +154,3 @@ def _write(found: Optimum, path: str) -> None:
             for name, value in found.values.items()
         ]
     write_rows(path, head, rows)
-    if path != PRINTED:
-        message(f"wrote {path}")

@@ -121,6 +121,5 @@ def _write(found: Sweep, path: str, angle: str) -> None:
             table |= {f"{name}[{n}]{unit}": list(part) for n, part in parts}
         else:
             table[name + unit] = column if isinstance(column, list) else column.tolist()
-    write_rows(path, list(table), zip(*table.values(), strict=True))
-    if path != PRINTED:
-        message(f"wrote {path}: {len(found)} designs")
+    rows = zip(*table.values(), strict=True)
+    write_rows(path, list(table), rows, f": {len(found)} designs")

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import csv
 import sys
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
-from typing import IO, Any
+from collections.abc import Iterable, Sequence
+from contextlib import nullcontext
+from typing import Any
 
+from mbody.cli.streams import message
 from mbody.cli.usage import UsageError
 
-__all__ = ["PRINTED", "check_printed", "table_stream", "write_rows"]
+__all__ = ["PRINTED", "check_printed", "write_rows"]
 
 #: In place of the name of a file: the table is printed, and no sheet.
 PRINTED = "-"
@@ -22,21 +23,16 @@ def check_printed(args: Any) -> None:
         raise UsageError("--json and --csv - print to the same place: give --csv a file")
 
 
-@contextmanager
-def table_stream(path: str) -> Iterator[IO[str]]:
-    """Where a table is written: a file, or standard output."""
+def write_rows(
+    path: str, head: Sequence[str], rows: Iterable[Sequence[Any]], what: str = ""
+) -> None:
+    """A table with a line of headings, printed or in a file; `what` the message of a file adds."""
     from mbody.files.writing import writing
 
-    if path == PRINTED:
-        yield sys.stdout
-    else:
-        with writing(path) as file:
-            yield file
-
-
-def write_rows(path: str, head: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
-    """A table with a line of headings."""
-    with table_stream(path) as file:
+    printed = path == PRINTED
+    with nullcontext(sys.stdout) if printed else writing(path) as file:
         lines = csv.writer(file, lineterminator="\n")
         lines.writerow(head)
         lines.writerows(rows)
+    if not printed:
+        message(f"wrote {path}{what}")

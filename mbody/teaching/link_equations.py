@@ -201,7 +201,7 @@ class _Link:
         if torque is None:
             torque = abs(wrench.torque) > self.floor * self.run.system.length
         if torque:
-            # a driver and the friction of a pin between the same links are told apart by the joint
+            # a driver and the friction of a pin between the same links: the joint is named as well
             shared = by_name and f"T{index[0]}" in self.driven and len(index) == 1
             self._torque(wrench, (*index, element) if shared else index, sign)
 

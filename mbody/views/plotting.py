@@ -211,11 +211,11 @@ def curve_of(run: Solution, name: str) -> PlottedCurve:
     ModelError
         For an unknown quantity, or a unit that does not fit.
     """
-    asked = _UNIT.fullmatch(name.strip())
-    of = asked[1].strip() if asked else name
+    in_unit = _UNIT.fullmatch(name.strip())
+    of = in_unit[1].strip() if in_unit else name
     measure = measure_named(run.mechanism.measures, of)
-    if asked:
-        measure = Measure(measure.of, asked[2].strip())
+    if in_unit:
+        measure = Measure(measure.of, in_unit[2].strip())
     values, dimension, unit = measured(run, measure)
     if dimension == DIMENSIONS["angle"] and not measure.unit:
         values, unit = np.degrees(values), "deg"

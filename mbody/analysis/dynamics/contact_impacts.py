@@ -59,9 +59,9 @@ class Impact:
     driven: dict[str, float]
 
 
-def responses_to(uni: Unilateral, work: Work, block: Array, held: Array | None = None) -> Array:
+def responses_to(uni: Unilateral, work: Work, block: Array, sticking: Array | None = None) -> Array:
     """How velocities change by an impulse along each row: M⁻¹ blockᵀ, (coordinates, rows), as far
-    as joints allow; `held` are further rows that hold, (held, coordinates).
+    as joints allow; `sticking` are further rows that hold, (rows, coordinates).
 
     N (Nᵀ M N)⁻¹ Nᵀ, N the free directions: bodies without mass are ordinary where joints guide
     them.
@@ -69,9 +69,9 @@ def responses_to(uni: Unilateral, work: Work, block: Array, held: Array | None =
     system, n = uni.system, block.shape[1]
     scale = system.coordinate_units
     G = dense(system, work)[1]
-    if held is not None and len(held):
-        size = np.linalg.norm(held * scale, axis=1, keepdims=True)
-        G = np.vstack([G, held * scale / np.where(size > 0.0, size, 1.0)])
+    if sticking is not None and len(sticking):
+        size = np.linalg.norm(sticking * scale, axis=1, keepdims=True)
+        G = np.vstack([G, sticking * scale / np.where(size > 0.0, size, 1.0)])
     motions = rank_of(G).motions if len(G) else np.eye(n)
     if not len(motions):
         return np.zeros((n, len(block)))
@@ -104,7 +104,7 @@ def strike(
     closed: list[int],
     *,
     still: bool = False,
-    held: Array | None = None,
+    sticking: Array | None = None,
     without_collision: bool = False,
 ) -> Impact | None:
     """An impact of closed touches at the state in the workspace; None where it has no solution.
@@ -113,14 +113,14 @@ def strike(
     ----------
     still : bool
         Without restitution.
-    held : array (rows, coordinates), optional
+    sticking : array (rows, coordinates), optional
         Rows of joints that go on to stick.
     without_collision : bool
         See `impact_impulses`.
     """
     W, rates = touch_rows(uni, uni.read(work), closed)
     touches = [uni.touches[k] for k in closed]
-    Y = responses_to(uni, work, W, held)
+    Y = responses_to(uni, work, W, sticking)
     friction = np.array([one.friction for one in touches])
     contacts = ClosedContacts(W @ Y, friction, np.where(friction > 0.0, 0.0, 1.0))
     restitution = np.array([0.0 if still else one.restitution for one in touches])
@@ -136,7 +136,7 @@ def strike(
     moved = impulse * (W @ work.v[: W.shape[1], 0] - rates)
     left = uni.system.mass[: len(jump), 0] * jump - W.T @ impulse
     nu = dense_rates(uni.system, work)
-    driven = works_of_drivers(uni.system, work, left, nu, held)
+    driven = works_of_drivers(uni.system, work, left, nu, sticking)
     return Impact(jump, rates[:m], gained[:m] + gained[m:], moved[:m], driven)
 
 

@@ -272,8 +272,8 @@ class ContactIntegration(ModalIntegration):
             if rocks:
                 found = contact_impacts.arrest(self.uni, self.work, closed)
             else:
-                held = stuck if soon else None
-                found = strike(self.uni, self.work, closed, still=True, held=held)
+                fixed = stuck if soon else None
+                found = strike(self.uni, self.work, closed, still=True, sticking=fixed)
             if found is None:
                 return self._wedged(hit)
             self.y[n : 2 * n] = before + found.jump

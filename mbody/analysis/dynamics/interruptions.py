@@ -165,13 +165,13 @@ class Interruptions:
 
     def jump_after(self, t: float) -> float | None:
         """The time at which rates of drivers may jump, where t is the last one before it."""
-        place = int(np.searchsorted(self.jumps, t, side="right"))
-        if place == self.jumps.size or t < self._just_before(self.jumps[place]):
-            return None
-        return float(self.jumps[place])
+        jump = _first_after(self.jumps, t)
+        return jump if self._just_before(jump) <= t else None
 
     def _just_before(self, jump: float) -> float:
         """Where the step before a jump ends: no rounding of t + h meets it from there."""
+        if jump == math.inf:
+            return jump
         return float(jump - ULPS * np.spacing(max(abs(jump), abs(self.first))))
 
     def due(self, t: float) -> bool:
@@ -185,11 +185,8 @@ class Interruptions:
 
     def next(self, t: float) -> float:
         """The first set time after t; infinite where there is none."""
-        place = int(np.searchsorted(self.corners, t, side="right"))
-        found = float(self.corners[place]) if place < self.corners.size else math.inf
-        place = int(np.searchsorted(self.jumps, t, side="right"))
-        if place < self.jumps.size:
-            found = min(found, self._just_before(self.jumps[place]))
+        jump = self._just_before(_first_after(self.jumps, t))
+        found = min(_first_after(self.corners, t), jump)
         for one in self.sampled:
             found = min(found, one.next())
         return found
@@ -333,6 +330,12 @@ def _laws_of_time(kind: Any) -> tuple[str, ...]:
     of many bodies.
     """
     return tuple(one.name for one in dataclasses.fields(kind) if one.metadata.get("of") == "time")
+
+
+def _first_after(times: Array, t: float) -> float:
+    """The first of ascending times after t; infinite where there is none."""
+    place = int(np.searchsorted(times, t, side="right"))
+    return float(times[place]) if place < times.size else math.inf
 
 
 def _corners(system: System, first: float, until: float) -> Array:

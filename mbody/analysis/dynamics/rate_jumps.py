@@ -46,7 +46,7 @@ def jump_times(system: System, first: float, until: float) -> Array:
 
 
 def works_of_drivers(
-    system: System, work: Work, momentum: Array, nu: Array, held: Array | None = None
+    system: System, work: Work, momentum: Array, nu: Array, sticking: Array | None = None
 ) -> dict[str, float]:
     """What drivers give, by name, where velocities jump at the position in the workspace.
 
@@ -56,16 +56,16 @@ def works_of_drivers(
         M Δv less the impulses of what else acts, that is Gᵀ μ of the rows that hold.
     nu : array (rows,)
         The rates at which drivers move their rows; of rates that jump the mean.
-    held : array (held, coordinates), optional
-        Further rows that hold.
+    sticking : array (rows, coordinates), optional
+        Rows of what sticks, which hold too.
     """
     if not system.drivers:
         return {}
     scale = system.coordinate_units
     rows = dense(system, work)[1]
     count = len(rows)
-    if held is not None and len(held):
-        rows = np.vstack([rows, held * scale])
+    if sticking is not None and len(sticking):
+        rows = np.vstack([rows, sticking * scale])
     works = np.linalg.lstsq(rows.T, momentum * scale, rcond=None)[0][:count] * nu
     owners = [system.owners[int(e)][0].name for e in system.row_table[0]]
     found = dict.fromkeys((driver.name for driver in system.drivers), 0.0)

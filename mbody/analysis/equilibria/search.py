@@ -250,9 +250,10 @@ class RestSearch:
                     arclength, place = whole - arclength, back or place
                 met.append((arclength, place))
             self.jumps += [node.place for node in roots.jumps]
+            odd = out_of_turn(curve, walk, roots)
             # a walk that comes to the very place where a load jumps does not see the jump
-            if not any(directionless_loads(self.manifold, rest.place) for rest in roots.rests):
-                self.odd += [node.place for node in out_of_turn(curve, walk, roots)]
+            if odd and not any(directionless_loads(self.manifold, r.place) for r in roots.rests):
+                self.odd += [node.place for node in odd]
             self.unsure += [node.place for node in roots.unsure]
             if walk.end not in ("", "far", "reach") and not met_behind:
                 self.ends.append((walk.end, walk.nodes[-1].place))
