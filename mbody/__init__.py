@@ -36,11 +36,9 @@ if TYPE_CHECKING:
     from mbody.analysis.assemblies.all_dead_centres import dead_centres
     from mbody.analysis.assemblies.assembly_modes import assembly_modes
     from mbody.analysis.assemblies.circuits import circuits
-    from mbody.analysis.driven.driver_range import driver_range
+    from mbody.analysis.driven.dead_centres import driver_range
+    from mbody.analysis.driven.driven import kinematics, kinetostatics, statics
     from mbody.analysis.driven.free_body import free_body, member_forces
-    from mbody.analysis.driven.kinematics import kinematics
-    from mbody.analysis.driven.kinetostatics import kinetostatics
-    from mbody.analysis.driven.statics import statics
     from mbody.analysis.driven.transmission import transmission
     from mbody.analysis.dynamics.simulate import simulate
     from mbody.analysis.equilibria.equilibrium import Equilibria, equilibrium
@@ -57,13 +55,10 @@ if TYPE_CHECKING:
     from mbody.inverse.solve_for import solve_for
     from mbody.model.body import Body, SlenderRod
     from mbody.model.contact import Between, Contact, Rope
-    from mbody.model.controller import Controller
     from mbody.model.coupling import AngleCoupling, CouplingTerm, LengthCoupling
     from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver
     from mbody.model.element import Marker, number_field
-    from mbody.model.event import Event
-    from mbody.model.freewheel import Freewheel
-    from mbody.model.inputs import Input
+    from mbody.model.inputs import Controller, Input
     from mbody.model.joints import (
         BandBrake,
         Belt,
@@ -98,16 +93,15 @@ if TYPE_CHECKING:
         Tyre,
     )
     from mbody.model.mechanism import Mechanism
-    from mbody.model.simulation import SimulationSettings
+    from mbody.model.simulation import Event, SimulationSettings
     from mbody.model.states import State
-    from mbody.model.stop import Stop
+    from mbody.model.stop import Freewheel, Stop
     from mbody.model.study import Instants
     from mbody.optimization.optimize import optimize
     from mbody.reports.mechanism_report import report
     from mbody.solution.doubts import Doubt
     from mbody.solution.energy import Energy
-    from mbody.solution.event_record import EventRecord
-    from mbody.solution.histories import BodyHistory, Reaction
+    from mbody.solution.histories import BodyHistory, EventRecord, Reaction
     from mbody.solution.solution import Solution
     from mbody.stepping.simulator import Simulator
     from mbody.stepping.simulators import Simulators
@@ -228,21 +222,21 @@ registered.compiler, registered.builder = "mbody.compiler.install", "mbody.compi
 
 presentation.register(
     "sheet",
-    Answer="mbody.sheets.answers:sheet",
-    AssemblyModes="mbody.sheets.assemblies:sheet",
-    Circuits="mbody.sheets.assemblies:circuits_sheet",
-    DeadCentres="mbody.sheets.assemblies:dead_centres_sheet",
-    Equations="mbody.sheets.equation_lines:sheet",
-    Equilibria="mbody.sheets.equilibrium:sheet",
-    EquilibriumCurve="mbody.sheets.equilibrium:curve_sheet",
-    Mobility="mbody.sheets.mobility:sheet",
-    Modes="mbody.sheets.modes:sheet",
-    Optimum="mbody.optimization.sheet:sheet",
+    Answer="mbody.sheets.analyses:answers_sheet",
+    AssemblyModes="mbody.sheets.analyses:assemblies_sheet",
+    Circuits="mbody.sheets.analyses:circuits_sheet",
+    DeadCentres="mbody.sheets.analyses:dead_centres_sheet",
+    Equations="mbody.sheets.equations:sheet",
+    Equilibria="mbody.sheets.analyses:equilibrium_sheet",
+    EquilibriumCurve="mbody.sheets.analyses:curve_sheet",
+    Mobility="mbody.sheets.analyses:mobility_sheet",
+    Modes="mbody.sheets.analyses:modes_sheet",
+    Optimum="mbody.optimization.optimum:sheet",
     Solution="mbody.sheets.instant:sheet",
-    Transmission="mbody.sheets.transmission:sheet",
+    Transmission="mbody.sheets.analyses:transmission_sheet",
 )
 presentation.register(
-    "data", Answer="mbody.files.answers:answer_data", Solution="mbody.files.results:data"
+    "data", Answer="mbody.files.results:answer_data", Solution="mbody.files.results:data"
 )
 presentation.register(
     "notebook",
@@ -259,10 +253,10 @@ presentation.register("equations", Solution="mbody.sheets.equations:system_of_eq
 presentation.register("derivation", Solution="mbody.teaching.derivation:derivation_as")
 presentation.register("columns", Solution="mbody.files.tables:columns")
 presentation.register("dataframe", Solution="mbody.files.tables:dataframe")
-presentation.register("at", Solution="mbody.analysis.dynamics.repeated:repeated_at")
+presentation.register("at", Solution="mbody.analysis.dynamics.simulate:repeated_at")
 presentation.register("efficiency", Solution="mbody.analysis.driven.efficiency:efficiency")
-presentation.register("sensitivity", Solution="mbody.derivatives.sensitivity:sensitivity")
-presentation.register("then", Solution="mbody.analysis.dynamics.joining:then")
+presentation.register("sensitivity", Solution="mbody.derivatives.gradient:sensitivity")
+presentation.register("then", Solution="mbody.analysis.dynamics.simulate:then")
 presentation.register("xarray", Solution="mbody.files.tables:dataset")
 presentation.register("csv", Solution="mbody.files.tables:write_csv")
 presentation.register("json", Solution="mbody.files.results:write_json")
@@ -284,11 +278,9 @@ _MODULES = {
     "analysis.assemblies.all_dead_centres": "dead_centres",
     "analysis.assemblies.assembly_modes": "assembly_modes",
     "analysis.assemblies.circuits": "circuits",
-    "analysis.driven.driver_range": "driver_range",
+    "analysis.driven.dead_centres": "driver_range",
     "analysis.driven.free_body": "free_body member_forces",
-    "analysis.driven.kinematics": "kinematics",
-    "analysis.driven.kinetostatics": "kinetostatics",
-    "analysis.driven.statics": "statics",
+    "analysis.driven.driven": "kinematics kinetostatics statics",
     "analysis.dynamics.simulate": "simulate",
     "analysis.equilibria.equilibrium": "Equilibria equilibrium",
     "analysis.freedom.mobility": "Mobility mobility",
@@ -305,29 +297,25 @@ _MODULES = {
     "files.saved": "load_run save_run",
     "model.body": "Body SlenderRod",
     "model.contact": "Between Contact Rope",
-    "model.controller": "Controller",
+    "model.inputs": "Controller Input",
     "model.coupling": "AngleCoupling CouplingTerm LengthCoupling",
     "model.driver": "AngleDriver CoordinateDriver DistanceDriver",
     "model.element": "Marker number_field",
-    "model.event": "Event",
-    "model.freewheel": "Freewheel",
-    "model.stop": "Stop",
-    "model.inputs": "Input",
+    "model.simulation": "Event SimulationSettings",
+    "model.stop": "Freewheel Stop",
     "model.joints": "BandBrake Belt CamFollower Clutch CustomJoint Distance Fixed FrictionForce "
     "Gear PinSlot Prismatic RackPinion Revolute Rolling",
     "model.loads": "Actuator CentrifugalField CustomLoad DCMotor Damper Force Gravity "
     "HydraulicCylinder InductionMotor ReciprocatingCylinder Spring Torque TorsionDamper "
     "TorsionSpring Tyre",
     "model.mechanism": "Mechanism",
-    "model.simulation": "SimulationSettings",
     "model.states": "State",
     "model.study": "Instants",
     "optimization.optimize": "optimize",
     "reports.mechanism_report": "report",
     "solution.doubts": "Doubt",
     "solution.energy": "Energy",
-    "solution.event_record": "EventRecord",
-    "solution.histories": "BodyHistory Reaction",
+    "solution.histories": "EventRecord BodyHistory Reaction",
     "solution.solution": "Solution",
     "stepping.simulator": "Simulator",
     "stepping.simulators": "Simulators",

@@ -11,7 +11,7 @@ import pytest
 from mbody.core import native
 from mbody.core.selection import chosen, linker
 from mbody.core.sources import PACKAGE
-from mbody.image.image_kernels import IMAGE_KERNELS
+from mbody.image.webassembly import IMAGE_KERNELS
 
 DOOR = PACKAGE / "image" / "c"
 GOOD, DOUBT, ENDED, REFUSED, UNFIT, FAILED = range(6)

@@ -22,13 +22,13 @@ import numpy as np
 
 import mbody
 from mbody import ModelError, SolveError, Torque, gallery, solve_for
-from mbody.analysis.driven.requests import Instants, analyse_at
+from mbody.analysis.driven.driven import analyse_at
 from mbody.errors import ModelWarning
 from mbody.inverse.trials import Trials
 from mbody.makers import makers
-from mbody.model.study import Question, Unknown
+from mbody.model.study import Instants, Question, Unknown
+from mbody.solution.histories import link_poses
 from mbody.solution.measures import measured
-from mbody.solution.places import link_poses
 
 Array = np.ndarray
 

@@ -1,4 +1,4 @@
-"""The mechanism of elements whose layout `mbody.topologies.linkage_system` makes from a graph."""
+"""The mechanism of elements whose layout `mbody.topologies.plan` makes from a graph."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from mbody.model.element import Marker
 from mbody.model.joints import PinSlot, Revolute
 from mbody.model.loads import Gravity
 from mbody.model.mechanism import Mechanism
-from mbody.topologies.graph import GROUND, Graph
+from mbody.topologies.plan import GROUND, Graph
 
 
 def linkage_of_elements(graph: Graph) -> Mechanism:

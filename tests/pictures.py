@@ -8,7 +8,7 @@ from pathlib import Path
 
 import mbody
 from mbody import gallery
-from mbody.analysis.driven.requests import analyse_at
+from mbody.analysis.driven.driven import analyse_at
 from mbody.model.study import Instants
 from mbody.views import draw, save
 from mbody.views.free_bodies import draw_free_bodies

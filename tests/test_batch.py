@@ -14,7 +14,7 @@ from mbody import (
     kinetostatics,
     statics,
 )
-from mbody.analysis.driven.runner import Runner
+from mbody.analysis.driven.path_following import Runner
 from mbody.core.lanes import LANES
 from mbody.engineering import close_loops
 from mbody.makers import makers

@@ -28,11 +28,9 @@ from mbody import (
 )
 from mbody.engineering import close_loops
 from mbody.engines.pymunk import MARGIN, opinion
-from mbody.engines.pymunk.instants import kinematic
+from mbody.engines.pymunk.instants import extrapolated, kinematic
 from mbody.engines.pymunk.motion import trajectory
-from mbody.engines.pymunk.richardson import extrapolated
-from mbody.engines.pymunk.space import Space
-from mbody.engines.pymunk.steps import SpaceStepper, of_system
+from mbody.engines.pymunk.space import Space, SpaceStepper, of_system
 from mbody.laws import ConstantSpeed, Harmonic
 from mbody.makers import makers
 from tests.linkages import random_linkage, times_within

@@ -197,7 +197,7 @@ def test_a_flat_face_has_the_curvature_of_the_books():
 @pytest.mark.parametrize("arm", [False, True])
 def test_base_circles_are_of_the_same_pressure_angles_and_curvatures(kind, clockwise, arm):
     """The path of the follower gives what the joint itself gives, by another way."""
-    from mbody.engineering.follower_path import follower_path
+    from mbody.engineering.cam_limits import follower_path
 
     run = mbody.kinematics(cam_drive(kind, arm, clockwise), turn=True, instants=241)
     found = cam_analysis(run)

@@ -14,12 +14,12 @@ import pytest
 import mbody
 import mbody.engineering
 from mbody import cli, gallery
+from mbody.analysis.driven.driven import analyse_system_at
 from mbody.analysis.driven.free_body import member_forces
-from mbody.analysis.driven.requests import analyse_system_at
 from mbody.engines.oracle import Reference
 from mbody.errors import ModelWarning
 from mbody.model.study import Instants
-from mbody.solution.certificate import residual_doubts
+from mbody.solution.checks import residual_doubts
 from mbody.solution.doubts import Doubt, doubted, inherited, succeeded
 from mbody.solution.histories import Record
 from mbody.system.assembler import assemble
@@ -235,7 +235,7 @@ def run_command(*arguments):
 
 
 def test_the_command_ends_with_1_on_doubt(doubtful, monkeypatch):
-    monkeypatch.setattr("mbody.analysis.driven.requests.analyse_at", lambda *given: doubtful)
+    monkeypatch.setattr("mbody.analysis.driven.driven.analyse_at", lambda *given: doubtful)
     status, out, _ = run_command("kinetostatics", "slider_crank", "--json")
     assert status == 1 and json.loads(out)["doubts"] == [DOUBT.data()]
     status, out, err = run_command("kinetostatics", "slider_crank", "--csv", "-")

@@ -84,7 +84,7 @@ def test_a_second_process_compiles_nothing():
 #: Prints the kernels that `mbody warmup` has left unbuilt or uncompiled.
 LEFT_COLD = """
 from mbody.cli.compile import all_kernels
-from mbody.cli.warmup import warmup
+from mbody.cli.compile import warmup
 from mbody.core.selection import chosen
 warmup()
 for name, function in all_kernels().items():

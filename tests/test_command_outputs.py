@@ -7,7 +7,7 @@ import pytest
 
 import mbody
 from mbody import cli, gallery
-from mbody.analysis.driven.requests import analyse_at
+from mbody.analysis.driven.driven import analyse_at
 
 SWEEP = ("sweep", "norton_fourbar", "--vary", "crank.A.x=4,5", "--vary", "motor.law.value=0,60")
 OPTIMUM = ("optimize", "norton_fourbar", "--by", "crank.A.x=4:6", "--starts", "2", "--over", "turn")

@@ -14,7 +14,7 @@ import pytest
 
 import mbody
 from mbody import ModelError, SolveError, cli, gallery
-from mbody.analysis.driven import memory_limit
+from mbody.analysis.driven import time_grid
 from mbody.makers import makers
 from tests.interrupts import ENVIRONMENT, trial
 
@@ -187,14 +187,14 @@ def test_the_heads_of_models_are_those_that_are_loaded(capsys):
 @pytest.mark.parametrize("count", [10**9, 10**12, 10**15])
 def test_very_many_instants_are_told_with_their_size(count, monkeypatch):
     machine = makers.four_bar(1, 3, 2, 3.5, speed=10.0)
-    monkeypatch.setattr(memory_limit, "memory", lambda: 64e9)
+    monkeypatch.setattr(time_grid, "memory", lambda: 64e9)
     with pytest.raises(ModelError, match=rf"{count} instants of '.*' take [0-9.e+]+ GB, this"):
         mbody.kinematics(machine, turn=True, instants=count)
 
 
 def test_instants_of_a_motion_are_weighed_too(monkeypatch):
     machine = gallery.load("simple_pendulum")
-    monkeypatch.setattr(memory_limit, "memory", lambda: 1e8)
+    monkeypatch.setattr(time_grid, "memory", lambda: 1e8)
     with pytest.raises(ModelError, match=r"1000000 instants of .* take 0\.\d+ GB, this machine"):
         mbody.simulate(machine, 1.0, instants=1_000_000)
 
@@ -205,10 +205,10 @@ def test_the_size_is_that_of_the_arrays():
     run = mbody.kinematics(machine, turn=True, instants=100_000)
     kept = run.record.table(slice(None)).nbytes + run.t.nbytes
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(memory_limit, "memory", lambda: float(kept))
+        patch.setattr(time_grid, "memory", lambda: float(kept))
         with pytest.raises(ModelError):
             mbody.kinematics(machine, turn=True, instants=100_000)
-        patch.setattr(memory_limit, "memory", lambda: 2.0 * kept)
+        patch.setattr(time_grid, "memory", lambda: 2.0 * kept)
         mbody.kinematics(machine, turn=True, instants=100_000)
 
 

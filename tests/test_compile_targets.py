@@ -11,8 +11,8 @@ from mbody.cli import compile as command
 from mbody.cli.compile import DOOR, all_kernels, compile_libraries
 from mbody.core.library import LEVELS
 from mbody.core.native import builder_command, place
-from mbody.image.fmu_binaries import SOURCES
-from mbody.image.image_kernels import IMAGE_KERNELS
+from mbody.image.fmu import SOURCES
+from mbody.image.webassembly import IMAGE_KERNELS
 
 KERNEL = "set_numbers"
 FORMS = [f"mbody_{KERNEL}{form}" for form in ("", "_np", "_words")]

@@ -178,7 +178,7 @@ def test_a_handle_may_be_released_while_the_door_is_held():
 
 
 def test_what_a_symbol_cannot_describe_is_refused():
-    from mbody.compiler.identity import identity
+    from mbody.compiler.linking import identity
 
     table = [1.0]
 

@@ -6,9 +6,14 @@ import math
 import numpy as np
 import pytest
 
-from mbody.analysis.contact.complementarity import lemke
-from mbody.analysis.contact.contact_laws import ClosedContacts, impact_impulses
-from mbody.analysis.contact.friction_problem import FrictionProblem, cone, decide_modes
+from mbody.analysis.contact.complementarity import (
+    ClosedContacts,
+    FrictionProblem,
+    cone,
+    decide_modes,
+    impact_impulses,
+    lemke,
+)
 
 RNG = np.random.default_rng
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from mbody.analysis.singular.quadratic_cones import is_flat, solutions, tangent, through, values
+from mbody.analysis.singular.singular_positions import is_flat, solutions, tangent, through, values
 
 
 def product(one, other):

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import pytest
 
 from mbody import Damper, Revolute
-from mbody.kernels.output import PER_PRIMITIVE
+from mbody.kernels.layout import PER_PRIMITIVE
 from mbody.laws import Polynomial
 from mbody.model.joints import CustomJoint
 from mbody.testing import check_joint, check_load

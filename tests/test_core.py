@@ -122,7 +122,7 @@ def test_every_compiled_function_has_a_symbol_of_its_own():
 import gc
 import mbody.analysis.driven.batch
 import mbody.analysis.dynamics.simulate
-from mbody.compiler.identity import identity
+from mbody.compiler.linking import identity
 from mbody.compiler.linking import Inner
 functions = [one.py_func for one in gc.get_objects() if isinstance(one, Inner)]
 print(len(functions), len({identity(one) for one in functions}))

@@ -11,14 +11,13 @@ import pytest
 
 import mbody
 from mbody.engineering import close_loops
-from mbody.engines.comparison import Comparison
 from mbody.engines.crosscheck import ALWAYS, ENGINES, Crosscheck, installed
 from mbody.engines.independent_reading import evaluated
-from mbody.engines.opinion import Inexpressible, Opinion, Row
+from mbody.engines.opinion import Comparison, Inexpressible, Opinion, Row
 from mbody.engines.spanning_tree import spanning_tree, tree_motion
 from mbody.model.body import SecondMoments
 from mbody.model.loads import CentrifugalField, CustomLoad
-from mbody.quantities.number import float_or_formula
+from mbody.quantities.formula import float_or_formula
 from tests.linkages import random_linkage, times_within
 from validation.crosschecks import PAGE, row
 

@@ -28,8 +28,7 @@ from mbody.cli import main
 from mbody.errors import ModelError
 from mbody.laws import ConstantAcceleration, ConstantSpeed, Harmonic
 from mbody.teaching import derivation
-from mbody.teaching.rate_conditions import conditions
-from mbody.teaching.vector_loops import edges, vector_loops
+from mbody.teaching.vector_loops import conditions, edges, vector_loops
 
 #: Of numbers of six digits, in a sum of terms that cancel.
 DIGITS = 2e-5

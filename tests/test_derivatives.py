@@ -11,8 +11,8 @@ import mbody
 from mbody.cli import main
 from mbody.core.dual_number import DualNumber, corners
 from mbody.derivatives.driven_instants import DrivenInstants
-from mbody.derivatives.named_numbers import checked_names
-from mbody.derivatives.number_tangents import (
+from mbody.derivatives.named_numbers import (
+    checked_names,
     dual_values,
     number_tangents,
     tangents_by_elements,

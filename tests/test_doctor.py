@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mbody import cli
-from mbody.cli import doctor
+from mbody.cli import compile
 
 pytestmark = pytest.mark.processor
 
@@ -97,7 +97,7 @@ def solved(matrix, right):
 
 def test_the_number_of_doctor_is_right():
     # both are the nearest doubles, or beside them where extended precision is double
-    assert float(driving_torque()) == pytest.approx(doctor.TORQUE, rel=1e-15)
+    assert float(driving_torque()) == pytest.approx(compile.TORQUE, rel=1e-15)
 
 
 def test_doctor_runs_a_kernel(capsys):
@@ -114,7 +114,7 @@ def test_kernels_that_do_not_run_are_not_ready(capsys, monkeypatch):
     def broken(*_):
         raise AttributeError("'EntryLibrary' object has no attribute '_reload_init'")
 
-    monkeypatch.setattr("mbody.analysis.driven.kinetostatics.kinetostatics", broken)
+    monkeypatch.setattr("mbody.analysis.driven.driven.kinetostatics", broken)
     assert cli.main(["doctor", "--json"]) == 1
     found = json.loads(capsys.readouterr().out)
     assert not found["ready"] and "_reload_init" in found["kernel_check"]["error"]
@@ -123,6 +123,6 @@ def test_kernels_that_do_not_run_are_not_ready(capsys, monkeypatch):
 
 
 def test_a_wrong_number_is_not_ready(capsys, monkeypatch):
-    monkeypatch.setattr(doctor, "TORQUE", doctor.TORQUE * (1.0 + 1e-9))
+    monkeypatch.setattr(compile, "TORQUE", compile.TORQUE * (1.0 + 1e-9))
     assert cli.main(["doctor"]) == 1
     assert "NOT READY: the kernels compute wrongly" in capsys.readouterr().out

@@ -270,7 +270,7 @@ def test_a_job_travels(monkeypatch):
     import pickle
 
     from mbody.sweeps import job as jobs
-    from mbody.sweeps.columns import columns_of
+    from mbody.sweeps.job import columns_of
 
     all_on_lanes(monkeypatch)
     machine = slider_crank()

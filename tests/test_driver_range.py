@@ -20,7 +20,7 @@ from mbody import (
     gallery,
 )
 from mbody.analysis.driven import dead_centres
-from mbody.analysis.driven.driver_range import DriverRange
+from mbody.analysis.driven.dead_centres import DriverRange
 from mbody.laws import ConstantSpeed
 from mbody.makers import makers
 

@@ -13,12 +13,13 @@ from mbody import laws
 from mbody.cli import main
 from mbody.errors import ModelError
 from mbody.files.model import json_schema
-from mbody.files.model.kinds import LAWS, SECTIONS, written_fields
-from mbody.model import contact, coupling, driver, freewheel, joints, loads, stop
+from mbody.files.model.problems import LAWS, SECTIONS, written_fields
+from mbody.model import contact, coupling, driver, joints, loads, stop
+from mbody.model import stop as freewheel
 from mbody.model.body import Body
 from mbody.model.element import Marker
 from mbody.teaching import element_reference, reference_overview
-from mbody.teaching.element_examples import SURROUNDINGS
+from mbody.teaching.element_reference import SURROUNDINGS
 
 KINDS = [(section, kind) for section, kinds in SECTIONS.items() for kind in kinds]
 #: What the examples in Python name.

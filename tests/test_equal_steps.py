@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from mbody.cli import main
-from mbody.cli.equal_steps import equal_steps
-from mbody.cli.usage import UsageError
+from mbody.cli.option_values import equal_steps
+from mbody.cli.streams import UsageError
 
 
 @pytest.mark.parametrize(

@@ -55,7 +55,7 @@ def solved(system, run, k=0):
         )
     found = dict(zip(system.unknowns, system.values, strict=True))
     for joint in run.mechanism.joints:
-        name, on = mbody.sheets.names.force_names(run.mechanism)[joint.name]
+        name, on = mbody.sheets.text_table.force_names(run.mechanism)[joint.name]
         reaction = run.reaction(joint.name, on)
         if isinstance(joint, Revolute | Fixed) and "," not in name:
             pair = found[f"{name}x"], found[f"{name}y"]

@@ -10,7 +10,7 @@ import pytest
 
 import mbody
 from mbody import ModelError, Prismatic, Revolute, cli, gallery
-from mbody.quantities.convert import short_degrees
+from mbody.quantities.evaluate import short_degrees
 
 
 def test_an_angle_of_the_command_comes_back_as_it_was_given(capsys):

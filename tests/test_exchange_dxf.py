@@ -9,7 +9,7 @@ import pytest
 
 import mbody
 from mbody import cli, gallery
-from mbody.engineering.cam_contour import cam_contour
+from mbody.engineering.cam_limits import cam_contour
 from mbody.exchange import to_dxf
 
 ezdxf = pytest.importorskip("ezdxf")

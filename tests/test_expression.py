@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from mbody import ModelError, SolveError, Spring, Torque, assemble, kinetostatics
 from mbody.laws import Expression, Polynomial, law
-from mbody.laws.postfix import MAX_OPERATIONS, MAX_STACK, OPERATIONS
+from mbody.laws.kernels import MAX_OPERATIONS, MAX_STACK, OPERATIONS
 from mbody.quantities import FormulaError, Scope, Valued, text_of
 from mbody.quantities.tree import Binary, Call, Name, Negative, Plain
 from mbody.quantities.units import DIMENSIONS, NUMBER

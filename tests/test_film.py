@@ -12,8 +12,7 @@ from PIL import Image
 import mbody
 from mbody import ModelError, gallery
 from mbody.cli import main
-from mbody.views.film_frames import MARGIN, FilmSet, places
-from mbody.views.film_raster import painted
+from mbody.views.film_frames import MARGIN, FilmSet, painted, places
 from mbody.views.motions import motion
 from mbody.views.style import INK, LINK
 

@@ -17,10 +17,9 @@ from mbody import cli, gallery
 from mbody.exchange import other_program
 from mbody.exchange.pmks import pmks_from_text
 from mbody.files.model import json_schema
-from mbody.files.model.kinds import SECTIONS
-from mbody.model.changed_elements import with_changed
-from mbody.model.reductions import REDUCTIONS
-from mbody.model.study import Instants, Measure
+from mbody.files.model.problems import SECTIONS
+from mbody.model.closed_mechanism import with_changed
+from mbody.model.study import REDUCTIONS, Instants, Measure
 from mbody.teaching import KINDS, new_model
 from mbody.views.labels import Label, Places
 from mbody.views.motions import motion
@@ -43,7 +42,7 @@ def test_positions_in_a_row_come_one_after_the_other(speed, turns):
     count = 12 * turns + 1
     degrees = begin + math.copysign(1.0, speed) * np.linspace(0.0, 360.0 * turns, count)
     ask = Instants(at={"crank": [f"{value!r} deg" for value in degrees.tolist()]})
-    run = mbody.analysis.driven.requests.analyse_at(machine, "kinetostatics", ask)
+    run = mbody.analysis.driven.driven.analyse_at(machine, "kinetostatics", ask)
     # the same positions by the turn, at equal angles
     turn = mbody.kinetostatics(machine, turn="motor", turns=turns, instants=count)
     # two ways to the same angle, some units in the last place of two turns, over the speed

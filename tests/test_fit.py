@@ -13,7 +13,7 @@ from scipy.optimize import curve_fit
 import mbody
 from mbody import AngleDriver, Body, Gravity, Mechanism, Revolute, TorsionDamper
 from mbody.cli import main
-from mbody.derivatives.identifiability import identified
+from mbody.derivatives.fit import identified
 from mbody.laws import ConstantSpeed
 from tests import fit_coverage
 

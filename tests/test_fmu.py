@@ -33,9 +33,10 @@ from mbody import (
     cli,
     gallery,
 )
-from mbody.image import fmu, fmu_binaries
-from mbody.image.fmu_binaries import PLATFORMS, SHELL, SOURCES
-from mbody.image.si_units import si_unit
+from mbody.image import fmu
+from mbody.image import fmu as fmu_binaries
+from mbody.image.fmu import PLATFORMS, SHELL, SOURCES
+from mbody.image.model_image import si_unit
 from mbody.laws import Table
 from mbody.model.study import Measure
 from tests import embedded

@@ -11,7 +11,7 @@ import mbody
 from mbody import gallery
 from mbody.cli.parser import parser
 from mbody.image.fmu import to_fmu
-from mbody.image.si_units import si_unit
+from mbody.image.model_image import si_unit
 from tests.test_fmu import FMPY, LINUX, binary, needs_fmpy
 
 PAGE = (Path(__file__).parents[1] / "docs" / "fmu.md").read_text("utf-8")

@@ -25,8 +25,7 @@ import pytest
 
 import mbody
 from mbody import gallery, makers
-from mbody.image.fmu import to_fmu
-from mbody.image.fmu_binaries import PLATFORMS, SOURCES
+from mbody.image.fmu import PLATFORMS, SOURCES, to_fmu
 from mbody.image.model_image import to_image
 from tests import embedded
 from tests.embedded import DOOR, sealed

@@ -7,7 +7,7 @@ import pytest
 
 import mbody
 from mbody import Body, Gravity, Mechanism, Revolute, gallery
-from mbody.analysis.dynamics.energy_balance import energy_doubts
+from mbody.analysis.dynamics.simulate import energy_doubts
 from mbody.sweeps import Uniform, monte_carlo
 from tests import folded, near_folded
 

@@ -9,7 +9,7 @@ import pytest
 import mbody
 from mbody import cli, free_body, gallery, kinetostatics
 from mbody.analysis.driven.free_body import FreeBody
-from mbody.sheets.names import force_names, forces_on
+from mbody.sheets.text_table import force_names, forces_on
 from mbody.views import save
 from mbody.views.free_bodies import draw_free_bodies, force_peak, when
 from tests.gallery_runs import run as asked

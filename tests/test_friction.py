@@ -8,7 +8,7 @@ import pytest
 
 import mbody
 from mbody import Force, Prismatic, Revolute, Torque
-from mbody.solution.rough_pairs import pair_rates
+from mbody.solution.contact_forces import pair_rates
 from tests.rough import (
     CRANK,
     FORCE,

@@ -19,8 +19,8 @@ from mbody import (
 from mbody.laws import ConstantSpeed
 from mbody.solution.touch_places import touches_of
 from mbody.views.film_frames import FilmSet
+from mbody.views.frame import MODES, mode_rows
 from mbody.views.friction_symbols import sense_history
-from mbody.views.mode_bars import MODES, mode_rows
 from mbody.views.page_data import scene_data
 from mbody.views.scene import scene
 from tests.picture_reader import arrow, artists

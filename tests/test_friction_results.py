@@ -10,8 +10,8 @@ import pytest
 
 import mbody
 from mbody import Body, Force, Prismatic, Revolute
+from mbody.solution.contact_forces import pair_rates
 from mbody.solution.measures import measured
-from mbody.solution.rough_pairs import pair_rates
 from tests.rough import (
     CRANK,
     FORCE,

@@ -22,7 +22,7 @@ from mbody import (
     statics,
     to_toml,
 )
-from mbody.analysis.driven.requests import analyse_at
+from mbody.analysis.driven.driven import analyse_at
 from mbody.laws import (
     Cam,
     ConstantAcceleration,

@@ -26,7 +26,7 @@ from mbody.engineering import internal_loads
 from mbody.errors import ModelError
 from mbody.laws import ConstantAcceleration, ConstantSpeed
 from mbody.makers import makers
-from mbody.model.section import RectangleSection, RoundSection, TubeSection
+from mbody.model.body import RectangleSection, RoundSection, TubeSection
 from tests.linkages import random_linkage, times_within
 
 #: Equilibrium of a link by joint forces that are known to rounding.
@@ -265,7 +265,7 @@ def test_a_link_with_heavy_ends_is_a_lump():
 
 @pytest.mark.parametrize(("place", "inertia"), [(1.0, 1.0), (1.2, 0.9), (0.95, 0.85)])
 def test_a_density_has_the_moments_of_the_link(place, inertia):
-    from mbody.engineering.link_mass import link_mass
+    from mbody.engineering.internal_loads import link_mass
 
     mass = link_mass(3.0, inertia, place, 0.0, 2.0, False)
     assert mass.density is not None

@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_array_equal
 
 import mbody
-from mbody.analysis.position import kept_positions
+from mbody.analysis.position import closed_position
 from mbody.analysis.position.assembly_analysis import closed
 from mbody.errors import ModelWarning
 from mbody.laws import Function
@@ -82,7 +82,7 @@ def test_functions_of_the_user_are_asked_again():
 
 
 def test_the_last_positions_are_kept(monkeypatch):
-    monkeypatch.setattr(kept_positions, "KEPT", 3)
+    monkeypatch.setattr(closed_position, "KEPT", 3)
     system = mbody.assemble(four_bar())
     for t in np.linspace(0.0, 0.5, 7):
         mbody.kinematics(system, t)

@@ -19,7 +19,7 @@ from mbody.engineering import (
     instant_centres,
     velocity_polygon,
 )
-from mbody.engineering.kennedy_lines import kennedy_lines, shown_by_joints
+from mbody.engineering.instant_centres import kennedy_lines, shown_by_joints
 from mbody.model.joints import Gear, PinSlot, Prismatic, Revolute, Rolling
 
 #: Driven models whose bodies all move, at instants of their own; others are followed in time.

@@ -26,8 +26,7 @@ from mbody.analysis.freedom import mobility as mobility_analysis
 from mbody.analysis.position.assembly_analysis import DEAD, closed
 from mbody.laws import Constant
 from mbody.makers import makers
-from mbody.system.large_rank import large_rank, sparse_rows
-from mbody.system.rank import dense, rank_of
+from mbody.system.rank import dense, large_rank, rank_of, sparse_rows
 
 RIGHT, UP, DIAGONAL = 0.0, np.pi / 2, np.pi / 4
 

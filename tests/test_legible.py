@@ -13,11 +13,9 @@ import mbody
 from mbody import gallery, report
 from mbody.model.study import Instants
 from mbody.reports.blocks import ROWS, Cells, Grid, Text, first_rows, parts_of, printed
-from mbody.reports.latex import latex
-from mbody.reports.pdf import typst_text
+from mbody.reports.writers import latex, typst_text
 from mbody.sheets.text_table import unit_text
-from mbody.views.film_frames import FilmSet
-from mbody.views.film_names import film_names
+from mbody.views.film_frames import FilmSet, film_names
 from mbody.views.motions import motion
 from mbody.views.page_data import text_runs
 

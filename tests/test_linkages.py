@@ -8,10 +8,8 @@ import pytest
 import mbody
 from mbody.errors import ModelError
 from mbody.laws import ConstantSpeed
-from mbody.topologies.assur_graphs import assur_bars
-from mbody.topologies.generator import GROUPS, random_linkages
-from mbody.topologies.graph import graph_of
-from mbody.topologies.plan import planned
+from mbody.topologies.generator import GROUPS, assur_bars, random_linkages
+from mbody.topologies.plan import graph_of, planned
 from tests.dense_linkages import forces_of, moved, random_dyads
 
 GRAVITY, SPEED = (0.3, -9.81), 2.0
@@ -327,7 +325,7 @@ def test_fixed_pivots_hold_however_links_turn():
     from unittest import mock
 
     arrays = random_linkages(12, 8, np.random.default_rng(5))
-    with mock.patch("mbody.topologies.group_continuation._GroupContinuation._alone") as alone:
+    with mock.patch("mbody.topologies.many_linkages._GroupContinuation._alone") as alone:
         found = mbody.linkages(arrays)
     assert len(found) > 100 and alone.call_count <= len(found) // 100
 

@@ -11,7 +11,7 @@ import mbody
 from mbody import gallery
 from mbody.analysis.driven.free_body import free_body
 from mbody.live import live_view
-from mbody.views.mode_bars import mode_rows
+from mbody.views.frame import mode_rows
 from mbody.views.motions import motion
 from tests.browser import browser as started
 from tests.browser import chromium

@@ -32,7 +32,7 @@ from mbody.kernels.tableaus import order_5, order_8
 from mbody.model.body import Guess
 from mbody.model.simulation import EVEN as EVERY_EVEN
 from mbody.model.simulation import METHODS as EVERY_METHOD
-from mbody.solution.restart import Way
+from mbody.solution.solution import Way
 
 G, LENGTH, FIRST = 9.81, 1.0, 2.0
 # that for many contacts, of order one, has tests of its own (`test_many_contacts`)

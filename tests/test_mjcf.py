@@ -7,7 +7,7 @@ import pytest
 
 import mbody
 from mbody import Body, CamFollower, Gravity, Mechanism, Revolute, Rolling, Spring, cli, gallery
-from mbody.analysis.driven.requests import analyse_at
+from mbody.analysis.driven.driven import analyse_at
 from mbody.engineering import close_loops
 from mbody.engines.mjcf import to_mjcf
 from mbody.engines.mujoco import opinion

@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 
 import mbody
 from mbody import Body, Gravity, Mechanism, ModelError, Revolute, TorsionDamper
-from mbody.derivatives.first_states import first_state
+from mbody.derivatives.free_instants import first_state
 from mbody.model.simulation import SimulationSettings
 from tests.complex_oracle import ComplexOracle, derivative
 from tests.complex_reading import STEP

@@ -9,7 +9,7 @@ import pytest
 
 import mbody
 from mbody import cli, gallery
-from mbody.analysis.driven.requests import analyse_at
+from mbody.analysis.driven.driven import analyse_at
 from mbody.makers import makers
 from mbody.model.study import Measure
 

@@ -26,7 +26,7 @@ from mbody import (
     assemble,
     from_toml,
 )
-from mbody.analysis.driven.requests import analyse_at
+from mbody.analysis.driven.driven import analyse_at
 from mbody.laws import ConstantSpeed
 from mbody.model.study import Instants
 

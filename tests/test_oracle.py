@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from mbody import Gravity, Torque, assemble, kinematics, kinetostatics, statics
-from mbody.analysis.driven.runner import Runner
+from mbody.analysis.driven.path_following import Runner
 from mbody.analysis.driven.time_grid import time_grid
 from mbody.analysis.position.assembly_analysis import closed
 from mbody.core.lanes import LANES

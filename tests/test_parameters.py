@@ -16,7 +16,7 @@ from mbody.files.model.write import as_data
 from mbody.laws import ConstantAcceleration, Rise, Table
 from mbody.makers import polar
 from mbody.quantities import Parameters
-from mbody.quantities.deferred import formulas_in, is_pending
+from mbody.quantities.formula import formulas_in, is_pending
 from mbody.quantities.units import DIMENSIONS, name_of, unit_system
 from tests.linkages import random_linkage, times_within
 from tests.test_errors import says

@@ -11,8 +11,16 @@ import mbody
 from mbody import AngleDriver, Body, DistanceDriver, Mechanism, Revolute
 from mbody.engineering import close_loops
 from mbody.errors import ModelError
-from mbody.sheets.names import force_names
-from mbody.sheets.text_table import WIDTH, Column, angles, number, numbers, polars, table
+from mbody.sheets.text_table import (
+    WIDTH,
+    Column,
+    angles,
+    force_names,
+    number,
+    numbers,
+    polars,
+    table,
+)
 from validation.norton_fourbar import PRINT, build
 
 

@@ -8,8 +8,7 @@ import pytest
 import mbody
 from mbody import Event, ModelError, cli, gallery
 from mbody.files.model import from_toml, to_toml
-from mbody.model.reductions import REDUCTIONS, outermost
-from mbody.model.study import Measure
+from mbody.model.study import REDUCTIONS, Measure, outermost
 
 
 def over_time(a, t):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from mbody.engines.jets import Jet
+from mbody.engines.independent_reading import Jet
 from mbody.engines.oracle import Reference
 from mbody.laws import ConstantSpeed, Harmonic, Polynomial
 from mbody.model.body import Body

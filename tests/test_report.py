@@ -17,7 +17,7 @@ from mbody.model.study import Instants
 from mbody.reports.blocks import Grid, Notice, Picture, typeset
 from mbody.reports.chapters import SECTIONS
 from mbody.reports.mechanism_report import FORMATS
-from mbody.reports.pdf import typst_text
+from mbody.reports.writers import typst_text
 from mbody.sheets.text_table import number
 
 #: What takes seconds: other engines.

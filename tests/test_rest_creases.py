@@ -9,11 +9,10 @@ import pytest
 
 import mbody
 from mbody import Body, Force, Gravity, Marker, Mechanism, Prismatic, Revolute, SolveError, Spring
-from mbody.analysis.equilibria.doubt_reasons import jumping_loads, without_stiffness
-from mbody.analysis.freedom.single_design import single_design
+from mbody.analysis.equilibria.search import jumping_loads, without_stiffness
+from mbody.analysis.freedom.mobility import single_design
 from mbody.analysis.position.assembly_analysis import closed
-from mbody.analysis.position.many_positions import ManyPositions, orthonormal
-from mbody.analysis.position.tangent_space import Manifold
+from mbody.analysis.position.tangent_space import Manifold, ManyPositions, orthonormal
 from tests.rest_linkages import FAMILIES
 
 #: A rest position is found to 1e-10 of the greatest force, 1e2 N, over a stiffness of 50 N/m.

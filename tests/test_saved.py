@@ -230,7 +230,7 @@ def test_a_state_of_another_time_is_refused():
 
 def bomb(compression, shape, content):
     """A sealed file with a member whose header says more than there is, or that is compressed."""
-    from mbody.files.seal import OPEN_SEAL, seal
+    from mbody.files.arrays import OPEN_SEAL, seal
 
     room, member = io.BytesIO(), io.BytesIO()
     head = {"descr": "<f8", "fortran_order": False, "shape": shape}

@@ -8,8 +8,8 @@ from mbody import gallery
 from mbody.views.film_frames import FilmSet
 from mbody.views.motions import motion
 from mbody.views.pose import Pose
-from mbody.views.record import SceneSketch
 from mbody.views.scene import MOST, scene, thinned
+from mbody.views.sketch import SceneSketch
 
 SHOWN = (
     *("norton_fourbar", "mud_pump", "planetary_train", "cam_follower", "vehicle"),

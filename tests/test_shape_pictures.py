@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mbody import Body, Gravity, Mechanism, simulate
-from mbody.views.bounds import bounds
+from mbody.views.body_shapes import bounds
 from mbody.views.pose import Pose
 from mbody.views.scene import scene
 

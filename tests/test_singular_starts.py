@@ -20,7 +20,7 @@ from mbody import (
     gallery,
     simulate,
 )
-from mbody.analysis.dynamics.branch_choice import choose_branch
+from mbody.analysis.dynamics.branch_passage import choose_branch
 from mbody.analysis.initial.initial_state import state_of
 from mbody.engineering import close_loops
 from mbody.files.results import data

@@ -12,7 +12,7 @@ import pytest
 
 import mbody
 from mbody.cli.parser import parser
-from mbody.files.model.kinds import LAWS, SECTIONS
+from mbody.files.model.problems import LAWS, SECTIONS
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"

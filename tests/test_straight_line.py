@@ -11,7 +11,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import mbody
-from mbody.analysis.driven import batch_continuation
+from mbody.analysis.driven import batch
 from mbody.core import selection
 from mbody.core.lanes import highest, larger, select_le, smaller
 from mbody.core.recorded_numbers import NumberRecording, Untraceable
@@ -38,7 +38,7 @@ def codes(monkeypatch):
         found.append(programs.straight_line_code(*described))
         return found[-1]
 
-    monkeypatch.setattr(batch_continuation, "straight_line_code", spy)
+    monkeypatch.setattr(batch, "straight_line_code", spy)
     monkeypatch.setattr(jobs, "STRAIGHT", 1)
     return found
 
@@ -170,7 +170,7 @@ def test_few_designs_go_by_the_kernel(monkeypatch):
     def never(*described):
         raise AssertionError("straight-line code for few designs")
 
-    monkeypatch.setattr(batch_continuation, "straight_line_code", never)
+    monkeypatch.setattr(batch, "straight_line_code", never)
     machine = mbody.gallery.load("norton_fourbar")
     names = {"crank.A.x": Uniform(0.001)}
     mbody.sweep(machine, latin_hypercube(names, 20, seed=1), measure="peak(A.force)")

@@ -129,7 +129,7 @@ def test_reductions_are_those_of_numpy():
 def test_the_models_own_ask_and_measures_are_taken(analysis):
     machine = mbody.gallery.load("norton_fourbar")
     found = mbody.sweep(machine, {"rocker.B.x": [10.0, 10.5]}, analysis, "coupler.angle")
-    run = mbody.analysis.driven.requests.analyse_at(machine, analysis)
+    run = mbody.analysis.driven.driven.analyse_at(machine, analysis)
     assert_allclose(found["coupler.angle"][0], run["coupler"].angle[0], rtol=LANE)
     if analysis != "kinematics":
         own = mbody.sweep(machine, {"rocker.B.x": [10.0]}, analysis)
@@ -145,7 +145,7 @@ def test_instants_asked_for_in_the_words_of_a_description():
         machine, {"crank.mass": [1.0, 2.0]}, measure="motor.effort", at={"crank": ["60 deg", 2.0]}
     )
     ask = Instants(at={"crank": ["60 deg", 2.0]})
-    run = mbody.analysis.driven.requests.analyse_at(machine, "kinetostatics", ask)
+    run = mbody.analysis.driven.driven.analyse_at(machine, "kinetostatics", ask)
     assert_allclose(found.t, run.t, rtol=1e-15)
     assert_allclose(found["motor.effort"][0], run.effort("motor"), rtol=LANE)
 
@@ -177,9 +177,7 @@ def test_redundant_joints_go_one_by_one():
     body = machine.bodies[0].name
     found = mbody.sweep(machine, {f"{body}.mass": [1.0, 2.0]}, measure=f"peak({name})")
     one = mbody.assemble(machine).with_values({f"{body}.mass": 2.0})
-    run = mbody.kinetostatics(
-        one, **mbody.analysis.driven.requests.arguments_at(one, machine.ask)[0]
-    )
+    run = mbody.kinetostatics(one, **mbody.analysis.driven.driven.arguments_at(one, machine.ask)[0])
     assert found[f"peak({name})"][1] == run.measure(name)[-len(found.t) :].max()
 
 

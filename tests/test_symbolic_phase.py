@@ -8,8 +8,7 @@ import pytest
 import mbody
 from mbody.core.decorators import PLAIN
 from mbody.kernels.loop_closure import violation
-from mbody.system.assur_groups import diagonal_blocks
-from mbody.system.pivoting import choose_pivots
+from mbody.system.pivoting import choose_pivots, diagonal_blocks
 from tests.pivot_search import entries_of, lists_of, pivots_of
 
 #: Driven mechanisms, with slots, cams, gears and more than one block.

@@ -7,13 +7,12 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody.analysis.driven.grashof_class import inversion
-from mbody.analysis.driven.requests import analyse_system_at
+from mbody.analysis.driven.driven import analyse_system_at
+from mbody.analysis.driven.transmission import inversion
 from mbody.cli import main
 from mbody.errors import ModelError, SolveError
-from mbody.synthesis.curve_search import PathDemand, best_shapes
-from mbody.synthesis.four_bars import FourBar
-from mbody.synthesis.linkage_kinds import KINDS
+from mbody.synthesis.linkage_kinds import KINDS, FourBar
+from mbody.synthesis.linkages import PathDemand, best_shapes
 from mbody.synthesis.point_files import read_demand
 from tests.synthesis_cases import (
     CLOSED,

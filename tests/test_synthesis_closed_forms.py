@@ -8,8 +8,14 @@ import pytest
 
 import mbody
 from mbody.errors import SolveError
-from mbody.synthesis.burmester import displaced, dyads, places, sliding_points
-from mbody.synthesis.function_points import four_bars, slider_cranks
+from mbody.synthesis.guidance import (
+    displaced,
+    dyads,
+    four_bars,
+    places,
+    slider_cranks,
+    sliding_points,
+)
 from tests.synthesis_cases import four_bar, meet, random_four_bar
 
 #: Points at which circle points are sought; of four and five poses they follow by themselves.

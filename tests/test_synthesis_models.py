@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody.analysis.driven.requests import analyse_system_at
+from mbody.analysis.driven.driven import analyse_system_at
 from mbody.cli import main
-from mbody.synthesis.model_search import Refinement
-from mbody.synthesis.models import model_demand, model_subject
+from mbody.synthesis.models import Refinement, model_demand, model_subject
 
 #: Numbers of Stephenson's six-bar of the gallery that are sought, with what they are there.
 SOUGHT = {"crank.A.x": 40.0, "rocker.B.x": 90.0, "radius": 202.0}

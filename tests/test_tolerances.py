@@ -9,7 +9,7 @@ import pytest
 import mbody
 from mbody import AngleDriver, Body, Mechanism, Revolute
 from mbody.cli import main
-from mbody.derivatives.tolerance_bands import BELOW, second_order
+from mbody.derivatives.tolerance_study import BELOW, second_order
 from mbody.laws import ConstantSpeed
 from mbody.sweeps import Normal, Triangular, Uniform
 

@@ -8,7 +8,7 @@ import pytest
 
 import mbody
 from mbody import Torque
-from mbody.analysis.driven.grashof_class import grashof_class
+from mbody.analysis.driven.transmission import grashof_class
 from mbody.cli import main
 
 A, B, C, D = LENGTHS = 1.0, 3.0, 2.0, 3.5

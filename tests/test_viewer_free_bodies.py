@@ -10,7 +10,7 @@ from mbody import gallery
 from mbody.analysis.driven.free_body import free_body
 from mbody.views.acting import acting_on
 from mbody.views.motions import motion
-from mbody.views.page_free_bodies import LINKS
+from mbody.views.page import LINKS
 from mbody.views.pose import Pose
 from tests.browser import browser as started
 from tests.browser import chromium

@@ -12,7 +12,7 @@ import pytest
 import mbody
 from mbody import gallery
 from mbody.cli import main
-from mbody.cli import moving as command
+from mbody.cli import pictures as command
 from mbody.image.changeable import changeable_numbers
 from mbody.live import live_view
 from mbody.live.file_numbers import file_numbers

@@ -11,15 +11,15 @@ import pytest
 
 import mbody
 from mbody import Body, Mechanism, Revolute, Torque, cli, gallery, kinematics, kinetostatics
-from mbody.analysis.driven.requests import analyse_at
+from mbody.analysis.driven.driven import analyse_at
 from mbody.makers import makers
 from mbody.model.study import Instants
-from mbody.sheets.names import force_names
+from mbody.sheets.text_table import force_names
 from mbody.views import draw, plot, save
-from mbody.views.backend import ENDINGS
-from mbody.views.cycle import SMOOTH, cycle
 from mbody.views.labels import Label, Places
+from mbody.views.motions import SMOOTH, cycle
 from mbody.views.plotting import spread
+from mbody.views.style import ENDINGS
 from tests import pictures
 from tests.picture_reader import arrow, artists, inside
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import itertools
 
-from mbody.files.model.kinds import LAWS, SECTIONS
+from mbody.files.model.problems import LAWS, SECTIONS
 from mbody.teaching import ElementReference, FieldReference, element_reference
 
 __all__ = ["text"]

@@ -1,32 +1,36 @@
-"""`mbody kinematics | kinetostatics | statics MODEL`."""
+"""The commands that analyse a model: motion, forces, rest, modes, assemblies, cross-checks."""
 
 from __future__ import annotations
 
 import dataclasses
 import json
 import sys
+from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mbody.cli.equal_steps import equal_steps
-from mbody.cli.models import model_of, named_values
-from mbody.cli.option_values import whole_number
-from mbody.cli.streams import message
-from mbody.cli.table_output import check_printed
-from mbody.cli.usage import UsageError
-from mbody.errors import ModelError
-from mbody.solution.doubts import succeeded
+import numpy as np
+
+from mbody.analysis.dynamics.progress import shown
+from mbody.cli.interrupts import interrupt
+from mbody.cli.option_values import equal_steps, model_of, named_values, path_of, whole_number
+from mbody.cli.streams import UsageError, check_printed, message
+from mbody.errors import ModelError, SolveError
+from mbody.model.numbers import number_in
+from mbody.solution.doubts import heading, succeeded
 
 if TYPE_CHECKING:
+    from mbody.analysis.assemblies.assembly_modes import AssemblyModes
+    from mbody.model.mechanism import Mechanism
     from mbody.model.study import Instants
     from mbody.solution.solution import Solution
-
-__all__ = ["analyse", "assembly_of", "check_forms", "question", "exit_status", "write"]
+    from mbody.system.system import System
 
 
 def analyse(args: Any) -> int:
     """Run an analysis and print its results."""
-    from mbody.analysis.driven.requests import analyse_at as solved
-    from mbody.sheets.friction import efficiency_line
+    from mbody.analysis.driven.driven import analyse_at as solved
+    from mbody.sheets.instant import efficiency_line
 
     check_forms(args)
     mechanism = model_of(args)
@@ -130,3 +134,315 @@ def write(run: Solution, args: Any) -> None:
     for path in (args.csv, args.npz):
         if path and path != "-":
             message(f"wrote {path}: {len(run)} instants")
+
+
+# -- Commands about models: `check`, `equilibrium`, `modes`, `models`, `show`, `schema` --------
+
+#: Boxes that `check` searches for assembly modes: most need 50, a family of positions 5000.
+AT_ONCE = 6000
+
+
+def check(args: Any) -> int:
+    """Degrees of freedom, redundant rows and free motions of a model."""
+    from mbody.analysis.freedom.mobility import mobility
+    from mbody.sheets.analyses import closing_data, closing_line
+
+    mechanism = model_of(args)
+    report = mobility(mechanism)
+    found = _assemblies(mechanism) if report.drivers and report.driven.freedom == 0 else None
+    if args.json:
+        closing = None if found is None else closing_data(found)
+        print(json.dumps(report.data() | {"assemblies": closing}, ensure_ascii=False))
+        return 0
+    print(report)
+    if found is not None:
+        print("", *closing_line(found), sep="\n")
+    return 0
+
+
+def _assemblies(mechanism: Mechanism) -> AssemblyModes | None:
+    """In how many ways the mechanism closes, as far as that is known at once."""
+    from mbody.analysis.assemblies.assembly_modes import assembly_modes
+
+    try:
+        return assembly_modes(mechanism, most=AT_ONCE)
+    except SolveError:
+        return None
+
+
+def equilibrium(args: Any) -> int:
+    """Rest positions of a model."""
+    from mbody.analysis.equilibria.equilibrium import equilibrium as found
+    from mbody.model.numbers import number_in
+
+    mechanism = model_of(args)
+    when = 0.0 if args.t is None else number_in(mechanism, args.t, "time", "--t", "value")
+    report = found(mechanism, free=args.free, t=when)
+    angle = args.angle or "deg"
+    print(json.dumps(report.data(angle), ensure_ascii=False) if args.json else report)
+    return exit_status(report)
+
+
+def modes(args: Any) -> int:
+    """Frequencies, damping and shapes of small motions about the rest positions of a model."""
+    from mbody.analysis.linear.modes import modes as found
+    from mbody.model.numbers import number_in
+
+    mechanism = model_of(args)
+    when = 0.0 if args.t is None else number_in(mechanism, args.t, "time", "--t", "value")
+    report = found(mechanism, free=args.free, t=when)
+    print(json.dumps(report.data(), ensure_ascii=False) if args.json else report)
+    return exit_status(report)
+
+
+def models(args: Any) -> int:
+    """The models of the gallery, with title, source and what to look at."""
+    from mbody import gallery
+    from mbody.sheets.text_table import paragraph
+
+    found = {name: _headed(gallery.path(name)) for name in gallery.names()}
+    if args.json:
+        entries = [{"model": name, **head} for name, head in found.items()]
+        head = heading(None, "models", {})
+        print(json.dumps(head | {"models": entries}, ensure_ascii=False))
+        return 0
+    wide = max(map(len, found)) + 2
+    for name, head in found.items():
+        parts = [part for line in head.values() if line for part in paragraph(line, " " * wide)]
+        print(f"{name:{wide}}{parts[0].lstrip()}", *parts[1:], "", sep="\n")
+    print("mbody kinetostatics NAME analyses one, mbody show NAME prints its file")
+    return 0
+
+
+def _headed(path: Path) -> dict[str, str]:
+    """Title, source and note of a file: nothing of it is made, so that names are there at once."""
+    import tomllib
+
+    table = tomllib.loads(path.read_text(encoding="utf-8"))
+    keys = {"title": "name", "source": "source", "note": "note"}
+    return {word: str(table.get(key, "")) for word, key in keys.items()}
+
+
+def show(args: Any) -> int:
+    """The file of a model, as it is."""
+    from mbody.files.model.read import text_of
+
+    print(text_of(path_of(args.model)), end="")
+    return 0
+
+
+def schema(args: Any) -> int:
+    """The JSON Schema of model files."""
+    from mbody.files.model import json_schema
+
+    print(json.dumps(json_schema(), indent=2, ensure_ascii=False))
+    return 0
+
+
+# -- `mbody simulate MODEL`: free motion over time ---------------------------------------------
+
+
+def simulate(args: Any) -> int:
+    """Simulate the motion and print it; 1 if it was stopped or is in doubt."""
+    from mbody.analysis.dynamics.simulate import simulate as simulated
+
+    check_forms(args)
+    mechanism = model_of(args)
+    options: dict[str, Any] = {"progress": _progress(args, _last(mechanism, args.to))}
+    if args.rtol is not None:
+        options["rtol"] = _number(args.rtol, "--rtol")
+    if args.method is not None:
+        options["method"] = args.method
+    if args.step is not None:
+        options["step"] = number_in(mechanism, args.step, "time", "simulate", "--step")
+    if args.every is not None:
+        options["every"] = number_in(mechanism, args.every, "time", "simulate", "--every")
+    if args.instants is not None:
+        options["instants"] = whole_number("--instants", args.instants)
+    if args.input:
+        given = named_values(args.input, "--input")
+        options["inputs"] = {name: _history(name, text) for name, text in given.items()}
+    if args.begun is not None:
+        from mbody.files.saved import load_run
+
+        options["start"] = load_run(args.begun)
+    run = simulated(mechanism, args.to, **options)
+    interrupt.done()
+    write(run, args)
+    if args.save is not None:
+        from mbody.files.saved import save_run
+
+        save_run(run, args.save)
+        message(f"wrote {args.save}: {len(run)} instants")
+    if args.json:
+        print(json.dumps(run.data(args.angle or "deg"), ensure_ascii=False, allow_nan=False))
+    elif args.csv != "-":
+        print(run)
+    return exit_status(run, shown=args.json or args.csv != "-")
+
+
+def _history(name: str, text: str) -> Any:
+    """A history as text, or the rows t and u of a file."""
+    if not text.startswith("@"):
+        return text
+    from mbody.files.model.fields import columns
+
+    path = Path(text[1:])
+    try:
+        return columns(path.name, path.parent)
+    except ModelError as error:
+        why = str(error).replace(" beside the model", "")
+        raise ModelError(f"--input {name}: {why}", name) from None
+
+
+def _last(mechanism: Any, to: Any) -> float:
+    """When the motion is to end; the analysis refuses a motion without one."""
+    args = to if to is not None or mechanism.simulation is None else mechanism.simulation.until
+    return 0.0 if args is None else number_in(mechanism, args, "time", "simulate", "until")
+
+
+def _number(text: str, option: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise UsageError(f"{option} takes a number, not {text[:40]!r}") from None
+
+
+def _progress(args: Any, until: float) -> Callable[[float], None]:
+    """A function that shows the time reached on a terminal, and stops the motion at Ctrl-C."""
+    shows = not args.json and sys.stderr is not None and sys.stderr.isatty()
+    show = shown(until) if shows else None
+
+    def progress(t: float) -> None:
+        interrupt.mark()
+        if show is not None:
+            show(t)
+
+    return progress
+
+
+# -- `mbody assemblies MODEL`: every way in which a mechanism closes ---------------------------
+
+
+def assemblies(args: Any) -> int:
+    """Print assembly modes, circuits and dead centres, and draw the modes."""
+    from mbody.analysis.assemblies.assembly_modes import assembly_modes
+    from mbody.analysis.assemblies.circuits import circuits
+    from mbody.system.assembler import assemble
+    from mbody.views.style import check_ending
+
+    if args.output:
+        check_ending(args.output)
+    args.over = args.instants = args.turns = None
+    mechanism = model_of(args)
+    system = assemble(mechanism)
+    wanted = question(args, None)
+    drive, used = _values(system, wanted)
+    found: Any
+    if system.leaders:
+        name = args.driver or system.leaders[0].name
+        found = circuits(system, drive, driver=name, used=used)
+    else:
+        found = assembly_modes(system)
+    if args.output:
+        from mbody.views import save
+        from mbody.views.drawing import draw_assemblies
+
+        save(draw_assemblies(found if not system.leaders else found.modes), args.output)
+        message(f"wrote {args.output}")
+    if args.json:
+        data = found.data(args.angle or "deg")
+        if not system.leaders:
+            data |= {"circuits": [], "dead_centres": []}
+        print(json.dumps(data, ensure_ascii=False, allow_nan=False))
+    else:
+        print(found)
+    return exit_status(found, shown=args.json)
+
+
+def _values(system: System, wanted: Instants | None) -> tuple[dict[str, float], np.ndarray | None]:
+    """Values of the drivers at the one instant requested, and the position that analyses find."""
+    from mbody.analysis.driven.driven import analyse_system_at, arguments_at
+    from mbody.model.study import Instants
+
+    if wanted is None:
+        return {}, None
+    how, _ = arguments_at(system, wanted)
+    if "t" in how:
+        times = np.asarray(how["t"])[1:]
+        values = {
+            d.name: [float(system.law_of(d)(float(t))) for t in times] for d in system.leaders
+        }
+    else:
+        values = {name: np.asarray(row)[1:].tolist() for name, row in how["drive"].items()}
+    if max(map(len, values.values()), default=1) != 1:
+        raise UsageError("assemblies are those of one position: give --at one value")
+    drive = {name: row[0] for name, row in values.items()}
+    try:
+        run = analyse_system_at(system, "kinematics", Instants(at=wanted.at))
+    except SolveError:
+        return drive, None
+    return drive, np.concatenate([_coordinates(run), np.zeros(3)])
+
+
+def _coordinates(run: Any) -> np.ndarray:
+    return np.asarray(run.record.table(slice(None))[0, : run.system.coordinates])
+
+
+# -- `mbody transmission MODEL --output BODY`: how well a force comes through ------------------
+
+
+def transmission(args: Any) -> int:
+    """Print transmission angle, mechanical advantage and velocity ratio, over the turn; of an
+    output that another link drives by contact, over the motion of its simulation.
+    """
+    from mbody.analysis.driven.driven import analyse_at
+    from mbody.analysis.driven.transmission import transmission as found_through
+    from mbody.views.motions import cycle
+
+    mechanism = model_of(args)
+    wanted = question(args, mechanism.ask)
+    if wanted is None and _by_contact(mechanism, args.output):
+        from mbody.analysis.dynamics.simulate import simulate
+
+        run = simulate(mechanism)
+    else:
+        if not args.at and not args.over:
+            wanted = cycle(mechanism, wanted)
+        run = analyse_at(mechanism, "kinematics", wanted, assembly_of(args))
+    found = found_through(run, args.driver, args.output, args.joint)
+    if args.json:
+        print(json.dumps(found.data(args.angle or "deg"), ensure_ascii=False, allow_nan=False))
+    else:
+        print(found)
+    return exit_status(found, shown=args.json)
+
+
+def _by_contact(mechanism: Mechanism, output: str) -> bool:
+    """Whether contacts with another moving link, which open and close, drive the output."""
+    from mbody.system.assembler import assemble
+
+    if mechanism.simulation is None or not (mechanism.contacts or mechanism.groups):
+        return False
+    body = output.partition(".")[0]
+    every = assemble(mechanism).mechanism.contacts  # those of groups, too
+    touching = (one.bodies for one in every if len(one.bodies) == 2)
+    return any(body in pair and "ground" not in pair for pair in touching)
+
+
+# -- `mbody crosscheck MODEL`: its results compared with those of other engines ----------------
+
+
+def crosscheck(args: Any) -> int:
+    """Check a model against other engines; 1 where one of them differs."""
+    from mbody.engines.crosscheck import crosscheck as checked
+
+    against = None
+    if args.against is not None:
+        against = [name.strip() for name in args.against.split(",") if name.strip()]
+        if not against:
+            raise UsageError("--against takes names of engines with commas between them")
+    report = checked(model_of(args), against)
+    text = json.dumps(report.data(), ensure_ascii=False, allow_nan=False) if args.json else report
+    print(text)
+    return exit_status(report)

@@ -12,8 +12,7 @@ from typing import Any
 
 from mbody.cli.interrupts import STATUS, interrupt
 from mbody.cli.parser import parser
-from mbody.cli.streams import message, opened, silenced
-from mbody.cli.usage import UsageError
+from mbody.cli.streams import UsageError, message, opened, silenced
 from mbody.errors import ModelError, SolveError, at_the_command
 
 __all__ = ["run_command"]

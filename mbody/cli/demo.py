@@ -23,7 +23,7 @@ PRINTED = {
 
 def demo(args: Any = None) -> int:
     """Norton's four-bar, and the book's answers beside ours."""
-    from mbody.analysis.driven.kinetostatics import kinetostatics
+    from mbody.analysis.driven.driven import kinetostatics
     from mbody.gallery import load
 
     print(*_comparison(kinetostatics(load("norton_fourbar_printed"))), "", sep="\n")
@@ -96,7 +96,7 @@ def _comparison(run: Solution) -> list[str]:
 
 def _answers(run: Solution, name: str) -> list[float]:
     """A torque, or components, magnitude and direction [deg] of a force, by its textbook name."""
-    from mbody.sheets.names import force_names
+    from mbody.sheets.text_table import force_names
 
     element, on = next(
         (e, on) for e, (known, on) in force_names(run.mechanism).items() if known == name

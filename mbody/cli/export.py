@@ -1,15 +1,11 @@
-"""`mbody export MODEL --to mjcf | dxf | image | fmu`."""
+"""The commands `mbody export` and `mbody import`: files of other programs."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from mbody.cli.models import model_of
-from mbody.cli.option_values import whole_number
-from mbody.cli.streams import message
-from mbody.cli.usage import UsageError
-
-__all__ = ["export"]
+from mbody.cli.option_values import model_of, whole_number
+from mbody.cli.streams import UsageError, message
 
 
 def export(args: Any) -> int:
@@ -103,4 +99,24 @@ def _fmu(args: Any) -> int:
         message(f"mbody: {note}")
     machines = ", ".join(made.platforms)
     message(f"wrote {args.output}: {len(made.content)} bytes, with binaries for {machines}")
+    return 0
+
+
+# -- `mbody import FILE -o model.toml` ---------------------------------------------------------
+
+
+def import_file(args: Any) -> int:
+    """Write a model file from another program's; what was assumed or left out is reported."""
+    from mbody.exchange import import_model
+    from mbody.files.model import save, to_toml
+
+    made = import_model(args.file, args.units)
+    if args.output is None:
+        print(to_toml(made.mechanism), end="", flush=True)
+    else:
+        save(made.mechanism, args.output)
+    for note in made.notes:
+        message(f"mbody: {note}")
+    if args.output is not None:
+        message(f"wrote {args.output}: {made.mechanism.name}, from a file of {made.form}")
     return 0

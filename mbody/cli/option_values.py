@@ -1,14 +1,19 @@
-"""Values of options, read from their texts."""
+"""What options say: models with their parameters, values, steps and units."""
 
 from __future__ import annotations
 
-from typing import Any
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from mbody.cli.usage import UsageError
+from mbody.cli.streams import UsageError
 from mbody.errors import ModelError
-from mbody.quantities.convert import short_degrees
+from mbody.quantities.evaluate import short_degrees
 
-__all__ = ["bounds", "in_degrees", "low_and_high", "whole_number"]
+if TYPE_CHECKING:
+    from mbody.model.mechanism import Mechanism
+    from mbody.model.study import Measure
 
 
 def in_degrees(angles: Any) -> Any:
@@ -60,3 +65,143 @@ def bounds(option: str, text: str) -> tuple[Any, Any]:
         return read(low, None, "deg"), read(high, None, "deg")
     except FormulaError as error:
         raise ModelError(f"{option}: {error}", option) from None
+
+
+# -- Values in equal steps, as an option names them: LOW:HIGH:COUNT ----------------------------
+
+#: Values of one option.
+MOST = 1_000_000
+
+_END = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\d\s].*?)?\s*")
+
+
+def equal_steps(option: str, text: str) -> list[str]:
+    """The values as text with their unit; those between commas as they are.
+
+    Parameters
+    ----------
+    option : str
+        What errors call it, such as ``"--at crank"``.
+    text : str
+        ``"0:360:25"``, ``"0 s:5 s:501"``, ``"0:90 deg:4"``, or ``"1,2,3"``.
+
+    Raises
+    ------
+    UsageError
+        For ends that are no numbers of one unit, or a count that is none.
+
+    >>> equal_steps("--at crank", "0:90 deg:4")
+    ['0.0 deg', '30.0 deg', '60.0 deg', '90.0 deg']
+    >>> equal_steps("--at t", "1,2 s")
+    ['1', '2 s']
+    """
+    if ":" not in text:
+        return text.split(",")
+    low, high, count = [*text.split(":"), "", ""][:3]
+    ends = [_END.fullmatch(part) for part in (low, high)]
+    units = {end[2] for end in ends if end and end[2]}
+    whole = count.strip()
+    steps = int(whole) if whole.isascii() and whole.isdigit() and len(whole) < 9 else 0
+    if text.count(":") != 2 or len(units) > 1 or not 2 <= steps <= MOST:
+        raise _refused(option, text)
+    first, last = (float(end[1]) if end else None for end in ends)
+    if first is None or last is None:
+        raise _refused(option, text)
+    unit = next(iter(units), "")
+    values = [first + (last - first) * n / (steps - 1) for n in range(steps - 1)] + [last]
+    return [f"{value!r} {unit}".strip() for value in values]
+
+
+def _refused(option: str, text: str) -> UsageError:
+    return UsageError(
+        f"{option} takes LOW:HIGH:COUNT, two numbers of one unit and a count from 2 to {MOST}, as "
+        f"in 0:360:25, or values with commas, not {text[:60]!r}"
+    )
+
+
+# -- Find the model that a command names, with the requested parameters and units --------------
+
+
+def model_of(args: Any) -> Mechanism:
+    """The mechanism that the arguments name.
+
+    Raises
+    ------
+    ModelError
+        Where there is no such model, or it is none.
+    """
+    from mbody.files.model import in_units
+
+    mechanism = model_in(path_of(args.model), named_values(args.set, "--set"))
+    return in_units(mechanism, args.units) if args.units else mechanism
+
+
+def model_in(path: Path, parameters: Mapping[str, str] | None = None) -> Mechanism:
+    """The mechanism of a file, with other values of its parameters.
+
+    Raises
+    ------
+    ModelError
+        As of `load`; for a file of another program with the command that imports it.
+    """
+    from mbody.files.model import load
+
+    try:
+        return load(path, parameters=parameters or {})
+    except ModelError:
+        from mbody.exchange import other_program  # which takes as long to load as an analysis
+
+        if whose := other_program(path):
+            raise ModelError(
+                f"'{path.name}' is a file of {whose}, not a model: make one of it, mbody import "
+                f"{path.name} -o {path.stem}.toml"
+            ) from None
+        raise
+
+
+def path_of(model: str) -> Path:
+    """The file of a model: one that exists, else one of the gallery."""
+    from mbody.gallery import model_path
+
+    return model_path(model)
+
+
+def named_values(texts: Sequence[str], option: str) -> dict[str, Any]:
+    """``["a=2", "b=3 mm"]`` as a mapping of texts.
+
+    >>> named_values(["a=2", "b=3 mm"], "--set")
+    {'a': '2', 'b': '3 mm'}
+    """
+    found: dict[str, Any] = {}
+    for text in texts:
+        name, sign, value = text.partition("=")
+        name, value = name.strip(), value.strip()
+        if not sign or not name or not value:
+            raise UsageError(f"{option} takes NAME=VALUE, not {text[:60]!r}")
+        if name in found:
+            raise ModelError(f"{option} gives '{name}' twice: give it once", name)
+        found[name] = value
+    return found
+
+
+# -- Measures of `--angle deg`: those of angles in degrees -------------------------------------
+
+
+def measures_in_degrees(mechanism: Mechanism, names: Sequence[str]) -> dict[str, Measure]:
+    """The measures by name, those of angles that have no unit of their own in degrees."""
+    from mbody.model.study import Measure, measure_named, outermost
+    from mbody.quantities.units import DIMENSIONS
+    from mbody.solution.measures import check_measure
+
+    rad = mechanism.units.of(DIMENSIONS["angle"])
+    found = {}
+    for name in names:
+        one = measure_named(mechanism.measures, name)
+        by, of, instant = outermost(one.of)
+        inner = measure_named(mechanism.measures, of)
+        of = inner.of
+        if by:
+            of = f"at({of}, {instant})" if by == "at" else f"{by}({of})"
+        unit = "" if inner.by else check_measure(mechanism, Measure(of, one.unit).history)
+        found[name] = Measure(of, "deg") if unit == rad and not one.unit else one
+    return found

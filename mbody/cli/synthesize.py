@@ -1,18 +1,17 @@
-"""`mbody synthesize FILE`: mechanisms for a path, a function or poses in a table."""
+"""The commands that find mechanisms: `synthesize`, `cognates`, `atlas`, `linkages`."""
 
 from __future__ import annotations
 
+import argparse
 import json
+import math
 from pathlib import Path
 from typing import Any
 
-from mbody.cli.models import model_in, named_values, path_of
-from mbody.cli.option_values import bounds, whole_number
-from mbody.cli.streams import message
-from mbody.cli.usage import UsageError
-from mbody.solution.heading import heading, unit_symbols
-
-__all__ = ["numbered_file", "synthesize"]
+from mbody.cli.interrupts import interrupt
+from mbody.cli.option_values import bounds, model_in, model_of, named_values, path_of, whole_number
+from mbody.cli.streams import UsageError, message
+from mbody.solution.doubts import heading, unit_symbols
 
 
 def synthesize(args: Any) -> int:
@@ -66,3 +65,122 @@ def numbered_file(output: str, n: int) -> str:
     """The file of one design: design.toml, then design-2.toml."""
     path = Path(output)
     return output if n == 0 else str(path.with_name(f"{path.stem}-{n + 1}{path.suffix}"))
+
+
+# -- `mbody cognates MODEL --point coupler.P`: other linkages with the same coupler curve ------
+
+
+def cognates(args: Any) -> int:
+    """Print the cognates, and write them as model files."""
+    from mbody.synthesis import cognates as cognates_of
+
+    mechanism = model_of(args)
+    found = cognates_of(mechanism, args.point)
+    files = [numbered_file(args.output, n) for n in range(len(found))] if args.output else []
+    for one, file in zip(found, files, strict=False):
+        one.save(file)
+        message(f"wrote {file}")
+    if args.json:
+        rows = [{"file": files[n] if files else None} | one.data() for n, one in enumerate(found)]
+        head = heading(mechanism.name, "cognates", unit_symbols(mechanism.units))
+        data = head | {"point": args.point, "first": found.first.data(), "cognates": rows}
+        print(json.dumps(data | {"notes": list(found.notes)}, ensure_ascii=False, allow_nan=False))
+    else:
+        print(found)
+    return 0
+
+
+# -- `mbody atlas --to FILE`: an atlas of coupler curves, to start a synthesis from ------------
+
+
+def atlas(args: Any) -> int:
+    """Make an atlas and write it to a file."""
+    from mbody.synthesis import Atlas
+
+    given = {name: whole_number(f"--{name}", getattr(args, name)) for name in ("count", "seed")}
+    found = Atlas.made(args.kind, **{name: n for name, n in given.items() if n is not None})
+    found.save(args.to)
+    message(f"wrote {args.to}: {len(found)} curves")
+    return 0
+
+
+# -- `mbody linkages --to FOLDER`: a data set of random linkages with their motion and forces --
+
+
+def add_linkages(command: argparse.ArgumentParser) -> None:
+    """The arguments."""
+    for name, metavar, text in (
+        ("count", "N", "how many linkages (1000)"),
+        ("nodes", "K", "joints of each (8)"),
+        ("seed", "S", "of the random numbers (0)"),
+        ("instants", "N", "positions of each (200)"),
+        ("threads", "N", "by default as many as there are cores"),
+    ):
+        command.add_argument(f"--{name}", metavar=metavar, help=text)
+    command.add_argument(
+        "--groups", metavar="NAMES", help="of dyads,sliders,triads,assur, by default all"
+    )
+    command.add_argument("--turn", metavar="DEG", help="turn of the crank [deg] (360)")
+    command.add_argument("--speed", metavar="RATE", help="of the crank [rad/s] (1)")
+    command.add_argument(
+        "--scheduler", metavar="ADDRESS", help="of a Dask cluster, such as tcp://10.0.0.5:8786"
+    )
+    command.add_argument(
+        "--part", metavar="K/N", help="the K-th of N parts, each a process of its own (1/1)"
+    )
+    command.add_argument("--to", metavar="FOLDER", required=True, help="goes on where one is begun")
+
+
+def linkages(args: Any) -> int:
+    """Write a data set, or go on with one."""
+    from mbody.analysis.dynamics.progress import counted
+    from mbody.sweeps.run import cores
+    from mbody.topologies.dataset import LinkageSet, write_linkages
+
+    names = ("count", "nodes", "seed", "instants", "threads")
+    given = {name: whole_number(f"--{name}", getattr(args, name)) for name in names}
+    options: dict[str, Any] = {name: n for name, n in given.items() if n is not None}
+    threads = options.pop("threads", None) or cores()
+    if args.groups is not None:
+        options["groups"] = tuple(part.strip() for part in args.groups.split(",") if part.strip())
+    if args.turn is not None:
+        options["turn"] = math.radians(_number("--turn", args.turn))
+    if args.speed is not None:
+        options["speed"] = _number("--speed", args.speed)
+    show = counted("linkages")
+
+    def progress(done: int, of: int) -> None:
+        interrupt.mark()
+        show(done, of)
+
+    what = LinkageSet(**({"count": 1000} | options))
+    found = write_linkages(
+        args.to,
+        what,
+        threads=threads,
+        scheduler=args.scheduler,
+        part=_part(args.part),
+        progress=progress,
+    )
+    interrupt.done()
+    if found.status != "completed":
+        message(found.status)
+    message(f"wrote {found.folder}: {found.done} of {found.count} linkages")
+    return 0 if found.status == "completed" else 1
+
+
+def _part(text: str | None) -> tuple[int, int]:
+    own, _, parts = ("1/1" if text is None else text).partition("/")
+    if not (own.isdecimal() and parts.isdecimal()):
+        raise UsageError(f"--part takes numbers such as 3/16, not {str(text)[:40]!r}")
+    return int(own), int(parts)
+
+
+def _number(option: str, text: str) -> float:
+    try:
+        found = float(text)
+    except ValueError:
+        found = math.nan
+    if not math.isfinite(found):
+        raise UsageError(f"{option} takes a number, not {text[:40]!r}")
+    return found

@@ -1,16 +1,15 @@
 """What the functions of `mbody.core.lanes` are in compiled code."""
 
-# mypy: disallow-any-unimported=False, disallow-subclassing-any=False
-# mypy: disallow-untyped-decorators=False, disallow-untyped-calls=False
-
 from __future__ import annotations
 
 from typing import Any
 
 import numpy as np
+from llvmlite import ir
 from numba import types
+from numba.core import cgutils
 from numba.core.typing.templates import signature
-from numba.extending import overload
+from numba.extending import lower_builtin, overload, type_callable
 
 from mbody.compiler.jit import inline
 from mbody.compiler.lanes_type import (
@@ -20,6 +19,7 @@ from mbody.compiler.lanes_type import (
     if_odd,
     is_plain,
     lane_count,
+    llvm_type,
     negate_if_two,
     reduction,
     row_load,
@@ -30,8 +30,11 @@ from mbody.compiler.lanes_type import (
 from mbody.core import lanes as plain
 from mbody.core.interface import FASTMATH
 from mbody.core.lanes import LANES, Number, sincos
+from mbody.core.stack import FRAME_NUMBERS, numbers_in_frame
 
-__all__ = ["Lanes", "sincos_near_zero"]
+# mypy: disallow-any-unimported=False, disallow-subclassing-any=False
+# mypy: disallow-untyped-decorators=False, disallow-untyped-calls=False
+
 
 witness(LANES)(plain.wide)
 row_load(plain.ld)
@@ -121,3 +124,24 @@ def _overload_sincos(x: Any) -> Any:
     if isinstance(x, Lanes):
         return None if x.dual else lanes
     return scalar if is_plain(x) else None
+
+
+# -- `mbody.core.stack.numbers_in_frame` in compiled code --------------------------------------
+
+# mypy: disallow-any-unimported=False, disallow-untyped-decorators=False
+# mypy: disallow-untyped-calls=False
+
+
+@type_callable(numbers_in_frame)
+def _typer(context: Any) -> Any:
+    def typer(like: Any) -> Any:
+        kind = like if isinstance(like, Lanes) else types.float64
+        return signature(types.CPointer(kind), kind)
+
+    return typer
+
+
+@lower_builtin(numbers_in_frame, types.Any)
+def _lower(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+    size = ir.Constant(ir.IntType(32), FRAME_NUMBERS)
+    return cgutils.alloca_once(builder, llvm_type(sig.args[0]), size=size)

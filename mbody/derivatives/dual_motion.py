@@ -2,31 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import functools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from mbody.analysis.contact.unilateral import Unilateral
-from mbody.analysis.dynamics.initial_step import REFINEMENTS, coordinate_sizes
+from mbody.analysis.contact.complementarity import ClosedContacts, impact_impulses, lemke
+from mbody.analysis.contact.unilateral import SENSES, Unilateral
+from mbody.analysis.dynamics.events import Guard
+from mbody.analysis.dynamics.integrators import REFINEMENTS, coordinate_sizes, own_sizes
 from mbody.analysis.dynamics.interruptions import held_inputs, without_held
-from mbody.analysis.dynamics.own_states import own_sizes
+from mbody.analysis.initial.initial_state import event_measure
 from mbody.analysis.position.assembly_analysis import SOFT, raise_user_error
-from mbody.core.dual_number import DualNumber
+from mbody.core.dual_number import DualNumber, value
 from mbody.core.duals import TANGENTS
 from mbody.core.lanes import LANES, aligned
-from mbody.derivatives.formula_jumps import held
-from mbody.derivatives.mode_record import ModeStretch
+from mbody.derivatives.dual_solution import DualRecord, EventTime, dual_solution
+from mbody.derivatives.mode_record import JumpGuard, LostNumbers, ModeStretch, held
 from mbody.errors import SolveError
-from mbody.kernels.free_duals import NEXT_LENGTH, T_NOW, FreeDuals, free_duals
-from mbody.kernels.layout import Layout, Work, stand_ins
+from mbody.kernels.friction import FRICTION_KINDS
+from mbody.kernels.layout import PER_PRIMITIVE, Layout, Work, stand_ins
+from mbody.kernels.motion_duals import NEXT_LENGTH, T_NOW, FreeDuals, free_duals
 from mbody.kernels.step_state import DONE
 from mbody.kernels.tableaus import order_8
-from mbody.solution.restart import Way
-from mbody.solution.solution import Solution
+from mbody.model.contact import Spot
+from mbody.model.element import Numbers
+from mbody.solution.measures import valued
+from mbody.solution.solution import Solution, Way
 from mbody.system.rank import joint_rows
-
-__all__ = ["DualMotion", "DualInstant", "Tangents"]
+from mbody.system.system import polar_points
 
 Array = np.ndarray
 
@@ -88,7 +94,7 @@ class DualInstant:
     y, slope : DualNumber (numbers,)
         The state, projected on the constraints, and its derivative.
     page : DualNumber (rows,)
-        As of `mbody.kernels.driven_duals.keep_duals`.
+        As of `mbody.kernels.motion_duals.keep_duals`.
     value, rate : DualNumber (switched,)
         Of the rows that can be on or off: Φ and its rate.
     block : DualNumber (switched, coordinates)
@@ -288,10 +294,10 @@ class DualMotion:
         there = np.abs(own[:, :, 0] * weights[:, :, 0] - 1.0) < 1e-9
         slopes = -own[:, :, width] * np.square(weights[:, :, :1])
         weights[:, :, width] = np.where(there[:, :, None], slopes, 0.0)
-        for place, value in self._layout(stretch)[1].items():
-            work.formula[place, 0] = value
-        for name, value in stretch.inputs.items():
-            work.signal[self.held[name], 0] = value
+        for place, one_value in self._layout(stretch)[1].items():
+            work.formula[place, 0] = one_value
+        for name, one_value in stretch.inputs.items():
+            work.signal[self.held[name], 0] = one_value
         work.signal[list(self.held.values()), width] = tangents.held
         if count := len(stretch.on):
             self.uni.set_rows(work, stretch.on, stretch.sense)
@@ -315,3 +321,485 @@ def _product(a: DualNumber, b: DualNumber) -> DualNumber:
 def _beside(parts: Sequence[DualNumber]) -> DualNumber:
     """The same numbers with the tangents of all parts."""
     return DualNumber(parts[0].value, np.concatenate([one.tangents for one in parts], axis=-1))
+
+
+# -- What is zero where the modes of a motion change, in dual numbers --------------------------
+#
+# The same quantities as of `mbody.analysis.dynamics.contact_guards`, each of one instant.
+
+#: Gaps beyond this, in model lengths, are not what closes there.
+NEAR = 1e-6
+
+
+class GuardDuals:
+    """The guards of one system.
+
+    Parameters
+    ----------
+    uni : Unilateral
+    numbers : mapping
+        Of the description by dotted name, dual ones among them.
+    """
+
+    def __init__(self, uni: Unilateral, numbers: Mapping[str, Any]) -> None:
+        self.uni, self.system = uni, uni.system
+        contacts = {one.name: one for one in self.system.mechanism.contacts}
+        self.numbers = numbers
+        at: Any = numbers
+        static = {name: one.coefficients(at)[1] for name, one in contacts.items()}
+        #: Of every touch its static friction.
+        self.static = [static[touch.name] for touch in uni.touches]
+
+    def value(self, guard: Guard | JumpGuard, stretch: ModeStretch, now: DualInstant) -> Any:
+        """The value of a guard, a dual number; None of one that has no derivatives here."""
+        if isinstance(guard, JumpGuard):
+            return now.formula[guard.number]
+        touches = self.uni.touches
+        if guard.kind == "close":
+            found = touches[guard.number].spot.sense * now.value[touches[guard.number].normal]
+            return None if self.behind(guard, now) else found
+        if guard.kind == "lock":
+            return touches[guard.number].spot.sense * now.rate[touches[guard.number].normal]
+        if guard.kind == "open":
+            return self._pressing(now.page, guard.number)
+        if guard.kind in ("edge", "enter"):
+            along = self._along(guard.number, now)
+            return along if guard.kind == "edge" or along is None else -along
+        if guard.kind == "stop":
+            row, mode = self._sliding(stretch, guard.number)
+            return SENSES[mode] * now.rate[row]
+        if guard.kind == "slip" and guard.number < len(touches):
+            group = stretch.groups.get(guard.number, [guard.number])
+            most = sum(self.static[k] * self._pressing(now.page, k) for k in group)
+            return most - abs(self._multiplier(now.page, touches[guard.number].tangent))
+        if guard.kind == "slip":
+            return self._reserve(guard.number - len(touches), now)
+        return None
+
+    def behind(self, guard: Guard | JumpGuard, now: DualInstant) -> bool:
+        """Whether what has no gap to close only passes an end of the edge that it is behind."""
+        if guard.kind != "close":
+            return False
+        touch = self.uni.touches[guard.number]
+        gap = float(touch.spot.sense * value(now.value)[touch.normal])
+        return gap < -NEAR * self.system.length
+
+    def kind_of(self, guard: Guard | JumpGuard) -> bool:
+        """Whether a guard follows from forces, not from positions and rates alone."""
+        return guard.kind in ("open", "slip", "share", "paradox")
+
+    @functools.cached_property
+    def _spots(self) -> list[Spot]:
+        """Of every touch where it is, by the numbers."""
+        machine = self.system.mechanism
+        at = Numbers(dict(self.numbers), polar_points(machine), machine.bodies)
+        return [spot for contact in machine.contacts for spot in contact.spots(at)]
+
+    def _along(self, number: int, now: DualInstant) -> Any:
+        """How far a touch is from the nearer end of its edge, within it; None of arcs."""
+        spot = self._spots[number]
+        if spot.edge is None or spot.arcs:
+            return None
+        (ax, ay), (ux, uy), length = spot.edge
+        (xi, yi, ti), (xj, yj, tj) = (self._pose(body, now) for body in self.uni.bodies[number])
+        jx, jy = spot.arm
+        px = xj + np.cos(tj) * jx - np.sin(tj) * jy - xi
+        py = yj + np.sin(tj) * jx + np.cos(tj) * jy - yi
+        x, y = np.cos(ti) * px + np.sin(ti) * py - ax, np.cos(ti) * py - np.sin(ti) * px - ay
+        way = ux * x + uy * y
+        return way if value(way) <= value(length - way) else length - way
+
+    def _pose(self, body: int, now: DualInstant) -> tuple[Any, Any, Any]:
+        """x, y and angle of a body; the ground is the last one."""
+        if 3 * body >= self.system.coordinates:
+            return 0.0, 0.0, 0.0
+        return now.y[3 * body], now.y[3 * body + 1], now.y[3 * body + 2]
+
+    def _sliding(self, stretch: ModeStretch, number: int) -> tuple[int, str]:
+        touches = self.uni.touches
+        if number < len(touches):
+            return touches[number].tangent, stretch.modes[number]
+        return self.uni.rough[number - len(touches)].tangent, stretch.pairs[number - len(touches)]
+
+    def _multiplier(self, page: DualNumber, row: int) -> DualNumber:
+        e = int(self.uni.layout.switched[row])
+        return page[3 * self.system.coordinates + PER_PRIMITIVE * e]
+
+    def _pressing(self, page: DualNumber, number: int) -> Any:
+        touch = self.uni.touches[number]
+        return -touch.spot.sense * self._multiplier(page, touch.normal)
+
+    def _reserve(self, m: int, now: DualInstant) -> Any:
+        """How much more friction a rough joint that sticks could have: of the nearer sense."""
+        pair, L = self.uni.rough[m], self.uni.layout
+        force = self._multiplier(now.page, pair.tangent)
+        node = int(L.friction_node[pair.pair])
+        first = 3 * self.system.coordinates
+        first += PER_PRIMITIVE * int(np.flatnonzero(L.primitive_node == node)[0])
+        x, y = now.page[first], now.page[first + 1]
+        ahead = self._limit(pair.pair, now, x, y, 1.0) - force
+        back = self._limit(pair.pair, now, x, y, -1.0) + force
+        return ahead if value(ahead) <= value(back) else back
+
+    def _limit(self, f: int, now: DualInstant, x: Any, y: Any, sense: float) -> Any:
+        """Static friction of pair f by the multipliers of what presses it, as of
+        `mbody.analysis.contact.complementarity`.
+        """
+        L = self.uni.layout
+        kind, o = FRICTION_KINDS[int(L.friction_kind[f])], int(L.friction_par[f])
+        mu, one, two = now.par[o + 1], now.par[o + 4], now.par[o + 5]
+        if kind in ("torque", "force"):
+            given = mu * now.signal[int(L.friction_signal[f])]
+            size = given * (1.0 + two * sense)
+            return size if value(given) > 0.0 and value(size) > 0.0 else 0.0 * size
+        if kind == "pin":
+            return mu * one / np.sqrt(1.0 + mu * mu) * np.hypot(x, y)
+        if kind == "couple":
+            return mu * abs(x) + two * sense * x
+        if kind == "follower":
+            at = 12 * int(L.friction_node[f]) + 6
+            push = np.sqrt(now.blocks[at] ** 2 + now.blocks[at + 1] ** 2)
+            if value(one) <= 0.0:
+                return mu * push * abs(x)
+            sine = one * mu / np.sqrt(1.0 + mu * mu)
+            return push * sine / np.sqrt(1.0 - sine * sine) * abs(x)
+        size = mu * abs(x)
+        if kind == "guide" and value(one) > 0.0:
+            moment = y + 0.5 * mu * sense * two * x
+            ends = 2.0 * mu / one * abs(moment)
+            return ends if value(ends) > value(size) else size
+        return size
+
+
+# -- When the modes of a motion change, and when events are, with derivatives ------------------
+
+#: A rate with which a guard becomes zero below this part of its usual one: it grazes zero.
+GRAZING = 1e-6
+#: By what part the tangents of a state may differ from what the modes that follow allow; by so many
+#: tolerances besides.
+APART, TOLERANCES = 1e-5, 1e3
+#: Times nearer to each other than this part of the motion are one.
+SAME = 1e-12
+
+
+class ChangeTimes:
+    """Times of changes and events of one motion, ṫ* = −(g_y S + g_p)/ġ.
+
+    Parameters
+    ----------
+    run : Solution
+        Of `simulate`.
+    motion : DualMotion
+    values : dict
+        Numbers of the description by dotted name, dual ones among them.
+    lost : LostNumbers
+    """
+
+    def __init__(
+        self, run: Solution, motion: DualMotion, values: dict[str, Any], lost: LostNumbers
+    ) -> None:
+        self.run, self.motion, self.values, self.lost = run, motion, values, lost
+        self.guards = GuardDuals(motion.uni, values)
+        #: By time alone, along which no number changes.
+        self.along = GuardDuals(motion.uni, {name: value(one) for name, one in values.items()})
+        self.width = len(lost.names)
+        self.short = SAME * float(run.t[-1] - run.begun[0].start.t[0])
+        self.events: list[EventTime] = []
+        self.own = [event for event in run.events if not event.contact]
+        self.measures = {
+            event.name: event_measure(run.mechanism, event) for event in run.begun[0].request.events
+        }
+        #: The last change, and its derivatives.
+        self.before: tuple[float, Array] = (-np.inf, np.zeros(self.width))
+
+    def when(self, stretch: ModeStretch, now: DualInstant, tangents: Tangents) -> DualNumber:
+        """The time at which the guard of a stretch is zero."""
+        guard, end = stretch.guard, stretch.end
+        assert guard is not None
+        ahead = self.ahead(stretch, now, tangents)
+        row = self._zero(stretch, guard, now, ahead)
+        if row is None:
+            why = "the derivative of when that changes is not there"
+            if self.guards.value(guard, stretch, now) is not None:
+                why = "what changes there only grazes its limit"
+            self.lost.lose(True, end, why)
+            row = np.zeros(self.width)
+        together = "two changes fall together there, in another order beside it"
+        for other in stretch.also:
+            if self.guards.kind_of(other) != self.guards.kind_of(guard):
+                continue
+            if self.guards.behind(other, now):
+                continue
+            beside = self._zero(stretch, other, now, ahead)
+            if beside is None and other.kind == "close":
+                # of edges on one line one comes upon the other where it passes its end
+                beside = self._zero(stretch, Guard("enter", other.number), now, ahead)
+            gone = True if beside is None else self._differ(row, beside)
+            self.lost.lose(gone, end, together)
+        if end - self.before[0] <= self.short:
+            self.lost.lose(self._differ(row, self.before[1]), end, together)
+        self.before = end, row
+        self._record(stretch, row)
+        return DualNumber(end, np.where(self.lost.gone, 0.0, row))
+
+    def ahead(self, stretch: ModeStretch, now: DualInstant, tangents: Tangents) -> DualInstant:
+        """An instant with derivatives by time along the motion, its one direction."""
+        y = DualNumber(now.y.value, now.slope.value[:, None])
+        t = DualNumber(float(now.t), np.ones(1))
+        return self.motion.at(stretch, t, y, tangents.none())
+
+    def event(self, event: Any, stretch: ModeStretch, y: DualNumber, tangents: Tangents) -> None:
+        """A zero of a measured quantity, with the state at its time."""
+        motion, width = self.motion, self.width
+        now = motion.at(stretch, DualNumber(event.t, np.zeros(width)), y, tangents)
+        ahead = self.ahead(stretch, now, tangents)
+        g, rate = (self._measured(event.name, one, part) for one, part in ((now, 0), (ahead, 1)))
+        row = np.full(width, np.nan)
+        if isinstance(rate, DualNumber) and rate.tangents[0] != 0.0:
+            slopes = g.tangents if isinstance(g, DualNumber) else np.zeros(width)
+            row = -slopes / rate.tangents[0]
+        row = np.where(self.lost.gone, np.nan, row)
+        self.events.append(EventTime(event.name, "", event.t, row))
+
+    def _differ(self, row: Array, other: Array) -> Array:
+        size = np.maximum(np.abs(row), np.abs(other))
+        return np.abs(row - other) > (APART + TOLERANCES * self.motion.way.rtol) * size
+
+    def _zero(
+        self, stretch: ModeStretch, guard: Any, now: DualInstant, ahead: DualInstant
+    ) -> Array | None:
+        """−(g_y S + g_p)/ġ of a guard; None where it has no derivative, or grazes zero."""
+        g = self.guards.value(guard, stretch, now)
+        rate = self.along.value(guard, stretch, ahead)
+        if g is None or rate is None:
+            return None
+        change = float(rate.tangents[0])
+        return None if not abs(change) > GRAZING * self._usual(guard) else -g.tangents / change
+
+    def _usual(self, guard: Guard | JumpGuard) -> float:
+        """With what rate a guard changes as a rule; of forces it is not known."""
+        n = self.motion.system.coordinates
+        scale = self.motion.scale
+        speed = float((scale[n : 2 * n] / scale[:n]).max()) * self.motion.system.length
+        if isinstance(guard, JumpGuard):
+            return guard.size / float(self.run.t[-1] - self.run.begun[0].start.t[0])
+        if guard.kind == "close":
+            return speed
+        if guard.kind in ("stop", "lock"):
+            return speed * speed / self.motion.system.length
+        return 0.0
+
+    def _record(self, stretch: ModeStretch, row: Array) -> None:
+        """The events at the end of a stretch."""
+        row = np.where(self.lost.gone, np.nan, row)
+        for one in self.run.events:
+            if one.contact and abs(one.t - stretch.end) <= self.short:
+                self.events.append(EventTime(one.name, one.contact, one.t, row))
+
+    def _measured(self, name: str, now: DualInstant, part: int) -> Any:
+        """What an event is of, at an instant; of its part 1 numbers have no tangents."""
+        page, n = now.page, self.motion.system.coordinates
+        width = page.tangents.shape[-1]
+        record = DualRecord(page.value[None], page.tangents[None], self.motion.first_load, n)
+        values = self.values
+        if part:
+            values = {
+                one: DualNumber(x.value, np.zeros(width)) if isinstance(x, DualNumber) else x
+                for one, x in values.items()
+            }
+        found = valued(dual_solution(self.run, values, record), self.measures[name])[0]
+        return found[0] if isinstance(found, DualNumber) and found.ndim else found
+
+
+# -- Velocities after an impact with their derivatives -----------------------------------------
+#
+# An impact solves problems of complementarity; which of their unknowns are not zero is known from
+# the motion, and with that it is a chain of linear systems. They are solved once more for every
+# direction with its tangents as tiny imaginary parts (complex step), which loses no figure.
+#
+# Squire, Trapp: Using complex variables to estimate derivatives of real functions (1998).
+
+#: Imaginary parts: their squares vanish.
+TINY = 1e-30
+#: An unknown of an impact below this part of the greatest is none, a complement too; where both
+#: are none there is no derivative.
+NONE = 1e-10
+#: Rows that depend on others by less than this part are dependent.
+DEPENDENT = 1e-9
+
+
+class ImpactDuals:
+    """The impacts of one system.
+
+    Parameters
+    ----------
+    uni : Unilateral
+    numbers : mapping
+        Of the description by dotted name, dual ones among them.
+    mass : DualNumber (coordinates,)
+    """
+
+    def __init__(self, uni: Unilateral, numbers: Mapping[str, Any], mass: DualNumber) -> None:
+        self.uni, self.mass = uni, mass
+        at: Any = numbers
+        contacts = {one.name: one for one in uni.system.mechanism.contacts}
+        self.friction = [contacts[one.name].coefficients(at)[0] for one in uni.touches]
+        self.restitution = [contacts[one.name].restitution_of(at) for one in uni.touches]
+
+    def velocities(self, now: DualInstant, closed: tuple[int, ...]) -> DualNumber | None:
+        """Velocities (coordinates,) after an impact of closed touches at an instant; None where
+        which of them take part is at its limit.
+        """
+        n = self.uni.system.coordinates
+        supports: list[Array] = []
+        rough = np.array([value(self.friction[one]) > 0.0 for one in closed], dtype=bool)
+
+        def first(A: Array, b: Array) -> Array | None:
+            z = lemke(A, b)
+            if z is None:
+                return None
+            w = A @ z + b
+            size = max(float(np.abs(z).max(initial=0.0)), 1e-300)
+            fast = max(float(np.abs(b).max(initial=0.0)), 1e-300)
+            tied = (z <= NONE * size) & (w <= NONE * fast)
+            # friction of what does not press is none, whatever its complement
+            tied[len(closed) :] &= np.tile(z[: len(closed)][rough] > NONE * size, 2)
+            if tied.any():
+                return None
+            taken = np.flatnonzero(z > NONE * size)
+            supports.append(taken[_independent(A[np.ix_(taken, taken)])])
+            return z
+
+        plain = self._after(now, closed, -1, first)
+        if plain is None:
+            return None
+        tangents = np.zeros((n, now.y.tangents.shape[1]))
+        for k in range(tangents.shape[1]):
+            left = iter(supports)
+
+            def again(A: Array, b: Array, left: Any = left) -> Array:
+                taken, z = next(left), np.zeros(len(b), dtype=complex)
+                z[taken] = np.linalg.solve(A[np.ix_(taken, taken)], -b[taken])
+                return z
+
+            found = self._after(now, closed, k, again)
+            assert found is not None
+            if not np.allclose(found.real, plain.real, rtol=0.0, atol=1e-9 * np.abs(plain).max()):
+                return None
+            tangents[:, k] = found.imag / TINY
+        return DualNumber(plain.real, tangents)
+
+    def _after(self, now: DualInstant, closed: tuple[int, ...], k: int, solve: Any) -> Array | None:
+        """Velocities after the impact, with the tangents of direction k as imaginary parts."""
+        uni, n, m = self.uni, self.uni.system.coordinates, len(closed)
+        block, rate, joints, mass = (
+            _with(one, k) for one in (now.block, now.rate, now.joints, self.mass)
+        )
+        W, rates = np.zeros((2 * m, n), dtype=block.dtype), np.zeros(2 * m, dtype=block.dtype)
+        for place, number in enumerate(closed):
+            touch = uni.touches[number]
+            W[place] = touch.spot.sense * block[touch.normal]
+            rates[place] = touch.spot.sense * rate[touch.normal]
+            if touch.tangent >= 0:
+                W[m + place], rates[m + place] = block[touch.tangent], rate[touch.tangent]
+        Y = self._responses(joints, mass[:n], W)
+        friction = _with_all([self.friction[one] for one in closed], k)
+        restitution = _with_all([self.restitution[one] for one in closed], k)
+        contacts = ClosedContacts(W @ Y, friction, np.where(friction.real > 0.0, 0.0, 1.0))
+        newton = np.array([uni.touches[one].law == "newton" for one in closed])
+        impulse = impact_impulses(contacts, rates, restitution, newton, solve=solve)
+        if impulse is None:
+            return None
+        v = _with(now.y, k)[n : 2 * n]
+        return np.asarray(v + Y @ impulse)
+
+    def _responses(self, joints: Array, mass: Array, W: Array) -> Array:
+        """How velocities change by an impulse along each row, (coordinates, rows), as far as joints
+        allow: from [M Gᵀ; G 0], G of rows that do not depend on each other.
+        """
+        system, n = self.uni.system, len(mass)
+        unit = system.coordinate_units
+        G = system.row_units[:, None] * joints * unit
+        if len(G):
+            # the others follow from these
+            G = G[_independent(G.real.T)]
+        size = float(np.abs(mass.real * unit**2).max())
+        inertia = np.diag(mass * unit**2) / size
+        count = len(G)
+        whole = np.block([[inertia, G.T], [G, np.zeros((count, count))]])
+        right = np.vstack([(W * unit).T / size, np.zeros((count, len(W)))])
+        return np.asarray(unit[:, None] * np.linalg.solve(whole, right)[:n])
+
+
+def _independent(A: Array) -> Array:
+    """Columns of A that do not depend on each other, ascending."""
+    from scipy.linalg import qr
+
+    if not A.size:
+        return np.zeros(0, dtype=int)
+    _, R, order = qr(A, mode="economic", pivoting=True)
+    sizes = np.abs(np.diag(R))
+    return np.sort(order[: len(sizes)][sizes > DEPENDENT * max(float(sizes[0]), 1e-300)])
+
+
+def _with(one: DualNumber, k: int) -> Array:
+    """Values, with the tangents of direction k as imaginary parts; without any for k = −1."""
+    if k < 0:
+        return np.asarray(one.value)
+    return np.asarray(one.value + 1j * TINY * one.tangents[..., k])
+
+
+def _with_all(some: list[Any], k: int) -> Array:
+    """The same of numbers of which some are dual."""
+    plain = np.array([float(value(one)) for one in some])
+    if k < 0:
+        return plain
+    parts = [one.tangents[k] if isinstance(one, DualNumber) else 0.0 for one in some]
+    return np.asarray(plain + 1j * TINY * np.array(parts))
+
+
+# -- Where what sticks or closes began to, with derivatives ------------------------------------
+
+
+def anchored(
+    uni: Unilateral, tangents: Tangents, stretch: ModeStretch, now: DualInstant
+) -> Tangents:
+    """The same tangents; where sticking begins at an instant depends on the numbers."""
+    anchor, phases = 0.0 * tangents.anchor, tangents.phases.copy()
+    for n, touch in enumerate(uni.touches):
+        if uni.one_way[n] and stretch.on[touch.normal]:
+            anchor[touch.normal] = now.value[touch.normal].tangents / uni.unit_of(n)
+        if touch.tangent < 0 or not stretch.on[touch.tangent]:
+            continue
+        if touch.spot.solid == "circle":
+            e = int(uni.layout.switched[touch.tangent])
+            row = int(uni.layout.primitive_par[e])
+            place = uni.phase_rows.index(row + 6)
+            phases[place] = now.par[row + 6].tangents + _turned(uni, n, row, now)
+        else:
+            anchor[touch.tangent] = now.value[touch.tangent].tangents
+    for pair in uni.rough:
+        if stretch.on[pair.tangent]:
+            anchor[pair.tangent] = now.value[pair.tangent].tangents
+    return replace(tangents, anchor=anchor, phases=phases)
+
+
+def _turned(uni: Unilateral, n: int, row: int, now: DualInstant) -> Array:
+    """Tangents of the angle by which the row along touch n, of two circles, is turned."""
+    found = []
+    for b, k in zip(uni.bodies[n], (0, 2), strict=True):
+        x, y, angle = _pose(uni, b, now)
+        c, s = np.cos(angle), np.sin(angle)
+        ax, ay = now.par[row + k], now.par[row + k + 1]
+        found.append((x + c * ax - s * ay, y + s * ax + c * ay, angle))
+    (ax, ay, i), (bx, by, j) = found
+    psi = now.par[row + 4] * i + now.par[row + 5] * j + now.par[row + 6]
+    return np.asarray((np.arctan2(by - ay, bx - ax) - psi).tangents)
+
+
+def _pose(uni: Unilateral, body: int, now: DualInstant) -> tuple[Any, Any, Any]:
+    if 3 * body >= uni.system.coordinates:
+        zero = DualNumber(0.0, np.zeros(now.y.tangents.shape[1]))
+        return zero, zero, zero
+    x, y, angle = (now.y[3 * body + k] for k in range(3))
+    return x, y, angle

@@ -4,30 +4,458 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from mbody.analysis.driven.requests import ANALYSES
+from mbody.analysis.driven.driven import ANALYSES
 from mbody.analysis.position.assembly_analysis import as_system
-from mbody.derivatives.data_series import series_of
-from mbody.derivatives.fit_problem import FitProblem
-from mbody.derivatives.fitted import Fit
-from mbody.derivatives.identifiability import Combination
-from mbody.derivatives.least_residuals import BestNumbers, best_numbers
+from mbody.derivatives.fit_problem import FitProblem, series_of
 from mbody.derivatives.named_numbers import checked_names, unit_of
-from mbody.errors import ModelError, brief
+from mbody.errors import ModelError, SolveError, brief
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import dimension_named, number_in
 from mbody.quantities.types import Number
 from mbody.quantities.units import NUMBER
+from mbody.sheets.text_table import Column, number, paragraph, table
 from mbody.solution.doubts import Doubt, Inherited, inherited
+from mbody.system.read_only import lock
 from mbody.system.system import System
 
-__all__ = ["fit"]
+# -- Which combinations of unknowns measured data determine, and which they leave open ---------
 
 Array = np.ndarray
+
+#: A part of a direction that is rounding.
+ROUNDING = 1e-6
+
+
+@dataclass(frozen=True)
+class OpenDirection:
+    """A change of unknowns that changes no datum.
+
+    Attributes
+    ----------
+    direction : dict
+        By unknown how much it changes, the first by 1.
+    sentence : str
+    """
+
+    direction: dict[str, float]
+    sentence: str
+
+    def __str__(self) -> str:
+        return self.sentence
+
+
+@dataclass(frozen=True)
+class Combination:
+    """A sum of unknowns that the data determine, where they do not determine each of them.
+
+    Attributes
+    ----------
+    terms : dict
+        By unknown its factor.
+    value, deviation : float
+    """
+
+    terms: dict[str, float]
+    value: float
+    deviation: float
+
+    def __str__(self) -> str:
+        return _sum(self.terms)
+
+    def shown(self, values: Mapping[str, float]) -> float:
+        """Its value, 0 where it is rounding beside the parts of the sum."""
+        greatest = max(abs(factor * values[name]) for name, factor in self.terms.items())
+        return 0.0 if abs(self.value) <= ROUNDING * greatest else self.value
+
+
+@dataclass(frozen=True, eq=False)
+class Identified:
+    """What the derivatives of the data say of the unknowns.
+
+    Attributes
+    ----------
+    rank : int
+        How many combinations are determined.
+    inverse : array (unknowns, unknowns)
+        (JᵀJ)⁻¹, of the determined combinations alone where some are not.
+    open : array of bool (unknowns,)
+        Which take part in a direction that is not determined.
+    pivots : tuple of int
+        Unknowns that leave nothing open if they are held, one of each direction.
+    undetermined : tuple of OpenDirection
+    terms : tuple of dict
+        Combinations that are determined, of those that take part.
+    """
+
+    rank: int
+    inverse: Array
+    open: Array
+    pivots: tuple[int, ...]
+    undetermined: tuple[OpenDirection, ...]
+    terms: tuple[dict[str, float], ...]
+
+
+def identified(
+    jacobian: Array, names: Sequence[str], units: Mapping[str, str], sizes: Array, tolerance: float
+) -> Identified:
+    """The null space of J in words (base parameters of identification).
+
+    Parameters
+    ----------
+    jacobian : array (data, unknowns)
+        Divided by the deviations of the data.
+    sizes : array (unknowns,)
+        Of the unknowns, by which effects are compared.
+    tolerance : float
+        A singular value below this part of the greatest is zero, of columns of length 1.
+    """
+    effect = np.linalg.norm(jacobian, axis=0) * sizes
+    none = effect <= tolerance * effect.max(initial=0.0)
+    lengths = np.where(none, 1.0, np.linalg.norm(jacobian, axis=0))
+    scaled = np.where(none, 0.0, jacobian / lengths)
+    _, values, directions = np.linalg.svd(scaled, full_matrices=True)
+    rank = int((values > tolerance * max(values.max(initial=0.0), 1e-300)).sum())
+    kept = directions[:rank] / values[:rank, None]
+    inverse = (kept.T @ kept) / np.outer(lengths, lengths)
+    null, pivots = _reduced(directions[rank:])
+    open_ones = (np.abs(null) > 0.0).any(axis=0)
+    # from columns of length 1 to the units of the unknowns
+    null = null / lengths
+    found = []
+    for row, pivot in zip(null, pivots, strict=True):
+        row = row / row[pivot]
+        parts = {names[pivot]: 1.0} | {
+            names[k]: float(row[k]) for k in np.flatnonzero(row).tolist() if k != pivot
+        }
+        found.append(OpenDirection(parts, _said(parts, units)))
+    terms = []
+    for k in np.flatnonzero(open_ones).tolist():
+        if k not in pivots:
+            others = {
+                names[p]: -float(row[k] / row[p]) for p, row in zip(pivots, null, strict=True)
+            }
+            terms.append({names[k]: 1.0} | {n: f for n, f in others.items() if f})
+    return Identified(rank, inverse, open_ones, tuple(pivots), tuple(found), tuple(terms))
+
+
+def _reduced(rows: Array) -> tuple[Array, list[int]]:
+    """The same null space by rows of few entries: each has a pivot that the others lack."""
+    rows, pivots = np.array(rows), []
+    for n in range(len(rows)):
+        left = np.abs(rows[n:])
+        lead, pivot = divmod(int(np.argmax(left)), left.shape[1])
+        rows[[n, n + lead]] = rows[[n + lead, n]]
+        rows[n] /= rows[n, pivot]
+        pivots.append(pivot)
+        others = np.arange(len(rows)) != n
+        rows[others] -= np.outer(rows[others, pivot], rows[n])
+    return np.where(np.abs(rows) > ROUNDING, rows, 0.0), pivots
+
+
+def _said(parts: Mapping[str, float], units: Mapping[str, str]) -> str:
+    if len(parts) == 1:
+        return f"'{next(iter(parts))}' changes no datum"
+    changes = [f"'{name}' by {number(by)} {units[name]}".rstrip() for name, by in parts.items()]
+    return f"changing {', '.join(changes[:-1])} and {changes[-1]} changes no datum"
+
+
+def _sum(terms: Mapping[str, float]) -> str:
+    """Such as "a − 2 b"."""
+    text = ""
+    for name, factor in terms.items():
+        sign = ("− " if factor < 0.0 else "+ ") if text else ("−" if factor < 0.0 else "")
+        size = "" if abs(factor) == 1.0 else f"{number(abs(factor))} "
+        text += f"{' ' if text else ''}{sign}{size}{name}"
+    return text
+
+
+# -- Numbers that were found from measured histories, with what is known of their errors -------
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Fit(Inherited):
+    """Numbers that fit measured histories best.
+
+    Attributes
+    ----------
+    values, units : dict
+        By the names of `by`.
+    offsets : dict
+        Unknown constants of columns, by ``"slider.x offset"``, of several runs by ``"slider.x
+        offset, run 2"``.
+    covariance : array (unknowns, unknowns)
+        s² (JᵀJ)⁻¹ of values, then offsets; infinite variances of what is not determined, NaN
+        beside them.
+    deviations, intervals : dict
+        Standard deviation, and (low, high) of the confidence, by unknown and offset; infinite where
+        the data do not determine it.
+    confidence : float
+    undetermined : tuple of OpenDirection
+        Changes of unknowns that change no datum; ``str`` says them.
+    combinations : tuple of Combination
+        Sums of those unknowns that the data do determine.
+    residual : dict
+        By column the root of the mean square of data less fit, in its unit.
+    residuals : tuple of dict
+        Of every run, by column, data less fit: arrays (instants,), NaN where nothing was measured.
+    data, evaluations : int
+        Data that were used, and analyses of each run.
+    system : System
+        With the values.
+    """
+
+    model: str = ""
+    values: dict[str, float] = field(default_factory=dict)
+    units: dict[str, str] = field(default_factory=dict)
+    offsets: dict[str, float] = field(default_factory=dict)
+    covariance: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+    deviations: dict[str, float] = field(default_factory=dict)
+    intervals: dict[str, tuple[float, float]] = field(default_factory=dict)
+    confidence: float = 0.95
+    undetermined: tuple[OpenDirection, ...] = ()
+    combinations: tuple[Combination, ...] = ()
+    residual: dict[str, float] = field(default_factory=dict)
+    residuals: tuple[dict[str, np.ndarray], ...] = ()
+    data_units: dict[str, str] = field(default_factory=dict)
+    count: int = 0
+    evaluations: int = 0
+    system: Any = None
+
+    def __post_init__(self) -> None:
+        lock(self)
+
+    def __getitem__(self, name: str) -> float:
+        """The value of one number."""
+        if name not in self.values:
+            raise ModelError(
+                f"the fit has no number {name!r} (there are: {listed(self.values)})", str(name)
+            )
+        return self.values[name]
+
+    def data(self) -> dict[str, Any]:
+        """As plain values, ready for JSON; None for what is infinite or no number."""
+
+        def finite(value: float) -> float | None:
+            return float(value) if np.isfinite(value) else None
+
+        return {
+            "values": dict(self.values),
+            "units": dict(self.units),
+            "offsets": dict(self.offsets),
+            "deviations": {k: finite(v) for k, v in self.deviations.items()},
+            "intervals": {k: [finite(v) for v in pair] for k, pair in self.intervals.items()},
+            "confidence": self.confidence,
+            "covariance": [[finite(v) for v in row] for row in self.covariance],
+            "undetermined": [
+                {"direction": dict(one.direction), "sentence": one.sentence}
+                for one in self.undetermined
+            ],
+            "combinations": [
+                {"terms": dict(c.terms), "value": c.value, "deviation": finite(c.deviation)}
+                for c in self.combinations
+            ],
+            "residual": dict(self.residual),
+            "count": self.count,
+            "evaluations": self.evaluations,
+        }
+
+    def __str__(self) -> str:
+        whole = {**self.values, **self.offsets}
+        keys = list(whole)
+        units = [self.units[key] for key in keys]
+        known = [np.isfinite(self.deviations[key]) for key in keys]
+
+        def cells(values: list[float]) -> list[str]:
+            return [number(v) if k else "open" for v, k in zip(values, known, strict=True)]
+
+        rows = table(
+            [
+                Column("NUMBERS", keys, text=True),
+                Column("value", [number(whole[key]) for key in keys]),
+                Column("deviation", cells([self.deviations[key] for key in keys])),
+                Column("low", cells([self.intervals[key][0] for key in keys])),
+                Column("high", cells([self.intervals[key][1] for key in keys])),
+                Column("unit", units, text=True),
+            ]
+        )
+        shown = table(
+            [
+                Column("DATA", list(self.residual), text=True),
+                Column("residual", [number(value) for value in self.residual.values()]),
+                Column("unit", [self.data_units[name] for name in self.residual], text=True),
+            ]
+        )
+        head = f"{self.count} data; low and high of {100.0 * self.confidence:g} % confidence"
+        lines = [self.model, "", *rows, "", *shown, "", head]
+        lines += [f"determined: {one} = {number(one.shown(whole))}" for one in self.combinations]
+        return "\n".join(
+            [*lines, *(line for note in self.notes for line in paragraph(f"note: {note}"))]
+        )
+
+    def __repr__(self) -> str:
+        parts = (f"{name} = {value:.6g}" for name, value in self.values.items())
+        return f"Fit({', '.join(parts)})"
+
+
+# -- The numbers with the least sum of squares of residuals ------------------------------------
+
+#: Where a singular value is zero: exact derivatives, and differences.
+ZERO = {True: 1e-9, False: 1e-5}
+#: Passes that find the deviations of several columns from their residuals, and when they end.
+PASSES, SETTLED = 12, 1e-3
+#: A deviation is at least this part of the greatest datum of a column.
+LEAST = 1e-12
+#: How often what is held is chosen anew.
+CHOICES = 4
+
+
+@dataclass(frozen=True, eq=False)
+class BestNumbers:
+    """The least sum of squares.
+
+    Attributes
+    ----------
+    numbers : array (unknowns,)
+        Values, then offsets.
+    sigma : array (columns,)
+        Deviations of the columns by which residuals are divided.
+    known : Identified
+        What the data determine, by the derivatives there.
+    settled : bool
+    """
+
+    numbers: Array
+    sigma: Array
+    known: Identified
+    settled: bool
+
+
+def best_numbers(
+    problem: FitProblem,
+    units: Mapping[str, str],
+    bounds: tuple[Array, Array],
+    deviations: Mapping[str, float] | None,
+) -> BestNumbers:
+    """The best numbers. Where data leave directions open, one unknown of each is held as it is.
+
+    Raises
+    ------
+    ModelError
+        For deviations that do not fit the columns, and where no unknown changes any datum.
+    SolveError
+        Where the start has no histories.
+    """
+    search = _ResidualSearch(problem, units, bounds)
+    given = _given(problem, deviations)
+    sigma = problem.ranges() if given is None else given
+    numbers = np.concatenate([problem.start, np.zeros(len(problem.shifts))])
+    numbers, known = search.best(numbers, sigma)
+    if given is None and len(problem.columns) > 1:
+        for _ in range(PASSES):
+            squares, counts = problem.sizes(numbers)
+            # each column bears its part of the unknowns
+            free = np.maximum(counts * (1.0 - known.rank / problem.count), 1.0)
+            new = np.maximum(np.sqrt(squares / free), LEAST * problem.ranges())
+            done = np.abs(new / sigma - 1.0).max() <= SETTLED
+            sigma = new
+            numbers, known = search.best(numbers, sigma)
+            if done:
+                break
+    return BestNumbers(numbers, sigma, known, search.settled)
+
+
+class _ResidualSearch:
+    """Least squares of one problem with different deviations of its columns."""
+
+    def __init__(
+        self, problem: FitProblem, units: Mapping[str, str], bounds: tuple[Array, Array]
+    ) -> None:
+        self.problem, self.units, self.bounds = problem, units, bounds
+        self.settled = True
+
+    def best(self, start: Array, sigma: Array) -> tuple[Array, Identified]:
+        """The least from a start, and what is known there."""
+        numbers, known = start, self._known(start, sigma)
+        for _ in range(CHOICES):
+            held = list(known.pivots)
+            free = np.array([k for k in range(len(start)) if k not in held], dtype=int)
+            if not len(free):
+                raise ModelError(
+                    f"fit: none of {listed(self.units)} changes any of the data: measure others"
+                )
+            numbers = self._least(numbers, sigma, free)
+            known = self._known(numbers, sigma)
+            if known.rank <= len(free):
+                break
+        return numbers, known
+
+    def _known(self, numbers: Array, sigma: Array) -> Identified:
+        system = self.problem.system
+        first = np.concatenate([self.problem.start, np.zeros(len(self.problem.shifts))])
+        sizes = np.maximum(np.abs(numbers), np.abs(first))
+        sizes = np.where(sizes > 0.0, sizes, 1.0)
+        lengths = np.array([unit == system.mechanism.units.length for unit in self.units.values()])
+        sizes = np.where(lengths, np.maximum(sizes, system.length), sizes)
+        jacobian = self.problem.jacobian(numbers, sigma)
+        return identified(jacobian, list(self.units), self.units, sizes, ZERO[self.problem.exact])
+
+    def _least(self, start: Array, sigma: Array, free: Array) -> Array:
+        """The least by some of the unknowns, the others as they are."""
+        from scipy.optimize import least_squares
+
+        problem, bounds = self.problem, (self.bounds[0][free], self.bounds[1][free])
+        # by what they change, so that no unit has a say in when the gradient is small
+        effect = np.linalg.norm(problem.jacobian(start, sigma)[:, free], axis=0)
+        unit = 1.0 / np.where(effect > 0.0, effect, 1.0)
+
+        def whole(part: Array) -> Array:
+            numbers = start.copy()
+            numbers[free] = np.clip(unit * part, *bounds)
+            return numbers
+
+        def residual(part: Array) -> Array:
+            try:
+                return problem.residual(whole(part), sigma)
+            except (SolveError, ModelError):
+                # a design that does not close: the step becomes shorter
+                return np.full(problem.count, np.inf)
+
+        found = least_squares(
+            residual,
+            np.clip(start[free] / unit, bounds[0] / unit, bounds[1] / unit),
+            lambda part: unit * problem.jacobian(whole(part), sigma)[:, free],
+            bounds=(bounds[0] / unit, bounds[1] / unit),
+            x_scale="jac",
+            **{"ftol": 1e-12, "xtol": 1e-12, "gtol": 1e-14, "max_nfev": 200},
+        )
+        self.settled = bool(found.status != 0)
+        return whole(found.x)
+
+
+def _given(problem: FitProblem, given: Mapping[str, float] | None) -> Array | None:
+    if given is None:
+        return None
+    given = {problem.column(name, "a deviation"): value for name, value in given.items()}
+    for name in problem.columns:
+        value = given.get(name)
+        if (
+            isinstance(value, bool)
+            or not isinstance(value, int | float)
+            or not 0.0 < value < math.inf
+        ):
+            raise ModelError(
+                f"fit: the deviation of '{name}' is {brief(value)}: give each column a positive "
+                "number",
+                name,
+            )
+    return np.array([float(given[name]) for name in problem.columns])
+
 
 UNSETTLED = (
     "the least squares have not settled after 200 analyses: begin nearer, or look for fewer numbers"
@@ -38,7 +466,7 @@ DIFFERENCED = (
 #: A value that is this near to its bound, as a part, is at it.
 AT_BOUND = 1e-9
 #: Residuals below this part of the greatest datum are rounding, and fewer are not judged.
-ROUNDING, FEW = 1e-9, 20
+FIT_ROUNDING, FEW = 1e-9, 20
 #: Standard errors of the correlation of a residual with the next one that are no chance.
 CHANCE = 4.0
 
@@ -271,7 +699,7 @@ def _notes(
     for k, (name, size) in enumerate(zip(problem.columns, problem.ranges(), strict=True)):
         rows = [left[k][mask[k]] for left, mask in zip(lefts, problem.masks, strict=True)]
         count, whole = sum(map(len, rows)), sum(float(row @ row) for row in rows)
-        if count < FEW or whole <= count * (ROUNDING * size) ** 2:
+        if count < FEW or whole <= count * (FIT_ROUNDING * size) ** 2:
             continue
         shared = sum(float(row[1:] @ row[:-1]) for row in rows) / whole
         if abs(shared) * math.sqrt(count) > CHANCE:

@@ -2,22 +2,311 @@
 
 from __future__ import annotations
 
+import os
+import re
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from mbody.derivatives.data_series import DataSeries, split_heading
-from mbody.derivatives.predictions import DrivenPrediction, FreePrediction
-from mbody.errors import ModelError, brief
+from mbody.analysis.dynamics.simulate import simulate
+from mbody.derivatives.gradient import gradient
+from mbody.derivatives.prepared_gradient import PreparedGradient
+from mbody.errors import ModelError, SolveError, brief
+from mbody.files.measured_data import measured_data
 from mbody.model.element import listed
-from mbody.solution.measures import check_measure
+from mbody.model.numbers import number_in
+from mbody.model.study import Measure
+from mbody.solution.measures import check_measure, measured
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
-__all__ = ["FitProblem"]
+# -- Measured histories for a fit: columns that say the instants, columns that are measured,
+#    units -------------------------------------------------------------------------------------
+
+#: Endings of the columns that say how a driver moves.
+MOTION = ("", ".rate", ".acceleration")
+DIMENSIONS = {
+    True: ("angle", "angular velocity", "angular acceleration"),
+    False: ("length", "velocity", "acceleration"),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class DataSeries:
+    """The data of one run.
+
+    Attributes
+    ----------
+    instants : dict
+        Arguments of the analysis: ``t``, or ``drive``.
+    measures : dict of Measure
+        By column.
+    values : array (columns, instants)
+        NaN where nothing was measured.
+    known : dict
+        Numbers that were others in this run.
+    """
+
+    instants: dict[str, Any]
+    measures: dict[str, Measure]
+    values: np.ndarray
+    known: dict[str, float]
+
+
+def series_of(system: System, given: Any, free: bool) -> list[DataSeries]:
+    """The runs of the data; `free` where it is a motion over time, of `simulate`.
+
+    Raises
+    ------
+    ModelError
+        For data without instants or without measured columns, columns of different lengths, and
+        names or units that do not fit.
+    """
+    several = given if isinstance(given, Sequence) and not isinstance(given, str) else [given]
+    if not several:
+        raise ModelError("fit: there are no data: give columns by name, or a CSV file")
+    found = [_one(system, one, free) for one in several]
+    first = list(found[0].measures)
+    for n, one in enumerate(found[1:], 2):
+        if list(one.measures) != first:
+            raise ModelError(
+                f"fit: run {n} has the columns {listed(one.measures)}, run 1 {listed(first)}: give "
+                "each the same, in the same order; NaN is no datum"
+            )
+    return found
+
+
+def _one(system: System, given: Any, free: bool) -> DataSeries:
+    if isinstance(given, str | os.PathLike):
+        given = measured_data(given)
+    if not isinstance(given, Mapping):
+        raise ModelError(
+            'fit: data are columns by name, such as {"t": […], "slider.x [mm]": […]}, or a CSV '
+            f"file, not {brief(given)}"
+        )
+    known = {name: value for name, value in given.items() if np.ndim(value) == 0}
+    columns = {name: _column(name, value) for name, value in given.items() if name not in known}
+    sizes = {name: len(column) for name, column in columns.items()}
+    if len(set(sizes.values())) > 1:
+        text = ", ".join(f"{size} of '{name}'" for name, size in sizes.items())
+        raise ModelError(f"fit: there are {text}: give as many values of each column")
+    plain = {split_heading(name)[0]: name for name in columns}
+    instants, used = _instants(system, columns, plain, free)
+    measures, rows = {}, []
+    for name, column in columns.items():
+        of, unit = split_heading(name)
+        if name in used:
+            continue
+        own = system.mechanism.measures.get(of)
+        measures[of] = Measure(of if own is None else own.of, unit or (own.unit if own else ""))
+        check_measure(system.mechanism, measures[of])
+        rows.append(column)
+    if not rows:
+        raise ModelError("fit: the data have no measured column beside the instants")
+    for name in known:
+        system.with_values({name: known[name]})
+    return DataSeries(instants, measures, np.array(rows), known)
+
+
+def _column(name: Any, value: Any) -> np.ndarray:
+    try:
+        column = np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        column = np.zeros((0, 0))
+    if column.ndim != 1 or not len(column):
+        raise ModelError(f"fit: column {brief(name)} must be a row of numbers, not {brief(value)}")
+    if np.isinf(column).any():
+        raise ModelError(f"fit: column '{name}' has an infinite value: NaN is no datum", str(name))
+    return column
+
+
+def split_heading(name: str) -> tuple[str, str]:
+    """Name and unit of a heading such as "slider.x [mm]"."""
+    match = re.fullmatch(r"\s*(.*?)\s*(?:\[([^\]]*)\])?\s*", str(name))
+    assert match is not None
+    return match[1], match[2] or ""
+
+
+def _instants(
+    system: System, columns: Mapping[str, np.ndarray], plain: Mapping[str, str], free: bool
+) -> tuple[dict[str, Any], set[str]]:
+    """Arguments that say the instants, and the columns that they are from."""
+    drivers = {one.name: one for one in system.leaders}
+    if "t" in plain:
+        t = _converted(system, columns, plain["t"], "time")
+        if free and ((np.diff(t) <= 0.0).any() or t[0] < 0.0):
+            raise ModelError(
+                "fit: the times of a free motion must rise from 0 on: sort the data, or begin "
+                "where the motion does"
+            )
+        return {"t": t}, {plain["t"]}
+    if free or not drivers or not all(name in plain for name in drivers):
+        wanted = f", or of all drivers: {listed(drivers)}" if drivers and not free else ""
+        raise ModelError(
+            f"fit: the data do not say their instants: give a column t{wanted} (there are: "
+            f"{listed(columns)})"
+        )
+    drive, used = {}, set()
+    for name, driver in drivers.items():
+        kinds = DIMENSIONS[bool(getattr(driver, "angular", False))]
+        there = [(f"{name}{end}", kind) for end, kind in zip(MOTION, kinds, strict=True)]
+        parts = [
+            _converted(system, columns, plain[key], kind) if key in plain else None
+            for key, kind in there
+        ]
+        if parts[1] is None and parts[2] is not None:
+            raise ModelError(
+                f"fit: the data have '{name}.acceleration' and no '{name}.rate': give both", name
+            )
+        drive[name] = tuple(part for part in parts if part is not None)
+        used |= {plain[key] for key, _ in there if key in plain}
+    return {"drive": drive}, used
+
+
+def _converted(
+    system: System, columns: Mapping[str, np.ndarray], name: str, dimension: str
+) -> np.ndarray:
+    """A column that says instants, in the units of the mechanism."""
+    key, unit = split_heading(name)
+    column = columns[name]
+    if not np.isfinite(column).all():
+        raise ModelError(f"fit: column '{key}' says the instants and has gaps: leave them out", key)
+    factor = number_in(system.mechanism, f"1 {unit}", dimension, key, "unit") if unit else 1.0
+    return np.asarray(column * factor)
+
+
+# -- What a mechanism with other numbers would have shown in place of measured histories -------
 
 Array = np.ndarray
+
+#: Steps of differences of free motions, of the size of a number: their truncation is 1e-8 of a
+#: derivative, and the error of the integrator, `RTOL`, 1e-6.
+STEP = 1e-4
+#: By default error of a step of free motions whose differences are taken.
+RTOL = 1e-10
+
+
+class DrivenPrediction:
+    """Histories of a driven analysis with exact derivatives."""
+
+    exact = True
+    #: The result with the last numbers.
+    run: Solution
+
+    def __init__(
+        self,
+        system: System,
+        series: DataSeries,
+        names: Sequence[str],
+        analysis: str,
+        options: Mapping[str, Any],
+    ) -> None:
+        own = system.with_values(series.known) if series.known else system
+        self.shape = series.values.shape
+        how = {**options, **series.instants}
+        self.prepared = PreparedGradient(own, dict(series.measures), names, analysis, **how)
+
+    def at(self, numbers: Array) -> tuple[Array, Any]:
+        """Values (columns, instants), and what makes derivatives of them."""
+        point = self.prepared.at(numbers)
+        self.run = point.run
+        return point.value.reshape(self.shape), point
+
+    def jacobian(self, point: Any) -> Array:
+        """Derivatives (columns, instants, numbers)."""
+        return np.asarray(point.jacobian.reshape(*self.shape, -1))
+
+
+class FreePrediction:
+    """Histories of `simulate`, with exact derivatives where there are, else differences."""
+
+    #: The result with the last numbers.
+    run: Solution
+
+    def __init__(
+        self,
+        system: System,
+        series: DataSeries,
+        names: Sequence[str],
+        options: Mapping[str, Any],
+    ) -> None:
+        self.system = system.with_values(series.known) if series.known else system
+        self.names, self.measures = list(names), dict(series.measures)
+        self.shape = series.values.shape
+        t = series.instants["t"]
+        # a motion has its beginning, whether it was measured or not
+        self.first = 0 if t[0] == 0.0 else 1
+        times = t if self.first == 0 else np.concatenate([[0.0], t])
+        self.options = {"rtol": RTOL, **options, "until": float(t[-1]), "times": times}
+        lengths = max(self.system.length, 1e-300)
+        self.sizes = np.array(
+            [abs(float(self.system.values[name])) or lengths for name in self.names]
+        )
+        try:
+            self.exact = bool(np.isfinite(self._gradient(self.system)).all())
+        except (ModelError, SolveError):
+            # methods and beginnings whose motions have no derivatives
+            self.exact = False
+        self.least = np.array([0.0 if self.system.rule(n)[0] else -np.inf for n in self.names])
+
+    def at(self, numbers: Array) -> tuple[Array, Any]:
+        """Values (columns, instants), and where they are."""
+        return self._histories(numbers[None, :])[:, 0], numbers
+
+    def jacobian(self, numbers: Any) -> Array:
+        """Derivatives (columns, instants, numbers)."""
+        if self.exact:
+            values = dict(zip(self.names, numbers.tolist(), strict=True))
+            found = self._gradient(self.system.with_values(values))
+            # NaN where changes of modes have no derivative
+            if np.isfinite(found).all():
+                return found
+        return self._differences(numbers)
+
+    def _gradient(self, system: System) -> Array:
+        found = gradient(system, self.measures, self.names, "simulate", **self.options).jacobian
+        return np.asarray(found.reshape(len(self.measures), -1, len(self.names))[:, self.first :])
+
+    def _differences(self, numbers: Array) -> Array:
+        """By two differences each; where a number may not be less, to one side, of second order
+        too.
+        """
+        count = len(numbers)
+        steps = STEP * np.maximum(np.abs(numbers), self.sizes)
+        one_sided = numbers - steps < self.least
+        low = np.where(one_sided, 2.0, -1.0)
+        here = np.repeat(numbers[None, :], 2 * count + 1, axis=0)
+        for k in range(count):
+            here[2 * k, k] += steps[k]
+            here[2 * k + 1, k] += low[k] * steps[k]
+        found = self._histories(here)
+        middle = found[:, -1]
+        parts = []
+        for k in range(count):
+            ahead, other = found[:, 2 * k], found[:, 2 * k + 1]
+            if one_sided[k]:
+                parts.append((4.0 * ahead - other - 3.0 * middle) / (2.0 * steps[k]))
+            else:
+                parts.append((ahead - other) / (2.0 * steps[k]))
+        return np.stack(parts, axis=-1)
+
+    def _histories(self, designs: Array) -> Array:
+        """(columns, designs, instants)."""
+        found = np.empty((len(self.measures), len(designs), *self.shape[1:]))
+        for n, design in enumerate(designs.tolist()):
+            system = self.system.with_values(dict(zip(self.names, design, strict=True)))
+            self.run = run = simulate(system, **self.options)
+            if run.t[-1] < self.options["until"]:
+                unit = run.mechanism.units.time
+                raise SolveError(
+                    f"fit: the motion is {run.status}, at t = {run.t[-1]:.6g} {unit}, data go on "
+                    f"to {self.options['until']:.6g} {unit}: leave out those that come later"
+                )
+            for row, measure in zip(found, self.measures.values(), strict=True):
+                row[n] = measured(run, measure)[0][self.first :]
+        return found
 
 
 class FitProblem:

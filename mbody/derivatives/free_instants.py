@@ -2,33 +2,601 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from typing import Any
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, TypeAlias
 
 import numpy as np
 
-from mbody.analysis.dynamics.repeated import REPEATED
+from mbody.analysis.driven.driven import kinematics
+from mbody.analysis.dynamics.integrators import first_own_states
+from mbody.analysis.dynamics.simulate import REPEATED, beginning, integrate_phases, phase_rows
+from mbody.analysis.freedom.mobility import released
+from mbody.analysis.initial.initial_state import StartDriver, start_drivers, state_of
 from mbody.core.dual_number import DualNumber
-from mbody.derivatives.change_times import TOLERANCES, ChangeTimes
-from mbody.derivatives.dual_impacts import ImpactDuals
-from mbody.derivatives.dual_motion import DualMotion, Tangents
-from mbody.derivatives.dual_solution import DualRecord, DualSolution, dual_solution
-from mbody.derivatives.dual_walk import DualWalk
-from mbody.derivatives.event_time import EventTime
-from mbody.derivatives.first_states import FirstState
-from mbody.derivatives.lost_numbers import LostNumbers
-from mbody.derivatives.mode_record import stretches_of
-from mbody.derivatives.named_numbers import number_sizes, unit_of
-from mbody.derivatives.number_tangents import dual_values, number_tangents
+from mbody.derivatives.driven_instants import DrivenInstants
+from mbody.derivatives.dual_motion import (
+    APART,
+    TOLERANCES,
+    ChangeTimes,
+    DualInstant,
+    DualMotion,
+    ImpactDuals,
+    Tangents,
+    anchored,
+)
+from mbody.derivatives.dual_solution import DualRecord, DualSolution, EventTime, dual_solution
+from mbody.derivatives.mode_record import LostNumbers, ModeStretch, stretches_of, unfollowed_jumps
+from mbody.derivatives.named_numbers import dual_values, number_sizes, number_tangents, unit_of
 from mbody.derivatives.sampled_inputs import SampledInputs, reads_loads
-from mbody.derivatives.unfollowed_jumps import unfollowed_jumps
-from mbody.model.element import listed
-from mbody.solution.solution import Solution
-from mbody.system.system import System
+from mbody.errors import ModelError
+from mbody.kernels.layout import PER_PRIMITIVE, Work
+from mbody.kernels.loop_closure import laws_of_time
+from mbody.laws import ConstantSpeed
+from mbody.model.driver import AngleDriver, CoordinateDriver
+from mbody.model.element import Marker, listed
+from mbody.model.simulation import STATE
+from mbody.quantities import Formula
+from mbody.quantities.units import DIMENSIONS
+from mbody.solution.checks import changed
+from mbody.solution.histories import link_poses
+from mbody.solution.solution import Solution, Way
+from mbody.solution.tracing import driven_motion
+from mbody.system.assembler import assemble
+from mbody.system.rank import dense, jacobian
+from mbody.system.system import System, with_numbers_of
 
-__all__ = ["FreeInstants", "spread"]
+# -- First states of free motions, with derivatives by numbers and by what is prescribed of them
+
+#: Rates of what is prescribed, by place.
+RATES = {"angle": "omega", "x": "vx", "y": "vy"}
+#: Rows that depend on others by less than this part are dependent; so small a change is none.
+CLOSED = 1e-9
+#: Why there is no derivative by a number.
+TIED = "what is prescribed of the beginning does not agree with the joints any more"
+#: Places of a body, in the order of a pose, and the directions in which they are measured.
+PLACES = (("x", 0.0), ("y", 0.5 * math.pi), ("angle", 0.0))
+
+
+@dataclass(frozen=True, eq=False)
+class FirstState:
+    """Where a motion begins.
+
+    Attributes
+    ----------
+    t : float
+    y : array (numbers,)
+        Coordinates, rates, own states.
+    tangents : array (numbers, names)
+    accelerations : array (coordinates,)
+        For sizes alone.
+    way : Way
+    """
+
+    t: float
+    y: np.ndarray
+    tangents: np.ndarray
+    accelerations: np.ndarray
+    way: Way
+    lost: dict[str, str] = field(default_factory=dict)
+
+
+def first_state(run: Solution, names: Sequence[str], given: bool) -> FirstState:
+    """The first state of a motion of `simulate`; `given`: that of another result, which is held.
+
+    Raises
+    ------
+    ModelError
+        For a motion that has no derivatives, or a beginning that the numbers do not determine.
+    """
+    _refuse_motion(run)
+    begun = run.begun[0]
+    system, start = run.system, begun.start
+    t, q, v = state_of(system, start)
+    n = system.coordinates
+    y = np.concatenate([q, v, first_own_states(system, start)])
+    tangents = np.zeros((len(y), len(names)))
+    for k, state in enumerate(system.mechanism.states):
+        if state.start_number in names:
+            tangents[2 * n + k, names.index(state.start_number)] = 1.0
+    lost: dict[str, str] = {}
+    if not given:
+        tangents[: 2 * n], lost = _prescribed(system, start, names)
+    return FirstState(t, y, tangents, _accelerations(run), begun.request.way, lost)
+
+
+def _accelerations(run: Solution) -> np.ndarray:
+    """The accelerations of the first instant, for sizes alone; of what rests with forces those that
+    these would give to all mass.
+    """
+    system, n = run.system, run.system.coordinates
+    a = np.abs(run.record.table(slice(2 * n, 3 * n))[0])
+    mass = float(system.mass[:n:3, 0].sum())
+    if not len(system.layout.switched) or mass <= 0.0:
+        return np.asarray(a)
+    primitives = run.record.table(slice(3 * n, 3 * n + PER_PRIMITIVE * len(system.owners)))[0]
+    force = float(np.abs(primitives.reshape(-1, PER_PRIMITIVE)[:, 2:4]).max(initial=0.0))
+    return np.maximum(a, np.tile([force / mass, force / mass, 0.0], n // 3))
+
+
+def _refuse_motion(run: Solution) -> None:
+    """Refuse motions that nothing here follows in dual numbers."""
+    what = _without_derivatives(run)
+    if what:
+        raise ModelError(
+            f"gradient: a motion with {what}, as that of '{run.mechanism.name}', is not "
+            "differentiated: compare designs by sweep"
+        )
+
+
+def _without_derivatives(run: Solution) -> str:
+    """What a motion has that is not followed; empty where it has nothing of these."""
+    machine = run.mechanism
+    if machine.groups or run.begun[0].request.way.method == "moreau":
+        return "impulses in place of located impacts"
+    if len(run.begun) > 1:
+        return "several parts"
+    own = [event for event in run.events if not event.contact]
+    if run.ending != "completed" and not (own and own[-1].t == run.t[-1]):
+        return "an end before its time"
+    return ""
+
+
+def _prescribed(
+    system: System, start: Solution, names: Sequence[str]
+) -> tuple[np.ndarray, dict[str, str]]:
+    """Derivatives of position and velocity, where the description prescribes all of both; names by
+    which there are none, and why.
+    """
+    settings = system.mechanism.simulation
+    n = system.coordinates
+    imposed = [] if settings is None else start_drivers(system, settings, rates=False, poses={})
+    poses = link_poses(start)
+    alone = [
+        (f"{body} {place} held", (body, place, direction), poses[body][part], 0.0)
+        for body in _alone(system, start)
+        for part, (place, direction) in enumerate(PLACES)
+        if (body, place) not in {(where[0], where[1]) for _, where, *_ in imposed}
+    ]
+    fast = [] if settings is None else start_drivers(system, settings, rates=True, poses={})
+    rates = {name: speed for name, *_, speed in fast}
+    every = [*imposed, *alone]
+    free = _free(system, start, every, poses)
+    if system.rows + len(free) != n or start.regularization:
+        missing = n - system.rows - len(free)
+        raise ModelError(
+            f"gradient: how the motion of '{system.mechanism.name}' begins is not determined: "
+            f"{max(missing, 0)} of its coordinates follow from guesses, which are no numbers: "
+            "prescribe as many as are free in the start of its simulation, or give start, a result"
+        )
+    driven = _driven(system, [(one, rates.get(one[0], 0.0)) for one in free])
+    places: dict[str, str] = {}
+    for name, (body, place, _), *_ in free:
+        places[f"start.{body}.{place}"] = f"{name}.law.value"
+        places[f"start.{body}.{RATES[place]}"] = f"{name}.law.speed"
+    made = _made(system, names)
+    own = [name for name in names if name in system.values or name in places]
+    every_name = [*own, *(name for name in made if name not in own and name in places)]
+    found, lost = np.zeros((2 * n, len(names))), dict[str, str]()
+    if not every_name:
+        return found, lost
+    by = [places.get(name, name) for name in every_name]
+    chain = np.zeros((len(by), len(names)))
+    for k, name in enumerate(every_name):
+        if name in own:
+            chain[k, names.index(name)] += 1.0
+        if name in made and name not in names:
+            chain[k] += made[name]
+    run = kinematics(driven, guess=poses)
+    whole = DrivenInstants(run, by).at(np.zeros(1, dtype=int), with_loads=False)
+    found = whole.record.tangents[0, : 2 * n] @ chain
+    for one in every:
+        if one not in free:
+            _, (body, place, _), *_ = one
+            asked = made.get(f"start.{body}.{place}", np.zeros(len(names)))
+            if f"start.{body}.{place}" in names:
+                asked = np.eye(len(names))[names.index(f"start.{body}.{place}")]
+            moved = _tangents_of(whole, body, place, len(by)) @ chain - asked
+            most = max(1.0, float(np.abs(moved).max(initial=0.0)))
+            lost |= {names[int(k)]: TIED for k in np.flatnonzero(np.abs(moved) > CLOSED * most)}
+    return found, lost
+
+
+def _driven(system: System, free: list[tuple[StartDriver, float]]) -> System:
+    """The system with a driver for each of the prescribed coordinates."""
+    machine = system.mechanism.copied()
+    for (name, (body, place, direction), value, _), speed in free:
+        law = ConstantSpeed(float(value), float(speed))
+        if place == "angle":
+            machine.add(AngleDriver(name, body, law))
+        else:
+            machine.add(CoordinateDriver(name, Marker("ground", (0.0, 0.0), direction), body, law))
+    return with_numbers_of(assemble(machine), system.values)
+
+
+def _free(
+    system: System, start: Solution, every: list[StartDriver], poses: Mapping[str, Any]
+) -> list[StartDriver]:
+    """Those of the prescribed coordinates that joints leave free, first ones first."""
+    if system.rows + len(every) <= system.coordinates:
+        return every
+    driven = _driven(system, [(one, 0.0) for one in every])
+    G = dense(driven, _workspace(driven, start))[1]
+    owners = [driven.owners[int(e)][0].name for e in driven.row_table[0]]
+    names = [one[0] for one in every]
+    order = [row for row, name in enumerate(owners) if name not in names]
+    kept, found = list[np.ndarray](), list[StartDriver]()
+    for row in [*order, *(owners.index(name) for name in names)]:
+        left = G[row] / max(float(np.linalg.norm(G[row])), 1e-300)
+        for _ in range(2):
+            for one in kept:
+                left = left - (one @ left) * one
+        size = float(np.linalg.norm(left))
+        if size > CLOSED:
+            kept.append(left / size)
+            if owners[row] in names:
+                found.append(every[names.index(owners[row])])
+    return found
+
+
+def _tangents_of(whole: DualSolution, body: str, place: str, count: int) -> np.ndarray:
+    """Tangents of a coordinate of a body at the only instant: (numbers,)."""
+    if place == "angle":
+        found: Any = whole[body].angle
+    else:
+        point = whole.point(Marker(body, (0.0, 0.0)))
+        found = point.x if place == "x" else point.y
+    return found.tangents[0] if isinstance(found, DualNumber) else np.zeros(count)
+
+
+def _alone(system: System, start: Solution) -> list[str]:
+    """Bodies that no joint and no driver holds: they begin where their guesses say."""
+    _, G = jacobian(system, _workspace(system, start))
+    moved = np.abs(G).max(axis=0, initial=0.0).reshape(-1, 3).any(axis=1)
+    return [body.name for body in system.mechanism.bodies if not moved[system.bodies[body.name]]]
+
+
+def _workspace(system: System, start: Solution) -> Work:
+    """A workspace at the first position."""
+    t, q, _ = state_of(system, start)
+    work = system.work()
+    work.q[: len(q), 0], work.time[0, 0] = q, t
+    laws_of_time(system.runtime(), work)
+    return work
+
+
+def _made(system: System, names: Sequence[str]) -> dict[str, np.ndarray]:
+    """Derivatives of the numbers of the start that formulas make of some parameters."""
+    mechanism, settings = system.mechanism, system.mechanism.simulation
+    values = dual_values(system, [name for name in names if name in system.values])
+    own = {name: values[name] for name in mechanism.parameters}
+    places = [n for n, name in enumerate(names) if name in system.values]
+    scope, found = mechanism.parameters.scope(own), {}
+    for body, state in () if settings is None else settings.start.items():
+        for key, given in state.items():
+            if not isinstance(given, Formula):
+                continue
+            made = given.of(DIMENSIONS[STATE[key]]).value(scope)
+            if isinstance(made, DualNumber):
+                row = np.zeros(len(names))
+                row[places] = made.tangents
+                found[f"start.{body}.{key}"] = row
+    return found
+
+
+# -- The way through a motion with derivatives: between changes of modes the variational
+#    equations, at changes the saltation matrix ------------------------------------------------
+#
+# A change comes where a guard g(y, p, t) is zero, at a time that depends on the numbers: with the
+# tangents S⁻ of the state at a held time and the derivatives f⁻ before and f⁺ after it,
+#
+#     ṫ* = −(g_y S⁻ + g_p) / ġ,    S⁺ = J_y (S⁻ + f⁻ ṫ*) + J_p + J_t ṫ* − f⁺ ṫ*,
+#
+# where y⁺ = J(y, p, t) is the impact, or nothing changes but the derivative.
+#
+# Leine, Nijmeijer: Dynamics and Bifurcations of Non-Smooth Mechanical Systems (2004), 7.
 
 Array = np.ndarray
+
+#: A change nearer to the beginning than this part of the time is at it.
+BEGINNING = 1e-9
+#: An argument of a jump is zero below this part of its greatest value.
+AT_ZERO = 1e-9
+#: Times nearer to each other than this part of them are one: no step is as short.
+ROUNDING = 1e-13
+#: How far beyond zero it may be where another motion has found it to be zero.
+BEYOND = 1e-5
+
+
+class DualWalk:
+    """One way through all stretches of a motion.
+
+    Parameters
+    ----------
+    motion : DualMotion
+    first : FirstState
+    stretches : sequence of ModeStretch
+    tangents : Tangents
+        Of the numbers; what sticks is added on the way.
+    times : ChangeTimes
+    impacts : ImpactDuals
+    inputs : SampledInputs
+    """
+
+    def __init__(
+        self,
+        motion: DualMotion,
+        first: FirstState,
+        stretches: Sequence[ModeStretch],
+        tangents: Tangents,
+        times: ChangeTimes,
+        impacts: ImpactDuals,
+        inputs: SampledInputs,
+    ) -> None:
+        self.motion, self.first, self.stretches = motion, first, stretches
+        self.run, self.system = motion.run, motion.system
+        self.tangents, self.times, self.impacts = tangents, times, impacts
+        self.inputs = inputs
+        self.lost: LostNumbers = times.lost
+        self.slope_before = np.zeros(len(first.y))
+        #: Where the motion has come to.
+        self.y = DualNumber(first.y, first.tangents)
+
+    def pages(self, t: Array) -> DualNumber:
+        """Pages (instants, rows) at rising times."""
+        motion, width = self.motion, len(self.lost.names)
+        values = np.full((len(t), motion.rows), np.nan)
+        changes = np.zeros((len(t), motion.rows, width))
+        y = DualNumber(self.first.y, self.first.tangents)
+        begun = DualNumber(self.first.t, np.zeros(width))
+        before: ModeStretch | None = None
+        last: DualNumber | None = None
+        for stretch in self.stretches:
+            if stretch.sampled:
+                known = last if not begun.tangents.any() else None
+                begun, y = self._sampled(before or stretch, begun, y, known)
+            self.tangents = self.inputs.enter(stretch, self.tangents)
+            self._set_sides(before, stretch, begun, y)
+            y = self._entered(before, stretch, begun, y)
+            after = stretch.t if before is not None else -np.inf
+            own = [one for one in self.times.own if after < one.t <= stretch.end]
+            inside = np.flatnonzero((t > after) & (t <= stretch.end))
+            wanted = _within(stretch, np.concatenate([t[inside], [one.t for one in own]]))
+            times = np.unique(np.append(wanted, stretch.end))
+            found = motion.followed(stretch, stretch.t, y, self.tangents, times)
+            places = np.searchsorted(times, wanted)
+            events, places = places[len(inside) :], places[: len(inside)]
+            values[inside], changes[inside] = found.value[places], found.tangents[places]
+            self.lost.without(changes, inside)
+            for one, place in zip(own, events, strict=True):
+                self.times.event(one, stretch, self._state(found[place]), self.tangents)
+            last = found[len(times) - 1]
+            y = self._state(last)
+            self._check_sides(stretch, y)
+            begun, now = self._left(stretch, y)
+            if stretch.guard is not None:
+                near = inside[np.abs(t[inside] - stretch.end) <= self.times.short]
+                changes[near] = np.nan
+            elif self._ends(stretch):
+                near = inside[t[inside] == stretch.end]
+                changes[near] = now.page.tangents if now is not None else np.nan
+                self.lost.without(changes, near)
+            elif (moving := begun.tangents != 0.0).any():
+                near = inside[np.abs(t[inside] - stretch.end) <= self.times.short]
+                self._meet(changes, near, stretch.end, moving)
+            before = stretch
+        self.y = y
+        return DualNumber(values, changes)
+
+    # -- samples of controllers ---------------------------------------------------------------
+
+    def _sampled(
+        self, old: ModeStretch, begun: DualNumber, y: DualNumber, page: DualNumber | None
+    ) -> tuple[DualNumber, DualNumber]:
+        """Let controllers sample: the time at which inputs change, and the state there. `page`: of
+        this state, where it is known.
+        """
+        tangents = self.inputs.enter(old, self.tangents)
+        later = self.inputs.sample(old, begun, y, self.tangents, page)
+        if not later.any():
+            return begun, y
+        now = self.motion.at(old, begun, y, tangents)
+        y = self._moved(y, now, DualNumber(begun.value, later))
+        return DualNumber(begun.value, begun.tangents + later), y
+
+    def _meet(self, changes: Array, near: Array, t: float, moving: Array) -> None:
+        """What numbers move falls on an instant: its positions alone have derivatives by them."""
+        n = self.system.coordinates
+        if near.size:
+            rows = np.arange(n, self.motion.rows)
+            changes[np.ix_(near, rows, np.flatnonzero(moving))] = np.nan
+            self.inputs.meet(t, moving)
+
+    # -- the beginning of a stretch -----------------------------------------------------------
+
+    def _entered(
+        self, before: ModeStretch | None, stretch: ModeStretch, begun: DualNumber, y: DualNumber
+    ) -> DualNumber:
+        """The state at the held time with which a stretch begins, from that at the end of the one
+        before it, which moves with the time `begun`.
+        """
+        motion = self.motion
+        if stretch.lost:
+            self.lost.lose(True, stretch.t, stretch.lost)
+        old, moved = before or stretch, y
+        if len(stretch.on):
+            if stretch.strikes:
+                y = self._struck(old, stretch, begun, y)
+            now = motion.at(old.all_off(), begun, y, self.tangents)
+            self.tangents = anchored(motion.uni, self.tangents, stretch, now)
+        slope = stretch.slope
+        if not begun.tangents.any():
+            slope = np.zeros(len(y.value))
+        elif slope is None:
+            slope = motion.at(stretch, begun, y, self.tangents).slope.value
+        held = y.tangents - np.outer(slope, begun.tangents)
+        first = y.value if stretch.y is None else stretch.y
+        y = DualNumber(first, held)
+        if not len(stretch.on):
+            return y
+        self._at_the_beginning(stretch, begun, moved, y)
+        still = DualNumber(begun.value, 0.0 * begun.tangents)
+        after = motion.at(stretch, still, y, self.tangents).y
+        units = motion.scale[: len(first), None]
+        most = np.abs(held / units).max(axis=0, initial=0.0)
+        apart = np.abs((after.tangents - held) / units).max(axis=0, initial=0.0)
+        limit = APART + TOLERANCES * motion.way.rtol
+        wrong = apart > limit * np.maximum(most, self.tangents.resolved)
+        why = "what touches or sticks from there on would not, with other numbers: another order"
+        if before is None:
+            why = "other numbers move apart what touches, or move what sticks, at the beginning"
+        self.lost.lose(wrong, stretch.t, why)
+        return DualNumber(first, np.where(wrong, 0.0, after.tangents))
+
+    def _at_the_beginning(
+        self, stretch: ModeStretch, begun: DualNumber, before: DualNumber, after: DualNumber
+    ) -> None:
+        """Where a change at the very beginning jumps, other numbers have it or have it not."""
+        motion, first = self.motion, self.first
+        if not begun.tangents.any() or begun.value - first.t > BEGINNING * motion.run.t[-1]:
+            return
+        units = motion.scale[: len(after.value), None]
+        jump = after.tangents - before.tangents
+        jump += np.outer(self.slope_before, begun.tangents)
+        most = np.abs(after.tangents / units).max(axis=0, initial=0.0)
+        size = np.abs(jump / units).max(axis=0, initial=0.0)
+        why = "the motion begins where its modes change, which it does or does not by other numbers"
+        self.lost.lose(size > APART * np.maximum(most, self.tangents.resolved), stretch.t, why)
+
+    def _struck(
+        self, old: ModeStretch, stretch: ModeStretch, begun: DualNumber, y: DualNumber
+    ) -> DualNumber:
+        """The state after the impacts with which a stretch begins."""
+        n = self.system.coordinates
+        for strike in stretch.strikes:
+            if stretch.lost:
+                break
+            now = self.motion.at(old.all_off(), begun, y, self.tangents)
+            v = self.impacts.velocities(now, strike.closed)
+            if v is None:
+                why = "whether contacts take part in the impact, or stick, is at its limit"
+                self.lost.lose(True, stretch.t, why)
+                break
+            state, changes = y.value.copy(), y.tangents.copy()
+            state[n : 2 * n], changes[n : 2 * n] = v.value, v.tangents
+            y = DualNumber(state, changes)
+        return y
+
+    # -- the end of a stretch -----------------------------------------------------------------
+
+    def _left(self, stretch: ModeStretch, y: DualNumber) -> tuple[DualNumber, DualInstant | None]:
+        """The time at which a stretch ends; the instant there that moves with it, where the motion
+        ends by an event.
+        """
+        motion = self.motion
+        t = DualNumber(stretch.end, np.zeros(len(self.lost.names)))
+        if stretch.guard is None and not self._ends(stretch):
+            t = self.inputs.when(stretch.end)
+            if t.tangents.any():
+                now = motion.at(stretch, DualNumber(t.value, 0.0 * t.tangents), y, self.tangents)
+                self.slope_before = now.slope.value
+                y.tangents[:] = self._moved(y, now, t).tangents
+            return t, None
+        now = motion.at(stretch, t, y, self.tangents)
+        self.slope_before = now.slope.value
+        if stretch.guard is None:
+            row = self.times.events[-1].row
+            moved = DualNumber(stretch.end, np.nan_to_num(row))
+            state = self._moved(y, now, moved)
+            return moved, motion.at(stretch, moved, state, self.tangents)
+        t = self.times.when(stretch, now, self.tangents)
+        y.tangents[:] = self._moved(y, now, t).tangents
+        return t, None
+
+    def _ends(self, stretch: ModeStretch) -> bool:
+        """Whether the motion ends with it, by an event of the user."""
+        run, events = self.run, self.times.events
+        last = stretch is self.stretches[-1] and run.ending != "completed"
+        return last and bool(events) and events[-1].t == stretch.end
+
+    def _moved(self, y: DualNumber, now: DualInstant, t: DualNumber) -> DualNumber:
+        """A state at a held time as one that moves with a time."""
+        return DualNumber(y.value, y.tangents + np.outer(now.slope.value, t.tangents))
+
+    # -- jumps of formulas --------------------------------------------------------------------
+
+    def _set_sides(
+        self, before: ModeStretch | None, stretch: ModeStretch, begun: DualNumber, y: DualNumber
+    ) -> None:
+        """On which sides the arguments of jumps are in a stretch."""
+        if not stretch.sizes:
+            return
+        place = stretch.crossed
+        if before is not None and place is not None:
+            stretch.sides = dict(before.sides)
+            if place in stretch.sides:
+                stretch.sides[place] *= -1.0
+                self._check_that_it_crosses(place, stretch, begun, y)
+            else:
+                self.lost.lose(True, stretch.t, "what jumps there was at its jump before")
+            return
+        still = DualNumber(begun.value, 0.0 * begun.tangents)
+        if stretch.y is not None:
+            y = DualNumber(stretch.y, y.tangents)
+        stretch.sides = {}
+        now = self.motion.at(stretch, still, y, self.tangents)
+        ahead = self.times.ahead(stretch, now, self.tangents)
+        for place, size in stretch.sizes.items():
+            g, rate = now.formula[place], float(ahead.formula.tangents[place, 0])
+            side = float(np.sign(g.value))
+            if abs(g.value) <= AT_ZERO * size:
+                side = float(np.sign(rate))
+                moved = np.abs(g.tangents) > AT_ZERO * size * self.tangents.resolved
+                why = "the motion begins there where a formula jumps, other numbers beside it"
+                self.lost.lose(moved, stretch.t, why)
+            if side:
+                stretch.sides[place] = side
+
+    def _check_that_it_crosses(
+        self, place: int, stretch: ModeStretch, begun: DualNumber, y: DualNumber
+    ) -> None:
+        """What jumps must not be driven back to its jump."""
+        still = DualNumber(begun.value, 0.0 * begun.tangents)
+        now = self.motion.at(stretch, still, y, self.tangents)
+        rate = float(self.times.ahead(stretch, now, self.tangents).formula.tangents[place, 0])
+        if not rate * stretch.sides[place] > 0.0:
+            why = "the jump of a formula (sign, step) holds its own argument at zero"
+            self.lost.lose(True, stretch.t, why)
+
+    def _check_sides(self, stretch: ModeStretch, y: DualNumber) -> None:
+        """No argument of a jump must have left its side."""
+        if not stretch.sizes:
+            return
+        t = DualNumber(stretch.end, np.zeros(y.tangents.shape[1]))
+        g = self.motion.at(stretch, t, y, self.tangents).formula.value
+        for place, size in stretch.sizes.items():
+            side = stretch.sides.get(place, 0.0)
+            if side * g[place] < -BEYOND * size or (not side and abs(g[place]) > BEYOND * size):
+                why = "a formula (sign, step) has jumped unseen"
+                self.lost.lose(True, stretch.t, why)
+
+    # -- what is shared -----------------------------------------------------------------------
+
+    def _state(self, page: DualNumber) -> DualNumber:
+        """The state of a page."""
+        n, owns = self.system.coordinates, self.system.layout.owns
+        rows = self.system.own_rows
+        places = np.r_[0 : 2 * n, rows.start : rows.start + owns]
+        return DualNumber(page.value[places], page.tangents[places].copy())
+
+
+def _within(stretch: ModeStretch, t: Array) -> Array:
+    """Times of a stretch; those that differ from its ends by rounding are its ends."""
+    near = ROUNDING * np.abs(t)
+    found = np.where(t - stretch.t <= near, stretch.t, t)
+    return np.where(stretch.end - t <= near, stretch.end, found)
+
 
 #: A change of the state, in its sizes, by a change of a number by its own size: what is less is
 #: integrated with the errors of this one.
@@ -179,4 +747,159 @@ def spread(values: dict[str, Any], own: list[str], names: list[str]) -> dict[str
             tangents = np.zeros(len(names))
             tangents[places] = one.tangents
             found[name] = DualNumber(one.value, tangents)
+    return found
+
+
+# -- Motions in which drivers are released, in dual numbers: one part after the other ----------
+#
+# A driver is released at a set time. Position and rates go on, with their derivatives; from then on
+# the system has a freedom more, and the state that the driver has led to is the first one of a free
+# motion. Instants at that time belong to the part after it.
+
+
+class ReleasedInstants:
+    """Derivatives of the instants of a motion in which drivers are released.
+
+    Parameters
+    ----------
+    run : Solution
+        Of `simulate`, of one design.
+    first : FirstState
+        Where the motion begins, with derivatives.
+    names : sequence of str
+        As of `FreeInstants`.
+    """
+
+    def __init__(self, run: Solution, first: FirstState, names: Sequence[str]) -> None:
+        self.run, self.first, self.names = run, first, list(names)
+        self.unclosed: set[str] = set()
+        system = run.system
+        own = [name for name in self.names if name in system.values]
+        self.values = spread(dual_values(system, own), own, self.names)
+        self.parts = _parts(run)
+        self.followed: list[FreeInstants] = []
+        self.lost = LostNumbers(self.names, first.t, first.lost)
+
+    @property
+    def notes(self) -> list[str]:
+        """Where there are no derivatives."""
+        return self.followed[-1].notes if self.followed else []
+
+    @property
+    def events(self) -> list[EventTime]:
+        """Those of all parts."""
+        return [one for part in self.followed for one in part.events]
+
+    def at(self, instants: Array, with_loads: bool) -> DualSolution:
+        """The result at some of its instants with derivatives.
+
+        Raises
+        ------
+        SolveError
+            As of `FreeInstants`.
+        """
+        t, first = np.asarray(self.run.t[instants]), self.first
+        loads = len(self.run.mechanism.loads) if with_loads else 0
+        system = self.run.system
+        first_load = system.page_rows + 1 + 3 * len(system.drivers)
+        rows = first_load + loads * system.coordinates
+        values, changes = np.zeros((len(t), rows)), np.zeros((len(t), rows, len(self.names)))
+        self.followed = []
+        for k, run in enumerate(self.parts):
+            part = FreeInstants(run, first, self.names, system)
+            inside = t >= run.begun[0].first if k else np.ones(len(t), dtype=bool)
+            if k < len(self.parts) - 1:
+                inside &= t < run.t[-1]
+            places = np.searchsorted(run.t, t[inside])
+            before = self.followed[-1] if k else None
+            found = part.rows(places, with_loads, before)
+            self._widen(run, found, np.flatnonzero(inside), values, changes)
+            self.followed.append(part)
+            if k < len(self.parts) - 1:
+                first = self._going_on(part, self.parts[k + 1])
+        self.lost = self.followed[-1].lost
+        record = DualRecord(values, changes, first_load, system.coordinates)
+        return self._since_release(t, dual_solution(self.run, self.values, record), record)
+
+    def without_derivative(self, instants: Array, _: DualRecord) -> Array:
+        """As of `FreeInstants`."""
+        return np.zeros(len(instants), dtype=bool)
+
+    def _going_on(self, part: FreeInstants, after: Solution) -> FirstState:
+        """The state at the end of a part as the first one of the next."""
+        begun, walk = after.begun[0], part.walk
+        assert walk is not None
+        t, q, v = state_of(after.system, begun.start)
+        n = after.system.coordinates
+        accelerations = np.abs(after.record.table(slice(2 * n, 3 * n))[0])
+        y = np.concatenate([q, v, first_own_states(after.system, begun.start)])
+        return FirstState(t, y, walk.y.tangents, accelerations, begun.request.way)
+
+    def _widen(
+        self, run: Solution, found: DualRecord, places: Array, values: Array, changes: Array
+    ) -> None:
+        """Put the rows of a part where those of the whole system are."""
+        whole, part = self.run.system, run.system
+        to, of = phase_rows(whole, part)
+        to, of = np.append(to, whole.page_rows), np.append(of, part.page_rows)
+        names = [one.name for one in whole.drivers]
+        signals = np.arange(3)
+        for k, one in enumerate(part.drivers):
+            to = np.append(to, whole.page_rows + 1 + 3 * names.index(one.name) + signals)
+            of = np.append(of, part.page_rows + 1 + 3 * k + signals)
+        first = whole.page_rows + 1 + 3 * len(names)
+        loads = np.arange(values.shape[1] - first)
+        to, of = np.append(to, first + loads), np.append(of, found.loads + loads)
+        values[np.ix_(places, to)] = found.values[:, of]
+        changes[np.ix_(places, to)] = found.tangents[:, of]
+
+    def _since_release(self, t: Array, found: DualSolution, record: DualRecord) -> DualSolution:
+        """Of what released drivers drove, the motion from then on."""
+        system = self.run.system
+        for n, driver in enumerate(system.drivers):
+            free = t >= self.run.released.get(driver.name, np.inf)
+            if free.any():
+                row = system.page_rows + 1 + 3 * n
+                for k, one in enumerate(driven_motion(found, driver)):
+                    record.values[free, row + k] = one.value[free]
+                    record.tangents[free, row + k] = one.tangents[free]
+        return found
+
+
+#: The instants of a motion over time, with derivatives.
+MotionInstants: TypeAlias = FreeInstants | ReleasedInstants
+
+
+def motion_instants(run: Solution, names: Sequence[str], given: bool) -> MotionInstants:
+    """The instants of a motion of `simulate`; `given`: whether it begins as another result ends.
+
+    Raises
+    ------
+    ModelError
+        As of `first_state`.
+    """
+    first = first_state(run, names, given)
+    kind = ReleasedInstants if run.released else FreeInstants
+    return kind(run, first, list(names))
+
+
+def _parts(run: Solution) -> list[Solution]:
+    """The motion between releases, followed again, each part with its beginning."""
+    (begun,) = run.begun
+    request, system, start = begun.request, begun.system, begun.start
+    gone = {name for name, t in run.released.items() if t <= request.first}
+    later = {name: t for name, t in run.released.items() if name not in gone}
+    last, first, found = float(run.t[-1]), request.first, list[Solution]()
+    for until in [*sorted(set(later.values())), np.inf]:
+        free = released(system, sorted(gone)) if gone else system
+        ends = min(until, float(request.times[-1]))
+        times = request.times[(request.times >= first) & (request.times <= ends)]
+        times = np.union1d(times, [ends])
+        part = replace(request, first=first, times=times, release={})
+        one = integrate_phases(free, start, None, part, None)
+        found.append(changed(one, begun=(beginning(free, start, part),)))
+        if one.t[-1] >= last:
+            break
+        start, first = found[-1], until
+        gone |= {name for name, t in later.items() if t == until}
     return found

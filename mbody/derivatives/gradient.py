@@ -2,32 +2,520 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+import math
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
-from mbody.analysis.driven.requested_instants import requested_instants, turned_driver
+from mbody.analysis.driven.driven import ANALYSES, requested_instants, statics, turned_driver
 from mbody.analysis.dynamics.simulate import simulate
 from mbody.analysis.equilibria.equilibrium import Equilibrium, equilibrium
+from mbody.analysis.linear.linearize import Linearization, linearize
+from mbody.analysis.linear.modes import Mode, ModePlace, mode_place, modes, rates_at
 from mbody.analysis.position.assembly_analysis import as_system
-from mbody.derivatives.difference_check import compared_with_differences, may_jump_unseen
-from mbody.derivatives.driven_instants import DrivenInstants
-from mbody.derivatives.gradient_result import EventGradient, Gradient, per
-from mbody.derivatives.mode_gradient import mode_gradient
-from mbody.derivatives.named_numbers import changed, checked_names, unit_of
+from mbody.derivatives.driven_instants import DrivenInstants, RestInstants
+from mbody.derivatives.free_instants import MotionInstants, motion_instants
+from mbody.derivatives.mode_record import with_formulas_of_the_instant
+from mbody.derivatives.named_numbers import changed, checked_names, number_sizes, unit_of
 from mbody.derivatives.reduced_measures import Derived, derived, instants_of
-from mbody.derivatives.released_motion import MotionInstants, motion_instants
-from mbody.derivatives.rest_instants import RestInstants
-from mbody.derivatives.unfollowed_jumps import with_formulas_of_the_instant
 from mbody.errors import ModelError, SolveError, brief
 from mbody.model.element import listed
+from mbody.model.loads import PistonPressure, ReciprocatingCylinder
 from mbody.model.mechanism import Mechanism
-from mbody.solution.doubts import inherited
+from mbody.model.study import Measure
+from mbody.quantities.units import DIMENSIONS
+from mbody.sheets.text_table import Column, number, paragraph, table
+from mbody.solution.doubts import Inherited, inherited
+from mbody.solution.histories import link_poses
 from mbody.solution.solution import Solution
-from mbody.sweeps.columns import MeasuredColumn, Measures, columns_of
+from mbody.sweeps.job import MeasuredColumn, Measures, columns_of
+from mbody.system.read_only import lock
 from mbody.system.system import System
+
+# -- Measured quantities with their derivatives ------------------------------------------------
+
+
+@dataclass(frozen=True)
+class EventGradient:
+    """When something happens in a motion, an `EventRecord`, with derivatives.
+
+    Attributes
+    ----------
+    name, contact : str
+        As of the record.
+    t : float
+    by : dict
+        Derivatives of the time by number; NaN where there is none.
+    """
+
+    name: str
+    contact: str
+    t: float
+    by: dict[str, float]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Gradient(Inherited):
+    """Measured quantities with their derivatives.
+
+    Attributes
+    ----------
+    value : dict
+        By measure: a float, or an array (instants,).
+    by : tuple of str
+        The numbers.
+    jacobian : array (measures, numbers), or (measures, instants, numbers)
+        Derivatives in the units of the mechanism and of the measures; NaN where redundant loops do
+        not close with another number, and at instants without forces or with limits, which a note
+        says.
+    units : dict
+        By measure, then by number: the unit of the derivative.
+    at : dict
+        By measure the time of the instant that was taken, of a greatest or least value and of one
+        instant; None where all instants count.
+    measured : dict
+        By measure its unit.
+    events : tuple of EventGradient
+        Of a motion over time: when what happens in it does.
+    status, doubts : str, tuple of Doubt
+        Of the result.
+    notes : tuple of str
+        Where there is no derivative, measures that no number changes, and the doubts.
+    """
+
+    value: dict[str, Any]
+    by: tuple[str, ...]
+    jacobian: np.ndarray
+    units: dict[str, dict[str, str]]
+    at: dict[str, float | None]
+    measured: dict[str, str]
+    events: tuple[EventGradient, ...] = ()
+    _rows: dict[str, int] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "_rows", {name: n for n, name in enumerate(self.value)})
+        lock(self)
+
+    def __getitem__(self, measure: str) -> dict[str, Any]:
+        """The derivatives of one measure by name: floats, or arrays (instants,)."""
+        if measure not in self._rows:
+            raise ModelError(
+                f"there is no measure {measure!r} here (there are: {listed(self.value)})",
+                str(measure),
+            )
+        row = self.jacobian[self._rows[measure]]
+        parts = row if row.ndim == 1 else row.T
+        whole = (float(part) if row.ndim == 1 else part for part in parts)
+        return dict(zip(self.by, whole, strict=True))
+
+    def __repr__(self) -> str:
+        shape = " × ".join(str(size) for size in self.jacobian.shape)
+        return f"Gradient({listed(self.value)} by {len(self.by)} numbers: {shape})"
+
+
+def per(unit: str, by: str) -> str:
+    """Unit of a quotient."""
+    if not by:
+        return unit
+    below = f"({by})" if any(letter in by for letter in "·/ ") else by
+    return f"{unit or '1'}/{below}"
+
+
+# -- Derivatives of a motion beside differences, where what jumps on the way cannot be seen ----
+#
+# Users' functions, valves and pressures by tables may jump anywhere. Along one direction in all the
+# numbers the derivatives are compared with differences of motions at four places.
+
+Array = np.ndarray
+
+#: Steps, as parts of the sizes of the numbers.
+PART = 1e-4
+#: Derivatives may differ by this part of what all numbers do together, or by so many times what
+#: differences of two steps differ by; motions have errors of so many times their rtol.
+ALLOWED, BANDS, ERRORS = 2e-3, 3.0, 1e2
+#: Motions for differences are so much more exact than the motion itself, as far as they can be.
+FINER, FINEST = 1e-2, 1e-12
+
+
+def may_jump_unseen(system: System) -> list[str]:
+    """Elements that may jump where nothing shows it."""
+    own = [name for name, function in system.functions if function is not None]
+    valves = (ReciprocatingCylinder, PistonPressure)
+    own += [load.name for load in system.mechanism.loads if isinstance(load, valves)]
+    own += [one.name for one in system.mechanism.controllers]
+    return list(dict.fromkeys(own))
+
+
+def compared_with_differences(
+    found: Gradient,
+    system: System,
+    by: Sequence[str],
+    columns: Sequence[MeasuredColumn],
+    run_of: Callable[[System, float], Solution],
+    rtol: float,
+) -> Gradient:
+    """The gradient; NaN, and a note, of measures that change otherwise.
+
+    by: dotted names, in the order of the gradient; run_of: the motion of a system with an rtol.
+    """
+    fine = max(FINER * rtol, FINEST)
+    sizes = np.array([name in system.values for name in by]) * number_sizes(system, by)
+    sizes[np.isnan(found.jacobian).any(axis=tuple(range(found.jacobian.ndim - 1)))] = 0.0
+    # both signs, so that numbers that act alike do not always act together
+    way = PART * sizes * np.where(np.arange(len(by)) % 2, -0.7, 1.0)
+    if not way.any():
+        return found
+    names = listed(may_jump_unseen(system))
+    try:
+        ends = [
+            _measured(system, by, k * way, columns, lambda other: run_of(other, fine))
+            for k in (-2, -1, 1, 2)
+        ]
+    except (ModelError, SolveError):
+        note = f"{names} may jump on the way, which differences of motions could not rule out"
+        return replace(found, notes=(*found.notes, note))
+    jacobian, notes = found.jacobian.copy(), list(found.notes)
+    for k, column in enumerate(columns):
+        low, near, up, most = (np.asarray(one[k]) for one in ends)
+        wide, narrow = 0.5 * (most - low), up - near
+        rows = np.nan_to_num(jacobian[k])
+        apart = np.abs(2.0 * rows @ way - narrow)
+        scale = 2.0 * np.abs(rows * way).sum(axis=-1)
+        limit = ALLOWED * np.maximum(scale, np.abs(narrow)) + BANDS * np.abs(wide - narrow)
+        # below the noise of the motions nothing can be said
+        noise = ERRORS * fine * np.abs(np.asarray(found.value[column.name])).max(initial=0.0)
+        if (apart > np.maximum(limit, noise)).any():
+            jacobian[k] = np.nan
+            notes.append(
+                f"'{column.name}' has no derivative: differences of motions are others, as "
+                f"{names} jump on the way, or change fast"
+            )
+    return replace(found, jacobian=jacobian, notes=tuple(notes))
+
+
+def _measured(
+    system: System,
+    by: Sequence[str],
+    change: Array,
+    columns: Sequence[MeasuredColumn],
+    run_of: Callable[[System], Solution],
+) -> list[Array]:
+    moved = {
+        name: float(system.values[name]) + float(more)
+        for name, more in zip(by, change, strict=True)
+        if more
+    }
+    run = run_of(system.with_values(moved))
+    return [np.asarray(instants_of(run, column).value) for column in columns]
+
+
+# -- Derivatives of frequencies, damping, shapes and stiffnesses of small motions at a rest
+#    position ----------------------------------------------------------------------------------
+#
+# A root s of (s² M + s C + K) u = 0 with the left vector w, wᵀ (s² M + s C + K) = 0, has
+#
+#     ds/dp = −wᵀ (s² M′ + s C′ + K′) u / (wᵀ (2 s M + C) u),
+#
+# where it is simple. Its shape moves by du, of which a multiple of u has no say in ratios:
+#
+#     (s² M + s C + K) du + (2 s M + C) u ds = −(s² M′ + s C′ + K′) u dp,   ūᵀ du = 0.
+#
+# M′, C′ and K′, and those of the ways T that coordinates go with the leaders, are differences over
+# four places, at each of which the rest position is found once more. The amplitude of an angle, or
+# of x or y of a point, is a = T u, and a ratio a/b has the size |a/b| and the phase arg(a/b).
+#
+# F. Tisseur, K. Meerbergen: The quadratic eigenvalue problem, SIAM Review 43 (2001), 2.3 and 4.2.
+
+#: Step of the differences, as a part of the size of a number: matrices are exact to 1e-11.
+MODE_GRADIENT_PART = 1e-3
+#: A root is simple where wᵀ (2 s M + C) u is more than this part of what it is made of.
+SIMPLE = 1e-6
+#: Newton steps to the rest position beside, at most, and the last of them in model lengths.
+STEPS, LAST = 12, 1e-12
+#: What is measured of a mode, by number, and of the stiffness, by leaders.
+OF_MODE = re.compile(r"\s*(\w+)\s*\(\s*(\d+)\s*\)\s*")
+OF_SHAPE = re.compile(r"\s*(ratio|phase)\s*\(\s*(\d+)\s*,\s*([\w.]+)\s*,\s*([\w.]+)\s*\)\s*")
+OF_LEADERS = re.compile(r"\s*stiffness\s*\(\s*([^,()]+?)\s*(?:,\s*([^,()]+?)\s*)?\)\s*")
+KINDS = {
+    "frequency": "angular velocity",
+    "natural_frequency": "angular velocity",
+    "hertz": "frequency",
+    "decay_rate": "frequency",
+    "damping_ratio": "",
+}
+
+
+@dataclass(frozen=True)
+class _Wanted:
+    """One measure: of mode `number`, or the stiffness between two leaders; of a shape the
+    amplitudes of two places.
+    """
+
+    name: str
+    kind: str
+    number: int = 0
+    leaders: tuple[int, int] = (0, 0)
+    places: tuple[ModePlace, ...] = ()
+
+
+def mode_gradient(rest: Equilibrium, measure: Any, by: Mapping[str, str]) -> Gradient:
+    """Derivatives of measures of the modes at a rest position by numbers, names by those given.
+
+    Raises
+    ------
+    ModelError
+        For a measure that is none of modes, or a mode or leader that is not there.
+    SolveError
+        As `linearize`.
+    """
+    names = list(by.values())
+    beside = _BesideRest(rest, names)
+    linear = linearize(beside.instants.driven, at=beside.run, free=beside.drivers)
+    (found,) = modes(beside.instants.driven, at=beside.run, free=beside.drivers)
+    wanted = _wanted(measure, linear, len(found))
+    places = list(dict.fromkeys(place for one in wanted for place in one.places))
+    sizes = number_sizes(beside.instants.driven, names)
+    jacobian, notes = np.zeros((len(wanted), len(names))), list[str]()
+    for k, name in enumerate(names):
+        changes, why = None, "the rest position beside it is not found, or other bodies lead there"
+        try:
+            changes = beside.changes(name, MODE_GRADIENT_PART * (sizes[k] or 1.0), linear, places)
+        except (ModelError, SolveError) as error:
+            why = str(error)
+        if changes is None:
+            jacobian[:, k] = np.nan
+            notes.append(f"there is no derivative by '{name}': {why}")
+            continue
+        for row, one in enumerate(wanted):
+            if one.kind == "stiffness":
+                jacobian[row, k] = changes[2][one.leaders]
+            elif one.places:
+                ways = [changes[3][places.index(place)] for place in one.places]
+                jacobian[row, k] = _of_shape(found[one.number], linear, changes, ways, one)
+            else:
+                jacobian[row, k] = _of_root(found[one.number], linear, changes, one.kind)
+    for row, one in enumerate(wanted):
+        if one.kind != "stiffness" and np.isnan(jacobian[row]).all():
+            why = "where others meet it or it begins to oscillate"
+            if one.places:
+                why += ", or an amplitude is zero"
+            notes.append(
+                f"'{one.name}' has no derivative: its root is not simple, or is zero, {why}"
+            )
+    notes.append(
+        "M, C and K of small motions are differenced over four places: derivatives have some 8 "
+        "figures"
+    )
+    units = {given: unit_of(rest.solution.mechanism, name) for given, name in by.items()}
+    of = {one.name: _unit(one, linear) for one in wanted}
+    return Gradient(
+        value={one.name: _value(one, linear, found) for one in wanted},
+        by=tuple(by),
+        jacobian=jacobian,
+        units={one: {n: per(of[one], unit) for n, unit in units.items()} for one in of},
+        at=dict.fromkeys(of),
+        measured=of,
+        **inherited(found, notes=notes),
+    )
+
+
+class _BesideRest:
+    """The linear equations at one rest position, and at that of other numbers beside it."""
+
+    def __init__(self, rest: Equilibrium, names: Sequence[str]) -> None:
+        self.instants = RestInstants(rest, names)
+        self.drivers = self.instants.drivers
+        self.laws = [f"{name}.law.value" for name in self.drivers]
+        self.run = self.instants.run
+        self.poses = link_poses(rest.solution)
+        driven = self.instants.driven
+        turns = [driven.length if motion.turns else 1.0 for motion in rest.motions]
+        self.unit = driven.length / np.array(turns)
+
+    def linear(self, numbers: Mapping[str, float]) -> Linearization | None:
+        """M, C and K where the loads balance with other numbers; None where that is not found."""
+        system = self.instants.driven.with_values(dict(numbers))
+        place = np.array([float(system.values[law]) for law in self.laws])
+        for _ in range(STEPS):
+            system = system.with_values(dict(zip(self.laws, place.tolist(), strict=True)))
+            self.run = statics(system, t=[float(self.instants.run.t[0])], guess=self.poses)
+            whole = DrivenInstants(self.run, self.laws).at(np.zeros(1, dtype=int), False)
+            efforts = [whole.effort(name) for name in self.drivers]
+            e = np.array([one.value[0] for one in efforts])
+            step = np.linalg.solve(np.array([one.tangents[0] for one in efforts]), -e)
+            place = place + step
+            if np.abs(step / self.unit).max() <= LAST:
+                break
+        else:
+            return None
+        return linearize(system, at=self.run, free=self.drivers)
+
+    def changes(
+        self, name: str, step: float, linear: Linearization, places: Sequence[ModePlace]
+    ) -> list[Array] | None:
+        """Derivatives of M, C, K and the ways of places (places, free) by a number; None where what
+        is beside it does not compare.
+        """
+        value, ends = float(self.instants.driven.values[name]), []
+        for k in (-2, -1, 1, 2):
+            one = self.linear({name: value + k * step})
+            if one is None or one.leaders != linear.leaders:
+                return None
+            ends.append((one.mass, one.damping, one.stiffness, _ways(one, places)))
+        return [
+            (8.0 * (up - near) - (most - low)) / (12.0 * step)
+            for low, near, up, most in zip(*ends, strict=True)
+        ]
+
+
+def _ways(linear: Linearization, places: Sequence[ModePlace]) -> Array:
+    """What places do for unit rates of the leaders (places, free)."""
+    solution, rates = linear.solution, linear.rates
+    found = [rates_at(solution, rates, place) for place in places]
+    return np.array(found).reshape(len(places), len(rates))
+
+
+def _simple(mode: Mode, linear: Linearization) -> Array | None:
+    """The left vector of a root that is simple."""
+    s, u = mode.eigenvalue, mode.amplitudes
+    M, C, K = linear.mass, linear.damping, linear.stiffness
+    left: Array = np.linalg.svd((s * s * M + s * C + K).T)[2][-1].conj()
+    below = left @ (2.0 * s * M + C) @ u
+    size = float(np.abs(left) @ (2.0 * abs(s) * np.abs(M) + np.abs(C)) @ np.abs(u))
+    if s == 0.0 or not abs(below) > SIMPLE * size:
+        return None
+    sizes = np.linalg.svd(s * s * M + s * C + K, compute_uv=False)
+    return None if len(sizes) > 1 and not sizes[-2] > SIMPLE * sizes[0] else left
+
+
+def _of_root(mode: Mode, linear: Linearization, changes: Sequence[Array], kind: str) -> float:
+    """The derivative of what is measured of a mode; NaN of a root that is not simple."""
+    s, u, left = mode.eigenvalue, mode.amplitudes, _simple(mode, linear)
+    if left is None:
+        return np.nan
+    below = left @ (2.0 * s * linear.mass + linear.damping) @ u
+    change = complex(-(left @ (s * s * changes[0] + s * changes[1] + changes[2]) @ u) / below)
+    size = abs(s)
+    along = (s.conjugate() * change).real / size
+    if kind == "decay_rate":
+        return -change.real
+    if kind == "damping_ratio":
+        return -change.real / size + s.real * along / size**2
+    if kind == "natural_frequency":
+        return along if s.imag else 0.0
+    return change.imag / (2.0 * np.pi if kind == "hertz" else 1.0)
+
+
+def _of_shape(
+    mode: Mode,
+    linear: Linearization,
+    changes: Sequence[Array],
+    ways: Sequence[Array],
+    one: _Wanted,
+) -> float:
+    """The derivative of a ratio of amplitudes, or of the phase between them, from those of the ways
+    of both; NaN of a root that is not simple, and of amplitudes that are zero.
+    """
+    s, u, n = mode.eigenvalue, mode.amplitudes, len(linear.motions)
+    a, b = (_amplitude(mode, linear, place) for place in one.places)
+    if _simple(mode, linear) is None or not a or not b:
+        return np.nan
+    bordered = np.zeros((n + 1, n + 1), dtype=complex)
+    bordered[:n, :n] = s * s * linear.mass + s * linear.damping + linear.stiffness
+    bordered[:n, n] = (2.0 * s * linear.mass + linear.damping) @ u
+    bordered[n, :n] = u.conj()
+    right = np.append(-(s * s * changes[0] + s * changes[1] + changes[2]) @ u, 0.0)
+    du = np.linalg.solve(bordered, right)[:n]
+    more = [
+        u @ change + du @ way for change, way in zip(ways, _ways(linear, one.places), strict=True)
+    ]
+    relative = more[0] / a - more[1] / b
+    return float(relative.imag if one.kind == "phase" else abs(a / b) * relative.real)
+
+
+def _amplitude(mode: Mode, linear: Linearization, place: ModePlace) -> complex:
+    """The amplitude of a place; what is rounding is zero."""
+    (ways,) = _ways(linear, [place])
+    found = complex(mode.amplitudes @ ways)
+    # lengths by the model length, so that no unit has a say in what is zero
+    unit = np.array([linear.solution.system.length] * 2 + [1.0])
+    size = float(np.abs(mode.amplitudes) @ np.abs(linear.rates / unit).max(axis=(1, 2)))
+    size *= unit[place.key]
+    return found if abs(found) > SIMPLE * size else 0.0
+
+
+def _wanted(measure: Any, linear: Linearization, count: int) -> list[_Wanted]:
+    """The measures, checked."""
+    given: Any = {"frequency(1)": "frequency(1)"} if measure is None else measure
+    given = [given] if isinstance(given, str) else given
+    pairs = given if isinstance(given, Mapping) else {one: one for one in given}
+    found, leaders = [], list(linear.leaders)
+    for name, text in pairs.items():
+        mode = OF_MODE.fullmatch(text) if isinstance(text, str) else None
+        mode = mode if mode and mode[1] in KINDS else None
+        shape = OF_SHAPE.fullmatch(text) if isinstance(text, str) else None
+        if one := mode or shape:
+            if not 1 <= int(one[2]) <= count:
+                raise ModelError(f"gradient: '{text}': there are modes 1 to {count}", str(name))
+            parts = shape.groups()[2:] if shape else ()
+            machine = linear.solution.mechanism
+            places = tuple(mode_place(machine, part, f"gradient: '{text}': ") for part in parts)
+            found.append(_Wanted(name, one[1], int(one[2]) - 1, places=places))
+            continue
+        pair = OF_LEADERS.fullmatch(text) if isinstance(text, str) else None
+        if pair is None or not {pair[1], pair[2] or pair[1]} <= set(leaders):
+            raise ModelError(
+                f"gradient: {brief(text)} is no measure of modes: give {listed(KINDS)} with the "
+                f"number of a mode, such as frequency(1), ratio(1, {leaders[0]}.x, "
+                f"{leaders[0]}.angle) or phase of two amplitudes, or stiffness({leaders[0]}) of "
+                f"what leads a free motion: {listed(leaders)}",
+                str(name),
+            )
+        both = leaders.index(pair[1]), leaders.index(pair[2] or pair[1])
+        found.append(_Wanted(name, "stiffness", leaders=both))
+    return found
+
+
+def _value(one: _Wanted, linear: Linearization, found: Any) -> float:
+    if one.kind == "stiffness":
+        return float(linear.stiffness[one.leaders])
+    mode: Mode = found[one.number]
+    if one.places:
+        a, b = (_amplitude(mode, linear, place) for place in one.places)
+        if not b:
+            raise ModelError(
+                f"gradient: '{one.name}' divides by an amplitude that is zero: in mode "
+                f"{one.number + 1} it does not move; take another one",
+                one.name,
+            )
+        return float(np.angle(a / b)) if one.kind == "phase" else abs(a / b)
+    return float(
+        {
+            "frequency": mode.frequency,
+            "natural_frequency": mode.natural_frequency,
+            "hertz": mode.hertz,
+            "decay_rate": mode.decay_rate,
+            "damping_ratio": mode.damping_ratio,
+        }[one.kind]
+    )
+
+
+def _unit(one: _Wanted, linear: Linearization) -> str:
+    units = linear.solution.mechanism.units
+    if one.kind == "stiffness":
+        i, j = (linear.motions[k].turns for k in one.leaders)
+        effort = units.of(DIMENSIONS["torque" if i else "force"])
+        return f"{effort}/{'rad' if j else units.length}"
+    if one.kind == "phase":
+        return "rad"
+    if one.kind == "ratio":
+        a, b = ("rad" if place.turns else units.length for place in one.places)
+        return "" if a == b else f"{a}/{b}"
+    return units.of(DIMENSIONS[KINDS[one.kind]]) if KINDS[one.kind] else ""
+
 
 #: The analysis of motions over time.
 MOTION = "simulate"
@@ -35,8 +523,6 @@ MOTION = "simulate"
 REST = "equilibrium"
 #: That of small motions about them.
 SMALL = "modes"
-
-__all__ = ["gradient", "gradient_at", "gradient_of"]
 
 
 def gradient(
@@ -320,3 +806,135 @@ def _without(
         row[..., places] = np.nan
         found[name] = replace(one, row=row)
     return [sentence]
+
+
+# -- Which number of a mechanism changes a measured quantity most ------------------------------
+
+
+@dataclass(frozen=True)
+class Sensitivity(Inherited):
+    """Derivatives of one measured quantity, those of most weight first.
+
+    Attributes
+    ----------
+    measure, unit : str
+    value : float
+    by : dict
+        By number: ``{"derivative", "unit", "relative"}``, the last in per cent per per cent, None
+        where the number or the quantity is zero.
+    numbers : dict
+        The present values of the numbers.
+    at : float or None
+        Time of the instant that was taken; None where all count.
+    time_unit : str
+    status, doubts, notes
+        Of the result, and where there is no derivative.
+    """
+
+    model: str
+    measure: str
+    unit: str
+    value: float
+    by: dict[str, dict[str, Any]]
+    numbers: dict[str, float]
+    at: float | None
+    time_unit: str
+
+    def data(self) -> dict[str, Any]:
+        """As plain dicts: ``{"measure", "value", "unit", "by", "at"}``."""
+        return {
+            "measure": self.measure,
+            "value": None if math.isnan(self.value) else self.value,
+            "unit": self.unit,
+            "by": {name: dict(row) for name, row in self.by.items()},
+            "at": self.at,
+        }
+
+    def __str__(self) -> str:
+        where = "" if self.at is None else f" at t = {self.at:.6g} {self.time_unit}"
+        head = f"{self.measure} = {self.value:.6g} {self.unit}".rstrip() + where
+        rows = list(self.by.items())
+        parts = [row["relative"] for _, row in rows]
+        columns = [
+            Column("NUMBERS", [name for name, _ in rows], text=True),
+            Column("value", [number(self.numbers[name]) for name, _ in rows]),
+            Column("derivative", [number(row["derivative"]) for _, row in rows]),
+            Column("unit", [row["unit"] for _, row in rows], text=True),
+            Column("% per %", ["–" if part is None else f"{part:.4g}" for part in parts]),
+        ]
+        notes = [line for note in self.notes for line in paragraph(f"note: {note}")]
+        lines = ["", *table(columns)] if rows else []
+        return "\n".join([self.model, "", head, *lines, *notes])
+
+
+def sensitivity(
+    run: Solution, measure: str | Measure, by: Sequence[str] | None = None
+) -> Sensitivity:
+    """The table of one measured quantity of a result; see `Solution.sensitivity`.
+
+    Raises
+    ------
+    ModelError
+        For a result of another analysis or of a batch, a history of many instants, and as
+        `mbody.gradient`.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> run = mbody.kinetostatics(mbody.gallery.load("norton_fourbar"))
+    >>> found = run.sensitivity("A.force", ["crank.A.x", "coupler.weight"])
+    >>> list(found.by)
+    ['crank.A.x', 'coupler.weight']
+    """
+    if run.analysis not in ANALYSES:
+        raise ModelError(
+            f"sensitivity is of kinematics, kinetostatics and statics, not of {run.analysis}"
+        )
+    if run.record.batch:
+        raise ModelError("sensitivity is of one design: analyse one of the batch, system.design(n)")
+    columns = columns_of(run.mechanism, [measure], "sensitivity")
+    names = checked_names(run.system, by, "sensitivity")
+    if len(run.t) > 1 and not columns[0].by:
+        of = columns[0].name
+        raise ModelError(
+            f"sensitivity: '{of}' is a history of {len(run.t)} instants: say how it becomes one "
+            f"number, such as peak({of})"
+        )
+    return sensitivity_of(run, gradient_of(run, columns, names), names, by is None)
+
+
+def sensitivity_of(
+    run: Solution, found: Gradient, by: Mapping[str, str], only_those_that_count: bool
+) -> Sensitivity:
+    """The table of the one measure of a gradient; without rows of zeros where it `only` has those
+    that count.
+    """
+    ((measure, value),) = found.value.items()
+    rows: dict[str, dict[str, Any]] = {}
+    numbers: dict[str, float] = {}
+    row = found.jacobian[0]
+    counts = changed(run.system, list(by.values()), np.asarray(value), row)
+    for (name, derivative), count in zip(found[measure].items(), counts, strict=True):
+        if math.isnan(derivative) or (only_those_that_count and not count):
+            continue
+        numbers[name] = own = float(run.system.values[by[name]])
+        relative = derivative * own / value if own and value else None
+        unit = found.units[measure][name]
+        rows[name] = {"derivative": derivative, "unit": unit, "relative": relative}
+    order = sorted(rows, key=lambda name: _weight(rows[name]), reverse=True)
+    return Sensitivity(
+        model=run.mechanism.name,
+        measure=measure,
+        unit=found.measured[measure],
+        value=value,
+        by={name: rows[name] for name in order},
+        numbers=numbers,
+        at=found.at[measure],
+        time_unit=run.mechanism.units.time,
+        **inherited(found, notes=found.notes),
+    )
+
+
+def _weight(row: dict[str, Any]) -> float:
+    relative = row["relative"]
+    return -1.0 if relative is None or math.isnan(relative) else abs(relative)

@@ -3,24 +3,257 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass, field, replace
-from typing import Any
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, ClassVar
 
 import numpy as np
 
 from mbody.analysis.contact.unilateral import has_modes
 from mbody.analysis.dynamics.contact_motion import ContactIntegration
+from mbody.analysis.dynamics.events import AT_ZERO, EventIntegration, Guard
 from mbody.analysis.dynamics.interruptions import Interruptions
-from mbody.analysis.dynamics.jumping_forces import AT_ZERO
-from mbody.analysis.dynamics.located import Guard
 from mbody.analysis.initial.initial_state import state_of
-from mbody.derivatives.formula_jumps import JumpGuard, JumpWatch, arguments
+from mbody.core.dual_number import DualNumber
+from mbody.kernels.accelerations import free_motion
+from mbody.kernels.layout import Layout, Work
 from mbody.kernels.step_state import TIME
+from mbody.laws import Expression, Law, MeasuredFormula, Table
+from mbody.laws.kernels import MAX, OPERATIONS, SIGN, STEP, VARIABLE
+from mbody.model.closed_mechanism import with_changed
+from mbody.model.element import listed
+from mbody.model.loads import Damper, Spring, TorsionDamper, TorsionSpring
 from mbody.solution.solution import Solution
+from mbody.system.assembler import assemble
+from mbody.system.system import System, with_numbers_of
 
-__all__ = ["ModeStretch", "Strike", "stretches_of"]
+# -- Where formulas of loads and own states jump along a motion: `sign` and `step` of what is
+#    zero --------------------------------------------------------------------------------------
+#
+# Between two jumps each such function is held at the side on which its argument is, so that the
+# motion is smooth there; where an argument is zero the derivatives change as at every change of
+# modes (`mbody.derivatives.dual_walk`). Corners, of `abs`, `min` and `max`, leave forces as they
+# are: they change nothing there.
 
 Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class JumpGuard:
+    """The argument of functions that jump where it is zero.
+
+    Attributes
+    ----------
+    number : int
+        Its place among the numbers of the formulas.
+    size : float
+        Its greatest value along the motion.
+    """
+
+    number: int
+    size: float = 0.0
+    kind: ClassVar[str] = "jump"
+    direction: ClassVar[int] = 0
+    stop: ClassVar[bool] = False
+    name: ClassVar[str] = "jump"
+
+
+def arguments(layout: Layout) -> list[int]:
+    """The places of all numbers of which there is a sign or a step."""
+    steps = layout.formula_step
+    jumping = np.isin(steps[:, 0], (SIGN, STEP)) if len(steps) else np.zeros(0, dtype=bool)
+    return [int(place) for place in np.unique(steps[jumping, 1])] if jumping.any() else []
+
+
+def held(layout: Layout, sides: Mapping[int, float]) -> tuple[Layout, dict[int, float]]:
+    """The layout without the functions of these arguments, and what their values are on the sides,
+    1 or −1, on which the arguments are, by place.
+    """
+    steps, values = layout.formula_step.copy(), dict[int, float]()
+    for n, (code, a, _, place) in enumerate(layout.formula_step):
+        if code in (SIGN, STEP) and int(a) in sides:
+            side = sides[int(a)]
+            values[int(place)] = side if code == SIGN else max(side, 0.0)
+            # the greater one of a number and itself: a step that changes nothing
+            steps[n] = MAX, a, a, a
+    return layout.replaced(formula_step=steps), values
+
+
+class JumpWatch(EventIntegration):
+    """Integrates a motion once more, and locates where arguments of jumps are zero."""
+
+    def __init__(self, *given: Any) -> None:
+        super().__init__(*given)
+        self.jumps = [JumpGuard(place) for place in arguments(self.layout)]
+        self.first_jump = len(self.events)
+        every: list[Any] = self.events
+        every += self.jumps
+        self.carried = np.append(self.carried, np.zeros(len(self.jumps), dtype=bool))
+        #: When which argument is zero.
+        self.crossings: list[tuple[float, int]] = []
+        self.greatest = dict.fromkeys((one.number for one in self.jumps), 0.0)
+        self.aside: Work = self.work.copied()
+
+    def _values(self, which: list[int], t: Array, pages: Array) -> Array:
+        last = self.first_jump + len(self.jumps)
+        ours = [k for k, n in enumerate(which) if self.first_jump <= n < last]
+        others = [k for k, n in enumerate(which) if not self.first_jump <= n < last]
+        found = np.empty((len(which), len(t)))
+        found[others] = super()._values([which[k] for k in others], t, pages)
+        if ours:
+            places = [self.jumps[which[k] - self.first_jump].number for k in ours]
+            found[ours] = self._arguments(places, t, pages[:, :, 0])
+            for place, row in zip(places, found[ours], strict=True):
+                self.greatest[place] = max(self.greatest[place], float(np.abs(row).max()))
+        return found
+
+    def _arguments(self, places: list[int], t: Array, pages: Array) -> Array:
+        """Values (places, instants) of arguments."""
+        system, work = self.system, self.aside
+        n, owns = system.coordinates, system.layout.owns
+        first = system.own_rows.start
+        rows = system.layout.input_row
+        found = np.empty((len(places), len(t)))
+        for k, page in enumerate(pages):
+            work.q[:n, 0], work.v[:n, 0] = page[:n], page[n : 2 * n]
+            work.own[:owns, 0] = page[first : first + owns]
+            work.signal[rows, 0] = page[first + owns : first + owns + len(rows)]
+            work.time[0, 0] = t[k]
+            free_motion(self.layout, work, self.regularization, 0)
+            found[:, k] = work.formula[places, 0]
+        return found
+
+    def _record(self, event: Any, t: float, page: Array) -> None:
+        if isinstance(event, JumpGuard):
+            self.crossings.append((t, event.number))
+        else:
+            super()._record(event, t, page)
+
+
+# -- Laws and loads that may jump along a motion: those that are followed as formulas of the
+#    instant, and those that are not -----------------------------------------------------------
+
+#: Functions of formulas that jump.
+JUMPING = re.compile(r"\b(?:sign|step)\s*\(")
+#: Functions of formulas with corners, at which accelerations of what is driven jump.
+CORNERED = re.compile(r"\b(?:sign|step|abs|min|max|clamp|deadband)\s*\(")
+#: Loads whose own law is of a stretch, an angle or a rate that formulas of the instant have.
+OF_STRETCH = (Spring, Damper, TorsionSpring, TorsionDamper)
+
+
+def with_formulas_of_the_instant(system: System) -> System:
+    """The system in which laws of loads that jump are formulas of the instant, whose jumps are
+    followed; the same where there are none.
+    """
+    changed = []
+    for load in system.mechanism.loads:
+        made: dict[str, Any] = {}
+        for name, law in _laws(load).items():
+            of_time = load.__dataclass_fields__[name].metadata.get("of") == "time"
+            known = of_time or isinstance(load, OF_STRETCH)
+            if known and isinstance(law, Expression) and JUMPING.search(law.text):
+                made[name] = _of_the_instant(law, "t" if of_time else "x")
+        if made:
+            changed.append(replace(load, **made))
+    if not changed:
+        return system
+    return with_numbers_of(assemble(with_changed(system.mechanism, changed, ())), system.values)
+
+
+def _of_the_instant(law: Expression, variable: str) -> MeasuredFormula:
+    names = tuple(OPERATIONS[code] for code in law.program)
+    taken = (variable,) * sum(code == VARIABLE for code in law.program)
+    return MeasuredFormula(law.text, names, taken, law.constants)
+
+
+def _laws(element: Any) -> dict[str, Law]:
+    """The laws of an element by field."""
+    found = {part.name: getattr(element, part.name) for part in fields(element)}
+    return {name: law for name, law in found.items() if isinstance(law, Law)}
+
+
+def unfollowed_jumps(system: System, values: Mapping[str, Any]) -> dict[str, Array | bool]:
+    """Why derivatives lack what a jump adds, and by which of the numbers: (numbers,), or all.
+    `values`: of the description by dotted name, dual ones among them.
+
+    A law of time jumps at a time of its own, which only its own numbers move.
+    """
+    machine, found = system.mechanism, dict[str, Array | bool]()
+    for element in (*machine.inputs, *machine.drivers):
+        for law in _laws(element).values():
+            if not (isinstance(law, Expression) and CORNERED.search(law.text)):
+                continue
+            own = [x for name, x in values.items() if name.startswith(f"{element.name}.")]
+            moving = [one.tangents != 0.0 for one in own if isinstance(one, DualNumber)]
+            if moving:
+                why = f"'{element.name}' jumps, or has a corner, at a time that they may move"
+                found[why] = np.any(moving, axis=0)
+    for load in machine.loads:
+        for name, law in _laws(load).items():
+            if load.__dataclass_fields__[name].metadata.get("of") == "time":
+                continue
+            jumps = isinstance(law, Expression) and JUMPING.search(law.text)
+            if jumps or _holds(law):
+                found[f"the law of '{load.name}' jumps, which is not followed"] = True
+    # as they are written: what a formula calls has no other list
+    written = repr((*machine.loads, *machine.states, *machine.drivers))
+    for name, curve in machine.curves.items():
+        if _holds(curve.law) and re.search(rf"\b{name}\s*\(", written):
+            found[f"the curve '{name}' jumps, which is not followed"] = True
+    return found
+
+
+def _holds(law: Any) -> bool:
+    return isinstance(law, Table) and law.interpolation == "hold"
+
+
+# -- Numbers by which a motion has no derivatives from some time on, and why -------------------
+
+
+class LostNumbers:
+    """Numbers by which there is no derivative from some time on.
+
+    Parameters
+    ----------
+    names : sequence of str
+        All numbers.
+    first : float
+        When the motion begins.
+    why : mapping
+        Numbers that have none from there on, and why.
+    """
+
+    def __init__(self, names: Sequence[str], first: float, why: Mapping[str, str]) -> None:
+        self.names = list(names)
+        self.why = {name: (first, one) for name, one in why.items()}
+
+    @property
+    def gone(self) -> Array:
+        """Which of them these are, (names,)."""
+        return np.array([name in self.why for name in self.names], dtype=bool)
+
+    def lose(self, which: Array | bool, t: float, why: str) -> None:
+        """There are no derivatives by some numbers, or by any, any more."""
+        some = np.broadcast_to(which, len(self.names))
+        for name, gone in zip(self.names, some, strict=True):
+            if gone:
+                self.why.setdefault(name, (t, why))
+
+    def without(self, changes: Array, instants: Array) -> None:
+        """NaN by these numbers in changes (instants, rows, names), at some instants."""
+        gone = np.flatnonzero(self.gone)
+        changes[np.ix_(instants, np.arange(changes.shape[1]), gone)] = np.nan
+
+    def notes(self, unit: str) -> list[str]:
+        """Sentences; times have the unit."""
+        found = []
+        for t, why in dict.fromkeys(self.why.values()):
+            names = [name for name, one in self.why.items() if one == (t, why)]
+            by = "" if len(names) == len(self.names) else f" by {listed(names)}"
+            found.append(f"from t = {t:.6g} {unit} on there is no derivative{by}: {why}")
+        return found
+
 
 #: What an impact is that has derivatives; another comes to rest, or is one without collision.
 REBOUND = "impact"

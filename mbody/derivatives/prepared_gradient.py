@@ -10,17 +10,19 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.driven.requested_instants import requested_instants
+from mbody.analysis.driven.driven import requested_instants
 from mbody.derivatives.driven_instants import DrivenInstants, misfitting
-from mbody.derivatives.dual_solution import DualRecord, dual_solution
-from mbody.derivatives.dual_workspace import DualWorkspace
-from mbody.derivatives.measure_program import MeasureProgram, recorded_measure
-from mbody.derivatives.named_numbers import checked_names
-from mbody.derivatives.number_tangents import dual_values, recorded_numbers
-from mbody.derivatives.reduced_measures import derived, instants_of
+from mbody.derivatives.dual_solution import DualRecord, DualWorkspace, dual_solution
+from mbody.derivatives.named_numbers import checked_names, dual_values, recorded_numbers
+from mbody.derivatives.reduced_measures import (
+    MeasureProgram,
+    derived,
+    instants_of,
+    recorded_measure,
+)
 from mbody.errors import ModelError
 from mbody.solution.solution import Solution
-from mbody.sweeps.columns import Measures, columns_of
+from mbody.sweeps.job import Measures, columns_of
 from mbody.system.system import System
 
 __all__ = ["DesignPoint", "PreparedGradient"]

@@ -3,16 +3,12 @@
 from mbody.analysis.equilibria.equilibrium_curve import equilibrium_curve
 from mbody.analysis.initial.close_loops import close_loops
 from mbody.analysis.linear.linearize import linearize
-from mbody.engineering.balance_of_forces import ForceBalance
 from mbody.engineering.bearing_loads import BearingLoad, bearing_load
-from mbody.engineering.cam_limits import cam_analysis
+from mbody.engineering.cam_limits import CamAnalysis, CamPlace, cam_analysis
 from mbody.engineering.cam_profile import cam_profile
-from mbody.engineering.cam_result import CamAnalysis, CamPlace
-from mbody.engineering.firing import firing_angles
 from mbody.engineering.fluctuation import Fluctuation, energy_fluctuation, fluctuation
-from mbody.engineering.flywheel import flywheel
-from mbody.engineering.flywheel_sizing import FlywheelProof, FlywheelSizing, size_flywheel
-from mbody.engineering.force_balance import force_balance
+from mbody.engineering.flywheel import FlywheelProof, FlywheelSizing, flywheel, size_flywheel
+from mbody.engineering.force_balance import ForceBalance, force_balance
 from mbody.engineering.harmonics import Harmonics, harmonics
 from mbody.engineering.indicator import Indicator, indicator
 from mbody.engineering.instant_centres import (
@@ -35,12 +31,15 @@ from mbody.engineering.path_curvature import (
     inflection_circle,
     path_curvature,
 )
-from mbody.engineering.rocking_couple import RockingCouple, rocking_couple
-from mbody.engineering.shaking import ShakingForce, shaking_force
-from mbody.engineering.shaking_orders import (
+from mbody.engineering.shaking import (
     BalanceShaft,
+    RockingCouple,
+    ShakingForce,
     ShakingOrders,
     balance_shafts,
+    firing_angles,
+    rocking_couple,
+    shaking_force,
     shaking_orders,
 )
 from mbody.engineering.spring_balance import SpringBalance, spring_balance

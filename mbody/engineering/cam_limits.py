@@ -2,28 +2,598 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.analysis.driven.kinematics import kinematics
-from mbody.engineering.cam_contour import cam_curvature
-from mbody.engineering.cam_places import cam_places, named_cam
-from mbody.engineering.cam_result import CamAnalysis, CamPlace
-from mbody.engineering.follower_path import follower_path
+from mbody.analysis.driven.driven import kinematics
 from mbody.engineering.relative_motion import check_moving, pose_at
-from mbody.errors import ModelError, SolveError
-from mbody.model.joints import CamFollower
+from mbody.errors import ModelError, SolveError, brief
+from mbody.laws import Law
+from mbody.model.element import listed
+from mbody.model.joints import CamFollower, Prismatic, Revolute
+from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
 from mbody.quantities.types import Number
-from mbody.solution.doubts import inherited
-from mbody.solution.places import ends
+from mbody.sheets.text_table import Column, angles, certified, even, number, numbers, table, title
+from mbody.solution.doubts import Inherited, inherited
+from mbody.solution.histories import ends
 from mbody.solution.solution import Solution, as_solution
 from mbody.system.rank import dense
+from mbody.system.read_only import lock
 
-__all__ = ["cam_analysis"]
+if TYPE_CHECKING:
+    from mbody.model.element import Numbers
+
+
+# -- The contour of a cam: the curve that touches a roller, an edge or a flat face -------------
+
+
+def cam_contour(
+    joint: CamFollower, numbers: Numbers, psi: np.ndarray, *, pitch: bool = False
+) -> np.ndarray:
+    """Points of the contour in the axes of the cam's body.
+
+    Parameters
+    ----------
+    joint : CamFollower
+    numbers : Numbers
+        Of its system, of one design.
+    psi : (n,) array
+        How far the cam has turned where each point touches the follower [rad].
+    pitch : bool
+        Whether to give the pitch curve in place of the contour: where the centre of the roller or
+        the knife edge is, under a flat face the foot of the normal through the cam's centre.
+
+    Returns
+    -------
+    (n, 2) array
+        [length]
+
+    Notes
+    -----
+    The pitch curve of a roller is R e(χ) from the cam's centre, at χ = β ∓ ψ with β the direction
+    of ψ = 0; the contour is inside it by the radius of the roller, along the normal. Under a flat
+    face it is the envelope of the lines of the face, h e(χ) ∓ h′ e(χ + π/2).
+
+    Examples
+    --------
+    >>> import mbody
+    >>> system = mbody.assemble(mbody.gallery.load("cam_follower"))
+    >>> cam = system.mechanism["contact"]
+    >>> cam_contour(cam, system.numbers, np.linspace(0.0, 2.0 * np.pi, 5)).shape
+    (5, 2)
+    """
+    R, slope, _ = np.broadcast_arrays(*joint.radius(numbers, psi))
+    sense = -1.0 if joint.clockwise else 1.0
+    ray = float(numbers.angle(joint, "i")) - sense * psi
+    if pitch:
+        along, across = R, np.zeros_like(R)
+    elif joint.flat:
+        along, across = R, -sense * slope
+    else:
+        roller, lean = float(numbers[f"{joint.name}.roller"]), np.arctan2(sense * slope, R)
+        along, across = R - roller * np.cos(lean), -roller * np.sin(lean)
+    c, s = np.cos(ray), np.sin(ray)
+    from_centre = np.column_stack([along * c - across * s, along * s + across * c])
+    return np.asarray(numbers.place(joint, "i"), dtype=float) + from_centre
+
+
+def cam_curvature(
+    joint: CamFollower, numbers: Numbers, psi: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Radii of curvature (n,) of the pitch curve and of the contour [length], negative where they
+    are hollow and infinite where they are straight; both those of the contour under a flat face.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> system = mbody.assemble(mbody.gallery.load("cam_follower"))
+    >>> cam_curvature(system.mechanism["contact"], system.numbers, np.zeros(1))
+    (array([50.]), array([40.]))
+    """
+    R, R1, R2 = np.broadcast_arrays(*joint.radius(numbers, psi))
+    if joint.flat:
+        return R + R2, R + R2
+    bend, speed = R * R + 2.0 * R1 * R1 - R * R2, (R * R + R1 * R1) ** 1.5
+    pitch = np.divide(speed, bend, out=np.full(R.shape, np.inf), where=bend != 0.0)
+    return pitch, pitch - float(numbers[f"{joint.name}.roller"])
+
+
+# -- Which cam is meant, and the places of its profile that are looked at ----------------------
+
+#: Places of a turn at which curvatures are computed: every twentieth of a degree.
+PLACES = 7201
+#: Beside a place where a profile's second derivative jumps [rad].
+BESIDE = 1e-9
+
+
+def named_cam(mechanism: Mechanism, name: str | None) -> CamFollower:
+    """The cam of that name, by default the only one.
+
+    Raises
+    ------
+    ModelError
+        For a name that no cam has, and where there are several, or none.
+
+    >>> import mbody
+    >>> named_cam(mbody.gallery.load("cam_follower"), None).name
+    'contact'
+    """
+    cams = [one for one in mechanism.joints if isinstance(one, CamFollower)]
+    known = listed(one.name for one in cams)
+    if name is None and len(cams) == 1:
+        return cams[0]
+    for one in cams:
+        if one.name == name:
+            return one
+    if not cams:
+        raise ModelError(
+            f"'{mechanism.name}' has no cam: there is no joint of the type CamFollower in it"
+        )
+    if name is None:
+        raise ModelError(
+            f"'{mechanism.name}' has {len(cams)} cams ({known}): name the joint of one"
+        )
+    raise ModelError(f"there is no cam {brief(name)} (there are: {known})", name)
+
+
+def cam_places(cam: CamFollower) -> np.ndarray:
+    """ψ (n,) over a turn [rad], with both sides of the places where a derivative jumps."""
+    law: Law = cam.profile
+    jumps = np.mod(np.concatenate([law.turns(0.0), [0.0]]), math.tau)
+    grid = np.linspace(0.0, math.tau, PLACES)[:-1]
+    both = np.concatenate([grid, jumps - BESIDE, jumps + BESIDE])
+    return np.unique(np.mod(both, math.tau))
+
+
+# -- What limits a cam, with its sheet ---------------------------------------------------------
 
 Array = np.ndarray
+
+#: Instants that are shown.
+SHOWN = 13
+
+
+@dataclass(frozen=True)
+class CamPlace:
+    """A least or greatest value of a cam.
+
+    Attributes
+    ----------
+    value : float
+    psi : float
+        Where on the cam: how far it has turned since its line of 0 pointed at the follower [rad].
+
+    >>> CamPlace(0.031, 4.03).value
+    0.031
+    """
+
+    value: float
+    psi: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CamAnalysis(Inherited):
+    """A cam with its follower over a cycle; ``print`` shows it.
+
+    Attributes
+    ----------
+    mechanism : Mechanism
+    joint : CamFollower
+    follower : str
+        "roller", "knife edge" or "flat face", with "translating" or "swinging"
+        before it where it is one on a guide or an arm of the ground.
+    t, psi : arrays (instants,)
+        How far the cam has turned since its line of 0 pointed at the follower, 0 … 2π [rad].
+    pressure_angle : array (instants,)
+        Between the contact's normal and the way that the follower can go, positive where the
+        normal leans to where the cam turns, as in a rise on a centred guide [rad]; NaN where the
+        place of contact cannot go anywhere.
+    curvature : array (instants,)
+        Radius of curvature of the contour at the contact, negative where it is hollow, infinite
+        where it is straight [length].
+    greatest : CamPlace or None
+        The greatest pressure angle without its sign, between the instants too [rad].
+    sharpest : CamPlace
+        Least radius of curvature of the contour, with a roller or a face (of a knife edge the pitch
+        curve): how far the cam is from undercutting [length].
+    pitch_sharpest : CamPlace
+        Of the pitch curve, or of the contour under a flat face.
+    hollow : CamPlace or None
+        Least radius of its hollow parts, which a grinding wheel has to fit; None for a convex cam.
+    base_radius, roller : float
+        [length]
+    needed : float or None
+        The least base radius with which the pressure angle is nowhere above the limit, the motion
+        of the follower being as it is; None without a limit, and where there is none.
+    uncut : float or None
+        The least base radius without undercutting, likewise; 0 where any will do.
+    limit : float or None
+        Of the pressure angle [rad].
+    face : tuple of two floats or None
+        How far the contact wanders along a flat face, from the foot of the normal through the
+        cam's centre [length].
+
+    >>> import mbody
+    >>> from mbody.engineering import cam_analysis
+    >>> run = mbody.kinematics(mbody.gallery.load("cam_follower"), turn=True)
+    >>> cam_analysis(run).follower
+    'translating roller'
+    """
+
+    mechanism: Mechanism = field(repr=False)
+    joint: CamFollower
+    follower: str
+    t: Array = field(repr=False)
+    psi: Array = field(repr=False)
+    pressure_angle: Array = field(repr=False)
+    curvature: Array = field(repr=False)
+    greatest: CamPlace | None
+    sharpest: CamPlace
+    pitch_sharpest: CamPlace
+    hollow: CamPlace | None
+    base_radius: float
+    roller: float
+    needed: float | None
+    uncut: float | None
+    limit: float | None
+    face: tuple[float, float] | None
+    run: Any = field(repr=False)
+
+    def __post_init__(self) -> None:
+        lock(self)
+
+    def contour(self, points: int = 361) -> Array:
+        """The cam as a table for its making, (points, 6): ψ [rad], x and y of the contour, x and y
+        of the pitch curve, in the axes of the cam's body, and the radius of curvature of the
+        contour [length].
+
+        Raises
+        ------
+        ModelError
+            For fewer than 4 points.
+        """
+        if isinstance(points, bool) or not isinstance(points, int) or not 4 <= points <= 10**6:
+            raise ModelError(f"a contour has 4 to 1000000 points, not {brief(str(points))}")
+        cam, numbers = self.joint, self.run.system.numbers
+        psi = np.linspace(0.0, math.tau, points)
+        edge = cam_contour(cam, numbers, psi)
+        pitch = cam_contour(cam, numbers, psi, pitch=True)
+        radius = cam_curvature(cam, numbers, psi)[1]
+        return np.column_stack([psi, edge, pitch, radius])
+
+    def data(self, angle: str = "deg") -> dict[str, Any]:
+        """As plain values, ready for JSON; what is infinite or undefined is null."""
+        turn = np.degrees if angle == "deg" else np.asarray
+
+        def place(one: CamPlace | None, angular: bool = False) -> dict[str, float | None] | None:
+            if one is None:
+                return None
+            value = float(turn(one.value)) if angular else one.value
+            psi = float(turn(one.psi))
+            return {"value": value if math.isfinite(value) else None, "psi": psi}
+
+        return {
+            "joint": self.joint.name,
+            "follower": self.follower,
+            "base_radius": self.base_radius,
+            "roller": self.roller,
+            "greatest_pressure_angle": place(self.greatest, angular=True),
+            "least_radius_of_curvature": place(self.sharpest),
+            "least_radius_of_pitch_curve": place(self.pitch_sharpest),
+            "least_hollow_radius": place(self.hollow),
+            "limit": None if self.limit is None else float(turn(self.limit)),
+            "base_radius_for_limit": self.needed,
+            "base_radius_without_undercut": self.uncut,
+            "face": self.face,
+            "t": self.t.tolist(),
+            "psi": turn(self.psi).tolist(),
+            "pressure_angle": _plain(turn(self.pressure_angle)),
+            "radius_of_curvature": _plain(self.curvature),
+        }
+
+    def __str__(self) -> str:
+        return _sheet(self)
+
+
+def _plain(values: Array) -> list[float | None]:
+    return [float(value) if math.isfinite(value) else None for value in values]
+
+
+def _sheet(found: CamAnalysis) -> str:
+    """A cam as text, at most 100 characters wide."""
+    unit = found.mechanism.units.length
+    words = f"cam '{found.joint.name}', {found.follower}"
+    lines = [*title(found.mechanism.name, words, found.mechanism.units), ""]
+    rows: list[tuple[str, str, str, str]] = [
+        ("base radius", number(found.base_radius), unit, ""),
+    ]
+    if found.roller:
+        rows.append(("radius of the roller", number(found.roller), unit, ""))
+    if found.greatest is not None:
+        rows.append(
+            (
+                "greatest pressure angle",
+                f"{math.degrees(found.greatest.value):.4f}",
+                "deg",
+                _at(found.greatest),
+            )
+        )
+    if found.roller:
+        rows.append(_radius("least radius of the pitch curve", found.pitch_sharpest, unit))
+    rows.append(_radius("least radius of the contour, convex", found.sharpest, unit))
+    if found.hollow is not None:
+        rows.append(_radius("least radius of the contour, hollow", found.hollow, unit))
+    if found.face is not None:
+        low, high = numbers(found.face)
+        rows.append(("contact along the face, from", low.strip(), unit, ""))
+        rows.append(("to", high.strip(), unit, ""))
+    if found.uncut is not None:
+        rows.append(("least base radius without undercut", number(found.uncut), unit, ""))
+    if found.limit is not None and found.needed is not None:
+        bound = f"base radius for a pressure angle of {math.degrees(found.limit):g} deg"
+        rows.append((bound, number(found.needed), unit, ""))
+    what, cells, units, where = zip(*rows, strict=True)
+    lines += table(
+        [
+            Column("CAM", what, text=True),
+            Column("", cells),
+            Column("unit", units, text=True),
+            Column("at ψ", where, "deg"),
+        ]
+    )
+    last = len(found.t) - 1
+    kept = sorted({round(n * last / (min(SHOWN, last + 1) - 1 or 1)) for n in range(SHOWN)})
+    kept = [k for k in kept if k <= last]
+    lines += [
+        "",
+        *table(
+            [
+                Column("t", numbers(found.t[kept]), found.mechanism.units.time),
+                Column("ψ", angles(found.psi[kept]), "deg"),
+                Column("pressure angle", _signed(found.pressure_angle[kept]), "deg"),
+                Column("radius of the contour", _lengths(found.curvature[kept]), unit),
+            ]
+        ),
+    ]
+    if len(kept) <= last:
+        lines.append(f"{len(kept)} of {last + 1} instants; all of them with --json")
+    return "\n".join(even([*lines, *certified(found)]))
+
+
+def _radius(words: str, place: CamPlace, unit: str) -> tuple[str, str, str, str]:
+    if not math.isfinite(place.value):
+        return words, "none", "", ""
+    return words, number(place.value), unit, _at(place)
+
+
+def _at(place: CamPlace) -> str:
+    return f"{math.degrees(place.psi):.3f}"
+
+
+def _signed(values: np.ndarray) -> list[str]:
+    return [f"{math.degrees(v) + 0.0:.3f}" if math.isfinite(v) else "–" for v in values.tolist()]
+
+
+def _lengths(values: np.ndarray) -> list[str]:
+    finite = [value for value in values.tolist() if math.isfinite(value)]
+    cells = iter(numbers(finite or [0.0]))
+    return [next(cells) if math.isfinite(v) else "straight" for v in values.tolist()]
+
+
+# -- Followers on a guide or an arm, their motion kept, over base circles of other radii -------
+
+#: How many base circles are tried, and how often the limit between two of them is halved.
+TRIED, HALVED = 400, 50
+#: The greatest base circle of a follower on a guide, by the greatest radius of the pitch curve.
+GREATEST = 30.0
+#: Of the greatest radius, a base circle that is none.
+NOTHING = 1e-9
+#: Of its greatest radius, by which the centre of a cam may move and is taken as fixed.
+FIXED = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class FollowerPath:
+    """The path of a follower's place beside its cam, whose centre is the origin; the cam turns
+    counter-clockwise by θ, a cam that turns clockwise is mirrored.
+
+    Attributes
+    ----------
+    place : complex array (n,)
+        Of the roller's centre, the knife edge, or the place in the face [length].
+    first, second : arrays (n,)
+        Derivatives by θ of the follower's coordinate: of its way along the guide [length], of its
+        angle on the arm [1].
+    along : complex
+        Direction of the guide; 0 on an arm.
+    pivot : complex
+        Of the arm.
+    normal : complex array (n,) or None
+        Of a flat face.
+    roller : float
+        [length]
+
+    >>> turn = np.linspace(0.0, 2.0 * np.pi, 361)
+    >>> place = 1j * (0.05 + 0.01 * (1.0 - np.cos(turn)))
+    >>> first, second = 0.01 * np.sin(turn), 0.01 * np.cos(turn)
+    >>> path = FollowerPath(place, first, second, 1j, 0j, None, 0.01)
+    >>> round(path.base_radius(), 9)
+    0.04
+    """
+
+    place: Array
+    first: Array
+    second: Array
+    along: complex
+    pivot: complex
+    normal: Array | None
+    roller: float
+
+    def shifted(self, by: float) -> FollowerPath:
+        """The same motion from another place on the guide [length] or the arm [rad]."""
+        if self.along:
+            return replace(self, place=self.place + by * self.along)
+        turn = complex(math.cos(by), math.sin(by))
+        normal = None if self.normal is None else self.normal * turn
+        return replace(self, place=self.pivot + (self.place - self.pivot) * turn, normal=normal)
+
+    def base_radius(self) -> float:
+        """Radius of the base circle [length]."""
+        if self.normal is not None:
+            return float(self._support()[0].min())
+        return float(np.abs(self.place).min()) - self.roller
+
+    def pressure_angle(self) -> Array:
+        """Between the contact's normal and the way of the follower [rad], 0 … π/2."""
+        n = self.normal
+        if n is None:
+            p1 = self._pitch()[0]
+            n, at = 1j * p1 / np.abs(p1), self.place
+        else:
+            h, slope, _ = self._support()
+            at = h * n + slope * 1j * n
+        way = self.along if self.along else 1j * (at - self.pivot)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            angle: Array = np.arccos(np.minimum(np.abs((n * np.conj(way)).real) / np.abs(way), 1.0))
+        return angle
+
+    def clearance(self) -> float:
+        """Least radius of curvature of the contour [length]; where it is not positive the cam is
+        undercut, or is no cam: -inf where the follower runs faster around it than it turns."""
+        if self.normal is not None:
+            return float(self._support()[2].min())
+        p1, p2 = self._pitch()
+        around = (1j * p1 * np.conj(self.place)).real
+        if not around.min() > 0.0:
+            return -math.inf
+        bend = -(np.conj(p1) * p2).imag
+        convex = bend > 0.0
+        if not convex.any():
+            return math.inf
+        return float((np.abs(p1[convex]) ** 3 / bend[convex]).min()) - self.roller
+
+    def least_base(self, limit: float | None = None) -> float | None:
+        """The least base circle without undercutting, and, with a limit, of a pressure angle
+        nowhere above it [rad]; 0 where every one will do, None where there is none.
+        """
+        if self.along:
+            # from beside the cam's centre outwards: closer near it, where most happens
+            way = (self.place * np.conj(self.along)).real
+            out = math.copysign(1.0, float(way.mean()))
+            low, high = -float((out * way).min()), GREATEST * float(np.abs(self.place).max())
+            shifts = out * (low + (high - low) * np.linspace(0.0, 1.0, TRIED) ** 2)
+        else:
+            # all positions of the arm on its side of the line to the cam's centre
+            start = float(np.angle((self.place - self.pivot).mean() / -self.pivot))
+            out = math.copysign(1.0, start)
+            shifts = out * np.linspace(0.0, math.pi, TRIED + 2)[1:-1] - start
+        worst = self._excess(limit)
+        tried = [(worst(self.shifted(s)), s) for s in shifts.tolist()]
+        if tried[0][0] <= 0.0:
+            return self.shifted(tried[0][1]).base_radius()
+        for (before, low), (here, high) in itertools.pairwise(tried):
+            if here <= 0.0 < before:
+                for _ in range(HALVED):
+                    middle = 0.5 * (low + high)
+                    inside = worst(self.shifted(middle)) <= 0.0
+                    low, high = (low, middle) if inside else (middle, high)
+                base = self.shifted(high).base_radius()
+                return base if base > NOTHING * float(np.abs(self.place).max()) else 0.0
+        return None
+
+    def _excess(self, limit: float | None) -> Callable[[FollowerPath], float]:
+        """By how much the limits are exceeded, -1 where they are kept."""
+
+        def found(path: FollowerPath) -> float:
+            if not path.base_radius() > 0.0 or not path.clearance() > 0.0:
+                return math.inf
+            if limit is None:
+                return -1.0
+            return float(path.pressure_angle().max()) - limit
+
+        return found
+
+    def _pitch(self) -> tuple[Array, Array]:
+        """Derivatives of the pitch curve in the cam's axes by θ, turned back into the ground's."""
+        if self.along:
+            rate, second = self.along * self.first, self.along * self.second
+        else:
+            arm = self.place - self.pivot
+            rate, second = 1j * arm * self.first, 1j * arm * self.second - arm * self.first**2
+        return rate - 1j * self.place, second - 2j * rate - self.place
+
+    def _support(self) -> tuple[Array, Array, Array]:
+        """h, its derivative by the direction of n in the cam's axes, and the radius h + h″."""
+        n: Any = self.normal
+        h = (np.conj(n) * self.place).real
+        if self.along:
+            c = (np.conj(n) * self.along).real
+            return h, -c * self.first, h + c * self.second
+        over, beside = (np.conj(n) * self.pivot).real, (np.conj(1j * n) * self.pivot).real
+        # dχ/dθ = x′ − 1
+        turn = self.first - 1.0
+        rate, rate2 = beside * self.first, beside * self.second - over * self.first**2
+        return h, rate / turn, h + (rate2 * turn - rate * self.second) / turn**3
+
+
+def follower_path(run: Solution, joint: CamFollower) -> FollowerPath | None:
+    """The path of a follower on a guide or an arm of the ground, about a cam with a fixed centre
+    that turns at all instants; None for others.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> run = mbody.kinematics(mbody.gallery.load("cam_follower"), turn=True)
+    >>> path = follower_path(run, run.mechanism["contact"])
+    >>> round(path.base_radius(), 9), path.along
+    (40.0, (6.123233995736766e-17+1j))
+    """
+    follower = joint.j.body
+    held = [
+        one
+        for one in run.mechanism.joints
+        if set(one.bodies) == {"ground", follower} and isinstance(one, Prismatic | Revolute)
+    ]
+    centre, place = run.point(joint.i), run.point(joint.j)
+    middle, seen = centre.x + 1j * centre.y, place.x + 1j * place.y
+    size = float(np.abs(seen - middle).max())
+    moved = float(np.abs(middle - middle[0]).max())
+    omega, alpha = run[joint.i.body].omega, run[joint.i.body].alpha
+    steady = np.abs(omega).min() > FIXED * np.abs(omega).max(initial=0.0)
+    if len(held) != 1 or moved > FIXED * size or not steady or np.ptp(np.sign(omega)):
+        return None
+    (guide,) = held
+    p = seen - middle
+    v, a = place.vx + 1j * place.vy, place.ax + 1j * place.ay
+    numbers = run.system.numbers
+    mirror = bool(omega[0] < 0.0)
+    side = "i" if guide.i.body == "ground" else "j"
+    along, pivot = 0j, 0j
+    if isinstance(guide, Prismatic):
+        along = complex(np.exp(1j * float(numbers.angle(guide, side))))
+        x1, x2 = (v * np.conj(along)).real, (a * np.conj(along)).real
+    else:
+        pivot = complex(*map(float, numbers.place(guide, side))) - complex(middle[0])
+        x1, x2 = run[follower].omega, run[follower].alpha
+    normal: Any = None
+    if joint.flat:
+        normal = 1j * np.exp(1j * (run[follower].angle + float(numbers.angle(joint, "j"))))
+    # by the angle of a cam that turns counter-clockwise
+    first, second = x1 / np.abs(omega), (x2 - x1 * alpha / omega) / omega**2
+    if mirror:
+        p, along, pivot = np.conj(p), along.conjugate(), pivot.conjugate()
+        normal = None if normal is None else np.conj(normal)
+        if isinstance(guide, Revolute):
+            first, second = -first, -second
+    roller = 0.0 if joint.flat else float(numbers[f"{joint.name}.roller"])
+    return FollowerPath(p, first, second, along, pivot, normal, roller)
+
 
 #: Instants of the turn in which base circles are tried.
 FINE = 3601

@@ -9,20 +9,93 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from mbody.engineering.cycles import check_repeats, cycle_turns
 from mbody.errors import ModelError, brief
 from mbody.laws import Table
 from mbody.model.element import listed
-from mbody.sheets.labelled_rows import labelled_rows, noted
-from mbody.sheets.text_table import number
+from mbody.sheets.text_table import labelled_rows, labelled_rows_noted, number
 from mbody.solution.checks import one_design
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution, as_solution
 from mbody.system.read_only import lock
 
-__all__ = ["Fluctuation", "energy_fluctuation", "fluctuation", "angle_driver"]
+# -- Whole cycles of a driver: how many turns they are, and whether a quantity repeats ---------
 
 Array = np.ndarray
+
+#: Tolerance of whole turns, relative.
+WHOLE = 1e-9
+#: Tolerance of the periodicity of a quantity, relative to its size.
+SAME = 1e-6
+
+
+def cycle_turns(angle: Array, what: str) -> int:
+    """How many whole turns the angles (instants,) [rad] make, both ends included.
+
+    Raises
+    ------
+    ModelError
+        Where they do not, or turn back; the sentence begins with `what` needs them.
+    """
+    steps = np.diff(angle)
+    turns = abs(angle[-1] - angle[0]) / (2.0 * math.pi) if angle.size else 0.0
+    one_way = angle.size > 2 and ((steps > 0.0).all() or (steps < 0.0).all())
+    if not one_way or round(turns) < 1 or abs(turns - round(turns)) > WHOLE * turns:
+        raise ModelError(
+            f"{what} needs whole turns in one sense, both ends included; these "
+            f"{angle.size} instants are {360.0 * turns:.6g} deg: analyse with turn=True"
+        )
+    return round(turns)
+
+
+def counted(turns: int) -> str:
+    """A number of turns in words.
+
+    >>> counted(1), counted(2)
+    ('1 turn', '2 turns')
+    """
+    return "1 turn" if turns == 1 else f"{turns} turns"
+
+
+def check_repeats(values: Array, size: float, name: str, what: str) -> None:
+    """Refuse a quantity (instants,) that does not end as it began.
+
+    Parameters
+    ----------
+    values : array (instants,)
+    size : float
+        Beside which the difference is judged.
+    name, what : str
+        Of the quantity, and of what needs the cycle.
+
+    Raises
+    ------
+    ModelError
+    """
+    begin, end = values[0] + 0.0, values[-1] + 0.0  # without the sign of a zero
+    if not abs(end - begin) <= SAME * size:
+        raise ModelError(
+            f"the {name} is {begin:.6g} at the beginning of the cycle and {end:.6g} at its "
+            f"end: {what} needs a periodic cycle: give the driver a constant "
+            "speed, and use whole cycles of the loads (turns=2 where they take two turns)"
+        )
+
+
+# -- The kinetic energy of all links, from their histories -------------------------------------
+
+
+def link_energy(run: Solution) -> np.ndarray:
+    """½ Σ (m v² + I ω²) at every instant (instants,), of a result of one design.
+
+    >>> import mbody
+    >>> machine = mbody.makers.four_bar(1, 3, 2, 3.5, masses=(3, 0, 0), speed=2.0)
+    >>> link_energy(mbody.kinematics(machine)).round(12)  # a rod about its end: ½ (m l²/3) ω²
+    array([2.])
+    """
+    bodies = run.mechanism.bodies
+    rates = np.array([[run[b.name].vx, run[b.name].vy, run[b.name].omega] for b in bodies])
+    places = np.array([run.system.bodies[body.name] for body in bodies])
+    mass = np.asarray(run.system.mass[:, 0]).reshape(-1, 3)[places]
+    return np.asarray(0.5 * np.einsum("bk,bkt->t", mass, rates**2))
 
 
 #: Work of a cycle that is rounding, beside the fluctuation of its energy.
@@ -108,7 +181,9 @@ class Fluctuation(Inherited):
 
     def __str__(self) -> str:
         named = [self.run.mechanism.name, ""] if self.run is not None else []
-        return "\n".join([*named, *labelled_rows("FLUCTUATION", self.rows()), *noted(self)])
+        return "\n".join(
+            [*named, *labelled_rows("FLUCTUATION", self.rows()), *labelled_rows_noted(self)]
+        )
 
     def __repr__(self) -> str:
         return f"Fluctuation({self.fluctuation:.6g} about a mean torque of {self.mean:.6g})"

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from mbody.engineering.cycles import check_repeats, counted, cycle_turns
-from mbody.engineering.fluctuation import angle_driver
+from mbody.engineering.fluctuation import angle_driver, check_repeats, counted, cycle_turns
 from mbody.errors import ModelError
 from mbody.model.study import Measure
 from mbody.solution.checks import one_design

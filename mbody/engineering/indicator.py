@@ -11,8 +11,7 @@ import numpy as np
 from mbody.errors import ModelError, brief
 from mbody.model.element import listed
 from mbody.model.loads import ReciprocatingCylinder
-from mbody.sheets.labelled_rows import labelled_rows, noted
-from mbody.sheets.text_table import number
+from mbody.sheets.text_table import labelled_rows, labelled_rows_noted, number
 from mbody.solution.checks import one_design
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution, as_solution
@@ -80,7 +79,7 @@ class Indicator(Inherited):
             f"{t[0]:.6g} … {t[-1]:.6g} {units.time}" if len(t) > 1 else f"{t[0]:.6g} {units.time}"
         )
         named = f"{self.run.mechanism.name}: a chamber at t = {time}"
-        return "\n".join([named, "", *labelled_rows("INDICATOR", rows), *noted(self)])
+        return "\n".join([named, "", *labelled_rows("INDICATOR", rows), *labelled_rows_noted(self)])
 
     def __repr__(self) -> str:
         return f"Indicator({len(self.volume)} instants, up to {self.pressure.max():.6g})"

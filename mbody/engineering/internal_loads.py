@@ -2,25 +2,311 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from mbody.engineering.forces_on_bars import Bar, bar_of, forces_on
-from mbody.engineering.link_mass import LinkMass, link_mass
+from mbody.analysis.driven.free_body import Wrench, free_body
 from mbody.errors import ModelError
-from mbody.model.section import CrossSection, as_section
+from mbody.model.body import Body, CrossSection, as_section
+from mbody.model.element import Marker, listed
+from mbody.model.joints import Revolute
+from mbody.model.loads import Gravity
 from mbody.sheets.text_table import Column, number, paragraph, table
 from mbody.solution.checks import check_forces
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution, as_solution
 from mbody.system.read_only import lock
 
-__all__ = ["InternalLoads", "Stress", "internal_loads"]
+# -- How the mass of a link lies along its bar, and what its weight and inertia do up to a cut -
 
 Array = np.ndarray
+
+#: A density that is below zero by less than this part of its mean is rounding.
+ROUNDING = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class LinkMass:
+    """A mass along a line, or in one place of it.
+
+    Attributes
+    ----------
+    mass, place, across, inertia : float
+        Its mass centre is `place` along the bar and `across` it [length].
+    length : float
+        Of the bar.
+    density : array (3,) or None
+        λ(s) = Σ density[k] s^k [mass/length]; None where it is a lump at its mass centre.
+    """
+
+    mass: float
+    place: float
+    across: float
+    inertia: float
+    length: float
+    density: Array | None
+
+    def __post_init__(self) -> None:
+        lock(self)
+
+    def moments(self, s: Array, after: Array) -> tuple[Array, Array, Array]:
+        """∫ λ dσ, ∫ λ (σ − place) dσ, ∫ λ (σ − place)² dσ from the beginning to cuts at s; a lump
+        is counted where the cut lies after it, or just after it (`after`).
+        """
+        if self.density is None:
+            passed = np.where(after, self.place <= s, self.place < s).astype(float)
+            return self.mass * passed, 0.0 * passed, self.inertia * passed
+        cut = np.clip(s, 0.0, self.length)
+        found = []
+        polynomial = np.polynomial.Polynomial(self.density)
+        arm = np.polynomial.Polynomial([-self.place, 1.0])
+        for _ in range(3):
+            whole = polynomial.integ()
+            found.append(np.asarray(whole(cut) - whole(0.0)))
+            polynomial = polynomial * arm
+        return found[0], found[1], found[2]
+
+
+def link_mass(
+    mass: float, inertia: float, place: float, across: float, length: float, lump: bool
+) -> LinkMass:
+    """The mass of a link along its bar, 0 … length: a density of second degree that has its mass,
+    mass centre and inertia, which is constant for a uniform rod; a lump where that is not possible.
+    """
+    density = None
+    half = 0.5 * length
+    if not lump and mass > 0.0 and inertia > 0.0:
+        off = place - half
+        mean = mass / length
+        # of Legendre's polynomials on −1 … 1: the mass, its first and its second moment
+        first = 1.5 * mass * off / half**2
+        second = (inertia + mass * off**2) / half**3
+        square = (second - mean * 2.0 / 3.0) * 15.0 / 4.0
+        of_x = np.array([mean - 0.5 * square, first, 1.5 * square])
+        places = [-1.0, 1.0]
+        if of_x[2] > 0.0 and abs(first) < 2.0 * of_x[2]:
+            places.append(-first / (2.0 * of_x[2]))
+        if min(np.polynomial.polynomial.polyval(x, of_x) for x in places) > -ROUNDING * mean:
+            x = np.polynomial.Polynomial([-1.0, 1.0 / half])
+            density = np.zeros(3)
+            made = np.polynomial.Polynomial(of_x)(x).coef
+            density[: made.size] = made
+    return LinkMass(mass, place, across, inertia, length, density)
+
+
+# -- Where along a bar the forces on a link act ------------------------------------------------
+
+#: Places that are this near, as a part of the size of the mechanism, are one.
+SAME = 1e-9
+
+
+@dataclass(frozen=True)
+class Bar:
+    """The line of a bar in link axes, from its first point to its second.
+
+    Attributes
+    ----------
+    along : tuple of 2 str
+        Its points.
+    x, y : float
+        Its beginning [length].
+    cos, sin : float
+        Its direction.
+    length : float
+    """
+
+    along: tuple[str, str]
+    x: float
+    y: float
+    cos: float
+    sin: float
+    length: float
+
+    def coordinates(self, x: Any, y: Any) -> tuple[Any, Any]:
+        """Along and across the bar, of a place in link axes."""
+        dx, dy = x - self.x, y - self.y
+        return self.cos * dx + self.sin * dy, self.cos * dy - self.sin * dx
+
+    def components(self, angle: Array, fx: Array, fy: Array) -> tuple[Array, Array]:
+        """Along and across the bar, of vectors in world axes, at angles of the link."""
+        c, s = np.cos(angle), np.sin(angle)
+        ux, uy = c * self.cos - s * self.sin, s * self.cos + c * self.sin
+        return ux * fx + uy * fy, ux * fy - uy * fx
+
+
+@dataclass(frozen=True, eq=False)
+class BarForces:
+    """The forces on a bar but for its weight and inertia: arrays (instants, forces).
+
+    Attributes
+    ----------
+    causes : tuple of str
+    place : array
+        Along the bar, where they act or where the rigid arm to them begins [length].
+    axial, across : array
+        Forces along and across the bar.
+    couple : array
+        About that place of the bar.
+    weight : array (instants, 2)
+        By gravity, along and across the bar.
+    """
+
+    causes: tuple[str, ...]
+    place: Array
+    axial: Array
+    across: Array
+    couple: Array
+    weight: Array
+
+
+def bar_of(run: Solution, body: str, along: Any = None) -> Bar:
+    """The bar of a link: along two of its points, by default those of its section, else the places
+    of its two joints.
+
+    Raises
+    ------
+    ModelError
+        For a body that there is not, points that are not there or are one place, and a link whose
+        joints do not say which line it is.
+    """
+    known = [one.name for one in run.mechanism.bodies]
+    if body not in known:
+        raise ModelError(f"there is no moving body {body!r} (there are: {listed(known)})", body)
+    link: Any = run.mechanism[body]
+    line = tuple(along or ()) if not isinstance(along, str) else tuple(along.split(","))
+    if not line and link.section is not None:
+        line = link.section.along
+    line = line or _ends(run, link)
+    if len(line) != 2 or not set(line) <= set(link.points):
+        raise ModelError(
+            f"'{body}' is a bar along two of its points (there are: {listed(link.points)}), not "
+            f"{listed(line)}",
+            body,
+        )
+    at = run.system.numbers
+    (ax, ay), (bx, by) = (map(float, at.point(f"{body}.{name}")) for name in line)
+    length = float(np.hypot(bx - ax, by - ay))
+    if not length > SAME * run.system.length:
+        raise ModelError(
+            f"'{line[0]}' and '{line[1]}' of '{body}' are one place: a bar goes along two", body
+        )
+    return Bar((line[0], line[1]), ax, ay, (bx - ax) / length, (by - ay) / length, length)
+
+
+def _ends(run: Solution, link: Body) -> tuple[str, ...]:
+    """Names of the points at which a link has its joints, one a place.
+
+    Raises
+    ------
+    ModelError
+        Where there are not two.
+    """
+    at = run.system.numbers
+    found: dict[str, tuple[float, float]] = {}
+    centre = at.point(f"{link.name}.cg")
+    for joint in run.mechanism.joints:
+        for key, place in (("i", joint.i), ("j", joint.j)):
+            if place.body == link.name:
+                x, y = (float(c + arm) for c, arm in zip(centre, at.arm(joint, key), strict=True))
+                names = [
+                    name
+                    for name in link.points
+                    if _apart((x, y), at.point(f"{link.name}.{name}")) <= SAME * run.system.length
+                ]
+                for name in names[:1]:
+                    found.setdefault(name, (x, y))
+    if len(found) != 2:
+        raise ModelError(
+            f"the direction of the bar '{link.name}' is open: it has joints at "
+            f"{listed(found) if found else 'no named point'}; say along which two points it "
+            'goes, such as section = { rectangle = ["20 mm", "8 mm"], along = ["A", "B"] }',
+            link.name,
+        )
+    return tuple(found)
+
+
+def _apart(a: Any, b: Any) -> float:
+    return float(np.hypot(a[0] - b[0], a[1] - b[1]))
+
+
+def forces_on(run: Solution, body: str, bar: Bar) -> BarForces:
+    """All forces on a link at all instants, moved to its bar."""
+    rows = [free_body(run, body, k) for k in range(len(run))]
+    history = run[body]
+    gravity = {load.name for load in run.mechanism.loads if isinstance(load, Gravity)}
+    causes = list(
+        dict.fromkeys(
+            (w.cause, w.kind, n)
+            for row in rows
+            for w, n in _numbered(row)
+            if w.kind != "inertia" and w.cause not in gravity
+        )
+    )
+    index = {key: k for k, key in enumerate(causes)}
+    shape = len(run), len(causes)
+    x, y, fx, fy, torque = (np.zeros(shape) for _ in range(5))
+    weight = np.zeros((len(run), 2))
+    x[:], y[:] = history.x[:, None], history.y[:, None]
+    for k, row in enumerate(rows):
+        for w, n in _numbered(row):
+            if w.cause in gravity:
+                weight[k] += w.fx, w.fy
+            elif w.kind != "inertia":
+                m = index[w.cause, w.kind, n]
+                x[k, m], y[k, m], fx[k, m], fy[k, m] = w.x, w.y, w.fx, w.fy
+                torque[k, m] = w.torque
+    for m, (cause, kind, _) in enumerate(causes):
+        if kind in ("load", "driver", "coupling"):
+            px, py = _acting_at(run, body, cause)
+            torque[:, m] += (x[:, m] - px) * fy[:, m] - (y[:, m] - py) * fx[:, m]
+            x[:, m], y[:, m] = px, py
+    # places in link axes, then along the bar
+    c, s = np.cos(history.angle)[:, None], np.sin(history.angle)[:, None]
+    origin = run.point(Marker(body, (0.0, 0.0)))
+    dx, dy = x - origin.x[:, None], y - origin.y[:, None]
+    place, off = bar.coordinates(c * dx + s * dy, c * dy - s * dx)
+    axial, across = bar.components(history.angle[:, None], fx, fy)
+    down = np.stack(bar.components(history.angle, *weight.T), axis=-1)
+    return BarForces(
+        tuple(cause for cause, _, _ in causes), place, axial, across, torque - off * axial, down
+    )
+
+
+def _numbered(row: Any) -> list[tuple[Wrench, int]]:
+    """Forces with how many of the same cause came before: a contact may have several."""
+    count: dict[str, int] = {}
+    found = []
+    for w in row:
+        found.append((w, count.get(w.cause, 0)))
+        count[w.cause] = found[-1][1] + 1
+    return found
+
+
+def _acting_at(run: Solution, body: str, name: str) -> tuple[Array, Array]:
+    """Where a load or a driver acts on a body, world axes: at its place there; a couple at the pin
+    that joins its two bodies; else at the mass centre.
+    """
+    element: Any = run.mechanism[name]
+    own = [
+        value
+        for field in dataclasses.fields(element)
+        if isinstance(value := getattr(element, field.name), Marker) and value.body == body
+    ]
+    if len(own) == 1:
+        at = run.point(own[0])
+        return at.x, at.y
+    others = set(element.bodies) - {body} or {"ground"}
+    for joint in run.mechanism.joints:
+        ends = {joint.i.body: joint.i, joint.j.body: joint.j}
+        if isinstance(joint, Revolute) and body in ends and others & ends.keys():
+            at = run.point(ends[body])
+            return at.x, at.y
+    return run[body].x, run[body].y
+
 
 #: Places along a bar, unless the caller says how many.
 PLACES = 101
@@ -31,7 +317,7 @@ STILL = 1e-9
 #: Places across a section at which stresses are combined, with the outer fibres and the middle.
 ACROSS = 41
 #: Below this part of the greatest force a value is printed as zero.
-ROUNDING = 1e-12
+INTERNAL_LOADS_ROUNDING = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +340,7 @@ class Stress(Inherited):
     >>> machine.add(rod, mbody.Revolute("O", "ground", "rod.O"))
     >>> machine.add(mbody.AngleDriver("motor", "rod", mbody.laws.ConstantSpeed(0.0, 10.0)))
     >>> found = internal_loads(mbody.kinetostatics(machine), "rod", ("O", "P"))
-    >>> stress = found.stress(mbody.model.section.RectangleSection(0.02, 0.01))
+    >>> stress = found.stress(mbody.model.body.RectangleSection(0.02, 0.01))
     >>> round(float(stress.upper[0, 0]), 3) == round(float(found.axial[0, 0]) / 2e-4, 3)
     True
     """
@@ -212,7 +498,7 @@ class InternalLoads(Inherited):
         size = max(abs(found["axial"][0]), abs(found["shear"][0]))
         floor = {"axial": size, "shear": size, "bending": size * self.length}
         value = {
-            key: one[0] if abs(one[0]) > ROUNDING * floor.get(key, 0.0) else 0.0
+            key: one[0] if abs(one[0]) > INTERNAL_LOADS_ROUNDING * floor.get(key, 0.0) else 0.0
             for key, one in found.items()
         }
         lines = table(

@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.engineering.fluctuation import angle_driver
-from mbody.engineering.link_energy import link_energy
+from mbody.engineering.fluctuation import angle_driver, link_energy
 from mbody.errors import ModelError
 from mbody.model.numbers import number_in
 from mbody.quantities.types import Number

@@ -9,12 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mbody.analysis.driven.driven import kinematics
 from mbody.analysis.driven.free_body import free_body
-from mbody.analysis.driven.kinematics import kinematics
 from mbody.errors import ModelError
 from mbody.model.element import Marker
-from mbody.solution.certificate import changed
-from mbody.solution.checks import one_design
+from mbody.solution.checks import changed, one_design
 from mbody.solution.histories import BodyHistory, PointHistory
 from mbody.solution.solution import Solution
 

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.driven.requested_instants import analyse_with
+from mbody.analysis.driven.driven import analyse_with
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.errors import ModelError, brief
-from mbody.model.changed_elements import with_changed
+from mbody.model.closed_mechanism import with_changed
 from mbody.model.element import listed
 from mbody.model.loads import Spring, TorsionSpring
 from mbody.model.mechanism import Mechanism

@@ -9,15 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from mbody.engineering.cam_places import cam_places, named_cam
-from mbody.engineering.cam_result import CamPlace
+from mbody.engineering.cam_limits import CamPlace, cam_places, named_cam
 from mbody.model.closed_mechanism import with_element
 from mbody.model.joints import CamFollower
 from mbody.model.mechanism import Mechanism
-from mbody.sheets.names import title
-from mbody.sheets.text_table import Column, even, number, paragraph, table
-from mbody.solution.doubts import Inherited
-from mbody.solution.heading import heading, unit_symbols
+from mbody.sheets.text_table import Column, even, number, paragraph, table, title
+from mbody.solution.doubts import Inherited, heading, unit_symbols
 from mbody.system.assembler import assemble
 from mbody.system.read_only import lock
 from mbody.system.system import System

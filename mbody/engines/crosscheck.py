@@ -12,11 +12,11 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
-from mbody.analysis.driven.requests import analyse_system_at
+from mbody.analysis.driven.driven import analyse_system_at
 from mbody.analysis.dynamics.simulate import simulate
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core.presentation import present
-from mbody.engines.formula_loads import (
+from mbody.engines.load_forces import (
     contacts_without_counterpart,
     followed_states,
     separating,
@@ -27,8 +27,7 @@ from mbody.errors import ModelError, brief
 from mbody.model.element import listed
 from mbody.model.study import Instants
 from mbody.solution.checks import one_design
-from mbody.solution.doubts import Doubt, status_of
-from mbody.solution.heading import heading, unit_symbols
+from mbody.solution.doubts import Doubt, heading, status_of, unit_symbols
 from mbody.solution.solution import Solution, as_solution
 
 if TYPE_CHECKING:
@@ -116,9 +115,9 @@ class Crosscheck:
         return str(present("notebook", self))
 
     def __str__(self) -> str:
-        from mbody.sheets.crosscheck import sheet
+        from mbody.sheets.analyses import crosscheck_sheet
 
-        return sheet(self)
+        return crosscheck_sheet(self)
 
 
 def crosscheck(

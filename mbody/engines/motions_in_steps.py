@@ -23,8 +23,7 @@ from mbody.model.closed_mechanism import with_others
 from mbody.model.contact import Contact
 from mbody.solution.solution import Solution
 from mbody.system.assembler import assemble
-from mbody.system.other_numbers import with_numbers_of
-from mbody.system.system import System
+from mbody.system.system import System, with_numbers_of
 
 __all__ = ["Stepped", "StepwiseCheck", "by_newtons_law", "first_of_several", "strikes"]
 

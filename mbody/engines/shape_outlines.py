@@ -9,8 +9,8 @@ from typing import Any
 
 from mbody.engines.independent_reading import Reading
 from mbody.engines.opinion import Inexpressible
+from mbody.model.closed_mechanism import contacts_of
 from mbody.model.contact import Contact, Rope
-from mbody.model.joint_contacts import contacts_of
 from mbody.model.mechanism import Mechanism
 from mbody.model.touching_shapes import Disc, Line, Polygon, Ring, Segment, points_of
 

@@ -16,16 +16,16 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from xml.etree.ElementTree import Element as Node
 
-from mbody.exchange.drawn_linkage import (
+from mbody.exchange.imported import (
     GROUND,
     DrawnLinkage,
+    Imported,
     Place,
     back_and_forth,
     number_of,
     refusal,
     seen,
 )
-from mbody.exchange.imported import Imported
 from mbody.quantities.units import unit_system
 
 __all__ = ["linkage2_from_xml"]

@@ -17,16 +17,16 @@ from typing import Any
 from urllib.parse import unquote_plus
 
 from mbody.errors import ModelError
-from mbody.exchange.drawn_linkage import (
+from mbody.exchange.imported import (
     GROUND,
     DrawnLinkage,
+    Imported,
     Place,
     letters,
     number_of,
     refusal,
     seen,
 )
-from mbody.exchange.imported import Imported
 
 __all__ = ["is_pmks_json", "is_pmks_text", "pmks_from_json", "pmks_from_text"]
 

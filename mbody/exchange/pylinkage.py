@@ -13,17 +13,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from mbody.exchange.drawn_linkage import (
+from mbody.exchange.imported import (
     GROUND,
     SAME,
     DrawnLinkage,
+    Imported,
     Place,
     back_and_forth,
     number_of,
     refusal,
     seen,
 )
-from mbody.exchange.imported import Imported
 from mbody.laws import ConstantSpeed
 
 __all__ = ["is_pylinkage", "pylinkage_from_json"]

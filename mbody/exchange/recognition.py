@@ -6,13 +6,11 @@ import json
 import os
 import re
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 from xml.etree import ElementTree
 
 from mbody.errors import ModelError
-from mbody.exchange.asmt import is_asmt, refuse_asmt
-from mbody.exchange.drawn_linkage import seen
-from mbody.exchange.imported import Imported
+from mbody.exchange.imported import Imported, seen
 from mbody.exchange.linkage2 import linkage2_from_xml
 from mbody.exchange.planar_bodies import planar_bodies
 from mbody.exchange.pmks import is_pmks_json, is_pmks_text, pmks_from_json, pmks_from_text
@@ -20,7 +18,34 @@ from mbody.exchange.pylinkage import is_pylinkage, pylinkage_from_json
 from mbody.files.model.read import text_of
 from mbody.quantities.units import unit_system
 
-__all__ = ["import_model", "other_program"]
+# -- ASMT, the assemblies of FreeCAD and Ondsel: recognised, and refused with what they hold ---
+#
+# The format has no published description beside its parser, and its bodies are spatial.
+
+_HEAD = re.compile(r"\s*(freeCAD|OndselSolver|Assembly)\b.*(\n|$)")
+_PARTS = re.compile(r"^\s*(\w+(?:Joint|Motion|Force|Torque))\s*$", re.MULTILINE)
+
+
+def is_asmt(text: str) -> bool:
+    """Whether a text is an assembly."""
+    return bool(_HEAD.match(text)) and "Assembly" in text[:2000]
+
+
+def refuse_asmt(text: str) -> NoReturn:
+    """Refuse an assembly, with the kinds of its joints and motions.
+
+    Raises
+    ------
+    ModelError
+        Always.
+    """
+    kinds = list(dict.fromkeys(_PARTS.findall(text)))
+    what = f" ({', '.join(kinds[:8])})" if kinds else ""
+    raise ModelError(
+        f"it is an assembly of FreeCAD (ASMT){what}, whose spatial joints are not read: export it "
+        "as URDF or MJCF, or describe its plane in a model file"
+    )
+
 
 FORMATS = (
     "PMKS (text, address, .pmks), Linkage (.linkage2), pylinkage (JSON), MJCF and URDF (planar)"

@@ -20,23 +20,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.files.friction_data import friction_data
-from mbody.files.tables import driving_powers, own_column
+from mbody.analysis.inverse.answers import Answer, AnswerCase
+from mbody.files.tables import driving_powers, friction_data, own_column
 from mbody.files.writing import writing
-from mbody.quantities.convert import degrees_of
+from mbody.quantities.evaluate import degrees_of
 from mbody.quantities.units import DIMENSIONS
 from mbody.solution.checks import one_design
 from mbody.solution.contact_forces import acting_contacts
-from mbody.solution.doubts import certificate
-from mbody.solution.event_record import EventRecord
-from mbody.solution.heading import heading, unit_symbols
+from mbody.solution.doubts import certificate, heading, unit_symbols
+from mbody.solution.histories import EventRecord, shown_states
 from mbody.solution.measures import found_by, measured
-from mbody.solution.own_histories import shown_states
 
 if TYPE_CHECKING:
     from mbody.solution.solution import Solution
 
-__all__ = ["data", "error_data", "write_json", "write_npz"]
 
 BODY = ("x", "y", "angle", "vx", "vy", "omega", "ax", "ay", "alpha")
 POINT = ("x", "y", "vx", "vy", "ax", "ay")
@@ -262,3 +259,64 @@ def write_npz(solution: Solution, path: str | os.PathLike[str]) -> None:
         np.savez_compressed(
             file, columns=np.array(list(table)), certificate=np.array(said), **arrays
         )
+
+
+# -- Answers of inverse problems as data -------------------------------------------------------
+
+#: Histories of one instant that are given as numbers.
+AT_THE_INSTANT = ("bodies", "reactions", "efforts", "measures")
+
+
+def answer_data(answer: Answer, angle: str = "deg") -> dict[str, Any]:
+    """An answer as plain dicts: ``{"solutions": [{"unknowns", "units", "conditions",
+    "side_conditions", "binding", "residual", "bodies", "reactions", "efforts", "measures"}],
+    "status", "doubts", "notes"}``.
+
+    Parameters
+    ----------
+    answer : Answer
+    angle : str
+        Unit of angles of bodies and measures, ``"deg"`` or ``"rad"``.
+
+    >>> import mbody
+    >>> machine = mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 3, 2), speed=10.0)
+    >>> plain = answer_data(mbody.solve_for(machine, "motor.acceleration", "motor.effort = 0"))
+    >>> list(plain["solutions"][0]["unknowns"])
+    ['motor.acceleration']
+    """
+    plain: dict[str, Any] = {
+        "solutions": [_data(found, angle) for found in answer.solutions],
+        "status": answer.status,
+        "doubts": [doubt.data() for doubt in answer.doubts],
+        "notes": list(answer.notes),
+    }
+    if answer.question.note:
+        plain["note"] = answer.question.note
+    if answer.question.objective:
+        key = "greatest" if answer.question.greatest else "least"
+        plain[key] = answer.question.objective
+    return plain
+
+
+def _data(found: AnswerCase, angle: str) -> dict[str, Any]:
+    """One solution; every history is of one instant, and a number."""
+    whole = data(found.run, angle)
+    plain: dict[str, Any] = {
+        "unknowns": found.unknowns,
+        "units": found.units,
+        "conditions": found.conditions,
+        "side_conditions": found.side_conditions,
+        "binding": list(found.binding),
+        "residual": found.residual,
+    }
+    if found.objective is not None:
+        plain["objective"] = found.objective
+    plain["t"] = whole["t"][0]
+    return plain | {key: _last(whole[key]) for key in AT_THE_INSTANT}
+
+
+def _last(value: Any) -> Any:
+    """Lists of one instant as its numbers."""
+    if isinstance(value, dict):
+        return {key: _last(part) for key, part in value.items()}
+    return value[-1] if isinstance(value, list) else value

@@ -11,14 +11,14 @@ from typing import Any
 
 import numpy as np
 
+from mbody.core.recorded_numbers import Untraceable
 from mbody.kernels.number_program import NumberProgram
 from mbody.laws import Constant
 from mbody.model.element import Element, Numbers, listed
 from mbody.model.joints import Joint
-from mbody.solution.tracing import Recording, Rule, Untraceable
-from mbody.system.driver_formulas import followed_inputs
-from mbody.system.polar_points import polar_points
-from mbody.system.system import System
+from mbody.solution.tracing import Recording, Rule
+from mbody.system.formula_rows import followed_inputs
+from mbody.system.system import System, polar_points
 
 __all__ = ["Changeable", "changeable_numbers", "input_numbers"]
 

@@ -2,41 +2,452 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import io
+import os
+import platform
 import re
 import struct
+import subprocess
+import sys
+import tempfile
 import zipfile
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from html import escape
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
+from xml.sax.saxutils import quoteattr
 
 from mbody._version import __version__
 from mbody.analysis.position.assembly_analysis import as_system
+from mbody.core.cache_folder import STAMP_DIGITS, cache_folder
+from mbody.core.native import builder_command, place
+from mbody.core.selection import linker
+from mbody.core.sources import PACKAGE, source_hash
 from mbody.errors import ModelError, brief
-from mbody.image.arena import INPUT as INPUT_ENTRY
-from mbody.image.arena import MEASURE as MEASURE_ENTRY
-from mbody.image.arena import NUMBER as NUMBER_ENTRY
-from mbody.image.arena import STATE as STATE_ENTRY
-from mbody.image.arena import ImageEntry
-from mbody.image.fmu_binaries import Platform, fmu_binaries
-from mbody.image.fmu_description import (
-    INPUT,
-    OUTPUT,
-    PARAMETER,
-    STATE,
-    UnitFacts,
-    UnitVariable,
-    description,
-)
-from mbody.image.model_image import ModelImage, to_image
-from mbody.image.si_units import si_unit
+from mbody.image.model_image import INPUT as INPUT_ENTRY
+from mbody.image.model_image import MEASURE as MEASURE_ENTRY
+from mbody.image.model_image import NUMBER as NUMBER_ENTRY
+from mbody.image.model_image import STATE as STATE_ENTRY
+from mbody.image.model_image import ImageEntry, ModelImage, SiUnit, si_unit, to_image
+from mbody.image.webassembly import IMAGE_KERNELS
 from mbody.model.mechanism import Mechanism
+from mbody.quantities.units import Dimension
 from mbody.system.system import System
 
-__all__ = ["VERSIONS", "ModelFmu", "to_fmu"]
+# -- The binaries of co-simulation units: those of the package, or built once on this machine --
+
+#: Where the C files are, and those that make a unit of an image and the kernels.
+SHELL = PACKAGE / "image" / "c"
+SOURCES = ("mbody.c", "fmi2.c", "fmi3.c", "fmu.c")
+#: What is read beside them.
+HEADERS = ("mbody.h", "fmu.h")
+
+
+@dataclass(frozen=True)
+class Platform:
+    """A kind of machine, as FMI names it.
+
+    Attributes
+    ----------
+    target : str
+        Of `mbody compile`.
+    file : str
+        What the compiler names the binary.
+    fmi_2, fmi_3 : str
+        Its folder under binaries/; empty where the version has none.
+    """
+
+    target: str
+    file: str
+    fmi_2: str
+    fmi_3: str
+
+
+PLATFORMS = (
+    Platform("x86-64-v2", "linux-x86-64-v2.fmu.so", "linux64", "x86_64-linux"),
+    Platform("aarch64", "linux-aarch64.fmu.so", "", "aarch64-linux"),
+    Platform("windows", "windows-x86-64-v3.fmu.dll", "win64", "x86_64-windows"),
+    Platform("macos", "macos-arm64.fmu.dylib", "darwin64", "aarch64-darwin"),
+)
+#: What is made where nothing links for other machines: the kernels of this one.
+OF_THIS_MACHINE = "host.fmu.so"
+
+
+def fmu_binaries() -> Mapping[Platform, Path]:
+    """The binaries by platform, built where neither the package nor the cache has them.
+
+    Raises
+    ------
+    ModelError
+        Where they would have to be built, and cannot be.
+    """
+    found = _there(PACKAGE / "core_libraries")
+    if found:
+        return found
+    folder = cache_folder(_stamp())
+    if folder is None:
+        raise ModelError(
+            "the binaries of co-simulation units have to be built, and no folder to keep them can "
+            "be written: set MBODY_CACHE_DIR"
+        )
+    found = _there(folder)
+    if not found:
+        _build(folder)
+        found = _there(folder)
+    return found
+
+
+def _there(folder: Path) -> dict[Platform, Path]:
+    """Those of a folder that were made from the present sources; none without one of Linux on
+    this machine's processor where they are made here.
+    """
+    sources = (source_hash() or "none").encode()
+    found = {}
+    for one in PLATFORMS:
+        names = [one.file]
+        if one is _here():
+            names.append(OF_THIS_MACHINE)
+        for file in (folder / name for name in names):
+            if one not in found and file.exists() and sources in file.read_bytes():
+                found[one] = file
+    return found
+
+
+def _here() -> Platform | None:
+    """The platform of this machine, where binaries are built."""
+    if not sys.platform.startswith("linux"):
+        return None
+    return PLATFORMS[1] if platform.machine() in ("aarch64", "arm64") else PLATFORMS[0]
+
+
+def _stamp() -> str:
+    """Of the sources of kernels and shell, the name of the folder that has their binaries."""
+    digest = hashlib.sha256(f"fmu {source_hash() or ''}".encode())
+    for name in (*SOURCES, *HEADERS):
+        digest.update((SHELL / name).read_bytes())
+    return digest.hexdigest()[:STAMP_DIGITS]
+
+
+def _build(folder: Path) -> None:
+    """Build the binaries into a folder: with ziglang for all machines, else for this one."""
+    zig = find_spec("ziglang") is not None
+    here = _here()
+    missing = [] if find_spec("numba") else ["numba"]
+    if not zig and (here is None or linker() is None):
+        missing.append("ziglang")
+    if missing:
+        raise ModelError(
+            "the binaries of co-simulation units are built by numba and a C compiler, not all of "
+            f"which are installed: pip install {' '.join(missing)}"
+        )
+    if os.environ.get("MBODY_QUIET", "0") in ("", "0") and sys.stderr is not None:
+        with contextlib.suppress(OSError, ValueError):
+            print("mbody: building the binaries of co-simulation units (once) ...", file=sys.stderr)
+    targets = [one.target for one in PLATFORMS] if zig else ["host"]
+    options = [word for target in targets[1:] for word in ("--also", target)]
+    options += [word for name in SOURCES for word in ("--with", str(SHELL / name))]
+    names = [place(kernel) for kernel in IMAGE_KERNELS]
+    with tempfile.TemporaryDirectory(dir=folder) as made:
+        out = Path(made)
+        command, settings = builder_command(names, targets[0], out, "--whole", *options)
+        done = subprocess.run(command, env=settings, capture_output=True, text=True)
+        if done.returncode:
+            last = "\n".join(done.stderr.strip().splitlines()[-6:])
+            raise ModelError(
+                f"the binaries of co-simulation units could not be built; the builder said:\n{last}"
+            )
+        for file in out.iterdir():
+            file.replace(folder / file.name)
+
+
+# -- modelDescription.xml of a co-simulation unit, of FMI 2.0 and 3.0 --------------------------
+
+#: What a variable is.
+PARAMETER, INPUT, OUTPUT, STATE = "parameter", "input", "output", "state"
+#: Causality, variability and initial of each; a state is an output that begins at a given value.
+KINDS = {
+    PARAMETER: ("parameter", "tunable", "exact"),
+    INPUT: ("input", "continuous", ""),
+    OUTPUT: ("output", "continuous", "calculated"),
+    STATE: ("output", "continuous", "exact"),
+}
+#: The value reference of the time: `mbody/image/c/fmu.c`.
+TIME_REFERENCE = 2**31 - 1
+#: Names that FMI calls structured; others are flat.
+STRUCTURED = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*", re.ASCII)
+LOGGED = ("logStatusWarning", "logStatusDiscard", "logStatusError")
+
+
+@dataclass(frozen=True)
+class UnitVariable:
+    """A variable of a unit.
+
+    Attributes
+    ----------
+    reference : int
+        The number of its entry in the image.
+    name, kind : str
+        `kind`: PARAMETER, INPUT, OUTPUT or STATE.
+    unit : str
+        That of the model, in which `description` shows it; values are in SI.
+    start : float or None
+        In SI.
+    text : str
+        What it is, in words.
+    """
+
+    reference: int
+    name: str
+    kind: str
+    unit: str = ""
+    start: float | None = None
+    text: str = ""
+
+
+@dataclass(frozen=True)
+class UnitFacts:
+    """What the description says of a unit beside its variables.
+
+    Attributes
+    ----------
+    name, identifier, text : str
+        Of the model, of the binaries, and the note of the model.
+    token : str
+        guid, or instantiation token.
+    digest, tool : str
+        SHA-256 of the image; what has made it.
+    first, last, step : float
+        Times [s] of the motion of the description, and how far its instants are apart.
+    tolerance : float
+    """
+
+    name: str
+    identifier: str
+    text: str
+    token: str
+    digest: str
+    tool: str
+    first: float
+    last: float
+    step: float
+    tolerance: float
+
+
+def description(version: str, facts: UnitFacts, variables: Iterable[UnitVariable]) -> str:
+    """The text of modelDescription.xml; `version` is "2.0" or "3.0".
+
+    >>> facts = UnitFacts("a", "a", "", "{1}", "0", "mbody", 0.0, 1.0, 0.01, 1e-8)
+    >>> 'fmiVersion="3.0"' in description("3.0", facts, [])
+    True
+    """
+    own = list(variables)
+    flat = not all(STRUCTURED.fullmatch(one.name) for one in own)
+    head = {
+        "fmiVersion": version,
+        "modelName": facts.name,
+        "guid" if version == "2.0" else "instantiationToken": facts.token,
+        "description": facts.text,
+        "version": facts.digest[:16],
+        "generationTool": facts.tool,
+        "variableNamingConvention": "flat" if flat else "structured",
+    }
+    times = {
+        "startTime": repr(facts.first),
+        "stopTime": repr(facts.last),
+        "tolerance": repr(facts.tolerance),
+        "stepSize": repr(facts.step),
+    }
+    two = version == "2.0"
+    logged = [f'    <Category name="{name}"/>' for name in LOGGED]
+    before = _notes("VendorAnnotations", "Tool", "name", facts) if two else []
+    after = [] if two else _notes("Annotations", "Annotation", "type", facts)
+    listed = list(_two(own) if two else _three(own))
+    structure = list(_structure_two(own) if two else _structure_three(own))
+    lines = [
+        '<?xml version="1.0" encoding="UTF-8"?>',
+        f"<fmiModelDescription{_attributes(head)}>",
+        f"  <CoSimulation{_attributes(_abilities(version, facts.identifier))}/>",
+        *_units(own),
+        "  <LogCategories>",
+        *logged,
+        "  </LogCategories>",
+        f"  <DefaultExperiment{_attributes(times)}/>",
+        *before,
+        "  <ModelVariables>",
+        *listed,
+        "  </ModelVariables>",
+        "  <ModelStructure>",
+        *structure,
+        "  </ModelStructure>",
+        *after,
+        "</fmiModelDescription>",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _attributes(values: Mapping[str, Any]) -> str:
+    """XML attributes; those without a value are left out."""
+    return "".join(f" {key}={quoteattr(str(v))}" for key, v in values.items() if v != "")
+
+
+def _abilities(version: str, identifier: str) -> dict[str, str]:
+    """What the unit can do."""
+    common = {
+        "modelIdentifier": identifier,
+        "needsExecutionTool": "false",
+        "canHandleVariableCommunicationStepSize": "true",
+        "canBeInstantiatedOnlyOncePerProcess": "false",
+    }
+    if version == "2.0":
+        return common | {
+            "canInterpolateInputs": "false",
+            "maxOutputDerivativeOrder": "0",
+            "canNotUseMemoryManagementFunctions": "true",
+            "canGetAndSetFMUstate": "true",
+            "canSerializeFMUstate": "true",
+            "providesDirectionalDerivative": "false",
+        }
+    return common | {
+        "canGetAndSetFMUState": "true",
+        "canSerializeFMUState": "true",
+        "providesDirectionalDerivatives": "false",
+        "providesAdjointDerivatives": "false",
+        "providesIntermediateUpdate": "false",
+        "canReturnEarlyAfterIntermediateUpdate": "false",
+        "hasEventMode": "true",
+        "maxOutputDerivativeOrder": "0",
+    }
+
+
+def _notes(owner: str, element: str, key: str, facts: UnitFacts) -> list[str]:
+    """The digest of the image, in the place for other tools' own words."""
+    return [
+        f"  <{owner}>",
+        f'    <{element} {key}="org.mbody"><image sha256="{facts.digest}"/></{element}>',
+        f"  </{owner}>",
+    ]
+
+
+# -- units ------------------------------------------------------------------------------------
+
+
+def _units(variables: list[UnitVariable]) -> list[str]:
+    """UnitDefinitions: the SI units, each with the model's own as units to be shown."""
+    found: dict[str, tuple[SiUnit, dict[str, float]]] = {"s": (si_unit("s"), {})}
+    for one in variables:
+        si = si_unit(one.unit)
+        if not si.name:
+            continue
+        shown = found.setdefault(si.name, (si, {}))[1]
+        name = _shown(one.unit)
+        if name:
+            shown[name] = si_unit(name).factor
+    lines = ["  <UnitDefinitions>"]
+    for name, (si, shown) in found.items():
+        lines += [f"    <Unit name={quoteattr(name)}>", f"      <BaseUnit{_base(si.dimension)}/>"]
+        for text, factor in shown.items():
+            given = {"name": text, "factor": repr(1.0 / factor)}
+            lines.append(f"      <DisplayUnit{_attributes(given)}/>")
+        lines.append("    </Unit>")
+    return [*lines, "  </UnitDefinitions>"]
+
+
+def _shown(unit: str) -> str:
+    """In which unit a variable is shown: the model's own, angles in degrees; empty: in SI."""
+    if unit == "rad":
+        return "deg"
+    return "" if si_unit(unit).factor == 1.0 else unit
+
+
+def _base(dimension: Dimension) -> str:
+    """The powers of a dimension; FMI has whole ones only."""
+    powers = {
+        "kg": dimension.mass,
+        "m": dimension.length,
+        "s": dimension.time,
+        "A": dimension.current,
+        "K": dimension.temperature,
+        "rad": dimension.angle,
+    }
+    return _attributes({k: int(p) for k, p in powers.items() if p and p.denominator == 1})
+
+
+def _in_units(one: UnitVariable) -> dict[str, Any]:
+    """Start and units of a variable."""
+    si, shown = si_unit(one.unit), _shown(one.unit)
+    found: dict[str, Any] = {} if one.start is None else {"start": repr(float(one.start))}
+    if si.name:
+        found["unit"] = si.name
+        if shown:
+            found["displayUnit"] = shown
+    return found
+
+
+# -- variables --------------------------------------------------------------------------------
+
+
+def _named(one: UnitVariable) -> dict[str, Any]:
+    causality, variability, initial = KINDS[one.kind]
+    return {
+        "name": one.name,
+        "valueReference": one.reference,
+        "description": one.text,
+        "causality": causality,
+        "variability": variability,
+        "initial": initial,
+    }
+
+
+TIME = {
+    "name": "time",
+    "valueReference": TIME_REFERENCE,
+    "causality": "independent",
+    "variability": "continuous",
+}
+
+
+def _two(variables: list[UnitVariable]) -> list[str]:
+    """Variables of FMI 2.0."""
+    made = [(_named(one), _in_units(one)) for one in variables] + [(TIME, {"unit": "s"})]
+    return [
+        f"    <ScalarVariable{_attributes(named)}><Real{_attributes(units)}/></ScalarVariable>"
+        for named, units in made
+    ]
+
+
+def _three(variables: list[UnitVariable]) -> list[str]:
+    """Variables of FMI 3.0."""
+    made = [_named(one) | _in_units(one) for one in variables] + [TIME | {"unit": "s"}]
+    return [f"    <Float64{_attributes(one)}/>" for one in made]
+
+
+def _structure_two(variables: list[UnitVariable]) -> list[str]:
+    """Outputs, and those of them that are computed when the motion begins; by their places."""
+    outputs = [n for n, one in enumerate(variables, 1) if KINDS[one.kind][0] == "output"]
+    unknown = [n for n in outputs if variables[n - 1].kind == OUTPUT]
+    lines: list[str] = []
+    for owner, places in (("Outputs", outputs), ("InitialUnknowns", unknown)):
+        if places:
+            lines.append(f"    <{owner}>")
+            lines += [f'      <Unknown index="{n}"/>' for n in places]
+            lines.append(f"    </{owner}>")
+    return lines
+
+
+def _structure_three(variables: list[UnitVariable]) -> list[str]:
+    """The same by value references."""
+    outputs = [one for one in variables if KINDS[one.kind][0] == "output"]
+    lines = [f'    <Output valueReference="{one.reference}"/>' for one in outputs]
+    return lines + [
+        f'    <InitialUnknown valueReference="{one.reference}"/>'
+        for one in outputs
+        if one.kind == OUTPUT
+    ]
+
 
 #: The versions of FMI.
 VERSIONS = ("3.0", "2.0")

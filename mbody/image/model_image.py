@@ -2,30 +2,666 @@
 
 from __future__ import annotations
 
+import functools
 import json
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from mbody._version import __version__
-from mbody.analysis.position.assembly_analysis import as_system
+from mbody.analysis.driven.path_following import Runner
+from mbody.analysis.driven.time_grid import TimeGrid, time_grid
+from mbody.analysis.dynamics.branch_passage import singular_start
+from mbody.analysis.dynamics.integration import Integration
+from mbody.analysis.dynamics.integrators import ExplicitSteps
+from mbody.analysis.dynamics.interruptions import holds
+from mbody.analysis.dynamics.options import MotionRequest, last_time, motion_request, tolerances
+from mbody.analysis.initial.close_loops import close_loops
+from mbody.analysis.initial.initial_state import initial_state_of, state_of
+from mbody.analysis.position.assembly_analysis import as_system, check_determined, closed, rounding
+from mbody.analysis.position.closed_position import ClosedPosition
+from mbody.core.bundle import Bundle, array_words
+from mbody.core.interface import KERNELS, Array, signature
+from mbody.core.recorded_numbers import Untraceable
 from mbody.core.sources import source_hash
 from mbody.errors import ModelError, SolveError
-from mbody.image.arena import FORMAT, INPUT, MEASURE, NUMBER, Arena, ImageEntry
 from mbody.image.changeable import Changeable, changeable_numbers, input_numbers
-from mbody.image.driven_calls import enter_driven
-from mbody.image.free_calls import enter_free
-from mbody.image.measured_quantities import MeasuredProgram, measured_quantities
-from mbody.image.si_units import si_unit
+from mbody.kernels.continuation import (
+    BY_DRIVER,
+    BY_INSTANT,
+    BY_TIME,
+    PROGRESS,
+    DrivenPath,
+    FollowedPath,
+)
+from mbody.kernels.image_calls import MotionStart
 from mbody.kernels.number_program import NumberProgram
+from mbody.kernels.step_state import Outputs
 from mbody.model.element import listed
+from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
-from mbody.model.numbers import dimension_named
+from mbody.model.numbers import dimension_named, number_in
+from mbody.model.simulation import INSTANTS, METHODS
+from mbody.quantities import Scope, evaluate, parse_unit
+from mbody.quantities.units import DIMENSIONS, Dimension, name_of, unit_system
+from mbody.quantities.units import NUMBER as UNITS_NUMBER
+from mbody.solution.histories import ends, own_history
+from mbody.solution.measures import quantity, valued
+from mbody.solution.solution import Solution
+from mbody.solution.traced_instant import ORDER, TracedInstant, TracedRecord
+from mbody.solution.tracing import Recording, Rule
 from mbody.system.system import System
 
-__all__ = ["ModelImage", "to_image"]
+# -- SI units of numbers and measures: what units of co-simulation have ------------------------
+
+#: Names by which SI has what is composed otherwise in mbody's systems.
+USUAL = {
+    "inertia": "kg.m2",
+    "pressure": "Pa",
+    "power": "W",
+    "density": "kg/m3",
+    "angular momentum": "kg.m2/s",
+    "resistance": "Ohm",
+}
+SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹·", "0123456789.")
+
+
+@dataclass(frozen=True)
+class SiUnit:
+    """The SI unit of what another unit measures.
+
+    Attributes
+    ----------
+    name : str
+        Such as "N.m"; empty of a plain number.
+    factor : float
+        The other unit in this one.
+    dimension : Dimension
+    """
+
+    name: str
+    factor: float
+    dimension: Dimension
+
+
+@functools.cache
+def si_unit(text: str) -> SiUnit:
+    """The SI unit of what a unit measures, with "." for products and plain exponents.
+
+    >>> si_unit("lbf·in").name, round(si_unit("lbf·in").factor, 6)
+    ('N.m', 0.112985)
+    >>> si_unit("deg").name, si_unit("").factor
+    ('rad', 1.0)
+    """
+    if not text:
+        return SiUnit("", 1.0, UNITS_NUMBER)
+    system = unit_system("SI")
+    found = evaluate(parse_unit(text), Scope(system))
+    dimension = found.dimension or UNITS_NUMBER
+    name = USUAL.get(name_of(dimension)) or system.of(dimension).translate(SUPERSCRIPTS)
+    return SiUnit(name, float(found.value), dimension)
+
+
+# -- The bytes of an image: arrays and tables of bundles one after the other, with the words
+#    that hold places in them, and the names by which they are found ---------------------------
+
+#: The first word of an image, and the number of its format.
+MAGIC, FORMAT = b"mbodyimg", 1
+#: Word of the checksum.
+CHECKSUM = 13
+#: Words before the data; bytes on which every array begins.
+HEAD, LINE = 16, 64
+#: Kinds of entries: a changeable number, an input (such a number that may change while a motion
+#: goes on), a measure, the arguments of a kernel, an array, where a state of a user's own begins.
+NUMBER, INPUT, MEASURE, CALL, ARRAY, STATE = range(1, 7)
+
+
+@dataclass(frozen=True)
+class ImageEntry:
+    """What an image offers by a name: its kind, the byte at which it begins, how many numbers or
+    words it is, and its unit.
+    """
+
+    kind: int
+    offset: int
+    count: int
+    name: str
+    unit: str = ""
+
+
+@dataclass
+class Arena:
+    """Memory that is laid out piece by piece; an array that is put twice lies there once."""
+
+    end: int = 8 * HEAD
+    entries: list[ImageEntry] = field(default_factory=list)
+    #: Bytes from the start of the image at which words lie that hold places.
+    pointers: list[int] = field(default_factory=list)
+    parts: list[tuple[int, np.ndarray]] = field(default_factory=list)
+    known: dict[tuple[int, int], int] = field(default_factory=dict)
+    tables: dict[int, int] = field(default_factory=dict)
+    #: What has been put, kept alive: an address must not be used again.
+    kept: list[Any] = field(default_factory=list)
+
+    def put(self, array: np.ndarray) -> int:
+        """The place of an array."""
+        key = array.__array_interface__["data"][0], array.nbytes
+        if key not in self.known:
+            self.end += -self.end % LINE
+            self.known[key] = self.end
+            self.parts.append((self.end, array))
+            self.kept.append(array)
+            self.end += array.nbytes
+        return self.known[key]
+
+    def bundle(self, bundle: Any) -> int:
+        """The place of the table of a bundle; its arrays are put too."""
+        if id(bundle) in self.tables:
+            return self.tables[id(bundle)]
+        self.kept.append(bundle)
+        words: list[int] = []
+        pointers: list[int] = []
+        numbers: dict[str, int] = {}
+        memory = vars(bundle).get("memory")
+        for name in bundle.fields:
+            value = getattr(bundle, name)
+            if isinstance(value, np.ndarray):
+                place = self._within(memory, value)
+                # the pointer is the fifth word of numba's record of an array
+                pointers.append(len(words) + 4)
+                words += array_words(place, value.shape, value.itemsize)
+            else:
+                numbers[name] = len(words)
+                words.append(self._word(value))
+        place = self.table(words, pointers)
+        self.tables[id(bundle)] = place
+        return place
+
+    def _within(self, memory: np.ndarray | None, array: np.ndarray) -> int:
+        """The place of an array, which may lie in the memory of a workspace."""
+        if memory is None:
+            return self.put(array)
+        begin, here = (one.__array_interface__["data"][0] for one in (memory, array))
+        return self.put(memory) + int(here) - int(begin)
+
+    def place(self, bundle: Any, name: str) -> int:
+        """The place of an array of a bundle that was put."""
+        self.bundle(bundle)
+        return self._within(getattr(bundle, "memory", None), getattr(bundle, name))
+
+    @staticmethod
+    def _word(value: float) -> int:
+        if isinstance(value, float):
+            return int(np.float64(value).view(np.int64))
+        return int(value)
+
+    def field_place(self, bundle: Bundle, name: str) -> int:
+        """The place of a number in the table of a bundle."""
+        at = 0
+        for one in bundle.fields:
+            value = getattr(bundle, one)
+            if one == name:
+                break
+            at += len(array_words(0, value.shape)) if isinstance(value, np.ndarray) else 1
+        return self.bundle(bundle) + 8 * at
+
+    def table(self, words: list[int], pointers: list[int]) -> int:
+        """The place of words, of which some hold places."""
+        place = self.put(np.array(words, dtype=np.int64))
+        self.pointers += [place + 8 * n for n in pointers]
+        return place
+
+    def call(self, name: str, kernel: str, *values: Any) -> dict[str, int]:
+        """Enter the arguments of a kernel under a name: the place of each word by the name of the
+        argument.
+        """
+        interface = signature(KERNELS[kernel])
+        words: list[int] = []
+        pointers: list[int] = []
+        at: dict[str, int] = {}
+        for argument, kind, value in zip(interface.names, interface.arguments, values, strict=True):
+            at[argument] = len(words)
+            if isinstance(kind, Array):
+                pointers.append(len(words))
+                words += [self.put(value), *value.shape]
+            elif isinstance(kind, type) and issubclass(kind, Bundle):
+                pointers.append(len(words))
+                words.append(self.bundle(value))
+            else:
+                words.append(self._word(kind(value)))
+        place = self.table(words, pointers)
+        self.entries.append(ImageEntry(CALL, place, len(words), name))
+        return {argument: place + 8 * n for argument, n in at.items()}
+
+    def array(self, name: str, array: np.ndarray, unit: str = "") -> None:
+        """Enter an array that was put, or is put now, under a name."""
+        self.entries.append(ImageEntry(ARRAY, self.put(array), array.size, name, unit))
+
+    def word(self, name: str, place: int, count: int = 1) -> None:
+        """Enter numbers at a known place under a name."""
+        self.entries.append(ImageEntry(ARRAY, place, count, name))
+
+    def image(self, manifest: bytes, sources: str) -> bytes:
+        """All of it: head, data, names, entries, words that hold places, manifest."""
+        texts = bytearray()
+        places: dict[str, int] = {}
+        first = self.end + -self.end % 8
+        for entry in self.entries:
+            for text in (entry.name, entry.unit):
+                if text not in places:
+                    places[text] = first + len(texts)
+                    texts += text.encode() + b"\0"
+        texts += bytes(-len(texts) % 8)
+        entries = [
+            (entry.kind, entry.offset, entry.count, places[entry.name], places[entry.unit])
+            for entry in self.entries
+        ]
+        table = first + len(texts)
+        moved = table + 40 * len(entries)
+        about = moved + 8 * len(self.pointers)
+        total = about + len(manifest) + -len(manifest) % 8
+        memory = np.zeros(total, dtype=np.uint8)
+        for place, array in self.parts:
+            flat = np.ascontiguousarray(array).reshape(-1).view(np.uint8)
+            memory[place : place + array.nbytes] = flat
+        words = memory.view(np.int64)
+        memory[:8] = np.frombuffer(MAGIC, dtype=np.uint8)
+        words[1:5] = FORMAT, total, moved // 8, len(self.pointers)
+        words[5:9] = table // 8, len(entries), about, len(manifest)
+        memory[72:104] = np.frombuffer(bytes.fromhex(sources), dtype=np.uint8)
+        memory[first:table] = np.frombuffer(bytes(texts), dtype=np.uint8)
+        words[table // 8 : moved // 8] = np.ravel(entries) if entries else []
+        words[moved // 8 : about // 8] = [place // 8 for place in self.pointers]
+        memory[about : about + len(manifest)] = np.frombuffer(manifest, dtype=np.uint8)
+        words[CHECKSUM] = checksum(memory.view(np.uint64)).view(np.int64)
+        return memory.tobytes()
+
+
+def checksum(words: np.ndarray) -> np.uint64:
+    """Σ (2n + 1) word n, modulo 2⁶⁴, without the word of the checksum itself; never 0. No change of
+    one word leaves it.
+    """
+    weights = 2 * np.arange(words.size, dtype=np.uint64) + np.uint64(1)
+    weights[CHECKSUM] = 0
+    return max(np.sum(weights * words, dtype=np.uint64), np.uint64(1))
+
+
+# -- What is measured of an instant, as a program of what the kernels keep of it ---------------
+#
+# The histories of a result are computed by mbody's own functions (`mbody.solution`), from a record
+# of one instant whose numbers are traced. Drivers' motions are those of the bodies, and loads those
+# of their formulas: neither is among what the kernels keep.
+
+#: What a measure of joints is that no result has: Python checks it when loops are closed.
+MISFIT = "distance of the places, less the one by the radii"
+
+
+@dataclass
+class MeasuredProgram:
+    """MeasuredProgram quantities of an image.
+
+    Attributes
+    ----------
+    program : NumberProgram
+        From what is kept of an instant, the time and the changeable numbers.
+    names, units, of : list of str
+        Of every target.
+    notes : list of str
+        What could not be recorded.
+    """
+
+    program: NumberProgram
+    names: list[str] = field(default_factory=list)
+    units: list[str] = field(default_factory=list)
+    of: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+
+def measured_quantities(changeable: Changeable) -> MeasuredProgram:
+    """Of every body its motion; of joints, couplings, drivers and loads what results have of them;
+    and the measures of the mechanism.
+    """
+    system = changeable.system
+    rows = system.page_rows
+    inputs = {f"row {n}": Rule(0.0) for n in range(rows)} | {"time": Rule(0.0)}
+    # names of numbers, of which one may be that of a row
+    inputs |= {f"number {name}": rule for name, rule in changeable.rules.items()}
+    recording = Recording(inputs)
+    traced = list(recording.inputs.values())
+    numbers = dict(zip(changeable.rules, traced[rows + 1 :], strict=True))
+    instant = TracedInstant(
+        system=replace(system, values=changeable.values(numbers), plans={}),
+        analysis="kinetostatics",
+        t=traced[rows],  # type: ignore[arg-type]
+        record=TracedRecord(traced[:rows]),  # type: ignore[arg-type]
+        given=None,
+    )
+    found = MeasuredProgram(recording.program([]))
+    targets: list[Any] = []
+    for name, of, make in _wanted(instant):
+        try:
+            value, dimension, unit = make()
+            if isinstance(value, np.ndarray):
+                value = value[()]
+            recording.place_of(value)
+        except Exception as error:  # whatever Python does with a number that is none
+            why = (
+                str(error) if isinstance(error, ModelError | Untraceable) else type(error).__name__
+            )
+            found.notes.append(f"'{name}' is not among the measures of the image: {why}")
+            continue
+        targets.append(value)
+        found.names.append(name)
+        found.units.append(unit or system.mechanism.units.of(dimension))
+        found.of.append(of)
+    found.program = recording.program(targets)
+    return found
+
+
+def _wanted(instant: Solution) -> Iterator[tuple[str, str, Any]]:
+    """Name, formula, and a function for value, dimension and unit (none for that of the system)."""
+    machine = instant.mechanism
+
+    def history(owner: str, key: str) -> Any:
+        return lambda: (*quantity(instant, owner, key), "")
+
+    for body in machine.bodies:
+        for key in ORDER:
+            yield f"{body.name}.{key}", f"{body.name}.{key}", history(body.name, key)
+    own: tuple[Any, ...] = (*machine.states, *machine.inputs)
+    for one in own:
+        plain = one.dimension or UNITS_NUMBER
+        yield (
+            one.name,
+            one.name,
+            lambda name=one.name, unit=plain: (own_history(instant, name), unit, ""),
+        )
+    known = {one.name for one in own}
+    for element in (*machine.constraints, *machine.loads):
+        for key in element.quantities():
+            if f"{element.name}.{key}" in known:
+                continue
+            yield f"{element.name}.{key}", f"{element.name}.{key}", history(element.name, key)
+    for joint in machine.joints:
+        if joint.spaced:
+            yield f"{joint.name}.misfit", MISFIT, functools.partial(_misfit, instant, joint)
+    for name, measure in machine.measures.items():
+        yield name, measure.of, lambda own=measure: valued(instant, own)
+
+
+def _misfit(instant: Solution, joint: Joint) -> tuple[Any, Dimension, str]:
+    """How far a joint is from where it fits, which others decide."""
+    found, fitting = joint.fit(*ends(instant, joint))
+    return found - fitting, DIMENSIONS["length"], ""
+
+
+# -- The calls of an image for driven motion: closing the loops, a turn, a step of a drag ------
+
+#: Instants of a turn, both ends included, unless the caller says how many.
+DRIVEN_CALLS_INSTANTS = 361
+#: Change points of one motion that are kept, and of a step.
+CHANGES, OF_A_STEP = 256, 8
+#: What the path parameter is, in words.
+MODES = {BY_TIME: "time", BY_DRIVER: "driver", BY_INSTANT: "instant"}
+
+
+@dataclass(frozen=True)
+class _Programs:
+    """What all calls share: numbers, measures."""
+
+    system: System
+    numbers: NumberProgram
+    measured: MeasuredProgram
+
+
+def enter_driven(
+    arena: Arena,
+    system: System,
+    numbers: NumberProgram,
+    measured: MeasuredProgram,
+    instants: int | None,
+) -> dict[str, Any]:
+    """Put the calls of driven motion into the image; what the manifest says of them.
+
+    Raises
+    ------
+    ModelError, SolveError
+        Where the drivers do not determine the motion: then nothing was put.
+    """
+    grid = _grid(system, DRIVEN_CALLS_INSTANTS if instants is None else instants)
+    start = closed(system, float(grid.t[0]), grid.first(system))
+    check_determined(system, start, "kinetostatics")
+    work, drivers = start.work, len(system.drivers)
+    arena.call("numbers.driven", "set_numbers", numbers, system.layout, work)
+    tolerance = float(rounding(system, work.q[:, 0]))
+    given = np.full(drivers, np.nan)
+    where = float(grid.t[0]), given, start.regularization, tolerance
+    at = arena.call("close", "close_at", system.layout, work, *where)
+    arena.word("driven.q", arena.place(work, "q"), system.coordinates)
+    arena.word("close.t", at["t"])
+    arena.array("close.given", given)
+    programs = _Programs(system, numbers, measured)
+    modes = {"turn": MODES[grid.mode]}
+    _enter_path(arena, programs, "turn", start, grid, CHANGES)
+    if drivers:
+        step = _drag(start, system)
+        modes["step"] = MODES[step.mode]
+        _enter_path(arena, programs, "step", start, step, OF_A_STEP)
+    return {"path parameters": modes, "redundant": bool(start.regularization)}
+
+
+def _grid(system: System, instants: int) -> TimeGrid:
+    """A whole turn of the one driver of an angle, else times of the motion of the description, or
+    from 0 to 1.
+    """
+    angular = [driver.name for driver in system.drivers if driver.angular]
+    if len(angular) == 1:
+        try:
+            return time_grid(system, None, None, angular[0], instants)
+        except ModelError:
+            if instants < 2:
+                raise
+    own, last = system.mechanism.simulation, 1.0
+    if own is not None:
+        last = number_in(system.mechanism, own.until, "time", "simulate", "until")
+    return time_grid(system, np.linspace(0.0, last, instants), None, None, None)
+
+
+def _drag(start: ClosedPosition, system: System) -> TimeGrid:
+    """Two instants at the values that the drivers have at the start."""
+    rows = system.layout.driver_row
+    given = np.zeros((2, len(rows), 3))
+    given[:, :, 0] = start.work.signal[rows, 0]
+    t = np.full(2, float(start.work.time[0, 0]))
+    if len(rows) == 1:
+        return TimeGrid(BY_DRIVER, given[:, 0, 0].copy(), t, given)
+    return TimeGrid(BY_INSTANT, np.array([0.0, 1.0]), t, given)
+
+
+def _enter_path(
+    arena: Arena,
+    programs: _Programs,
+    name: str,
+    start: ClosedPosition,
+    grid: TimeGrid,
+    changes: int,
+) -> None:
+    """A path that is followed, and its measures."""
+    system, count = programs.system, len(grid.s)
+    runner = Runner(system, "kinetostatics")
+    path = DrivenPath(
+        mode=grid.mode,
+        s=grid.s,
+        t=grid.t,
+        given=grid.given,
+        chords=grid.chords if grid.mode == BY_INSTANT else np.zeros((1, 1)),
+        with_forces=True,
+        at_rest=False,
+        monitored=True,
+        regularization=start.regularization,
+        reach=runner.reach(start, grid),
+    )
+    found = FollowedPath(
+        output=np.zeros((count, runner.rows, 1)),
+        progress=np.zeros(PROGRESS),
+        nearest=np.zeros(3),
+        passed=np.zeros((changes, 1 + system.coordinates)),
+    )
+    arena.call(name, "follow", system.layout, start.work, path, found)
+    measures = np.zeros((count, len(programs.measured.names)))
+    program = programs.measured.program
+    values = program, programs.numbers, path.t, found.output, measures
+    arena.call(f"{name}.measures", "measures", *values)
+    for key in ("s", "t", "given", "chords"):
+        arena.array(f"{name}.{key}", getattr(path, key))
+    for key in ("output", "progress", "nearest", "passed"):
+        arena.array(f"{name}.{key}", getattr(found, key))
+    arena.word(f"{name}.reach", arena.field_place(path, "reach"))
+    arena.array(f"{name}.measured", measures)
+
+
+# -- The calls of an image for free motion: its beginning, a step of co-simulation, all of it --
+
+#: When a motion ends where the description does not say it, and steps of one call.
+LAST, STEPS = 1.0, 500
+
+
+def enter_free(
+    arena: Arena,
+    system: System,
+    numbers: NumberProgram,
+    measured: MeasuredProgram,
+    instants: int | None,
+) -> dict[str, Any]:
+    """Put the calls of free motion into the image; what the manifest says of them.
+
+    Raises
+    ------
+    ModelError, SolveError
+        Where there is no free motion, or one that an image cannot make: then nothing was put.
+    """
+    _refuse_another_motion(system)
+    start, state, request = _request(system, instants)
+    first, q, v = state
+    last = float(request.times[-1])
+    if singular_start(system, start, state, request, last) is not None:
+        raise ModelError(
+            f"'{system.mechanism.name}' begins where branches meet, at a singular position, which "
+            "an image cannot leave: begin elsewhere"
+        )
+    integration = Integration(system, start, request.way)
+    integration.begin(first, q, v, last)
+    explicit = integration.steps
+    assert isinstance(explicit, ExplicitSteps)
+    layout, work = integration.layout, integration.work
+    stepping, errors = integration.stepping, integration.motion.tolerances
+    page, rows, causes = integration.page, integration.rows, integration.causes
+    program = measured.program
+    own = integration.y[2 * system.coordinates :].copy()
+    begin = MotionStart(times=np.array([first, last]), q=q, v=v, own=own)
+    arena.call("numbers.free", "set_numbers", numbers, layout, work)
+    at = arena.call("begin", "begin_motion", layout, work, stepping, errors, begin, page, False)
+    arena.word("begin.goes_on", at["goes_on"])
+    for name, times in (("advance", np.array([first])), ("run", request.times.copy())):
+        outputs = Outputs(
+            times=times,
+            pages=np.zeros((len(times), rows, 1)),
+            work=np.zeros((len(times) + 1, causes)),
+        )
+        bundles = layout, work, explicit.method, stepping, errors, outputs
+        until = first if name == "advance" else last
+        at = arena.call(name, "runge_kutta", *bundles, until, STEPS)
+        found = np.zeros((len(times), len(measured.names)))
+        arena.call(f"{name}.measures", "measures", program, numbers, times, outputs.pages, found)
+        for key in ("times", "pages", "work"):
+            arena.array(f"{name}.{key}", getattr(outputs, key))
+        for key in ("until", "steps"):
+            arena.word(f"{name}.{key}", at[key])
+        arena.array(f"{name}.measured", found)
+    for key in ("times", "q", "v", "own"):
+        arena.array(f"start.{key}", getattr(begin, key))
+    for n, one in enumerate(system.mechanism.states):
+        # its count is the column of its measure
+        place = arena.put(begin.own) + 8 * n
+        column = measured.names.index(one.name)
+        unit = measured.units[column]
+        arena.entries.append(ImageEntry(STATE, place, column, one.name, unit))
+    for key in ("relative", "absolute"):
+        arena.word(f"motion.{key}", arena.field_place(errors, key))
+    arena.array("begin.page", page)
+    arena.array("motion.state", stepping.state)
+    arena.array("motion.y", stepping.y)
+    return {
+        "notes": [*_notes(system), *integration.notes],
+        "rtol": request.way.rtol,
+        "times": [first, last],
+        "every": _apart(system, last - first),
+    }
+
+
+def _request(
+    system: System, instants: int | None
+) -> tuple[Solution, tuple[float, np.ndarray, np.ndarray], MotionRequest]:
+    """How the motion begins, and which one it is."""
+    own = system.mechanism.simulation
+    start = close_loops(system) if own is None else initial_state_of(system, own)
+    state = state_of(system, start)
+    request = motion_request(
+        system,
+        state[0],
+        state[0] + LAST if own is None else last_time(system, None),
+        tolerances(system, None, None),
+        method=METHODS[0],
+        step=None,
+        kept=(instants, None, None),
+        events=(),
+        release={},
+    )
+    return start, state, request
+
+
+def _apart(system: System, whole: float) -> float:
+    """How far apart the instants of the description are, however many the image keeps."""
+    own = system.mechanism.simulation
+    if own is not None and own.every is not None:
+        return number_in(system.mechanism, own.every, "time", "simulate", "every")
+    return whole / ((INSTANTS if own is None else own.instants) - 1)
+
+
+def _refuse_another_motion(system: System) -> None:
+    """Refuse a motion that would be another one in the image."""
+    for one in system.mechanism.inputs:
+        if holds(one.value):
+            raise ModelError(
+                f"input '{one.name}' follows a table that holds its values, which an image cannot: "
+                "give it a number, and let the program set it",
+                one.name,
+            )
+    own = system.mechanism.simulation
+    if own is None:
+        return
+    ends = [one.name for one in own.events if one.stop]
+    if ends:
+        raise ModelError(f"'{ends[0]}' ends the motion, which an image cannot do: leave it out")
+    if own.release:
+        name = next(iter(own.release))
+        raise ModelError(
+            f"driver '{name}' is released, which an image cannot do: leave the release out"
+        )
+
+
+def _notes(system: System) -> list[str]:
+    """What the motion of the image lacks."""
+    own = system.mechanism.simulation
+    if own is None:
+        return []
+    notes = [f"event '{one.name}' is not in the image" for one in own.events]
+    if own.method != METHODS[0]:
+        notes.append(f"the image integrates by {METHODS[0]}, the model by {own.method}")
+    return notes
+
 
 #: What an image can do, and what puts it in.
 ENTER = {"driven": enter_driven, "free": enter_free}

@@ -14,9 +14,15 @@ from mbody.core.cache_folder import STAMP_DIGITS, cache_folder
 from mbody.core.native import builder_command, place
 from mbody.core.sources import PACKAGE, source_hash
 from mbody.errors import ModelError
-from mbody.image.image_kernels import IMAGE_KERNELS
+from mbody.kernels.continuation import follow
+from mbody.kernels.image_calls import begin_motion, close_at
+from mbody.kernels.number_program import measures, set_numbers
+from mbody.kernels.runge_kutta import runge_kutta
 
-__all__ = ["FILE", "MODULE", "TARGET", "browser_core", "build_browser_core", "ready_core"]
+# -- The kernels that images call: a fourth of all ---------------------------------------------
+
+IMAGE_KERNELS = (set_numbers, measures, close_at, follow, begin_motion, runge_kutta)
+
 
 #: Name of the target of the compiler.
 TARGET = "wasm32"

@@ -2,13 +2,544 @@
 
 from __future__ import annotations
 
-from mbody.analysis.inverse.answers import Answer
-from mbody.errors import ModelError, brief
-from mbody.inverse.solver import Solver
+import contextlib
+import itertools
+import math
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from mbody.analysis.inverse.answers import Answer, AnswerCase
+from mbody.analysis.inverse.conditions import Relation, check_question, relations
+from mbody.errors import ModelError, SolveError, brief
+from mbody.inverse.extremum import Extremum, Unbounded, climbed, extremum
+from mbody.inverse.roots import HOLDS, Affine, SingularEquations, affine, newton, scan, spread
+from mbody.inverse.trials import ConditionRows, Trials
+from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.study import PlacesLike, Question, TextsLike, Unknowns
+from mbody.solution.doubts import Doubt, doubted
 
-__all__ = ["solve_for"]
+# -- Sentences of a question: where no solution was found, and what bounds one -----------------
+
+Array = np.ndarray
+
+
+class Refusals:
+    """Says why a question of a mechanism has no solution, in the units of the mechanism."""
+
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        question: Question,
+        conditions: tuple[list[Relation], list[Relation]],
+        trials: Trials,
+    ) -> None:
+        self.mechanism, self.question, self.trials = mechanism, question, trials
+        self.equations, self.sides = conditions
+        self.wanted = trials.wanted
+
+    @property
+    def word(self) -> str:
+        """What of the objective is sought."""
+        return "greatest" if self.question.greatest else "least"
+
+    def at(self, u: float) -> str:
+        """A value of the one unknown, given in steps, with its unit."""
+        value, unit = self.wanted[0].shown(u, self.mechanism)
+        return f"{value:.6g} {unit}".strip()
+
+    def values(self, u: Array) -> tuple[dict[str, float], dict[str, str]]:
+        """Values of the unknowns and their units, by name."""
+        values, units = {}, {}
+        for part, one in zip(u, self.wanted, strict=True):
+            name = one.unknown.name
+            values[name], units[name] = one.shown(float(part), self.mechanism)
+        return values, units
+
+    def listing(self, values: dict[str, float], units: dict[str, str]) -> str:
+        """Values of the unknowns in one line."""
+        parts = [f"{name} = {v:.6g} {units[name]}".strip() for name, v in values.items()]
+        return ", ".join(parts)
+
+    def side(self, side: int) -> str:
+        """A side condition, or a bound, by its number."""
+        return self.sides[side].text if 0 <= side < len(self.sides) else "a bound of an unknown"
+
+    def broken(
+        self, one: Relation, rest: float, values: dict[str, float], units: dict[str, str]
+    ) -> str:
+        """Why values that meet the conditions are no solution."""
+        where = self.listing(values, units)
+        return (
+            f"'{one.text}' does not hold where the conditions do, at {where}: "
+            f"it is short by {self._short(one, rest)}; that limit is reached first: ask for what "
+            "is greatest within the side conditions"
+        )
+
+    def worst(self, u: Array | None) -> tuple[str, str]:
+        """The side condition that is broken most at a place, and where that is."""
+        first, last = len(self.equations), len(self.equations) + len(self.sides)
+        if u is None or not self.sides:
+            return "", ""
+        rest, size = self._rows(u)
+        worst = int(np.argmin(rest[0, first:last] / np.maximum(size[0, first:last], 1e-300)))
+        one = self.sides[worst]
+        short = self._short(one, float(rest[0, first + worst]))
+        return one.text, f" by {short} at {self.listing(*self.values(u))}"
+
+    def infeasible(self, text: str, where: str = "") -> str:
+        """Why no values of the unknowns are allowed."""
+        if not text:
+            return self._unreached()
+        return (
+            "nothing meets all conditions and side conditions together: where the others hold "
+            f"'{text}' is broken{where}; loosen one of them, or the bounds"
+        )
+
+    def nowhere(self, nearest: float, where: str) -> str:
+        """Why one unknown has no value that is allowed."""
+        if math.isnan(nearest):
+            return self._unreached()
+        text, short = self.worst(np.array([nearest]))
+        name = self.wanted[0].unknown.name
+        return (
+            f"no value of '{name}' from {where} meets all side conditions: the nearest breaks "
+            f"'{text}'{short}; loosen it, or the bounds"
+        )
+
+    def unbounded(self) -> str:
+        """Why the objective has no greatest or least value."""
+        return (
+            f"'{self.question.objective}' has no {self.word} value: the side conditions do not "
+            "bound it; add one that does"
+        )
+
+    def endless(self, u: float, edge: bool) -> str:
+        """The same of one unknown: the best value is at a pole, or where the search ends."""
+        way = "grows" if self.question.greatest else "falls"
+        name, where = self.wanted[0].unknown.name, self.at(u)
+        if edge:
+            return (
+                f"'{self.question.objective}' has no {self.word} value: it {way} without bound "
+                f"where '{name}' reaches {where}, beyond which the mechanism cannot be analysed; "
+                "add a side condition or a bound that keeps away from there"
+            )
+        return (
+            f"'{self.question.objective}' has no {self.word} value as far as was searched: it "
+            f"still {way} at '{name}' = {where}; add a side condition or a bound"
+        )
+
+    def undetermined(self, error: SingularEquations) -> SolveError:
+        """Why the conditions do not determine the unknowns."""
+        names = [one.unknown.name for one in self.wanted]
+        weights = np.abs(error.direction)
+        loose = [n for n, w in zip(names, weights, strict=True) if w > 1e-3 * weights.max()]
+        texts, one = listed(self.question.conditions), len(self.question.conditions) == 1
+        verb, them = ("holds", "that") if one else ("hold", "them")
+        if error.solvable:
+            said, why = f"{texts} {verb} for any {listed(loose)}", "nothing determines it"
+        else:
+            said, why = f"nothing meets {texts}", f"no value of {listed(loose)} changes {them}"
+        return SolveError(f"{said}: {why}; take unknowns that they depend on")
+
+    def no_root(self, start: Array) -> str:
+        """Why no solution was found."""
+        rest, _ = self._rows(start)
+        names = listed(one.unknown.name for one in self.wanted)
+        parts = [
+            f"'{one.text}' is off by {abs(part):.4g}"
+            for one, part in zip(self.equations, rest[0], strict=False)
+            if np.isfinite(part)
+        ]
+        left = f" ({', '.join(parts)} at the start)" if parts else ""
+        more = f"; the last trial said: {self.trials.refusal}" if self.trials.refusal else ""
+        conditions = listed(self.question.conditions)
+        return (
+            f"no value of {names} was found that meets {conditions}{left}: "
+            f"give another start, or wider bounds{more}"
+        )
+
+    def _rows(self, u: Array) -> tuple[Array, Array]:
+        """What is left of all relations at a place, and their sizes."""
+        relations = [*self.equations, *self.sides]
+        return self.trials.rows(relations, self.question.objective, u[None])
+
+    def _unreached(self) -> str:
+        """Why no values of the unknowns could be analysed."""
+        names = listed(one.unknown.name for one in self.wanted)
+        said = self.trials.refusal
+        more = f"; the last trial said: {said}" if said else ""
+        return f"no value of {names} was found that can be analysed and meets the conditions{more}"
+
+    def _short(self, one: Relation, rest: float) -> str:
+        """By how much a side condition is broken, with its unit."""
+        unit = one.unit(self.mechanism)
+        value, unit = (math.degrees(rest), "deg") if unit == "rad" else (rest, unit)
+        return f"{-value:.4g} {unit}".strip()
+
+
+# -- The search for the unknowns of a question -------------------------------------------------
+
+#: A place with all rows about it.
+Corner = tuple[Affine, tuple[int, ...]]
+
+#: Starts of a search in several unknowns, and how many in a row may find nothing new.
+STARTS, IDLE = 40, 16
+#: Combinations of side conditions that are tried.
+MOST = 2000
+#: Part of its diagonal below which a pivot leaves few digits.
+WEAK = 1e-6
+#: Part of the size that a quantity may have in a mechanism that is rounding.
+NOISE = 1e-12
+#: What makes a formula bend where probes may not look.
+KINKS = re.compile(r"\b(abs|min|max)\s*\(")
+#: Two solutions nearer than this, in steps of the unknowns, are one.
+SAME = 1e-6
+
+
+class Solver:
+    """Finds what meets the conditions of one question of one mechanism."""
+
+    def __init__(self, mechanism: Mechanism, question: Question) -> None:
+        check_question(mechanism, question)
+        self.mechanism, self.question = mechanism, question
+        self.equations, self.sides = relations(question)
+        self.trials = Trials(mechanism, question)
+        self.wanted = self.trials.wanted
+        #: What is left of conditions, then of side conditions, then the objective.
+        self.rows = ConditionRows(self.trials, [*self.equations, *self.sides], question.objective)
+        self.refusals = Refusals(mechanism, question, (self.equations, self.sides), self.trials)
+        self.notes: list[str] = []
+        self.doubts: list[Doubt] = []
+
+    def answer(self) -> Answer:
+        """All solutions."""
+        straight = affine(self.rows, self.trials.start) if self._may_be_straight() else None
+        places = self._straight(straight) if straight else self._curved()
+        found, why = [], ""
+        for place in places:
+            try:
+                found.append(self._found(place))
+            except (ModelError, SolveError) as error:
+                why = why or str(error)
+        if not found:
+            raise SolveError(why)
+        answer = Answer(
+            self.mechanism,
+            self.question,
+            tuple(found),
+            straight is not None,
+            notes=tuple(self.notes),
+        )
+        of_runs = [doubt for one in found for doubt in one.run.doubts]
+        return doubted(answer, [*self.doubts, *of_runs])
+
+    def _may_be_straight(self) -> bool:
+        """Whether probes can show that all is linear: not where a formula has a kink, which they
+        may miss.
+        """
+        formulas = [self.question.objective] if self.question.objective else []
+        relations = [*self.equations, *self.sides] if formulas else []
+        formulas += [part for one in relations for part in (one.left, one.right)]
+        return self.trials.steady and not any(map(KINKS.search, formulas))
+
+    # -- places -------------------------------------------------------------------------------
+
+    def _straight(self, straight: Affine) -> list[Affine]:
+        """Of linear questions: the one solution, or the best corner."""
+        if not self.question.objective:
+            rows = tuple(range(len(self.equations)))
+            try:
+                u = straight.solve(rows)
+            except SingularEquations as error:
+                raise self.refusals.undetermined(error) from None
+            place = self._refined(straight, u, rows)
+            self._check_bounds(place.base)
+            return [place]
+        bounded = self._with_bounds(straight)
+        corners = []
+        for rows in self._actives(len(bounded.rest)):
+            with contextlib.suppress(SingularEquations):
+                u = bounded.solve(rows)
+                corners.append((Affine(u, bounded(u), bounded.slope, bounded.size), rows))
+        best, rows = self._best(corners)
+        return [self._refined(straight, best.base, rows)]
+
+    def _with_bounds(self, straight: Affine) -> Affine:
+        """The same with a row for each bound of an unknown, before the objective."""
+        rest, slope, size = [], [], []
+        for n, one in enumerate(self.wanted):
+            for bound, sign in zip(one.bounds, (1.0, -1.0), strict=True):
+                if math.isfinite(bound):
+                    rest.append(sign * (straight.base[n] - bound))
+                    slope.append(sign * np.eye(len(self.wanted))[n])
+                    size.append(max(abs(bound), 1.0))
+        if not rest:
+            return straight
+        last = len(straight.rest) - 1
+        return Affine(
+            straight.base,
+            np.insert(straight.rest, [last] * len(rest), rest),
+            np.insert(straight.slope, [last] * len(rest), slope, axis=0),
+            np.insert(straight.size, [last] * len(rest), size),
+        )
+
+    def _actives(self, count: int) -> list[tuple[int, ...]]:
+        """Rows that are to be zero together, of so many with the objective: all conditions, and
+        side conditions or bounds that bind.
+        """
+        free, first = len(self.wanted) - len(self.equations), len(self.equations)
+        if math.comb(count - 1 - first, free) > MOST:
+            raise ModelError(
+                f"{len(self.sides)} side conditions of which {free} bind are more combinations "
+                f"than {MOST}: leave out some"
+            )
+        base = tuple(range(first))
+        return [base + more for more in itertools.combinations(range(first, count - 1), free)]
+
+    def _check_bounds(self, u: Array) -> None:
+        """Refuse the only solution where it is beyond a bound."""
+        for part, one in zip(u, self.wanted, strict=True):
+            if not one.allows(part):
+                value, unit = one.shown(float(part), self.mechanism)
+                low, high = (one.shown(bound, self.mechanism)[0] for bound in one.bounds)
+                between = f"{low:g} to {high:g} {unit}".rstrip()
+                raise SolveError(
+                    f"{listed(self.question.conditions)} holds at '{one.unknown.name}' = "
+                    f"{value:.6g} {unit}".rstrip()
+                    + f" alone, beyond its bounds {between}: widen them"
+                )
+
+    def _refined(self, straight: Affine, u: Array, rows: Sequence[int]) -> Affine:
+        """The solution, corrected by what is left of the rows there."""
+        for _ in range(2):
+            rest, _ = self.rows(u[None])
+            if not np.isfinite(rest).all():
+                break
+            here = Affine(u, rest[0], straight.slope, straight.size)
+            u = self._with_bounds(here).solve(rows)
+        return Affine(u, straight(u), straight.slope, straight.size)
+
+    def _curved(self) -> list[Affine]:
+        """Of other questions: all that Newton's method finds from several starts, or the best."""
+        if not self.question.objective:
+            return self._roots(range(len(self.equations)))
+        u = self._one() if len(self.wanted) == 1 else self._several()
+        place = self.rows.about(u)
+        if place is None:  # alone, as between two edges
+            rest, size = self.rows(u[None])
+            place = Affine(u, rest[0], np.zeros((rest.shape[1], len(u))), size[0])
+        return [place]
+
+    def _one(self) -> Array:
+        """The best value of one unknown, over the whole of its range."""
+        (one,) = self.wanted
+        signs = np.ones(len(self.sides) + 1)
+        signs[-1] = 1.0 if self.question.greatest else -1.0
+
+        def values(us: Array) -> tuple[Array, Array]:
+            rest, size = self.rows(us[:, None])
+            return rest * signs, size
+
+        def slopes(u: float) -> tuple[Array, Array]:
+            here = self.rows.about(np.array([u]))
+            if here is None:
+                return np.full(len(signs), np.nan), np.full(len(signs), np.nan)
+            return here.rest * signs, here.slope[:, 0] * signs
+
+        try:
+            best = extremum(one, values, slopes, self._noise())
+        except Unbounded as error:
+            raise SolveError(self.refusals.endless(error.u, error.edge)) from None
+        where = f"{self.refusals.at(best.low)} to {self.refusals.at(best.high)}"
+        if best.u is None:
+            raise SolveError(self.refusals.nowhere(best.nearest, where))
+        self._remark(best, where)
+        return next(filter(self._runs, np.array(best.inwards)[:, None]), np.array([best.u]))
+
+    def _remark(self, best: Extremum, where: str) -> None:
+        """Say what of the range of the one unknown was not searched, and what is not sure."""
+        assert best.u is not None
+        low, high = self.wanted[0].bounds
+        if best.low > low or best.high < high:
+            self.notes.append(f"{self.wanted[0].unknown.name} was searched from {where}")
+        for a, b in best.gaps:
+            low_end, high_end = self.refusals.at(a), self.refusals.at(b)
+            self.notes.append(
+                f"between {low_end} and {high_end} the mechanism cannot be analysed: "
+                "nothing is compared there"
+            )
+        word, at = self.refusals.word, self.refusals.at(best.u)
+        if best.inwards:
+            self._doubt(
+                f"the {word} '{self.question.objective}' is only come near to: {at} "
+                "is the edge of what can be analysed, and nothing beyond it is compared"
+            )
+        elif self.trials.pivot(np.array([best.u])) < WEAK:
+            self._doubt(
+                f"the {word} '{self.question.objective}' is at {at}, so near to a "
+                "singular position that few of its digits are sure: keep away from it by a bound"
+            )
+        if best.rough:
+            self._doubt(
+                f"'{self.question.objective}' changes too fast between samples: its {word} value "
+                "may be a local one; give narrower bounds"
+            )
+
+    def _runs(self, u: Array) -> bool:
+        """Whether the whole analysis can be made at a place."""
+        try:
+            self.trials.run(u)
+        except (ModelError, SolveError):
+            return False
+        return True
+
+    def _noise(self) -> Array:
+        """What is rounding of every side condition and of the objective."""
+        texts = [*(one.left for one in self.sides), self.question.objective]
+        return NOISE * np.array([self.trials.size_of(text) for text in texts])
+
+    def _several(self) -> Array:
+        """The best values of several unknowns, by climbs from several starts."""
+        sign = 1.0 if self.question.greatest else -1.0
+        found = climbed(self.rows, len(self.equations), self.wanted, sign)
+        if found.u is None:
+            raise SolveError(self.refusals.infeasible(*self.refusals.worst(found.nearest)))
+        if found.endless:
+            raise SolveError(self.refusals.unbounded())
+        if not found.sure:
+            self._doubt_local(found.starts, found.agreeing)
+        return found.u
+
+    def _doubt_local(self, starts: int, agreeing: int) -> None:
+        word = self.refusals.word
+        self._doubt(
+            f"the {word} '{self.question.objective}' may be a local one: of {starts} climbs "
+            f"from different starts {agreeing} end at this value; give narrower bounds, or another "
+            "start"
+        )
+
+    def _doubt(self, message: str) -> None:
+        names = tuple(dict.fromkeys(one.unknown.name.partition(".")[0] for one in self.wanted))
+        self.doubts.append(Doubt("incomplete", message, None, names))
+
+    def _roots(self, rows: Sequence[int]) -> list[Affine]:
+        """Solutions from several starts, the nearest to the first one first."""
+        start, grids = self.trials.start, [one.grid for one in self.wanted]
+        starts = [start]
+        if len(grids) == 1:
+            starts += scan(self.rows, rows[0], grids[0], start[0])
+        else:
+            starts += list(spread(grids, STARTS))
+        found: list[Affine] = []
+        idle = 0
+        for one in starts:
+            arrived = newton(self.rows, rows, one)
+            if arrived is not None:
+                arrived = self._unwound(arrived, rows)
+            if arrived is not None and self._is_new(arrived.base, found):
+                found.append(arrived)
+                idle = 0
+            else:
+                idle += 1
+            if len(grids) > 1 and idle > IDLE:
+                break
+        if not found:
+            raise SolveError(self.refusals.no_root(start))
+        if len(found) > 1 and not all(
+            any(place.slope[k].any() for place in found) for k in rows
+        ):  # a condition that holds everywhere
+            raise self.refusals.undetermined(SingularEquations(np.ones(len(start)), True))
+        return sorted(found, key=lambda place: float(np.abs(place.base - start).sum()))
+
+    def _unwound(self, place: Affine, rows: Sequence[int]) -> Affine:
+        """The same without whole turns of drivers, where they make no difference."""
+        u = np.array([one.unwound(part) for one, part in zip(self.wanted, place.base, strict=True)])
+        if (u == place.base).all():
+            return place
+        rest, _ = self.rows(u[None])
+        index = list(rows)
+        same = (np.abs(rest[0][index]) <= SAME * place.size[index]).all()
+        return (newton(self.rows, rows, u) if same else None) or place
+
+    def _is_new(self, u: Array, found: list[Affine]) -> bool:
+        """Whether a place lies within the bounds and is not among those found."""
+        if not all(one.allows(part) for one, part in zip(self.wanted, u, strict=True)):
+            return False
+        for place in found:
+            pairs = zip(self.wanted, u, place.base, strict=True)
+            if all(one.apart(a, b) <= SAME * (1.0 + abs(a)) for one, a, b in pairs):
+                return False
+        return True
+
+    def _best(self, corners: list[Corner]) -> Corner:
+        """The corner where the objective is greatest or least among those that are allowed.
+
+        There the slope of the objective is a sum of those of the binding rows, each with the sign
+        that keeps it from growing inwards (the conditions of Karush, Kuhn and Tucker).
+        """
+        sign = 1.0 if self.question.greatest else -1.0
+        first = len(self.equations)
+        best: tuple[float, Affine, tuple[int, ...]] | None = None
+        allowed, nearest = False, (math.inf, -1)
+        for place, rows in corners:
+            margins = place.rest[first:-1] / np.maximum(place.size[first:-1], 1e-300)
+            worst = int(margins.argmin())
+            if not margins[worst] >= -HOLDS:
+                nearest = min(nearest, (-float(margins[worst]), worst))
+                continue
+            allowed = True
+            pulls, *_ = np.linalg.lstsq(place.slope[list(rows)].T, sign * place.slope[-1])
+            if (pulls[first:] > HOLDS * np.abs(pulls).max(initial=0.0)).any():
+                continue
+            if best is None or sign * place.rest[-1] > best[0]:
+                best = (sign * float(place.rest[-1]), place, rows)
+        if best is None:
+            none = not corners and not self.sides
+            raise SolveError(
+                self.refusals.unbounded()
+                if allowed or none
+                else self.refusals.infeasible(self.refusals.side(nearest[1]))
+            )
+        return best[1], best[2]
+
+    # -- results and sentences ----------------------------------------------------------------
+
+    def _found(self, place: Affine) -> AnswerCase:
+        """The solution at a place.
+
+        Raises
+        ------
+        SolveError
+            Where a side condition is broken, or the analysis fails.
+        """
+        run = self.trials.run(place.base)
+        rest, _ = self.trials.measured(run, self.rows.relations, self.question.objective)
+        first, last = len(self.equations), len(self.equations) + len(self.sides)
+        values, units = self.refusals.values(place.base)
+        margins: dict[str, float] = {}
+        binding = []
+        floor = HOLDS * place.size
+        if self.question.objective and self.sides:
+            floor[first:] += self._noise()
+        for n, one in enumerate(self.sides, start=first):
+            margins[one.text] = min(margins.get(one.text, math.inf), float(rest[n]))
+            if abs(rest[n]) <= floor[n]:
+                binding.append(one.text)
+            elif rest[n] < 0.0:
+                raise SolveError(self.refusals.broken(one, float(rest[n]), values, units))
+        return AnswerCase(
+            unknowns=values,
+            units=units,
+            conditions={one.text: float(rest[n]) for n, one in enumerate(self.equations)},
+            side_conditions=margins,
+            binding=tuple(dict.fromkeys(binding)),
+            objective=float(rest[last]) if self.question.objective else None,
+            residual=float(np.max(np.abs(rest[:first]) / (place.size[:first] + 1e-300), initial=0)),
+            run=run,
+        )
 
 
 def solve_for(

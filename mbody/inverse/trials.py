@@ -5,37 +5,135 @@ from __future__ import annotations
 import contextlib
 import copy
 import functools
+import math
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from mbody.analysis.driven.requests import ANALYSES, analyse_at
-from mbody.analysis.driven.runner import PathEnded, Runner
+from mbody.analysis.driven.driven import ANALYSES, analyse_at
+from mbody.analysis.driven.path_following import PathEnded, Runner
 from mbody.analysis.driven.time_grid import by_time
 from mbody.analysis.inverse.conditions import Relation
 from mbody.analysis.position.assembly_analysis import SUSPICIOUS, check_determined, closed_near
+from mbody.core.dual_number import DualNumber
+from mbody.derivatives.driven_instants import DrivenInstants
 from mbody.errors import ModelError, ModelWarning, SolveError
-from mbody.inverse.unknowns import Wanted
+from mbody.inverse.roots import Affine, differences
 from mbody.laws import Polynomial
 from mbody.model.closed_mechanism import snapshot, with_element
 from mbody.model.driver import DRIVEN
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import meant, moves_nothing, plain
-from mbody.model.study import Instants, Question, Unknown
+from mbody.model.study import Instants, Measure, Question, Unknown
+from mbody.quantities import convert
 from mbody.quantities.units import DIMENSIONS, Dimension
-from mbody.solution.histories import Record
-from mbody.solution.measures import measured
-from mbody.solution.places import link_poses
+from mbody.solution.histories import Record, link_poses
+from mbody.solution.measures import measured, valued
 from mbody.solution.solution import Solution
 from mbody.system.assembler import assemble
 from mbody.system.rank import dense, too_large
 from mbody.system.system import System
 
-__all__ = ["Trials"]
+# -- An unknown as a search takes it: its size, its bounds, where it is tried ------------------
 
 Array = np.ndarray
+
+#: Part of a step by which a bound may be passed.
+SLACK = 1e-6
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """An unknown as the search takes it: floats in the units of the mechanism.
+
+    Attributes
+    ----------
+    unknown : Unknown
+        As the question gives it.
+    name : str
+        Dotted name of the number, or driver and part of its motion.
+    dimension : Dimension or None
+        What it measures.
+    present, start, low, high : float
+        What it is in the description, where the search begins, and its bounds.
+    scale : float
+        What is one step.
+    steady : bool
+        Whether no position depends on it.
+    angle : bool
+        Whether it is the angle of a driver: positions are the same after a turn, as a rule.
+    """
+
+    unknown: Unknown
+    name: str
+    dimension: Dimension | None
+    present: float
+    start: float
+    low: float
+    high: float
+    scale: float
+    steady: bool
+    angle: bool = False
+
+    @property
+    def turns(self) -> bool:
+        """Whether it is the angle of a driver without bounds."""
+        return self.angle and not (math.isfinite(self.low) or math.isfinite(self.high))
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """Bounds in steps, infinite where there are none."""
+        return self.low / self.scale, self.high / self.scale
+
+    @property
+    def turn(self) -> float:
+        """A whole turn in steps, of the angle of a driver; else 0."""
+        return 2.0 * math.pi / self.scale if self.angle else 0.0
+
+    @property
+    def grid(self) -> Array:
+        """Where it is tried, in steps."""
+        low, high, start = (part / self.scale for part in (self.low, self.high, self.start))
+        if math.isfinite(low) and math.isfinite(high):
+            return np.linspace(low, high, 73)
+        if self.turns:
+            grid = start + np.linspace(0.0, 2.0 * math.pi, 73) / self.scale
+        else:
+            powers = 10.0 ** np.linspace(-3.0, 3.0, 37)
+            grid = np.concatenate([-powers[::-1], powers])
+        inside = grid[(grid >= low) & (grid <= high)]
+        return inside if len(inside) else np.array([start])
+
+    def allows(self, u: float) -> bool:
+        """Whether a value, in steps, lies within the bounds."""
+        slack = SLACK * (1.0 + abs(u))
+        return (u + slack) * self.scale >= self.low and (u - slack) * self.scale <= self.high
+
+    def unwound(self, u: float) -> float:
+        """A value, in steps, without whole turns away from the start."""
+        if not self.turns:
+            return u
+        start, turn = self.start / self.scale, 2.0 * math.pi / self.scale
+        return start + math.remainder(u - start, turn) if abs(u - start) > 0.5 * turn else u
+
+    def apart(self, a: float, b: float) -> float:
+        """How far two values are from each other, in steps."""
+        if self.turns:
+            return abs(math.remainder(a - b, 2.0 * math.pi / self.scale))
+        return abs(a - b)
+
+    def shown(self, u: float, mechanism: Mechanism) -> tuple[float, str]:
+        """A value as results give it, and its unit."""
+        value, dimension = u * self.scale, self.dimension
+        own = mechanism.units.of(dimension) if dimension else ""
+        unit = self.unknown.unit or ("deg" if dimension == DIMENSIONS["angle"] else own)
+        if unit == own or dimension is None:
+            return value, own
+        return float(convert(value, own, unit)), unit
+
 
 Poses = dict[str, tuple[float, float, float]]
 
@@ -372,3 +470,67 @@ class Trials:
             for n, c in enumerate(self._coefficients(state)):
                 values[f"{driver}.law.c{n}"] = c
         return values
+
+
+# -- What is left of conditions at one instant, with exact derivatives by the unknowns ---------
+
+_FIRST = np.array([0])
+
+
+class ConditionRows:
+    """right − left of every relation, then the objective, as functions of the unknowns in steps.
+
+    Parameters
+    ----------
+    trials : Trials
+    relations : sequence of Relation
+    objective : str
+        A quantity, empty where there is none.
+    """
+
+    def __init__(self, trials: Trials, relations: Sequence[Relation], objective: str) -> None:
+        self.trials, self.relations, self.objective = trials, list(relations), objective
+
+    def __call__(self, us: Array) -> tuple[Array, Array]:
+        """Values and the size of their terms, (trials, rows) each; NaN where a trial fails."""
+        return self.trials.rows(self.relations, self.objective, us)
+
+    def about(self, u: Array) -> Affine | None:
+        """Values and slopes at a place; None where the trial fails."""
+        run = self.trials.reached(u)
+        if run is None:
+            return None
+        slope = self._slopes(run)
+        if slope is None or not np.isfinite(slope).all():
+            return differences(self, u)
+        rest, size = self.trials.measured(run, self.relations, self.objective)
+        if not np.isfinite(rest).all():
+            return None
+        terms = np.abs(slope) @ np.maximum(1.0, np.abs(u))
+        return Affine(u, rest, slope, np.maximum(size, terms))
+
+    def _slopes(self, run: Solution) -> Array | None:
+        """Derivatives of all rows by the unknowns, (rows, unknowns); None where there are none."""
+        names, ways = self.trials.numbers
+        instants = DrivenInstants(run, names)
+        try:
+            whole = instants.at(_FIRST, self.trials.with_loads)
+            if instants.unclosed or instants.without_derivative(_FIRST, whole.record).any():
+                return None
+            rows = [
+                self._slope(whole, one.right, len(names)) - self._slope(whole, one.left, len(names))
+                for one in self.relations
+            ]
+            last = np.zeros(len(names))
+            if self.objective:
+                last = self._slope(whole, self.objective, len(names))
+        except (TypeError, ModelError, SolveError):  # as of users' compiled functions
+            return None
+        return np.asarray(np.vstack([*rows, last]) @ ways)
+
+    @staticmethod
+    def _slope(whole: object, text: str, count: int) -> Array:
+        history, _, _ = valued(whole, Measure(text))  # type: ignore[arg-type]
+        if not isinstance(history, DualNumber):
+            return np.zeros(count)
+        return np.array(np.broadcast_to(history.tangents, (1, count))[-1])

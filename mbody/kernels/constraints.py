@@ -3,19 +3,384 @@
 from __future__ import annotations
 
 import functools
+import math
 from typing import Any
 
+import numpy as np
+
+from mbody.core.callbacks import call_user
 from mbody.core.decorators import inline, njit
-from mbody.core.lanes import count, highest, ld, sincos, st, st_varying
-from mbody.kernels.law_values import law_of_direction
-from mbody.kernels.measured_formulas import formula_rows
-from mbody.kernels.user_calls import user_numbers
+from mbody.core.dual_number import value
+from mbody.core.duals import (
+    chained,
+    constant,
+    entry,
+    lane_at,
+    put_entry,
+    rounds,
+    tangent,
+    tangents,
+    with_tangent,
+)
+from mbody.core.lanes import count, highest, larger, ld, sincos, smaller, st, st_varying
+from mbody.laws.kernels import (
+    ABS,
+    ADD,
+    COS,
+    DIVIDE,
+    LOG,
+    MAX,
+    MIN,
+    MULTIPLY,
+    NEGATIVE,
+    OPERATIONS,
+    SIN,
+    SQRT,
+    SUBTRACT,
+    USER,
+    binary,
+    built_in,
+    unary,
+)
+from mbody.laws.table import surface
 from mbody.model.joints import CONSTRAINTS
 from mbody.model.joints.angle import angle
 from mbody.model.joints.coordinate import coordinate
 from mbody.model.joints.distance import distance
 
-__all__ = ["BY_DIRECTION", "KINDS", "further_block", "rows", "side", "turns"]
+# -- Laws of what the position gives, lane by lane: they have branches that lanes cannot take --
+
+LAW_VALUES_TURN = 2.0 * math.pi
+#: Step of differences of users' functions, as a part of what is varied: their error is of its
+#: fourth power.
+STEP = 1e-3
+
+
+@inline
+def law_at(L, W, n, lane, x):
+    """(f, f′, f″) of law n at x in one lane; NaN where a user's function raised."""
+    code = L.law_kind[n]
+    if code == USER:
+        return user_law(L, W, n, x)
+    size, k = L.law_count[n], L.law_table[n]
+    return built_in(code, W.par, L.law_par[n], size, lane, L.table, k, x)
+
+
+@inline
+def law_of_direction(L, W, w, n, x, y):
+    """(f, f′, f″) of law n at the angle of the vector (x, y), 0 … 2π."""
+    st(W.scratch, 0, x, w)
+    st(W.scratch, 1, y, w)
+    around(L, W, w, n)
+    return ld(W.scratch, 2, w), ld(W.scratch, 3, w), ld(W.scratch, 4, w)
+
+
+@njit
+def around(L, W, w, n):
+    """Law n at the angle of scratch rows (0, 1), into rows 2 to 4."""
+    for m in range(rounds(W.scratch, w)):
+        lane = lane_at(m, w)
+        x = np.arctan2(entry(W.scratch, 1, lane), entry(W.scratch, 0, lane))
+        f, f1, f2 = law_at(L, W, n, lane, x + LAW_VALUES_TURN if x < 0.0 else x)
+        put_entry(W.scratch, 2, f, lane)
+        put_entry(W.scratch, 3, f1, lane)
+        put_entry(W.scratch, 4, f2, lane)
+
+
+@njit
+def user_law(L, W, n, x):
+    """(f, f′, f″) of a user's law at x; NaN where it raised. The derivative of f″ of a dual number
+    is by differences of four places.
+    """
+    at = value(x)
+    f, f1, f2 = called(L, W, n, at)
+    slope = 0.0
+    if not constant(x):
+        h = STEP * max(abs(at), 1.0)
+        _, _, far = called(L, W, n, at + 2.0 * h)
+        _, _, near = called(L, W, n, at + h)
+        _, _, back = called(L, W, n, at - h)
+        _, _, first = called(L, W, n, at - 2.0 * h)
+        slope = (8.0 * (near - back) - (far - first)) / (12.0 * h)
+    return chained(f, f1, x), chained(f1, f2, x), chained(f2, slope, x)
+
+
+@inline
+def called(L, W, n, x):
+    """What a user's law gives at x; NaN where it raised."""
+    W.user_arguments[0] = x
+    if call_user(L.law_handle[n], W.user_arguments[:1], W.user_results[:3]) != 0:
+        return np.nan, np.nan, np.nan
+    return W.user_results[0], W.user_results[1], W.user_results[2]
+
+
+# -- Users' joints and loads in kernels: one call a lane, and derivatives by differences -------
+#
+# A user's function takes (t, side i, side j, parameters) and fills results. Of dual numbers it gets
+# the values; the tangents of its results are differences of four calls along each tangent of its
+# arguments, with an error of the fourth power of the step, some 1e-11 of the greatest.
+
+#: Numbers of the time and both sides; the parameters follow.
+STATE = 17
+
+
+@njit
+def user_numbers(W, w, handle, i, j, first, size, results):
+    """Scratch rows ← what a user's function gives for its parameters from row `first` on; NaN where
+    it raised, the caller finds the exception.
+    """
+    for m in range(rounds(W.scratch, w)):
+        lane = lane_at(m, w)
+        set_arguments(W, i, j, first, size, lane, 0, 0.0)
+        call(W, handle, size, results)
+        for n in range(results):
+            put_entry(W.scratch, n, W.user_results[n], lane)
+        for k in range(tangents(w)):
+            h = step(W, i, j, first, size, lane, k)
+            if h == 0.0:
+                continue
+            for part in range(4):
+                # places h, −h, 2 h, −2 h and their weights
+                far = 2.0 if part > 1 else 1.0
+                way = 1.0 if part % 2 == 0 else -1.0
+                weight = way * (8.0 if part < 2 else -1.0) / (12.0 * h)
+                set_arguments(W, i, j, first, size, lane, k, way * far * h)
+                call(W, handle, size, results)
+                for n in range(results):
+                    x = entry(W.scratch, n, lane)
+                    change = tangent(x, k) + weight * W.user_results[n]
+                    put_entry(W.scratch, n, with_tangent(x, k, change), lane)
+
+
+@inline
+def set_arguments(W, i, j, first, size, lane, k, h):
+    """The arguments of the function, moved by h along tangent k."""
+    x = W.user_arguments
+    x[0] = moved(W.time, 0, lane, k, h)
+    for end in range(2):
+        b = i if end == 0 else j
+        o = 1 + 8 * end
+        for n in range(3):
+            x[o + n] = moved(W.q, 3 * b + n, lane, k, h)
+            x[o + 5 + n] = moved(W.v, 3 * b + n, lane, k, h)
+        if h == 0.0:
+            x[o + 3] = value(entry(W.turn, 2 * b, lane))
+            x[o + 4] = value(entry(W.turn, 2 * b + 1, lane))
+        else:
+            x[o + 3], x[o + 4] = np.cos(x[o + 2]), np.sin(x[o + 2])
+    for n in range(size):
+        x[STATE + n] = moved(W.par, first + n, lane, k, h)
+
+
+@inline
+def call(W, handle, size, results):
+    """Call the function; NaN where it raises."""
+    if call_user(handle, W.user_arguments[: STATE + size], W.user_results[:results]) != 0:
+        for n in range(results):
+            W.user_results[n] = np.nan
+
+
+@inline
+def moved(array, row, lane, k, h):
+    """A number moved by h along its tangent k."""
+    x = entry(array, row, lane)
+    return value(x) + h * tangent(x, k)
+
+
+@njit
+def step(W, i, j, first, size, lane, k):
+    """A step along tangent k by which no argument changes by more than `STEP` of its size; zero
+    where none changes.
+    """
+    length = value(entry(W.size, 0, lane))
+    rate = relative(W.time, 0, lane, k, 1.0)
+    for end in range(2):
+        b = i if end == 0 else j
+        for n in range(3):
+            unit = 1.0 if n == 2 else length
+            rate = max(rate, relative(W.q, 3 * b + n, lane, k, unit))
+            rate = max(rate, relative(W.v, 3 * b + n, lane, k, unit))
+    for n in range(size):
+        rate = max(rate, relative(W.par, first + n, lane, k, 0.0))
+    return STEP / rate if rate > 0.0 else 0.0
+
+
+@inline
+def relative(array, row, lane, k, unit):
+    """Tangent k of a number as a part of its size, or of the unit if that is greater."""
+    x = entry(array, row, lane)
+    size, change = max(abs(value(x)), unit), abs(tangent(x, k))
+    if size > 0.0:
+        return change / size
+    return change
+
+
+# -- Formulas of measured quantities of the present instant: laws of loads, rates of own states,
+#    and what drivers follow -------------------------------------------------------------------
+#
+# All formulas of a mechanism are one list of steps on numbers W.formula. A step is (code, a, b,
+# place): it reads a number of the instant, or computes with those at the places a and b, by the
+# operations of `mbody.laws.postfix`, or hands the number at a over to a signal, a rate or a
+# constraint row. There is nothing to choose while it runs, so that lanes take it as single motions
+# do. The list has three parts: what drivers follow of time, inputs and own states, with both
+# derivatives by time, is evaluated with the laws of time; rows of drivers that follow positions, Φ,
+# Φ_q and ν, then γ, with the rows of all joints; the rest where the loads are, at their position,
+# velocity and time. Derivatives are steps too (`mbody.system.formula_derivatives`).
+
+FIRST = len(OPERATIONS)
+#: Steps that read row a: of the position, of the velocity, of the cosines and sines of the bodies,
+#: the time, a parameter, a signal, an own state.
+POSITION, VELOCITY, TURN, TIME, PARAMETER, SIGNAL, OWN = range(FIRST, FIRST + 7)
+#: Law b at the number at place a; its first derivative is LAW + 1, its second LAW + 2.
+LAW = FIRST + 7
+#: Steps that hand over the number at place a: to a row of signals, to the rate of an own state.
+TO_SIGNAL, TO_RATE = FIRST + 10, FIRST + 11
+#: The same to a row of Φ, of the blocks of Φ_q, of ν and of γ.
+TO_PHI, TO_BLOCK, TO_NU, TO_GAMMA = range(FIRST + 12, FIRST + 16)
+#: The table of two variables that is law n, at the numbers at places a and b: SURFACE + n.
+SURFACE = FIRST + 16
+
+
+@njit
+def driver_formulas(L, W, w):
+    """Signals of the drivers that follow a formula of time, inputs and own states."""
+    steps(L, W, w, 0, L.driver_steps)
+
+
+@njit
+def formula_rows(L, W, w, e, position, velocity):
+    """Φ, Φ_q and ν of primitive e, a driver that follows positions, unless `position` is None, and
+    γ unless `velocity` is None.
+    """
+    if position is not None:
+        steps(L, W, w, L.primitive_steps[e, 0], L.primitive_steps[e, 1])
+    if velocity is not None:
+        steps(L, W, w, L.primitive_steps[e, 1], L.primitive_steps[e, 2])
+
+
+@njit
+def measured_formulas(L, W, w):
+    """Evaluate the formulas of loads and own states at W.q, W.v, W.turn, W.time, W.own and the
+    signals of time.
+    """
+    steps(L, W, w, L.load_steps, L.formula_step.shape[0])
+
+
+@njit
+def steps(L, W, w, first, end):
+    """Steps `first` to before `end`."""
+    for n in range(first, end):
+        code, a, b = L.formula_step[n, 0], L.formula_step[n, 1], L.formula_step[n, 2]
+        place = L.formula_step[n, 3]
+        if code < FIRST:
+            operate(W, w, code, a, b, place)
+        elif code == POSITION:
+            st(W.formula, place, ld(W.q, a, w), w)
+        elif code == VELOCITY:
+            st(W.formula, place, ld(W.v, a, w), w)
+        elif code == TURN:
+            st(W.formula, place, ld(W.turn, a, w), w)
+        elif code == TIME:
+            st(W.formula, place, ld(W.time, 0, w), w)
+        elif code == PARAMETER:
+            st(W.formula, place, ld(W.par, a, w), w)
+        elif code == SIGNAL:
+            st(W.formula, place, ld(W.signal, a, w), w)
+        elif code == OWN:
+            st(W.formula, place, ld(W.own, a, w), w)
+        elif code <= LAW + 2:
+            law_of_number(L, W, w, b, code - LAW, a, place)
+        elif code == TO_SIGNAL:
+            st(W.signal, place, ld(W.formula, a, w), w)
+        elif code == TO_RATE:
+            st(W.own_rate, place, ld(W.formula, a, w), w)
+        elif code == TO_PHI:
+            st_varying(W.phi, place, ld(W.formula, a, w), w)
+        elif code == TO_BLOCK:
+            st_varying(W.block, place, ld(W.formula, a, w), w)
+        elif code == TO_NU:
+            st_varying(W.nu, place, ld(W.formula, a, w), w)
+        elif code == TO_GAMMA:
+            st_varying(W.gamma, place, ld(W.formula, a, w), w)
+        else:
+            surface_of_numbers(L, W, w, L.law_table[code - SURFACE], a, b, place)
+
+
+@njit
+def own_numbers(L, W, page, first):
+    """Own states and inputs ← those of a page from row `first` on, where it has them."""
+    if page.shape[0] <= first:
+        return
+    for n in range(L.owns):
+        W.own[n, 0] = page[first + n]
+    for n in range(L.input_row.shape[0]):
+        W.signal[L.input_row[n], 0] = page[first + L.owns + n]
+
+
+@njit
+def operate(W, w, code, a, b, place):
+    """One operation; those that lanes have, in all lanes at once."""
+    F = W.formula
+    x, y = ld(F, a, w), ld(F, b, w)
+    if code == MULTIPLY:
+        st(F, place, x * y, w)
+    elif code == ADD:
+        st(F, place, x + y, w)
+    elif code == SUBTRACT:
+        st(F, place, x - y, w)
+    elif code == NEGATIVE:
+        st(F, place, -x, w)
+    elif code == DIVIDE:
+        st(F, place, x / y, w)
+    elif code == MIN:
+        st(F, place, smaller(x, y), w)
+    elif code == MAX:
+        st(F, place, larger(x, y), w)
+    elif code == ABS:
+        st(F, place, np.abs(x), w)
+    elif code == SQRT:
+        st(F, place, np.sqrt(x), w)
+    elif code in (SIN, COS):
+        s, c = sincos(x)
+        if code == SIN:
+            st(F, place, s, w)
+        else:
+            st(F, place, c, w)
+    else:
+        others(W, w, code, a, b, place)
+
+
+@njit
+def others(W, w, code, a, b, place):
+    """An operation that lanes do not have, one after the other."""
+    F = W.formula
+    for m in range(rounds(W.formula, w)):
+        lane = lane_at(m, w)
+        x, y = entry(F, a, lane), entry(F, b, lane)
+        if code <= LOG:
+            found, _, _ = unary(code, x, 0.0, 0.0)
+        else:
+            found, _, _ = binary(code, x, 0.0, 0.0, y, 0.0, 0.0)
+        put_entry(F, place, found, lane)
+
+
+@njit
+def law_of_number(L, W, w, n, order, a, place):
+    """Law n, or its first or second derivative, at the number at place a."""
+    for m in range(rounds(W.formula, w)):
+        lane = lane_at(m, w)
+        f, f1, f2 = law_at(L, W, n, lane, entry(W.formula, a, lane))
+        put_entry(W.formula, place, f if order == 0 else f1 if order == 1 else f2, lane)
+
+
+@njit
+def surface_of_numbers(L, W, w, k, a, b, place):
+    """The table of two variables that begins at k, at the numbers at places a and b."""
+    for m in range(rounds(W.formula, w)):
+        lane = lane_at(m, w)
+        f, _, _ = surface(L.table, k, entry(W.formula, a, lane), entry(W.formula, b, lane))
+        put_entry(W.formula, place, f, lane)
+
 
 #: Kinds of physics; the number of a kind is its place. Those of joints in the order of
 #: `mbody.model.joints`, then the sum of a coupling, then a driver that follows positions, then a

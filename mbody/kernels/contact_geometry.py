@@ -13,10 +13,275 @@ from __future__ import annotations
 
 import math
 
-from mbody.core.decorators import inline, njit
-from mbody.kernels.contact_shapes import CIRCLE, LINE, POLYGON, SEGMENT
+import numpy as np
 
-__all__ = ["FOUND", "LACKING", "TESTED", "rope_spot", "touch"]
+from mbody.core.bundle import Bundle, Floats, Ints, Rows, Tables
+from mbody.core.decorators import inline, njit
+
+# -- Tables of shapes that may touch, of the contacts of one step, and of the steps themselves -
+#
+# A shape is a circle, an endless line, a segment or a convex polygon of one body, all numbers from
+# the mass centre in link axes. Corners of polygons go round counter-clockwise, so that outside is
+# on the right of each edge; a segment is a polygon of two corners, its first edge faces what
+# touches it.
+
+#: Kinds of shapes.
+CIRCLE, LINE, SEGMENT, POLYGON = range(4)
+
+
+class ContactShapes(Bundle):
+    """What may touch what.
+
+    Attributes
+    ----------
+    kind, body : arrays (shapes,)
+        Kind and body of each shape.
+    corner_start : array (shapes + 1,)
+        Where the corners of each are.
+    corner : array (corners, 2)
+        Corners from the mass centre.
+    centre : array (shapes, 2)
+        Of the bounding circle: of a circle itself; of a line its point.
+    reach : array (shapes,)
+        Radius of the bounding circle, infinite of lines.
+    radius : array (shapes,)
+        Of circles: zero of points, negative of rings.
+    along : array (shapes, 2)
+        Direction of lines; what touches is on their left.
+    large : array (shapes,)
+        Whether it is looked at beside all others instead of in the grid.
+    usual : array (1,)
+        The radius that is usual among the others.
+    group : array (shapes,)
+        The sets of groups that it is in, by number; −1 in none.
+    group_law : array (sets, sets)
+        The law between shapes of two such sets, the first as i; −1 where none is.
+    pair : array (pairs, 3)
+        Shapes i and j of the contacts that are named one by one, and their laws.
+    rope : array (ropes, 3)
+        Bodies i and j of ropes, and their laws.
+    rope_number : array (ropes, 5)
+        Arms of both ends, and the length.
+    law : array (laws, 3)
+        Kinetic and static friction, restitution.
+    tied_start, tied : arrays (bodies + 2,), (ties,)
+        Bodies that joints tie to each: no group makes contacts between these.
+    """
+
+    kind: Ints
+    body: Ints
+    corner_start: Ints
+    corner: Rows
+    centre: Rows
+    reach: Floats
+    radius: Floats
+    along: Rows
+    large: Ints
+    usual: Floats
+    group: Ints
+    group_law: Tables
+    pair: Tables
+    rope: Tables
+    rope_number: Rows
+    law: Rows
+    tied_start: Ints
+    tied: Ints
+
+
+class ContactWork(Bundle):
+    """Contacts of a step, at most as many as there is memory for.
+
+    Attributes
+    ----------
+    who : array (most, 6)
+        Bodies i and j, law, shapes i and j, feature (which corner on which edge).
+    geometry : array (most, 8)
+        Normal from i to j, arms of the contact on i and on j, gap, size of the smaller shape.
+    effect : array (most, 7)
+        D_NN, D_NT, D_TT of the contact itself; coefficient of friction; what γ_N⁺ must be at
+        least, negative, of velocities and of the correction of positions; s of its cone.
+    impulse, kept, ahead : arrays (most, 2)
+        (P_N, P_T), those before a sweep, and the direction in which the solver goes on.
+    rate : array (most, 2)
+        (γ_N, γ_T) at the beginning of the step.
+    shift : array (most,)
+        Impulses of the correction of positions.
+    column : array (most,)
+        Which pair of `response` it has, −1 where joints tie neither body.
+    response : array (columns, coupled coordinates)
+        Velocities by unit impulses.
+    coupled : array (coupled coordinates,)
+        Which coordinates of bodies these are.
+    is_coupled : array (bodies + 1,)
+        Whether joints or drivers act on a body.
+    inverse : array (coordinates + 3,)
+        Inverse masses, zero of the ground.
+    velocity, free, start, moved : arrays (coordinates + 3,)
+        As impulses change it; without contacts; at the beginning of a step; what a correction of
+        positions moves.
+    row_rate, row_impulse : arrays (2·nodes,)
+        Rates of the rows of joints at the beginning, and their impulses.
+    old, old_impulse : arrays (most, 3), (most, 2)
+        Shapes and feature of the contacts of the step before, and their impulses.
+    old_slot : array (places,)
+        Where they are found by hashing.
+    place : array (shapes, 2)
+        Centres of bounding circles.
+    margin : array (shapes,)
+        How far a shape may come in a step.
+    turning : array (shapes,)
+        How far it may turn.
+    cell : array (shapes, 2)
+        Its cell of the grid.
+    following : array (shapes,)
+        The next shape in the same bucket.
+    bucket : array (buckets,)
+        The first shape of each.
+    progress : array (2,)
+        The last change of impulses as a part of the greatest, and the greatest.
+    counts : array (3,)
+        See `mbody.kernels.contact_geometry`.
+    """
+
+    who: Tables
+    geometry: Rows
+    effect: Rows
+    impulse: Rows
+    kept: Rows
+    ahead: Rows
+    rate: Rows
+    shift: Floats
+    column: Ints
+    response: Rows
+    coupled: Ints
+    is_coupled: Ints
+    inverse: Floats
+    velocity: Floats
+    free: Floats
+    start: Floats
+    moved: Floats
+    row_rate: Floats
+    row_impulse: Floats
+    old: Tables
+    old_impulse: Rows
+    old_slot: Ints
+    place: Rows
+    margin: Floats
+    turning: Floats
+    cell: Tables
+    following: Ints
+    bucket: Ints
+    progress: Floats
+    counts: Ints
+
+
+class InteriorWork(Bundle):
+    """Memory of the interior-point method.
+
+    Attributes
+    ----------
+    matrix : array
+        Row blocks of bodies, see `mbody.kernels.contact_impulses`.
+    place, order : arrays (bodies,)
+        Number of each body in the matrix, and the body of each number, backward.
+    first, offset : arrays (bodies,), (bodies + 1,)
+        The first body of each row block, and where it begins.
+    start, neighbour : arrays (bodies + 1,), (2·(most + ties),)
+        Bodies that each touches or is tied to.
+    tied : array (ties, 2)
+        Pairs of bodies that rows of joints tie.
+    row_start, row_body, row_block : arrays (2·nodes + 1,), (parts,), (parts,)
+        Rows of joints: bodies, and where the three numbers of each are in `Work.block`.
+    stiffness, pull, old_pull, rate : arrays (2·nodes,)
+        Of each row: stiffness, impulse beside that without contacts, the same of the step before,
+        and how far its rate is off.
+    dual, slack, dual_step, slack_step, target, lack : arrays (most, 2)
+        Multipliers of both sides of a cone, slacks, their steps; what the change of a product is to
+        be, and what is left of the equation of a slack.
+    rest, step : arrays (coordinates + 3,)
+        What is left of the equation of motion; forces, then the step of velocities.
+    sorted : array (coordinates,)
+        Numbers in the order of the matrix.
+    count : array (2,)
+        See `mbody.kernels.contact_impulses`.
+    """
+
+    matrix: Floats
+    place: Ints
+    order: Ints
+    first: Ints
+    offset: Ints
+    start: Ints
+    neighbour: Ints
+    tied: Tables
+    row_start: Ints
+    row_body: Ints
+    row_block: Ints
+    stiffness: Floats
+    pull: Floats
+    old_pull: Floats
+    rate: Floats
+    dual: Rows
+    slack: Rows
+    dual_step: Rows
+    slack_step: Rows
+    target: Rows
+    lack: Rows
+    rest: Floats
+    step: Floats
+    sorted: Floats
+    count: Ints
+
+
+class ImpulseSteps(Bundle):
+    """Steps of one motion by impulses.
+
+    Attributes
+    ----------
+    length : float
+        Of a step.
+    tolerance : float
+        Change of impulses, as a part of the greatest one, at which sweeps end.
+    sweeps : int
+        At most, of one step of few contacts.
+    few : int
+        Contacts up to which sweeps follow the sliding; a step in which these do not converge is
+        solved elsewhere.
+    regularization : float
+        Of redundant rows.
+    refinements : int
+        Corrections by the residual of the rows of joints.
+    y, last : arrays (2·coordinates + own states,)
+        State, and that before the step.
+    change : array (coordinates,)
+        (v⁺ − v)/h of the step, before velocities are projected.
+    loads : array (causes, coordinates)
+        Forces of each load, and their sum in the last row.
+    work : array (causes,)
+        Work since the beginning: of loads, drivers, laws of contact.
+    work_before : array (causes,)
+        The same before the step.
+    residual : array (4,)
+        Of the equation of a step: greatest part left, greatest term, power left, sum of all power.
+    state : array
+        See `mbody.kernels.moreau`.
+    """
+
+    length: float
+    tolerance: float
+    sweeps: int
+    few: int
+    regularization: float
+    refinements: int
+    y: Floats
+    last: Floats
+    change: Floats
+    loads: Rows
+    work: Floats
+    work_before: Floats
+    residual: Floats
+    state: Floats
+
 
 #: Counts of a step: contacts found; contacts for which there was no memory; pairs looked at.
 FOUND, LACKING, TESTED = range(3)
@@ -326,3 +591,180 @@ def rope_spot(W, C, B, n, near):
     place(W, B, (i, j, law, -1 - n, -1 - n, 0), (-dx / far, -dy / far), (bx, by), gap, r[n, 4])
     if B.counts[FOUND] > found:  # it pulls at both of its ends
         B.geometry[found, 2], B.geometry[found, 3] = ax - W.q[3 * i, 0], ay - W.q[3 * i + 1, 0]
+
+
+# -- Which shapes are near each other: a uniform grid, so that what is far apart costs nothing -
+#
+# Every step the centres of all bounding circles go into square cells as wide as the greatest of
+# them, found by hashing; each is looked at beside those in its own cell and the eight around it.
+# Shapes much larger than the others, lines among them, are looked at beside all. Teschner et al.:
+# Optimized Spatial Hashing (2003).
+
+#: Primes of the hashes of cells and of contacts.
+PRIMES = (73856093, 19349663, 83492791)
+#: Contacts whose gap is a larger part of their size than this are looked for where they come near.
+NEAR = 1e-6
+
+
+@njit
+def find_contacts(W, C, B, h):
+    """B.who and B.geometry ← all places that may touch within a step of length h, with the
+    impulses of the step before.
+    """
+    B.counts[FOUND] = B.counts[LACKING] = 0
+    margins(W, C, B, h)
+    for n in range(C.pair.shape[0]):
+        a, b, law = C.pair[n, 0], C.pair[n, 1], C.pair[n, 2]
+        look(W, C, B, a, b, law)
+    for n in range(C.rope.shape[0]):
+        i, j = C.rope[n, 0], C.rope[n, 1]
+        near = body_margin(B, i, h, C.rope_number[n, 0], C.rope_number[n, 1])
+        near += body_margin(B, j, h, C.rope_number[n, 2], C.rope_number[n, 3])
+        B.counts[TESTED] += 1
+        rope_spot(W, C, B, n, near + NEAR * C.rope_number[n, 4])
+    if C.group_law.shape[0] > 0:
+        grid(W, C, B)
+    recall(B)
+
+
+@inline
+def speed_of(B, b):
+    """The greatest speed of a mass centre in this step, and of the angle."""
+    v, u, o = B.start, B.free, 3 * b
+    along = max(math.hypot(v[o], v[o + 1]), math.hypot(u[o], u[o + 1]))
+    return along, max(abs(v[o + 2]), abs(u[o + 2]))
+
+
+@inline
+def body_margin(B, b, h, x, y):
+    """How far a point of a body may come in a step."""
+    along, turning = speed_of(B, b)
+    return h * (along + turning * math.hypot(x, y))
+
+
+@njit
+def margins(W, C, B, h):
+    """Centres of all shapes, and how far they may come."""
+    for a in range(C.kind.shape[0]):
+        b = C.body[a]
+        B.place[a, 0], B.place[a, 1] = centre_of(W, C, a)
+        along, turning = speed_of(B, b)
+        arm = math.hypot(C.centre[a, 0], C.centre[a, 1])
+        own = C.reach[a] if C.kind[a] != LINE else 0.0
+        B.margin[a] = h * (along + turning * (arm + own)) + NEAR * own
+        B.turning[a] = h * turning
+
+
+@njit
+def look(W, C, B, a, b, law):
+    """Look whether two shapes, the first as i, are near each other."""
+    B.counts[TESTED] += 1
+    near = B.margin[a] + B.margin[b]
+    dx, dy = B.place[b, 0] - B.place[a, 0], B.place[b, 1] - B.place[a, 1]
+    far = math.hypot(dx, dy)
+    if C.kind[a] == LINE or C.kind[b] == LINE:
+        line, other = (a, b) if C.kind[a] == LINE else (b, a)
+        near += B.turning[line] * (far + C.reach[other])
+    elif far - C.reach[a] - C.reach[b] >= near:
+        return
+    touch(W, C, B, a, b, law, near)
+
+
+@inline
+def look_in_groups(W, C, B, a, b):
+    """The same of two shapes that groups may bring together."""
+    p, q = C.group[a], C.group[b]
+    if p < 0 or q < 0 or C.body[a] == C.body[b]:
+        return
+    law, back = C.group_law[p, q], C.group_law[q, p]
+    if (law < 0 and back < 0) or are_tied(C, C.body[a], C.body[b]):
+        return
+    if law >= 0:
+        look(W, C, B, a, b, law)
+    else:
+        look(W, C, B, b, a, back)
+
+
+@inline
+def are_tied(C, i, j):
+    """Whether a joint ties two bodies."""
+    found = False
+    for n in range(C.tied_start[i], C.tied_start[i + 1]):
+        found = found or C.tied[n] == j
+    return found
+
+
+@njit
+def grid(W, C, B):
+    """Look at pairs of groups that are in neighbouring cells, and at large shapes beside all."""
+    shapes, mask = C.kind.shape[0], B.bucket.shape[0] - 1
+    side = 0.0
+    for a in range(shapes):
+        if C.group[a] >= 0 and not C.large[a] and B.margin[a] <= C.reach[a] + C.usual[0]:
+            side = max(side, C.reach[a] + B.margin[a])
+    side *= 2.0
+    for n in range(mask + 1):
+        B.bucket[n] = -1
+    for a in range(shapes):
+        if C.group[a] < 0:
+            continue
+        if C.large[a] or B.margin[a] > C.reach[a] + C.usual[0]:
+            # as large are those that fly farther than they are wide
+            B.following[a] = -2
+            for b in range(shapes):
+                if b != a and not (b < a and B.following[b] == -2):
+                    look_in_groups(W, C, B, a, b)
+            continue
+        B.cell[a, 0] = int(np.floor(B.place[a, 0] / side))
+        B.cell[a, 1] = int(np.floor(B.place[a, 1] / side))
+        x, y = B.cell[a, 0], B.cell[a, 1]
+        for n in range(9):
+            cx, cy = x + n % 3 - 1, y + n // 3 - 1
+            b = B.bucket[((cx * PRIMES[0]) ^ (cy * PRIMES[1])) & mask]
+            while b >= 0:
+                if B.cell[b, 0] == cx and B.cell[b, 1] == cy:
+                    look_in_groups(W, C, B, b, a)
+                b = B.following[b]
+        k = ((x * PRIMES[0]) ^ (y * PRIMES[1])) & mask
+        B.following[a] = B.bucket[k]
+        B.bucket[k] = a
+
+
+@inline
+def place_of(B, a, b, feature):
+    """Where the search for a contact of the step before begins."""
+    mask = B.old_slot.shape[0] - 1
+    return ((a * PRIMES[0]) ^ (b * PRIMES[1]) ^ (feature * PRIMES[2])) & mask
+
+
+@njit
+def recall(B):
+    """The impulses of contacts that were there in the step before."""
+    who, mask = B.who, B.old_slot.shape[0] - 1
+    for c in range(B.counts[FOUND]):
+        a, b, feature = who[c, 3], who[c, 4], who[c, 5]
+        B.impulse[c, 0] = B.impulse[c, 1] = 0.0
+        k = place_of(B, a, b, feature)
+        while B.old_slot[k] >= 0:
+            n = B.old_slot[k]
+            if B.old[n, 0] == a and B.old[n, 1] == b and B.old[n, 2] == feature:
+                B.impulse[c, 0], B.impulse[c, 1] = B.old_impulse[n, 0], B.old_impulse[n, 1]
+                break
+            k = (k + 1) & mask
+
+
+@njit
+def remember(B, part):
+    """Keep the contacts of this step for the next one, their impulses times `part`."""
+    who, mask = B.who, B.old_slot.shape[0] - 1
+    for k in range(mask + 1):
+        B.old_slot[k] = -1
+    for c in range(B.counts[FOUND]):
+        a, b, feature = who[c, 3], who[c, 4], who[c, 5]
+        B.old[c, 0], B.old[c, 1], B.old[c, 2] = a, b, feature
+        B.old_impulse[c, 0] = part * B.impulse[c, 0]
+        B.old_impulse[c, 1] = part * B.impulse[c, 1]
+        k = place_of(B, a, b, feature)
+        while B.old_slot[k] >= 0:
+            k = (k + 1) & mask
+        B.old_slot[k] = c

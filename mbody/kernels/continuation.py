@@ -27,25 +27,11 @@ import numpy as np
 
 from mbody.core.bundle import Bundle, Floats, Rows, Stacks
 from mbody.core.decorators import inline, kernel, njit
-from mbody.core.lanes import st
-from mbody.kernels.branch_monitor import (
-    CHANGE_AHEAD,
-    MIDDLE,
-    NEAR_SINGULAR,
-    SOUND,
-    UNSURE,
-    judge_step,
-    mark_redundant,
-    rates_fit,
-    restart_after_change,
-    shift_pages,
-    store_earlier_parts,
-    store_parts,
-)
+from mbody.core.lanes import larger, ld, select_le, smaller, st
+from mbody.kernels.constraints import rows, turns
 from mbody.kernels.forces import forces, signals
 from mbody.kernels.friction import viscous_friction
-from mbody.kernels.layout import Layout, Work
-from mbody.kernels.output import keep
+from mbody.kernels.layout import Layout, Work, keep
 from mbody.kernels.position_velocity import (
     accelerations,
     multipliers,
@@ -53,31 +39,401 @@ from mbody.kernels.position_velocity import (
     set_rates,
     velocities,
 )
-from mbody.kernels.predictor import compare_step, predict, store_place
-from mbody.kernels.schur_ldl import VANISHED, constraint_conditioning
+from mbody.kernels.schur_ldl import VANISHED, constraint_conditioning, factor
 
-__all__ = [
-    "BRANCH_UNSURE",
-    "BY_DRIVER",
-    "BY_INSTANT",
-    "BY_TIME",
-    "CHANGE_POINTS",
-    "CORRECTION",
-    "DONE",
-    "INSTANTS",
-    "LOST",
-    "PROGRESS",
-    "REACHED",
-    "SLIGHT",
-    "SPREAD",
-    "STEPS",
-    "STUCK",
-    "TURNED",
-    "UNBALANCED",
-    "DrivenPath",
-    "FollowedPath",
-    "follow",
-]
+# -- The predictor of the continuation: Hermite polynomials through the places behind ----------
+#
+# The path parameter s is time, or the value of the one driver. Of the last three places q, q′ and
+# q″ are stored (derivatives by s), so a new place is predicted by Hermite's polynomial through two
+# of them (degree 5) or all three (degree 8), see Hairer, Nørsett & Wanner, *Solving Ordinary
+# Differential Equations I*, II.6. The places take turns in W.past; `last` is the first row of the
+# latest.
+
+
+@njit
+def store_place(L, W, w, last):
+    """Store q, v, a as the last place; returns its first row."""
+    size = W.q.shape[0]
+    o = next_place(W, last)
+    for n in range(3 * L.bodies):
+        st(W.past, o + n, ld(W.q, n, w), w)
+        st(W.past, o + size + n, ld(W.v, n, w), w)
+        st(W.past, o + 2 * size + n, ld(W.a, n, w), w)
+    return o
+
+
+@njit
+def predict(L, W, w, h, back, quintic, last):
+    """q at h beyond the last place, the place before being `back` behind it.
+
+    Quintic through both places with both derivatives, or (quintic = 0) the Taylor polynomial of
+    the last one. With x = h/back the last place is at x = 0, the one before at x = −1, and
+
+        q = f₀ + α (f₁ − f₀) + β f₀′ + β₁ f₁′ + γ f₀″ + γ₁ f₁″.
+
+    The weights of the place before have a triple zero at x = 0 and are the Hermite basis at −1:
+    α = −x³ (10 + 15 x + 6 x²), β₁ = −back x³ (1 + x) (4 + 3 x), γ₁ = −back² x³ (1 + x)²/2. Those of
+    the last place follow, as polynomials of degree 0, 1 and 2 must be exact.
+    """
+    size = W.q.shape[0]
+    before = place_before(W, last)
+    x = h / back
+    y = 1.0 + x
+    cubic = x * x * x * quintic
+    alpha = -cubic * (10.0 + x * (15.0 + 6.0 * x))
+    slope = -cubic * y * (4.0 + 3.0 * x)
+    bend = -0.5 * cubic * y * y
+    beta, beta1 = back * (x + alpha - slope), back * slope
+    gamma = back * back * (0.5 * (x * x - alpha) + slope - bend)
+    gamma1 = back * back * bend
+    for n in range(3 * L.bodies):
+        f, o, o1 = ld(W.past, last + n, w), last + size + n, before + size + n
+        near = beta * ld(W.past, o, w) + gamma * ld(W.past, o + size, w)
+        far = beta1 * ld(W.past, o1, w) + gamma1 * ld(W.past, o1 + size, w)
+        st(W.q, n, f + (alpha * (ld(W.past, before + n, w) - f) + near + far), w)
+
+
+@njit
+def predict_by_three(L, W, w, h, back, longer, last):
+    """q at h beyond the last place by three places, the others `back` and `longer` behind it.
+
+    Hermite's polynomial of degree 8: each place adds Lᵢ³ (…), Lᵢ being Lagrange's polynomial of
+    the place, which makes value, slope and curvature vanish at the two others. Its terms are some
+    hundred times their sum, so that rounding is greater than that of `predict`.
+    """
+    size = W.q.shape[0]
+    one = place_before(W, last)
+    two = place_before(W, one)
+    a, b, c = 1.0 / back, 1.0 / longer, 1.0 / (longer - back)
+    d1, d2 = h + back, h + longer
+    _, v0, a0 = hermite_weights(d1 * d2 * a * b, a + b, a * b, h)
+    f1, v1, a1 = hermite_weights(-h * d2 * a * c, c - a, -a * c, d1)
+    f2, v2, a2 = hermite_weights(h * d1 * b * c, -(b + c), b * c, d2)
+    for n in range(3 * L.bodies):
+        f, o = ld(W.past, last + n, w), size + n
+        d = f1 * (ld(W.past, one + n, w) - f) + f2 * (ld(W.past, two + n, w) - f)
+        d = d + v0 * ld(W.past, last + o, w) + a0 * ld(W.past, last + size + o, w)
+        d = d + v1 * ld(W.past, one + o, w) + a1 * ld(W.past, one + size + o, w)
+        d = d + v2 * ld(W.past, two + o, w) + a2 * ld(W.past, two + size + o, w)
+        st(W.q, n, f + d, w)
+
+
+@inline
+def hermite_weights(part, slope, bend, d):
+    """Weights of f, f′ and f″ of one of three places, d before the new one.
+
+    Lagrange's polynomial of the place, L(d) = 1 + slope d + bend d², is `part` at the new one. The
+    weights are L³ times the Taylor polynomials of degree 2 of 1/L³, d/L³ and d²/(2 L³):
+    1/L³ = 1 − 3 slope d + (6 slope² − 3 bend) d² + … .
+    """
+    cube = part * part * part
+    x = slope * d
+    f = cube * (1.0 - 3.0 * x + (6.0 * x * x - 3.0 * bend * d * d))
+    return f, cube * d * (1.0 - 3.0 * x), 0.5 * cube * d * d
+
+
+@inline
+def next_place(W, place):
+    """First row of the place after."""
+    size = 3 * W.q.shape[0]
+    return place + size if place < 2 * size else 0
+
+
+@inline
+def place_before(W, place):
+    """First row of the place before."""
+    size = 3 * W.q.shape[0]
+    return place - size if place > 0 else 2 * size
+
+
+@njit
+def compare_step(L, W, w, h, last):
+    """Squares of the step from the last place to q, and of how far the derivative at q (in W.v)
+    lies from the predicted one, q′₀ + h q″₀, with the size of its terms: a step onto another branch
+    turns the derivative. In model lengths and radians. And the most by which one body turns from
+    another, the ground among them.
+    """
+    per_length = 1.0 / ld(W.size, 0, w)
+    size = W.q.shape[0]
+    moved, off, terms = 0.0 * per_length, 0.0 * per_length, 0.0 * per_length
+    turned, turned_off, turned_terms = moved, off, terms
+    most, least = moved, moved
+    for b in range(L.bodies):
+        for n in range(3):
+            o = 3 * b + n
+            way = ld(W.q, o, w) - ld(W.past, last + o, w)
+            now, before = ld(W.v, o, w), ld(W.past, last + size + o, w)
+            bend = h * ld(W.past, last + 2 * size + o, w)
+            d = now - before - bend
+            whole = now * now + before * before + bend * bend
+            if n == 2:
+                turned = turned + way * way
+                most, least = larger(most, way), smaller(least, way)
+                turned_off = turned_off + d * d
+                turned_terms = turned_terms + whole
+            else:
+                moved = moved + way * way
+                off = off + d * d
+                terms = terms + whole
+    square = per_length * per_length
+    far, off, terms = (
+        square * moved + turned,
+        square * off + turned_off,
+        square * terms + turned_terms,
+    )
+    return far, off, terms, most - least
+
+
+# -- The branch monitor: no step of a driven motion may pass a position at which branches meet -
+#
+# Let S = G W⁻¹ Gᵀ, G = Φ_q. Elimination leaves of the determinant of a node of rows the part
+#
+#     p = det(pivot of the node) / det(its diagonal block of S),    0 < p ≤ 1,
+#
+# the square of the sine of the angle between these rows and those eliminated before (in the metric
+# W⁻¹: S = L D Lᵀ is the Gram–Schmidt process on the rows). All parts are smooth along a motion, and
+# one of them vanishes where rows become dependent, which is where branches meet.
+#
+# Near such a place p = κ (w² + x²), x being the way from the nearest place and w how far apart the
+# branches stay. A step from one branch to another leads from one side of that place to the other,
+# so that it is at least |x₁| + |x₂| long, and the second difference of p over it,
+#
+#     p₂ − p₁ − (p₁ − p₀) h/back ≈ κ h² (1 + back/h) ≥ κ h²,
+#
+# is then at least four times the smaller p at its ends (h = 2|x|, w → 0). A step is accepted where
+# for every node it is no greater than that p: so steps shrink with the distance to other branches,
+# and an even number of changes within one step is excluded like a single one, whichever groups of
+# links change. Near a meeting the rate of p at the end of the step is compared as well: where two
+# meetings follow each other closely, p is concave between them, and three places alone would let a
+# step pass that ends behind the second.
+#
+# On lanes the LU of the square Φ_q gives the determinant of each diagonal block (Assur group) with
+# its sign. There a step is accepted where no sign changes and the second difference of each
+# determinant is smaller than the determinant.
+#
+# W.monitor holds three pages: the place before the last one, the last one, the new one; and which
+# rows are redundant. Numbers are inverse, so that nothing is divided: with d = 1/e a second
+# difference of d times e₀ e₁ e₂ is a sum of products of two.
+
+#: Greatest second difference of a part over a step, as a part of the smaller one at its ends. Four
+#: would be a step across, 1 is one of half the width w.
+SHARP = 1.0
+#: The same for h times what the rate of a part at the end of a step h differs from its mean over
+#: the step: again four would be a step across; what `SHARP` lets pass has 1 on a parabola.
+SHARP_END = 2.0
+#: The rate at the end is compared where a part is less than this.
+NEAR_SINGULAR = 1e-2
+#: A part below this belongs to a change point, if the parabola through three places has its least
+#: value ahead and that is below the part `EXACT` of the last one: the branches are then less than
+#: 2e-6 apart (as sines), which is what rounding leaves of positions there.
+CHANGE, EXACT = 1e-10, 0.02
+#: The same where rows are redundant: their regularization (1e-9) keeps all parts above zero.
+CHANGE_SOFT = 1e-7
+#: Part of a step across a change point at which that may be: places on both sides are about as far.
+MIDDLE = 0.3
+#: Way [model lengths and radians] to a place before the first one.
+BEFORE = 1e-6
+#: A pivot of a redundant row is its regularization, times less than this.
+REDUNDANT = 1e4
+#: Product of numbers of one sign, at least.
+TINY = 1e-300
+#: What `judge_step` returns.
+UNSURE, CHANGE_AHEAD, SOUND = 0, 1, 2
+
+
+@njit
+def store_parts(L, W, page, regularization):
+    """Put the inverse parts of all nodes, by the present factor, on a page; returns the greatest,
+    where rows are redundant that of the others.
+    """
+    o, most = page * L.nodes, 1.0
+    for k in range(L.nodes):
+        a, c, b = W.diagonal[2 * k, 0], W.diagonal[2 * k + 1, 0], W.cross[k, 0]
+        e = (a * c - b * b) * (W.pivot[3 * k, 0] * W.pivot[3 * k + 2, 0])
+        W.monitor[o + k, 0] = e
+        if regularization != 0.0:
+            marked = W.monitor[3 * L.nodes + k, 0]
+            if marked >= 2.0:
+                e = a * W.pivot[3 * k, 0] if marked == 2.0 else 1.0
+            elif marked == 1.0:
+                e = c * W.pivot[3 * k + 2, 0]
+        most = max(most, e)
+    return most
+
+
+@njit
+def mark_redundant(L, W, regularization):
+    """Note the redundant rows of the present factor: 1 for the first of a node, 2 for the second,
+    their sum for both.
+    """
+    for k in range(L.nodes):
+        W.monitor[3 * L.nodes + k, 0] = 0.0
+        for row in range(2):
+            greatest = REDUNDANT * regularization * W.regularization_weight[2 * k + row, 0]
+            if W.pivot[3 * k + 2 * row, 0] * greatest > 1.0:
+                W.monitor[3 * L.nodes + k, 0] += 1.0 + row
+
+
+@kernel
+def branch_distance(L: Layout, W: Work, regularization: float) -> float:
+    """Least part that elimination leaves of a node of rows at the position W.q."""
+    turns(L, W, 0.0)
+    rows(L, W, 0.0, True, None)
+    factor(L, W, 0.0, regularization, VANISHED)
+    if regularization != 0.0:
+        mark_redundant(L, W, regularization)
+    return 1.0 / store_parts(L, W, 1, regularization)
+
+
+@inline
+def shift_pages(L, W):
+    """The new place becomes the last one, the last one that before it."""
+    for k in range(2 * L.nodes):
+        W.monitor[k, 0] = W.monitor[L.nodes + k, 0]
+
+
+@njit
+def store_earlier_parts(L, W, w, regularization, last):
+    """Fill the page of the place before from one a little behind the last place, which is at row
+    `last` of W.past; returns how far behind it is. W.q stays there.
+    """
+    size = W.q.shape[0]
+    far = greatest_rate(L, W, W.past, last + size)
+    back = BEFORE / far if far > 0.0 else 1.0
+    for n in range(3 * L.bodies):
+        W.q[n, 0] = W.past[last + n, 0] - back * W.past[last + size + n, 0]
+    turns(L, W, w)
+    rows(L, W, w, True, None)
+    factor(L, W, w, regularization, VANISHED)
+    store_parts(L, W, 0, regularization)
+    return back
+
+
+@inline
+def greatest_rate(L, W, v, o):
+    """Greatest rate of a coordinate, in model lengths and radians; rates from row o of v on."""
+    far = 0.0
+    for b in range(L.bodies):
+        for n in range(3):
+            rate = abs(v[o + 3 * b + n, 0])
+            far = max(far, rate if n == 2 else rate / W.size[0, 0])
+    return far
+
+
+@njit
+def rates_fit(L, W, w, h, regularization):
+    """Whether the rate of every part at the end of a step h fits its mean over the step.
+
+    The end is the place W.q with the rates W.v and the new page; the factor is made again there.
+    """
+    far = greatest_rate(L, W, W.v, 0)
+    if not far * abs(h) > 2.0 * BEFORE:
+        return True
+    back = math.copysign(BEFORE / far, h)
+    for n in range(3 * L.bodies):
+        W.q[n, 0] -= back * W.v[n, 0]
+    turns(L, W, w)
+    rows(L, W, w, True, None)
+    factor(L, W, w, regularization, VANISHED)
+    smooth = True
+    for k in range(L.nodes):
+        a, c, b = W.diagonal[2 * k, 0], W.diagonal[2 * k + 1, 0], W.cross[k, 0]
+        e = (a * c - b * b) * (W.pivot[3 * k, 0] * W.pivot[3 * k + 2, 0])
+        e1, e2 = W.monitor[L.nodes + k, 0], W.monitor[2 * L.nodes + k, 0]
+        if not (e > 0.5 and e1 > 0.5 and e2 > 0.5):
+            continue
+        p1, p2 = 1.0 / e1, 1.0 / e2
+        bend = (p2 - 1.0 / e) * (h / back) - (p2 - p1)
+        smooth = smooth and abs(bend) <= SHARP_END * min(p1, p2)
+    for n in range(3 * L.bodies):
+        W.q[n, 0] += back * W.v[n, 0]
+    turns(L, W, w)
+    rows(L, W, w, True, None)
+    factor(L, W, w, regularization, VANISHED)
+    return smooth
+
+
+@njit
+def judge_step(L, W, h, back, regularization):
+    """Judge a step h, the one before being `back`, by the three pages: `SOUND`; `UNSURE`, it may
+    have left its branch; `CHANGE_AHEAD`, there is a change point at the part of it that is
+    returned, which may be beyond its end.
+
+    With p = 1/e the second difference of p, p₂ − p₁ − x (p₁ − p₀), x = h/back, times e₀ e₁ e₂ is
+    e₀ e₁ + e₂ (x e₁ − (1 + x) e₀).
+    """
+    x = h / back
+    least = 1.0 / (CHANGE if regularization == 0.0 else CHANGE_SOFT)
+    found, place = SOUND, 0.0
+    for k in range(L.nodes):
+        e0, e1, e2 = W.monitor[k, 0], W.monitor[L.nodes + k, 0], W.monitor[2 * L.nodes + k, 0]
+        bend = e0 * e1 + e2 * (x * e1 - (1.0 + x) * e0)
+        # no part is above one; a pivot that was dropped gives zero
+        if abs(bend) <= SHARP * e0 * min(e1, e2) and e2 > 0.5:
+            continue
+        if not (e2 > 0.5 and e1 > least):
+            return UNSURE, 0.0
+        part, value = lowest_of_parabola(x, e1 / e0, e1 / e2)
+        if not (part > 0.0 and value <= EXACT):
+            return UNSURE, 0.0
+        found, place = CHANGE_AHEAD, part
+    return found, place
+
+
+@njit
+def restart_after_change(L, W, regularization):
+    """Instead of the place before a change point one on this side of it, half as far from it as the
+    last place: there the small parts are a quarter.
+    """
+    least = 1.0 / (CHANGE if regularization == 0.0 else CHANGE_SOFT)
+    for k in range(L.nodes):
+        e = W.monitor[L.nodes + k, 0]
+        W.monitor[k, 0] = 4.0 * e if e > least else e
+
+
+@inline
+def lowest_of_parabola(x, before, ahead):
+    """Where on the step the parabola is lowest that is `before` one step of 1/x back, 1 at the
+    beginning and `ahead` at the end; and its value there.
+    """
+    first, second = (1.0 - before) * x, ahead - 1.0
+    bend = (second - first) * x / (1.0 + x)
+    slope = second - bend
+    if not bend > 0.0:
+        return -1.0, 1.0
+    return -0.5 * slope / bend, 1.0 - 0.25 * slope * slope / bend
+
+
+@njit
+def signs_kept(S, W, w, F, step, failed):
+    """`failed`, set to one where the determinant of a block has another sign than at the instant
+    before, or bends more over the last steps than it is great; and the greatest inverse of one.
+
+    S, F: the LU and its workspace; step: the last step and the one before, and whether there are
+    such, one or zero. The second difference is that of `judge_step`.
+    """
+    zero = 0.0 * failed
+    one = zero + 1.0
+    h, back, seen, seen_twice = step
+    count = S.scale.shape[0]
+    x = h / select_le(larger(back, -back), 0.0 * back, 0.0 * back + 1.0, back)
+    most = one
+    for g in range(count):
+        e2 = zero + S.scale[g]
+        for n in range(S.group_start[g], S.group_start[g + 1]):
+            e2 = e2 * ld(F.factor, S.group[n], w)
+        great = larger(e2, -e2)
+        most = larger(most, great)
+        e1, e0 = ld(W.monitor, count + g, w), ld(W.monitor, g, w)
+        failed = larger(failed, seen * select_le(zero + TINY, e1 * e2, zero, one))
+        bend = e0 * e1 + e2 * (x * e1 - (1.0 + x) * e0)
+        small = smaller(e1 * e2, smaller(e0 * e1, e0 * e2))
+        bend = larger(bend, -bend)
+        failed = larger(failed, seen_twice * select_le(bend, SHARP * small, zero, one))
+        st(W.monitor, g, e1, w)
+        st(W.monitor, count + g, e2, w)
+    return failed, most
+
 
 #: How `follow` ends: at the last instant; at a dead centre, or where the branch is not certain;
 #: without a position at the first instant.
@@ -91,7 +447,7 @@ INSTANTS, REACHED, LEAST_PIVOT, STEPS, UNBALANCED, CHANGE_POINTS, BRANCH_UNSURE 
 PROGRESS = 7
 #: Numbers of `FollowedPath.nearest`: least part that elimination leaves of a node, path parameter
 #: there, instant before which that is.
-PART, PLACE, BEFORE = 0, 1, 2
+PART, PLACE, CONTINUATION_BEFORE = 0, 1, 2
 
 #: Accepted correction, in parts of the greatest coordinate: rounding. The last correction is not in
 #: Φ_q any more, so it is what velocities and forces are off by, times their condition.
@@ -141,7 +497,7 @@ class DrivenPath(Bundle):
 class FollowedPath(Bundle):
     """Where `follow` puts what it finds."""
 
-    output: Stacks  # (instants, rows, 1), rows as of `mbody.kernels.output.keep`
+    output: Stacks  # (instants, rows, 1), rows as of `mbody.kernels.layout.keep`
     progress: Floats  # (PROGRESS,)
     nearest: Floats  # (3,)
     passed: Rows  # (change points, 1 + coordinates): path parameter, a position close before it
@@ -239,7 +595,7 @@ def follow(L: Layout, W: Work, path: DrivenPath, found: FollowedPath) -> int:
                 if path.monitored:
                     previous = store_parts(L, W, 1, regularization)
                     nearest[PART] = 1.0 / previous
-                    nearest[PLACE], nearest[BEFORE] = here, 0.0
+                    nearest[PLACE], nearest[CONTINUATION_BEFORE] = here, 0.0
                 last = store_place(L, W, w, last)
                 break
             kink = False
@@ -275,11 +631,15 @@ def follow(L: Layout, W: Work, path: DrivenPath, found: FollowedPath) -> int:
             progress[STEPS] += 1.0
             if h != 0.0:
                 if path.monitored and worst * nearest[PART] > 1.0:
-                    nearest[PART], nearest[PLACE], nearest[BEFORE] = 1.0 / worst, here + h, float(k)
+                    nearest[PART], nearest[PLACE], nearest[CONTINUATION_BEFORE] = (
+                        1.0 / worst,
+                        here + h,
+                        float(k),
+                    )
                 if verdict == CHANGE_AHEAD:
                     record_change_point(L, W, here + place * h, last, found)
                     nearest[PART], nearest[PLACE] = 0.0, here + place * h
-                    nearest[BEFORE] = float(k)
+                    nearest[CONTINUATION_BEFORE] = float(k)
                 here, previous = here + h, worst
                 longest = max(longest, abs(h))
                 crawls = abs(h) < abs(left) and moved <= CRAWL * CRAWL

@@ -16,24 +16,157 @@ from __future__ import annotations
 
 import math
 
-from mbody.core.decorators import njit
-from mbody.kernels.output import keep
-from mbody.kernels.runge_kutta_stages import along, hermite_cubic
+import numpy as np
+
+from mbody.core.decorators import inline, njit
+from mbody.core.lanes import larger, ld, select_le, st
+from mbody.kernels.layout import keep
 from mbody.kernels.singularity_monitor import sample_conditioning
 from mbody.kernels.state_derivative import state_derivative
-from mbody.kernels.step_state import DELIVERED, EVALUATIONS, TIME
+from mbody.kernels.step_state import (
+    DELIVERED,
+    EVALUATIONS,
+    FASTEST,
+    LIMITED_INSTANTS,
+    SMOOTH_COUNT,
+    STIFF_COUNT,
+    TIME,
+)
 
-__all__ = [
-    "FIRST",
-    "SECOND",
-    "deliver",
-    "has_instant",
-    "hermite_output",
-    "interpolate",
-    "is_met",
-    "keep_instant",
-    "keep_work",
-]
+# -- Runge–Kutta formulas that one motion and many lanes have in common: one source for both ---
+#
+# A step of an explicit method with the coefficients A, b, c is
+#
+#     Y_s = y + h Σ_{r<s} A_{sr} K_r,   K_s = f(t + c_s h, Y_s),   y₁ = y + h Σ_r b_r K_r.
+#
+# Arrays are (2·coordinates,) for the witness 0.0 and (2·coordinates, lanes) for lanes.
+
+#: A step is so much shorter than its error allows: of 0.7, 0.8 and 0.9 what costs the fewest
+#: evaluations at one error, as fewer steps are rejected.
+SAFETY = 0.8
+#: A motion is stiff after so many steps that stability limits; so many in a row that it does not
+#: take one off.
+STIFF_LIMIT, SMOOTH_STEPS = 15.0, 6.0
+#: What is left of the fastest rate after a step that does not see it.
+FADING = 0.7
+
+
+@njit
+def combined(weights, count, K, total, w):
+    """total ← Σ weights[r] K[r] over the first `count` rows."""
+    first = weights[0]
+    for n in range(total.shape[0]):
+        st(total, n, first * ld(K[0], n, w), w)
+    for r in range(1, count):
+        weight, row = weights[r], K[r]
+        if weight != 0.0:
+            for n in range(total.shape[0]):
+                st(total, n, ld(total, n, w) + weight * ld(row, n, w), w)
+
+
+@njit
+def stage_state(weights, count, K, y, h, target, w):
+    """target ← y + h Σ weights[r] K[r]: the state of a stage, or of the end."""
+    combined(weights, count, K, target, w)
+    for n in range(target.shape[0]):
+        st(target, n, ld(y, n, w) + h * ld(target, n, w), w)
+
+
+@njit
+def along(F, n, x, w):
+    """What number n of a polynomial has gained at the part x of the step:
+    x (F₀ + (1 − x) (F₁ + x (F₂ + (1 − x) (F₃ + …)))), by Horner's rule.
+    """
+    total = 0.0 * x
+    for m in range(F.shape[0]):
+        row = F.shape[0] - 1 - m
+        total = (total + ld(F[row], n, w)) * (x if row % 2 == 0 else 1.0 - x)
+    return total
+
+
+@njit
+def along_rate(F, n, x, w):
+    """Its derivative by x."""
+    total, rate = 0.0 * x, 0.0 * x
+    for m in range(F.shape[0]):
+        row = F.shape[0] - 1 - m
+        total = total + ld(F[row], n, w)
+        if row % 2 == 0:
+            total, rate = total * x, rate * x + total
+        else:
+            total, rate = total * (1.0 - x), rate * (1.0 - x) - total
+    return rate
+
+
+@inline
+def hermite_cubic(F, n, change, first, both):
+    """F₀, F₁ and F₂ of number n by what it gains over the step, h f₀, and h (f₀ + f₁); see
+    `mbody.kernels.dense_output`. Of one motion: lanes sum up in another order.
+    """
+    F[0, n] = change
+    F[1, n] = first - change
+    F[2, n] = 2.0 * change - both
+
+
+@njit
+def higher_rows(D, h, K, F, w):
+    """Rows of F from the third on: h Σ D K."""
+    for m in range(D.shape[0]):
+        row = F[3 + m]
+        combined(D[m], D.shape[1], K, row, w)
+        for n in range(row.shape[0]):
+            st(row, n, h * ld(row, n, w), w)
+
+
+@njit
+def stiffness_estimate(h, y, z, Ky, Kz, scale, w):
+    """h |λ| by two states y and z near the end of a step and their derivatives: |f(y) − f(z)| / |y
+    − z| bounds |λ| from below, and is near it where errors grow in its direction.
+
+    Hairer, Wanner: Solving Ordinary Differential Equations II, IV.2.
+    """
+    turned, apart = 0.0 * ld(y, 0, w), 0.0 * ld(y, 0, w)
+    for n in range(y.shape[0]):
+        per = 1.0 / ld(scale, n, w)
+        k, d = (ld(Ky, n, w) - ld(Kz, n, w)) * per, (ld(y, n, w) - ld(z, n, w)) * per
+        turned, apart = turned + k * k, apart + d * d
+    # where both states are the same nothing is stiff
+    zero = 0.0 * apart
+    ratio = turned / larger(apart, zero + 1e-300)
+    return h * np.sqrt(select_le(apart, zero, zero, ratio))
+
+
+@inline
+def next_length(h, e3, e5, count, order, safety):
+    """Error of a step, in tolerances, and by how much the next one may be longer, at most 6 times.
+
+    e3, e5: sums of squares of the errors of low and of high order, over `count` numbers. The error
+    is  h e₅² / √(count (e₅² + e₃²/100))  (Hairer, Nørsett, Wanner, II.10), which is never much
+    greater than e₅ and falls faster with h; it goes with h^order, so that the best length is
+    h · error^(−1/order).
+    """
+    error = 0.0 if e5 == 0.0 else h * e5 / math.sqrt((e5 + 0.01 * e3) * count)
+    growth = 6.0 if error < 1e-9 else min(6.0, safety * error ** (-1.0 / order))
+    return error, growth
+
+
+@inline
+def stable_growth(state, h, stiffness, stable):
+    """By how much the step after one of length h, of h |λ| = `stiffness`, may be longer and still
+    be stable for the fastest rate |λ| of the last steps. What decays fast is too small to be seen
+    in many of them, and would grow in longer steps until it is.
+    """
+    state[FASTEST] = max(stiffness / h, FADING * state[FASTEST])
+    return stable / max(h * state[FASTEST], 1e-300)
+
+
+@inline
+def count_stiff(state, limited):
+    """Count an accepted step in the slots of one motion; `limited`: stability limits it."""
+    state[SMOOTH_COUNT] = 0.0 if limited else state[SMOOTH_COUNT] + 1.0
+    if limited or state[SMOOTH_COUNT] >= SMOOTH_STEPS:
+        state[STIFF_COUNT] = state[STIFF_COUNT] + 1.0 if limited else 0.0
+
 
 #: Nodes of Lobatto's rule of order 6, between the ends.
 FIRST, SECOND = 0.5 - math.sqrt(0.05), 0.5 + math.sqrt(0.05)
@@ -153,3 +286,78 @@ def hermite_output(L, W, S, h, refinements):
         left = h * P[2, c] - G[0, c] - (1.0 - 2.0 * x) * G[1, c] - x * (2.0 - 3.0 * x) * G[2, c]
         G[3, c] = left / (2.0 * x * (1.0 - x) * (1.0 - 2.0 * x))
     return least, least_at
+
+
+# -- Output instants within explicit steps, checked against the equations of motion ------------
+#
+# A polynomial Δ(x) between the ends of a step is as good as the step where the step is short for
+# all that moves. Where stability limits steps it is not: what decays fast has h |λ| of five to
+# thirty there, and is so small that the ends are right to the tolerance, but the polynomial is off
+# by up to ten thousand of it; nor is it where loads jump within the step. As every instant that is
+# kept is evaluated, what it lacks to the equations is known,
+#
+#     δ = h f(Δ(x)) − Δ′(x),
+#
+# and δ/8 is the error, for a polynomial of order 7 by its derivative, and for h |λ| ≈ 8 by the
+# Jacobian; measured on motions of either kind it is right to a factor of two. An instant of which
+# it is more than a few tolerances gets a step of its own from the beginning of the step.
+
+#: Error of an interpolated instant, in tolerances, above which it gets a step of its own, times the
+#: eight above, squared. Ordinary motions stay below nine tolerances.
+DOUBTFUL = (8.0 * 10.0) ** 2
+
+
+@njit
+def deliver_checked(L, W, method, S, T, O, h, now):
+    """See `mbody.kernels.dense_output.deliver`; rows of K and P but the first, and S.end, are
+    workspace.
+    """
+    refinements, doubtful = T.full_refinements, False
+    while is_met(S, O, now):
+        x = interpolate(S, O, h, now)
+        at = O.times[int(S.state[DELIVERED])]
+        state_derivative(L, W, S, at, S.stage, 1, refinements, True)
+        S.state[EVALUATIONS] += 1
+        # it changes its sign within the step: what follows a doubtful one is doubtful too
+        doubtful = doubtful or interpolation_error(S, T, h, x) > DOUBTFUL
+        if x < 1.0 and doubtful:
+            if h * S.state[FASTEST] > 0.5 * method.stable:
+                S.state[LIMITED_INSTANTS] += 1
+            if not step_within(L, W, method, S, T, x * h):
+                interpolate(S, O, h, now)
+            state_derivative(L, W, S, at, S.stage, 1, refinements, True)
+            S.state[EVALUATIONS] += 1
+        keep_instant(L, W, S, O, x)
+    keep_work(S, O)
+
+
+@njit
+def interpolation_error(S, T, h, x):
+    """Mean square of what the polynomial lacks to the derivative in row 1 of K, in tolerances."""
+    total, size = 0.0, S.y.shape[0]
+    for n in range(size):
+        unit = T.absolute * S.scale[n] + T.relative * max(abs(S.y[n]), abs(S.last[n]))
+        total += ((h * S.K[1, n] - along_rate(S.F, n, x, 0.0)) / unit) ** 2
+    return total / size
+
+
+@njit
+def step_within(L, W, method, S, T, h):
+    """S.stage ← the state after a shorter step from S.last; whether its loops close."""
+    A, B, C, K, last, stage = method.A, method.B, method.C, S.K, S.last, S.stage
+    t, end_row, size = S.state[TIME], method.B.shape[0], S.y.shape[0]
+    for n in range(size):
+        S.end[n], stage[n] = K[0, n], last[n]
+    # row 0 of P is that of the end
+    _, _, good = state_derivative(L, W, S, t, stage, 1, T.refinements, False)
+    for n in range(size):
+        K[0, n] = K[1, n]
+    for s in range(1, end_row):
+        stage_state(A[s], s, K, last, h, stage, 0.0)
+        _, _, closes = state_derivative(L, W, S, t + C[s] * h, stage, s, T.refinements, False)
+        good = good and closes
+    S.state[EVALUATIONS] += end_row
+    stage_state(B, end_row, K, last, h, stage, 0.0)
+    for n in range(size):
+        K[0, n] = S.end[n]
+    return good

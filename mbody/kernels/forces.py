@@ -8,10 +8,7 @@ from typing import Any
 from mbody.core.decorators import inline, njit
 from mbody.core.duals import entry, lane_at, put_entry, rounds
 from mbody.core.lanes import ld, st
-from mbody.kernels.constraints import side
-from mbody.kernels.law_values import law_at
-from mbody.kernels.measured_formulas import driver_formulas, measured_formulas
-from mbody.kernels.user_calls import user_numbers
+from mbody.kernels.constraints import driver_formulas, law_at, measured_formulas, side, user_numbers
 from mbody.laws.kernels import POLYNOMIAL
 from mbody.model.loads import LOADS
 from mbody.model.loads.centrifugal_field import centrifugal, spin

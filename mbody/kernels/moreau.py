@@ -23,17 +23,32 @@ import math
 from mbody.core.bundle import Rows
 from mbody.core.decorators import kernel, njit
 from mbody.kernels.constraints import rows, turns
-from mbody.kernels.contact_geometry import FOUND, LACKING, TESTED
-from mbody.kernels.contact_impulses import correct_positions, solve_few, solve_many
-from mbody.kernels.contact_interior import keep_pull
-from mbody.kernels.contact_rows import any_tied, apply_all, contact_rows, press, rates
-from mbody.kernels.contact_search import find_contacts, remember
-from mbody.kernels.contact_shapes import ContactShapes, ContactWork, ImpulseSteps, InteriorWork
+from mbody.kernels.contact_geometry import (
+    FOUND,
+    LACKING,
+    TESTED,
+    ContactShapes,
+    ContactWork,
+    ImpulseSteps,
+    InteriorWork,
+    find_contacts,
+    remember,
+)
+from mbody.kernels.contact_impulses import (
+    any_tied,
+    apply_all,
+    contact_rows,
+    correct_positions,
+    keep_pull,
+    press,
+    rates,
+    solve_few,
+    solve_many,
+)
 from mbody.kernels.forces import forces, signals
-from mbody.kernels.layout import Layout, Work
-from mbody.kernels.output import keep
+from mbody.kernels.layout import Layout, Work, keep
+from mbody.kernels.loop_closure import project_position, project_velocity
 from mbody.kernels.position_velocity import clear, weigh
-from mbody.kernels.projection import project_position, project_velocity
 from mbody.kernels.schur_ldl import VANISHED, apply_g, apply_gt, factor, solve
 
 __all__ = [

@@ -3,7 +3,7 @@ is kept of an instant into measured quantities. They replace Python in the image
 (`mbody.image`).
 
 A program has slots: first its inputs, then constants, then what its operations give, one after the
-other. The operations are those of formulas (`mbody.laws.postfix`).
+other. The operations are those of formulas (`mbody.laws.kernels`).
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from mbody.core.decorators import kernel, njit
 from mbody.core.duals import dual
 from mbody.core.lanes import ld, st
 from mbody.kernels.layout import Layout, Work
-from mbody.laws.postfix import LOG, binary, unary
+from mbody.laws.kernels import LOG, binary, unary
 
 __all__ = ["NumberProgram", "measures", "number_duals", "run", "set_numbers"]
 

@@ -24,6 +24,7 @@ from mbody.core.duals import passes_more
 from mbody.core.lanes import highest, ld, st
 from mbody.kernels.constraints import rows, turns
 from mbody.kernels.friction import (
+    BY_RATES,
     add_sliding,
     friction_changes,
     friction_sizes,
@@ -31,7 +32,6 @@ from mbody.kernels.friction import (
     senses_by_rates,
     store_sliding,
 )
-from mbody.kernels.friction_laws import BY_RATES
 from mbody.kernels.schur_ldl import apply_g, apply_gt, factor, solve
 
 __all__ = [

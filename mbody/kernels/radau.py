@@ -34,17 +34,16 @@ import math
 
 from mbody.core.bundle import Bundle, ComplexRows, Floats, Rows, Tables
 from mbody.core.decorators import kernel, njit
-from mbody.kernels.dense_jacobian import (
+from mbody.kernels.dense_output import along, deliver
+from mbody.kernels.layout import Layout, Work
+from mbody.kernels.singularity_monitor import may_be_singular, record_accepted, sample_conditioning
+from mbody.kernels.state_derivative import (
     eliminate,
     iteration_matrix,
+    state_derivative,
     state_jacobian,
     substitute,
 )
-from mbody.kernels.dense_output import deliver
-from mbody.kernels.layout import Layout, Work
-from mbody.kernels.runge_kutta_stages import along
-from mbody.kernels.singularity_monitor import may_be_singular, record_accepted, sample_conditioning
-from mbody.kernels.state_derivative import state_derivative
 from mbody.kernels.step_state import (
     BEST_CONDITIONING,
     CONDITIONING,
@@ -90,7 +89,7 @@ class Radau(Bundle):
     past : array (4, states)
         The polynomial of the last step; row `LENGTH` has its length.
     J : array (coordinates + owns, states)
-        See `mbody.kernels.dense_jacobian`.
+        See `mbody.kernels.state_derivative`.
     matrix, complex_matrix : arrays (coordinates + owns, coordinates + owns)
         Factors of both systems.
     exchanges : array (2, coordinates + owns)

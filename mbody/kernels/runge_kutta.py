@@ -1,14 +1,14 @@
 """Explicit Runge–Kutta integrator of one free motion, each step ended by a projection.
 
 Every step ends with the projection of position and velocity onto Φ = 0 and Φ_q v = ν in the metric
-of the masses (`mbody.kernels.projection`), and the next begins with the derivative there. Between,
-stages run off the manifold by as much as their error. That is harmless but near a singular
+of the masses (`mbody.kernels.loop_closure`), and the next begins with the derivative there.
+Between, stages run off the manifold by as much as their error. That is harmless but near a singular
 position, where the right-hand side has no smooth continuation off the manifold: there every stage
 is projected too, a = f(P(y)), with the refinements that nearly dependent rows want, and the error
 is taken of what a projection keeps. Neither the multipliers, which grow without bound there, nor
 the noise across the manifold then decide the length of a step.
 
-What a step of one motion and steps on lanes have in common is `mbody.kernels.runge_kutta_stages`;
+What a step of one motion and steps on lanes have in common is `mbody.kernels.dense_output`;
 why the loops are two is explained in `mbody.kernels.runge_kutta_lanes`.
 
 Hairer, Nørsett, Wanner: Solving Ordinary Differential Equations I, II.5 and II.6 (the methods), and
@@ -21,15 +21,14 @@ from __future__ import annotations
 import math
 
 from mbody.core.decorators import kernel, njit
-from mbody.kernels.checked_instants import deliver_checked
-from mbody.kernels.dense_output import deliver, has_instant
-from mbody.kernels.layout import Layout, Work
-from mbody.kernels.projection import least_conditioning, tangential_part
-from mbody.kernels.runge_kutta_stages import (
+from mbody.kernels.dense_output import (
     SAFETY,
     STIFF_LIMIT,
     combined,
     count_stiff,
+    deliver,
+    deliver_checked,
+    has_instant,
     hermite_cubic,
     higher_rows,
     next_length,
@@ -37,6 +36,8 @@ from mbody.kernels.runge_kutta_stages import (
     stage_state,
     stiffness_estimate,
 )
+from mbody.kernels.layout import Layout, Work
+from mbody.kernels.loop_closure import least_conditioning, tangential_part
 from mbody.kernels.singularity_monitor import may_be_singular, record_accepted, sample_conditioning
 from mbody.kernels.state_derivative import state_derivative
 from mbody.kernels.step_state import (

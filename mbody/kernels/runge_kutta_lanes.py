@@ -23,45 +23,30 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbody.core.decorators import kernel, njit
+from mbody.core.bundle import Bundle, Floats, Ints, Rows, Stacks
+from mbody.core.decorators import inline, kernel, njit
 from mbody.core.lanes import larger, ld, select_le, smaller, st, wide
 from mbody.kernels.accelerations import free_accelerations
-from mbody.kernels.checked_instants import DOUBTFUL
-from mbody.kernels.layout import Layout, Work
-from mbody.kernels.output import keep
-from mbody.kernels.projection import least_conditioning, projected_accelerations
-from mbody.kernels.runge_kutta_lanes_control import (
-    ACCEPTED,
-    END_CONDITIONING,
-    ERROR,
-    FAILED,
-    FRACTION,
-    HAS_INSTANT,
-    INSTANT,
-    LOW_ERROR,
-    RISK,
-    STAGE_CONDITIONING,
-    STAND_INS,
-    STEP_LENGTH,
-    STEP_START,
-    STIFFNESS,
-    LaneWorkspace,
-    accept_or_reject,
-    any_instant,
-    finish_steps,
-    leave_design,
-    next_instants,
-    refill_lanes,
-)
-from mbody.kernels.runge_kutta_lanes_rhs import Batch, not_finite, projected_derivative
-from mbody.kernels.runge_kutta_stages import (
+from mbody.kernels.dense_output import (
+    DOUBTFUL,
+    SAFETY,
+    STIFF_LIMIT,
     along,
     along_rate,
+    count_stiff,
     higher_rows,
+    next_length,
+    stable_growth,
     stage_state,
     stiffness_estimate,
 )
+from mbody.kernels.forces import signals
+from mbody.kernels.layout import Layout, Work, keep
+from mbody.kernels.loop_closure import least_conditioning, projected_accelerations
+from mbody.kernels.position_velocity import put_column
+from mbody.kernels.runge_kutta import END_BELOW
 from mbody.kernels.singularity_monitor import (
+    STAND_IN_PART,
     STEEPER,
     keep_last_sample,
     largest_rotation,
@@ -69,11 +54,356 @@ from mbody.kernels.singularity_monitor import (
     singularity_risk,
     stand_in_energy,
 )
-from mbody.kernels.state_derivative import load_state, store_derivative
-from mbody.kernels.step_state import CONDITIONING, DELIVERED, Tolerances
+from mbody.kernels.state_derivative import load_state, store_derivative, store_state
+from mbody.kernels.step_state import (
+    BEST_CONDITIONING,
+    CONDITIONING,
+    DELIVERED,
+    NEAR_SINGULAR_BELOW,
+    NEXT,
+    PROGRESS,
+    REJECTED,
+    STEPS,
+    STIFF_COUNT,
+    TIME,
+    Tolerances,
+)
 from mbody.kernels.tableaus import Explicit
 
-__all__ = ["go_on", "off_manifold_derivative", "runge_kutta_lanes", "take_steps"]
+# -- Right-hand side of free motion in many lanes, and the first states of a batch -------------
+#
+# What a lane gets does not depend on its neighbours, bit for bit: a lane whose projection has
+# converged keeps its position while the others go on (`mbody.kernels.projection`).
+
+
+class Batch(Bundle):
+    """Designs, a column each, and what is kept of their motions.
+
+    Attributes
+    ----------
+    par, mass, weight : arrays (parameters, designs), (coordinates + 3, designs), (columns, designs)
+        Numbers of the designs.
+    y, derivative, scale : arrays (2·coordinates, designs)
+        First states, their derivatives, sizes of the coordinates.
+    near : array (nodes, designs)
+        Distances from singular positions at the first states.
+    step, conditioning : arrays (designs,)
+        First length of step; conditioning of the constraints at the first state.
+    begin : float
+        The first time.
+    times : array (instants,)
+        Output instants.
+    rows : array (kept,)
+        Which rows are kept (see `mbody.kernels.layout`).
+    output : array (kept, designs, instants)
+        What is kept.
+    bad : array (designs,)
+        One where a design must go alone.
+    """
+
+    par: Rows
+    mass: Rows
+    weight: Rows
+    y: Rows
+    derivative: Rows
+    scale: Rows
+    near: Rows
+    step: Floats
+    conditioning: Floats
+    begin: float
+    times: Floats
+    rows: Ints
+    output: Stacks
+    bad: Floats
+
+
+@njit
+def projected_derivative(L, W, y, K, refinements, among):
+    """K ← the derivative of the projection of the states y, which they become, at W.time, in the
+    lanes where `among` is one. Returns one in lanes where the projection did not converge, else
+    zero.
+    """
+    w = wide()
+    load_state(L, W, w, y)
+    _, _, failed = projected_accelerations(L, W, w, 0.0, refinements, among)
+    store_state(L, W, w, y)
+    store_derivative(L, W, w, K)
+    return failed
+
+
+@njit
+def not_finite(page, w):
+    """Zero in lanes in which all rows of a page are finite, else NaN."""
+    total = 0.0 * ld(page, 0, w)
+    for n in range(1, page.shape[0]):
+        total = total + 0.0 * ld(page, n, w)
+    return total
+
+
+@kernel
+def initial_derivatives(L: Layout, W: Work, refinements: int, batch: Batch, page: Rows) -> None:
+    """Project the first state of every design and evaluate its derivative: batch.y and
+    batch.derivative, conditioning, near and bad; the first output instant is kept where it is the
+    first time.
+
+    page (rows, lanes): workspace. The last lanes repeat the last design.
+    """
+    w = wide()
+    designs, lanes = batch.par.shape[1], page.shape[1]
+    n3, t = 3 * L.bodies, batch.begin
+    kept = batch.times[0] <= t
+    for low in range(0, designs, lanes):
+        for lane in range(lanes):
+            design = min(low + lane, designs - 1)
+            put_numbers(W, batch, lane, design)
+            W.time[0, lane] = t
+            for n in range(n3):
+                W.q[n, lane], W.v[n, lane] = batch.y[n, design], batch.y[n3 + n, design]
+            for n in range(L.owns):
+                W.own[n, lane] = batch.y[2 * n3 + n, design]
+        signals(L, W, w, L.signal_law.shape[0])
+        _, _, failed = projected_accelerations(L, W, w, 0.0, refinements, 1.0 + 0.0 * wide())
+        conditioning = sample_conditioning(L, W, w, 0)
+        keep(L, W, w, page)
+        failed = failed + not_finite(page, w)
+        many = min(lanes, designs - low)
+        if kept:
+            for n in range(batch.rows.shape[0]):
+                for lane in range(many):
+                    batch.output[n, low + lane, 0] = page[batch.rows[n], lane]
+        for lane in range(many):
+            design = low + lane
+            for n in range(n3):
+                batch.y[n, design], batch.y[n3 + n, design] = W.q[n, lane], W.v[n, lane]
+                batch.derivative[n, design] = W.v[n, lane]
+                batch.derivative[n3 + n, design] = W.a[n, lane]
+            for n in range(L.owns):
+                batch.derivative[2 * n3 + n, design] = W.own_rate[n, lane]
+        st(page, 0, conditioning, w)
+        st(page, 1, failed, w)
+        for lane in range(many):
+            batch.conditioning[low + lane] = page[0, lane]
+            for k in range(L.nodes):
+                batch.near[k, low + lane] = W.near[k, lane]
+            batch.bad[low + lane] = 0.0 if page[1, lane] == 0.0 else 1.0
+
+
+@inline
+def put_numbers(W, batch, lane, design):
+    """The numbers of a design into a lane."""
+    put_column(batch.par, design, W.par, lane)
+    put_column(batch.mass, design, W.mass, lane)
+    put_column(batch.weight, design, W.weight, lane)
+
+
+# -- Control of the lanes of `mbody.kernels.runge_kutta_lanes`: designs, steps, output instants
+#
+# All of it lane by lane, by the numbers of one lane alone.
+
+#: Slots of a lane beside those of `mbody.kernels.step_state`: start, length and end of this step,
+#: whether that is the last one, whether the step is accepted, how much longer the next one is.
+STEP_START, STEP_LENGTH, STEP_END, CLIPPED, ACCEPTED, GROWTH = range(PROGRESS, PROGRESS + 6)
+#: Errors of the step; conditioning of its stages and at its end; its h |λ|; what failed.
+LOW_ERROR, ERROR, STAGE_CONDITIONING, END_CONDITIONING, STIFFNESS, FAILED = range(
+    PROGRESS + 6, PROGRESS + 12
+)
+#: Whether an output instant lies in the step, when, and at which part of it.
+HAS_INSTANT, INSTANT, FRACTION = range(PROGRESS + 12, PROGRESS + 15)
+#: Steps and time when the mean length was last judged; whether the step may have met a singular
+#: position; kinetic energy of masses that replace missing ones.
+JUDGED_STEPS, JUDGED_TIME, RISK, STAND_INS = range(PROGRESS + 15, PROGRESS + 19)
+#: The time that the lane goes on to.
+UNTIL = PROGRESS + 19
+CONTROLS = PROGRESS + 20
+#: Of so many steps the mean length is judged.
+MANY_STEPS = 10_000
+
+
+class LaneWorkspace(Bundle):
+    """Memory of the lanes.
+
+    Attributes
+    ----------
+    state : array (CONTROLS, lanes)
+        The slots.
+    design : array (lanes + 1,)
+        The design of every lane, −1 of none, and the next one.
+    y, last, stage, end, scale : arrays (2·coordinates, lanes)
+        As of `mbody.kernels.step_state.Stepping`.
+    K, F : arrays (derivatives, 2·coordinates, lanes), (terms, 2·coordinates, lanes)
+        Derivatives and polynomials.
+    page : array (rows, lanes)
+        What is kept of an instant.
+    """
+
+    state: Rows
+    design: Ints
+    y: Rows
+    last: Rows
+    stage: Rows
+    end: Rows
+    scale: Rows
+    K: Stacks
+    F: Stacks
+    page: Rows
+
+
+@njit
+def refill_lanes(L, W, batch, lanes, until):
+    """Give lanes that are done the next designs, and every lane its step; whether any has one."""
+    S, design, count = lanes.state, lanes.design, lanes.design.shape[0] - 1
+    fresh, busy = False, False
+    for lane in range(count):
+        if design[lane] >= 0 and S[TIME, lane] >= until:
+            design[lane] = -1
+        while design[lane] < 0 and design[count] < batch.par.shape[1]:
+            following = design[count]
+            design[count] += 1
+            if batch.bad[following] == 0.0:
+                load_design(L, W, batch, lanes, lane, following)
+                fresh = True
+        S[UNTIL, lane] = until
+        busy = begin_step(lanes, batch, lane) or busy
+    if fresh:
+        st(W.time, 0, ld(S, TIME, wide()), wide())
+        signals(L, W, wide(), L.signal_law.shape[0])
+    return busy
+
+
+@inline
+def begin_step(lanes, batch, lane):
+    """Start and length of the next step of a lane; whether it has a design, and so one to make."""
+    S = lanes.state
+    t, h, until = S[TIME, lane], S[NEXT, lane], S[UNTIL, lane]
+    S[ACCEPTED, lane] = 0.0
+    busy = lanes.design[lane] >= 0
+    if busy:
+        S[ACCEPTED, lane] = 1.0
+        S[CLIPPED, lane] = 1.0 if t + h >= until - 1e-14 * abs(until) else 0.0
+        if S[CLIPPED, lane] > 0.5:
+            h = until - t
+        elif h < 1e-13 * max(abs(t), abs(until)):
+            leave_design(lanes, batch, lane)
+    # a lane without a design does not move
+    S[STEP_START, lane], S[STEP_LENGTH, lane] = t, h if S[ACCEPTED, lane] > 0.5 else 0.0
+    S[STEP_END, lane] = until if S[CLIPPED, lane] > 0.5 else t + S[STEP_LENGTH, lane]
+    return busy
+
+
+@njit
+def load_design(L, W, batch, lanes, lane, design):
+    """A design into a lane, at its first state."""
+    S = lanes.state
+    put_numbers(W, batch, lane, design)
+    for n in range(lanes.y.shape[0]):
+        lanes.y[n, lane] = batch.y[n, design]
+        lanes.K[0, n, lane] = batch.derivative[n, design]
+        lanes.scale[n, lane] = batch.scale[n, design]
+    for k in range(L.nodes):
+        W.near[k, lane] = batch.near[k, design]
+    lanes.design[lane] = design
+    for n in range(S.shape[0]):
+        S[n, lane] = 0.0
+    S[TIME, lane] = S[JUDGED_TIME, lane] = batch.begin
+    S[DELIVERED, lane] = 1.0 if batch.times[0] <= batch.begin else 0.0
+    S[NEXT, lane] = batch.step[design]
+    S[CONDITIONING, lane] = S[BEST_CONDITIONING, lane] = batch.conditioning[design]
+
+
+@inline
+def leave_design(lanes, batch, lane):
+    """Leave the design of a lane to go alone."""
+    batch.bad[lanes.design[lane]] = 1.0
+    lanes.design[lane] = -1
+    lanes.state[ACCEPTED, lane] = 0.0
+
+
+@njit
+def accept_or_reject(lanes, batch, order):
+    """Which lanes accept their step by its error; whether any does. Rejected ones get a shorter
+    one.
+    """
+    S, any_accepted = lanes.state, False
+    for lane in range(lanes.design.shape[0] - 1):
+        if S[ACCEPTED, lane] < 0.5:
+            continue
+        h, e3, e5 = S[STEP_LENGTH, lane], S[LOW_ERROR, lane], S[ERROR, lane]
+        weak = S[STAGE_CONDITIONING, lane] < NEAR_SINGULAR_BELOW * S[BEST_CONDITIONING, lane]
+        if not e5 < 1e300 or weak:
+            leave_design(lanes, batch, lane)
+            continue
+        error, growth = next_length(h, e3, e5, lanes.y.shape[0], order, SAFETY)
+        S[GROWTH, lane] = max(0.2, growth)
+        if error > 1.0:
+            S[REJECTED, lane] += 1.0
+            S[NEXT, lane] = h * S[GROWTH, lane]
+            S[ACCEPTED, lane] = 0.0
+            continue
+        any_accepted = True
+    return any_accepted
+
+
+@njit
+def finish_steps(lanes, batch, patience, stable):
+    """Lengths of the next steps of lanes that accept theirs; some leave their design instead."""
+    S = lanes.state
+    for lane in range(lanes.design.shape[0] - 1):
+        if S[ACCEPTED, lane] < 0.5:
+            continue
+        best, end = S[BEST_CONDITIONING, lane], S[END_CONDITIONING, lane]
+        lost = not S[FAILED, lane] < 0.5 or not end >= END_BELOW * best
+        if lost or S[RISK, lane] > 0.0 or S[STAND_INS, lane] > STAND_IN_PART:
+            leave_design(lanes, batch, lane)
+            continue
+        S[CONDITIONING, lane] = end
+        S[BEST_CONDITIONING, lane] = max(end, best)
+        S[STEPS, lane] += 1.0
+        S[TIME, lane] = S[STEP_END, lane]
+        h, growth = S[STEP_LENGTH, lane], S[GROWTH, lane]
+        if S[CLIPPED, lane] < 0.5:
+            stiffness = S[STIFFNESS, lane]
+            count_stiff(S[:, lane], growth * stiffness > stable)
+            growth = max(0.2, min(growth, stable_growth(S[:, lane], h, stiffness, stable)))
+        wanted = h * growth
+        # a step that is cut to end in time says nothing against longer ones
+        S[NEXT, lane] = max(wanted, S[NEXT, lane]) if S[CLIPPED, lane] > 0.5 else wanted
+        left = S[UNTIL, lane] - S[STEP_END, lane]
+        stiff = S[STIFF_COUNT, lane] >= STIFF_LIMIT and left > patience * S[NEXT, lane]
+        slow = False
+        if S[STEPS, lane] - S[JUDGED_STEPS, lane] >= MANY_STEPS:
+            mean = (S[STEP_END, lane] - S[JUDGED_TIME, lane]) / MANY_STEPS
+            slow = left > patience * mean
+            S[JUDGED_STEPS, lane], S[JUDGED_TIME, lane] = S[STEPS, lane], S[STEP_END, lane]
+        if stiff or slow:
+            leave_design(lanes, batch, lane)
+
+
+@njit
+def any_instant(lanes, times):
+    """Whether an output instant lies before the end of a step."""
+    S = lanes.state
+    for lane in range(lanes.design.shape[0] - 1):
+        k = int(S[DELIVERED, lane])
+        if S[ACCEPTED, lane] > 0.5 and k < times.shape[0] and times[k] < S[STEP_END, lane]:
+            return True
+    return False
+
+
+@njit
+def next_instants(lanes, times):
+    """The next output instant of every lane that has one in its step; whether any has."""
+    S, found = lanes.state, False
+    for lane in range(lanes.design.shape[0] - 1):
+        k = int(S[DELIVERED, lane])
+        S[HAS_INSTANT, lane], S[INSTANT, lane] = 0.0, S[STEP_END, lane]
+        S[FRACTION, lane] = 1.0
+        if S[ACCEPTED, lane] > 0.5 and k < times.shape[0] and times[k] <= S[STEP_END, lane]:
+            found = True
+            S[HAS_INSTANT, lane], S[INSTANT, lane] = 1.0, times[k]
+            if times[k] < S[STEP_END, lane]:
+                length = S[STEP_LENGTH, lane]
+                S[FRACTION, lane] = (times[k] - S[STEP_START, lane]) / length
+    return found
 
 
 @kernel
@@ -222,7 +552,7 @@ def dense_output_lanes(L, W, method, refinements, lanes, t, h):
 @njit
 def deliver_lanes(L, W, T, batch, lanes):
     """Keep every output instant up to the ends of the steps, in all lanes that have one at once.
-    A design of which one is doubtful (`mbody.kernels.checked_instants`) is left to go alone.
+    A design of which one is doubtful (`mbody.kernels.dense_output`) is left to go alone.
     """
     w, S, design, times = wide(), lanes.state, lanes.design, batch.times
     count = design.shape[0] - 1
@@ -255,7 +585,7 @@ def deliver_lanes(L, W, T, batch, lanes):
 @njit
 def interpolation_errors(T, lanes, x):
     """What the polynomials lack to the derivatives in row 1 of K at the parts x of the steps; see
-    `mbody.kernels.checked_instants`.
+    `mbody.kernels.dense_output`.
     """
     w, count = wide(), lanes.y.shape[0]
     h, total = ld(lanes.state, STEP_LENGTH, w), 0.0 * wide()
@@ -265,3 +595,261 @@ def interpolation_errors(T, lanes, x):
         lacks = (h * ld(lanes.K[1], n, w) - along_rate(lanes.F, n, x, w)) / unit
         total = total + lacks * lacks
     st(lanes.state, ERROR, total / count, w)
+
+
+# -- Motions of many states side by side that another program leads on, step by step -----------
+#
+# States are in groups of ``LANES``. A group is loaded into the lanes, every lane goes on to a time
+# of its own by the steps of `mbody.kernels.runge_kutta_lanes`, and the group is stored. What a lane
+# gets depends on its own numbers alone, so neither its neighbours nor the number of threads matter;
+# a lane that meets anything out of the ordinary stays at its last step and is marked, to go on
+# alone.
+
+#: Sizes, in tolerances, below which a state or its derivative says nothing of the first step; parts
+#: of the way that it takes then, and at most (Hairer, Nørsett, Wanner, II.4).
+SILENT, LITTLE, MOST = 1e-5, 1e-6, 0.1
+
+
+class LaneStates(Bundle):
+    """Many states, in groups of lanes.
+
+    Attributes
+    ----------
+    rounds : int
+        Steps of lanes in one call of `step_lanes`, at most.
+    own_numbers : int
+        One where designs differ, so that each group brings its numbers; else zero.
+    par, mass, weight : arrays (groups, rows, lanes)
+        Numbers of the designs; empty where none differ.
+    y, derivative, scale : arrays (groups, 2·coordinates + own states, lanes)
+        States, their derivatives, sizes.
+    near : array (groups, nodes, lanes)
+        Distances from singular positions.
+    state : array (groups, CONTROLS, lanes)
+        See `mbody.kernels.runge_kutta_lanes`; UNTIL is where a lane goes on to.
+    inputs : array (groups, inputs, lanes)
+        Values of the inputs that are set from outside.
+    input_row : array (inputs,)
+        The signal row of each.
+    stale : array (groups, lanes)
+        One where inputs have changed since the derivative was evaluated.
+    fresh : array (groups, lanes)
+        One where a motion begins anew (see `evaluate_lanes`).
+    bad : array (groups·lanes,)
+        One where a state has to go on alone.
+    """
+
+    rounds: int
+    own_numbers: int
+    par: Stacks
+    mass: Stacks
+    weight: Stacks
+    y: Stacks
+    derivative: Stacks
+    scale: Stacks
+    near: Stacks
+    state: Stacks
+    inputs: Stacks
+    input_row: Ints
+    stale: Rows
+    fresh: Rows
+    bad: Floats
+
+
+@kernel
+def step_lanes(
+    L: Layout,
+    W: Work,
+    method: Explicit,
+    T: Tolerances,
+    many: LaneStates,
+    lanes: LaneWorkspace,
+    first: int,
+    last: int,
+) -> int:
+    """Lead the groups from `first` to before `last` on to their times UNTIL, by at most
+    `many.rounds` steps of lanes.
+
+    Returns the group that is not done yet, `last` if all are.
+    """
+    count = lanes.design.shape[0] - 1
+    left = many.rounds
+    if many.own_numbers == 0:
+        signals(L, W, wide(), L.signal_law.shape[0])
+    for group in range(first, last):
+        if not is_behind(many, group, count):
+            continue
+        load_group(L, W, many, lanes, group)
+        choose_lanes(many, lanes, group)
+        refresh(L, W, T, many, lanes, group)
+        first_lengths(T, lanes)
+        while begin_steps(lanes, many):
+            if left == 0:
+                store_group(L, W, many, lanes, group)
+                return group
+            left -= 1
+            if take_steps(L, W, method, T, many, lanes):
+                go_on(method, lanes)
+        store_group(L, W, many, lanes, group)
+    return last
+
+
+@njit
+def is_behind(many, group, count):
+    """Whether a lane of the group is to go on."""
+    for lane in range(count):
+        if many.state[group, TIME, lane] < many.state[group, UNTIL, lane]:
+            return True
+    return False
+
+
+@inline
+def load_rows(source, target):
+    """target ← source, both (rows, lanes)."""
+    w = wide()
+    for n in range(source.shape[0]):
+        st(target, n, ld(source, n, w), w)
+
+
+@njit
+def load_group(L, W, many, lanes, group):
+    """A group into the lanes."""
+    w = wide()
+    load_rows(many.y[group], lanes.y)
+    load_rows(many.derivative[group], lanes.K[0])
+    load_rows(many.scale[group], lanes.scale)
+    load_rows(many.near[group], W.near)
+    load_rows(many.state[group], lanes.state)
+    st(W.time, 0, ld(lanes.state, TIME, w), w)
+    if many.own_numbers == 1:
+        load_rows(many.par[group], W.par)
+        load_rows(many.mass[group], W.mass)
+        load_rows(many.weight[group], W.weight)
+        signals(L, W, w, L.signal_law.shape[0])
+    for n in range(many.input_row.shape[0]):
+        st(W.signal, many.input_row[n], ld(many.inputs[group], n, w), w)
+
+
+@njit
+def store_group(L, W, many, lanes, group):
+    """The lanes into their group."""
+    load_rows(lanes.y, many.y[group])
+    w, near = wide(), many.near[group]
+    for n in range(lanes.y.shape[0]):
+        st(many.derivative[group], n, ld(lanes.K[0], n, w), w)
+    for n in range(near.shape[0]):
+        st(near, n, ld(W.near, n, w), w)
+    load_rows(lanes.state, many.state[group])
+
+
+@njit
+def choose_lanes(many, lanes, group):
+    """Lanes that are to go on have the number of their state, others none."""
+    S, count = lanes.state, lanes.design.shape[0] - 1
+    for lane in range(count):
+        number = group * count + lane
+        behind = S[TIME, lane] < S[UNTIL, lane] and many.bad[number] == 0.0
+        lanes.design[lane] = number if behind else -1
+
+
+@njit
+def begin_steps(lanes, many):
+    """Give every lane that is behind its next step; whether there is any."""
+    S, busy = lanes.state, False
+    for lane in range(lanes.design.shape[0] - 1):
+        if S[TIME, lane] >= S[UNTIL, lane]:
+            lanes.design[lane] = -1
+        busy = begin_step(lanes, many, lane) or busy
+    return busy
+
+
+@njit
+def refresh(L, W, T, many, lanes, group):
+    """The derivatives anew where inputs have changed: the states are on the manifold."""
+    w, stale, any_stale = wide(), many.stale[group], False
+    for lane in range(lanes.design.shape[0] - 1):
+        if stale[lane] > 0.0 and lanes.design[lane] >= 0:
+            any_stale = True
+    if not any_stale:
+        return
+    off_manifold_derivative(L, W, lanes.y, ld(lanes.state, TIME, w), lanes.K[1], T.full_refinements)
+    for lane in range(lanes.design.shape[0] - 1):
+        if stale[lane] > 0.0 and lanes.design[lane] >= 0:
+            for n in range(lanes.y.shape[0]):
+                lanes.K[0, n, lane] = lanes.K[1, n, lane]
+            stale[lane] = 0.0
+
+
+@njit
+def first_lengths(T, lanes):
+    """The lengths of first steps, as of `mbody.analysis.dynamics.integrators.first_step`."""
+    S = lanes.state
+    for lane in range(lanes.design.shape[0] - 1):
+        if lanes.design[lane] < 0 or S[STEPS, lane] > 0.0 or S[NEXT, lane] > 0.0:
+            continue
+        d0, d1, count = 0.0, 0.0, lanes.y.shape[0]
+        for n in range(count):
+            y = lanes.y[n, lane]
+            size = T.absolute * lanes.scale[n, lane] + T.relative * abs(y)
+            d0 += (y / size) ** 2
+            d1 += (lanes.K[0, n, lane] / size) ** 2
+        d0, d1 = np.sqrt(d0 / count), np.sqrt(d1 / count)
+        whole = S[UNTIL, lane] - S[TIME, lane]
+        length = 0.01 * d0 / d1 if d0 > SILENT and d1 > SILENT else LITTLE * whole
+        S[NEXT, lane] = min(length, MOST * whole)
+
+
+@kernel
+def evaluate_lanes(
+    L: Layout,
+    W: Work,
+    refinements: int,
+    many: LaneStates,
+    lanes: LaneWorkspace,
+    pages: Stacks,
+    first: int,
+    last: int,
+) -> None:
+    """What is kept of the present instant of every state: pages (groups, rows, lanes).
+
+    States marked `fresh` begin there: they become their projection, with derivative, conditioning
+    and distances; those that cannot are marked bad. Others are left as they are.
+    """
+    w, S = wide(), lanes.state
+    if many.own_numbers == 0:
+        signals(L, W, w, L.signal_law.shape[0])
+    for group in range(first, last):
+        load_group(L, W, many, lanes, group)
+        fresh, page = many.fresh[group], pages[group]
+        load_state(L, W, w, lanes.y)
+        _, _, failed = projected_accelerations(L, W, w, 0.0, refinements, 1.0 + 0.0 * wide())
+        keep(L, W, w, page)
+        begins = ld(many.fresh, group, w)
+        near = many.near[group]
+        conditioning = sample_conditioning(L, W, w, 0)
+        for n in range(near.shape[0]):
+            st(near, n, select_le(1.0, begins, ld(W.near, n, w), ld(near, n, w)), w)
+        for row in range(2):
+            old = ld(S, CONDITIONING if row == 0 else BEST_CONDITIONING, w)
+            new = select_le(1.0, begins, conditioning, old)
+            st(S, CONDITIONING if row == 0 else BEST_CONDITIONING, new, w)
+        # NaN is bad
+        st(S, FAILED, larger(failed, not_finite(page, w)), w)
+        store_state(L, W, w, lanes.stage)
+        for n in range(L.owns):
+            st(lanes.stage, 6 * L.bodies + n, ld(W.own, n, w), w)
+        store_derivative(L, W, w, lanes.K[1])
+        for n in range(lanes.y.shape[0]):
+            y, rate = ld(lanes.y, n, w), ld(lanes.K[0], n, w)
+            st(lanes.y, n, select_le(1.0, begins, ld(lanes.stage, n, w), y), w)
+            st(lanes.K[0], n, select_le(1.0, begins, ld(lanes.K[1], n, w), rate), w)
+        for lane in range(lanes.design.shape[0] - 1):
+            if fresh[lane] > 0.0:
+                bad = S[FAILED, lane] != 0.0
+                many.bad[group * (lanes.design.shape[0] - 1) + lane] = 1.0 if bad else 0.0
+                S[JUDGED_TIME, lane] = S[TIME, lane]
+                fresh[lane] = 0.0
+        load_rows(lanes.y, many.y[group])
+        for n in range(lanes.y.shape[0]):
+            st(many.derivative[group], n, ld(lanes.K[0], n, w), w)
+        load_rows(lanes.state, many.state[group])

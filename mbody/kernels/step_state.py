@@ -83,7 +83,7 @@ STAND_IN_ENERGY, STAND_IN_LIMIT = 24, 25
 #: When the singular position that is known is met.
 CROSSING_TIME = 26
 #: Instants within steps that stability limits, which got steps of their own
-#: (`mbody.kernels.checked_instants`).
+#: (`mbody.kernels.dense_output`).
 LIMITED_INSTANTS = 27
 #: The fastest rate |λ| of the last steps.
 FASTEST = 28
@@ -177,7 +177,7 @@ class Outputs(Bundle):
     times : array (instants,)
         Output instants, ascending.
     pages : array (instants, rows, 1)
-        What is kept of each (see `mbody.kernels.output`).
+        What is kept of each (see `mbody.kernels.layout`).
     work : array (instants + 1, causes)
         Work done until each instant; the last row until now.
     """

@@ -19,20 +19,19 @@ import numpy as np
 from mbody.errors import ModelError
 from mbody.laws.base import Law, finite
 from mbody.laws.cams import Cam, Dwell, Rise
-from mbody.laws.elementary import (
+from mbody.laws.expression import (
     Constant,
     ConstantAcceleration,
     ConstantSpeed,
+    Expression,
     Harmonic,
     Polynomial,
+    compile_formula,
 )
-from mbody.laws.expression import Expression
-from mbody.laws.from_formula import compile_formula
 from mbody.laws.function import Function
 from mbody.laws.kernels import LAW_KINDS, SHAPES, evaluate, law
 from mbody.laws.measured_formula import MeasuredFormula, compile_measured
-from mbody.laws.table import Table
-from mbody.laws.table2 import Table2
+from mbody.laws.table import Table, Table2
 from mbody.laws.times import times_of
 from mbody.quantities import VARIABLES, Formula, FormulaError, dimension_text, read
 from mbody.quantities.units import DIMENSIONS, Dimension

@@ -14,9 +14,14 @@ import numpy as np
 from mbody.errors import ModelError
 from mbody.laws.kernels import LAW_KINDS, FloatArray, evaluate
 from mbody.quantities import Formula, FormulaError
-from mbody.quantities.deferred import is_pending, substituted
-from mbody.quantities.formula import verified
-from mbody.quantities.number import NotANumber, NotFinite, float_or_formula
+from mbody.quantities.formula import (
+    NotANumber,
+    NotFinite,
+    float_or_formula,
+    is_pending,
+    substituted,
+    verified,
+)
 from mbody.quantities.units import DIMENSIONS, Dimension
 
 __all__ = [

@@ -13,7 +13,7 @@ import numpy as np
 from mbody.errors import ModelError
 from mbody.laws.base import FixedLaw, FloatArray, Law, law_field, law_number, with_dimension
 from mbody.laws.kernels import SHAPES
-from mbody.quantities.deferred import is_pending
+from mbody.quantities.formula import is_pending
 from mbody.quantities.types import Converted, NumberField, required
 from mbody.quantities.units import Dimension
 

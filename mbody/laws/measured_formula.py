@@ -8,13 +8,11 @@ from typing import ClassVar
 
 from mbody.errors import ModelError
 from mbody.laws.base import FloatArray, FormulaLaw, finite
-from mbody.laws.postfix_program import PostfixProgram
+from mbody.laws.expression import PostfixProgram
 from mbody.quantities.evaluate import Scope, Valued, evaluate, has_units
-from mbody.quantities.expansions import expanded
 from mbody.quantities.formula import Formula
 from mbody.quantities.parse import FormulaError, shown
-from mbody.quantities.text import text_of
-from mbody.quantities.tree import Plain, called, walk
+from mbody.quantities.tree import Plain, called, expanded, text_of, walk
 from mbody.quantities.units import Dimension
 
 __all__ = ["MeasuredFormula", "compile_measured"]
@@ -36,7 +34,7 @@ class MeasuredFormula(FormulaLaw):
     text : str
         The formula as it was written.
     operations : tuple of str
-        In postfix order, by their names in ``mbody.laws.postfix.OPERATIONS``.
+        In postfix order, by their names in ``mbody.laws.kernels.OPERATIONS``.
     variables : tuple of str
         What the operations "variable" take, in their order: names of measured quantities, of
         inputs and own states, ``t``, or ``x``, what the element's law is of.

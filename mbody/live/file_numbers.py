@@ -15,7 +15,7 @@ from typing import Any
 from mbody.errors import ModelError
 from mbody.files.model import to_toml
 from mbody.files.model.read import built
-from mbody.files.model.toml import toml
+from mbody.files.model.write import toml
 from mbody.model.mechanism import Mechanism
 from mbody.system.assembler import assemble
 

@@ -13,12 +13,12 @@ from mbody.errors import ModelError, SolveError
 from mbody.image.changeable import Changeable, changeable_numbers
 from mbody.image.model_image import to_image
 from mbody.image.webassembly import MODULE, browser_core
-from mbody.kernels.output import PER_PRIMITIVE
+from mbody.kernels.layout import PER_PRIMITIVE
 from mbody.live.file_numbers import CutFile, file_numbers
 from mbody.live.shape_places import shape_places
 from mbody.model.numbers import dimension_named
 from mbody.quantities.units import DIMENSIONS
-from mbody.solution.rough_pairs import rough_pairs
+from mbody.solution.contact_forces import rough_pairs
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 from mbody.views.page import Viewer, runs_of, view

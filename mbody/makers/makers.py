@@ -15,7 +15,7 @@ from mbody.model.element import Point, PointLike
 from mbody.model.joints import Prismatic, Revolute
 from mbody.model.mechanism import Mechanism
 from mbody.quantities import Formula, Scope, text_of
-from mbody.quantities.number import evaluated, number
+from mbody.quantities.formula import evaluated, number
 from mbody.quantities.tree import Binary, Node, Plain
 from mbody.quantities.types import Number
 from mbody.quantities.units import UnitSystem, unit_system

@@ -17,12 +17,12 @@ from mbody.model.element import (
     Marker,
     as_body,
     as_marker,
-    number,
     number_field,
     place_name,
     point_numbers,
 )
 from mbody.model.primitives import ConstraintPrimitive, Part
+from mbody.quantities.formula import number
 from mbody.quantities.types import Converted, NumberField, default, required
 
 if TYPE_CHECKING:

@@ -12,8 +12,8 @@ import numpy as np
 from mbody.errors import ModelError
 from mbody.laws import Law, MeasuredFormula, Table, Table2
 from mbody.quantities import FUNCTIONS, VARIABLES, FormulaError, Scope, Valued, evaluate
-from mbody.quantities.deferred import formulas_in, substituted
 from mbody.quantities.evaluate import Curve
+from mbody.quantities.formula import formulas_in, substituted
 from mbody.quantities.units import NUMBER, Dimension
 
 __all__ = ["NamedCurve", "as_curves"]

@@ -7,65 +7,151 @@ are checked when it is made and can be changed by dotted name (``"crank.mass"``,
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import functools
 import math
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
 from numbers import Real
-from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, cast
+from typing import Any, ClassVar, TypeAlias, TypeVar, cast
 
 import numpy as np
 
-from mbody.errors import ModelError
-from mbody.laws import Law, as_law
+from mbody.errors import ModelError, brief
+from mbody.laws import Constant, Law, as_law, compile_formula, compile_measured
 from mbody.laws.base import FloatArray
-from mbody.model.element_names import check_name
+from mbody.laws.expression import PostfixProgram
+from mbody.laws.measured_formula import MeasuredFormula
 from mbody.model.primitives import Signal
-from mbody.quantities import Formula
-from mbody.quantities.deferred import is_pending
-from mbody.quantities.number import number, one_number
+from mbody.quantities import FUNCTIONS, Formula, FormulaError, Scope, evaluate, parse
+from mbody.quantities.formula import formulas_in, is_pending, number, substituted
+from mbody.quantities.tree import Binary, Call, Measured, Name, Negative, Node, called, expanded
 from mbody.quantities.types import (
     Converted,
     Number,
     NumberField,
-    OptionalNumberField,
     Quantity,
     default,
     required,
 )
-from mbody.quantities.units import dimension_of
+from mbody.quantities.units import DIMENSIONS, Dimension, dimension_of
 
-if TYPE_CHECKING:
-    from mbody.model.own_equations import OwnState
+# -- What can be the name of an element or of one of its points --------------------------------
 
-__all__ = [
-    "Element",
-    "BodyName",
-    "InheritedPlace",
-    "LawLike",
-    "Marker",
-    "NumberField",
-    "Numbers",
-    "OptionalNumberField",
-    "OptionalLaw",
-    "Place",
-    "Point",
-    "PointLike",
-    "Polar",
-    "as_body",
-    "as_marker",
-    "body_field",
-    "law_field",
-    "listed",
-    "number",
-    "number_field",
-    "one_number",
-    "place_field",
-    "place_name",
-    "point_numbers",
-    "polar",
-]
+LONGEST_NAME = 200
+
+
+def check_name(name: Any, what: str) -> None:
+    """Refuse what cannot be the name of an element."""
+    if not isinstance(name, str) or not name.strip():
+        raise ModelError(f"every {what} needs a name, not {name!r}")
+    if len(name) > LONGEST_NAME:
+        raise ModelError(
+            f"the name '{name[:20]}…' has {len(name)} characters: give at most {LONGEST_NAME}",
+            name[:LONGEST_NAME],
+        )
+    if not name.isprintable():
+        raise ModelError(f"the name {name!r} has characters that cannot be printed: leave them out")
+    if "." in name:
+        raise ModelError(
+            f"'{name}': a name may not hold a dot, which parts body and point: write "
+            f"'{name.replace('.', '_')}'",
+            name,
+        )
+
+
+# -- Equations that an element brings with it: states of its own, and laws made of its numbers -
+#
+# An element writes them as text, by the names of its own fields and states: a DC motor ``"constant
+# * current"``. They become formulas of measured quantities, in which each of these names has the
+# element's before it, as ``motor.current``.
+
+
+@dataclass(frozen=True)
+class OwnState:
+    """A state that an element brings, integrated with the motion as a `State`.
+
+    Attributes
+    ----------
+    name : str
+        Dotted: ``"motor.current"``.
+    rate : MeasuredFormula
+        Its rate.
+    measure : str
+        What it measures, a name of `DIMENSIONS`.
+    start : float or "steady"
+        At the first instant.
+    start_number : str
+        The element's number that is the start, by dotted name; empty where it is always zero.
+    size : float, optional
+        A typical value, to which its absolute error is relative.
+    accounts : bool
+        Whether it only adds up, for the account of energy: nothing follows from it.
+    """
+
+    name: str
+    rate: MeasuredFormula
+    measure: str
+    start: Any = 0.0
+    start_number: str = ""
+    size: float | None = None
+    accounts: bool = False
+
+    @property
+    def dimension(self) -> Dimension:
+        """What it measures."""
+        return DIMENSIONS[self.measure]
+
+
+@dataclass(frozen=True)
+class AccountedEnergy:
+    """A part of the account of energy that an element names beside its work.
+
+    Attributes
+    ----------
+    kind : str
+        "work" (what it takes from outside), "lost" or "stored".
+    values : array (instants,)
+        Since the beginning, or in store.
+    """
+
+    kind: str
+    values: np.ndarray[Any, Any]
+
+
+@functools.lru_cache(maxsize=256)
+def equation(text: str, owner: str) -> MeasuredFormula:
+    """The formula of an element's own text, whose names are its own; numbers in it are plain.
+
+    >>> equation("constant * current", "motor").variables
+    ('motor.constant', 'motor.current')
+    """
+    tree = owned(expanded(parse(text)), owner)
+    program = PostfixProgram(tree.names)
+    program.add(tree)
+    constants = tuple(float(evaluate(part, Scope()).value) for part in program.constants)
+    return MeasuredFormula(text, tuple(program.operations), tuple(program.taken), constants)
+
+
+def signal_of(law: MeasuredFormula) -> Signal:
+    """A law made by `equation`, as the kernels take it."""
+    return Signal(law, list(law.constants))
+
+
+def owned(node: Node, owner: str) -> Node:
+    """The tree with the owner's name before every name."""
+    match node:
+        case Name(name=name):
+            return node if name == "t" else Name(f"{owner}.{name}")
+        case Measured(of=below) | Negative(of=below):
+            return replace(node, of=owned(below, owner))
+        case Binary(a=a, b=b):
+            return replace(node, a=owned(a, owner), b=owned(b, owner))
+        case Call(function=function, arguments=arguments):
+            return Call(function, tuple(owned(argument, owner) for argument in arguments))
+    return node
+
 
 #: A field for a place: it takes a `Marker`, or text such as "crank.A", and returns a `Marker`.
 Place: TypeAlias = "Converted[Marker, Marker | str]"
@@ -487,3 +573,238 @@ class Numbers:
         plain = set(own) == {"value"}
         numbers = {k: self[name if plain else f"{name}.{k}"] for k in own}
         return Signal(value, list(value.parameters(numbers)))
+
+
+# -- An element as a mechanism takes it: floats instead of text, laws instead of formulas ------
+
+TIME = DIMENSIONS["time"]
+
+E = TypeVar("E", bound=Element)
+
+
+#: Dimensions of those of the names in a formula that are measured in a motion.
+EvaluationMeasured: TypeAlias = "Callable[[frozenset[str]], Mapping[str, Dimension | None]]"
+
+
+def resolved(
+    element: E, scope: Scope, measured: EvaluationMeasured
+) -> tuple[E, dict[str, Formula], set[str]]:
+    """The element with floats for all its text, in the units of the scope; laws by formulas of
+    what is `measured` in a motion.
+
+    Returns
+    -------
+    element : Element
+        Checked as a whole.
+    formulas : dict
+        What its numbers were made of, by dotted name.
+    fixed : set of str
+        Parameters used where a number cannot be changed afterwards, as in a table or a guess.
+
+    Raises
+    ------
+    ModelError
+        For a parameter that there is not, or a unit that does not fit; and as the element's own.
+    """
+    if not element.pending:
+        return element, {}, set()
+    formulas: dict[str, Formula] = {}
+    laws: dict[str, Law] = {}
+    for field in dataclasses.fields(element):
+        value = getattr(element, field.name)
+        if isinstance(value, Constant) and isinstance(value.value, Formula):
+            # without a variable of its own: perhaps of measured quantities
+            value = value.value
+        if isinstance(value, Formula) and "law" in field.metadata:
+            name = f"{element.name}.{field.name}"
+            try:
+                quantities = measured(value.names)
+                calls = called(value.tree) - FUNCTIONS.keys()
+                if quantities or (calls and value.variable):
+                    laws[field.name], numbers = _of_measured(
+                        element, field, value, scope, quantities
+                    )
+                elif value.variable:
+                    of = value.argument or TIME
+                    laws[field.name], numbers = compile_formula(value, scope, of)
+                else:
+                    continue
+            except FormulaError as error:
+                raise ModelError(f"'{element.name}': {field.name}: {error}", element.name) from None
+            formulas |= {f"{name}.{key}": formula for key, formula in numbers.items()}
+            formulas[name] = value
+    changes: dict[str, Any] = dict(laws)
+    with_laws = dataclasses.replace(element, **changes) if laws else element
+    named = {k: v for k, v in with_laws.numbers().items() if isinstance(v, Formula)}
+    formulas |= named
+    values: dict[int, Any] = {}
+    for name, formula in named.items():
+        try:
+            values[id(formula)] = formula.value(scope)
+        except FormulaError as error:
+            field_name = name.removeprefix(f"{element.name}.")
+            raise ModelError(f"'{element.name}': {field_name}: {error}", element.name) from None
+
+    def value_of(formula: Formula) -> Any:
+        known = values.get(id(formula))
+        return formula.value(scope) if known is None else known
+
+    parts: dict[str, Any] = {}
+    for field in dataclasses.fields(element):
+        value = getattr(with_laws, field.name)
+        try:
+            parts[field.name] = substituted(value, value_of)
+        except FormulaError as error:
+            raise ModelError(f"'{element.name}': {field.name}: {error}", element.name) from None
+    made = dataclasses.replace(with_laws, **parts)
+    rest = {k: f for k, f in formulas_in(with_laws, element.name) if id(f) not in values}
+    fixed = set().union(*(formula.names for formula in rest.values()))
+    formulas |= rest
+    return made, formulas, fixed
+
+
+def _of_measured(
+    element: Element,
+    field: dataclasses.Field[Any],
+    formula: Formula,
+    scope: Scope,
+    quantities: Mapping[str, Dimension | None],
+) -> tuple[Law, dict[str, Formula]]:
+    """The law of a formula of measured quantities, where the element can follow one."""
+    measured = next(iter(quantities), "t")
+    if element.role not in ("load", "driver") and not element.follows_formulas:
+        raise ModelError(
+            f"'{element.name}': {field.name} is {brief(formula.text)}, a formula of '{measured}', "
+            f"which a {element.role} cannot follow: a load or a driver may; for coordinates that "
+            "follow each other use a Coupling, a Gear, a Cam, a driver or a CustomJoint",
+            element.name,
+        )
+    own = f"{element.name}.{field.name}"
+    if own in quantities:
+        raise ModelError(
+            f"'{element.name}': {field.name}: '{own}' depends on itself: measure what it follows "
+            "from, or filter it with a state of your own",
+            element.name,
+        )
+    names = dict(quantities)
+    if "t" in formula.names:
+        names["t"] = TIME
+    if "x" in formula.names:
+        names["x"] = dimension_of(field.metadata["of"])
+    wanted = dimension_of(field.metadata["law"])
+    return compile_measured(formula.of(wanted), scope, names, wanted)
+
+
+# -- Physics of a user's own element in plain Python, called on the element as its numbers are
+#    now ---------------------------------------------------------------------------------------
+
+
+class OwnPhysics:
+    """``physics(i, j, p, t)`` of an element whose own numbers come behind the parameters `p`.
+
+    A system may be given other numbers than the element was made with (`with_values`, a sweep, a
+    batch). They reach the kernels as parameters; here they become fields again, so that physics
+    finds in ``self.k`` the number that is in force.
+
+    Parameters
+    ----------
+    element : Element
+        With a method `physics`.
+    count : int
+        Number of parameters that `physics` itself takes.
+    """
+
+    def __init__(self, element: Element, count: int) -> None:
+        self.count, self.element = count, element
+        self.fields = _own(element)
+        self._values = [_value(element, *field) for field in self.fields]
+        self._present: Any = element
+
+    def numbers(self, at: Numbers) -> list[Any]:
+        """The element's own numbers, floats or arrays over a batch."""
+        return [at[_name(self.element, *field)] for field in self.fields]
+
+    def __call__(self, i: Any, j: Any, p: Any, t: float) -> Any:
+        """The physics with the numbers in `p`."""
+        values = p[self.count :].tolist()
+        if values != self._values:
+            self._present, self._values = self._with(values), values
+        return self._present.physics(i, j, p[: self.count], t)
+
+    def _with(self, values: list[float]) -> Any:
+        """The element with other numbers."""
+        changes: dict[str, Any] = {}
+        laws: dict[str, dict[str, float]] = {}
+        for (field, key), value in zip(self.fields, values, strict=True):
+            if key:
+                laws.setdefault(field, {})[key] = value
+            else:
+                changes[field] = value
+        for field, numbers in laws.items():
+            changes[field] = getattr(self.element, field).with_numbers(numbers)
+        try:
+            return dataclasses.replace(self.element, **changes)
+        except TypeError:  # a class that is made in another way
+            made = copy.copy(self.element)
+            for field, value in changes.items():
+                object.__setattr__(made, field, value)
+            return made
+
+
+class WithOwnPhysics:
+    """What an element between two places needs so that its ``physics(i, j, p, t)`` is called."""
+
+    def parameters(self: Any, at: Numbers) -> list[Any]:
+        """Numbers handed to `physics` as `p`; by default both arms, from the mass centres [length],
+        and the directions of both markers [rad].
+        """
+        return [*at.arm(self, "i"), *at.arm(self, "j"), at.angle(self, "i"), at.angle(self, "j")]
+
+    def _hook(self: Any, at: Numbers) -> tuple[list[Any], OwnPhysics]:
+        """All numbers of the element as the kernels hand them on, and what they call."""
+        parameters = list(self.parameters(at))
+        physics = OwnPhysics(self, len(parameters))
+        return [*parameters, *physics.numbers(at)], physics
+
+
+def _own(element: Element) -> list[tuple[str, str]]:
+    """Fields of numbers, and of laws with each of their numbers."""
+    found = []
+    for field in dataclasses.fields(element):
+        value = getattr(element, field.name)
+        if "dimension" in field.metadata and value is not None:
+            found.append((field.name, ""))
+        elif "law" in field.metadata and isinstance(value, Law):
+            found += [(field.name, key) for key in value.numbers()]
+    return found
+
+
+def _value(element: Element, field: str, key: str) -> Any:
+    value = getattr(element, field)
+    return value.numbers()[key] if key else value
+
+
+def _name(element: Element, field: str, key: str) -> str:
+    """The dotted name of a number."""
+    name = f"{element.name}.{field}"
+    plain = not key or set(getattr(element, field).numbers()) == {"value"}
+    return name if plain else f"{name}.{key}"
+
+
+def is_plain_field(element: Element, field: str) -> bool:
+    """Whether that is a number of a class of a user's own that was not declared as one."""
+    own = {f.name: f for f in dataclasses.fields(element)}
+    if field not in own or own[field].metadata:
+        return False
+    value = getattr(element, field)
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+def plain_field(element: Element, field: str) -> str:
+    """The sentence for such a number that is to be changed."""
+    kind, value = type(element).__name__, getattr(element, field)
+    return (
+        f"'{element.name}.{field}' cannot be changed: {kind} has it as a plain number; declare it "
+        f'as {field}: float = mbody.number_field("force", {value!r}), with what it measures '
+        'instead of "force"'
+    )

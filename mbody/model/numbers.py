@@ -12,11 +12,10 @@ import numpy as np
 from mbody.errors import ModelError, brief
 from mbody.laws import Law
 from mbody.laws.base import dimension_by
-from mbody.model.element import Element, listed
+from mbody.model.element import Element, is_plain_field, listed, plain_field
 from mbody.model.mechanism import Mechanism
-from mbody.model.user_physics import is_plain_field, plain_field
 from mbody.quantities import Formula, FormulaError
-from mbody.quantities.number import evaluated, number
+from mbody.quantities.formula import evaluated, number
 from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension, dimension_of
 
 __all__ = ["dimension_named", "meant", "moves_nothing", "number_in", "plain", "varied"]

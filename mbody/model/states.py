@@ -12,8 +12,7 @@ from mbody.laws import Law, MeasuredFormula, compile_measured
 from mbody.model.element import Element
 from mbody.model.inputs import dimension_given
 from mbody.quantities import Formula, FormulaError, Scope
-from mbody.quantities.formula import read
-from mbody.quantities.number import constant_or_formula
+from mbody.quantities.formula import constant_or_formula, read
 from mbody.quantities.types import Converted, Number, default, required
 from mbody.quantities.units import DIMENSIONS, Dimension
 

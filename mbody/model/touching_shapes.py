@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from mbody.errors import ModelError, brief
-from mbody.model.element import listed, number
-from mbody.model.element_names import check_name
+from mbody.model.element import check_name, listed
 from mbody.quantities import Formula
+from mbody.quantities.formula import number
 from mbody.quantities.types import NumberField, OptionalNumberField, default, required
 
 if TYPE_CHECKING:

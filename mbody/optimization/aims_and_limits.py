@@ -11,11 +11,10 @@ from mbody.core.dual_number import DualNumber
 from mbody.derivatives.reduced_measures import integral_slope, mean_slope
 from mbody.errors import ModelError, brief
 from mbody.model.mechanism import Mechanism
-from mbody.model.reductions import check_times, mean_over
-from mbody.model.study import Measure
+from mbody.model.study import Measure, check_times, mean_over
 from mbody.optimization.design_evaluation import Evaluation
 from mbody.solution.measures import check_measure, checked_sides
-from mbody.sweeps.columns import MeasuredColumn, columns_of
+from mbody.sweeps.job import MeasuredColumn, columns_of
 
 __all__ = ["Aim", "Limit", "AimRows", "aim_of", "limit_of"]
 

@@ -2,21 +2,264 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+import functools
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
-from mbody.derivatives.named_numbers import changed
-from mbody.errors import ModelError, SolveError
+from mbody.analysis.driven.batch import BatchSetup
+from mbody.derivatives.named_numbers import changed, checked_names, unit_of
+from mbody.errors import ModelError, SolveError, brief
+from mbody.model.element import listed
+from mbody.model.numbers import dimension_named
+from mbody.model.study import OVER_TIME, Measure
 from mbody.optimization.aims_and_limits import Aim, Limit
-from mbody.optimization.design_evaluation import Evaluator
-from mbody.optimization.motion_evaluation import MotionEvaluator
+from mbody.optimization.design_evaluation import Evaluation, Evaluator, MotionEvaluator
 from mbody.optimization.nonlinear_program import HOLDS, Found, Program
-from mbody.optimization.ranges import Ranges
-from mbody.optimization.start_designs import Screen, spread_designs
+from mbody.quantities import Formula, FormulaError
+from mbody.quantities.formula import NotFinite, float_or_formula
+from mbody.sweeps.job import Job, MeasuredColumn, side_by_side
+from mbody.system.system import System
 
-__all__ = ["Ended", "MultiStart"]
+# -- Between which values the numbers of an optimization may go, and where it begins -----------
+
+
+@dataclass(frozen=True, eq=False)
+class Ranges:
+    """The numbers that are varied.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Dotted names.
+    given : tuple of str
+        The names as given.
+    low, high, start : array (numbers,)
+    units : tuple of str
+    notes : tuple of str
+        Numbers of the description that lie beyond their bounds, where the search does not begin.
+    """
+
+    names: tuple[str, ...]
+    given: tuple[str, ...]
+    low: np.ndarray
+    high: np.ndarray
+    start: np.ndarray
+    units: tuple[str, ...]
+    notes: tuple[str, ...] = ()
+
+
+def ranges_of(
+    system: System, by: Mapping[str, Any] | None, start: Mapping[str, Any] | None
+) -> Ranges:
+    """What `by` and `start` say.
+
+    Raises
+    ------
+    ModelError
+        For numbers that there are not or that formulas make, and bounds that are none.
+    """
+    if not isinstance(by, Mapping) or not by:
+        raise ModelError(
+            'optimize: by must be a dict of bounds such as {"crank.A.x": (0.1, 0.3)}, not '
+            f"{brief(by)}"
+        )
+    names = checked_names(system, list(by), "optimize")
+    low, high = (
+        np.array([_bounds(system, g, n, by[g])[k] for g, n in names.items()]) for k in (0, 1)
+    )
+    if start is not None and not isinstance(start, Mapping):
+        raise ModelError(f"optimize: start must be a dict of numbers, not {brief(start)}")
+    strange = [name for name in start or {} if name not in by]
+    if strange:
+        raise ModelError(
+            f"optimize: start has {brief(strange[0])}, which by does not vary (it varies: "
+            f"{listed(by)})",
+            str(strange[0]),
+        )
+    first, notes = [], []
+    for n, (given, name) in enumerate(names.items()):
+        own = float(system.values[name])
+        if start is not None and given in start:
+            own = _number(system, name, start[given], given)
+            if not low[n] <= own <= high[n]:
+                raise ModelError(
+                    f"optimize: start of '{given}' is {own:g}, beyond its bounds {low[n]:g} to "
+                    f"{high[n]:g}",
+                    given,
+                )
+        elif not low[n] <= own <= high[n]:
+            notes.append(_beyond(system, given, name, own, (low[n], high[n])))
+        first.append(own)
+    return Ranges(
+        names=tuple(names.values()),
+        given=tuple(names),
+        low=low,
+        high=high,
+        start=np.clip(np.array(first), low, high),
+        units=tuple(unit_of(system.mechanism, name) for name in names.values()),
+        notes=tuple(notes),
+    )
+
+
+def _beyond(system: System, given: str, name: str, own: float, bounds: tuple[float, float]) -> str:
+    """The note of a number whose bounds leave the description out."""
+    unit = unit_of(system.mechanism, name)
+    near = float(np.clip(own, *bounds))
+    return (
+        f"'{given}' is {own:.6g} {unit}".rstrip()
+        + f" in the description, beyond its bounds: the first search begins at {near:.6g} {unit}"
+    ).rstrip()
+
+
+def _bounds(system: System, given: str, name: str, pair: Any) -> tuple[float, float]:
+    if isinstance(pair, str) or not hasattr(pair, "__len__") or len(pair) != 2:
+        raise ModelError(
+            f"optimize: '{given}' needs its lowest and greatest value (low, high), not "
+            f"{brief(pair)}",
+            given,
+        )
+    low, high = (_number(system, name, one, given) for one in pair)
+    unit = unit_of(system.mechanism, name)
+    if not low < high:
+        raise ModelError(
+            f"optimize: '{given}' goes from {low:g} to {high:g} {unit}".rstrip()
+            + ": give its lowest value, then its greatest",
+            given,
+        )
+    sign, _ = system.rule(name)
+    if sign and (low < 0.0 or (sign == "positive" and low == 0.0)):
+        raise ModelError(
+            f"optimize: '{given}' goes from {low:g} {unit}".rstrip()
+            + f", it must {'be positive' if sign == 'positive' else 'not be negative'}: give a "
+            "greater lowest value",
+            given,
+        )
+    return low, high
+
+
+def _number(system: System, name: str, value: Any, given: str) -> float:
+    """One number in the units of the mechanism."""
+    machine = system.mechanism
+    try:
+        made = value if isinstance(value, Formula) else float_or_formula(value, None)
+        if isinstance(made, Formula):
+            dimension, scope = dimension_named(machine, name), machine.parameters.scope()
+            made = (made if dimension is None else made.of(dimension)).value(scope)
+        number = float(made)
+    except NotFinite as error:
+        raise ModelError(f"optimize: '{given}' is {error}, it must be finite", given) from None
+    except FormulaError as error:
+        raise ModelError(f"optimize: '{given}': {error}", given) from None
+    return number
+
+
+# -- Designs to begin searches from: a Latin hypercube, judged side by side on lanes -----------
+
+
+@dataclass(frozen=True, eq=False)
+class _Values:
+    """Histories of one design without derivatives, as an `Evaluation` has them."""
+
+    histories: dict[Measure, np.ndarray]
+
+    def history(self, measure: Measure) -> tuple[np.ndarray, np.ndarray]:
+        """A quantity, (instants,), and no derivatives."""
+        value = self.histories[measure]
+        return value, np.zeros((len(value), 0))
+
+
+class Screen:
+    """Judges many designs of one system by an aim and limits.
+
+    Parameters
+    ----------
+    job : Job or None
+        Of the measures that `columns` names; None of motions over time, which go one by one.
+    evaluator : Evaluator
+        For designs that cannot go side by side.
+    known : array (numbers,), optional
+        A design that can be analysed where any can; by default that of the description.
+    """
+
+    def __init__(
+        self,
+        job: Job | None,
+        evaluator: Evaluator | MotionEvaluator,
+        aims: Sequence[Aim],
+        limits: Sequence[Limit],
+        known: np.ndarray | None = None,
+    ) -> None:
+        self.job, self.evaluator, self.aims, self.limits = job, evaluator, aims, limits
+        self._known = evaluator.present() if known is None else known
+
+    def about(self, at: Evaluation) -> Screen:
+        """The same, designs closed from the position of one of them."""
+        job = self.job
+        if job is not None and isinstance(job.course, BatchSetup):
+            near = replace(job.course, pose=at.pose, origin=at.run.system.par[:, 0].copy())
+            job = replace(job, course=near)
+        return Screen(job, self.evaluator, self.aims, self.limits, at.x)
+
+    @functools.cached_property
+    def by_lanes(self) -> bool:
+        """Whether designs go side by side. Lanes go from one instant to the next by steps of one
+        length: where instants lie far apart, one design gets there and lanes do not.
+        """
+        if self.job is None:
+            return False
+        found = side_by_side(self.job, self._known[None])
+        return found is not None and (bool(found[1][0]) or self.evaluator(self._known) is None)
+
+    @staticmethod
+    def columns(aims: Sequence[Aim], limits: Sequence[Limit]) -> tuple[MeasuredColumn, ...]:
+        """The histories that aims and limits are made of."""
+        every = [aim.column for aim in aims]
+        every += [side for limit in limits for side in (limit.left, limit.right)]
+        measures = dict.fromkeys(column.measure for column in every)
+        if any(column.by in OVER_TIME for column in every):
+            measures[Measure("t", "s")] = None
+        return tuple(MeasuredColumn(f"{n}", one) for n, one in enumerate(measures))
+
+    def judged(self, designs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Values of the aims, with the signs that make them least, (designs, aims), and margins of
+        the limits, (designs, limits); NaN where a design cannot be analysed.
+        """
+        values = np.full((len(designs), len(self.aims)), np.nan)
+        margins = np.full((len(designs), len(self.limits)), np.nan)
+        for design, at in enumerate(self._histories(designs)):
+            if at is None:
+                continue
+            values[design] = [aim.sign * aim.value(at) for aim in self.aims]
+            margins[design] = [limit.margin(at) for limit in self.limits]
+        return values, margins
+
+    def _histories(self, designs: np.ndarray) -> list[Any]:
+        job = self.job
+        found = side_by_side(job, designs) if job is not None and self.by_lanes else None
+        if job is None or found is None:
+            return [self.evaluator.plain(x) for x in designs]
+        columns, good = found
+        measures = [column.measure for column in job.columns]
+        made: list[Any] = []
+        for design in range(len(designs)):
+            own = [column[design].reshape(-1) for column in columns]
+            fine = good[design] and all(np.isfinite(row).all() for row in own)
+            made.append(_Values(dict(zip(measures, own, strict=True))) if fine else None)
+        return made
+
+
+def spread_designs(low: np.ndarray, high: np.ndarray, count: int, seed: int) -> np.ndarray:
+    """Designs within bounds, one in each of so many slices of every number (McKay 1979): (count,
+    numbers).
+    """
+    rng = np.random.default_rng(seed)
+    slices = rng.permuted(np.tile(np.arange(count), (len(low), 1)), axis=1).T
+    parts = (slices + rng.random((count, len(low)))) / count
+    return np.asarray(low + (high - low) * parts)
+
 
 #: Designs of the hypercube for each number and each search, and the least number of them.
 EACH, LEAST = 24, 256

@@ -3,32 +3,374 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
-from mbody.analysis.driven.requested_instants import turned_driver
-from mbody.analysis.driven.requests import ANALYSES
+import numpy as np
+
+from mbody.analysis.driven.driven import ANALYSES, turned_driver
 from mbody.analysis.dynamics.progress import counted
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.errors import ModelError, brief
-from mbody.files.model.optimize_table import optimization_tasks
+from mbody.files.model.study_tables import optimization_tasks
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
-from mbody.model.optimization_task import OptimizationTask
-from mbody.optimization.aims_and_limits import aim_of, limit_of
-from mbody.optimization.design_evaluation import Evaluator
-from mbody.optimization.motion_evaluation import MotionEvaluator
-from mbody.optimization.multi_start import MultiStart
-from mbody.optimization.optimum import Optimum
-from mbody.optimization.pareto_front import pareto_front
-from mbody.optimization.ranges import Ranges, ranges_of
-from mbody.optimization.results import optimum_of
-from mbody.optimization.start_designs import Screen
+from mbody.model.study import OptimizationTask
+from mbody.optimization.aims_and_limits import Aim, AimRows, Limit, aim_of, limit_of
+from mbody.optimization.design_evaluation import Evaluation, Evaluator, MotionEvaluator
+from mbody.optimization.multi_start import Ended, MultiStart, Ranges, Screen, ranges_of
+from mbody.optimization.nonlinear_program import FASTEST, HOLDS, Found, Program
+from mbody.optimization.optimum import Active, Optimum, ParetoPoint
 from mbody.quantities.types import Number
-from mbody.sweeps.columns import MeasuredColumn
-from mbody.sweeps.job import prepared
+from mbody.solution.doubts import inherited
+from mbody.solution.measures import measured
+from mbody.sweeps.job import MeasuredColumn, prepared
 from mbody.system.system import System
 
-__all__ = ["optimize"]
+# -- What binds at an optimum, and what one unit more of it would bring ------------------------
+
+#: What is nearer to its limit than this part of its size may bind: the least of these with which
+#: the derivatives balance up to such a part, so that of neighbouring instants the nearest counts.
+NEAR, BALANCED = (1e-7, 1e-6, 1e-5, 1e-4), 1e-3
+#: A multiplier below this part of the greatest effect does not.
+COUNTS = 1e-6
+
+#: Where no derivative is greater, as the part by which the objective would change over a range, the
+#: place is a smooth optimum: what is left is measured by this.
+FLAT = 0.1
+
+
+@dataclass(frozen=True)
+class Binding:
+    """One thing that binds.
+
+    Attributes
+    ----------
+    limit : int
+        Number of the limit; -1 of a bound, -2 of mobility.
+    number, upper : int, bool
+        Of a bound: which number, and whether it is the upper one.
+    multiplier : float
+        In units of the objective by units of the limit.
+    instant : int
+        Where it binds most; -1 where that is no instant.
+    """
+
+    limit: int
+    multiplier: float
+    instant: int = -1
+    number: int = -1
+    upper: bool = False
+
+
+def binding(program: Program, at: Evaluation) -> tuple[list[Binding], float]:
+    """What binds at a design, by Karush's, Kuhn's and Tucker's conditions: the derivatives of the
+    objective as those of what binds, with multipliers that are not negative (non-negative least
+    squares; Lawson and Hanson 1974). Also what is left of the objective's derivatives, as a part.
+    """
+    found = []
+    for near in NEAR:
+        found.append(_binding(program, at, near))
+        if found[-1][1] <= BALANCED:
+            break
+    return min(found, key=lambda pair: pair[1])
+
+
+def _binding(program: Program, at: Evaluation, near: float) -> tuple[list[Binding], float]:
+    """The same with all that is so near to its limit."""
+    from scipy.optimize import nnls
+
+    width, sizes = program.width, program.sizes or []
+    columns: list[np.ndarray] = []
+    about: list[tuple[int, int, int, bool, float]] = []
+    for n, (limit, size) in enumerate(zip(program.limits, sizes, strict=True)):
+        rows = limit.rows(at)
+        left = np.abs(rows.values) if limit.equal else rows.values
+        for k in np.flatnonzero(left <= near * size):
+            for sign in (1.0, -1.0) if limit.equal else (1.0,):
+                columns.append(sign * rows.slopes[k] * width / size)
+                about.append((n, int(rows.instants[k]), -1, False, sign * size))
+    own, slope, instant = at.mobility()
+    if own < program.mobile * (1.0 + near):
+        columns.append(slope * width / program.mobile)
+        about.append((-2, instant, -1, False, program.mobile))
+    for j in range(len(width)):
+        for upper, gap in ((False, at.x[j] - program.low[j]), (True, program.high[j] - at.x[j])):
+            if gap <= near * 1e-2 * width[j]:
+                columns.append((-1.0 if upper else 1.0) * np.eye(len(width))[j])
+                about.append((-1, -1, j, upper, width[j]))
+    rows = program.aim.rows(at)
+    top = np.flatnonzero(rows.values >= rows.values.max() - near * program.scale)
+    slopes = rows.slopes[top] * width / program.scale
+    # weights of the instants that share the greatest value: their sum is 1
+    heavy = 1e3 * max(1.0, float(np.abs(slopes).max(initial=0.0)))
+    left = [np.append(-one, heavy) for one in slopes] + [np.append(one, 0.0) for one in columns]
+    right = np.append(np.zeros(len(width)), heavy)
+    found, _ = nnls(np.array(left).T, right, maxiter=100 * (len(left) + 10))
+    weights, parts = found[: len(top)], found[len(top) :]
+    pull = weights @ slopes
+    rest = pull - (np.array(columns).T @ parts if columns else 0.0)
+    greatest = max(float(np.abs(slopes).max(initial=0.0)), FLAT)
+    return _joined(about, parts, program), float(np.abs(rest).max(initial=0.0)) / greatest
+
+
+def _joined(
+    about: Sequence[tuple[int, int, int, bool, float]], parts: np.ndarray, program: Program
+) -> list[Binding]:
+    """Multipliers of one limit at several instants added; those that pull, the greatest first."""
+    found: dict[tuple[int, int, bool], list[tuple[float, int, float]]] = {}
+    for (limit, instant, number, upper, size), part in zip(about, parts, strict=True):
+        if part > COUNTS:
+            own = found.setdefault((limit, number, upper), [])
+            own.append((float(part), instant, program.scale / size))
+    made = [
+        (
+            max(part for part, _, _ in rows),
+            Binding(
+                limit=limit,
+                multiplier=sum(part * unit for part, _, unit in rows),
+                instant=max(rows)[1],
+                number=number,
+                upper=upper,
+            ),
+        )
+        for (limit, number, upper), rows in found.items()
+    ]
+    return [one for _, one in sorted(made, key=lambda pair: -pair[0])]
+
+
+# -- How far each number of an optimum may go alone --------------------------------------------
+
+#: Places on the way to a bound, and halvings between two of them.
+PLACES, HALVINGS = 24, 20
+
+
+def tolerance_band(
+    screen: Screen,
+    x: np.ndarray,
+    bounds: tuple[np.ndarray, np.ndarray],
+    sizes: np.ndarray,
+    loss: float,
+) -> np.ndarray:
+    """From where to where each number may go while the others are held: (numbers, 2).
+
+    Places between the optimum and each bound are judged, denser near the optimum; the first one
+    that is too bad is then approached by halving. All numbers go side by side.
+
+    Parameters
+    ----------
+    x : array (numbers,)
+        The optimum.
+    sizes : array (aims + limits,)
+        Sizes of aims and limits, by which a loss is measured.
+    loss : float
+        The part of these by which an aim may get worse and a limit be broken.
+    """
+    n, aims = len(x), len(screen.aims)
+    ends = np.concatenate([bounds[0], bounds[1]])
+    who = np.tile(np.arange(n), 2)
+    values, margins = screen.judged(x[None])
+    if not np.isfinite(values).all():
+        return np.column_stack([x, x])
+    worst = values[0] + loss * sizes[:aims]
+    least = np.minimum(margins[0], 0.0) - loss * sizes[aims:]
+
+    def good(parts: np.ndarray) -> np.ndarray:
+        """Whether designs so far on their ways, (2 numbers, places), are good enough."""
+        designs = np.tile(x, (parts.size, 1))
+        own = np.repeat(who, parts.shape[1])
+        way = (ends - x[who])[:, None] * parts
+        designs[np.arange(parts.size), own] += way.reshape(-1)
+        values, margins = screen.judged(designs)
+        with np.errstate(invalid="ignore"):
+            fine = (values <= worst).all(axis=1) & (margins >= least).all(axis=1)
+        return np.asarray(fine.reshape(parts.shape))
+
+    places = np.linspace(0.0, 1.0, PLACES + 1)[1:] ** 3
+    fine = good(np.tile(places, (2 * n, 1)))
+    first = np.where(fine.all(axis=1), PLACES, (~fine).argmax(axis=1))
+    known = np.append(0.0, places)
+    low, high = known[first], known[np.minimum(first + 1, PLACES)]
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        fine = good(middle[:, None])[:, 0]
+        low, high = np.where(fine, middle, low), np.where(fine, high, middle)
+    found = x[who] + low * (ends - x[who])
+    return np.column_stack([found[:n], found[n:]])
+
+
+# -- From the end of searches to what the user gets --------------------------------------------
+
+#: Derivatives that are not balanced by what binds, as a part of the greatest, are said.
+OPEN = 1e-2
+MOBILE = "mobility: no body moves {} times as fast as in the description"
+
+
+def optimum_of(
+    search: MultiStart,
+    ended: Ended,
+    aim: Aim,
+    limits: Sequence[Limit],
+    loss: float,
+    front: tuple[ParetoPoint, ...] = (),
+    aims: Sequence[Aim] = (),
+) -> Optimum:
+    """The result of searches; of two `aims` with their front."""
+    at, program, ranges = ended.best.at, ended.program, search.ranges
+    run = at.run
+    found, rest = binding(program, at)
+    unit = measured(run, aim.column.measure)[2]
+    active = tuple(_active(one, program, at, search, unit) for one in found)
+    notes = list(ended.notes)
+    if ended.starts > 1 and ended.agreeing == 1:
+        notes.append(
+            f"only one of {ended.starts} searches ended at this value, others at worse ones: more "
+            "starts may find a better one"
+        )
+    if rest > OPEN and ended.status == "completed":
+        notes.append(
+            f"the search ended where the objective still falls by {rest:.1%} of its steepest way: "
+            "it is near a place without derivatives, or stopped early"
+        )
+    goals = list(aims) or [aim]
+    starting = search.evaluator(search.evaluator.present())
+    begin = None if starting is None else tuple(one.value(starting) for one in goals)
+    values = tuple(one.value(at) for one in goals)
+    sizes = np.array([abs(value) for value in values] + list(program.sizes or []))
+    band = tolerance_band(search.screen.about(at), at.x, (ranges.low, ranges.high), sizes, loss)
+    words = [f"{'greatest' if one.greatest else 'least'} {one.text}" for one in goals]
+    theirs = [measured(run, one.column.measure)[2] for one in goals]
+    own = inherited(run, notes=tuple(notes))
+    if ended.status != "completed" and own["status"] == "completed":
+        own["status"] = ended.status
+    given = ranges.given
+    return Optimum(
+        aim=", ".join(words),
+        aims=tuple(zip(words, theirs, strict=True)),
+        objective=values if aims else values[0],
+        start_objective=begin if aims or begin is None else begin[0],
+        values=dict(zip(given, at.x.tolist(), strict=True)),
+        start_values=dict(zip(given, search.evaluator.present().tolist(), strict=True)),
+        units={**dict(zip(given, ranges.units, strict=True)), "objective": ", ".join(theirs)},
+        bounds={
+            name: (float(low), float(high))
+            for name, low, high in zip(given, ranges.low, ranges.high, strict=True)
+        },
+        constraints={limit.text: limit.margin(at) for limit in limits},
+        active=active,
+        starts=ended.starts,
+        agreeing=ended.agreeing,
+        evaluations=search.evaluator.count,
+        band={
+            name: (float(low), float(high)) for name, (low, high) in zip(given, band, strict=True)
+        },
+        loss=loss,
+        pareto=front,
+        run=run,
+        **own,
+    )
+
+
+def _active(
+    one: Binding, program: Program, at: Evaluation, search: MultiStart, unit: str
+) -> Active:
+    t = float(at.run.t[one.instant]) if one.instant >= 0 else None
+    if one.limit == -2:
+        return Active(MOBILE.format(f"{FASTEST:g}"), one.multiplier, unit, t)
+    if one.limit == -1:
+        ranges, sign = search.ranges, "<=" if one.upper else ">="
+        own = ranges.units[one.number]
+        bound = (ranges.high if one.upper else ranges.low)[one.number]
+        text = f"{ranges.given[one.number]} {sign} {bound:.6g} {own}".rstrip()
+        return Active(text, one.multiplier, _per(unit, own), None)
+    limit = program.limits[one.limit]
+    return Active(limit.text, one.multiplier, _per(unit, limit.unit), t)
+
+
+def _per(unit: str, by: str) -> str:
+    """Unit of a quotient."""
+    if not by:
+        return unit
+    below = f"({by})" if any(letter in by for letter in "·/ ") else by
+    return f"{unit or '1'}/{below}"
+
+
+# -- Two aims: the designs of which none is better in both, by bounds of one aim (ε-constraints)
+
+
+class _Bounded:
+    """The limit that an aim stays below a value, with the sign that makes it least."""
+
+    equal = False
+
+    def __init__(self, aim: Aim, value: float, unit: str) -> None:
+        self.aim, self.value, self.unit = aim, value, unit
+        self.text = f"{aim.text} {'>=' if aim.greatest else '<='} {aim.sign * value:.6g} {unit}"
+
+    def rows(self, at: Evaluation) -> AimRows:
+        """By how much each instant stays below."""
+        own = self.aim.rows(at)
+        return AimRows(self.value - own.values, -own.slopes, own.instants)
+
+    def margin(self, at: Evaluation) -> float:
+        """By how much all do."""
+        return float(self.rows(at).values.min())
+
+
+def pareto_front(
+    search: MultiStart, aims: Sequence[Aim], limits: Sequence[Limit], points: int, loss: float
+) -> Optimum:
+    """The front from the best of the first aim to the best of the second, and of its designs the
+    one that is nearest to the best of both, each aim by its range on the front.
+    """
+    first, second = aims
+    ends = [search.ended(aim, limits) for aim in aims]
+    values = np.array([[_least(aim, end.best.at) for aim in aims] for end in ends])
+    scales = [end.program.scale for end in ends]
+    found: list[tuple[Found, Ended]] = [(ends[0].best, ends[0]), (ends[1].best, ends[1])]
+    low, high = values[1, 1], values[0, 1]
+    if high - low > HOLDS * scales[1]:
+        place = [ends[0].best.at.x, ends[1].best.at.x]
+        for value in np.linspace(high, low, points)[1:-1]:
+            bounded = _Bounded(second, float(value), "")
+            program = search.program(first, [*limits, bounded])  # type: ignore[list-item]
+            tried = [end for x in place if (end := program.search(x)) is not None]
+            held = [one for one in tried if one.broken <= HOLDS]
+            if held:
+                best = min(held, key=lambda one: one.value)
+                place[0] = best.at.x
+                found.append((best, replace(ends[0], best=best, program=program)))
+    both = np.array([[_least(aim, one.at) for aim in aims] for one, _ in found])
+    kept = [n for n, own in enumerate(both) if not _beaten(own, both)]
+    order = sorted(kept, key=lambda n: tuple(both[n]))
+    span = np.maximum(np.ptp(both[order], axis=0), 1e-300)
+    near = [float(np.hypot(*((both[n] - both[order].min(axis=0)) / span))) for n in order]
+    knee = order[int(np.argmin(near))]
+    names = search.ranges.given
+    front = tuple(
+        ParetoPoint(
+            tuple(aim.value(found[n][0].at) for aim in aims),
+            dict(zip(names, found[n][0].at.x.tolist(), strict=True)),
+        )
+        for n in order
+    )
+    ended = replace(
+        found[knee][1],
+        starts=sum(end.starts for end in ends),
+        agreeing=sum(end.agreeing for end in ends),
+    )
+    return optimum_of(search, ended, first, limits, loss, front, aims)
+
+
+def _least(aim: Aim, at: Evaluation) -> float:
+    """An aim with the sign that makes it least."""
+    return aim.sign * aim.value(at)
+
+
+def _beaten(own: np.ndarray, every: np.ndarray) -> bool:
+    """Whether another design is as good in both aims and better in one."""
+    return bool(((every <= own).all(axis=1) & (every < own).any(axis=1)).any())
+
 
 #: Options for the instants, and those of a motion over time.
 INSTANTS = ("t", "drive", "turn", "instants", "turns", "guess", "at", "over")

@@ -2,18 +2,104 @@
 
 from __future__ import annotations
 
+import itertools
+import math
 import os
+import tomllib
+import warnings
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from mbody.core.presentation import present
+from mbody.errors import ModelError, ModelWarning
+from mbody.files.model import from_toml
+from mbody.files.model.write import toml
+from mbody.live.file_numbers import file_numbers
+from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
-from mbody.optimization.design_file import with_numbers
+from mbody.sheets.text_table import Column, even, noted, number, paragraph, table
 from mbody.solution.doubts import Inherited
+from mbody.solution.histories import link_poses
 from mbody.solution.solution import Solution
+from mbody.system.assembler import assemble
 from mbody.system.read_only import lock
 
-__all__ = ["Active", "Optimum", "ParetoPoint"]
+# -- A mechanism with the numbers of a design, as a model file would have them -----------------
+
+#: Numbers that a file gives agree with those of the design to this part.
+SAME = 1e-9
+
+
+def with_numbers(run: Solution, values: Mapping[str, float]) -> Mechanism:
+    """The mechanism of a result with other numbers, guesses at its first position.
+
+    Raises
+    ------
+    ModelError
+        For numbers that its file does not have as such.
+    """
+    machine = run.mechanism
+    values = {**_overridden(run), **values}
+    cut = file_numbers(machine, list(values))
+    given: dict[str, float] = {}
+    for one_number in cut.numbers:
+        for name, factor in one_number.factors.items():
+            given[name] = values[name] / factor
+    missing = [name for name in values if name not in given]
+    if missing:
+        raise ModelError(
+            f"the model file of '{machine.name}' has no number of its own for {listed(missing)}: "
+            "name a parameter for it; run.system has the numbers of the optimum",
+            missing[0],
+        )
+    texts = [repr(float(next(given[name] for name in number.factors))) for number in cut.numbers]
+    text = "".join(
+        part + (number or "") for part, number in itertools.zip_longest(cut.parts, texts)
+    )
+    tree = tomllib.loads(text)
+    for name, (x, y, angle) in link_poses(run.take([0])).items():
+        if name in tree["bodies"]:
+            shown = f"{math.degrees(angle)!r} deg"
+            tree["bodies"][name]["guess"] = {"x": x, "y": y, "angle": shown}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ModelWarning)
+        made = from_toml(toml(tree))
+    _check(made, {**run.system.values, **values}, list(values))
+    return made
+
+
+def _overridden(run: Solution) -> dict[str, float]:
+    """Numbers of the system of a result that its description does not have, formulas aside."""
+    system, described = run.system, assemble(run.mechanism).values
+    own = {name: float(value) for name, value in system.values.items() if name in described}
+    return {
+        name: value
+        for name, value in own.items()
+        if name not in system.formulas and not _same(float(described[name]), value)
+    }
+
+
+def _same(one: float, other: float) -> bool:
+    return bool(np.isclose(one, other, rtol=SAME, atol=0.0))
+
+
+def _check(made: Mechanism, values: Mapping[str, float], named: list[str]) -> None:
+    """Refuse a mechanism whose numbers are not those of the result; `named` are of the design."""
+    found = assemble(made).values
+    wrong = [name for name, value in values.items() if not _same(float(found[name]), value)]
+    if not wrong:
+        return
+    changed = [name for name in named if name in wrong] or named
+    others = listed([name for name in wrong if name not in changed][:3])
+    also = f" ({others})" if changed != wrong else ""
+    raise ModelError(
+        f"the model file of '{made.name}' makes {listed(changed)} of a number that gives others "
+        f"too{also}: give it one of its own; run.system has the numbers of the optimum",
+        changed[0],
+    )
 
 
 @dataclass(frozen=True)
@@ -174,3 +260,81 @@ class Optimum(Inherited):
 
     def __repr__(self) -> str:
         return f"Optimum({self.aim}: {self.objective}, {self.agreeing} of {self.starts} starts)"
+
+
+# -- The readable sheet of an optimum: what ``print(mbody.optimize(machine, ...))`` shows ------
+
+
+def sheet(found: Optimum, name: str = "") -> str:
+    """An optimum as text, at most 100 characters wide."""
+    title = found.run.mechanism.name + (f": {name}" if name else "")
+    lines = [*paragraph(title), "", *_aims(found), ""]
+    names = list(found.values)
+    band = [found.band[one] for one in names]
+    lines += table(
+        [
+            Column("NUMBERS", names, text=True),
+            Column("before", [number(found.start_values[one]) for one in names]),
+            Column("optimum", [number(found.values[one]) for one in names]),
+            Column("unit", [found.units[one] for one in names], text=True),
+            Column(f"band from ({found.loss:.3g})", [number(low) for low, _ in band]),
+            Column("to", [number(high) for _, high in band]),
+        ]
+    )
+    if found.constraints:
+        lines += ["", *_limits(found)]
+    if found.active:
+        lines += ["", *_active(found)]
+    if found.pareto:
+        lines += ["", *_front(found)]
+    lines += [
+        "",
+        *paragraph(
+            f"{found.agreeing} of {found.starts} searches ended "
+            + ("at the ends of the front" if found.pareto else "here")
+            + f"; {found.evaluations} analyses with derivatives"
+        ),
+    ]
+    if found.status != "completed":
+        lines += ["", *paragraph(found.status, "STATUS   ")]
+    return "\n".join(even([*lines, *noted(found.notes)]))
+
+
+def _aims(found: Optimum) -> list[str]:
+    """What is least or greatest, before and after."""
+    several = isinstance(found.objective, tuple)
+    values = found.objective if several else (found.objective,)
+    before: Any = found.start_objective if several else (found.start_objective,)
+    if found.start_objective is None:
+        before = (None,) * len(values)
+    lines = []
+    for (aim, unit), value, old in zip(found.aims, values, before, strict=True):
+        text = f"{aim} = {number(value)} {unit}".rstrip()
+        lines += paragraph(text + (f", before {number(old)}" if old is not None else ""))
+    return lines
+
+
+def _limits(found: Optimum) -> list[str]:
+    texts = list(found.constraints)
+    margins = ["0" if abs(m) < 1e-9 else number(m) for m in found.constraints.values()]
+    return table([Column("LIMITS", texts, text=True), Column("margin", margins)])
+
+
+def _active(found: Optimum) -> list[str]:
+    time = found.run.mechanism.units.time
+    return table(
+        [
+            Column("BINDS", [one.constraint for one in found.active], text=True),
+            Column("per unit", [number(one.multiplier) for one in found.active]),
+            Column("unit", [one.unit for one in found.active], text=True),
+            Column("at t", ["–" if one.t is None else number(one.t) for one in found.active], time),
+        ]
+    )
+
+
+def _front(found: Optimum) -> list[str]:
+    own = [
+        Column(aim, [number(one.objective[n]) for one in found.pareto], unit)
+        for n, (aim, unit) in enumerate(found.aims)
+    ]
+    return table([Column("FRONT", [str(n) for n in range(len(found.pareto))], text=True), *own])

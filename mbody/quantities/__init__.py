@@ -1,11 +1,10 @@
 """Formulas: numbers as text, with units and parameters. They are parsed, never executed."""
 
-from mbody.quantities.convert import convert, deg, rpm
-from mbody.quantities.evaluate import Scope, Valued, dimension_text, evaluate
+from mbody.quantities.evaluate import Scope, Valued, convert, deg, dimension_text, evaluate, rpm
 from mbody.quantities.formula import Formula, read
 from mbody.quantities.parameters import Parameters
 from mbody.quantities.parse import FUNCTIONS, VARIABLES, FormulaError, parse, parse_unit
-from mbody.quantities.text import text_of
+from mbody.quantities.tree import text_of
 
 __all__ = [
     "FUNCTIONS",

@@ -6,6 +6,7 @@ its value is in the unit that plain numbers of its field have.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -13,9 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from mbody.quantities.numpy_operations import COMPUTE
-from mbody.quantities.parse import FUNCTIONS, VARIABLES, FormulaError
-from mbody.quantities.text import text_of
+from mbody.errors import ModelError
+from mbody.quantities.parse import FUNCTIONS, VARIABLES, FormulaError, parse_unit
 from mbody.quantities.tree import (
     Binary,
     Call,
@@ -24,6 +24,7 @@ from mbody.quantities.tree import (
     Negative,
     Node,
     Plain,
+    text_of,
     units_of_powers,
     walk,
 )
@@ -39,17 +40,48 @@ from mbody.quantities.units import (
     unit_system,
 )
 
-__all__ = [
-    "Curve",
-    "Scope",
-    "Valued",
-    "evaluate",
-    "has_units",
-    "misplaced_variable",
-    "parameters_read_as_units",
-    "dimension_text",
-    "literal_exponent",
-]
+# -- The operations and functions of formulas on numbers and arrays, by NumPy ------------------
+
+#: Functions of one number, and of two, by their names in formulas.
+OF_ONE: dict[str, Callable[[Any], Any]] = {
+    "sin": np.sin,
+    "cos": np.cos,
+    "tan": np.tan,
+    "asin": np.arcsin,
+    "acos": np.arccos,
+    "atan": np.arctan,
+    "sqrt": np.sqrt,
+    "abs": np.abs,
+    "exp": np.exp,
+    "log": np.log,
+    "sign": np.sign,
+    # by a comparison that traced numbers record
+    "step": lambda x: 1.0 - np.less(x, 0.0),
+}
+OF_TWO: dict[str, Callable[[Any, Any], Any]] = {
+    "atan2": np.arctan2,
+    "hypot": np.hypot,
+    "min": np.minimum,
+    "max": np.maximum,
+}
+#: All functions, those that are written by others of them too.
+COMPUTE: dict[str, Callable[..., Any]] = {
+    **OF_ONE,
+    **OF_TWO,
+    "clamp": lambda x, low, high: np.maximum(np.minimum(x, high), low),
+    "deadband": lambda x, width: x - np.maximum(np.minimum(x, width), -width),
+}
+#: Operations of compiled formulas (`mbody.laws.kernels`) on one number, and on two.
+ONE: dict[str, Callable[[Any], Any]] = {"negative": np.negative, **OF_ONE}
+TWO: dict[str, Callable[[Any, Any], Any]] = {
+    "+": np.add,
+    "-": np.subtract,
+    "*": np.multiply,
+    "/": np.divide,
+    "^": np.power,
+    **OF_TWO,
+}
+
 
 ANGLE = DIMENSIONS["angle"]
 #: Quantities of which a rate by another one is written in words.
@@ -400,3 +432,82 @@ def _float(value: Fraction) -> float:
         return float(value)
     except OverflowError:
         return np.inf if value > 0 else -np.inf
+
+
+# -- Conversion of values from one unit to another ---------------------------------------------
+
+
+def short_degrees(value: float) -> float:
+    """An angle [rad] in degrees, with the fewest digits that mean the same angle.
+
+    >>> short_degrees(math.radians(60.0)), math.degrees(math.radians(60.0))
+    (60.0, 59.99999999999999)
+    """
+    degrees = math.degrees(value)
+    for digits in range(14):
+        short = round(degrees, digits)
+        if math.radians(short) == value:
+            return short
+    return degrees
+
+
+def degrees_of(values: Any) -> np.ndarray:
+    """Angles [rad] in degrees, to fifteen digits: what follows is the rounding of the conversion,
+    which shows as 59.99999999999999.
+
+    >>> degrees_of([math.radians(60.0), math.nan]).tolist()
+    [60.0, nan]
+    """
+    degrees = np.degrees(np.asarray(values, dtype=float))
+    sizes = np.abs(degrees)
+    plain = (sizes > 1e-7) & (sizes < 1e12)  # 10^k is exact up to k = 22
+    scale = 10.0 ** (14 - np.floor(np.log10(np.where(plain, sizes, 1.0))))
+    return np.where(plain, np.rint(degrees * scale) / scale, degrees)
+
+
+def convert(values: Any, unit: str, to: str) -> Any:
+    """Values in another unit: a float or an array of any shape.
+
+    Parameters
+    ----------
+    values : float or array
+        In `unit`.
+    unit, to : str
+        Such as ``"lbf in"``, ``"N*m"``, ``"rev/min"``.
+
+    Raises
+    ------
+    ModelError
+        For an unknown unit, or two units of different dimensions.
+
+    >>> round(convert(243.2375907612, "lbf in", "N m"), 6)
+    27.482158
+    """
+    try:
+        old, new = (evaluate(parse_unit(name), Scope()) for name in (unit, to))
+        if old.dimension != new.dimension or old.dimension is None or new.dimension is None:
+            kinds = [dimension_text(v.dimension) if v.dimension else "no unit" for v in (old, new)]
+            raise FormulaError(f"'{unit}' is {kinds[0]}, '{to}' is {kinds[1]}")
+        if not (0.0 < abs(old.value) < math.inf and 0.0 < abs(new.value) < math.inf):
+            raise FormulaError(f"'{unit}' or '{to}' is not a unit")
+        return values * (old.value / new.value)
+    except FormulaError as error:
+        raise ModelError(f"cannot convert: {error}") from None
+
+
+def deg(angle: float) -> float:
+    """Degrees to radians.
+
+    >>> deg(180.0) == math.pi
+    True
+    """
+    return math.radians(angle)
+
+
+def rpm(speed: float) -> float:
+    """Revolutions a minute to rad/s.
+
+    >>> round(rpm(60.0), 6)
+    6.283185
+    """
+    return speed * (math.pi / 30.0)

@@ -4,14 +4,21 @@ mechanism.
 
 from __future__ import annotations
 
+import dataclasses
+import functools
+import math
+import operator
 import re
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from numbers import Real
-from typing import Any
+from types import NoneType
+from typing import Any, cast
 
 import numpy as np
 
+from mbody.errors import ModelError, brief
 from mbody.quantities.evaluate import (
     Scope,
     Valued,
@@ -22,9 +29,7 @@ from mbody.quantities.evaluate import (
 )
 from mbody.quantities.parse import FUNCTIONS, VARIABLES, FormulaError, parse, shown
 from mbody.quantities.tree import Measured, Negative, Node, Plain, called
-from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension, of_quantity
-
-__all__ = ["Formula", "verified", "read"]
+from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension, dimension_of, of_quantity
 
 # frequent mistakes: (what is written, what is meant), tried in this order
 MEANT = (
@@ -203,3 +208,192 @@ def verified(formula: Formula) -> Formula:
     if formula.dimension is not None and not formula.names and not curves:
         formula.value(Scope())
     return formula
+
+
+# -- Deferred evaluation: find the formulas in a description and substitute their values -------
+
+#: What has no parts, and is no formula.
+_PLAIN = frozenset({float, int, bool, str, NoneType})
+
+
+@functools.cache
+def _field_names(kind: Any) -> tuple[str, ...]:
+    """Names of the fields of a dataclass; of another class none."""
+    return tuple(f.name for f in dataclasses.fields(kind)) if dataclasses.is_dataclass(kind) else ()
+
+
+@functools.cache
+def _parts_of(kind: Any) -> Callable[[Any], tuple[Any, ...]]:
+    """What gives the values of all fields of a dataclass; of another class none."""
+    names = _field_names(kind)
+    if len(names) > 1:
+        return operator.attrgetter(*names)
+    return lambda value: tuple(getattr(value, name) for name in names)
+
+
+def formulas_in(value: Any, name: str = "") -> Iterator[tuple[str, Formula]]:
+    """Every formula in a value (a number, a point, a law, an element), with its dotted name."""
+    if isinstance(value, Formula):
+        yield name, value
+        return
+    parts: Iterable[tuple[Any, Any]] = ()
+    if isinstance(value, (tuple, list)):
+        parts = enumerate(value)
+    elif isinstance(value, dict):
+        parts = value.items()
+    else:
+        parts = ((field, getattr(value, field)) for field in _field_names(cast(Any, type(value))))
+    for key, part in parts:
+        if type(part) not in _PLAIN:  # so that long tables are searched fast
+            yield from formulas_in(part, f"{name}.{key}")
+
+
+def is_pending(value: Any) -> bool:
+    """Whether a value contains formulas, which only a mechanism can evaluate."""
+    if type(value) in _PLAIN:
+        return False
+    if isinstance(value, Formula):
+        return True
+    parts: Iterable[Any]
+    if isinstance(value, (tuple, list)):
+        parts = value
+    elif isinstance(value, dict):
+        parts = value.values()
+    else:
+        parts = _parts_of(cast(Any, type(value)))(value)
+    # no call for a plain number: there are hundreds in a description
+    return any(type(part) not in _PLAIN and is_pending(part) for part in parts)
+
+
+def substituted(value: Any, instead: Callable[[Formula], Any]) -> Any:
+    """The value with every formula replaced by ``instead(formula)``; itself where it has none."""
+    if type(value) in _PLAIN:
+        return value
+    if isinstance(value, Formula):
+        return instead(value)
+    if isinstance(value, (tuple, list)):
+        parts = [substituted(part, instead) for part in value]
+        same = all(new is old for new, old in zip(parts, value, strict=True))
+        return value if same else type(value)(parts)
+    if isinstance(value, dict):
+        pairs = {key: substituted(part, instead) for key, part in value.items()}
+        return pairs if any(pairs[key] is not value[key] for key in pairs) else value
+    names = _field_names(cast(Any, type(value)))
+    if names:
+        fields = {field: getattr(value, field) for field in names}
+        made = {name: substituted(part, instead) for name, part in fields.items()}
+        changed = {name: part for name, part in made.items() if part is not fields[name]}
+        return dataclasses.replace(value, **changed) if changed else value
+    return value
+
+
+# -- Numbers of a description, as they are entered: floats, text with units, quantities of pint
+
+
+class NotANumber(FormulaError):
+    """The value is neither a number nor text."""
+
+
+class NotFinite(FormulaError):
+    """The value is infinite or NaN."""
+
+
+def float_or_formula(value: Any, dimension: Dimension | None) -> float | Formula:
+    """A finite float, or a formula for text or a quantity of pint.
+
+    Raises
+    ------
+    FormulaError
+        When it is neither; the message follows the name of the field.
+    """
+    if type(value) is float and math.isfinite(value):
+        return value
+    if isinstance(value, Real) and not isinstance(value, bool):
+        try:
+            result = float(value)
+        except OverflowError:
+            result = math.inf
+        if not math.isfinite(result):
+            raise NotFinite(f"{result}")
+        return result
+    if isinstance(value, (str, Formula)) or hasattr(value, "dimensionality"):
+        return read(value, dimension)
+    raise NotANumber(f"{brief(value)} is not a number")
+
+
+def number(value: Any, dimension: str | Dimension, element: str, field: str) -> Any:
+    """One number of an element: a finite float in the mechanism's unit system, or a formula.
+
+    Parameters
+    ----------
+    value : float, str or quantity
+        Text has units, parameters and arithmetic: ``"1.5 lbf"``, ``"2*a"``; a quantity is pint's.
+    dimension : str or Dimension
+        Dimension of the field.
+    element, field : str
+        Names for the error message.
+
+    Returns
+    -------
+    float or Formula
+        A formula becomes a float when the element is added to a mechanism, which has the units.
+
+    Raises
+    ------
+    ModelError
+        When it is not a number, not finite, or of another dimension.
+    """
+    kind = f" ({dimension})" if isinstance(dimension, str) else ""
+    return constant_or_formula(
+        value, dimension_of(dimension), f"'{element}': {field}", element, kind
+    )
+
+
+def constant_or_formula(
+    value: Any, dimension: Dimension | None, what: str, element: str, kind: str = ""
+) -> float | Formula:
+    """One number that does not change with time; `what` begins the error message.
+
+    Raises
+    ------
+    ModelError
+        As `number`.
+    """
+    try:
+        result = float_or_formula(value, dimension)
+    except NotANumber:
+        raise ModelError(f"{what} must be a number{kind}, not {brief(value)}", element) from None
+    except NotFinite as error:
+        raise ModelError(f"{what} is {error}, it must be finite", element) from None
+    except FormulaError as error:
+        raise ModelError(f"{what}: {error}", element) from None
+    if isinstance(result, Formula) and result.variable:
+        raise ModelError(
+            f"{what} is {brief(result.text)}, but only a law may change with '{result.variable}'",
+            element,
+        )
+    return result
+
+
+def one_number(value: Any, dimension: str, element: str, field: str) -> float:
+    """A plain number, for places without a mechanism that has units and parameters."""
+    result = number(value, dimension, element, field)
+    if isinstance(result, Formula):
+        raise ModelError(
+            f"'{element}': {field} must be a plain number here, not {brief(result.text)}", element
+        )
+    return result
+
+
+def evaluated(given: Any, scope: Scope, element: str, field: str) -> Any:
+    """A number, or a value made of numbers, with floats in the place of its formulas.
+
+    Raises
+    ------
+    ModelError
+        For a parameter that there is not; the sentence names the element and the field.
+    """
+    try:
+        return substituted(given, lambda formula: formula.value(scope))
+    except FormulaError as error:
+        raise ModelError(f"'{element}': {field}: {error}", element) from None

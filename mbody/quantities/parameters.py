@@ -9,7 +9,7 @@ from graphlib import CycleError, TopologicalSorter
 from typing import Any
 
 from mbody.errors import ModelError
-from mbody.quantities import number
+from mbody.quantities import formula as number
 from mbody.quantities.evaluate import Scope, Valued, evaluate
 from mbody.quantities.formula import Formula, read
 from mbody.quantities.parse import FUNCTIONS, VARIABLES, FormulaError, parse, parse_unit, shown

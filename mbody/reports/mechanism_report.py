@@ -15,17 +15,14 @@ from mbody.model.mechanism import Mechanism
 from mbody.model.study import Instants
 from mbody.reports.blocks import ReportDocument
 from mbody.reports.chapters import SECTIONS, check_sections, document
-from mbody.reports.html import html_page
-from mbody.reports.latex import latex
-from mbody.reports.markdown import markdown
-from mbody.reports.pdf import check_typst, pdf
 from mbody.reports.subject import Subject, run_of
+from mbody.reports.writers import check_typst, html_page, latex, markdown, pdf
 from mbody.solution.checks import check_forces, whole_instant
 from mbody.solution.doubts import Doubt
 from mbody.solution.solution import Solution
 from mbody.views.free_bodies import force_peak
-from mbody.views.picture_content import content_of
 from mbody.views.plotting import curve_of
+from mbody.views.style import content_of
 
 __all__ = ["FORMATS", "MechanismReport", "check_format", "report"]
 

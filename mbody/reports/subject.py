@@ -11,19 +11,18 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.driven.requests import analyse_at
+from mbody.analysis.driven.driven import analyse_at
 from mbody.analysis.dynamics.simulate import simulate
 from mbody.analysis.freedom.mobility import Mobility, mobility
 from mbody.engines.crosscheck import Crosscheck, crosscheck
 from mbody.errors import ModelError, SolveError
 from mbody.model.mechanism import Mechanism
 from mbody.model.study import Instants
-from mbody.sheets.names import force_floor, force_names
-from mbody.sheets.text_table import number, unit_text
+from mbody.sheets.text_table import force_floor, force_names, number, unit_text
 from mbody.solution.solution import Solution
-from mbody.system.driver_formulas import followed_states
-from mbody.views.cycle import cycle
+from mbody.system.formula_rows import followed_states
 from mbody.views.free_bodies import force_peak
+from mbody.views.motions import cycle
 from mbody.views.page import digest_of
 
 __all__ = ["Subject", "book", "run_of"]

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.kernels.output import PER_PRIMITIVE
+from mbody.kernels.layout import PER_PRIMITIVE
 from mbody.system.read_only import lock
 
 if TYPE_CHECKING:
-    from mbody.model.own_equations import AccountedEnergy
+    from mbody.model.element import AccountedEnergy
     from mbody.system.system import System
 
 __all__ = ["Energy", "account", "causes", "works_of_moving", "works_of_pairs"]
@@ -171,7 +171,7 @@ def account(system: System, pages: Array, gained: Array, stops: Sequence[str] = 
     Parameters
     ----------
     pages : array (instants, rows)
-        What is kept of every instant: q, then v, …, own states (`mbody.kernels.output`).
+        What is kept of every instant: q, then v, …, own states (`mbody.kernels.layout`).
     gained : array (instants, causes)
         Work of every one of `causes`.
     stops : list of str

@@ -3,38 +3,470 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping
+import itertools
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from mbody.core.presentation import present
 from mbody.errors import ModelError
-from mbody.kernels.friction import CERTIFICATE, REACHED_PART
-from mbody.kernels.output import PER_PRIMITIVE
+from mbody.kernels.finished_instants import StoredMotion, forces_by_senses, impending_rates
+from mbody.kernels.friction import CERTIFICATE, IMPENDING, REACHED_PART, SLIDING
+from mbody.kernels.layout import PER_PRIMITIVE, Work
 from mbody.model.element import listed
-from mbody.solution.contact_forces import contact_wrench
-from mbody.solution.friction_ranges import Jam, jams_at
-from mbody.solution.friction_ranges import forces_at_rest as at_rest
-from mbody.solution.places import reaction_torque
-from mbody.solution.rough_pairs import (
+from mbody.solution.checks import loaded
+from mbody.solution.contact_forces import (
+    RoughPair,
+    contact_wrench,
     losing_pairs,
     pair_rates,
     rates_at,
     resting_pairs,
     rough_pairs,
+    stored_motion,
     tangent_forces,
 )
+from mbody.solution.histories import Result, motion_at, reaction_torque
+from mbody.system.rank import dense
 from mbody.system.read_only import lock, locked
+from mbody.system.system import System
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from mbody.solution.histories import Reaction
 
-__all__ = ["Efficiency", "ForceRange", "FrictionReport", "FrictionResults"]
+
+# -- Forces of contacts at rest: what friction leaves open, as linear programs -----------------
+#
+# Where contacts are closed and nothing slides, normal forces and friction may be any that balance
+# all bodies, with λ_N ≥ 0 and |λ_T| ≤ μ_s λ_N. That is convex: the least and the greatest effort
+# are those at which something is about to slip, or a contact to open, and where there are no such
+# forces at all the position cannot be held.
 
 Array = np.ndarray
+
+#: Status of a linear program without a bound.
+UNBOUNDED = 3
+#: A part of the greatest load that a force is at most, in the search of a reserve.
+MOST = 1e3
+
+
+def rubs_by_contacts_alone(system: System) -> bool:
+    """Whether all that rubs is contacts that are closed for good."""
+    rough = [pair for pair in rough_pairs(system) if pair.loses and not pair.separable]
+    closed = {one.name for one in system.mechanism.contacts if one.closed}
+    return bool(rough) and all(pair.joint in closed for pair in rough)
+
+
+class ContactLimits:
+    """What the forces of closed contacts are limited by, the same at every position of a system of
+    one design: multipliers of all rows, then friction of all closed contacts.
+
+    Parameters
+    ----------
+    work : Work
+        With the numbers of the design.
+
+    Attributes
+    ----------
+    least : array (limits, forces)
+        A line an inequality, each · forces ≥ 0: normal forces, then limits of friction.
+    """
+
+    def __init__(self, system: System, work: Work) -> None:
+        self.system, self.work = system, work
+        self.primitive, self.number, angle = system.row_table
+        self.units = np.where(angle, 1.0, system.length)
+        self.rows = len(self.primitive)
+        self.pairs = [
+            (f, pair)
+            for f, pair in enumerate(rough_pairs(system))
+            if pair.loses and not pair.separable
+        ]
+        self.least = np.array([*self._normals(), *self._limits()])
+
+    def row(self, e: int) -> int:
+        """The row of a primitive, the first of several."""
+        return int(np.flatnonzero(self.primitive == e)[0])
+
+    def _pressing(self, e: int, sense: float) -> Array:
+        """λ_N of the normal row of a primitive, by all forces."""
+        found = np.zeros(self.rows + len(self.pairs))
+        found[self.row(e)] = -sense
+        return found
+
+    def _normals(self) -> list[Array]:
+        at, found = self.system.numbers, list[Array]()
+        for contact in self.system.mechanism.contacts:
+            if contact.closed:
+                own = self.system.primitives_of[contact.name]
+                for spot, e in zip(contact.spots(at), own, strict=False):
+                    found.append(self._pressing(e, spot.sense))
+        return found
+
+    def _limits(self) -> list[Array]:
+        L, found = self.system.layout, list[Array]()
+        for n, (f, pair) in enumerate(self.pairs):
+            e = int(np.flatnonzero(L.primitive_node == L.friction_node[f])[0])
+            sense = float(self.work.par[pair.parameter + 4, 0])
+            most = float(self.work.par[pair.parameter + 1, 0]) * self._pressing(e, sense)
+            for way in (1.0, -1.0):
+                own = most.copy()
+                own[self.rows + n] = way
+                found.append(own)
+        return found
+
+    def smooth(self) -> Array:
+        """Which inequalities are limits of friction without any coefficient."""
+        count = len(self.least) - 2 * len(self.pairs)
+        mu = [self.work.par[pair.parameter + 1, 0] == 0.0 for _, pair in self.pairs]
+        return np.array([False] * count + [flag for one in mu for flag in (one, one)])
+
+
+class RestingContacts:
+    """The forces of one position, without units of length: multipliers of all rows, then friction
+    of all closed contacts.
+
+    Parameters
+    ----------
+    limits : ContactLimits
+        Of the same system.
+    work : Work
+        At the position, with its rows.
+    load : array (coordinates,)
+        What constraints must balance, f − M a.
+    """
+
+    def __init__(self, limits: ContactLimits, work: Work, load: Array) -> None:
+        system = limits.system
+        self.system, self.work, self.limits = system, work, limits
+        L, scale = system.layout, system.coordinate_units
+        G = dense(system, work)[1]
+        block = work.block[:, 0].reshape(-1, 3)
+        along = np.zeros((len(limits.pairs), system.coordinates + 3))
+        for n, (_, pair) in enumerate(limits.pairs):
+            node, e = 4 * L.written_node[pair.primitive], pair.primitive
+            for side, body in ((0, L.primitive_i[e]), (2, L.primitive_j[e])):
+                along[n, 3 * body : 3 * body + 3] += block[node + side]
+        tangents = along[:, : system.coordinates] * scale / system.length
+        self.balance = np.vstack([G, tangents]).T
+        self.load = load * scale
+        self.size = float(np.abs(self.load).max(initial=0.0)) or 1.0
+
+    def extreme(self, driver: str, way: float) -> Array | None:
+        """The forces at which the effort of a driver is greatest (`way` 1) or least (−1); None
+        where nothing holds, infinite where there is no bound.
+        """
+        aim = np.zeros(self.balance.shape[1])
+        # an effort is −λ
+        aim[self.limits.row(self.system.primitives_of[driver][0])] = way
+        status, forces = self._solved(aim, self.limits.least)
+        if status == UNBOUNDED:
+            return np.full(len(aim), -way * np.inf)
+        return forces if status == 0 else None
+
+    def reserve(self) -> float:
+        """How much more every normal force and every limit of rough contacts could take at least,
+        as a part of the load: negative where nothing holds.
+        """
+        aim = np.append(np.zeros(self.balance.shape[1]), -1.0)
+        lines = np.column_stack([self.limits.least, np.where(self.limits.smooth(), 0.0, -1.0)])
+        status, found = self._solved(aim, lines)
+        return float(found[-1]) / self.size if status == 0 and found is not None else -MOST
+
+    def _solved(self, aim: Array, lines: Array) -> tuple[int, Array | None]:
+        """Status and forces at the least of aim · forces with lines · forces ≥ 0 in balance; what
+        is among `aim` beside the forces is at most `MOST` times the load.
+        """
+        from scipy.optimize import linprog
+
+        more = aim.size - self.balance.shape[1]
+        bounds = [(None, None)] * self.balance.shape[1] + [(None, MOST)] * more
+        found = linprog(
+            aim,
+            A_ub=-lines,
+            b_ub=np.zeros(len(lines)),
+            A_eq=np.column_stack([self.balance, np.zeros((len(self.balance), more))]),
+            b_eq=self.load / self.size,
+            bounds=bounds,
+        )
+        return int(found.status), None if found.x is None else self.size * np.asarray(found.x)
+
+    def table(self, forces: Array) -> Array:
+        """The same as numbers of all primitives (PER_PRIMITIVE·primitives,), as results keep
+        them; torques about the mass centres.
+        """
+        L, system = self.system.layout, self.system
+        found = np.zeros((len(system.owners), PER_PRIMITIVE))
+        block = self.work.block[:, 0].reshape(-1, 3)
+        lam = np.zeros((len(system.owners), 2))
+        known = self.limits
+        lam[known.primitive, known.number] = forces[: known.rows] / known.units
+        for (_, pair), force in zip(known.pairs, forces[known.rows :], strict=True):
+            lam[pair.primitive, 0] = force / system.length
+        for e, (x, y) in enumerate(lam):
+            node, j = 4 * L.written_node[e] + 2, int(L.primitive_j[e])
+            fx, fy, torque = -(x * block[node] + y * block[node + 1])
+            ax, ay = self.work.par[L.primitive_arm[e] : L.primitive_arm[e] + 2, 0]
+            c, s = self.work.turn[2 * j : 2 * j + 2, 0]
+            px, py = c * ax - s * ay, s * ax + c * ay
+            found[e] = x, y, fx, fy, torque - (px * fy - py * fx)
+        return found.ravel()
+
+
+# -- What friction leaves open where joints rest, and where a mechanism jams: forces for senses
+#    of sliding that the motion does not decide ------------------------------------------------
+
+#: Pairs at rest of which both senses are tried with all others; beyond, all of them together.
+TOGETHER = 6
+#: A rate, or its change, below this part of the greatest is rounding.
+ROUNDING = 1e-9
+#: Jams that are examined, at most.
+EXAMINED = 400
+
+
+class FrictionForces(NamedTuple):
+    """Forces of one choice of senses.
+
+    Attributes
+    ----------
+    table : array (instants, PER_PRIMITIVE·primitives)
+        As `mbody.kernels.layout` keeps them.
+    reached : array (instants,)
+        Part of friction that was reached, less than 1 where the mechanism jams.
+    """
+
+    table: Array
+    reached: Array
+
+
+class Jam(NamedTuple):
+    """A position at which a mechanism jams.
+
+    Attributes
+    ----------
+    t : float
+    joint : str
+        The one whose friction takes most of the power.
+    coefficient : float
+        Of that joint's friction (of teeth without friction the part of power that they lose), from
+        which on it jams there; those of all joints are changed by one factor.
+    """
+
+    t: float
+    joint: str
+    coefficient: float
+
+
+def forces_with(
+    solution: Result,
+    senses: Array,
+    motion: StoredMotion,
+    design: int = 0,
+    *,
+    at_rest: bool = True,
+) -> FrictionForces:
+    """Forces at the instants of a motion with these senses (instants, pairs).
+
+    Parameters
+    ----------
+    motion : StoredMotion
+        As of `stored_motion`, of the design.
+    at_rest : bool
+        Whether pairs of the rate zero have their static coefficient.
+    """
+    system = solution.system
+    work = system.work(designs=design)
+    output = np.empty((len(senses), PER_PRIMITIVE * len(system.owners), 1))
+    reached = np.empty((len(senses), 2))
+    forces_by_senses(
+        system.runtime().replaced(senses=IMPENDING if at_rest else SLIDING),
+        work,
+        motion,
+        np.ascontiguousarray(senses, dtype=float),
+        output,
+        reached,
+    )
+    return FrictionForces(output[:, :, 0], reached[:, 1])
+
+
+def forces_at_rest(solution: Result, rates: Array, rest: Array, design: int = 0) -> Array:
+    """Forces by each choice of the senses in which pairs at rest may begin to slide: (choices,
+    instants, PER_PRIMITIVE·primitives), NaN where no pair rests or there are fewer choices. Forces
+    that grow without bound, as they do where it jams in one sense, are infinite.
+
+    Parameters
+    ----------
+    rates : array (instants, pairs, PER_PAIR)
+        As of `pair_rates`.
+    rest : array (instants, pairs)
+        As of `resting_pairs`.
+    """
+    instants = np.flatnonzero(rest.any(axis=1))
+    if not rubs_by_contacts_alone(solution.system):
+        return _by_senses(solution, rates, rest, instants, design)
+    still = (rates[instants, :, 2] == 0.0).all(axis=1)
+    ends = _by_programs(solution, instants[still], design)
+    others = _by_senses(solution, rates, rest, instants[~still], design)
+    count = max(len(ends), len(others))
+    found = np.full((count, *ends.shape[1:]), np.nan)
+    found[: len(ends)] = ends
+    found[: len(others), instants[~still]] = others[:, instants[~still]]
+    return found
+
+
+def _by_programs(solution: Result, instants: Array, design: int) -> Array:
+    """The same where closed contacts alone rub and nothing slides: the ends of the efforts, of each
+    driver two, not a number where nothing holds.
+    """
+    whole, n = solution.system, solution.system.coordinates
+    system = whole if whole.batch is None else whole.design(design)
+    drivers = [driver.name for driver in system.drivers]
+    width = PER_PRIMITIVE * len(system.owners)
+    found = np.full((2 * len(drivers), len(solution.t), width), np.nan)
+    if not drivers:
+        return found  # no effort has ends
+    limits = ContactLimits(system, system.work())
+    for k in instants.tolist():
+        work = loaded(solution, k, design)
+        a = motion_at(solution, np.array([k]), design)[0, 2 * n : 3 * n]
+        forces = RestingContacts(limits, work, work.force[:n, 0] - system.mass[:n, 0] * a)
+        for m, (number, way) in enumerate(itertools.product(range(len(drivers)), (-1.0, 1.0))):
+            extreme = forces.extreme(drivers[number], way)
+            if extreme is not None and np.isfinite(extreme).all():
+                found[m, k] = forces.table(extreme)
+            elif extreme is not None:
+                found[m, k] = _unbounded(solution, found[m, k], (number, way))
+    return found
+
+
+def _by_senses(solution: Result, rates: Array, rest: Array, instants: Array, design: int) -> Array:
+    """The same by the senses in which what rests may begin to slide."""
+    impending = _impending(solution, instants, design)
+    every = [
+        list(_choices(rates[k], rest[k], impending[n])) for n, k in enumerate(instants.tolist())
+    ]
+    count = max((len(choices) for choices in every), default=0)
+    width = PER_PRIMITIVE * len(solution.system.owners)
+    found = np.full((count, len(rates), width), np.nan)
+    for choice, tables in enumerate(found):
+        which = np.array([n for n, choices in enumerate(every) if choice < len(choices)])
+        senses = np.array([every[n][choice][0] for n in which])
+        motion = stored_motion(solution, design, instants[which])
+        forces = forces_with(solution, senses, motion, design)
+        for row, n in enumerate(which):
+            table = forces.table[row]
+            if forces.reached[row] < 1.0:
+                table = _unbounded(solution, table, every[n][choice][1])
+            tables[instants[n]] = table
+    return found
+
+
+def _unbounded(solution: Result, forces: Array, driver: tuple[int, float] | None) -> Array:
+    """Forces where no effort moves the mechanism in one sense: that of the driver is infinite in
+    that sense, the others are not known.
+    """
+    found = np.full(forces.shape, np.nan)
+    if driver is not None:
+        system = solution.system
+        e = system.primitives_of[system.drivers[driver[0]].name][0]
+        # an effort is −λ
+        found[PER_PRIMITIVE * e] = -driver[1] * np.inf
+    return found
+
+
+def _impending(solution: Result, instants: Array, design: int) -> Array:
+    """Rates of pairs if one driver alone moved: (instants, drivers, pairs), without rounding."""
+    system = solution.system
+    pairs = len(system.layout.friction_kind)
+    output = np.zeros((len(instants), len(system.drivers), pairs))
+    if output.size:
+        motion = stored_motion(solution, design, instants)
+        impending_rates(system.runtime(), system.work(designs=design), motion, output)
+        whole = np.abs(output).max(axis=2, keepdims=True)
+        output[np.abs(output) <= ROUNDING * whole] = 0.0
+    return output
+
+
+def _choices(
+    rates: Array, rest: Array, impending: Array
+) -> Iterator[tuple[Array, tuple[int, float] | None]]:
+    """Senses in which pairs at rest of an instant may begin to slide, and with which driver they
+    do: where nothing slides those of each driver moving alone, either way; else those just before
+    and just after the instant, and both of pairs that stay at rest.
+    """
+    senses = rates[:, 2].copy()
+    if not senses.any():
+        for n, one in enumerate(impending):
+            for way in (1.0, -1.0):
+                own = np.where(rest, way * np.sign(one), 0.0)
+                for both in senses_with_still(own, rest & (one == 0.0)):
+                    yield both, (n, way)
+        return
+    change = rates[:, 1]
+    turns = rest & (np.abs(change) > ROUNDING * np.abs(change).max(initial=0.0))
+    for way in (-1.0, 1.0):
+        own = np.where(turns, way * np.sign(change), senses)
+        yield from ((both, None) for both in senses_with_still(own, rest & ~turns))
+
+
+def senses_with_still(senses: Array, still: Array) -> Iterator[Array]:
+    """Senses (pairs,) of what begins to slide, with both senses of the pairs that stay at rest."""
+    which = np.flatnonzero(still)
+    ways: Sequence[tuple[float, ...]] = list(itertools.product((1.0, -1.0), repeat=len(which)))
+    if len(which) > TOGETHER:
+        ways = [(1.0,) * len(which), (-1.0,) * len(which)]
+    for way in ways:
+        found = senses.copy()
+        found[which] = way
+        yield found
+
+
+def jams_at(solution: Result, rates: Array, reached: Array, design: int = 0) -> list[Jam]:
+    """Where the mechanism jams: the instants at which less than all friction was reached, with the
+    coefficient from which on it does.
+
+    Parameters
+    ----------
+    rates : array (instants, pairs, PER_PAIR)
+    reached : array (instants,)
+        Part of friction that was reached.
+    """
+    pairs = rough_pairs(solution.system)
+    found = []
+    instants = np.flatnonzero(reached < 1.0)[:EXAMINED]
+    motion = stored_motion(solution, design, instants)
+    # with as much of friction as there are forces
+    forces = forces_with(solution, rates[instants, :, 2], motion, design, at_rest=False)
+    for n, k in enumerate(instants):
+        power = [
+            abs(forces.table[n, PER_PRIMITIVE * pair.primitive] * rates[k, m, 0])
+            if pair.loses
+            else 0.0
+            for m, pair in enumerate(pairs)
+        ]
+        worst = pairs[int(np.argmax(power))]
+        part = float(forces.reached[n])
+        found.append(
+            Jam(float(solution.t[k]), worst.joint, part * _coefficient(solution, worst, design))
+        )
+    return found
+
+
+def _coefficient(solution: Result, pair: RoughPair, design: int) -> float:
+    """The coefficient of friction of a joint by its attribute, or what stands for it."""
+    values = solution.system.values
+    for name, turned in (("friction", False), ("resistance", False), ("efficiency", True)):
+        value = values.get(f"{pair.joint}.{name}")
+        if value is not None:
+            each = np.ravel(value)
+            own = float(each[design % each.size])
+            return 1.0 - own if turned else own
+    return 0.0
 
 
 @dataclass(frozen=True)
@@ -176,9 +608,9 @@ class FrictionResults:
     def forces_at_rest(self: Any) -> Array:
         """(choices, …instants, PER_PRIMITIVE·primitives), see `forces_at_rest`."""
         if not self.record.batch:
-            return at_rest(self, self._pair_rates, self._rest)
+            return forces_at_rest(self, self._pair_rates, self._rest)
         own = zip(self._pair_rates, self._rest, strict=True)
-        every = [at_rest(self, *one, n) for n, one in enumerate(own)]
+        every = [forces_at_rest(self, *one, n) for n, one in enumerate(own)]
         count = max(len(one) for one in every)
         found = np.full((count, len(every), *every[0].shape[1:]), np.nan)
         for n, one in enumerate(every):

@@ -1,22 +1,22 @@
-"""Histories: what a solution hands out, arrays over instants (with a first axis of designs)."""
+"""Histories: what a solution hands out, arrays over instants, and the protocol of results."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol
 
 import numpy as np
 
+from mbody.model.element import Element, Marker, Numbers
+from mbody.model.joints import Joint
+from mbody.model.mechanism import Mechanism
+from mbody.model.study import Measure
+from mbody.solution.doubts import Doubt
+from mbody.solution.energy import Energy
+from mbody.solution.stepped_contacts import SteppedContacts
 from mbody.system.read_only import lock
-
-__all__ = [
-    "BodyHistory",
-    "BranchDistance",
-    "Checks",
-    "LoadHistory",
-    "PointHistory",
-    "Reaction",
-    "Record",
-]
+from mbody.system.system import System
 
 Array = np.ndarray
 
@@ -259,3 +259,274 @@ class LoadHistory:
 
     def __post_init__(self) -> None:
         lock(self)
+
+
+# -- What functions of results rely on: the protocol that `Solution` fulfils -------------------
+
+
+class Result(Protocol):
+    """Histories by name over the instants of an analysis; see `mbody.Solution`."""
+
+    @property
+    def system(self) -> System:
+        """What was analysed."""
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The description of it."""
+
+    @property
+    def analysis(self) -> str:
+        """Name of the analysis, such as ``"kinetostatics"``."""
+
+    def contact(self, joint: str) -> Array:
+        """Force with which the bodies of a contact press on each other."""
+
+    @property
+    def has_forces(self) -> bool:
+        """Whether the analysis found reactions and efforts."""
+
+    @property
+    def t(self) -> Array:
+        """Instants (instants,)."""
+
+    @property
+    def record(self) -> Record:
+        """All numbers of all instants, by place."""
+
+    @property
+    def given(self) -> Array | None:
+        """Value, rate and acceleration of the drivers (instants, drivers, 3), where given."""
+
+    @property
+    def regularization(self) -> float:
+        """Regularisation of redundant constraints; 0 where there are none."""
+
+    @property
+    def drive_states(self) -> Array | None:
+        """Value, rate and acceleration of the drivers (instants, drivers, 3)."""
+
+    @property
+    def released(self) -> Mapping[str, float]:
+        """Times at which drivers were released."""
+
+    @property
+    def energy(self) -> Energy | None:
+        """Account of energy of a free motion."""
+
+    @property
+    def branch(self) -> BranchDistance | None:
+        """How near the motion came to another branch."""
+
+    @property
+    def stepped(self) -> SteppedContacts | None:
+        """What touches, of a motion by steps with impulses."""
+
+    @property
+    def residuals(self) -> Array:
+        """See `mbody.kernels.finished_instants`: (designs, instants, 5)."""
+
+    @property
+    def status(self) -> str:
+        """How the analysis ended, or that it is doubtful."""
+
+    @property
+    def doubts(self) -> tuple[Doubt, ...]:
+        """What the evidence of the result does not support."""
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Facts, and the messages of the doubts."""
+
+    @property
+    def losses(self) -> Mapping[str, Array]:
+        """Power that friction takes in each rough joint."""
+
+    def __len__(self) -> int: ...
+
+    def __iter__(self) -> Iterator[str]: ...
+
+    def __getitem__(self, body: str) -> BodyHistory: ...
+
+    def point(self, place: Marker | str) -> PointHistory:
+        """Motion of a place on a body."""
+
+    def reaction(self, joint: str, on: str | None = None) -> Reaction:
+        """Force and torque of a joint on one of its bodies."""
+
+    def effort(self, driver: str) -> Array:
+        """Effort of a driver or a coupling."""
+
+    def load(self, name: str, on: str | None = None) -> LoadHistory:
+        """What a load does."""
+
+    def driven(self, driver: str) -> tuple[Array, Array, Array]:
+        """Value, rate and acceleration of what a driver drives."""
+
+    def measure(self, of: str | Measure) -> Array:
+        """History of a measured quantity."""
+
+
+# -- Histories of inputs and of own states, and the rows of a result that kernels take again ---
+
+
+def shown_states(mechanism: Mechanism) -> list[Any]:
+    """The own states that tables and sheets have: not those that only add up energies, which are in
+    the account of energy.
+    """
+    return [one for one in mechanism.states if not getattr(one, "accounts", False)]
+
+
+def motion_rows(solution: Result) -> Array:
+    """q, v, a, own states and inputs: (instants, 9·bodies + …), or (designs, …) of a batch."""
+    parts = [solution.record.table(rows) for rows in _kept_rows(solution)]
+    return np.concatenate(parts, axis=-1) if len(parts) > 1 else parts[0]
+
+
+def motion_at(solution: Result, instants: Array, design: int = 0) -> Array:
+    """The same of one design at some instants, by their numbers: (instants, 9·bodies + …)."""
+    parts = [solution.record.at(rows, instants, design) for rows in _kept_rows(solution)]
+    return np.concatenate(parts, axis=-1) if len(parts) > 1 else parts[0]
+
+
+def _kept_rows(solution: Result) -> list[slice]:
+    """Where q, v and a are kept, and own states and inputs, if there are any."""
+    system = solution.system
+    own = system.own_rows
+    return [slice(0, 3 * system.coordinates), *([own] if own.start < own.stop else [])]
+
+
+def own_history(solution: Result, name: str) -> Array:
+    """An own state or an input, by its name: (instants,), or (designs, instants) of a batch."""
+    system = solution.system
+    machine = system.mechanism
+    names = [one.name for one in (*machine.states, *machine.inputs)]
+    return solution.record.take(system.own_rows.start + names.index(name))
+
+
+# -- Where ends of elements and link axes are in a solution, and where reactions act -----------
+#
+# Histories are arrays (instants,), of a batch (designs, instants); numbers of a batch are
+# columns beside them.
+
+#: A body, and a place on it from its mass centre, in the axes of the link.
+Place = tuple[str, float, float]
+
+
+class _DesignColumns:
+    """Numbers by dotted name, a column a design in a batch."""
+
+    def __init__(self, at: Numbers) -> None:
+        self.at = at
+
+    def __getitem__(self, name: str) -> Any:
+        return column(self.at[name])
+
+
+def column(value: Any) -> Any:
+    """A number, or one a design as a column (designs, 1)."""
+    return value[:, None] if np.ndim(value) else value
+
+
+def place(solution: Result, element: Element, side: str) -> tuple[Array, Array]:
+    """History of the world place of an end, ``"i"`` or ``"j"``."""
+    body = solution[getattr(element, side).body]
+    ax, ay = (column(part) for part in solution.system.numbers.arm(element, side))
+    c, s = np.cos(body.angle), np.sin(body.angle)
+    return body.x + c * ax - s * ay, body.y + s * ax + c * ay
+
+
+def moved(run: Any, place: Place) -> Array:
+    """World places (instants, 2) of a place on a body."""
+    name, x, y = place
+    body = run[name]
+    c, s = np.cos(body.angle), np.sin(body.angle)
+    return np.column_stack([body.x + c * x - s * y, body.y + s * x + c * y])
+
+
+def velocity(solution: Result, element: Element, side: str) -> tuple[Array, Array]:
+    """History of the velocity of an end, ``"i"`` or ``"j"``, in world axes."""
+    body = solution[getattr(element, side).body]
+    x, y = place(solution, element, side)
+    return body.vx - body.omega * (y - body.y), body.vy + body.omega * (x - body.x)
+
+
+def ends(solution: Result, element: Element) -> tuple[Any, Any, Any, Any]:
+    """Numbers, the way from the place on i to that on j, and the directions of both markers."""
+    at = solution.system.numbers
+    (ix, iy), (jx, jy) = place(solution, element, "i"), place(solution, element, "j")
+    angles = (
+        solution[getattr(element, side).body].angle + column(at.angle(element, side))
+        for side in ("i", "j")
+    )
+    return _DesignColumns(at), (jx - ix, jy - iy), *angles
+
+
+def reaction_point(solution: Result, element: Any) -> tuple[Array, Array]:
+    """Where the force of an element acts: its place on j, or the point of contact."""
+    x, y = place(solution, element, "j")
+    offset = _offset(solution, element) if element.role == "joint" else None
+    return (x, y) if offset is None else (x + offset[0], y + offset[1])
+
+
+def link_poses(solution: Result) -> dict[str, tuple[float, float, float]]:
+    """(x, y, angle) of the link axes of every body at the last instant."""
+    found = {}
+    for body in solution.mechanism.bodies:
+        origin = solution.point(Marker(body.name, (0.0, 0.0)))
+        x, y, angle = (float(p[-1]) for p in (origin.x, origin.y, solution[body.name].angle))
+        found[body.name] = (x, y, angle)
+    return found
+
+
+def reaction_torque(solution: Result, joint: Joint, fx: Array, fy: Array, torque: Array) -> Array:
+    """Torque of a reaction about its reaction point, from that about the place on j."""
+    offset = _offset(solution, joint)
+    return torque if offset is None else torque - (offset[0] * fy - offset[1] * fx)
+
+
+def _offset(solution: Result, joint: Joint) -> Any:
+    """From a joint's place on j to its reaction point; None for that place itself."""
+    if type(joint).reaction_point is Joint.reaction_point:
+        return None
+    return joint.reaction_point(*ends(solution, joint))
+
+
+# -- Events of a motion: what happened, and when -----------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class EventRecord:
+    """What has happened along a motion, and when.
+
+    Attributes
+    ----------
+    name : str
+        Of the event or stop; of what happens to a contact the kind.
+    t : float
+        When.
+    state : Solution
+        The one instant, of an impact just before it.
+    after : Solution or None
+        Of an impact, the same instant just after it.
+    contact : str
+        The contact or rough joint that it happens to: `name` is "impact", "open", "stick", "slip"
+        or "rest" then, or what Painlevé's paradox is called: "inconsistent", "indeterminate" and
+        "paradox".
+
+    Examples
+    --------
+    >>> import mbody
+    >>> ball = mbody.Mechanism("ball")
+    >>> ball.add(mbody.Body("ball", mass=1.0, inertia=0.1, guess=(0.0, 4.905, 0.0)))
+    >>> ball.add(mbody.Gravity("gravity", y=-9.81))
+    >>> (record,) = mbody.simulate(ball, 2.0, events=[mbody.Event("ball.y", name="down")]).events
+    >>> record.name, round(record.t, 9)
+    ('down', 1.0)
+    """
+
+    name: str
+    t: float
+    state: Result = field(repr=False)
+    after: Result | None = field(default=None, repr=False)
+    contact: str = ""

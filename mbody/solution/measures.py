@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from mbody.core.recorded_numbers import Untraceable
 from mbody.errors import ModelError, brief
+from mbody.kernels.finished_instants import each_load
+from mbody.laws import MeasuredFormula
+from mbody.model.curves import NamedCurve
 from mbody.model.driver import DRIVEN
-from mbody.model.element import listed
+from mbody.model.element import Element, Marker, Numbers, as_marker, listed, owned
 from mbody.model.joints import Joint
+from mbody.model.loads import Load
 from mbody.model.mechanism import Mechanism
-from mbody.model.own_equations import owned
-from mbody.model.reductions import reduce_history
+from mbody.model.numbers import varied
 from mbody.model.state_quantities import MOTION, ORIGIN, TURNING
-from mbody.model.study import Measure
+from mbody.model.study import Measure, reduce_history
 from mbody.quantities import (
     VARIABLES,
     FormulaError,
@@ -27,22 +31,380 @@ from mbody.quantities import (
     parse,
     parse_unit,
 )
+from mbody.quantities.evaluate import ONE, TWO
 from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension, dimension_of
-from mbody.solution.drive_histories import prescribed_rate
-from mbody.solution.own_histories import own_history
-from mbody.solution.places import column, ends, velocity
-from mbody.solution.result import Result
+from mbody.solution.histories import (
+    LoadHistory,
+    PointHistory,
+    Result,
+    column,
+    ends,
+    motion_rows,
+    own_history,
+    velocity,
+)
+from mbody.system.formula_rows import followed_states, recorded_driver
+from mbody.system.formula_steps import (
+    SIGNALS,
+    Differentiated,
+    StepList,
+    along_motion,
+    driven_coordinate,
+    step_values,
+)
+from mbody.system.read_only import locked
+from mbody.system.system import polar_points
 
-__all__ = [
-    "ORIGIN",
-    "check_measure",
-    "checked_sides",
-    "found_by",
-    "measured",
-    "quantity",
-    "sides",
-    "valued",
-]
+# -- Motion of a place on a body ---------------------------------------------------------------
+
+
+def point_history(solution: Result, place: Marker | str) -> PointHistory:
+    """The history of a place on a body; see `Solution.point`.
+
+    Raises
+    ------
+    ModelError
+        For a body or a point that there is not.
+    """
+    marker = as_marker(place, "point", "place")
+    body = solution[marker.body]
+    x, y = _local(solution, marker)
+    c, s = np.cos(body.angle), np.sin(body.angle)
+    px, py = c * x - s * y, s * x + c * y
+    w, alpha = body.omega, body.alpha
+    return PointHistory(
+        str(marker),
+        body.x + px,
+        body.y + py,
+        body.vx - w * py,
+        body.vy + w * px,
+        body.ax - alpha * py - w * w * px,
+        body.ay + alpha * px - w * w * py,
+    )
+
+
+def _local(solution: Result, marker: Marker) -> tuple[Any, Any]:
+    """Place of a marker from the mass centre in link axes, a column a design in a batch."""
+    system = solution.system
+    at = system.numbers
+    if isinstance(marker.point, str):
+        name = f"{marker.body}.{marker.point}"
+        if f"{name}.x" not in system.values and f"{name}.r" not in system.values:
+            element: Any = solution.mechanism[marker.body]
+            raise ModelError(
+                f"body '{marker.body}' has no point '{marker.point}' (it has: "
+                f"{listed(element.points)})",
+                marker.body,
+            )
+        x, y = at.point(name)
+    elif isinstance(marker.point, tuple):
+        x, y = marker.point
+    else:
+        x, y = (
+            marker.point.r * np.cos(marker.point.angle),
+            marker.point.r * np.sin(marker.point.angle),
+        )
+    cx, cy = at.point(f"{marker.body}.cg")
+    return column(x - cx), column(y - cy)
+
+
+# -- What loads do over the instants of a solution: their forces, and lengths, angles and rates
+
+Array = np.ndarray
+
+
+def load_history(solution: Result, name: str, on: str | None = None) -> LoadHistory:
+    """The histories of a load; see `Solution.load`."""
+    loads = {load.name: load for load in solution.mechanism.loads}
+    if not isinstance(name, str) or name not in loads:
+        raise ModelError(f"there is no load {name!r} (there are: {listed(loads)})", str(name))
+    load = loads[name]
+    sides = load.sides()
+    if not sides:
+        return _on_all(solution, load, on)
+    default = list(sides)[-1]
+    body = default if on is None else on
+    if body not in sides or (body == "ground" and not load.acts_on_ground):
+        acting = listed(side for side in sides if side != "ground")
+        raise ModelError(f"load '{name}' has no history on {on!r} (it has on: {acting})", name)
+    other = next((side for side in sides if side != body), "ground")
+    # the ground has no coordinates: there the opposite of what acts on the other body
+    moving = body if body != "ground" else other
+    fx, fy, torque = _forces(solution, load, moving)
+    if moving != body:
+        fx, fy = -fx, -fy
+        torque = _moved(solution, load, -torque, fx, fy, moving, sides[body])
+    else:
+        torque = _moved(solution, load, torque, fx, fy, moving, sides[moving])
+    force, length, angle, rate = np.hypot(fx, fy), None, None, None
+    if load.along_line:
+        length, rate, (ux, uy) = stretched(solution, load)
+        sign = 1.0 if sides[body] == "i" else -1.0
+        force, torque = sign * (fx * ux + fy * uy), 0.0 * torque
+    elif load.by_angle:
+        angle, rate = turned(solution, load)
+    beside = beside_line(solution, load) if load.on_line else (None,) * 4
+    return LoadHistory(name, body, other, fx, fy, torque, force, length, angle, rate, *beside)
+
+
+def argument(solution: Result, element: Any, field: str) -> Array | None:
+    """What a law of an element is evaluated at, over the instants; None where that is not known."""
+    of = element.__dataclass_fields__[field].metadata["of"]
+    if of == "time":
+        return solution.t
+    found = _measured(solution, element)
+    if found is None:
+        return None
+    if of in ("length", "angle"):
+        return found[0] - _own(solution, element, element.free)
+    return found[1]
+
+
+def argument_rate(solution: Result, element: Any, field: str) -> Array | None:
+    """Rate of `argument`; None where that is not known."""
+    of = element.__dataclass_fields__[field].metadata["of"]
+    found = _measured(solution, element) if of in ("length", "angle") else None
+    return None if found is None else found[1]
+
+
+def _measured(solution: Result, element: Any) -> tuple[Array, Array] | None:
+    """The length or angle that a load goes by, and its rate."""
+    if element.role != "load":
+        return None
+    if element.along_line:
+        return stretched(solution, element)[:2]
+    return turned(solution, element) if element.by_angle else None
+
+
+def _own(solution: Result, element: Element, key: str) -> Any:
+    """A number of an element, a column of designs in a batch."""
+    return column(solution.system.values[f"{element.name}.{key}"])
+
+
+def _on_all(solution: Result, load: Load, on: str | None) -> LoadHistory:
+    bodies = [body.name for body in solution.mechanism.bodies]
+    if on not in bodies:
+        raise ModelError(
+            f"'{load.name}' acts on every body: name one, as in load({load.name!r}, "
+            f"on={bodies[0]!r})",
+            load.name,
+        )
+    fx, fy, torque = _forces(solution, load, str(on))
+    return LoadHistory(load.name, str(on), "ground", fx, fy, torque, np.hypot(fx, fy))
+
+
+def _forces(solution: Result, load: Load, body: str) -> tuple[Array, Array, Array]:
+    """Force and torque about the mass centre on a moving body, as the kernels have them."""
+    system = solution.system
+    cause = [each.name for each in system.mechanism.loads].index(load.name)
+    column = 3 * system.bodies[body]
+    kept = solution.record.load_on(cause, column)
+    if kept is not None:
+        return kept
+    motion, batch = motion_rows(solution), solution.record.batch
+    pages = motion if batch else motion[None]
+    found = np.empty((len(pages), len(solution.t), 3))
+    t = np.array(solution.t)
+    for design, page in enumerate(pages):
+        output = np.empty((len(solution.t), len(system.mechanism.loads), system.coordinates))
+        work = system.work(designs=design if system.batch is not None else 0)
+        each_load(system.runtime(), work, np.ascontiguousarray(page), t, output)
+        found[design] = output[:, cause, column : column + 3]
+    whole = np.moveaxis(found, 2, 0)
+    fx, fy, torque = whole if batch else whole[:, 0]
+    return fx, fy, torque
+
+
+def _moved(
+    solution: Result, load: Load, torque: Array, fx: Array, fy: Array, body: str, side: str | None
+) -> Array:
+    """A torque about the mass centre of a body, as one about a place of the load."""
+    if side is None:
+        return torque
+    x, y, _, _ = _end(solution, load, side)
+    centre = solution[body]
+    return torque - ((x - centre.x) * fy - (y - centre.y) * fx)
+
+
+def _end(solution: Result, load: Load, side: str) -> tuple[Array, Array, Array, Array]:
+    """World place of an end, and its velocity."""
+    body = solution[load.place(side).body]
+    ax, ay = (column(part) for part in solution.system.numbers.arm(load, side))
+    c, s = np.cos(body.angle), np.sin(body.angle)
+    px, py = c * ax - s * ay, s * ax + c * ay
+    return body.x + px, body.y + py, body.vx - body.omega * py, body.vy + body.omega * px
+
+
+def stretched(solution: Result, load: Load) -> tuple[Array, Array, tuple[Array, Array]]:
+    """Distance of both ends, its rate, and the direction from i to j."""
+    (ix, iy, ivx, ivy), (jx, jy, jvx, jvy) = (_end(solution, load, side) for side in "ij")
+    dx, dy = jx - ix, jy - iy
+    length = np.hypot(dx, dy)
+    safe = np.maximum(length, 1e-300)  # ends at one place have no direction
+    ux, uy = dx / safe, dy / safe
+    return length, ux * (jvx - ivx) + uy * (jvy - ivy), (ux, uy)
+
+
+def beside_line(solution: Result, load: Load) -> tuple[Array, Array, Array, Array]:
+    """Of the place on j beside the line through i on the ground: its height, its velocity along
+    and across the line, and the rate of its body.
+    """
+    (ix, iy, _, _), (jx, jy, vx, vy) = (_end(solution, load, side) for side in "ij")
+    angle = column(solution.system.numbers.angle(load, "i"))
+    ux, uy = np.cos(angle), np.sin(angle)
+    height = ux * (jy - iy) - uy * (jx - ix)
+    spin = solution[load.places()["j"].body].omega
+    return height, ux * vx + uy * vy, ux * vy - uy * vx, spin
+
+
+def turned(solution: Result, load: Any) -> tuple[Array, Array]:
+    """Angle of a body from the one that carries the opposite torque, and its rate."""
+    body, by = solution[load.body], solution[load.by]
+    return body.angle - by.angle, body.omega - by.omega
+
+
+# -- What drivers drive: values, rates and accelerations at the instants of a result -----------
+
+
+def driven(solution: Result, driver: str) -> tuple[Array, Array, Array]:
+    """Value, rate and acceleration of what a driver drives; see `Solution.driven`.
+
+    Raises
+    ------
+    ModelError
+        For a driver that does not exist.
+    """
+    names = [d.name for d in solution.mechanism.drivers]
+    if driver not in names:
+        raise ModelError(f"there is no driver {driver!r} (there are: {listed(names)})", str(driver))
+    states = solution.drive_states
+    if states is None:
+        element = solution.mechanism.drivers[names.index(driver)]
+        if _follows(solution, element):
+            found = _drive_histories_measured(solution, element)
+        elif solution.given is not None:
+            found = solution.given[:, names.index(driver)].T[:, None]
+        else:
+            designs = range(solution.record.count if varied(solution.system.values, element) else 1)
+            laws = [solution.system.law_of(element, design=n) for n in designs]
+            found = np.array([law.derivatives(solution.t) for law in laws]).swapaxes(0, 1)
+        whole = np.broadcast_to(found, (3, solution.record.count, len(solution.t)))
+        value, rate, change = _since_release(solution, element, whole)
+    else:
+        value, rate, change = states[:, names.index(driver)].T
+    return value, rate, change
+
+
+def drive_states(solution: Result) -> Array | None:
+    """Value, rate, acceleration (instants, drivers, 3), None where designs differ in them."""
+    drivers = solution.mechanism.drivers
+    if solution.record.batch and solution.given is None:
+        return None
+    following = [n for n, driver in enumerate(drivers) if _follows(solution, driver)]
+    if solution.given is not None and not following:
+        return solution.given
+    if solution.record.batch:
+        return None
+    states = np.zeros((len(solution), len(drivers), 3))
+    for n, driver in enumerate(drivers):
+        if n in following:
+            states[:, n] = _drive_histories_measured(solution, driver).T
+        elif solution.given is not None:
+            states[:, n] = solution.given[:, n]
+        else:
+            for k, part in enumerate(solution.system.law_of(driver).derivatives(solution.t)):
+                states[:, n, k] = part
+        states[:, n] = _since_release(solution, driver, states[:, n].T).T
+    read: Array = locked(states)
+    return read
+
+
+def prescribed_rate(solution: Result, driver: str) -> Array:
+    """The rate by which the power of a driver comes, of the shape of its effort: that of its
+    coordinate, less what positions that it follows give.
+    """
+    element: Any = solution.mechanism[driver]
+    if not _follows(solution, element):
+        rate: Array = solution.driven(driver)[1]
+        return rate
+    if not isinstance(solution.t, np.ndarray):
+        raise Untraceable("the power of a driver that follows positions or states")
+    at = _columns(solution)
+    found = recorded_driver(element, at.law(element, "law"), solution.mechanism, at)
+    return _values(solution, found.steps, (found.rate,))[0]
+
+
+def _follows(solution: Result, driver: Any) -> bool:
+    """Whether a driver follows positions or own states, so that only the motion says its value."""
+    system = solution.system
+    if driver not in system.leaders:
+        return True
+    return bool(followed_states(driver, system.mechanism, system.numbers))
+
+
+def _since_release(solution: Result, driver: Any, prescribed: Array) -> Array:
+    """Value, rate and acceleration (3, …, instants): from its release on nothing follows the law,
+    and they are those of the motion.
+    """
+    free = solution.t >= solution.released.get(driver.name, np.inf)
+    if not free.any():
+        return prescribed
+    return np.where(free, _drive_histories_measured(solution, driver), prescribed)
+
+
+def _drive_histories_measured(solution: Result, driver: Any) -> Array:
+    """Value, rate and acceleration of the coordinate of a driver, by the motion (3, …)."""
+    steps = StepList()
+    value = driven_coordinate(steps, driver, _columns(solution))
+    along = Differentiated(steps, along_motion(lambda _: None, accelerated=True))
+    rate = along.of(value)
+    change = along.of(rate)
+    assert rate is not None and change is not None, "coordinates move"
+    return np.array(_values(solution, steps, (value.place, rate.place, change.place)))
+
+
+def _columns(solution: Result) -> Numbers:
+    """The numbers of a system, those of designs as columns (designs, 1)."""
+    system = solution.system
+    values = {name: column(value) for name, value in system.values.items()}
+    return Numbers(values, polar_points(system.mechanism), system.mechanism.bodies)
+
+
+def _values(solution: Result, steps: StepList, goals: tuple[int, ...]) -> list[Array]:
+    """Recorded numbers at the instants of a result."""
+    shape = solution.t.shape
+    if solution.record.batch:
+        shape = (solution.record.count, *shape)
+    system = solution.system
+    kinds = ("position", "velocity", "acceleration")
+
+    def read(kind: str, *rest: Any) -> Any:
+        if kind == "time":
+            return solution.t
+        if kind == "own":
+            return own_history(solution, rest[0])
+        if kind.startswith("signal"):
+            return _signal(solution, rest[0], SIGNALS.index(kind))
+        body, axis = rest
+        if body == "ground":
+            return 1.0 if kind == "turn" and axis == 0 else 0.0
+        row = 3 * system.bodies[body]
+        if kind == "turn":
+            angle = solution.record.take(row + 2)
+            return np.sin(angle) if axis else np.cos(angle)
+        return solution.record.take(kinds.index(kind) * system.coordinates + row + axis)
+
+    return step_values(steps, goals, read, shape)
+
+
+def _signal(solution: Result, name: str, order: int) -> Array:
+    """An input, or a derivative of it; inputs that jump stay between."""
+    if order == 0:
+        return own_history(solution, name)
+    one = next(each for each in solution.mechanism.inputs if each.name == name)
+    law: Array = solution.system.law_of(one, "value").derivatives(solution.t)[order]
+    return law
+
 
 #: What joints have of forces.
 REACTION = ("fx", "fy", "force", "torque", "loss", "contact")
@@ -397,3 +759,75 @@ def _history(run: Result, owner: str, key: str) -> Any:
     if key == "effort":
         return effort
     return effort * (0.0 if still else prescribed_rate(run, element))
+
+
+# -- Values of formulas of measured quantities over a result, by NumPy -------------------------
+
+
+def formula_value(
+    law: MeasuredFormula,
+    numbers: Mapping[str, Any],
+    variables: Any,
+    curves: Mapping[str, NamedCurve] | None = None,
+) -> Any:
+    """The value of a formula.
+
+    Parameters
+    ----------
+    law : MeasuredFormula
+    numbers : mapping
+        Its constants, "c0", "c1", …
+    variables : callable
+        The value of a variable by its name.
+    curves : mapping, optional
+        Those of the mechanism, by name.
+
+    >>> from mbody.laws import compile_measured
+    >>> from mbody.quantities import Scope, read
+    >>> law, _ = compile_measured(read("2*u - 1", None), Scope(), {"u": None}, None)
+    >>> float(formula_value(law, law.numbers(), {"u": 3.0}.get))
+    5.0
+    """
+    constants, names = iter(law.parameters(numbers)), iter(law.variables)
+    stack: list[Any] = []
+    for operation in law.operations:
+        if operation == "variable":
+            stack.append(variables(next(names)))
+        elif operation == "constant":
+            stack.append(next(constants))
+        elif curves and operation in curves:
+            curve = curves[operation]
+            taken = [stack.pop() for _ in curve.takes][::-1]
+            stack.append(curve.at(*taken))
+        elif operation in ONE:
+            stack.append(ONE[operation](stack.pop()))
+        else:
+            sign, _, constant = operation.partition(" ")
+            b = next(constants) if constant else stack.pop()
+            stack.append(TWO[sign](stack.pop(), b))
+    return stack.pop()
+
+
+def formula_history(solution: Result, law: MeasuredFormula, name: str) -> Array:
+    """The values of an element's formula, (instants,), or (designs, instants) of a batch.
+
+    Parameters
+    ----------
+    solution : Solution
+    law : MeasuredFormula
+        Without the variable ``x`` of a spring or a damper.
+    name : str
+        Of the law, such as ``"motor.value"``.
+    """
+    values = solution.system.values
+    numbers = {key: column(values[f"{name}.{key}"]) for key in law.numbers()}
+
+    def variable(one: str) -> Any:
+        return solution.t if one == "t" else measured(solution, one)[0]
+
+    shape = solution.t.shape
+    if solution.record.batch:
+        shape = (solution.record.count, *shape)
+    with np.errstate(all="ignore"):
+        found = formula_value(law, numbers, variable, solution.mechanism.curves)
+    return np.broadcast_to(np.asarray(found, dtype=float), shape)

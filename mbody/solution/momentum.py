@@ -10,7 +10,7 @@ import numpy as np
 
 from mbody.errors import ModelError
 from mbody.model.element import Marker
-from mbody.solution.result import Result
+from mbody.solution.histories import Result
 from mbody.system.read_only import lock
 
 __all__ = ["Momentum", "PlaceLike", "momentum"]

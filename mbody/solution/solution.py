@@ -12,43 +12,166 @@ import numpy as np
 
 from mbody.core.presentation import present
 from mbody.errors import ModelError
-from mbody.kernels.output import PER_PRIMITIVE
+from mbody.kernels.layout import PER_PRIMITIVE
 from mbody.model.element import Marker, listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.study import Measure, measure_named
 from mbody.quantities.types import PlainNumbers
-from mbody.solution.beginning import Beginning
-from mbody.solution.certificate import Certified, as_reported, changed
-from mbody.solution.checks import breakdown, checks, one_design, residuals
+from mbody.solution.checks import (
+    Certified,
+    as_reported,
+    breakdown,
+    changed,
+    checks,
+    one_design,
+    residuals,
+)
 from mbody.solution.contact_forces import contact_reaction, pressing_force, with_reaction
 from mbody.solution.doubts import Doubt
-from mbody.solution.drive_histories import drive_states, driven
 from mbody.solution.energy import Energy
-from mbody.solution.event_record import EventRecord
 from mbody.solution.force_equations import Equations
 from mbody.solution.friction_results import FrictionResults
 from mbody.solution.histories import (
     BodyHistory,
     BranchDistance,
     Checks,
+    EventRecord,
     LoadHistory,
     PointHistory,
     Reaction,
     Record,
+    ends,
+    reaction_point,
+    reaction_torque,
 )
-from mbody.solution.load_histories import load_history
-from mbody.solution.measures import measured
+from mbody.solution.measures import drive_states, driven, load_history, measured, point_history
 from mbody.solution.momentum import Momentum, PlaceLike, momentum
-from mbody.solution.places import ends, reaction_point, reaction_torque
-from mbody.solution.point_histories import point_history
-from mbody.solution.restart import Restart
 from mbody.solution.stepped_contacts import SteppedContacts
 from mbody.system.read_only import locked
 from mbody.system.system import System
 
-__all__ = ["Solution", "as_solution"]
+# -- How a motion began, and how it was followed: what it takes to follow it again -------------
+
+
+@dataclass(frozen=True, eq=False)
+class Beginning:
+    """How a motion of `simulate` began.
+
+    Attributes
+    ----------
+    system : System
+        With the histories of its inputs.
+    start : Solution
+        The one instant that it began with, and what it goes on from.
+    request : MotionRequest
+        Of `mbody.analysis.dynamics.options`: its instants, method, events and releases.
+    first : float
+        The time of its first instant.
+    """
+
+    system: System
+    start: Any
+    request: Any
+    first: float
+
+
+# -- What a motion needs to go on as if it had not been interrupted ----------------------------
 
 Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class Way:
+    """How a motion is followed: the method, its tolerances, the step of methods that have one."""
+
+    method: str
+    rtol: float
+    atol: float
+    step: float = 0.0
+
+
+@dataclass(frozen=True)
+class ModalState:
+    """What a motion with contacts and rough joints goes on with, in numbers and words that a file
+    can have.
+
+    Attributes
+    ----------
+    modes, pairs : tuples of str
+        Of the touches and of the rough joints.
+    on, anchor : tuples of float
+        Of the rows that can be on or off, whether they are and where sticking began.
+    phases : tuple of float
+        Of the rows along touches of two circles.
+    groups : tuple of tuples of int
+        Touches that stick by the row of the first of them.
+    shared : tuple of tuples of int
+        Those of `mbody.analysis.dynamics.contact_decision`; empty where there are none.
+    closed, beyond : tuples of int
+        Touches.
+    fresh : tuple of (str, int, float)
+        Guards that begin at zero.
+    struck : tuple of (int, float)
+        When touches were struck last.
+    page : tuple of float
+        What is kept of that instant, with which guards begin.
+    lost : tuple of float
+        Energy that impacts took since the last instant of the result (before it: negative).
+    """
+
+    modes: tuple[str, ...]
+    pairs: tuple[str, ...]
+    on: tuple[float, ...]
+    anchor: tuple[float, ...]
+    phases: tuple[float, ...]
+    groups: tuple[tuple[int, ...], ...]
+    shared: tuple[tuple[int, ...], ...]
+    closed: tuple[int, ...]
+    beyond: tuple[int, ...]
+    fresh: tuple[tuple[str, int, float], ...]
+    struck: tuple[tuple[int, float], ...]
+    page: tuple[float, ...]
+    lost: tuple[float, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Restart:
+    """The state of the steps before the last one, which was cut to end in time.
+
+    Attributes
+    ----------
+    way : Way
+        How the motion was followed.
+    scale, y, slope : arrays (2·coordinates + own states,)
+        Sizes of the coordinates, the state, its slope.
+    powers, gained : arrays (causes,)
+        Powers there, and the work done since the last instant of the result (before it: negative).
+    state : array
+        See `mbody.kernels.step_state`.
+    own : tuple of arrays
+        What the method itself carries on.
+    inputs : dict
+        Values of the inputs that are kept between set times.
+    sampled : tuple
+        The controllers with their memories (`mbody.analysis.dynamics.interruptions`).
+    met : array
+        Singular positions that were met (`mbody.analysis.singular.nearby_singularity`).
+    modal : ModalState, optional
+        Of a motion with contacts or rough joints.
+    """
+
+    way: Way
+    scale: Array
+    y: Array
+    slope: Array
+    powers: Array
+    gained: Array
+    state: Array
+    own: tuple[Array, ...]
+    inputs: dict[str, float] = field(default_factory=dict)
+    sampled: tuple[Any, ...] = ()
+    met: Array = field(default_factory=lambda: np.zeros(0))
+    modal: ModalState | None = None
 
 
 def as_solution(given: Any) -> Solution:
@@ -220,7 +343,7 @@ class Solution(FrictionResults):
         return point_history(self, place)
 
     def primitive_history(self, e: int, n: int) -> Array:
-        """History of number n of a primitive (see `mbody.kernels.output`)."""
+        """History of number n of a primitive (see `mbody.kernels.layout`)."""
         return self.record.take(3 * self.system.coordinates + PER_PRIMITIVE * e + n)
 
     def reaction(self, joint: str, on: str | None = None) -> Reaction:
@@ -407,7 +530,7 @@ class Solution(FrictionResults):
     @functools.cached_property
     def residuals(self) -> Array:
         """What `checks` and doubts are made of: (designs, instants, 5), see
-        `mbody.kernels.residuals`.
+        `mbody.kernels.finished_instants`.
         """
         return residuals(self)
 

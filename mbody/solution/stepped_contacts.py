@@ -72,7 +72,7 @@ class SteppedContacts:
     numbers : array (contacts, 7)
         Place (x, y), normal, pressing force, friction, gap.
     residuals : array (1, instants, 5)
-        See `mbody.kernels.residuals`, of the equation of a step.
+        See `mbody.kernels.finished_instants`, of the equation of a step.
     nearer : float
         How far, at most, a contact came nearer or left in a step by what its sliding changed, in
         parts of its size.

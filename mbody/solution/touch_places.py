@@ -7,10 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.model.contact import Contact, Rope
-from mbody.model.contact_spots import Arc, Spot
-from mbody.model.one_sided_constraint import OneSided
-from mbody.solution.places import Place, moved, place
+from mbody.model.contact import Arc, Contact, OneSided, Rope, Spot
+from mbody.solution.histories import Place, moved, place
 
 if TYPE_CHECKING:
     from mbody.solution.solution import Solution

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from mbody.core import recorded_numbers
-from mbody.core.recorded_numbers import FUNCTIONS, Traced, Untraceable
+from mbody.core.recorded_numbers import FUNCTIONS, Untraceable
 from mbody.kernels.number_program import NumberProgram
-from mbody.laws.postfix import OPERATIONS
-
-__all__ = ["Recording", "Rule", "Traced", "Untraceable"]
+from mbody.laws.kernels import OPERATIONS
+from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver
+from mbody.solution.histories import place
 
 #: What the core evaluates where it has another name than NumPy's function.
 NAMES = {
@@ -82,9 +82,9 @@ class Recording(recorded_numbers.NumberRecording):
         slots[:count] = [rule.value for rule in self.rules]
         slots[count : count + len(constants)] = [self.made[place][1] for place in constants]
         operations = np.zeros((len(steps), 4), dtype=np.int64)
-        for row, place in zip(operations, steps, strict=True):
-            name, first, *second = self.made[place]
-            row[:] = CODES[name], slot[first], slot[(second or [first])[0]], slot[place]
+        for row, one_place in zip(operations, steps, strict=True):
+            name, first, *second = self.made[one_place]
+            row[:] = CODES[name], slot[first], slot[(second or [first])[0]], slot[one_place]
         bounds = [LOWEST[rule.sign] for rule in self.rules]
         return NumberProgram(
             slots=slots,
@@ -93,3 +93,51 @@ class Recording(recorded_numbers.NumberRecording):
             operations=operations,
             targets=np.array([slot[place] for place in wanted], dtype=np.int64),
         )
+
+
+# -- What drivers drive, by the motion of the bodies, in any kind of numbers: traced, or dual --
+
+
+def driven_motion(result: Any, driver: Any) -> tuple[Any, Any, Any]:
+    """Value, rate and acceleration of the coordinate of a driver: an angle, a distance, or a
+    displacement along an axis of body i.
+
+    Raises
+    ------
+    Untraceable
+        For a driver of another kind.
+    """
+    if isinstance(driver, AngleDriver):
+        i, j = result[driver.relative_to], result[driver.body]
+        return j.angle - i.angle, j.omega - i.omega, j.alpha - i.alpha
+    if not isinstance(driver, DistanceDriver | CoordinateDriver):
+        raise Untraceable(f"the motion of a {type(driver).__name__}")
+    (x, y), (vx, vy), (ax, ay) = _apart(result, driver)
+    if isinstance(driver, DistanceDriver):
+        length = np.hypot(x, y)
+        rate = (x * vx + y * vy) / length
+        return length, rate, (vx * vx + vy * vy + x * ax + y * ay - rate * rate) / length
+    body = result[driver.i.body]
+    angle = body.angle + result.system.numbers.angle(driver, "i")
+    c, s, w = np.cos(angle), np.sin(angle), body.omega
+    along, across = c * x + s * y, c * y - s * x
+    rate = c * vx + s * vy + w * across
+    turning = body.alpha * across - w * w * along + 2.0 * w * (c * vy - s * vx)
+    return along, rate, c * ax + s * ay + turning
+
+
+def _apart(result: Any, element: Any) -> list[tuple[Any, Any]]:
+    """The way from the place on i to that on j, with both derivatives, world axes."""
+    (ix, iy), (jx, jy) = (_motion(result, element, side) for side in "ij")
+    return [(b - a, d - c) for a, b, c, d in zip(ix, jx, iy, jy, strict=True)]
+
+
+def _motion(result: Any, element: Any, side: str) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+    """x and y of a place, each with both derivatives."""
+    body = result[getattr(element, side).body]
+    x, y = place(result, element, side)
+    px, py, w, alpha = x - body.x, y - body.y, body.omega, body.alpha
+    return (
+        (x, body.vx - w * py, body.ax - alpha * py - w * w * px),
+        (y, body.vy + w * px, body.ay + alpha * px - w * w * py),
+    )

@@ -2,28 +2,210 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from mbody.analysis.driven.diagnosis import load_forces
 from mbody.analysis.dynamics.simulate import judged
-from mbody.errors import ModelError, brief
+from mbody.analysis.freedom.free_motions import free_motions, leading, rates_of
+from mbody.analysis.linear.linearize import StateMatrices, linearize
+from mbody.analysis.position.assembly_analysis import raise_user_error
+from mbody.errors import ModelError, SolveError, brief
+from mbody.kernels.layout import PER_PRIMITIVE
+from mbody.kernels.loop_closure import laws_of_time
 from mbody.kernels.step_state import TIME
 from mbody.model.element import as_marker, listed
+from mbody.model.loads import Gravity
+from mbody.model.state_quantities import ORIGIN
 from mbody.model.study import Measure
-from mbody.solution.compiled_measures import Present, Read
 from mbody.solution.doubts import Doubt
-from mbody.solution.event_record import EventRecord
-from mbody.solution.histories import Record
-from mbody.solution.measures import ORIGIN
-from mbody.solution.restart import Way
-from mbody.solution.solution import Solution
-from mbody.stepping.present import BodyNow, PointNow, ReactionNow
-from mbody.stepping.stepwise import Stepwise
-from mbody.stepping.stepwise_contacts import StepwiseContacts
+from mbody.solution.histories import EventRecord, Record
+from mbody.solution.solution import Solution, Way
+from mbody.solution.traced_instant import Present, Read
+from mbody.stepping.input_values import Inputs
+from mbody.stepping.stepwise import Stepwise, StepwiseContacts
+from mbody.system.rank import jacobian, rank_of, too_large
 from mbody.system.system import System
 
-__all__ = ["Readings"]
+# -- What a body, a point and a joint do at the present instant: numbers, made when they are
+#    read by name ------------------------------------------------------------------------------
+
+
+class BodyNow:
+    """The present motion of one body: its mass centre and its angle.
+
+    Attributes
+    ----------
+    x, y, vx, vy, ax, ay : float
+        Mass centre, world axes [length, length/time, length/time²].
+    angle, omega, alpha : float
+        Of the link's x axis [rad], and its rates.
+    """
+
+    __slots__ = ("_angle", "_first", "_omega", "_page", "_rate", "_second", "_y", "name")
+
+    def __init__(self, name: str, present: Present) -> None:
+        n, b = present.system.coordinates, present.system.bodies[name]
+        self.name, self._y, self._page = name, present.y, present.page
+        self._first, self._rate, self._second = 3 * b, n + 3 * b, 2 * n + 3 * b
+        self._angle, self._omega = self._first + 2, self._rate + 2
+
+    @property
+    def x(self) -> float:
+        """Mass centre [length]."""
+        return self._y[self._first]
+
+    @property
+    def y(self) -> float:
+        """Mass centre [length]."""
+        return self._y[self._first + 1]
+
+    @property
+    def angle(self) -> float:
+        """Angle of the link's x axis [rad]."""
+        return self._y[self._angle]
+
+    @property
+    def vx(self) -> float:
+        """Velocity of the mass centre [length/time]."""
+        return self._y[self._rate]
+
+    @property
+    def vy(self) -> float:
+        """Velocity of the mass centre [length/time]."""
+        return self._y[self._rate + 1]
+
+    @property
+    def omega(self) -> float:
+        """Angular velocity [rad/time]."""
+        return self._y[self._omega]
+
+    @property
+    def ax(self) -> float:
+        """Acceleration of the mass centre [length/time²]."""
+        return self._page()[self._second]
+
+    @property
+    def ay(self) -> float:
+        """Acceleration of the mass centre [length/time²]."""
+        return self._page()[self._second + 1]
+
+    @property
+    def alpha(self) -> float:
+        """Angular acceleration [rad/time²]."""
+        return self._page()[self._second + 2]
+
+    def __repr__(self) -> str:
+        return f"{self.name}: x {self.x:.6g}, y {self.y:.6g}, angle {self.angle:.6g} rad"
+
+
+class _Compiled:
+    """Numbers of one history of results, each made when it is first read."""
+
+    __slots__ = ("_made", "_make", "name")
+
+    def __init__(self, name: str, make: Callable[[str], Read]) -> None:
+        self.name, self._make = name, make
+        self._made: dict[str, Read] = {}
+
+    def _read(self, key: str) -> float:
+        read = self._made.get(key)
+        if read is None:
+            read = self._made[key] = self._make(key)
+        return read()
+
+
+class PointNow(_Compiled):
+    """The present motion of a point of a body.
+
+    Attributes
+    ----------
+    x, y, vx, vy, ax, ay : float
+        World axes [length, length/time, length/time²].
+    """
+
+    __slots__ = ()
+
+    @property
+    def x(self) -> float:
+        """Place [length]."""
+        return self._read("x")
+
+    @property
+    def y(self) -> float:
+        """Place [length]."""
+        return self._read("y")
+
+    @property
+    def vx(self) -> float:
+        """Velocity [length/time]."""
+        return self._read("vx")
+
+    @property
+    def vy(self) -> float:
+        """Velocity [length/time]."""
+        return self._read("vy")
+
+    @property
+    def ax(self) -> float:
+        """Acceleration [length/time²]."""
+        return self._read("ax")
+
+    @property
+    def ay(self) -> float:
+        """Acceleration [length/time²]."""
+        return self._read("ay")
+
+    def __repr__(self) -> str:
+        return f"{self.name}: x {self.x:.6g}, y {self.y:.6g}"
+
+
+class ReactionNow(_Compiled):
+    """The present force and torque on body `on` by body `by` at a joint, world axes.
+
+    Attributes
+    ----------
+    fx, fy, torque, magnitude : float
+        [force, force, force·length, force].
+    unique : tuple of three bool, or None
+        Whether each of fx, fy, torque is determined, as of `mbody.Reaction`.
+    """
+
+    __slots__ = ("by", "on", "unique")
+
+    def __init__(
+        self, joint: str, on: str, by: str, unique: Any, make: Callable[[str], Read]
+    ) -> None:
+        super().__init__(joint, make)
+        self.on, self.by, self.unique = on, by, unique
+
+    @property
+    def fx(self) -> float:
+        """Force [force]."""
+        return self._read("fx")
+
+    @property
+    def fy(self) -> float:
+        """Force [force]."""
+        return self._read("fy")
+
+    @property
+    def torque(self) -> float:
+        """Torque about the joint's place on body j [force·length]."""
+        return self._read("torque")
+
+    @property
+    def magnitude(self) -> float:
+        """√(fx² + fy²) [force]."""
+        return math.hypot(self.fx, self.fy)
+
+    def __repr__(self) -> str:
+        return f"{self.name} on {self.on}: fx {self.fx:.6g}, fy {self.fy:.6g}"
+
 
 Array = np.ndarray
 
@@ -217,3 +399,224 @@ class Readings:
     def events(self) -> tuple[EventRecord, ...]:
         """Events and impacts that were met, as of `Solution.events`."""
         return tuple(self._integration.occurred)
+
+
+# -- The mechanics of one instant as arrays: masses, constraints, loads, minimal coordinates ---
+#
+# All coordinates are those of the bodies in the order of the description, (x, y) of the mass centre
+# and the angle of each: with the masses M, the constraints Φ(q, t) = 0 and the loads f,
+#
+#     M a + Φ_qᵀ λ + h = 0,   h = −f,   Φ_q a = γ.
+#
+# Minimal coordinates are what the leaders of the free motions do (their angles, or the ways that
+# they slide), v = N v_min at drivers that rest; the leaders are those of
+# `mbody.engineering.linearize`.
+
+
+@dataclass(frozen=True, eq=False)
+class Minimal:
+    """Minimal coordinates at an instant.
+
+    Attributes
+    ----------
+    leaders : tuple of str
+        The bodies whose motions they are.
+    N : array (coordinates, free)
+        Rates of all coordinates for unit rates of the leaders.
+    P : array (free, coordinates)
+        The leaders' parts of the coordinates: q_min = P q, v_min = P v, P N = 1.
+    """
+
+    leaders: tuple[str, ...]
+    N: Array
+    P: Array
+
+
+class InstantMechanics:
+    """The arrays of one instant.
+
+    Parameters
+    ----------
+    system : System
+    t : float
+    q, v : arrays (coordinates,)
+    own : array (own states + inputs,)
+    """
+
+    def __init__(self, system: System, t: float, q: Array, v: Array, own: Array) -> None:
+        self.system, self.t, self.q, self.v, self.own = system, t, q, v, own
+        n = system.coordinates
+        work = self.work = system.work()
+        work.time[:] = t
+        laws_of_time(system.runtime(), work)
+        work.q[:n, 0], work.v[:n, 0] = q, v
+        self.phi, self.jacobian = jacobian(system, work)
+        raise_user_error(system)
+        primitive, row, _ = system.row_table
+        self._row = 2 * system.layout.primitive_node[primitive] + row
+
+    @property
+    def mass(self) -> Array:
+        """M (coordinates, coordinates), diagonal: mass, mass and inertia about the mass centre of
+        every body.
+        """
+        return np.diag(self.system.mass[: self.system.coordinates, 0])
+
+    @property
+    def gamma(self) -> Array:
+        """γ (rows,): what Φ_q a must be."""
+        return np.asarray(self.work.gamma[self._row, 0])
+
+    def loads(self, gravity: bool = False) -> Array:
+        """Sum of all loads, or of gravity alone, on the coordinates: (coordinates,)."""
+        every = load_forces(self.system, self.system.work(), self.t, self.q, self.v, self.own)
+        if gravity:
+            loads = self.system.mechanism.loads
+            every = every[[isinstance(load, Gravity) for load in loads]]
+        return np.asarray(every.sum(axis=0))
+
+    def minimal(self) -> Minimal:
+        """Minimal coordinates.
+
+        Raises
+        ------
+        SolveError
+            For a system that is too large for dense matrices.
+        """
+        system = self.system
+        if too_large(system):
+            raise SolveError(
+                f"minimal coordinates of '{system.mechanism.name}': {system.rows} rows of "
+                f"{system.coordinates} coordinates are too many for dense matrices; use the arrays "
+                "of all coordinates"
+            )
+        scale = system.coordinate_units
+        G = system.row_units[:, None] * self.jacobian * scale
+        motions = free_motions(system, np.append(self.q, np.zeros(3)), rank_of(G).motions)
+        rates = rates_of(system, motions).reshape(len(motions), system.coordinates)
+        parts = leading(system, motions, rates / scale) if len(motions) else rates
+        return Minimal(tuple(motion.leader for motion in motions), rates.T, parts / scale)
+
+    def reduced_bias(self, own: Minimal) -> Array:
+        """h_min (free,) of Nᵀ M N a_min + h_min = 0: loads, and what velocities and drivers do.
+
+        Accelerations are a = N a_min + c with P c = 0 and Φ_q c = γ.
+        """
+        G = np.vstack([self.jacobian, own.P])
+        c = np.linalg.lstsq(G, np.append(self.gamma, np.zeros(len(own.P))), rcond=1e-9)[0]
+        return np.asarray(own.N.T @ (self.mass @ c - self.loads()))
+
+
+# -- The mechanics of a motion at its present instant, as arrays -------------------------------
+
+
+class MechanicsNow(Readings):
+    """Arrays of the present instant; what steps is in `Simulator`."""
+
+    inputs: Inputs
+
+    def mass_matrix(self, *, minimal: bool = False) -> Array:
+        """M (coordinates, coordinates) [mass, mass, mass·length²], diagonal; of minimal coordinates
+        Nᵀ M N (free, free), with the units of the leaders.
+        """
+        here = self._mechanics()
+        if not minimal:
+            return here.mass
+        N = here.minimal().N
+        return np.asarray(N.T @ here.mass @ N)
+
+    def jacobian(self) -> Array:
+        """Φ_q (rows, coordinates): the rows of joints, couplings and drivers in the order of
+        `row_names`, of lengths [1, 1, length] or angles [1/length, 1/length, 1].
+        """
+        return self._mechanics().jacobian
+
+    def gamma(self) -> Array:
+        """γ (rows,) of Φ_q a = γ: what velocities and drivers make of the constraints
+        [length/time², or rad/time²].
+        """
+        return self._mechanics().gamma
+
+    def bias(self, *, minimal: bool = False) -> Array:
+        """h (coordinates,) of M a + Φ_qᵀ λ + h = 0: the loads, negative [force, force,
+        force·length]; of minimal coordinates h_min (free,) of Nᵀ M N a_min + h_min = 0, with what
+        velocities and drivers do.
+        """
+        here = self._mechanics()
+        return here.reduced_bias(here.minimal()) if minimal else -here.loads()
+
+    def gravity(self, *, minimal: bool = False) -> Array:
+        """Gravity on the coordinates (coordinates,) [force, force, force·length]; of minimal
+        coordinates Nᵀ of it (free,).
+        """
+        here = self._mechanics()
+        force = here.loads(gravity=True)
+        return np.asarray(here.minimal().N.T @ force) if minimal else force
+
+    def accelerations(
+        self,
+        u: Mapping[str, float] | Sequence[float] | Array | None = None,
+        *,
+        minimal: bool = False,
+    ) -> Array:
+        """Accelerations (coordinates,) [length/time², rad/time²]; of minimal coordinates (free,).
+
+        Parameters
+        ----------
+        u : mapping or array (inputs,), optional
+            Inputs in place of the present ones, for this evaluation alone.
+        """
+        n = self.system.coordinates
+        page = self._page()
+        if u is not None:
+            page = memoryview(self._integration.instant(self.inputs.array(u)).reshape(-1).data)
+            self._page_valid = False
+        a = np.array(page[2 * n : 3 * n])
+        return np.asarray(self._mechanics().minimal().P @ a) if minimal else a
+
+    def multipliers(self) -> Array:
+        """λ (rows,), in the order of `row_names`, of M a + Φ_qᵀ λ + h = 0 [force, or force·length].
+        Redundant rows share theirs by the least norm.
+        """
+        primitive, row, _ = self.system.row_table
+        first = 3 * self.system.coordinates
+        return np.array(self._page())[first + PER_PRIMITIVE * primitive + row]
+
+    @property
+    def row_names(self) -> tuple[str, ...]:
+        """The element of every row of the constraints: joints, couplings, drivers."""
+        primitives = self.system.row_table[0]
+        return tuple(self.system.owners[e][0].name for e in primitives)
+
+    @property
+    def minimal(self) -> Minimal:
+        """Minimal coordinates at present: their leaders, N (coordinates, free) and P (free,
+        coordinates).
+        """
+        return self._mechanics().minimal()
+
+    @property
+    def q_min(self) -> Array:
+        """Minimal coordinates (free,): angles [rad] of the leaders that turn, and of others the
+        ways along which they slide now [length].
+        """
+        return np.asarray(self.minimal.P @ self.q)
+
+    @property
+    def N(self) -> Array:
+        """Rates of all coordinates for unit rates of the minimal ones: (coordinates, free)."""
+        return self.minimal.N
+
+    def state_matrices(
+        self, measures: str | Measure | Sequence[str | Measure] = ()
+    ) -> StateMatrices:
+        """A, B, C, D of small changes about the present state: ẋ = A x + B u, y = C x + D u.
+
+        x are small changes of the minimal coordinates and their rates, y those of measures; see
+        `mbody.engineering.linearize`, whose code it is.
+        """
+        return linearize(self.system, at=self.solution()).state_matrices(measures)
+
+    def _mechanics(self) -> InstantMechanics:
+        own = np.array(self._page())[self.system.own_rows]
+        return InstantMechanics(self.system, self.t, self.q, self.v, own)

@@ -2,21 +2,38 @@
 
 from __future__ import annotations
 
+import functools
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from mbody.analysis.contact.unilateral import has_modes
+from mbody.analysis.driven.contact_report import one_sided
+from mbody.analysis.dynamics.batch_integration import TABLES
+from mbody.analysis.dynamics.interruptions import tables_of_time
 from mbody.analysis.dynamics.options import tolerances
-from mbody.analysis.position.assembly_analysis import as_system
-from mbody.analysis.singular.singular_positions import SUSPECT
+from mbody.analysis.initial.initial_state import with_start_drivers
+from mbody.analysis.position.assembly_analysis import as_system, rounding
+from mbody.analysis.position.batch_closing import close_batch
+from mbody.analysis.singular.singular_positions import SUSPECT, Prescribed
 from mbody.errors import ModelError, SolveError, brief
-from mbody.kernels.runge_kutta_lanes_control import UNTIL
+from mbody.kernels.loop_closure import project_designs
+from mbody.kernels.runge_kutta_lanes import JUDGED_STEPS, JUDGED_TIME, UNTIL
 from mbody.kernels.step_state import (
     BEST_CONDITIONING,
+    FASTEST,
+    KNOWN_UNTIL,
+    NEAR_SINGULAR,
+    NEXT,
+    PROGRESS,
+    REJECTED,
+    SHORTENED_UNTIL,
+    SMOOTH_COUNT,
     STEPS,
+    STIFF_COUNT,
     TIME,
 )
 from mbody.model.body import Guesses
@@ -25,20 +42,301 @@ from mbody.model.numbers import number_in
 from mbody.model.simulation import METHODS
 from mbody.quantities.types import Number
 from mbody.quantities.units import DIMENSIONS
-from mbody.solution.restart import Way
-from mbody.solution.solution import Solution
-from mbody.stepping.lane_inputs import LaneInputs
-from mbody.stepping.lane_motion import LaneMotion, usable_cores
-from mbody.stepping.lane_resets import reset_states
-from mbody.stepping.simulator import Simulator
-from mbody.stepping.simulator_state import SimulatorState
-from mbody.stepping.singly_led import SinglyLed
-from mbody.system.driver_formulas import followed_inputs
+from mbody.solution.solution import Solution, Way
+from mbody.stepping.lane_motion import LaneInputs, LaneMotion, LaneReadings, usable_cores
+from mbody.stepping.simulator import (
+    LED,
+    PLACES,
+    Simulator,
+    SimulatorState,
+    nearest_state,
+    prescribed_values,
+)
+from mbody.system.formula_rows import followed_inputs
 from mbody.system.system import System
 
-__all__ = ["Simulators", "SimulatorsState"]
+# -- States of many motions by positions and rates by name: on lanes where loops close in
+#    ordinary places, else one by one ----------------------------------------------------------
 
 Array = np.ndarray
+
+#: Velocities that agree with what is prescribed to this part are as good as exact.
+AGREE = 1e-9
+#: Directions of places in x and y; angles have none.
+DIRECTION = {"x": 0.0, "y": math.pi / 2.0}
+PLACE = {"vx": "x", "vy": "y", "omega": "angle"}
+
+
+def reset_states(
+    system: System, which: Array, t: Array, base: Array, to: Mapping[str, Any]
+) -> tuple[Array, Array]:
+    """The states nearest to prescribed values, (states, rows), and how far each is from them.
+
+    Parameters
+    ----------
+    which : array (states,)
+        Numbers of the motions: of a batch, of their designs.
+    t : array (states,)
+    base : array (states, rows)
+        To what all else is near.
+    to : mapping
+        As of `Simulators.reset`.
+
+    Raises
+    ------
+    ModelError, SolveError
+    """
+    n, y = system.coordinates, base.copy()
+    places, values = _prescribed(system, to, len(which))
+    names = [state.name for state in system.mechanism.states]
+    for row, name in enumerate(names):
+        if isinstance(to, Mapping) and name in to:
+            y[:, 2 * n + row] = _own_values(system, row, to[name], len(which))
+    far, left = np.zeros(len(which)), np.ones(len(which), dtype=bool)
+    if system.batch is None and np.ptp(t) == 0.0:
+        q, v, good = _on_lanes(system, float(t[0]), base[:, :n], places, values)
+        y[good, :n], y[good, n : 2 * n] = q[good], v[good]
+        left = ~good
+    for k in np.flatnonzero(left).tolist():
+        one = system.design(int(which[k])) if system.batch is not None else system
+        given = [replace(of, value=float(values[m, k])) for m, of in enumerate(places)]
+        try:
+            near = nearest_state(one, float(t[k]), base[k, :n], given)
+        except (ModelError, SolveError) as error:
+            raise type(error)(f"motion {which[k]}: {error}", error.element) from error
+        y[k, :n], y[k, n : 2 * n], far[k] = near.q, near.v, near.far
+    return y, far
+
+
+def _prescribed(system: System, to: Any, count: int) -> tuple[list[Prescribed], Array]:
+    """What is prescribed, and the values (prescribed, states)."""
+    own = {state.name for state in system.mechanism.states}
+    flat: dict[str, Any] = {}
+    if not isinstance(to, Mapping):
+        prescribed_values(system, to)
+    for name, value in to.items():
+        if isinstance(value, Mapping):
+            flat |= {f"{name}.{key}": one for key, one in value.items()}
+        elif name not in own:
+            flat[name] = value
+    places, rows = list[Prescribed](), list[Array]()
+    for name, value in flat.items():
+        numbers = _array(name, value, count)
+        sample = value if numbers is None else float(numbers[0])
+        (place,) = prescribed_values(system, {name: sample})
+        places.append(place)
+        rows.append(np.full(count, place.value) if numbers is None else numbers)
+    return places, np.array(rows).reshape(len(places), count)
+
+
+def _array(name: str, value: Any, count: int) -> Array | None:
+    """Values of an array; None of a single one."""
+    if isinstance(value, str) or np.ndim(value) == 0:
+        return None
+    try:
+        found = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        raise ModelError(f"reset: '{name}' must be numbers, not {brief(value)}", name) from None
+    if found.shape != (count,):
+        raise ModelError(
+            f"reset: '{name}' has an array of shape {found.shape} for {count} motions: give one "
+            "number, or one for each",
+            name,
+        )
+    if not np.isfinite(found).all():
+        raise ModelError(f"reset: '{name}' is not finite everywhere: give finite numbers", name)
+    return found
+
+
+def _own_values(system: System, row: int, value: Any, count: int) -> Any:
+    state = system.mechanism.states[row]
+    found = _array(state.name, value, count)
+    if found is not None:
+        return found
+    dimension = state.dimension or DIMENSIONS["number"]
+    return number_in(system.mechanism, value, dimension, "reset", state.name)
+
+
+def _on_lanes(
+    system: System, t: float, base: Array, given: list[Prescribed], values: Array
+) -> tuple[Array, Array, np.ndarray]:
+    """Positions and velocities, each (states, coordinates), and which of them are ordinary."""
+    count, n = len(base), system.coordinates
+    places = [m for m, one in enumerate(given) if one.key in PLACES]
+    rates = [m for m, one in enumerate(given) if one.key not in PLACES]
+    driven = _driven(system, tuple((given[m].body, given[m].key) for m in places))
+    turning = _driven(system, tuple((given[m].body, PLACE[given[m].key]) for m in rates))
+    if driven is None or turning is None:
+        return base, base, np.zeros(count, dtype=bool)
+    # elsewhere something has to be as near as possible, which is not for these kernels
+    resting = not rates and not system.drivers
+    if driven.rows != n or not (resting or turning.rows == n):
+        return base, base, np.zeros(count, dtype=bool)
+    driven, turning = _repeated(driven, count), _repeated(turning, count)
+    poses = np.hstack([base, np.zeros((count, 3))])
+    own = len(system.drivers)
+    first = np.full((count, own + len(places)), np.nan)
+    start = np.array(
+        [[given[m].at(system, q) * given[m].unit(system) for q in base] for m in places]
+    )
+    goal, good = values[places], np.ones(count, dtype=bool)
+    steps = 1
+    if places:
+        units = np.array([given[m].unit(system) for m in places])[:, None]
+        steps = max(1, math.ceil(float(np.abs((goal - start) / units).max()) / LED))
+    for k in range(1, steps + 1):
+        if places:
+            first[:, own:] = (goal if k == steps else start + k / steps * (goal - start)).T
+        good &= close_batch(driven, t, first, poses, rounding(driven, poses), SUSPECT)
+    speeds = np.full((count, own + len(rates)), np.nan)
+    speeds[:, own:] = values[rates].T
+    v, off = np.empty((count, n)), np.empty(count)
+    work = turning.work()
+    work.time[:] = t
+    project_designs(turning.layout, work, turning.par, poses, speeds, v, off)
+    good &= np.isfinite(poses).all(axis=1) & np.isfinite(v).all(axis=1) & (off <= AGREE)
+    return poses[:, :n], v, good
+
+
+@functools.lru_cache(maxsize=8)
+def _driven(system: System, places: tuple[tuple[str, str], ...]) -> System | None:
+    """The system with a driver for each place; None where they cannot all be driven."""
+    imposed = [
+        (f"{body} {key} at the start", (body, key, DIRECTION.get(key, 0.0)), 0.0, 0.0)
+        for body, key in places
+    ]
+    try:
+        return with_start_drivers(system, imposed) if imposed else system
+    except (ModelError, SolveError):
+        return None
+
+
+def _repeated(system: System, count: int) -> System:
+    """A batch of so many equal designs."""
+    par, mass = (np.repeat(of, count, axis=1) for of in (system.par, system.mass))
+    return replace(system, par=par, mass=mass, batch=count)
+
+
+# -- Motions among many that go on alone, by the steps of a single `Simulator`, and come back --
+
+#: Slots that a motion takes with it from the lanes to steps of its own.
+TAKEN = [NEXT, STEPS, REJECTED, BEST_CONDITIONING, STIFF_COUNT, SMOOTH_COUNT, FASTEST]
+
+
+class SinglyLed(LaneReadings):
+    """What leads single motions on; all together are led on in `Simulators`."""
+
+    #: The system as it was given; arguments of `Simulator`; simulators by design.
+    _whole: System
+    _how: dict[str, Any]
+    _sims: dict[int, Simulator]
+    #: Whether ordinary steps are taken on lanes.
+    _on_lanes: bool
+    #: States of the motions that are alone; why motions have ended or failed; doubts.
+    _states: dict[int, SimulatorState]
+    _reasons: dict[int, str]
+    _doubts: dict[int, str]
+
+    def _may_use_lanes(self, begun: SimulatorState) -> bool:
+        """Whether ordinary steps of this mechanism, in this way, are those that lanes take."""
+        system, carried = self.system, begun.carried
+        assert carried is not None
+        own = system.mechanism.simulation
+        return not (
+            carried.restart.way.method not in TABLES
+            or carried.regularization
+            or (own is not None and (own.events or own.release))
+            or system.has_user_code
+            or one_sided(system)
+            or has_modes(system)
+            or tables_of_time(system)
+            or any(list(one.distances()) for one in system.mechanism.constraints)
+        )
+
+    def _sim(self, k: int) -> Simulator:
+        """The simulator that leads motion k on where it goes alone; one for all of one design."""
+        design = k if self._whole.batch is not None else 0
+        found = self._sims.get(design)
+        if found is None:
+            try:
+                found = Simulator(self._whole.design(design), **self._how)
+            except (ModelError, SolveError) as error:
+                if self._whole.batch is None:
+                    raise
+                raise type(error)(f"design {design}: {error}", error.element) from error
+            self._sims[design] = found
+        return found
+
+    def _alone(self) -> Iterator[tuple[int, Simulator]]:
+        for k, state in self._states.items():
+            sim = self._sim(k)
+            sim.state = state
+            sim.inputs.set_all(self._inputs_of(k))
+            yield k, sim
+
+    def _inputs_of(self, k: int) -> Array:
+        values = self._lanes.some(self._lanes.many.inputs, np.array([k]))[0]
+        return np.array(values[: len(self._input_names)])
+
+    def _sent_alone(self, k: int) -> Simulator:
+        """The simulator of motion k, set to its present state."""
+        sim, state, one = self._sim(k), self._states.get(k), np.array([k])
+        if state is not None:
+            sim.state = state
+            sim.inputs.set_all(self._inputs_of(k))
+            return sim
+        lanes, n3 = self._lanes, self.system.coordinates
+        y, slots = lanes.some(lanes.many.y, one)[0], lanes.some(lanes.many.state, one)[0]
+        sim.reset(
+            SimulatorState(
+                t=float(slots[TIME]),
+                q=y[:n3],
+                v=y[n3 : 2 * n3],
+                own=y[2 * n3 :],
+                inputs=self._inputs_of(k),
+                bodies=tuple(body.name for body in self.system.mechanism.bodies),
+            )
+        )
+        found = sim.state
+        if found.carried is not None and slots[STEPS]:
+            # it goes on with the steps that it had
+            restart = found.carried.restart
+            state_slots = restart.state.copy()
+            state_slots[TAKEN] = slots[TAKEN]
+            scale = lanes.some(lanes.many.scale, one)[0]
+            restart = replace(restart, state=state_slots, scale=scale)
+            sim.state = replace(found, carried=replace(found.carried, restart=restart))
+        return sim
+
+    def _take_back(self, k: int, sim: Simulator) -> None:
+        """What a motion has become alone; it goes back to the lanes where all is ordinary."""
+        lanes, one, found = self._lanes, np.array([k]), sim.state
+        many, carried = lanes.many, found.carried
+        y = np.concatenate([found.q, found.v, found.own])[None]
+        lanes.put_all(many.y, one, y)
+        lanes.put(many.state, TIME, one, found.t)
+        if carried is not None and carried.passage[2]:
+            self._doubts.setdefault(k, carried.passage[2][0].message)
+        if found.status != "completed":
+            self._reasons[k] = found.status
+        many.bad[k] = 1.0
+        self._states[k] = found
+        if carried is None or not self._on_lanes or k in self._reasons:
+            return
+        slots, t = carried.restart.state, found.t
+        known = t <= slots[KNOWN_UNTIL] or t <= slots[SHORTENED_UNTIL] or carried.passage[0]
+        if carried.regularization or slots[NEAR_SINGULAR] > 0.5 or known:
+            return
+        del self._states[k]
+        many.bad[k] = 0.0
+        lanes.put_all(many.derivative, one, carried.restart.slope[None])
+        lanes.put_all(many.scale, one, carried.restart.scale[None])
+        lanes.put_all(many.near, one, carried.near.reshape(1, -1)[:, : many.near.shape[1]])
+        lanes.put_all(many.state, one, slots[None, :PROGRESS])
+        lanes.put(many.state, JUDGED_STEPS, one, slots[STEPS])
+        lanes.put(many.state, JUDGED_TIME, one, t)
+        many.stale[k // many.stale.shape[1], k % many.stale.shape[1]] = 0.0
+
 
 #: From this tolerance on the method of order 5 reaches an accuracy sooner than that of order 8.
 LOOSE = 1e-6

@@ -6,18 +6,24 @@ rejects the step; longer ones keep what they begin with, to go back to where the
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from mbody.analysis.driven.contacts import OneSidedForce
+from mbody.analysis.contact.unilateral import has_modes, refuse_modes
+from mbody.analysis.driven.contact_report import OneSidedForce, one_sided, one_sided_force
+from mbody.analysis.driven.extrapolation import extrapolated, open_curves, open_tables
 from mbody.analysis.dynamics.branch_passage import KnownCrossings
-from mbody.analysis.dynamics.initial_step import REFINEMENTS
+from mbody.analysis.dynamics.contact_decision import Closing, SharedForces
+from mbody.analysis.dynamics.contact_motion import ContactIntegration
+from mbody.analysis.dynamics.events import EventIntegration, Guard
 from mbody.analysis.dynamics.integration import AT_ONCE, Integration
-from mbody.analysis.dynamics.integrators import integrator, stepping
+from mbody.analysis.dynamics.integrators import REFINEMENTS, integrator, stepping
 from mbody.analysis.dynamics.interruptions import (
     held_inputs,
     input_value,
@@ -42,13 +48,68 @@ from mbody.kernels.step_state import (
     Stepping,
 )
 from mbody.laws import Constant
-from mbody.solution.restart import Restart
-from mbody.solution.solution import Solution
-from mbody.stepping.carried_modes import CarriedModes
+from mbody.model.simulation import ADAPTIVE, Event
+from mbody.solution.doubts import Doubt
+from mbody.solution.histories import Record
+from mbody.solution.measures import valued
+from mbody.solution.solution import Restart, Solution, Way
+from mbody.solution.traced_instant import Present, Read
+from mbody.system.system import System
 
-__all__ = ["Carried", "Stepwise"]
+# -- What a motion with contacts, ropes and rough joints carries on besides its state ----------
 
 Array = np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class CarriedModes:
+    """What a motion with modes carries on besides its state.
+
+    Attributes
+    ----------
+    modes, pairs : tuples of str
+        Of the touches and of the rough joints.
+    first : dict
+        Mode of every contact and rough joint when the motion began, by name.
+    rows : tuple of arrays
+        Which rows are on, with what depends on it, their anchors, senses of sliding, and the
+        numbers of the rows, among which are the phases of circles that stick.
+    groups : dict
+        Touches that stick by one row.
+    shared : SharedForces or None
+        What sticks with forces that no equation decides.
+    struck : dict
+        When touches were struck last.
+    beyond : frozenset
+        Open touches that have left their edge.
+    closed : frozenset
+        Touches that are closed.
+    guards : tuple of Guard
+        What is watched.
+    fresh : dict
+        Guards that begin at zero, and what is taken for a little more.
+    changes : pair
+        When modes changed last, and how often at that instant.
+    notes : tuple of str
+    lost : array (contacts,)
+        Energy that impacts of each took.
+    """
+
+    modes: tuple[str, ...]
+    pairs: tuple[str, ...]
+    first: dict[str, str]
+    rows: tuple[Array, ...]
+    groups: dict[int, list[int]]
+    shared: SharedForces | None
+    struck: dict[int, float]
+    beyond: frozenset[int]
+    closed: frozenset[int]
+    guards: tuple[Guard, ...]
+    fresh: dict[Guard, float]
+    changes: tuple[float, int]
+    notes: tuple[str, ...]
+    lost: Array
+
 
 #: Instants within a call at which it is watched: of one step, and of many.
 WITHIN, AMONG = 8, 200
@@ -73,7 +134,7 @@ class Carried:
         Singular positions ahead, those behind, doubts, and positions that were met.
     first : float
     reference, page : arrays (rows, 1)
-        When the motion began, what is kept of that instant (see `mbody.kernels.output`), and of
+        When the motion began, what is kept of that instant (see `mbody.kernels.layout`), and of
         the present one.
     extremes : dict
         Of contacts and ropes the least force and the largest by size.
@@ -403,3 +464,392 @@ class Stepwise(Integration):
 
     def _between(self) -> dict[str, OneSidedForce]:
         return self.extremes
+
+
+# -- Integration to one time after another with events, which every step looks for -------------
+
+#: What reads one number.
+StepwiseEventsRead = Callable[[], float]
+
+#: A step is short if it is this part of the one that the tolerance allows.
+QUARTER = 0.25
+#: Control points keep this part of their spread from zero.
+CLEAR = 1e-2
+#: Rates are differences over this part of a step.
+LITTLE = 1e-4
+
+
+class StepwiseEvents(Stepwise, EventIntegration):
+    """The same with events, which every step looks for."""
+
+    #: Of each event the value at the state in `at`; none where one needs more than that.
+    values: Sequence[StepwiseEventsRead] = ()
+    at: tuple[Array, Array]
+    #: Whether `page` is of an earlier instant.
+    late = False
+
+    def start_at(self, t: float, q: Array, v: Array, own: Array | None = None) -> None:
+        """Begin anew, without the events before."""
+        self.total, self.late = np.zeros(self.causes), False
+        self.occurred = []
+        self.forces = {one.name: [] for one in self.sided}
+        self._forget()
+        super().start_at(t, q, v, own)
+
+    def _forget(self) -> None:
+        """Nothing of former calls is kept."""
+        self.instants, self.pages, self.works = list[float](), list[Array](), list[Array]()
+
+    def reach(self, until: float) -> str:
+        """See `Stepwise`."""
+        if not self.state[STEPS]:
+            self.until = until
+            self._begin_steps()
+        self.passage.whole = until - self.first
+        return "" if self._quiet(until) else self._far(until)
+
+    def _quiet(self, until: float) -> bool:
+        """Go on by one short step that nothing crosses; False, where that is not certain.
+
+        The cubic through values and rates at both ends of a step a quarter as long as the tolerance
+        allows, as far apart as samples of longer steps are: where its four control points have one
+        sign, so has the cubic.
+        """
+        state = self.state
+        t = state.item(TIME)
+        short = state.item(STEPS) > 0.0 and until - t <= QUARTER * state.item(NEXT)
+        busy = self.guarded or self.closely or self.sided
+        if not short or busy or not self.values:
+            return False
+        saved, first = self._save(), self._sampled_ends(until - t)
+        self.outputs.work[-1] = self.total
+        state[LAST_STEP_ALLOWED] = 1.0
+        code = self._advance(until, 1, self.outputs)
+        if code in (MORE, DONE) and state.item(TIME) == until:
+            last, third = self._sampled_ends(until - t), (until - t) / 3.0
+            for (v0, r0), (v1, r1) in zip(first, last, strict=True):
+                hull = v0, v0 + third * r0, v1 - third * r1, v1
+                low, high = min(hull), max(hull)
+                if not min(abs(low), abs(high)) > CLEAR * (high - low) or low < 0.0 < high:
+                    break
+            else:
+                self.total, self.late = self.outputs.work[-1].copy(), True
+                return True
+        self._restore(saved)
+        return False
+
+    def _sampled_ends(self, h: float) -> list[tuple[float, float]]:
+        """Value and rate of every event at the present state."""
+        y, slots = self.at
+        t, little, found = self.state.item(TIME), LITTLE * h, []
+        for sign in (0.0, 1.0, -1.0):
+            y[:] = self.y + sign * little * self.K[0]
+            slots[TIME] = t + sign * little
+            found.append([value() for value in self.values])
+        here, after, before = found
+        return [(v, (a - b) / (2.0 * little)) for v, a, b in zip(here, after, before, strict=True)]
+
+    def _renew(self) -> None:
+        """The page of the present instant."""
+        if self.late:
+            self.page, self.late = self.instant().copy(), False
+
+    def refresh(self) -> None:
+        """See `Stepwise`."""
+        super().refresh()
+        self.late = False
+
+    def _far(self, until: float) -> str:
+        self._renew()
+        return super()._far(until)
+
+    def _all_steps(self) -> str:
+        self._forget()
+        self._set_times()
+        self.wanted = self._instants() if self.closely else np.array([self.until])
+        code, status = MORE, ""
+        while code == MORE and not status:
+            code, status = self._step()
+            self._check_progress()
+        if code not in (DONE, MORE):
+            raise self._stopped(self._solution(""), code)
+        for name, parts in self.forces.items():
+            for part in parts:
+                self.meet(name, part)
+            self.forces[name] = []
+        return status
+
+    def _watched_steps(self) -> str:
+        status = self._all_steps()
+        if self.instants:
+            self.samples = np.array(self.instants), np.array(self.pages)
+        return status
+
+    def snapshot(self) -> Carried:
+        """See `Stepwise`."""
+        self._renew()
+        return super().snapshot()
+
+    def go_on_from(self, given: Carried) -> None:
+        """See `Stepwise`."""
+        super().go_on_from(given)
+        self.late = False
+        t = float(self.state[TIME])
+        self.occurred = [one for one in self.occurred if one.t <= t]
+        self._forget()
+
+    @property
+    def _gained(self) -> Array:
+        return self.total
+
+
+# -- Integration to one time after another with contacts, ropes and rough joints ---------------
+
+
+class StepwiseContacts(StepwiseEvents, ContactIntegration):
+    """The same with contacts, ropes and rough joints: modes as of `simulate`, found again where
+    inputs change.
+    """
+
+    first_modes: dict[str, str]
+
+    def start_at(self, t: float, q: Array, v: Array, own: Array | None = None) -> None:
+        """See `Stepwise`; what is open, sticks and slides is decided anew.
+
+        Raises
+        ------
+        SolveError
+            Where shapes overlap.
+        """
+        self._open_all()
+        self.lost[:] = 0.0
+        super().start_at(t, q, v, own)
+        self.ending = self.begin_modes()
+        self.first_modes = self.named_modes()
+        self.reference = self.page.copy()
+        self._show(None)
+
+    def place_at(self, t: float, page: Array) -> None:
+        """See `Stepwise`."""
+        self._open_all()
+        super().place_at(t, page)
+        self.first_modes = self.named_modes()
+
+    def _open_all(self) -> None:
+        """Nothing touches, and no joint sticks."""
+        self.modes, self.pairs = ["open"] * len(self.modes), ["slip+"] * len(self.pairs)
+        self.groups, self.struck, self.fresh, self.beyond = {}, {}, {}, set()
+        self.shared = None
+        self.guards, self.closing, self.contact_notes = [], Closing(), []
+        self.changed_at, self.changes, self.ending = -np.inf, 0, ""
+        self.work.anchor[:] = 0.0
+        self.work.par[:] = self.probe.par
+        self.on = np.zeros(len(self.on))
+        self.uni.set_rows(self.work, self.on, np.zeros(len(self.layout.friction_kind)))
+        self.eliminate_rows_that_are_on()
+
+    def _forget(self) -> None:
+        super()._forget()
+        self.kept_modes = []
+
+    def reach(self, until: float) -> str:
+        """See `Stepwise`."""
+        return self.ending or super().reach(until)
+
+    def _quiet(self, until: float) -> bool:
+        """Never: guards are looked at in every step."""
+        return False
+
+    def refresh(self) -> None:
+        """See `Stepwise`; forces that change may end what sticks."""
+        super().refresh()
+        self.ending = self.settle_jump()
+
+    # -- what is carried on -------------------------------------------------------------------
+
+    def _rows_of(self, work: Work) -> tuple[Array, ...]:
+        return work.on, work.pad, work.regularization_weight, work.anchor, work.sense, work.par
+
+    def snapshot(self) -> Carried:
+        """See `Stepwise`."""
+        self.before_end = None  # that of the present state
+        return replace(super().snapshot(), modes=self._modes_carried())
+
+    def _modes_carried(self) -> CarriedModes:
+        return CarriedModes(
+            modes=tuple(self.modes),
+            pairs=tuple(self.pairs),
+            first=dict(self.first_modes),
+            rows=tuple(part.copy() for part in self._rows_of(self.work)),
+            groups={key: list(one) for key, one in self.groups.items()},
+            shared=self.shared,
+            struck=dict(self.struck),
+            beyond=frozenset(self.beyond),
+            closed=frozenset(self.closing.closed),
+            guards=tuple(self.guards),
+            fresh=dict(self.fresh),
+            changes=(self.changed_at, self.changes),
+            notes=tuple(self.contact_notes),
+            lost=self.lost.copy(),
+        )
+
+    def go_on_from(self, given: Carried) -> None:
+        """See `Stepwise`."""
+        super().go_on_from(given)
+        assert given.modes is not None
+        self._take_modes(given.modes)
+
+    def _take_modes(self, given: CarriedModes) -> None:
+        self.modes, self.pairs = list(given.modes), list(given.pairs)
+        self.first_modes = dict(given.first)
+        for part, was in zip(self._rows_of(self.work), given.rows, strict=True):
+            part[:] = was
+        self.on = self.work.on[: len(self.on), 0].copy()
+        self.eliminate_rows_that_are_on()
+        self.groups = {key: list(one) for key, one in given.groups.items()}
+        self.shared = given.shared
+        self.struck, self.beyond = dict(given.struck), set(given.beyond)
+        self.closing = Closing(set(given.closed))
+        self.guards, self.fresh = list(given.guards), dict(given.fresh)
+        self.changed_at, self.changes = given.changes
+        self.lost[:] = given.lost
+        self.contact_notes, self.ending = list(given.notes), ""
+
+    def unfit(self, given: Carried, inputs: Array) -> str:
+        """See `Stepwise`."""
+        modes = given.modes
+        if modes is None or [part.shape for part in modes.rows] != [
+            part.shape for part in self._rows_of(self.work)
+        ]:
+            return "is of another mechanism, with other contacts"
+        before = self._modes_carried(), self.ending
+        self._take_modes(modes)
+        try:
+            return super().unfit(given, inputs)
+        finally:
+            self._take_modes(before[0])
+            self.ending = before[1]
+
+    def _works(self) -> Array:
+        works = np.zeros((2, self.causes + len(self.stops)))
+        works[1] = np.concatenate([self.total, self.lost])
+        return works
+
+    # -- what is shown ------------------------------------------------------------------------
+
+    def instant(
+        self, inputs: Array | None = None, held: Mapping[str, float] | None = None
+    ) -> Array:
+        """See `Stepwise`; in the present modes."""
+        probe = self._probe[0]
+        for part, own in zip(self._rows_of(probe), self._rows_of(self.work), strict=True):
+            part[:] = own
+        return super().instant(inputs, held)
+
+    def _solution(self, status: str) -> Solution:
+        kept = self.kept_modes
+        self.kept_modes = [self.first_modes, self.named_modes()][: len(self.ends[0])]
+        try:
+            return super()._solution(status)
+        finally:
+            self.kept_modes = kept
+
+
+def stepwise(system: System, start: Solution, way: Way, events: tuple[Event, ...]) -> Stepwise:
+    """The integration of a system.
+
+    Raises
+    ------
+    ModelError
+        For contacts and friction with a method that does not decide their modes.
+    """
+    if has_modes(system):
+        if way.method not in ADAPTIVE:
+            refuse_modes(system, f"the method '{way.method}'")
+        return StepwiseContacts(system, start, way, events)
+    if events:
+        return StepwiseEvents(system, start, way, events)
+    return Stepwise(system, start, way)
+
+
+# -- What is looked at between the ends of calls: tables that may be left, contacts that may
+#    lift off, and events, whose values short steps ask for ------------------------------------
+
+
+class Watched:
+    """Tables, contacts and ropes of one motion; events look for themselves.
+
+    Parameters
+    ----------
+    integration : Stepwise
+    present : Present
+        The present instant of it.
+    events : bool
+        Whether there are any: every step then looks at contacts and ropes, too.
+    """
+
+    def __init__(self, integration: Stepwise, present: Present, events: bool) -> None:
+        self.integration, self.present = integration, present
+        self.system = system = integration.system
+        described = system.mechanism
+        left = (*open_tables(described), *open_curves(described))
+        integration.closely = bool(left)
+        self.contacts: list[tuple[str, Any, Read | None, Read | None]] = []
+        if isinstance(integration, StepwiseEvents):
+            _find_values(integration)
+        for one in [] if events else one_sided(system):
+            force: Read | None = None
+            size: Read | None = None
+            with contextlib.suppress(Exception):  # what no list of operations gives
+                forces = one_sided_force(present.instant, one)
+                force, size = present.read(forces.force), present.read(forces.size)
+            self.contacts.append((one.name, one, force, size))
+        integration.watched = bool(self.contacts)
+        self.any = bool(self.contacts) or integration.closely
+
+    def after_call(self, known: tuple[Doubt, ...]) -> tuple[Doubt, ...]:
+        """Look at what the last call went through; the doubts of tables that were left."""
+        engine = self.integration
+        if engine.samples is None:
+            self._at_the_end()
+            return known
+        (times, pages), engine.samples = engine.samples, None
+        run = self._result(times, pages)
+        names = {one.elements for one in known}
+        for name, one, _, _ in self.contacts:
+            engine.meet(name, one_sided_force(run, one))
+        return (*known, *(one for one in extrapolated(run) if one.elements not in names))
+
+    def _at_the_end(self) -> None:
+        """Forces of contacts and ropes at the end of a call that was one step."""
+        engine, t = self.integration, np.array([self.integration.state[TIME]])
+        for name, one, force, size in self.contacts:
+            if force is None or size is None:
+                run = self._result(t, np.array(self.present.page())[None, :, None])
+                engine.meet(name, one_sided_force(run, one))
+                continue
+            known, now, large = engine.extremes.get(name), force(), size()
+            if known is None or now < known.force.min() or large > known.size.max():
+                engine.meet(name, OneSidedForce(t, np.array([now]), np.array([large])))
+
+    def _result(self, times: Array, pages: Array) -> Solution:
+        """Instants as a result."""
+        regular = self.integration.regularization
+        record = Record([pages], len(times), batch=False)
+        return Solution(self.system, "simulate", times, record, None, regularization=regular)
+
+
+def _find_values(integration: StepwiseEvents) -> None:
+    """Values of events at other states than the present one, where no forces are in them."""
+    integration.at = np.zeros_like(integration.y), np.zeros_like(integration.state)
+    y, slots = (memoryview(part.data) for part in integration.at)
+    beside = Present(integration.system, y, slots, _no_page)
+    with contextlib.suppress(Exception):  # what no list of operations gives, or forces
+        found = [beside.read(valued(beside.instant, one)[0]) for one in integration.measures]
+        for value in found:
+            value()
+        integration.values = found
+
+
+def _no_page() -> memoryview:
+    raise LookupError("there are no forces beside the present instant")

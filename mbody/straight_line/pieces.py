@@ -20,10 +20,10 @@ import numpy as np
 
 from mbody.core.recorded_numbers import NumberRecording, Untraceable
 from mbody.kernels.constraints import rows, turns
+from mbody.kernels.continuation import predict, predict_by_three
 from mbody.kernels.continuation_lanes import conclude, newton_square, prescribe
 from mbody.kernels.forces import signals
-from mbody.kernels.output import PER_PRIMITIVE, keep_primitive
-from mbody.kernels.predictor import predict, predict_by_three
+from mbody.kernels.layout import PER_PRIMITIVE, keep_primitive
 from mbody.kernels.square_lu import factor_square
 from mbody.straight_line.code_interface import FACTORS, STEP, STRUCTURAL
 

@@ -24,8 +24,7 @@ from mbody.core.sources import PACKAGE, source_hash
 from mbody.errors import ModelWarning
 from mbody.kernels.continuation import BY_DRIVER
 from mbody.kernels.continuation_lanes import FOUND, Designs, LanePath, smallest
-from mbody.kernels.layout import Layout, Work
-from mbody.kernels.output import PER_PRIMITIVE
+from mbody.kernels.layout import PER_PRIMITIVE, Layout, Work
 from mbody.kernels.square_lu import Square
 from mbody.straight_line.code_interface import (
     COLUMNS,

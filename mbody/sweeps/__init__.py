@@ -1,9 +1,19 @@
 """Sweeps: one analysis of many designs, with its samples, measures and results."""
 
 from mbody.sweeps.run import sweep
-from mbody.sweeps.samples import Samples, Steps, grid, latin_hypercube, monte_carlo, sobol, together
+from mbody.sweeps.samples import (
+    Normal,
+    Samples,
+    Steps,
+    Triangular,
+    Uniform,
+    grid,
+    latin_hypercube,
+    monte_carlo,
+    sobol,
+    together,
+)
 from mbody.sweeps.sweep_result import Sweep
-from mbody.sweeps.tolerances import Normal, Triangular, Uniform
 
 __all__ = [
     "Normal",

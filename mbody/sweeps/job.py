@@ -2,35 +2,158 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from mbody.analysis.contact.closed_contacts import with_closed_contacts
-from mbody.analysis.driven.batch_continuation import BatchSetup, batch_setup, closed_poses, on_lanes
-from mbody.analysis.driven.contacts import unfit
-from mbody.analysis.driven.requests import ANALYSES, analyse_system_at, arguments_at
-from mbody.analysis.driven.runner import Runner
+from mbody.analysis.driven.batch import BatchSetup, batch_setup, closed_poses, on_lanes
+from mbody.analysis.driven.contact_report import unfit
+from mbody.analysis.driven.driven import ANALYSES, analyse_system_at, arguments_at
+from mbody.analysis.driven.path_following import Runner
 from mbody.analysis.driven.time_grid import TimeGrid, check_reach, time_grid
 from mbody.analysis.dynamics.batch_integration import LaneMotions, integrate_lanes, lane_motions
 from mbody.analysis.dynamics.simulate import simulate
 from mbody.analysis.position.assembly_analysis import check_determined, closed, closed_near
 from mbody.core.lanes import LANES
-from mbody.errors import ModelError, SolveError
+from mbody.errors import ModelError, SolveError, brief
 from mbody.model.element import listed
+from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import varied
-from mbody.model.reductions import check_times
-from mbody.model.study import Instants
+from mbody.model.study import (
+    REDUCTIONS,
+    Instants,
+    Measure,
+    Reduced,
+    check_times,
+    integrand,
+    outermost,
+    reduce_history,
+)
 from mbody.solution.doubts import Doubt
 from mbody.solution.histories import Record
-from mbody.solution.measures import measured
+from mbody.solution.measures import check_measure, measured
 from mbody.solution.solution import Solution
-from mbody.sweeps.columns import MeasuredColumn, reduced
 from mbody.system.system import System
 
-__all__ = ["Job", "PieceResult", "analyse_piece", "prepared", "side_by_side"]
+# -- Measured quantities of every design, and the reductions from instants to one number -------
+
+#: Columns that the table of a sweep always has.
+TAKEN = ("design", "error")
+
+
+@dataclass(frozen=True)
+class MeasuredColumn:
+    """One quantity of every design.
+
+    Attributes
+    ----------
+    name : str
+    measure : Measure
+        Of the history.
+    by : str
+        Reduction to one number, of `REDUCTIONS` or "at"; empty where all instants are kept.
+    instant : int
+        Of "at".
+    """
+
+    name: str
+    measure: Measure
+    by: str = ""
+    instant: int = 0
+
+
+def reduced(column: MeasuredColumn, history: np.ndarray, t: np.ndarray) -> np.ndarray:
+    """The column of a history (…, instants) at the times t, in s."""
+    return reduce_history(column.by, column.instant, history, t)
+
+
+#: A measured quantity, with its reduction to one number or without.
+MeasureLike: TypeAlias = "str | Measure | tuple[str | Measure, str]"
+#: One of them, or several, in a mapping by name.
+Measures: TypeAlias = "MeasureLike | Iterable[MeasureLike] | Mapping[str, MeasureLike]"
+
+
+def columns_of(
+    mechanism: Mechanism, given: Measures | None, verb: str = "sweep"
+) -> tuple[MeasuredColumn, ...]:
+    """The requested quantities; by default the measures of the mechanism. Sentences begin with the
+    verb.
+
+    Raises
+    ------
+    ModelError
+        For an unknown quantity.
+
+    >>> import mbody
+    >>> machine = mbody.makers.four_bar(1, 3, 2, 3.5)
+    >>> [(c.name, c.by) for c in columns_of(machine, ["peak(A.force)", "rms(motor.effort)"])]
+    [('peak(A.force)', 'peak'), ('rms(motor.effort)', 'rms')]
+    """
+    if given is None:
+        given = list(mechanism.measures)
+        if not given:
+            raise ModelError(
+                f'{verb}: name a measure, such as measure="peak(A.force)": '
+                f"'{mechanism.name}' has no measures of its own"
+            )
+    if isinstance(given, str | Measure):
+        given = [given]
+    if isinstance(given, Mapping):
+        found = [_column(mechanism, of, str(name), verb) for name, of in given.items()]
+    elif isinstance(given, Iterable):
+        found = [_column(mechanism, of, "", verb) for of in given]
+    else:
+        raise ModelError(f"{verb}: measure must be text, a list or a dict, not {brief(given)}")
+    names = [column.name for column in found]
+    if not names or len(set(names)) < len(names):
+        raise ModelError(f"{verb}: measures [{', '.join(names)}]: give each once, at least one")
+    if taken := next((name for name in names if name in TAKEN), ""):
+        raise ModelError(
+            f"{verb}: a measure cannot have the name '{taken}', which is a column of every "
+            "table: choose another"
+        )
+    return tuple(found)
+
+
+def _column(mechanism: Mechanism, of: Any, name: str, verb: str) -> MeasuredColumn:
+    reduction, unit = "", ""
+    if isinstance(of, tuple) and len(of) == 2 and of[1] in REDUCTIONS:
+        of, reduction = of
+    if isinstance(of, Measure):
+        of, unit = of.of, of.unit
+    if not isinstance(of, str):
+        raise ModelError(
+            f"{verb}: a measure is text, a Measure, or a pair of one and of "
+            f"{', '.join(REDUCTIONS)}, not {brief(of)}"
+        )
+    by, inner, instant = (reduction, of.strip(), 0) if reduction else _outermost(of, verb)
+    measure = mechanism.measures.get(inner) or Measure(inner, unit)
+    if measure.by and by:
+        raise ModelError(
+            f"{verb}: '{inner}' is one number of all instants already, {measure.of}: leave "
+            f"'{by}' out"
+        )
+    if measure.by:
+        by, instant, measure = measure.by, measure.instant, measure.history
+    elif by == "integral":
+        check_measure(mechanism, Measure(measure.of))
+        measure = Measure(integrand(measure.of), unit)
+    check_measure(mechanism, measure)
+    return MeasuredColumn(
+        name or (f"{reduction}({inner})" if reduction else of.strip()), measure, by, instant
+    )
+
+
+def _outermost(text: str, verb: str) -> Reduced:
+    """The reduction of a formula; errors begin with the verb."""
+    try:
+        return outermost(text)
+    except ModelError as error:
+        raise ModelError(f"{verb}: {error}") from None
+
 
 #: Most designs that are computed in parallel, most numbers stored for them at once, and most
 #: designs in parallel for free motions. What Python does once for a block takes as long as some 50

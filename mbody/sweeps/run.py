@@ -2,26 +2,137 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Generator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any
+
+import numpy as np
 
 from mbody.analysis.dynamics.progress import counted
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core.lanes import LANES
-from mbody.errors import ModelError
+from mbody.errors import ModelError, SolveError
 from mbody.model.mechanism import Mechanism
-from mbody.sweeps.cluster import connected, on_cluster
-from mbody.sweeps.columns import Measures, columns_of
-from mbody.sweeps.job import BLOCK, Job, prepared
-from mbody.sweeps.memory import ResultsInMemory
+from mbody.sweeps.job import BLOCK, Job, Measures, PieceResult, analyse_piece, columns_of, prepared
 from mbody.sweeps.samples import Samples, Values, drawn
-from mbody.sweeps.store import Store
+from mbody.sweeps.store import ResultsInMemory, Store
 from mbody.sweeps.sweep_result import Sweep
-from mbody.sweeps.threads import cores, on_threads
 from mbody.system.system import System
 
-__all__ = ["sweep"]
+# -- Pieces of a sweep on the threads of this machine ------------------------------------------
+
+#: Pieces in the queue of each thread.
+AHEAD = 2
+
+
+def cores() -> int:
+    """Cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def on_threads(
+    job: Job, values: np.ndarray, pieces: list[int], size: int, threads: int
+) -> Generator[tuple[int, PieceResult], None, None]:
+    """First design and result of every piece, in order."""
+    if threads == 1:
+        for low in pieces:
+            yield low, analyse_piece(job, values[low : low + size])
+        return
+    pool = ThreadPoolExecutor(threads, thread_name_prefix="mbody")
+    queue: deque[tuple[int, Future[PieceResult]]] = deque()
+    try:
+        for low in pieces:
+            queue.append((low, pool.submit(analyse_piece, job, values[low : low + size])))
+            if len(queue) > AHEAD * threads:
+                first, future = queue.popleft()
+                yield first, future.result()
+        while queue:
+            first, future = queue.popleft()
+            yield first, future.result()
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+# -- Pieces of work on an existing Dask cluster: of sweeps, and of data sets of linkages -------
+
+#: Pieces in the queue of each thread of the workers.
+CLUSTER_AHEAD = 3
+
+
+def connected(scheduler: str) -> Any:
+    """A client of that scheduler.
+
+    Raises
+    ------
+    ModelError
+        Where `distributed` is not installed.
+    SolveError
+        Where the scheduler cannot be reached.
+    """
+    client: Any
+    try:
+        from distributed import Client as client
+    except ImportError:
+        raise ModelError(
+            "work on a cluster needs Dask's distributed, which is not installed: "
+            'pip install "mbody[cluster]"'
+        ) from None
+    try:
+        return client(scheduler, timeout=10, set_as_default=False)
+    except (OSError, ValueError, TypeError) as error:
+        raise SolveError(
+            f"no scheduler can be reached at {scheduler!r} ({type(error).__name__}): start one "
+            "with 'dask scheduler', and workers that have mbody"
+        ) from None
+
+
+def on_cluster(
+    job: Job, values: np.ndarray, pieces: list[int], size: int, client: Any
+) -> Generator[tuple[int, PieceResult], None, None]:
+    """First design and result of every piece, in the order of completion."""
+    with contextlib.closing(client):
+        task = client.scatter(job, broadcast=True, hash=False)
+        yield from results(
+            client, pieces, lambda low: (analyse_piece, task, values[low : low + size])
+        )
+
+
+def results(
+    client: Any, pieces: Sequence[int], call: Callable[[int], tuple[Any, ...]]
+) -> Generator[tuple[int, Any], None, None]:
+    """Every piece with its result, in the order of completion.
+
+    `call` gives the function of a piece and its arguments. A few calls for each thread of the
+    workers are in the queue, so that no worker waits and the memory does not grow.
+    """
+    import distributed
+
+    ahead = CLUSTER_AHEAD * max(1, sum(client.nthreads().values()))
+    waiting = iter(pieces)
+    begun: dict[Any, int] = {}
+    arriving: Any = distributed.as_completed(loop=client.loop)
+
+    def send() -> None:
+        piece = next(waiting, None)
+        if piece is not None:
+            future = client.submit(*call(piece), pure=False)
+            begun[future] = piece
+            arriving.add(future)
+
+    for _ in range(min(ahead, len(pieces))):
+        send()
+    while begun:
+        future = next(arriving)
+        piece = begun.pop(future)
+        result = future.result()
+        send()
+        yield piece, result
+
 
 #: Designs of a piece that are analysed one by one, and of a file or a message to a cluster.
 SINGLE, LARGE = 16, 4 * BLOCK

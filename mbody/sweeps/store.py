@@ -7,22 +7,179 @@ and of itself; one that does not match counts as missing and is computed again.
 
 from __future__ import annotations
 
+import contextlib
+import hashlib
 import json
 import os
+import time
+import uuid
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from mbody._version import __version__
 from mbody.errors import ModelError
-from mbody.files.seal import OPEN_SEAL, seal, sealed
+from mbody.files.arrays import OPEN_SEAL, seal, sealed
 from mbody.solution.doubts import Doubt, as_doubt
-from mbody.sweeps.fingerprint import digest_of, fingerprint
 from mbody.sweeps.job import Job, PieceResult
 from mbody.sweeps.samples import DesignNumbers
-from mbody.sweeps.whole_files import remove_abandoned, write_whole
 
-__all__ = ["Store"]
+# -- Results of a sweep in memory --------------------------------------------------------------
+
+
+class ResultsInMemory:
+    """Columns of all designs."""
+
+    def __init__(self, job: Job, designs: int) -> None:
+        self.result = PieceResult(job.empty(designs))
+        self.done = np.zeros(designs, dtype=bool)
+
+    @property
+    def failures(self) -> dict[int, str]:
+        """Error message of each failed design."""
+        return self.result.failures
+
+    @property
+    def doubts(self) -> dict[int, tuple[Doubt, ...]]:
+        """Doubts of each design that has some."""
+        return self.result.doubts
+
+    def missing(self, pieces: list[int]) -> list[int]:
+        """First designs of the pieces that are not done."""
+        return pieces
+
+    def keep(self, low: int, part: PieceResult) -> None:
+        """Store the results of the designs from `low` on."""
+        self.result.put(low, part)
+        self.done[low : low + len(part.columns[0])] = True
+
+    def column(self, index: int) -> np.ndarray:
+        """One column."""
+        return self.result.columns[index]
+
+
+# -- Atomic files: written under a temporary name, then renamed --------------------------------
+
+#: Age in seconds of a temporary file whose writer was killed.
+LEFT = 86_400.0
+ENDING = ".part"
+
+
+def write_whole(path: Path, content: bytes) -> None:
+    """Write a file under a unique temporary name, and rename it when it is complete.
+
+    Raises
+    ------
+    OSError
+        Where it cannot be written; no file remains then.
+    """
+    part = path.with_name(f"{path.stem}-{uuid.uuid4().hex}{ENDING}")
+    try:
+        with part.open("xb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        part.replace(path)
+    except BaseException:
+        with contextlib.suppress(OSError):
+            part.unlink()
+        raise
+
+
+def remove_abandoned(folder: Path) -> None:
+    """Remove temporary files of killed writers that are older than a day."""
+    for part in folder.glob(f"*{ENDING}"):
+        with contextlib.suppress(OSError):
+            if time.time() - part.stat().st_mtime > LEFT:
+                part.unlink()
+
+
+# -- The fingerprint of a sweep: digests of model, numbers, designs, instants and measures -----
+
+
+def fingerprint(job: Job, samples: DesignNumbers, size: int) -> dict[str, Any]:
+    """What must be equal for results to belong to the same sweep.
+
+    Parameters
+    ----------
+    job : Job
+        The analysis and its measures.
+    samples : DesignNumbers
+        The designs.
+    size : int
+        Designs of a piece.
+
+    Returns
+    -------
+    dict
+        Plain values, ready for JSON: the content of ``sweep.json``.
+    """
+    system, machine = job.system, job.system.mechanism
+    plan = [] if job.grid is None else [job.grid.s, job.grid.t, job.grid.given]
+    how = sorted((k, getattr(v, "tolist", lambda v=v: v)()) for k, v in job.how.items())
+    # formulas and guesses are not in the kernels' arrays, but they affect the other designs
+    made = sorted((name, formula.text) for name, formula in system.formulas.items())
+    guesses = [(body.name, repr(body.guess)) for body in machine.bodies]
+    measures = sorted((name, repr(measure)) for name, measure in machine.measures.items())
+    return {
+        "model": _digest(
+            *system.layout.as_dict().values(),
+            system.par,
+            system.mass,
+            sorted(system.values.items()),
+            made,
+            guesses,
+            measures,
+            machine.units.name,
+            [_code(function) for _, function in system.functions],
+        ),
+        "parameters": [*samples.given_names],
+        "samples": _digest(samples.values),
+        "designs": len(samples.values),
+        "analysis": job.analysis,
+        "instants": _digest(job.before, *plan, how, machine.simulation),
+        "measures": [
+            [c.name, c.measure.of, unit, c.by, c.instant]
+            for c, unit in zip(job.columns, job.units, strict=True)
+        ],
+        "piece": size,
+        "version": __version__,
+    }
+
+
+def digest_of(content: dict[str, Any]) -> str:
+    """One digest of all of an fingerprint, which every piece carries.
+
+    >>> len(digest_of({"analysis": "statics"}))
+    64
+    """
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def _digest(*parts: Any) -> str:
+    made = hashlib.sha256()
+    for part in parts:
+        array = np.ascontiguousarray(part) if isinstance(part, np.ndarray) else None
+        made.update(repr(part).encode() if array is None else array.tobytes())
+        made.update(b"|" if array is None else f"{array.shape}|".encode())
+    return made.hexdigest()
+
+
+def _code(function: Any) -> Any:
+    """Name, instructions and plain constants of a user's function."""
+    while hasattr(function, "function"):  # as the hook of the kernels wraps it
+        function = function.function
+    name = getattr(function, "__qualname__", str(type(function)))
+    code = getattr(function, "__code__", None)
+    return (name, None if code is None else _instructions(code))
+
+
+def _instructions(code: Any) -> Any:
+    plain = [part for part in code.co_consts if not hasattr(part, "co_code")]
+    inner = [_instructions(part) for part in code.co_consts if hasattr(part, "co_code")]
+    return (code.co_code, repr(plain), code.co_names, inner)
+
 
 MANIFEST = "sweep.json"
 #: Most bytes of a manifest, of an error message, and of a file apart from its numbers.

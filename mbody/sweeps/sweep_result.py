@@ -13,7 +13,7 @@ from mbody.core.presentation import present
 from mbody.errors import ModelError
 from mbody.model.element import listed
 from mbody.model.numbers import dimension_named
-from mbody.quantities.convert import degrees_of
+from mbody.quantities.evaluate import degrees_of
 from mbody.quantities.units import DIMENSIONS
 from mbody.sheets.text_table import Column, number, numbers, paragraph, table
 from mbody.solution.doubts import Doubt

@@ -2,7 +2,7 @@
 
 from mbody.synthesis.atlas import Atlas
 from mbody.synthesis.coupler_cognates import Cognate, CognateList, cognates
-from mbody.synthesis.design import Design, DesignList
+from mbody.synthesis.judging import Design, DesignList
 from mbody.synthesis.request import synthesize
 
 __all__ = [

@@ -20,8 +20,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from mbody.analysis.driven.grashof_class import grashof_class
-from mbody.analysis.driven.kinematics import kinematics
+from mbody.analysis.driven.driven import kinematics
+from mbody.analysis.driven.transmission import grashof_class
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.errors import ModelError
 from mbody.files.model import save

@@ -4,25 +4,490 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mbody.synthesis.burmester import displaced, dyads, places, sliding_points
-from mbody.synthesis.following import Positions
-from mbody.synthesis.four_bars import FourBar
-from mbody.synthesis.function_points import four_bars, slider_cranks
-from mbody.synthesis.linkage_kinds import Kind
-from mbody.synthesis.slider_cranks import SliderCrank
+from mbody.synthesis.judging import Positions
+from mbody.synthesis.linkage_kinds import FourBar, Kind, SliderCrank
 
-__all__ = [
-    "GuidedDesign",
-    "FunctionDesign",
-    "function_candidates",
-    "motion_size",
-    "pose_candidates",
-]
+# -- Rigid-body guidance: circle points and centre points of a plane in three, four or five
+#    poses -------------------------------------------------------------------------------------
+#
+# A circle point is a point of the moving plane whose places in all poses lie on a circle, about its
+# centre point; crank and rocker of a four-bar that guides the plane are two such pairs. With Q the
+# point in the first pose, its places are r Q + t, r = e^{iα}, and m is the centre where
+#
+#     t̄ r Q + t r̄ Q̄ + |t|² − m̄ ((r − 1) Q + t) − m ((r̄ − 1) Q̄ + t̄) = 0
+#
+# for each further pose: two linear equations for m where there are three poses, a curve of pairs
+# where there are four (Burmester's), and at most four pairs where there are five.
+#
+# Sources: J. M. McCarthy and G. S. Soh, *Geometric Design of Linkages*, 2nd ed. 2011, chapter 5;
+# A. G. Erdman and G. N. Sandor, *Mechanism Design* vol. 2, 1984, chapter 3 (compatibility linkage).
+
+#: Relative deviation by which an eigenvector counts as a real pair.
+REAL = 1e-6
+#: Steps of Newton's method that refine a pair.
+STEPS = 3
+#: Angles of the first link by which the curves of four poses are sampled.
+SAMPLES = 720
+#: A determinant below this share of its terms counts as zero.
+SINGULAR = 1e-9
+
+#: Rotations r and translations t from the first pose to each further one, both complex.
+Displacements = tuple[np.ndarray, np.ndarray]
+
+
+def displaced(where: np.ndarray, angle: np.ndarray) -> Displacements:
+    """Displacements from the first of poses: places of the origin (complex), angles [rad]."""
+    r = np.exp(1j * (angle[1:] - angle[0]))
+    return r, where[1:] - r * where[0]
+
+
+def places(point: complex, moves: Displacements) -> np.ndarray:
+    """Where a point of the moving plane is in all poses."""
+    return np.concatenate([[point], moves[0] * point + moves[1]])
+
+
+def dyads(moves: Displacements, points: np.ndarray) -> np.ndarray:
+    """Pairs (Q, m) of circle points in the first pose and centre points, complex (pairs, 2).
+
+    All real ones of five poses; along the curves of four; of three those of the given points Q.
+    """
+    if len(moves[0]) == 4:
+        return _of_five(moves)
+    if len(moves[0]) == 3:
+        return _of_four(moves)
+    found = [(q, _centre(q, moves)) for q in points]
+    return np.array([(q, m) for q, m in found if np.isfinite(m)])
+
+
+def sliding_points(moves: Displacements, count: int) -> np.ndarray:
+    """Points of the moving plane in the first pose whose places lie on a line, complex (points,).
+
+    Of three poses they form a circle, of which some are chosen; of four poses there is at most
+    one, of five none.
+    """
+    r, t = moves
+    found = [_circle(r[[0, k]], t[[0, k]]) for k in range(1, len(r))]
+    circles = [circle for circle in found if circle is not None]
+    if len(circles) < len(found):
+        return np.empty(0, dtype=complex)
+    centre, radius = circles[0]
+    if len(circles) == 1:
+        return centre + radius * np.exp(1j * (np.arange(count) + 0.5) * 2.0 * np.pi / count)
+    if len(circles) > 2:
+        return np.empty(0, dtype=complex)
+    other, second = circles[1]
+    # both circles pass the pole of the first displacement, where the point does not move
+    pole = t[0] / (1.0 - r[0])
+    axis = (other - centre) / abs(other - centre)
+    point = centre + axis**2 * np.conj(pole - centre)
+    return np.array([point]) if abs(point - pole) > SINGULAR * (abs(pole) + second) else point[:0]
+
+
+def _circle(r: np.ndarray, t: np.ndarray) -> tuple[complex, float] | None:
+    """Points whose places in three poses lie on a line: Im((p₂ − Q) conj(p₃ − Q)) = 0."""
+    a, b = r - 1.0, t
+    square = (a[0] * np.conj(a[1])).imag
+    linear = 1j * (np.conj(a[0]) * b[1] - np.conj(a[1]) * b[0])
+    rest = (b[0] * np.conj(b[1])).imag
+    if abs(square) < SINGULAR:
+        return None
+    # square |Q|² + Re(conj(linear) Q) + rest = 0
+    centre = -linear / (2.0 * square)
+    radius = abs(centre) ** 2 - rest / square
+    return (complex(centre), float(np.sqrt(radius))) if radius > 0.0 else None
+
+
+def _centre(q: complex, moves: Displacements) -> complex:
+    """The centre of the circle through three places; NaN where they lie on a line."""
+    r, t = moves
+    row = (r - 1.0) * q + t  # Re(conj(m) row) = right
+    right = 0.5 * (np.abs(r * q + t) ** 2 - abs(q) ** 2)
+    determinant = row[0].real * row[1].imag - row[0].imag * row[1].real
+    if abs(determinant) <= SINGULAR * abs(row[0]) * abs(row[1]):
+        return complex(np.nan, np.nan)
+    x = (right[0] * row[1].imag - right[1] * row[0].imag) / determinant
+    y = (right[1] * row[0].real - right[0] * row[1].real) / determinant
+    return complex(x, y)
+
+
+def _of_five(moves: Displacements) -> np.ndarray:
+    """All real pairs of five poses, by eigenvalues.
+
+    Q̄ = λ is taken as an unknown of its own. The four equations and their products with Q are linear
+    in (m, 1, mQ, Q), with coefficients linear in λ, and in (m̄, m̄Q, m̄Q², Q²), without λ: what is
+    orthogonal to the columns of these leaves a problem of four eigenvalues.
+    """
+    r, t = moves
+    a, zero = r - 1.0, np.zeros(4, dtype=complex)
+    # columns m, 1, mQ, Q: constant and by λ
+    constant = np.column_stack([-np.conj(t), np.abs(t) ** 2, zero, np.conj(t) * r])
+    linear = np.column_stack([-np.conj(a), t * np.conj(r), zero, zero])
+    constant = np.vstack([constant, np.column_stack([zero, zero, -np.conj(t), np.abs(t) ** 2])])
+    linear = np.vstack([linear, np.column_stack([zero, zero, -np.conj(a), t * np.conj(r)])])
+    # columns m̄, m̄Q, m̄Q², Q²
+    rest = np.vstack(
+        [
+            np.column_stack([-t, -a, zero, zero]),
+            np.column_stack([zero, -t, -a, np.conj(t) * r]),
+        ]
+    )
+    left = np.linalg.svd(rest)[0][:, 4:].conj().T
+    try:
+        values, vectors = np.linalg.eig(np.linalg.solve(left @ linear, -left @ constant))
+    except np.linalg.LinAlgError:
+        return np.empty((0, 2), dtype=complex)
+    found = []
+    for value, vector in zip(values, vectors.T, strict=True):
+        with np.errstate(all="ignore"):
+            q, m = vector[3] / vector[1], vector[0] / vector[1]
+        if not (np.isfinite(q) and np.isfinite(m)):
+            continue
+        if abs(value - np.conj(q)) > REAL * (abs(q) + np.abs(t).max()):
+            continue
+        found.append(_refined(complex(q), complex(m), moves))
+    return np.array(found).reshape(-1, 2)
+
+
+def _refined(q: complex, m: complex, moves: Displacements) -> tuple[complex, complex]:
+    """Newton's method on the four equations of a pair."""
+    r, t = moves
+    for _ in range(STEPS):
+        row = (r - 1.0) * q + t
+        value = 0.5 * (np.abs(r * q + t) ** 2 - abs(q) ** 2) - (np.conj(m) * row).real
+        by_q = np.conj(r) * (r * q + t) - q - m * (np.conj(r) - 1.0)
+        matrix = np.column_stack([by_q.real, by_q.imag, -row.real, -row.imag])
+        step = np.linalg.lstsq(matrix, -value, rcond=None)[0]
+        q, m = q + complex(step[0], step[1]), m + complex(step[2], step[3])
+    return q, m
+
+
+def _of_four(moves: Displacements) -> np.ndarray:
+    """Pairs along Burmester's curves of four poses, by the compatibility linkage: with the turns β
+    of the link, w (e^{iβ} − 1) + z (e^{iα} − 1) = δ has a solution where a determinant vanishes,
+    Δ₁ + Δ₂ e^{iβ₂} + Δ₃ e^{iβ₃} + Δ₄ e^{iβ₄} = 0: a four-bar whose crank turns by β₂.
+    """
+    r, t = moves
+    a, d = r - 1.0, t  # of the point of the plane that is at the origin in the first pose
+    minors = [
+        a[1] * d[2] - a[2] * d[1],
+        a[2] * d[0] - a[0] * d[2],
+        a[0] * d[1] - a[1] * d[0],
+    ]
+    first = np.exp(2j * np.pi * (np.arange(SAMPLES) + 0.5) / SAMPLES)
+    rest = sum(minors) - minors[0] * first  # Δ₃ e^{iβ₃} + Δ₄ e^{iβ₄}
+    square = np.abs(rest) ** 2
+    found = []
+    with np.errstate(all="ignore"):
+        along = 0.5 * (square + abs(minors[1]) ** 2 - abs(minors[2]) ** 2)
+        across = np.sqrt(abs(minors[1]) ** 2 * square - along**2)
+        for side in (1.0, -1.0):
+            second = (along + 1j * side * across) / np.conj(rest) / minors[1]
+            determinant = (first - 1.0) * a[1] - (second - 1.0) * a[0]
+            w = (d[0] * a[1] - d[1] * a[0]) / determinant
+            z = ((first - 1.0) * d[1] - (second - 1.0) * d[0]) / determinant
+            # that point is z from the pin, which is w from its centre
+            good = np.isfinite(w) & np.isfinite(z) & (np.abs(w) > 0.0)
+            found.append(np.column_stack([-z, -z - w])[good])
+    return np.vstack(found)
+
+
+# -- Function generation: the output follows the crank at given pairs, in closed form ----------
+#
+# Four-bar (F. Freudenstein, Trans. ASME 77 (1955) 853-861): with a, b, c, d the lengths of crank,
+# coupler, rocker and ground, K1 = d/a, K2 = d/c, K3 = (a² − b² + c² + d²)/(2ac),
+#
+#     K1 cos ψ − K2 cos φ + K3 = cos(φ − ψ).
+#
+# Slider-crank of offset e, travel x along the guide: x² = 2a x cos φ + 2ae sin φ + b² − a² − e².
+#
+# Three pairs make three linear equations. With the output's zero unknown too there are four pairs,
+# with both zeros five: cosines and sines of the zeros are taken as unknowns of their own, so that
+# the equations stay linear; what is left is a line of solutions, on which one relation between the
+# unknowns, of degree two or three, decides. So all real solutions are found. More pairs are met in
+# the sense of least squares.
+
+#: Imaginary part by which a root counts as real.
+FUNCTION_POINTS_REAL = 1e-7
+#: Zeros of the dials that are tried where pairs are met by least squares, and how many of the best
+#: are refined.
+GRID, KEEP = 24, 24
+
+
+@dataclass(frozen=True)
+class Generated:
+    """A function generator: lengths, and the zeros that are added to the given input and output.
+
+    Of a four-bar `third` is the rocker; of a slider-crank it is the offset.
+    """
+
+    crank: float
+    coupler: float
+    third: float
+    input_zero: float
+    output_zero: float
+
+
+def four_bars(phi: np.ndarray, psi: np.ndarray) -> list[Generated]:
+    """All four-bars on a ground of 1 that have ψ at φ, with 3, 4 or 5 pairs; with more the best."""
+    if len(phi) == 3:
+        return [one for one in [_linear_four_bar(phi, psi)] if one]
+    if len(phi) == 4:
+        return list(_four_bars_of_4(phi, psi))
+    if len(phi) == 5:
+        return list(_four_bars_of_5(phi, psi))
+    return _fitted_four_bars(phi, psi)
+
+
+def slider_cranks(phi: np.ndarray, x: np.ndarray) -> list[Generated]:
+    """All slider-cranks with travel x at φ, with 3, 4 or 5 pairs; with more the best."""
+    # by its own size, so that no unit has a say in what is small
+    size = float(np.abs(x).max()) or 1.0
+    return [
+        replace(
+            one,
+            crank=size * one.crank,
+            coupler=size * one.coupler,
+            third=size * one.third,
+            output_zero=size * one.output_zero,
+        )
+        for one in _slider_cranks(phi, x / size)
+    ]
+
+
+def _slider_cranks(phi: np.ndarray, x: np.ndarray) -> list[Generated]:
+    """The same of travels of the size of 1."""
+    if len(phi) == 3:
+        matrix = np.column_stack([x * np.cos(phi), np.sin(phi), np.ones(3)])
+        solution = _solved(matrix, x**2)
+        if solution is None:
+            return []
+        return _slider(solution[0], solution[1], solution[2], 0.0, 0.0)
+    if len(phi) == 4:
+        return list(_sliders_of_4(phi, x))
+    if len(phi) == 5:
+        return list(_sliders_of_5(phi, x))
+    return _fitted_sliders(phi, x)
+
+
+def _solved(matrix: np.ndarray, right: np.ndarray) -> np.ndarray | None:
+    """Least squares, or None where columns depend on one another."""
+    solution, _, rank, _ = np.linalg.lstsq(matrix, right, rcond=1e-12)
+    return solution if rank == matrix.shape[1] else None
+
+
+def _linear_four_bar(phi: np.ndarray, psi: np.ndarray) -> Generated | None:
+    matrix = np.column_stack([np.cos(psi), -np.cos(phi), np.ones(len(phi))])
+    k = _solved(matrix, np.cos(phi - psi))
+    return None if k is None else _four_bar(k[0], k[1], k[2], 0.0, 0.0)
+
+
+def _four_bar(
+    k1: float, k2: float, k3: float, input_zero: float, output_zero: float
+) -> Generated | None:
+    """Lengths from Freudenstein's numbers; a negative one is a link whose mark is opposite."""
+    if min(abs(k1), abs(k2)) < 1e-12:
+        return None  # a link without end
+    crank, rocker = 1.0 / k1, 1.0 / k2
+    square = crank**2 + rocker**2 + 1.0 - 2.0 * crank * rocker * k3
+    if not square > 0.0:
+        return None
+    input_zero += 0.0 if crank > 0.0 else np.pi
+    output_zero += 0.0 if rocker > 0.0 else np.pi
+    return Generated(
+        abs(crank), float(np.sqrt(square)), abs(rocker), float(input_zero), float(output_zero)
+    )
+
+
+def _slider(
+    k1: float, k2: float, k3: float, input_zero: float, output_zero: float
+) -> list[Generated]:
+    """Lengths of a slider-crank from K1 = 2a, K2 = 2ae, K3 = b² − a² − e²."""
+    if abs(k1) < 1e-14:
+        return []
+    crank, offset = 0.5 * k1, k2 / k1
+    square = k3 + crank**2 + offset**2
+    if not square > 0.0:
+        return []
+    if crank < 0.0:
+        crank, input_zero = -crank, input_zero + np.pi
+    rod = float(np.sqrt(square))
+    return [Generated(float(crank), rod, float(offset), float(input_zero), float(output_zero))]
+
+
+def _line(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+    """Two vectors that span what the rows leave free; None where they leave more."""
+    _, sizes, whole = np.linalg.svd(matrix)
+    if sizes[-1] < 1e-12 * sizes[0]:
+        return None
+    return whole[-2], whole[-1]
+
+
+def _on_line(
+    start: np.ndarray, along: np.ndarray, relation: Callable[[np.ndarray], float], degree: int
+) -> Iterator[np.ndarray]:
+    """The points start + λ along at which a polynomial relation of a degree holds, λ real."""
+    nodes = np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))
+    values = [relation(start + node * along) for node in nodes]
+    roots = np.roots(np.polyfit(nodes, values, degree))
+    for root in roots:
+        if abs(root.imag) <= FUNCTION_POINTS_REAL * (1.0 + abs(root)):
+            yield start + root.real * along
+
+
+def _four_bars_of_4(phi: np.ndarray, psi: np.ndarray) -> Iterator[Generated]:
+    """Unknowns K1 cos ψ₀, K1 sin ψ₀, K2, K3, cos ψ₀, −sin ψ₀ up to a factor."""
+    turn = phi - psi
+    rows = [np.cos(psi), -np.sin(psi), -np.cos(phi), np.ones(4), -np.cos(turn), np.sin(turn)]
+    line = _line(np.column_stack(rows))
+    if line is None:
+        return
+    for u in _on_line(*line, lambda u: u[0] * u[5] + u[1] * u[4], 2):
+        size = np.hypot(u[4], u[5])
+        zero = np.arctan2(-u[5], u[4])
+        k1 = (u[0] * np.cos(zero) + u[1] * np.sin(zero)) / size
+        if found := _four_bar(k1, u[2] / size, u[3] / size, 0.0, zero):
+            yield found
+
+
+def _four_bars_of_5(phi: np.ndarray, psi: np.ndarray) -> Iterator[Generated]:
+    """Unknowns K1 e^{iψ₀}, K2 e^{iφ₀}, K3, e^{i(φ₀ − ψ₀)} up to a factor."""
+    turn = phi - psi
+    rows = [np.cos(psi), -np.sin(psi), -np.cos(phi), np.sin(phi), np.ones(5)]
+    line = _line(np.column_stack([*rows, -np.cos(turn), np.sin(turn)]))
+    if line is None:
+        return
+
+    def relation(u: np.ndarray) -> float:
+        first, second, third = (complex(*u[k : k + 2]) for k in (0, 2, 5))
+        return float((third * second.conjugate() * first).imag)
+
+    for u in _on_line(*line, relation, 3):
+        size = np.hypot(u[5], u[6])
+        first, second = complex(u[0], u[1]) / size, complex(u[2], u[3]) / size
+        output_zero = np.angle(first)
+        input_zero = np.arctan2(u[6], u[5]) + output_zero
+        k2 = (second * np.exp(-1j * input_zero)).real
+        if found := _four_bar(abs(first), k2, u[4] / size, input_zero, output_zero):
+            yield found
+
+
+def _sliders_of_4(phi: np.ndarray, x: np.ndarray) -> Iterator[Generated]:
+    """Unknowns K1, K1 x₀, K2, K3 − x₀², x₀ and the factor of the right side."""
+    rows = [x * np.cos(phi), np.cos(phi), np.sin(phi), np.ones(4), -2.0 * x, -(x**2)]
+    line = _line(np.column_stack(rows))
+    if line is None:
+        return
+    for u in _on_line(*line, lambda u: u[1] * u[5] - u[0] * u[4], 2):
+        if abs(u[5]) > 1e-12 * np.abs(u).max():
+            u = u / u[5]
+            yield from _slider(u[0], u[2], u[3] + u[4] ** 2, 0.0, u[4])
+
+
+def _sliders_of_5(phi: np.ndarray, x: np.ndarray) -> Iterator[Generated]:
+    """Unknowns u = K1 cos φ₀, v = K1 sin φ₀, A = u x₀ + K2 sin φ₀, B = K2 cos φ₀ − v x₀,
+    K3 − x₀², x₀ and the factor of the right side; A u − B v = x₀ (u² + v²).
+    """
+    c, s = np.cos(phi), np.sin(phi)
+    line = _line(np.column_stack([x * c, -x * s, c, s, np.ones(5), -2.0 * x, -(x**2)]))
+    if line is None:
+        return
+
+    def relation(u: np.ndarray) -> float:
+        return float((u[2] * u[0] - u[3] * u[1]) * u[6] - u[5] * (u[0] ** 2 + u[1] ** 2))
+
+    for u in _on_line(*line, relation, 3):
+        if abs(u[6]) <= 1e-12 * np.abs(u).max():
+            continue
+        u = u / u[6]
+        zero = np.arctan2(u[1], u[0])
+        k2 = (u[2] - u[0] * u[5]) * np.sin(zero) + (u[3] + u[1] * u[5]) * np.cos(zero)
+        yield from _slider(np.hypot(u[0], u[1]), k2, u[4] + u[5] ** 2, zero, u[5])
+
+
+def _fitted_four_bars(phi: np.ndarray, psi: np.ndarray) -> list[Generated]:
+    """Least squares of the output angle, from linear fits at zeros all over the dials."""
+    starts = []
+    for first in np.arange(GRID) * (2.0 * np.pi / GRID):
+        for second in np.arange(GRID) * (2.0 * np.pi / GRID):
+            if one := _linear_four_bar(phi + first, psi + second):
+                y = np.array(
+                    [
+                        one.crank,
+                        one.coupler,
+                        one.third,
+                        first + one.input_zero,
+                        second + one.output_zero,
+                    ]
+                )
+                for sense in (1.0, -1.0):
+                    off = _four_bar_deviation(y, phi, psi, sense)
+                    if np.isfinite(off).all():
+                        starts.append((float(off @ off), y, sense))
+    return _function_points_refined(starts, _four_bar_deviation, phi, psi)
+
+
+def _fitted_sliders(phi: np.ndarray, x: np.ndarray) -> list[Generated]:
+    """Least squares of the travel, from linear fits at zeros all over the dial."""
+    starts = []
+    for first in np.arange(GRID * GRID) * (2.0 * np.pi / GRID**2):
+        c, s = np.cos(phi + first), np.sin(phi + first)
+        u = _solved(np.column_stack([x * c, c, s, np.ones(len(x)), -2.0 * x]), x**2)
+        if u is None:
+            continue
+        for one in _slider(u[0], u[2], u[3] + u[4] ** 2, first, u[4]):
+            y = np.array([one.crank, one.coupler, one.third, one.input_zero, one.output_zero])
+            for sense in (1.0, -1.0):
+                off = _slider_deviation(y, phi, x, sense)
+                if np.isfinite(off).all():
+                    starts.append((float(off @ off), y, sense))
+    return _function_points_refined(starts, _slider_deviation, phi, x)
+
+
+def _function_points_refined(
+    starts: list[tuple[float, np.ndarray, float]],
+    deviation: Callable[..., np.ndarray],
+    phi: np.ndarray,
+    output: np.ndarray,
+) -> list[Generated]:
+    from scipy.optimize import least_squares
+
+    starts.sort(key=lambda start: start[0])
+    found: list[tuple[float, np.ndarray]] = []
+    for _, y, sense in starts[:KEEP]:
+        one = least_squares(
+            deviation, y, "3-point", args=(phi, output, sense), x_scale="jac", xtol=1e-14
+        )
+        if one.x[:2].min() > 0.0 and not any(np.allclose(one.x, z, 1e-5) for _, z in found):
+            found.append((one.cost, one.x))
+    found.sort(key=lambda pair: pair[0])
+    return [Generated(*(float(value) for value in y)) for _, y in found]
+
+
+def _four_bar_deviation(
+    y: np.ndarray, phi: np.ndarray, psi: np.ndarray, sense: float
+) -> np.ndarray:
+    """Output minus function [rad]; NaN where the loop does not close."""
+    crank, coupler, rocker, first, second = y
+    q = crank * np.exp(1j * (phi + first)) - 1.0  # from O4 to A
+    length = np.abs(q)
+    with np.errstate(invalid="ignore"):
+        opening = np.arccos((length**2 + rocker**2 - coupler**2) / (2.0 * rocker * length))
+    turn = np.angle(q) + sense * opening - psi - second
+    return np.asarray(np.mod(turn + np.pi, 2.0 * np.pi) - np.pi)
+
+
+def _slider_deviation(y: np.ndarray, phi: np.ndarray, x: np.ndarray, sense: float) -> np.ndarray:
+    """Travel minus function; NaN where the loop does not close."""
+    crank, rod, offset, first, second = y
+    with np.errstate(invalid="ignore"):
+        along = np.sqrt(rod**2 - (offset - crank * np.sin(phi + first)) ** 2)
+    return np.asarray(crank * np.cos(phi + first) + sense * along - x - second)
+
 
 #: Circle points of three and four poses that are combined with one another.
 PAIRS = 120
@@ -114,7 +579,7 @@ def pose_candidates(
     if kind.name == "four_bar":
         for first, second in itertools.permutations(pairs, 2):
             tried += 1
-            found += _four_bar(first, second, where, angle)
+            found += _guidance_four_bar(first, second, where, angle)
     else:
         for point in sliding_points(moves, PAIRS):
             for pair in pairs:
@@ -150,7 +615,7 @@ def _fits(pair: np.ndarray, kind: Kind, low: np.ndarray, high: np.ndarray) -> bo
     )
 
 
-def _four_bar(
+def _guidance_four_bar(
     crank: np.ndarray, rocker: np.ndarray, where: np.ndarray, angle: np.ndarray
 ) -> Iterator[tuple[float, GuidedDesign]]:
     """The four-bar of two pairs, with its least transmission angle at the poses."""

@@ -3,23 +3,568 @@
 from __future__ import annotations
 
 import math
+import os
+import re
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 import numpy as np
 
-from mbody.errors import ModelError, SolveError
-from mbody.solution.measures import found_by
-from mbody.synthesis.demands import conditions
-from mbody.synthesis.design import Design
-from mbody.synthesis.following import Followed
+from mbody.analysis.driven.driven import kinematics
+from mbody.errors import ModelError, SolveError, brief
+from mbody.files.model import save
+from mbody.model.element import listed
+from mbody.model.mechanism import Mechanism
+from mbody.quantities import Scope
+from mbody.quantities.formula import evaluated
+from mbody.quantities.formula import number as number_number
+from mbody.quantities.units import Dimension, UnitSystem, unit_system
+from mbody.sheets.text_table import Column, number, paragraph, table
+from mbody.solution.measures import checked_sides, found_by, sides
+from mbody.sweeps.job import MeasuredColumn, columns_of, reduced
+from mbody.synthesis.linkage_kinds import Kind
+from mbody.system.assembler import assemble
+from mbody.system.system import System
 
-__all__ = ["EXACT", "Candidate", "Judge"]
+# -- What a synthesis is to meet, checked: points, pairs, poses, timing, bounds, conditions ----
+
+#: Fewest points of a path, pairs of a function and poses; fewer are met by nearly any mechanism.
+LEAST = 3
+#: Most poses that a four-bar passes exactly.
+POSES = 5
+#: How far numbers may be from the points where no bounds are given, in sizes of the path.
+REACH = 5.0
+#: Shortest link, in sizes of the path.
+SHORTEST = 1e-3
+#: Distance between the ends of a closed path, in sizes of the path.
+CLOSED = 1e-9
+
+
+@dataclass(frozen=True)
+class MotionCondition:
+    """A condition on a measured quantity: not below, or not above, another one or a number."""
+
+    text: str
+    column: MeasuredColumn
+    sign: float
+    limit: str
+
+    def margin(self, run: Any) -> float:
+        """By how much a result meets it; negative where it does not."""
+        value, limit = sides(run, self.column.measure.of, self.limit)
+        found = reduced(self.column, value, run.t / run.mechanism.units.second)
+        return float((self.sign * (found - limit)).min())
+
+
+def counted(name: str, value: Any, least: int = 1) -> int:
+    """A whole number of the request."""
+    if isinstance(value, bool) or not hasattr(value, "__index__") or int(value) < least:
+        raise ModelError(
+            f"synthesize: {name} must be a whole number from {least} on, not {value!r}"
+        )
+    return int(value)
+
+
+def _table(name: str, given: Any, dimensions: Sequence[str], units: UnitSystem) -> np.ndarray:
+    """Rows of numbers, each of its dimension; text may have units."""
+    columns = ", ".join(dimensions)
+    if isinstance(given, (str, bytes)) or not isinstance(given, (Iterable, np.ndarray)):
+        raise ModelError(
+            f"synthesize: {name} must be a list of rows ({columns}), not {brief(given)}"
+        )
+    rows, scope = [], Scope(units)
+    for n, row in enumerate(given, 1):
+        try:
+            cells = list(row) if not isinstance(row, (str, bytes)) else []
+        except TypeError:
+            cells = []
+        if len(cells) != len(dimensions):
+            raise ModelError(
+                f"synthesize: row {n} of {name} must have {len(dimensions)} numbers ({columns}), "
+                f"not {brief(row)}"
+            )
+        rows.append(
+            [
+                float(evaluated(number_number(_plain(cell), kind, name, key), scope, name, key))
+                for cell, kind, key in zip(
+                    cells,
+                    dimensions,
+                    (f"row {n}, number {k}" for k in range(1, len(cells) + 1)),
+                    strict=True,
+                )
+            ]
+        )
+    if len(rows) < LEAST:
+        raise ModelError(
+            f"synthesize: {name} has {len(rows)} {'row' if len(rows) == 1 else 'rows'}, fewer than "
+            f"{LEAST}: a continuum of mechanisms meets them; give at least {LEAST}"
+        )
+    return np.array(rows)
+
+
+def _plain(cell: Any) -> Any:
+    """Numbers of numpy as those of Python."""
+    return cell.item() if isinstance(cell, np.generic) else cell
+
+
+def path_of(given: Any, units: UnitSystem) -> tuple[np.ndarray, bool]:
+    """Points of a path, complex, and whether it is closed: its last point, given again, is left
+    out.
+    """
+    table = _table("path", given, ("length", "length"), units)
+    points = table[:, 0] + 1j * table[:, 1]
+    size = float(np.abs(points - points.mean()).max())
+    if size == 0.0:
+        raise ModelError("synthesize: all points of the path are one: give points apart")
+    closed = bool(abs(points[-1] - points[0]) <= CLOSED * size)
+    points = points[:-1] if closed else points
+    if len(points) < LEAST:
+        raise ModelError(
+            f"synthesize: the closed path has {len(points)} points, at least {LEAST} are needed"
+        )
+    return points, closed
+
+
+def timing_of(given: Any, count: int, dimension: str, units: UnitSystem) -> np.ndarray | None:
+    """Values of the driver at the points: angles [rad], or lengths."""
+    if given is None:
+        return None
+    if isinstance(given, (str, bytes)) or not isinstance(given, (Iterable, np.ndarray)):
+        raise ModelError(
+            f"synthesize: timing must be a list of values of the driver, not {brief(given)}"
+        )
+    scope, cells = Scope(units), [_plain(cell) for cell in given]
+    found = np.array(
+        [
+            float(
+                evaluated(
+                    number_number(cell, dimension, "timing", f"[{n}]"), scope, "timing", f"[{n}]"
+                )
+            )
+            for n, cell in enumerate(cells)
+        ]
+    )
+    if len(found) != count:
+        raise ModelError(
+            f"synthesize: timing has {len(found)} values for {count} points: give one for each"
+        )
+    steps = np.diff(found)
+    if not ((steps > 0.0).all() or (steps < 0.0).all()):
+        raise ModelError(
+            "synthesize: timing must rise or fall from point to point: the driver passes the "
+            "points in their order"
+        )
+    if dimension == "angle" and abs(steps.sum()) > 2.0 * math.pi + 1e-12:
+        raise ModelError(
+            f"synthesize: timing goes over {math.degrees(abs(steps.sum())):.6g} deg: after a turn, "
+            "360 deg, the path begins again"
+        )
+    return found
+
+
+def pairs_of(
+    given: Any, dimensions: tuple[str, str], units: UnitSystem
+) -> tuple[np.ndarray, np.ndarray]:
+    """Inputs and outputs of a function, of their dimensions."""
+    table = _table("function", given, dimensions, units)
+    steps = np.diff(table[:, 0])
+    if not ((steps > 0.0).all() or (steps < 0.0).all()):
+        raise ModelError(
+            "synthesize: the inputs of function must rise or fall from pair to pair: sort the pairs"
+        )
+    return table[:, 0], table[:, 1]
+
+
+def poses_of(given: Any, units: UnitSystem) -> tuple[np.ndarray, np.ndarray]:
+    """Places (complex) and angles [rad] of poses."""
+    table = _table("poses", given, ("length", "length", "angle"), units)
+    if len(table) > POSES:
+        raise ModelError(
+            f"synthesize: {len(table)} poses: a four-bar passes {POSES} exactly and no more: leave "
+            "some out, or give the path of a point"
+        )
+    turn = np.abs(np.diff(table[:, 2]))
+    if not (turn > 1e-9).all():
+        raise ModelError(
+            "synthesize: two poses in succession have one angle: between them circle points are "
+            "not determined; turn one of them slightly"
+        )
+    return table[:, 0] + 1j * table[:, 1], table[:, 2]
+
+
+def interval(
+    name: str, given: Any, dimension: str | Dimension, units: UnitSystem
+) -> tuple[float, float]:
+    """A low and a high bound."""
+    pair = list(given) if isinstance(given, (tuple, list, np.ndarray)) else []
+    if len(pair) != 2:
+        raise ModelError(
+            f"synthesize: '{name}' takes a pair of bounds (low, high), not {brief(given)}", name
+        )
+    scope = Scope(units)
+    first, second = (
+        float(evaluated(number_number(_plain(cell), dimension, name, key), scope, name, key))
+        for cell, key in zip(pair, ("low", "high"), strict=True)
+    )
+    if not first < second:
+        raise ModelError(
+            f"synthesize: the bounds of '{name}' are {first:g} and {second:g}: give the lower one "
+            "first",
+            name,
+        )
+    return first, second
+
+
+def bounds(
+    kind: Kind,
+    middle: complex,
+    size: float,
+    given: Mapping[str, Any] | None,
+    units: UnitSystem,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Bounds of the numbers of a kind: those given, else some sizes of the motion about it."""
+    if given is not None and not isinstance(given, Mapping):
+        raise ModelError(f"synthesize: by must be a dict of bounds, not {brief(given)}")
+    given = dict(given or {})
+    for name in given:
+        if name not in kind.numbers:
+            raise ModelError(
+                f"synthesize: a {kind.name} has no number '{name}' (it has: "
+                f"{listed(kind.numbers, 9)})",
+                str(name),
+            )
+    low = np.full(len(kind.numbers), -2.0 * REACH * size)
+    high = np.full(len(kind.numbers), 2.0 * REACH * size)
+    for n, name in enumerate(kind.numbers):
+        if name.startswith("ground."):
+            centre = middle.real if name.endswith(".x") else middle.imag
+            low[n], high[n] = centre - REACH * size, centre + REACH * size
+        elif name.endswith(".angle"):
+            low[n], high[n] = -math.inf, math.inf
+        elif n in kind.lengths:
+            low[n] = SHORTEST * size
+    for name, pair in given.items():
+        n = kind.numbers.index(name)
+        what = "angle" if name.endswith(".angle") else "length"
+        low[n], high[n] = interval(name, pair, what, units)
+        if n in kind.lengths and high[n] <= 0.0:
+            raise ModelError(
+                f"synthesize: '{name}' is the length of a link, its bounds must be positive, not "
+                f"{low[n]:g} to {high[n]:g}",
+                name,
+            )
+        if n in kind.lengths:
+            low[n] = max(low[n], SHORTEST * min(size, high[n]))
+    return low, high
+
+
+def conditions(texts: str | Iterable[str], mechanism: Mechanism) -> list[MotionCondition]:
+    """Conditions such as ``"min(coupler.P.y) >= 20 mm"`` on the motion of a mechanism."""
+    found = []
+    for text in [texts] if isinstance(texts, str) else texts:
+        match = re.fullmatch(r"(.+?)(<=|>=)(.+)", str(text), re.DOTALL)
+        if match is None:
+            raise ModelError(
+                f'synthesize: a condition is such as "min(coupler.P.y) >= 20 mm", not {brief(text)}'
+            )
+        (column,) = columns_of(mechanism, [match[1].strip()], "synthesize")
+        limit = match[3].strip()
+        checked_sides(mechanism, str(text), column.measure.of, limit)
+        found.append(MotionCondition(str(text), column, 1.0 if match[2] == ">=" else -1.0, limit))
+    return found
+
+
+# -- What a synthesis finds: designs, each a mechanism that was followed through what it has to
+#    do ----------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Design:
+    """One mechanism that was found.
+
+    Attributes
+    ----------
+    mechanism : Mechanism
+        With the instants of the demand as those that it asks for.
+    values : dict
+        The numbers that were found, by the names of the description; angles in rad. Of a function
+        also its `zeros`, ``"input.zero.angle"`` and ``"output.zero.angle"`` or ``"output.zero.x"``.
+    error : float
+        Sum of squares of `misses`, of the mechanism as it was followed.
+    misses : tuple of float
+        Point by point: the distance from a point of the path [length], of the output from the
+        function [rad or length], or the greatest distance of the pins of a pose [length].
+    driven : list of float
+        Values of the driver at the points, in the order in which they are passed: what ``drive``
+        takes.
+    defects : tuple of str
+        In words what is wrong when the driver goes through the points: order, branch, circuit.
+    order : bool
+        Whether the driver passes the points one after the other in one direction.
+    grashof : str
+        Which links turn round, in words; empty of other mechanisms than four-bars and
+        slider-cranks.
+    transmission_min : float
+        Least angle between coupler and rocker, or of the rod to the normal of the guide [rad]: of a
+        whole turn where the crank turns round, else from the first point to the last; NaN where it
+        is not known.
+    margins : dict
+        Of the conditions in `subject_to`, by how much each is met, in its unit.
+    cognates : tuple of Design
+        Other mechanisms of the same motion of the point with the same turn of the crank (Roberts).
+    zeros : (float, float) or None
+        Of a function: what the angles of the crank and the output of the mechanism have more than
+        the given inputs and outputs.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> machine = mbody.makers.slider_crank(1.0, 3.0)
+    >>> Design(machine, {"crank.A.x": 1.0}, 0.25, (0.5,), [0.0])
+    Design(slider-crank: error 0.25, no defects)
+    """
+
+    mechanism: Mechanism
+    values: dict[str, float]
+    error: float
+    misses: tuple[float, ...]
+    driven: list[float]
+    defects: tuple[str, ...] = ()
+    order: bool = True
+    grashof: str = ""
+    transmission_min: float = math.nan
+    margins: dict[str, float] = field(default_factory=dict)
+    cognates: tuple[Design, ...] = ()
+    zeros: tuple[float, float] | None = None
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the mechanism to a model file; see `mbody.save`."""
+        save(self.mechanism, path)
+
+    def data(self, angle: str = "deg") -> dict[str, Any]:
+        """As plain values, angles in ``"deg"`` or ``"rad"``."""
+        turned = math.degrees if angle == "deg" else float
+        values = {
+            name: turned(value) if name.endswith(".angle") else value
+            for name, value in self.values.items()
+        }
+        least = self.transmission_min
+        return {
+            "error": self.error,
+            "values": values,
+            "transmission_min": None if math.isnan(least) else turned(least),
+            "defects": list(self.defects),
+            "order": self.order,
+            "grashof": self.grashof,
+            "misses": list(self.misses),
+            "margins": dict(self.margins),
+            "cognates": [one.data(angle) for one in self.cognates],
+        }
+
+    def __repr__(self) -> str:
+        words = [self.grashof] if self.grashof else []
+        words += list(self.defects) or ["no defects"]
+        return f"Design({self.mechanism.name}: error {self.error:.6g}, {', '.join(words)})"
+
+
+class DesignList(list[Design]):
+    """The designs of a synthesis, the best first.
+
+    Attributes
+    ----------
+    searched : int
+        How many designs were tried.
+    seed : int
+        Of the random ones.
+    notes : tuple of str
+
+    Examples
+    --------
+    >>> import mbody
+    >>> one = Design(mbody.makers.slider_crank(1.0, 3.0), {"crank.A.x": 1.0}, 0.25, (0.5,), [0.0])
+    >>> found = DesignList([one], searched=40, seed=1)
+    >>> len(found), found.searched
+    (1, 40)
+    """
+
+    def __init__(
+        self, found: Iterable[Design], searched: int, seed: int, notes: Iterable[str] = ()
+    ) -> None:
+        super().__init__(found)
+        self.searched, self.seed, self.notes = searched, seed, tuple(notes)
+
+    def __str__(self) -> str:
+        if not self:
+            return "no design"
+        names = list(self[0].values)
+        units = unit_system(self[0].mechanism.units)
+        rows = range(1, len(self) + 1)
+        least = [math.degrees(one.transmission_min) for one in self]
+        columns = [
+            Column("DESIGN", [str(n) for n in rows], text=True),
+            Column("error", [number(one.error) for one in self]),
+            Column("transmission", ["" if x != x else f"{x:.1f}" for x in least], "deg"),
+            Column("class", [one.grashof for one in self], text=True),
+            Column("defects", ["; ".join(one.defects) for one in self], text=True),
+        ]
+        numbers = [Column("NUMBER", names, text=True)]
+        numbers += [
+            Column(str(n), [_shown(name, one.values[name]) for name in names])
+            for n, one in zip(rows, self, strict=True)
+        ]
+        numbers.append(Column("unit", [_unit(name, units) for name in names], text=True))
+        notes = [line for note in self.notes for line in paragraph(f"note: {note}")]
+        tried = f"{self.searched} designs tried, seed {self.seed}"
+        return "\n".join(
+            [self[0].mechanism.name, tried, "", *table(columns), "", *table(numbers), *notes]
+        )
+
+
+def _shown(name: str, value: float) -> str:
+    return number(math.degrees(value) if name.endswith(".angle") else value)
+
+
+def _unit(name: str, units: Any) -> str:
+    if name.endswith(".angle"):
+        return "deg"
+    return str(units.of("length")) if name.endswith((".x", ".y", "offset")) else ""
+
+
+# -- Designs are followed: the assembled mechanism goes through all points, and what it does is
+#    told from what it should do: order, branch and circuit defects ----------------------------
+#
+# A design has a circuit defect where some of its positions can be reached only by taking a joint
+# apart, a branch defect where the driver meets a dead centre between them, and an order defect
+# where it passes them in another order (Erdman and Sandor, *Mechanism Design*, 1984, section 8).
+
+#: Angle of the carrier by which a position is the one that was meant [rad].
+SAME = 1e-6
+#: Instants of the motion of which the transmission angle and conditions are taken.
+MOTION = 181
+#: A whole turn less rounding.
+TURN = 2.0 * math.pi - 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Positions:
+    """A design with the positions that it is to go through: a row of numbers, crank angles, the
+    sense in which the loop is closed at each; `fixed` where the turns between them are given;
+    `plane` is the angle of the axes of a plane that is guided to those of the carrier.
+    """
+
+    kind: Kind
+    x: np.ndarray
+    theta: np.ndarray
+    senses: np.ndarray
+    fixed: bool = False
+    plane: float | None = None
+
+    def described(self, theta: np.ndarray, units: str) -> Mechanism:
+        """The mechanism as a description, its crank at the first of some angles."""
+        return self.kind.mechanism(self.x, theta, float(self.senses[0]), units, self.plane)
+
+    @property
+    def carriers(self) -> np.ndarray:
+        """Directions e^{iφ} of the axes of the carrier at the positions."""
+        at = zip(self.theta, self.senses, strict=True)
+        found = [self.kind.poses(self.x, np.array([angle]), sense)[0][0] for angle, sense in at]
+        return np.array(found) * np.exp(1j * (self.plane or 0.0))
+
+
+@dataclass(frozen=True, eq=False)
+class Followed:
+    """How the mechanism went through its positions.
+
+    Attributes
+    ----------
+    system : System
+    theta : array (points,)
+        Crank angles as they were passed.
+    order : bool
+    defects : tuple of str
+    run : Solution or None
+        At the points, where all were reached.
+    motion : Solution or None
+        Of the whole turn, or from the first point to the last.
+    """
+
+    system: System
+    theta: np.ndarray
+    order: bool
+    defects: tuple[str, ...]
+    run: Any
+    motion: Any
+
+
+def followed(positions: Positions, units: str) -> Followed:
+    """Drive the crank from the first position through the others, and judge what it meets."""
+    name, carriers, stop = positions.kind.carrier, positions.carriers, ""
+    for theta, in_order in _ways(positions):
+        system = assemble(positions.described(theta, units))
+        try:
+            run = kinematics(system, drive={"motor": theta})
+        except SolveError as error:
+            stop = stop or str(error).partition(";")[0]
+            continue
+        off = np.abs(np.exp(1j * run[name].angle) - carriers) > SAME
+        doubts = [one.message for one in run.doubts if one.kind == "branch"]
+        if off.any() or doubts:
+            stop = stop or (doubts[0] if doubts else "")
+            continue
+        defects = () if in_order else ("order: the crank turns back between the points",)
+        return Followed(system, theta, in_order, defects, run, _motion(positions, system, theta))
+    theta = next(_ways(positions))[0]
+    system = assemble(positions.described(theta, units))
+    return Followed(system, theta, False, (_defect(positions, stop),), None, None)
+
+
+def _ways(positions: Positions) -> Any:
+    """Crank angles through all points, and whether they go one way within a turn."""
+    theta = positions.theta
+    steps = np.diff(theta)
+    if positions.fixed:
+        one_way = bool((steps > 0.0).all() or (steps < 0.0).all()) and abs(steps.sum()) < TURN
+        yield theta, bool(one_way)
+        return
+    forward, backward = np.mod(steps, 2.0 * math.pi), -np.mod(-steps, 2.0 * math.pi)
+    for turns in sorted((forward, backward), key=lambda turns: abs(turns.sum())):
+        if abs(turns.sum()) < TURN:
+            yield theta[0] + np.concatenate([[0.0], np.cumsum(turns)]), True
+    shortest = np.mod(steps + math.pi, 2.0 * math.pi) - math.pi
+    yield theta[0] + np.concatenate([[0.0], np.cumsum(shortest)]), False
+
+
+def _defect(positions: Positions, stop: str) -> str:
+    kind, senses = positions.kind, positions.senses
+    circuits = kind.circuit(positions.x, positions.theta, senses)
+    if others := _points(circuits != circuits[0]):
+        return f"circuit: {others} on another circuit than the first"
+    if others := _points(senses != senses[0]):
+        return f"branch: {others} beyond a dead centre of the crank, on another branch"
+    return f"branch: {stop or 'the crank does not reach all points'}"
+
+
+def _points(there: np.ndarray) -> str:
+    """The numbers of some of the points, in words; empty where there are none."""
+    numbers = [str(n + 1) for n in np.flatnonzero(there)]
+    if not numbers:
+        return ""
+    return f"point {numbers[0]} is" if len(numbers) == 1 else f"points {', '.join(numbers)} are"
+
+
+def _motion(positions: Positions, system: System, theta: np.ndarray) -> Any:
+    if positions.kind.turns(positions.x):
+        way = theta[0] + np.linspace(0.0, 2.0 * math.pi, MOTION)
+    else:
+        whole = np.linspace(0.0, len(theta) - 1.0, MOTION)
+        way = np.interp(whole, np.arange(len(theta)), theta)
+    return kinematics(system, drive={"motor": way})
+
 
 #: Share of the size of a motion by which designs are one.
-SAME = 1e-4
+JUDGING_SAME = 1e-4
 #: Share of it by which a point is met.
 EXACT = 1e-9
 #: What part of the size of a path a design may be off before it is said.
@@ -139,7 +684,7 @@ class Judge:
 
     def _alike(self, x: np.ndarray, other: np.ndarray) -> bool:
         size = max(self.size, float(np.abs(x).max()))
-        return bool(np.abs(x - other).max() < SAME * size)
+        return bool(np.abs(x - other).max() < JUDGING_SAME * size)
 
     def _design(self, candidate: Candidate) -> tuple[Design, str]:
         """The design, and why it is left out."""

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,10 +13,6 @@ from mbody.errors import ModelError
 from mbody.model.element import listed
 from mbody.quantities.units import UnitSystem
 from mbody.synthesis.atlas import Atlas
-from mbody.synthesis.curve_search import PathDemand, best_shapes
-from mbody.synthesis.demands import bounds
-from mbody.synthesis.design import DesignList
-from mbody.synthesis.following import Positions
 from mbody.synthesis.guidance import (
     FunctionDesign,
     GuidedDesign,
@@ -24,12 +20,301 @@ from mbody.synthesis.guidance import (
     motion_size,
     pose_candidates,
 )
-from mbody.synthesis.judging import EXACT, Judge
-from mbody.synthesis.linkage_candidates import LinkageCandidate
+from mbody.synthesis.judging import EXACT, DesignList, Followed, Judge, Positions, bounds, followed
 from mbody.synthesis.linkage_kinds import Kind
-from mbody.synthesis.path_refinement import misses, refined
 
-__all__ = ["Effort", "for_function", "for_path", "for_poses"]
+# -- Global search for paths: shapes of mechanisms side by side, each with its best place and
+#    timing ------------------------------------------------------------------------------------
+#
+# A coupler curve is linear in three complex numbers, C = c + α E + β G: E = e^{is} is the direction
+# of the crank, G that of the link that carries the point, both by the shape alone; α holds the size
+# and the direction of the frame, β the point. So only the ratios of lengths are searched; for every
+# shape and every timing the three numbers are the solution of a linear least-squares problem
+# (variable projection: G. Golub, V. Pereyra, SIAM J. Numer. Anal. 10 (1973) 413-432).
+
+#: Positions of the crank in a turn at which curves are known to the search.
+INSTANTS = 180
+#: How much of a turn an open path without timing may take, in degrees.
+SPANS = (20, 40, 60, 90, 120, 150, 180, 240, 300)
+#: Of phases of open paths every third is tried.
+STRIDE = 3
+#: Numbers of one block of shapes, timings and points.
+BLOCK = 2_000_000
+#: Least share of what C, E and G have in common by which α and β are told apart.
+DISTINCT = 1e-10
+
+
+@dataclass(frozen=True, eq=False)
+class PathDemand:
+    """Points of a path.
+
+    Attributes
+    ----------
+    points : array (points,)
+        Complex.
+    timing : array (points,) or None
+        Angles of the crank, of which the differences count.
+    closed : bool
+        Whether the path returns to its first point, which is given once.
+    low, high : array
+        Bounds of the numbers of the kind.
+    """
+
+    points: np.ndarray
+    timing: np.ndarray | None
+    closed: bool
+    low: np.ndarray
+    high: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedCurve:
+    """A design: a row of numbers, crank angles in space at the points, sense; its error."""
+
+    error: float
+    x: np.ndarray
+    theta: np.ndarray
+    sense: float
+
+
+def timings(
+    points: np.ndarray, timing: np.ndarray | None, closed: bool, turn: float = 2.0 * np.pi
+) -> np.ndarray:
+    """Timings that are tried, as instants of a turn, (timings, points); they may exceed the turn,
+    which may be another range of the driver.
+    """
+    count, whole = len(points), np.arange(INSTANTS)[:, None]
+    if timing is not None:
+        return whole + np.rint(timing / turn * INSTANTS).astype(int)
+    chords = np.abs(np.diff(points, append=points[:1]))
+    if not closed:
+        chords = chords[:-1]
+    shares = [np.arange(count) / (count if closed else count - 1)]
+    shares.append(np.concatenate([[0.0], np.cumsum(chords)])[:count] / chords.sum())
+    spans = (360,) if closed else SPANS
+    first = whole if closed else whole[::STRIDE]
+    steps = [np.rint(span / 360 * INSTANTS * share) for span in spans for share in shares]
+    rows = np.unique(np.array([sign * row for row in steps for sign in (1, -1)]), axis=0)
+    return (first[:, None, :] + rows.astype(int)[None, :, :]).reshape(-1, count)
+
+
+def best_shapes(
+    kind: Kind, demand: PathDemand, shapes: Iterable[tuple[float, np.ndarray]], keep: int
+) -> list[PlacedCurve]:
+    """The best of some shapes, given for each sense, by their errors and by how far their numbers
+    are beyond the bounds.
+    """
+    order = timings(demand.points, demand.timing, demand.closed)
+    s = np.arange(INSTANTS) * (2.0 * np.pi / INSTANTS)
+    crank = np.exp(1j * s)[order % INSTANTS]
+    block = max(1, BLOCK // order.size)
+    found: list[tuple[float, PlacedCurve]] = []
+    for sense, own in shapes:
+        for low in range(0, len(own), block):
+            part = own[low : low + block]
+            carrier = kind.curves(part, sense, s)[:, order % INSTANTS]
+            error, fit = _fitted(demand.points, crank, carrier)
+            x, frame = kind.placed(part[:, None, :], s, fit)
+            beyond = np.maximum(demand.low - x, 0.0) + np.maximum(x - demand.high, 0.0)
+            score = error + np.square(beyond).sum(axis=-1)
+            best = np.where(np.isfinite(score), score, np.inf).argmin(axis=1)
+            for n, k in enumerate(best):
+                theta = order[k] * (2.0 * np.pi / INSTANTS) + frame[n, k]
+                one = PlacedCurve(float(error[n, k]), x[n, k], theta, sense)
+                found.append((float(score[n, k]), one))
+    found = [pair for pair in found if np.isfinite(pair[0])]
+    found.sort(key=lambda pair: pair[0])
+    return [one for _, one in found[:keep]]
+
+
+def _fitted(
+    points: np.ndarray, crank: np.ndarray, carrier: np.ndarray
+) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Least squares of C = c + α E + β G for E (timings, points), G (shapes, timings, points): the
+    sum of squared distances, and c, α, β, each (shapes, timings).
+    """
+    count = len(points)
+    middle = points.mean()
+    goal = points - middle
+    e_mean, g_mean = crank.mean(axis=-1), carrier.mean(axis=-1)
+    back = crank.conj()
+    h11 = count - count * np.abs(e_mean) ** 2
+    h22 = count - count * np.abs(g_mean) ** 2
+    h12 = np.einsum("tn,dtn->dt", back, carrier) - count * e_mean.conj() * g_mean
+    b1, b2 = back @ goal, carrier.conj() @ goal
+    with np.errstate(all="ignore"):
+        determinant = h11 * h22 - np.abs(h12) ** 2
+        determinant[determinant < DISTINCT * count**2] = np.nan
+        alpha = (h22 * b1 - h12 * b2) / determinant
+        beta = (h11 * b2 - h12.conj() * b1) / determinant
+        error = np.sum(np.abs(goal) ** 2) - (b1.conj() * alpha + b2.conj() * beta).real
+    c = middle - alpha * e_mean - beta * g_mean
+    return np.maximum(error, 0.0), (c, alpha, beta)
+
+
+# -- Refinement of a path: least squares with exact derivatives, from a candidate of the search
+
+#: Share of the width of bounds by which a start stays within them.
+WITHIN = 1e-9
+#: Relative changes of the sum of squares, the numbers and the gradient at which it ends: those of
+#: rounding, since exact designs are to be found exactly.
+ENDS = 1e-15
+EVALUATIONS = 200
+
+
+def misses(kind: Kind, x: np.ndarray, theta: np.ndarray, sense: float, points: np.ndarray) -> Any:
+    """P minus the points, complex (points,); NaN where the loop does not close."""
+    carrier, _ = kind.poses(x, theta, sense)
+    return _point(kind, x, np.exp(1j * theta), carrier) - points
+
+
+def refined(kind: Kind, demand: PathDemand, start: PlacedCurve) -> PlacedCurve | None:
+    """The nearest design whose sum of squared distances is least; None where the start does not
+    close within the bounds.
+    """
+    from scipy.optimize import least_squares
+
+    size = len(kind.numbers)
+    # what is small in the gradient is so beside the path, whatever the unit
+    extent = float(np.abs(demand.points - demand.points.mean()).max()) or 1.0
+    free = demand.timing is None
+    extra = start.theta if free else start.theta[:1]
+    width = WITHIN * np.minimum(demand.high - demand.low, 1.0)
+    begin = np.concatenate([np.clip(start.x, demand.low + width, demand.high - width), extra])
+    endless = np.full(len(extra), np.inf)
+    steps = np.zeros(1) if free else _steps(demand)
+
+    def residual(y: np.ndarray) -> np.ndarray:
+        miss = misses(kind, y[:size], y[size:] + steps, start.sense, demand.points)
+        return np.concatenate([miss.real, miss.imag]) / extent
+
+    def jacobian(y: np.ndarray) -> np.ndarray:
+        return _jacobian(kind, y[:size], y[size:] + steps, start.sense, free) / extent
+
+    if not np.isfinite(residual(begin)).all():
+        return None
+    found = least_squares(
+        residual,
+        begin,
+        jacobian,
+        bounds=(
+            np.concatenate([demand.low, -endless]),
+            np.concatenate([demand.high, endless]),
+        ),
+        x_scale="jac",
+        ftol=ENDS,
+        xtol=ENDS,
+        gtol=ENDS,
+        max_nfev=EVALUATIONS,
+    )
+    theta = found.x[size:] + steps
+    return PlacedCurve(2.0 * float(found.cost) * extent**2, found.x[:size], theta, start.sense)
+
+
+def _steps(demand: PathDemand) -> np.ndarray:
+    """Crank angles after the first."""
+    timing = np.asarray(demand.timing)
+    return timing - timing[0]
+
+
+def _point(kind: Kind, x: np.ndarray, crank: np.ndarray, carrier: np.ndarray) -> Any:
+    arm = complex(x[kind.point_number], x[kind.point_number + 1])
+    return complex(x[0], x[1]) + x[kind.crank_number] * crank + arm * carrier
+
+
+def _jacobian(kind: Kind, x: np.ndarray, theta: np.ndarray, sense: float, free: bool) -> np.ndarray:
+    """Derivatives of the misses by the numbers and by the first angle, or by all angles."""
+    phi, by, by_angle = kind.direction(x, theta, sense)
+    crank, carrier = np.exp(1j * theta), np.exp(1j * phi)
+    arm = complex(x[kind.point_number], x[kind.point_number + 1])
+    whole = 1j * (arm * carrier)[:, None] * by
+    whole[:, 0] += 1.0
+    whole[:, 1] += 1j
+    whole[:, kind.crank_number] += crank
+    whole[:, kind.point_number] += carrier
+    whole[:, kind.point_number + 1] += 1j * carrier
+    turned = 1j * x[kind.crank_number] * crank + 1j * arm * carrier * by_angle
+    whole = np.column_stack([whole, np.diag(turned) if free else turned])
+    return np.vstack([whole.real, whole.imag])
+
+
+# -- Four-bars and slider-cranks as candidates: how they are followed and measured -------------
+
+
+@dataclass(frozen=True, eq=False)
+class LinkageCandidate:
+    """A candidate of a kind in closed form.
+
+    Attributes
+    ----------
+    positions : Positions
+    misses : array (points,)
+        By the closed form.
+    measure : function
+        The same of a result of the assembled mechanism.
+    zeros : (float, float)
+        What is added to the given input and output of a function.
+    with_cognate : bool
+        Whether the other mechanism of the same path is wanted.
+    """
+
+    positions: Positions
+    misses: np.ndarray
+    measure: Callable[[Any], np.ndarray]
+    zeros: tuple[float, float] | None = None
+    with_cognate: bool = False
+
+    @property
+    def row(self) -> np.ndarray:
+        """The numbers of the kind."""
+        return self.positions.x
+
+    @property
+    def described(self) -> str:
+        """Which links turn round, in words."""
+        return self.positions.kind.described(self.positions.x)
+
+    def turns(self) -> bool:
+        """Whether the crank turns round."""
+        return self.positions.kind.turns(self.positions.x)
+
+    def follow(self, units: str, full_turn: bool) -> Followed:
+        """Drive the crank through the points; a crank that turns round does in any case."""
+        return followed(self.positions, units)
+
+    def measured(self, run: Any) -> np.ndarray:
+        """The misses of a result of the assembled mechanism."""
+        return self.measure(run)
+
+    def values(self, found: Followed) -> dict[str, float]:
+        """The numbers by the names of the description."""
+        kind = self.positions.kind
+        values = {n: float(x) for n, x in zip(kind.numbers, self.positions.x, strict=True)}
+        if self.zeros is not None:
+            output = "output.zero.angle" if kind.name == "four_bar" else "output.zero.x"
+            values = {k: v for k, v in values.items() if not k.startswith(f"{kind.carrier}.P")}
+            return values | {"input.zero.angle": self.zeros[0], output: self.zeros[1]}
+        if self.positions.plane is None:
+            return values
+        own = [f"{kind.carrier}.{point}.{axis}" for point in "AB" for axis in "xy"]
+        others = {k: v for k, v in values.items() if not k.startswith(f"{kind.carrier}.")}
+        return others | {name: float(found.system.values[name]) for name in own}
+
+    def transmission(self, found: Followed) -> float:
+        """Least transmission angle of the motion; NaN where it was not followed."""
+        if found.motion is None:
+            return math.nan
+        return float(self.positions.kind.transmission(found.motion).min())
+
+    def cognate(self) -> LinkageCandidate | None:
+        """Roberts' cognate with the same turn of the crank, where it is wanted and there is one."""
+        at = self.positions
+        other = at.kind.cognate(at.x, at.theta, at.senses[0]) if self.with_cognate else None
+        if other is None:
+            return None
+        x, theta, sense = other
+        same = replace(at, x=x, theta=theta, senses=np.full(len(theta), sense))
+        return replace(self, positions=same, with_cognate=False)
 
 
 @dataclass(frozen=True)

@@ -13,14 +13,20 @@ from mbody.errors import ModelError, brief
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.quantities import Scope
-from mbody.quantities.number import evaluated, number
+from mbody.quantities.formula import evaluated, number
 from mbody.quantities.types import Number
 from mbody.quantities.units import UnitSystem, unit_system
 from mbody.synthesis.atlas import Atlas, as_atlas
-from mbody.synthesis.demands import counted, pairs_of, path_of, poses_of, timing_of
-from mbody.synthesis.design import DesignList
 from mbody.synthesis.guidance import motion_size
-from mbody.synthesis.judging import Judge
+from mbody.synthesis.judging import (
+    DesignList,
+    Judge,
+    counted,
+    pairs_of,
+    path_of,
+    poses_of,
+    timing_of,
+)
 from mbody.synthesis.linkage_kinds import KINDS, Kind
 from mbody.synthesis.linkages import Effort, for_function, for_path, for_poses
 from mbody.synthesis.models import for_model, model_demand, model_subject

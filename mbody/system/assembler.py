@@ -8,37 +8,193 @@ the user's numbers (`Numbers`), for one set and for a batch alike.
 
 from __future__ import annotations
 
+import dataclasses
 import functools
-from collections.abc import Callable, Mapping, Sequence
+import math
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, cast
 
 import numpy as np
 
 from mbody.errors import ModelError
 from mbody.kernels.constraints import KINDS as PRIMITIVE_KINDS
 from mbody.kernels.forces import KINDS as ACTION_KINDS
+from mbody.kernels.friction import BY_RATES, FRICTION_KINDS
 from mbody.kernels.layout import Layout, first_beyond, integers
 from mbody.laws import LAW_KINDS, Constant, Law
 from mbody.model.closed_mechanism import snapshot
 from mbody.model.constraint import Constraint
-from mbody.model.element import Element, Numbers
+from mbody.model.element import Element, Numbers, OwnState, signal_of
 from mbody.model.mechanism import Mechanism
-from mbody.model.own_equations import OwnState, signal_of
 from mbody.model.primitives import ConstraintPrimitive, ForcePrimitive, FrictionPrimitive, Signal
 from mbody.model.states import State
 from mbody.quantities import Formula
-from mbody.system.block_places import blocks_of, sums_of
-from mbody.system.elimination_order import eliminate, split
+from mbody.system.elimination_order import blocks_of, eliminate, split, sums_of
 from mbody.system.formula_rows import FormulaRows, RecordedLaw, followed, following, recorded
-from mbody.system.friction_table import friction_table
-from mbody.system.hooks import action_hook, law_hook, primitive_hook
-from mbody.system.model_length import model_length
-from mbody.system.number_columns import designs_of, stacked
-from mbody.system.polar_points import polar_points
-from mbody.system.system import System
+from mbody.system.system import System, polar_points
 
-__all__ = ["assemble"]
+# -- Columns of numbers: of one description a number a row, of a batch of designs an array -----
+
+
+def designs_of(numbers: Mapping[str, Any]) -> int:
+    """How many designs there are in numbers by name, floats or arrays (designs,).
+
+    >>> designs_of({"a": 1.0, "b": np.zeros(3)})
+    3
+    """
+    arrays = [value for value in numbers.values() if type(value) is not float]
+    return max((np.size(value) for value in arrays if np.ndim(value)), default=1)
+
+
+def stacked(rows: list[Any], designs: int) -> np.ndarray:
+    """Numbers and arrays (designs,) as rows of one array (rows, designs)."""
+    if designs == 1 and all(isinstance(row, float) for row in rows):
+        return np.array(rows, dtype=np.float64).reshape(-1, 1)
+    found = np.empty((len(rows), designs))
+    for n, row in enumerate(rows):
+        found[n] = row
+    return found
+
+
+# -- Where the rough pairs of a mechanism are among its rows -----------------------------------
+
+
+def friction_table(
+    pairs: Sequence[tuple[Constraint, FrictionPrimitive]],
+    owners: Sequence[tuple[Element, int]],
+    place: Mapping[int, int],
+    switched: Sequence[int],
+) -> dict[str, Any]:
+    """Columns of the layout, a line a rough pair, in the order of the description.
+
+    Parameters
+    ----------
+    pairs : sequence
+        Each with its element; those of one element follow each other.
+    owners : sequence
+        The element of every primitive, and which of its primitives it is: first its own rows, then
+        the tangent rows of its pairs.
+    place : mapping
+        The place of a primitive's node in the elimination order.
+    switched : sequence of int
+        Primitives that are switched.
+    """
+    number = {(one.name, part): e for e, (one, part) in enumerate(owners)}
+    rows = Counter(one.name for one, _ in owners)
+    left = Counter(element.name for element, _ in pairs)
+    tangents = []
+    for element, _ in pairs:
+        part = rows[element.name] - left[element.name]
+        tangents.append(switched.index(number[element.name, part]))
+        left[element.name] -= 1
+    pressing = [place[number[element.name, pair.presses]] for element, pair in pairs]
+    return {
+        "friction_kind": integers([FRICTION_KINDS.index(pair.kind) for _, pair in pairs]),
+        "friction_node": integers(pressing),
+        "friction_tangent": integers(tangents),
+        "senses": BY_RATES,
+    }
+
+
+# -- Users' plain Python as the kernels call it: functions of arrays (x, y) that fill y --------
+#
+# A number that is not finite is an error of the user's function, and raised at once.
+
+Hook = Callable[[np.ndarray, np.ndarray], None]
+
+
+def primitive_hook(primitive: ConstraintPrimitive) -> Hook | None:
+    """Rows of a user's joint: y = (Φ, blocks, ν, γ)."""
+    return None if primitive.function is None else _Hook(primitive.function, 18)
+
+
+def action_hook(action: ForcePrimitive) -> Hook | None:
+    """Forces of a user's load: y = (Fx, Fy, T on i, then on j)."""
+    return None if action.function is None else _Hook(action.function, 6)
+
+
+def law_hook(law: Law, derivatives: bool) -> Hook | None:
+    """A law that is a Python function: y = (f, f′, f″)."""
+    return law.hook(derivatives)
+
+
+class _Hook:
+    """Unpacks (t, side i, side j, parameters) for a user's physics, checks what it returns."""
+
+    def __init__(self, function: Callable[..., Any], size: int) -> None:
+        self.function = function
+        self.size = size
+
+    def __call__(self, x: np.ndarray, y: np.ndarray) -> None:
+        sides = tuple(x[1:9].tolist()), tuple(x[9:17].tolist())
+        result = self.function(*sides, x[17:].copy(), float(x[0]))
+        if result is None:
+            raise ValueError("physics returned nothing")
+        values = np.concatenate([np.ravel(part) for part in result]).astype(np.float64)
+        if values.shape != (self.size,):
+            raise ValueError(f"physics gave {values.size} numbers, {self.size} are wanted")
+        if not np.isfinite(values).all():
+            raise ValueError(f"physics gave a number that is not finite at t = {x[0]:g}")
+        y[:] = values
+
+
+# -- The model length, by which lengths and angles are compared with each other ----------------
+
+#: The unit of length serves a model without arms whose other lengths are within this factor of it.
+FAR = 10.0
+
+
+def model_length(mechanism: Mechanism, at: Numbers) -> float:
+    """The longest arm on a moving body, else another distance, as between the centres of gears or
+    of a cam and its roller, else one; of blocks on springs and of balls that are far from one it is
+    the greatest length of those.
+    """
+    moving, fixed = [0.0], [0.0]
+    for element in mechanism.constraints:
+        for key, marker in element.places().items():
+            arm = math.hypot(*(float(part) for part in at.arm(element, key)))
+            (fixed if marker.body == "ground" else moving).append(arm)
+    apart = [abs(float(joint.apart(at))) for joint in mechanism.joints]
+    known = max(moving) or max(fixed) or max(apart, default=0.0)
+    if known:
+        return known
+    ways = (_own_lengths(mechanism, at), _places(mechanism, at))
+    sizes = (max(map(abs, lengths), default=0.0) for lengths in ways)
+    other = next((size for size in sizes if size), 1.0)
+    return 1.0 if 1.0 / FAR <= other <= FAR else other
+
+
+def _own_lengths(mechanism: Mechanism, at: Numbers) -> Iterator[float]:
+    """Lengths of loads and radii of shapes: they do not depend on where the origin is."""
+    for load in mechanism.loads:
+        for field in dataclasses.fields(cast(Any, load)):
+            given = field.metadata.get("dimension") == "length"
+            if given and getattr(load, field.name) is not None:
+                yield float(at[f"{load.name}.{field.name}"])
+    for body in mechanism.bodies:
+        for name, shape in body.shapes.items():
+            if hasattr(shape, "radius"):
+                yield float(at[f"{body.name}.{name}.radius"])
+
+
+def _places(mechanism: Mechanism, at: Numbers) -> Iterator[float]:
+    """How far from the origin loads act, and bodies are guessed to be and begin."""
+    for load in mechanism.loads:
+        for key in load.places():
+            yield math.hypot(*(float(part) for part in at.arm(load, key)))
+    for body in mechanism.bodies:
+        if body.guess is not None:
+            yield from _numbers(body.guess.x, body.guess.y)
+    if mechanism.simulation is not None:
+        for start in mechanism.simulation.start.values():
+            yield from _numbers(start.get("x"), start.get("y"))
+
+
+def _numbers(*given: Any) -> Iterator[float]:
+    yield from (float(part) for part in given if isinstance(part, float))
+
 
 # the loops of the kernels read a fixed number of parameters and drop those beyond the own ones
 SPARE = 8

@@ -8,13 +8,15 @@ nodes, tied in a row by welds (`schur` of trees of slots stays narrow), so a hub
 from __future__ import annotations
 
 import heapq
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-__all__ = ["Elimination", "Slots", "eliminate", "split"]
+from mbody.kernels.constraints import KINDS
+from mbody.kernels.layout import Layout, first_beyond, integers
+from mbody.model.primitives import ConstraintPrimitive
 
 #: A body with more nodes than this is split into slots that take so many each.
 MOST, EACH = 6, 3
@@ -227,3 +229,105 @@ def _minimum_degree(graph: list[set[int]]) -> tuple[list[int], list[set[int]]]:
                 queued[other] = size
                 heapq.heappush(waiting, (size, other))
     return order, columns
+
+
+# -- Where the blocks of Φ_q lie that rows over more bodies than two fill: sums, and formulas --
+
+
+def blocks_of(
+    primitives: Sequence[ConstraintPrimitive],
+    place: Mapping[int, int],
+    written: Sequence[int],
+    plan: Elimination,
+) -> list[dict[str, int]]:
+    """Of every primitive where its physics writes the blocks of its bodies; −1 of the ground.
+    place: node of every primitive in the order of elimination; written: the node that its physics
+    writes, another one of those that can be on or off.
+    """
+    nodes = len(plan.order)
+    switched = [e for e, primitive in enumerate(primitives) if primitive.switched]
+    apart = 12 * (first_beyond(nodes, len(plan.more_node)) + len(switched))
+    further: dict[int, list[int]] = {}
+    for n, k in enumerate(plan.more_node):
+        further.setdefault(int(k), []).append(6 * n)
+    found = []
+    for e, primitive in enumerate(primitives):
+        k, first = written[e], apart if primitive.switched else 12 * nodes
+        at = [12 * k, 12 * k + 6, *(first + n for n in further.get(place[e], []))]
+        found.append(dict(zip(primitive.bodies, at, strict=True)) | {"ground": -1})
+    return found
+
+
+def sums_of(
+    primitives: Sequence[ConstraintPrimitive],
+    index: Mapping[str, int],
+    blocks: Sequence[Mapping[str, int]],
+) -> dict[str, Any]:
+    """The parts of all sums, and the places of the blocks of their bodies; index: number of every
+    body.
+    """
+    start, table = [0], []
+    for block, primitive in zip(blocks, primitives, strict=True):
+        table += [
+            (KINDS.index(part.kind), index[part.i], index[part.j], block[part.i], block[part.j])
+            for part in primitive.parts
+        ]
+        start.append(len(table))
+    parts = np.array(table, dtype=np.int64).reshape(-1, 5)
+    return {"sum_start": integers(start), "part": parts}
+
+
+# -- The elimination of a system some of whose rows are off: what they would fill is left out --
+#
+# Rows of contacts that are open are rows of an identity: they have no blocks beside the diagonal,
+# and elimination works on zeros there. Of many spots where bodies may touch few do, and most of the
+# work is on zeros. The lists of `mbody.kernels.schur_ldl` without them give the same numbers.
+
+Array = np.ndarray
+
+
+def without_nodes(layout: Layout, off: Array) -> Layout:
+    """The layout whose elimination leaves some nodes alone.
+
+    Parameters
+    ----------
+    layout : Layout
+        With its whole elimination.
+    off : array (nodes,) of bool
+        Nodes whose blocks beside the diagonal are all zero.
+    """
+    if not off.any():
+        return layout
+    L, base = layout, 3 * layout.nodes
+    count = np.diff(L.node_start)
+    column = np.repeat(np.arange(L.nodes), count)
+    kept = ~(off[column] | off[L.block_row])
+    blocks = np.flatnonzero(kept)
+    # the number of a block among those that are kept, by its number among all
+    number = np.cumsum(kept) - 1
+    start = np.append(0, np.cumsum(np.bincount(column[blocks], minlength=L.nodes)))
+    # a block of a column updates those of the rows of each that stands before it
+    first = np.arange(len(kept)) - L.node_start[column]
+    updates = np.cumsum(first) - first
+    before = np.arange(len(blocks)) - start[column[blocks]]
+    later = np.repeat(np.arange(len(blocks)), before)
+    earlier = np.arange(len(later)) - np.repeat(np.cumsum(before) - before, before)
+    earlier += start[column[blocks[later]]]
+    pairs = updates[blocks[later]] + blocks[earlier] - L.node_start[column[blocks[later]]]
+    formed = kept[(L.form_block - base) // 4]
+    filled = kept[(L.fill - base) // 4]
+
+    def moved(places: Array) -> Array:
+        return integers(base + 4 * number[(places - base) // 4])
+
+    return layout.replaced(
+        node_start=integers(start),
+        block_row=integers(L.block_row[blocks]),
+        update=moved(L.update[pairs]),
+        form_block=moved(L.form_block[formed]),
+        form_a=integers(L.form_a[formed]),
+        form_b=integers(L.form_b[formed]),
+        form_column=integers(L.form_column[formed]),
+        form_more=integers(L.form_more[formed]),
+        fill=moved(L.fill[filled]),
+    )

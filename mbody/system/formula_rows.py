@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
 
 import numpy as np
 
-from mbody.kernels.measured_formulas import (
+from mbody.errors import ModelError
+from mbody.kernels.constraints import (
     LAW,
     OWN,
     PARAMETER,
@@ -25,18 +26,377 @@ from mbody.kernels.measured_formulas import (
     TURN,
     VELOCITY,
 )
-from mbody.laws import Law, MeasuredFormula
-from mbody.laws.postfix import OPERATIONS
+from mbody.laws import Law, MeasuredFormula, Table
+from mbody.laws.base import FloatArray
+from mbody.laws.kernels import OPERATIONS
 from mbody.model.element import Element, Numbers
 from mbody.model.mechanism import Mechanism
 from mbody.model.primitives import Signal
 from mbody.model.stop import Stop
-from mbody.system.driver_formulas import DriverFormula, recorded_driver
-from mbody.system.formula_derivatives import SIGNALS
-from mbody.system.formula_steps import StepList, record_formula
-from mbody.system.stop_formulas import recorded_stop
+from mbody.system.formula_steps import (
+    JUMPS,
+    SIGNALS,
+    Differentiated,
+    NotSmooth,
+    Recorded,
+    StepList,
+    along_motion,
+    by_coordinate,
+    by_time,
+    driven_coordinate,
+    record_formula,
+    state_rate,
+    step_values,
+)
 
-__all__ = ["FormulaRows", "RecordedLaw", "followed", "following", "recorded"]
+# -- What drivers follow: formulas of time, inputs, own states and positions, with their
+#    derivatives -------------------------------------------------------------------------------
+#
+# A driver prescribes Φ = c − f = 0 for its coordinate c. Of time, inputs and own states alone, f
+# has the derivatives ḟ and f̈ by time, and nothing else changes. Where f measures positions, Φ is a
+# constraint of all their bodies:
+#
+#     Φ_q = c_q − f_q,    ν = −Φ_t = ∂f/∂t,    γ = −d²Φ/dt² at a = 0,
+#
+# so that Φ_q v = ν and Φ_q a = γ; its multiplier acts on every body that f measures, and its power
+# is that of ν alone. An own state of f changes at its rate, which may measure positions, not rates.
+
+
+@dataclass(frozen=True)
+class DriverFormula:
+    """The formula of one driver, recorded.
+
+    Attributes
+    ----------
+    steps : StepList
+    value, rate, acceleration : int
+        The places of f and its derivatives by time; where it follows positions, of f, ν and γ.
+    follows : tuple of str
+        The moving bodies whose positions Φ has; none where f has no positions.
+    phi : int
+        The place of Φ, where f has positions.
+    gradient : dict
+        The places of Φ_q by body and axis, zero ones too.
+    inputs : frozenset of str
+        Inputs on which f or its rate depends: they must not jump.
+    states : frozenset of str
+        Own states on which it depends.
+    explicit : bool
+        Whether f changes while all bodies rest.
+    """
+
+    steps: StepList
+    value: int
+    rate: int
+    acceleration: int
+    follows: tuple[str, ...] = ()
+    phi: int = -1
+    gradient: dict[tuple[str, int], int] = field(default_factory=dict)
+    inputs: frozenset[str] = frozenset()
+    states: frozenset[str] = frozenset()
+    explicit: bool = True
+
+    @property
+    def signals(self) -> frozenset[str]:
+        """Inputs whose derivatives it may need."""
+        return frozenset(what[1] for what in self.steps.steps if what[0].startswith("signal"))
+
+
+def recorded_driver(
+    driver: Element, signal: Signal, machine: Mechanism, at: Numbers
+) -> DriverFormula:
+    """Record the formula that a driver follows.
+
+    Raises
+    ------
+    ModelError
+        For a formula that measures rates, jumps, or has a corner without a second derivative, and
+        for inputs that jump.
+    """
+    law: Any = signal.law
+    steps = record_formula(law, signal.parameters, machine, at)
+    value = Recorded(steps, steps.value)
+
+    def rate_of(state: str) -> Recorded:
+        return state_rate(steps, state, machine, at)
+
+    def steady_rate_of(state: str) -> Recorded:
+        # a rate that jumps would be one of the driver
+        return _without_jumps(rate_of(state))
+
+    def zero_or(one: Recorded | None) -> Recorded:
+        return steps.number(0.0) if one is None else one
+
+    along = Differentiated(steps, along_motion(rate_of))
+    still = Differentiated(steps, by_time(steady_rate_of))
+    try:
+        rate = still.of(_without_jumps(value))
+        _check_rates(steps, value, rate, driver, law)
+        if not any(_reads(steps, one, "position", "turn") for one in (value, rate)):
+            acceleration = zero_or(along.of(rate))
+            found = DriverFormula(steps, value.place, zero_or(rate).place, acceleration.place)
+        else:
+            phi = driven_coordinate(steps, driver, at) - value
+            second = along.of(along.of(phi))
+            gamma = steps.number(0.0) if second is None else steps.number(-1.0) * second
+            bodies = _moving(steps, phi, machine)
+            gradient = {}
+            for body in bodies:
+                for axis in range(3):
+                    by = Differentiated(steps, by_coordinate(body, axis))
+                    gradient[body, axis] = zero_or(by.of(phi)).place
+            found = DriverFormula(
+                steps,
+                value.place,
+                zero_or(rate).place,
+                gamma.place,
+                follows=bodies,
+                phi=phi.place,
+                gradient=gradient,
+                explicit=rate is not None,
+            )
+    except NotSmooth as error:
+        raise _not_smooth(driver, law, str(error)) from None
+    prescribed = [value.place, *([] if rate is None else [rate.place])]
+    named = [steps.steps[place] for place in steps.needed(prescribed)]
+    inputs = frozenset(str(what[1]) for what in named if what[0].startswith("signal"))
+    _check_jumps(driver, law, machine, inputs)
+    states = frozenset(str(what[1]) for what in named if what[0] == "own")
+    return DriverFormula(**{**found.__dict__, "inputs": inputs, "states": states})
+
+
+def followed_inputs(machine: Mechanism, at: Numbers) -> dict[str, str]:
+    """Inputs that must not jump, since the position or the rate of a driver follows them, with the
+    driver's name.
+    """
+    found: dict[str, str] = {}
+    for driver in machine.drivers:
+        signal = at.law(driver, "law")
+        if isinstance(signal.law, MeasuredFormula):
+            named = recorded_driver(driver, signal, machine, at).inputs
+            found |= dict.fromkeys(sorted(named), driver.name)
+    return found
+
+
+def followed_states(driver: Element, machine: Mechanism, at: Numbers) -> tuple[str, ...]:
+    """Own states that a driver follows."""
+    own: Any = driver
+    if not isinstance(own.law, MeasuredFormula):
+        return ()
+    signal = at.law(driver, "law")
+    return tuple(sorted(recorded_driver(driver, signal, machine, at).states))
+
+
+def _without_jumps(one: Recorded) -> Recorded:
+    """The same number.
+
+    Raises
+    ------
+    NotSmooth
+        Where a step that it needs jumps.
+    """
+    for place in one.steps.needed([one.place]):
+        if one.steps.steps[place][0] in JUMPS:
+            raise NotSmooth(one.steps.steps[place][0])
+    return one
+
+
+def _reads(steps: StepList, one: Recorded | None, *kinds: str) -> bool:
+    """Whether a number depends on something that is read of that kind."""
+    if one is None:
+        return False
+    return any(steps.steps[place][0] in kinds for place in steps.needed([one.place]))
+
+
+def _moving(steps: StepList, phi: Recorded, machine: Mechanism) -> tuple[str, ...]:
+    """The moving bodies on whose positions a number depends, in the order of the description."""
+    read = [steps.steps[place] for place in steps.needed([phi.place])]
+    named = {what[1] for what in read if what[0] in ("position", "turn")}
+    return tuple(body.name for body in machine.bodies if body.name in named)
+
+
+def _check_rates(
+    steps: StepList, value: Recorded, rate: Recorded | None, driver: Element, law: Any
+) -> None:
+    """Refuse a formula of rates, and one of states whose rates are."""
+    if _reads(steps, value, "velocity"):
+        what = f"law is '{law.text}', which measures a rate"
+    elif _reads(steps, rate, "velocity"):
+        what = f"law is '{law.text}', which follows a state whose rate measures rates of bodies"
+    else:
+        return
+    raise ModelError(
+        f"'{driver.name}': {what}: a driver prescribes a position, and this would prescribe how "
+        "positions change, which no position fulfils (a nonholonomic constraint). Follow "
+        "positions, or use a Torque or a Force whose formula measures the rate",
+        driver.name,
+    )
+
+
+def _not_smooth(driver: Element, law: Any, operation: str) -> ModelError:
+    """Why a driver cannot follow a formula that is not smooth."""
+    if operation in ("sign", "step"):
+        what, remedy = f"jumps at '{operation}'", "use smooth functions such as sin or atan"
+    else:
+        what = f"calls a {operation}, which has no second derivative"
+        remedy = "call Tables of one variable, or write a formula"
+    return ModelError(
+        f"'{driver.name}': law is '{law.text}', which {what}: its driver needs the rate and the "
+        f"acceleration of what it follows; {remedy}",
+        driver.name,
+    )
+
+
+def _check_jumps(driver: Element, law: Any, machine: Mechanism, inputs: frozenset[str]) -> None:
+    """Refuse inputs that jump between samples."""
+    setting = {name: one.name for one in machine.controllers for name in one.sets}
+    for one in machine.inputs:
+        if one.name not in inputs:
+            continue
+        held = isinstance(one.value, Table) and one.value.interpolation == "hold"
+        if not held and one.name not in setting:
+            continue
+        why = "has a history that holds its values"
+        if one.name in setting:
+            why = f"is set by the controller '{setting[one.name]}'"
+        raise ModelError(
+            f"'{driver.name}': law is '{law.text}', but the input '{one.name}' {why}, so that the "
+            "driven position or its rate would jump, which takes an infinite effort: lead it "
+            'through states, as State("speed", rate=...) and State("angle", rate="speed"), '
+            "or give a smooth history",
+            driver.name,
+        )
+
+
+# -- Coordinates of stops with their derivatives, as rows over the bodies that they measure ----
+#
+# Of a coordinate g(q, t) the row is Φ = g, with Φ_q = g_q, ν = −∂g/∂t and γ = −d²g/dt² at a = 0.
+
+
+def recorded_stop(stop: Stop, machine: Mechanism, at: Numbers) -> DriverFormula:
+    """The coordinate of a stop, recorded.
+
+    Raises
+    ------
+    ModelError
+        For a coordinate that jumps, or has a corner without a second derivative.
+    """
+    signal = at.law(stop, "gap")
+    steps = record_formula(signal.law, signal.parameters, machine, at)  # type: ignore[arg-type]
+    gap = Recorded(steps, steps.value)
+    read = {steps.steps[place] for place in steps.needed([gap.place])}
+    named = {str(what[1]) for what in read if what[0] in ("position", "turn")}
+    bodies = tuple(body.name for body in machine.bodies if body.name in named)
+
+    def none(state: str) -> Recorded:
+        raise AssertionError(stop.name, state)  # refused when it was described
+
+    def zero_or(one: Recorded | None, factor: float) -> int:
+        if one is None:
+            return steps.number(0.0).place
+        return (steps.number(factor) * one).place
+
+    along, still = Differentiated(steps, along_motion(none)), Differentiated(steps, by_time(none))
+    try:
+        rate = still.of(gap)
+        second = along.of(along.of(gap))
+        gradient = {
+            (body, axis): zero_or(Differentiated(steps, by_coordinate(body, axis)).of(gap), 1.0)
+            for body in bodies
+            for axis in range(3)
+        }
+    except NotSmooth as error:
+        raise ModelError(
+            f"stop '{stop.name}': '{stop.of}' has no second derivative by its {error}: use smooth "
+            "functions, or Tables of one variable",
+            stop.name,
+        ) from None
+    return DriverFormula(
+        steps,
+        gap.place,
+        zero_or(rate, -1.0),
+        zero_or(second, -1.0),
+        follows=bodies,
+        phi=gap.place,
+        gradient=gradient,
+        explicit=rate is not None,
+    )
+
+
+# -- What a driver follows of time and inputs, as a law of time: by NumPy ----------------------
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ComposedLaw(Law):
+    """The formula of a driver with the laws of its inputs: a function of time.
+
+    Parameters
+    ----------
+    text : str
+        The formula.
+    formula : DriverFormula
+        Of time and inputs alone.
+    inputs : mapping
+        The laws of the inputs.
+    """
+
+    kind: ClassVar[str] = "measured"
+
+    text: str
+    formula: DriverFormula
+    inputs: Mapping[str, Law]
+
+    def __repr__(self) -> str:
+        return repr(self.text)
+
+    def numbers(self) -> dict[str, float]:
+        """None: they belong to the formula."""
+        return {}
+
+    def raw(self, xs: FloatArray) -> FloatArray:
+        """f, f′, f″, (N, 3), at times (N,)."""
+        formula = self.formula
+        signals = {name: law.raw(xs) for name, law in self.inputs.items()}
+
+        def read(kind: str, *rest: str) -> FloatArray:
+            if kind == "time":
+                return xs
+            column: FloatArray = signals[rest[0]][:, SIGNALS.index(kind)]
+            return column
+
+        goals = (formula.value, formula.rate, formula.acceleration)
+        return np.stack(step_values(formula.steps, goals, read, xs.shape), axis=1)
+
+
+def driven_law(driver: Element, mechanism: Mechanism, at: Numbers) -> Law:
+    """The law of a driver that follows a formula of time and inputs.
+
+    Raises
+    ------
+    ModelError
+        Where it follows positions or own states, which are no functions of time.
+    """
+    signal = at.law(driver, "law")
+    formula = recorded_driver(driver, signal, mechanism, at)
+    text = getattr(signal.law, "text", "")
+    if formula.follows or formula.states:
+        what = "positions" if formula.follows else "own states"
+        raise ModelError(
+            f"'{driver.name}' follows {what}, '{text}', which time alone does not give: give "
+            "times, or values of the drivers that follow time",
+            driver.name,
+        )
+    inputs = {}
+    for one in mechanism.inputs:
+        if one.name in formula.signals:
+            own = one.value.numbers()
+            name = f"{one.name}.value"
+            plain = set(own) == {"value"}
+            inputs[one.name] = one.value.with_numbers(
+                {key: at[name if plain else f"{name}.{key}"] for key in own}
+            )
+    return ComposedLaw(text, formula, inputs)
+
 
 CODES = {name: n for n, name in enumerate(OPERATIONS)}
 #: Curves and their derivatives, in the order of the codes.
@@ -107,7 +467,7 @@ def following(mechanism: Mechanism, at: Numbers) -> dict[str, tuple[str, ...]]:
 
 
 class FormulaRows:
-    """The table of `mbody.kernels.measured_formulas`, filled formula by formula; what two of them
+    """The table of `mbody.kernels.constraints`, filled formula by formula; what two of them
     read or compute alike is there once.
 
     Parameters

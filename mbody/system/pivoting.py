@@ -20,11 +20,35 @@ import numpy as np
 from mbody.core.lanes import aligned
 from mbody.kernels.constraints import BY_DIRECTION
 from mbody.kernels.layout import Layout, Work, integers
-from mbody.kernels.square_lu import Square, SquareWork
-from mbody.kernels.square_pivots import PivotSearch, search_pivots
-from mbody.system.assur_groups import diagonal_blocks
+from mbody.kernels.square_lu import PivotSearch, Square, SquareWork, divide_blocks, search_pivots
 
-__all__ = ["LARGEST", "PivotChoices", "choose_pivots", "lane_workspace"]
+# -- Diagonal blocks of a square pattern (Assur groups of driven mechanisms): its finest order
+#    in which everything is on the diagonal blocks or on one side of them ----------------------
+#
+# A transversal of the pattern (rows matched with columns) makes a graph of the columns, whose
+# strongly connected parts are the blocks (Duff, Erisman & Reid, *Direct Methods for Sparse
+# Matrices*, chapter 6). Each of them has a determinant of its own, and the motion leaves its branch
+# only where one of these vanishes.
+
+
+def diagonal_blocks(pattern: np.ndarray) -> np.ndarray | None:
+    """Number of the block of every row and of every column, (2, size); None where no transversal
+    exists, so that every matrix of this pattern is singular.
+
+    Parameters
+    ----------
+    pattern : array of bool (size, size)
+
+    >>> diagonal_blocks(np.array([[True, False], [True, True]]))
+    array([[0, 1],
+           [0, 1]])
+    """
+    size = len(pattern)
+    found = np.empty((2, size), dtype=np.int64)
+    present = np.ascontiguousarray(pattern, dtype=np.int64)
+    count = divide_blocks(present, found[0], found[1], np.empty((6, size), dtype=np.int64))
+    return None if count < 0 else found
+
 
 #: Columns up to which a plan is made; the search is quadratic, and dense.
 LARGEST = 240

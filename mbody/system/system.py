@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import weakref
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Callable, Container, Hashable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -15,6 +15,7 @@ from mbody.core.presentation import present
 from mbody.errors import ModelError
 from mbody.kernels.layout import (
     FRICTION_NUMBERS,
+    PER_PRIMITIVE,
     Frame,
     Layout,
     Work,
@@ -23,20 +24,93 @@ from mbody.kernels.layout import (
     inverse_masses,
 )
 from mbody.kernels.loop_closure import violation
-from mbody.kernels.output import PER_PRIMITIVE
 from mbody.laws import Law, MeasuredFormula
 from mbody.model.driver import Driver
-from mbody.model.element import Element, Numbers
+from mbody.model.element import (
+    Element,
+    Numbers,
+    Polar,
+    is_plain_field,
+    listed,
+    place_name,
+    plain_field,
+)
 from mbody.model.mechanism import Mechanism
 from mbody.quantities import Formula, FormulaError
 from mbody.quantities.types import PlainNumbers
-from mbody.system.composed_law import driven_law
-from mbody.system.fixed_rows import fixed_rows
-from mbody.system.number_names import no_such_number
-from mbody.system.polar_points import polar_points
+from mbody.system.formula_rows import driven_law
 from mbody.system.read_only import locked
 
-__all__ = ["System"]
+# -- Dotted names of the numbers of a system that there are not --------------------------------
+
+
+def no_such_number(name: str, machine: Mechanism, values: Mapping[str, Any]) -> str:
+    """The sentence of a name that is none of the numbers of a system."""
+    element, _, key = name.partition(".")
+    if element in machine and is_plain_field(machine[element], key):
+        return plain_field(machine[element], key)
+    own = [known for known in values if known.partition(".")[0] == element]
+    if own:
+        return f"there is no number '{name}' to change (there are: {listed(own)})"
+    owners = dict.fromkeys(known.partition(".")[0] for known in values)
+    return f"there is no number '{name}' to change (there are numbers of: {listed(owners)})"
+
+
+# -- Numbers of the nodes that no position changes ---------------------------------------------
+
+
+def fixed_rows(
+    layout: Layout, row_kinds: Sequence[str], switched: Container[int], length: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Proximal terms, identity rows, and blocks of the welds of one body's slots, each (rows, 1):
+    equal x and y, then equal angle.
+
+    Parameters
+    ----------
+    row_kinds : sequence of str
+        By primitive a letter for each of its rows, "l" for lengths.
+    switched : container of int
+        Primitives that can be on or off.
+    length : float
+        Model length.
+    """
+    L = layout
+    weights, pad, blocks = (np.zeros((size * L.nodes, 1)) for size in (2, 2, 12))
+    pairs = zip(row_kinds, L.primitive_node, strict=True)
+    for e, (kinds, node) in enumerate(pairs):
+        for row in range(2):
+            if row < len(kinds) and e not in switched:
+                weights[2 * node + row] = 1.0 if kinds[row] == "l" else length**-2
+            else:
+                pad[2 * node + row] = 1.0
+    seen: set[tuple[int, int]] = set()
+    for node in np.setdiff1d(np.arange(L.nodes), L.primitive_node):
+        o = 12 * node
+        pair = (int(L.node_column[2 * node]), int(L.node_column[2 * node + 1]))
+        if pair not in seen:
+            seen.add(pair)
+            blocks[[o, o + 4]], blocks[[o + 6, o + 10]] = 1.0, -1.0
+        else:
+            blocks[o + 2], blocks[o + 8] = 1.0, -1.0
+            pad[2 * node + 1] = 1.0
+    return weights, pad, blocks
+
+
+# -- Points that the user gave by distance and angle -------------------------------------------
+
+
+def polar_points(mechanism: Mechanism) -> frozenset[str]:
+    """Dotted names of all points that the user gave by distance and angle."""
+    found: set[str] = set()
+    for body in (*mechanism.bodies, mechanism.ground):
+        found.update(f"{body.name}.{key}" for key, p in body.points.items() if isinstance(p, Polar))
+        if isinstance(body.cg, Polar):
+            found.add(f"{body.name}.cg")
+    for element in mechanism:
+        for key, marker in element.places().items():
+            if isinstance(marker.point, Polar):
+                found.add(place_name(f"{element.name}.{key}", marker.point))
+    return frozenset(found)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -307,7 +381,7 @@ class System:
 
     @property
     def page_rows(self) -> int:
-        """How many numbers are kept of an instant (`mbody.kernels.output`)."""
+        """How many numbers are kept of an instant (`mbody.kernels.layout`)."""
         L = self.layout
         return self.friction_rows.stop + L.owns + len(L.input_row)
 
@@ -475,3 +549,20 @@ class System:
         # handles belong to this process: the callables travel, the handles do not
         own = ("_registered", "_user_names", "_blanks", "closed_positions")
         return {key: value for key, value in self.__dict__.items() if key not in own}
+
+
+# -- A system with the numbers of another one --------------------------------------------------
+
+
+def with_numbers_of(system: System, values: Mapping[str, Any]) -> System:
+    """The system with other numbers, of those that it has; parameters first, so that what is made
+    of them follows, and is not fixed by hand.
+    """
+    for own in (system.mechanism.parameters, system.values):
+        changed = {
+            name: values[name]
+            for name in own
+            if name in values and (np.ndim(values[name]) or system.values.get(name) != values[name])
+        }
+        system = system.with_values(changed) if changed else system
+    return system

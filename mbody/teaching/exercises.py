@@ -13,20 +13,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbody.analysis.driven.kinematics import kinematics
-from mbody.analysis.driven.requests import analyse_at
+from mbody.analysis.driven.driven import analyse_at, kinematics
 from mbody.errors import ModelError, SolveError
 from mbody.files.writing import writing
 from mbody.model.study import Instants
 from mbody.reports.blocks import Block, Cells, Chapter, Grid, Items, Picture, ReportDocument, Text
 from mbody.reports.described import inputs
-from mbody.reports.markdown import markdown
 from mbody.reports.subject import Subject
+from mbody.reports.writers import markdown
 from mbody.sheets.text_table import number
 from mbody.teaching.derivation import Derivation, derivation
 from mbody.teaching.vector_loops import loops_of_instants
 from mbody.views.drawing import draw
-from mbody.views.picture_content import content_of
+from mbody.views.style import content_of
 
 if TYPE_CHECKING:
     from mbody.model.mechanism import Mechanism

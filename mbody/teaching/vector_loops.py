@@ -2,29 +2,264 @@
 
 from __future__ import annotations
 
+import cmath
 import functools
+import math
+import re
+import unicodedata
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from mbody.model.coupling import Coupling, CouplingTerm
 from mbody.model.driver import DistanceDriver
 from mbody.model.element import Marker
-from mbody.model.joints import Distance, Rolling
+from mbody.model.joints import Distance, Gear, RackPinion, Rolling
+from mbody.reports.writers import escaped
+from mbody.sheets.text_table import number
+from mbody.solution.checks import loaded
+from mbody.system.rank import jacobian
 
 if TYPE_CHECKING:
     from mbody.solution.solution import Solution
 
-__all__ = [
-    "LoopVector",
-    "VectorLoop",
-    "edges",
-    "loops_of_instants",
-    "relative_motion",
-    "vector_loops",
-]
+
+# -- Equations as lists of terms, each a product of symbols with values: one source of every
+#    form --------------------------------------------------------------------------------------
+
+#: An equation, or a part of it: pieces of text and LaTeX, between which a line may be broken.
+Line = list[tuple[str, str]]
+
+_GREEK = {"θ": r"\theta", "ω": r"\omega", "α": r"\alpha", "φ": r"\varphi", "ρ": r"\rho"}
+_DOTS = ("", "\N{COMBINING DOT ABOVE}", "\N{COMBINING DIAERESIS}")
+_ACCENTS = ("", r"\dot", r"\ddot")
+#: Names as of points, O2, and numbers of links with an axis, 32x.
+_SHORT = re.compile(r"[A-Za-z]\d?|(\d{1,2}|\(\d+,\d+\))[xy]?")
+
+
+@dataclass(frozen=True)
+class Symbol:
+    """A quantity with its value.
+
+    Attributes
+    ----------
+    letter : str
+        One letter, Latin or Greek.
+    index : tuple of str
+        Its parts; short ones are written together, as in F32x, others in brackets.
+    value : float
+        In the units of the mechanism, an angle in rad.
+    dots : int
+        How often it is differentiated by time.
+    """
+
+    letter: str
+    index: tuple[str, ...]
+    value: float
+    dots: int = 0
+
+    @property
+    def short(self) -> bool:
+        """Whether the parts of the index need no commas between them."""
+        return all(_SHORT.fullmatch(part) for part in self.index)
+
+    @property
+    def text(self) -> str:
+        """As plain text.
+
+        >>> Symbol("F", ("32x",), 1.0).text, Symbol("r", ("pin", "B"), 1.0, dots=1).text
+        ('F32x', 'ṙ(pin,B)')
+        """
+        letter = unicodedata.normalize("NFC", self.letter + _DOTS[self.dots])
+        if self.short:
+            return letter + "".join(self.index)
+        if self.index[0][0] in "0123456789(":
+            return letter + ",".join(self.index)
+        return f"{letter}({','.join(self.index)})"
+
+    @property
+    def rich(self) -> str:
+        """As words of a document write it, with an index.
+
+        >>> Symbol("F", ("32x",), 1.0).rich
+        'F_{32x}'
+        """
+        text = self.text
+        return f"{text[0]}_{{{text[1:]}}}"
+
+    @property
+    def latex(self) -> str:
+        r"""In LaTeX.
+
+        >>> print(Symbol("ω", ("3",), 1.0).latex, Symbol("r", ("a_1", "B"), 1.0, dots=2).latex)
+        \omega_{3} \ddot{r}_{\mathrm{a\_1},B}
+        """
+        letter = _GREEK.get(self.letter, self.letter)
+        if self.dots:
+            letter = f"{_ACCENTS[self.dots]}{{{letter}}}"
+        if not self.index:
+            return letter
+        parts = [
+            part if _SHORT.fullmatch(part) else rf"\mathrm{{{escaped(part)}}}"
+            for part in self.index
+        ]
+        return f"{letter}_{{{('' if self.short else ',').join(parts)}}}"
+
+
+@dataclass(frozen=True)
+class Factor:
+    """A symbol in a product: itself, its square, or a function of it.
+
+    Attributes
+    ----------
+    symbol : Symbol
+    function : str
+        "", "cos" or "sin", or "exp" of i times an angle.
+    power : int
+    """
+
+    symbol: Symbol
+    function: str = ""
+    power: int = 1
+
+    @property
+    def value(self) -> complex:
+        """The number; it is real but of "exp"."""
+        x = self.symbol.value
+        if self.function == "exp":
+            return cmath.exp(1j * x)
+        functions = {"": float, "cos": math.cos, "sin": math.sin}
+        return float(functions[self.function](x) ** self.power)
+
+    @property
+    def symbols(self) -> tuple[str, str]:
+        """Text and LaTeX in symbols."""
+        text, latex = self.symbol.text, self.symbol.latex
+        if self.function == "exp":
+            return f"e^(i {text})", rf"e^{{\mathrm{{i}}\,{latex}}}"
+        if self.function:
+            return f"{self.function} {text}", rf"\{self.function} {latex}"
+        return (f"{text}²", f"{latex}^2") if self.power == 2 else (text, latex)
+
+    @property
+    def numbers(self) -> tuple[str, str]:
+        """Text and LaTeX with the number; angles in degrees."""
+        if self.function:
+            degrees = round(math.degrees(self.symbol.value), 4) + 0.0
+            text = f"{degrees:.4f}".rstrip("0").rstrip(".")
+            return f"{self.function} {_bracketed(text)}°".replace(")°", "°)"), (
+                rf"\{self.function}({text}^\circ)"
+            )
+        text, latex = _bracketed(number(self.symbol.value)), _typeset(self.symbol.value)
+        return (f"{text}²", f"{latex}^2") if self.power == 2 else (text, latex)
+
+
+@dataclass(frozen=True)
+class Term:
+    """A signed product of factors.
+
+    Attributes
+    ----------
+    sign : int
+        1 or -1.
+    factors : sequence of Factor
+    times : int
+        A whole number before them.
+    """
+
+    sign: int
+    factors: Sequence[Factor]
+    times: int = 1
+
+    @property
+    def value(self) -> complex:
+        """Its number, real but of vectors."""
+        found: complex = math.prod((factor.value for factor in self.factors), start=self.times)
+        return self.sign * found
+
+    def piece(self, numbers: bool, first: bool) -> tuple[str, str]:
+        """Text and LaTeX, with the sign before it."""
+        parts = [factor.numbers if numbers else factor.symbols for factor in self.factors]
+        if self.times != 1:
+            parts.insert(0, (str(self.times), str(self.times)))
+        between = ("·", r" \cdot ") if numbers else (" ", r"\,")
+        text, latex = (sign.join(part[n] for part in parts) for n, sign in enumerate(between))
+        if first and self.sign > 0:
+            # a negative number that begins a line needs no brackets
+            return re.sub(r"^\((-[^)]*)\)", r"\1", text), re.sub(r"^\((-[^)]*)\)", r"\1", latex)
+        sign = "-" if self.sign < 0 else "+"
+        return (sign + text, sign + latex) if first else (f"{sign} {text}", f"{sign} {latex}")
+
+
+@dataclass(frozen=True)
+class Equation:
+    """Σ left = Σ right.
+
+    Attributes
+    ----------
+    name : str
+        What it is, such as "ΣFx".
+    left, right : sequences of Term
+        Without any of them 0 is written.
+    """
+
+    name: str
+    left: Sequence[Term]
+    right: Sequence[Term] = ()
+
+    @property
+    def residual(self) -> float:
+        """Left less right side, its magnitude where it is one of vectors."""
+        found = sum(t.value for t in self.left) - sum(t.value for t in self.right)
+        return abs(found)
+
+    @property
+    def size(self) -> float:
+        """Magnitude of the greatest term."""
+        return max((abs(t.value) for t in (*self.left, *self.right)), default=0.0)
+
+    def line(self, numbers: bool = False) -> Line:
+        """The equation in symbols, or with its numbers."""
+        return [*self._side(self.left, numbers), *_equals(self._side(self.right, numbers))]
+
+    def _side(self, terms: Sequence[Term], numbers: bool) -> Line:
+        return [t.piece(numbers, first=not n) for n, t in enumerate(terms)] or [("0", "0")]
+
+    @property
+    def symbols(self) -> Iterator[Symbol]:
+        """All symbols, in order."""
+        for t in (*self.left, *self.right):
+            for factor in t.factors:
+                yield factor.symbol
+
+
+def _equals(side: Line) -> Line:
+    (text, latex), *others = side
+    return [(f"= {text}", f"= {latex}"), *others]
+
+
+def vanishing(value: float, floor: float) -> float:
+    """The same, 0 for what is no more than `floor`, rounding beside others of its kind."""
+    return 0.0 if abs(value) <= floor else float(value)
+
+
+def _bracketed(text: str) -> str:
+    return f"({text})" if text.startswith("-") else text
+
+
+def _typeset(value: float) -> str:
+    r"""A number in LaTeX.
+
+    >>> print(_typeset(-1.5e-7))
+    (-1.5 \cdot 10^{-7})
+    """
+    text = number(value)
+    base, sign, power = text.partition("e")
+    return _bracketed(rf"{base} \cdot 10^{{{int(power)}}}" if sign else base)
+
 
 Array = np.ndarray
 
@@ -321,3 +556,339 @@ class _Walk:
 def joint_coordinates(joint: Any) -> tuple[str, ...]:
     """Names of the free coordinates of a joint; a driver has none."""
     return tuple(joint.coordinates) if joint.role == "joint" else ()
+
+
+# -- Equations of the loops: Σ r e^{iθ} = 0, its two lines, and their derivatives --------------
+
+
+@dataclass(frozen=True)
+class VectorSymbols:
+    """The symbols of a vector; derivatives that are zero by its kind are None.
+
+    Attributes
+    ----------
+    r, angle : Symbol
+    rate, second : Symbol or None
+        ω and α of what it turns with; None where that is the ground.
+    r_rate, r_second : Symbol or None
+        None where the length is constant.
+    """
+
+    r: Symbol
+    angle: Symbol
+    rate: Symbol | None
+    second: Symbol | None
+    r_rate: Symbol | None
+    r_second: Symbol | None
+
+
+@dataclass(frozen=True)
+class LoopEquations:
+    """All equations of one loop.
+
+    Attributes
+    ----------
+    loop : VectorLoop
+    vector : Equation
+        Σ r e^{iθ} = 0.
+    positions, velocities, accelerations : pairs of Equation
+        Along x and y.
+    """
+
+    loop: VectorLoop
+    vector: Equation
+    positions: tuple[Equation, Equation]
+    velocities: tuple[Equation, Equation]
+    accelerations: tuple[Equation, Equation]
+
+    @property
+    def every(self) -> tuple[Equation, ...]:
+        """The six scalar equations."""
+        return (*self.positions, *self.velocities, *self.accelerations)
+
+
+def vector_symbols(solution: Solution, vector: LoopVector, floor: float) -> VectorSymbols:
+    """The symbols of a vector with its numbers.
+
+    Parameters
+    ----------
+    solution : Solution
+    vector : LoopVector
+    floor : float
+        Rates (and accelerations) that are no more are rounding: 0.
+    """
+    links = ["ground", *(body.name for body in solution.mechanism.bodies)]
+    index, length = vector.index, solution.system.length
+    turns: tuple[str, ...] = index
+    if vector.body:
+        turns = (str(links.index(vector.body) + 1),)
+    # a body between the same joints as another one is told apart by its number
+    if vector.kind == "link" and len(index) > 2:
+        index = (*index[:2], *turns)
+    letter = "s" if vector.kind == "slide" else "r"
+    turning = vector.body != "ground"
+
+    def known(letter: str, index: tuple[str, ...], value: float, dots: int = 0) -> Symbol:
+        return Symbol(letter, index, vanishing(value, floor), dots)
+
+    rates = length * floor
+    return VectorSymbols(
+        r=Symbol(letter, index, vector.r),
+        angle=Symbol("θ", index, vector.angle),
+        rate=known("ω", turns, vector.rate) if turning else None,
+        second=known("α", turns, vector.second) if turning else None,
+        r_rate=Symbol(letter, index, vanishing(vector.r_rate, rates), 1) if vector.varies else None,
+        r_second=(
+            Symbol(letter, index, vanishing(vector.r_second, rates), 2) if vector.varies else None
+        ),
+    )
+
+
+def loop_equations(solution: Solution, loop: VectorLoop, floor: float = 0.0) -> LoopEquations:
+    """The equations of a loop in symbols with numbers.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> from mbody.teaching.vector_loops import vector_loops
+    >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5))
+    >>> found = loop_equations(run, vector_loops(run)[0])
+    >>> " ".join(text for text, _ in found.positions[0].line())
+    'rO2A cos θO2A + rAB cos θAB - rO4B cos θO4B - rO2O4 cos θO2O4 = 0'
+    >>> found.positions[0].residual < 1e-12
+    True
+    """
+    vectors = [(sign, vector_symbols(solution, one, floor)) for sign, one in loop.vectors]
+    whole = Equation(
+        "closure", [Term(s, [Factor(v.r), Factor(v.angle, "exp")]) for s, v in vectors]
+    )
+    positions, velocities, accelerations = (
+        (_equation("x", vectors, order, 0), _equation("y", vectors, order, 1)) for order in range(3)
+    )
+    return LoopEquations(loop, whole, positions, velocities, accelerations)
+
+
+def _equation(
+    name: str, vectors: list[tuple[int, VectorSymbols]], order: int, axis: int
+) -> Equation:
+    terms = [term for sign, one in vectors for term in _terms(sign, one, order, axis)]
+    return Equation(name, terms)
+
+
+def _terms(sign: int, one: VectorSymbols, order: int, axis: int) -> list[Term]:
+    """Parts of the derivative of that order of r e^{iθ} along x (0) or y (1)."""
+    # along e^{iθ}, and along i e^{iθ}
+    along = Factor(one.angle, ("cos", "sin")[axis])
+    across, turned = Factor(one.angle, ("sin", "cos")[axis]), (-1, 1)[axis]
+    r, rate, second = one.r, one.rate, one.second
+    if order == 0:
+        return [Term(sign, [Factor(r), along])]
+    found = []
+    if order == 1:
+        if one.r_rate:
+            found.append(Term(sign, [Factor(one.r_rate), along]))
+        if rate:
+            found.append(Term(sign * turned, [Factor(r), Factor(rate), across]))
+        return found
+    if one.r_second:
+        found.append(Term(sign, [Factor(one.r_second), along]))
+    if rate and second:
+        if one.r_rate:
+            found.append(Term(sign * turned, [Factor(one.r_rate), Factor(rate), across], 2))
+        found.append(Term(-sign, [Factor(r), Factor(rate, power=2), along]))
+        found.append(Term(sign * turned, [Factor(r), Factor(second), across]))
+    return found
+
+
+# -- Equations of rates of what vectors do not go through: teeth, wheels, cams, couplings ------
+
+#: A coefficient of a row that is no greater (of an angle: than this part of the model length) is 0.
+SMALL = 1e-12
+
+
+@dataclass(frozen=True)
+class Condition:
+    """The equations of rates, and of accelerations where they are written out, of one element.
+
+    Attributes
+    ----------
+    element : str
+    words : str
+        What it says.
+    equations : tuple of Equation
+    """
+
+    element: str
+    words: str
+    equations: tuple[Equation, ...]
+
+
+def conditions(solution: Solution, instant: int, floor: float) -> list[Condition]:
+    """One of every gear pair, rack, rolling wheel, cam, coupling and other joint that is no side of
+    a vector loop.
+
+    Parameters
+    ----------
+    solution : Solution
+        Of one design.
+    instant : int
+        Which of its instants.
+    floor : float
+        Rates that are no more are rounding: 0.
+    """
+    found = _Conditions(solution, instant, floor)
+    machine, through = solution.mechanism, {one.name for one in edges(solution)}
+    rest = []
+    for joint in machine.joints:
+        loose = solution.analysis == "simulate" and joint.can_separate
+        if isinstance(joint, (Gear, Rolling)) and not loose:
+            wheels = isinstance(joint, Gear) or joint.on_radius is not None
+            rest.append(found.wheels(joint) if wheels else found.line(joint))
+        elif isinstance(joint, RackPinion) and not loose:
+            rest.append(found.line(joint))
+        elif joint.name not in through and joint.rows and not loose:
+            rest.append(found.rows(joint))
+    rest += [found.rows(contact) for contact in machine.contacts if contact.closed]
+    return [one for one in [*rest, *map(found.coupling, machine.couplings)] if one.equations]
+
+
+class _Conditions:
+    def __init__(self, solution: Solution, instant: int, floor: float) -> None:
+        self.run, self.k, self.floor = solution, instant, floor
+        self.links = ["ground", *(body.name for body in solution.mechanism.bodies)]
+        self.at = solution.system.numbers
+
+    def _rate(self, body: str, order: int) -> Symbol:
+        """ω or α of a body."""
+        h = self.run[body]
+        value = float((h.omega, h.alpha)[order][self.k])
+        index = (str(self.links.index(body) + 1),)
+        return Symbol("ωα"[order], index, vanishing(value, self.floor))
+
+    def wheels(self, joint: Any) -> Condition:
+        """R_i (ω_i − ω_c) + R_j (ω_j − ω_c) = 0, ω_c of the line of centres."""
+        radii = [float(radius) for radius in joint.radii(self.at)]
+        way = relative_motion(self.run, joint.i, joint.j, self.k)
+        square = float(way.d @ way.d)
+        rate = float(way.d[0] * way.rate[1] - way.d[1] * way.rate[0]) / square
+        second = float(way.d[0] * way.second[1] - way.d[1] * way.second[0]) / square
+        second -= 2.0 * float(way.d @ way.rate) / square * rate
+        equations = []
+        for order, (name, value) in enumerate((("rates", rate), ("accelerations", second))):
+            line = Symbol("ωα"[order], (joint.name,), vanishing(value, self.floor))
+            terms = []
+            for body, radius in zip(joint.bodies, radii, strict=True):
+                index = (joint.name, str(self.links.index(body) + 1))
+                size = Factor(Symbol("ρ", index, radius))
+                if body != "ground":
+                    terms.append(Term(1, [size, Factor(self._rate(body, order))]))
+                terms.append(Term(-1, [size, Factor(line)]))
+            equations.append(Equation(name, terms))
+        words = (
+            f"Pitch circles of {joint.name} roll on each other; ρ are their radii, negative of a "
+            "wheel in a ring, and ω and α with its name those of the line of centres."
+        )
+        return Condition(joint.name, words, tuple(equations))
+
+    def line(self, joint: Any) -> Condition:
+        """ṡ + ρ (ω_j − ω_i) = 0, s along the line."""
+        radius = float(self.at[f"{joint.name}.radius"])
+        i, j = joint.bodies
+        size = Factor(Symbol("ρ", (joint.name,), radius))
+        _, *rates = self._travel(joint.i, joint.j, float(self.at.angle(joint, "i")))
+        equations = []
+        for order, name in enumerate(("rates", "accelerations")):
+            s = Symbol("s", (joint.name,), rates[order], order + 1)
+            terms = [Term(1, [Factor(s)])]
+            terms += [
+                Term(sign, [size, Factor(self._rate(body, order))])
+                for body, sign in ((j, 1), (i, -1))
+                if body != "ground"
+            ]
+            equations.append(Equation(name, terms))
+        words = f"The circle of {joint.name} with the radius ρ rolls on a line, along which s is."
+        return Condition(joint.name, words, tuple(equations))
+
+    def _travel(self, i: Any, j: Any, beta: float) -> tuple[float, float, float]:
+        """Of the place on j along the marker on i, and its derivatives."""
+        way = relative_motion(self.run, i, j, self.k)
+        h = self.run[i.body]
+        angle = float(h.angle[self.k]) + beta
+        w, alpha = float(h.omega[self.k]), float(h.alpha[self.k])
+        u = np.array([np.cos(angle), np.sin(angle)])
+        n = np.array([-u[1], u[0]])
+        rate = float(u @ way.rate + w * (n @ way.d))
+        second = float(
+            u @ way.second + 2.0 * w * (n @ way.rate) + alpha * (n @ way.d) - w * w * (u @ way.d)
+        )
+        floor = self.floor * self.run.system.length
+        return float(u @ way.d), vanishing(rate, floor), vanishing(second, floor)
+
+    def coupling(self, coupling: Coupling) -> Condition:
+        """Σ c ẋ = 0 and Σ c ẍ = 0."""
+        rates: list[Term] = []
+        seconds: list[Term] = []
+        for n, part in enumerate(coupling.parts):
+            factor = float(self.at[f"{coupling.name}.{n}.factor"])
+            c = Factor(Symbol("c", (coupling.name, str(n + 1)), factor))
+            if part.ends:
+                index = (coupling.name, str(n + 1))
+                for order, (terms, value) in enumerate(
+                    zip((rates, seconds), self._length(coupling, n, part), strict=True)
+                ):
+                    terms.append(Term(1, [c, Factor(Symbol("s", index, value, order + 1))]))
+                continue
+            i, j = part.bodies
+            for order, terms in enumerate((rates, seconds)):
+                terms += [
+                    Term(sign, [c, Factor(self._rate(body, order))])
+                    for body, sign in ((j, 1), (i, -1))
+                    if body != "ground"
+                ]
+        words = f"The coordinates of {coupling.name}, each times its factor c, have a constant sum."
+        equations = (Equation("rates", rates), Equation("accelerations", seconds))
+        return Condition(coupling.name, words, equations)
+
+    def _length(self, coupling: Coupling, n: int, part: CouplingTerm) -> tuple[float, float]:
+        """Rate and acceleration of a distance or a displacement."""
+        assert part.ends
+        if part.coordinate:
+            return self._travel(*part.ends, float(self.at.angle(coupling, f"{n}.i")))[1:]
+        way = relative_motion(self.run, *part.ends, self.k)
+        r = float(np.hypot(*way.d))
+        rate = float(way.d @ way.rate) / r
+        across = float(way.d[0] * way.rate[1] - way.d[1] * way.rate[0]) / r
+        second = float(way.d @ way.second) / r + across * across / r
+        floor = self.floor * self.run.system.length
+        return vanishing(rate, floor), vanishing(second, floor)
+
+    def rows(self, joint: Any) -> Condition:
+        """Σ J q̇ = 0 of its rows, the numbers J as the analysis has them at this position."""
+        system = self.run.system
+        G = jacobian(system, loaded(self.run, self.k))[1]
+        own = np.flatnonzero(np.isin(system.row_table[0], system.primitives_of[joint.name]))
+        equations = tuple(
+            Equation("rates", list(self._row(joint, G[row], n))) for n, row in enumerate(own, 1)
+        )
+        words = (
+            f"The rows of {joint.name} by rates: J are their derivatives by the coordinates of the "
+            "mass centres at this position."
+        )
+        return Condition(joint.name, words, equations)
+
+    def _row(self, joint: Any, row: np.ndarray, n: int) -> Iterator[Term]:
+        # the coordinate of a stop is of any bodies
+        for body in joint.bodies or self.links:
+            if body == "ground":
+                continue
+            h, b = self.run[body], self.run.system.bodies[body]
+            index, link = (joint.name, str(n)), str(self.links.index(body) + 1)
+            floor = self.floor * self.run.system.length
+            for axis, values in (("x", h.vx), ("y", h.vy)):
+                J = Symbol("J", (*index, link + axis), float(row[3 * b + "xy".index(axis)]))
+                v = Symbol("v", (link + axis,), vanishing(float(values[self.k]), floor))
+                if abs(J.value) > SMALL:
+                    yield Term(1, [Factor(J), Factor(v)])
+            J = Symbol("J", (*index, link), float(row[3 * b + 2]))
+            if abs(J.value) > SMALL * self.run.system.length:
+                yield Term(1, [Factor(J), Factor(self._rate(body, 0))])

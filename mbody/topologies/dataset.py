@@ -19,13 +19,12 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.driven.memory_limit import memory
+from mbody.analysis.driven.time_grid import memory
 from mbody.errors import ModelError
-from mbody.files.seal import OPEN_SEAL, seal, sealed
-from mbody.sweeps.cluster import connected, results
-from mbody.sweeps.whole_files import remove_abandoned, write_whole
-from mbody.topologies.arrays import linkage_arrays
-from mbody.topologies.canonical import canonical_order
+from mbody.files.arrays import OPEN_SEAL, seal, sealed
+from mbody.sweeps.run import connected, results
+from mbody.sweeps.store import remove_abandoned, write_whole
+from mbody.topologies.arrays import canonical_order, linkage_arrays
 from mbody.topologies.generator import ALIKE, GROUPS, check_groups, random_linkages, shape_of
 from mbody.topologies.many_linkages import linkages
 

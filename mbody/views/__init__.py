@@ -1,9 +1,9 @@
 """Pictures of results: mechanisms drawn as in textbooks, quantities plotted over the cycle."""
 
-from mbody.views.backend import save
 from mbody.views.drawing import draw
 from mbody.views.film import animate
 from mbody.views.page import view
 from mbody.views.plotting import plot
+from mbody.views.style import save
 
 __all__ = ["animate", "draw", "plot", "save", "view"]

@@ -11,7 +11,7 @@ import numpy as np
 
 from mbody.analysis.driven.free_body import FreeBody, Wrench
 from mbody.model.loads import Gravity
-from mbody.sheets.names import force_floor, forces_on
+from mbody.sheets.text_table import force_floor, forces_on
 from mbody.views.frame import rounded_number
 from mbody.views.labels import symbolic
 from mbody.views.style import DRIVE, FORCE, INK, LOAD

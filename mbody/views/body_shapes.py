@@ -8,19 +8,92 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbody.model.loads import Tyre
+from mbody.engineering.cam_limits import cam_contour
+from mbody.model.joints import CamFollower, Gear, Joint, PinSlot, Prismatic, RackPinion, Rolling
+from mbody.model.loads import PistonPressure, ReciprocatingCylinder, Tyre
 from mbody.model.touching_shapes import Disc, Line, Polygon, Ring, Segment, Shape
-from mbody.views.carriers import on
+from mbody.views.load_symbols import barrel, tyre_circle
+from mbody.views.pose import on
 from mbody.views.shapes import arc, direction, within
 from mbody.views.style import INK, PLATE, SOFT, WHEEL, Z
 
 if TYPE_CHECKING:
+    from mbody.model.coupling import Coupling
     from mbody.views.pose import Pose
     from mbody.views.sketch import Sketch
 
-__all__ = ["body_shapes", "covered", "hatched_circle", "outlines"]
+
+# -- Guides of sliding joints: the body with the guide, and its ends ---------------------------
 
 Array = np.ndarray
+
+
+def guide(joint: Prismatic | PinSlot) -> tuple[str, str, str]:
+    """The body that carries the guide, the field of its marker, and that of what slides.
+
+    It is body i, except for a prismatic joint whose body j is the ground.
+
+    >>> guide(Prismatic("slot", "block", "ground"))
+    ('ground', 'j', 'i')
+    """
+    if isinstance(joint, Prismatic) and joint.j.body == "ground":
+        return "ground", "j", "i"
+    return joint.i.body, "i", "j"
+
+
+def travel(sketch: Sketch, joint: Prismatic | PinSlot) -> tuple[Array, Array]:
+    """The ends of a guide: the range of the slider in this run, with a margin."""
+    pose = sketch.pose
+    _, rail, slides = guide(joint)
+    more = 2.1 * sketch.size("block") if isinstance(joint, Prismatic) else 2.2 * sketch.size("pin")
+    angle = pose.run[getattr(joint, rail).body].angle
+    angle = angle + float(pose.system.numbers.angle(joint, rail))
+    way = pose.track(joint, slides) - pose.track(joint, rail)
+    along = way[:, 0] * np.cos(angle) + way[:, 1] * np.sin(angle)
+    origin, u = pose.place(joint, rail), direction(pose.direction(joint, rail))
+    return origin + (along.min() - more) * u, origin + (along.max() + more) * u
+
+
+# -- Outlines of cams: the curve that touches a roller, an edge or a flat face -----------------
+
+#: Places of a turn at which an outline has a corner: every two degrees.
+CORNERS = 181
+
+
+def _radius(joint: CamFollower, pose: Pose) -> tuple[Array, Array, Array]:
+    """ψ over a turn, with the radius of the pitch curve, or the support function, and its slope."""
+    psi = np.linspace(0.0, math.tau, CORNERS)
+    R, slope, _ = np.broadcast_arrays(*joint.radius(pose.system.numbers, psi))
+    return psi, R, slope
+
+
+def outline(joint: CamFollower, pose: Pose) -> Array:
+    """Points (corners, 2) of the cam at this instant."""
+    psi = np.linspace(0.0, math.tau, CORNERS)
+    numbers, turned = pose.system.numbers, pose.angle(joint.i.body)
+    x, y = (cam_contour(joint, numbers, psi) - numbers.place(joint, "i")).T
+    c, s = math.cos(turned), math.sin(turned)
+    return pose.place(joint, "i") + np.column_stack([c * x - s * y, s * x + c * y])
+
+
+def base_circle(joint: CamFollower, pose: Pose) -> float:
+    """The radius of the base circle: as given, else the least radius of the profile."""
+    if joint.base_radius is not None:
+        return pose.number(joint, "base_radius")
+    return float(_radius(joint, pose)[1].min()) - pose.number(joint, "roller")
+
+
+def face(joint: CamFollower, pose: Pose, more: float) -> Array:
+    """The ends (2, 2) of a flat face: the range of the contact, with the marker's place."""
+    centre, angle = pose.place(joint, "i"), pose.direction(joint, "j")
+    u = np.array([math.cos(angle), math.sin(angle)])
+    n = np.array([-u[1], u[0]])
+    way = pose.place(joint, "j") - centre
+    offset = float(np.abs(_radius(joint, pose)[2]).max())
+    along = np.array([way @ u, (pose.reaction_point(joint) - centre) @ u, offset, -offset])
+    foot = centre + (way @ n) * n
+    return np.array([foot + (along.min() - more) * u, foot + (along.max() + more) * u])
+
 
 #: An endless line goes beyond what moves by this part of the way along it.
 BEYOND = 0.06
@@ -245,3 +318,64 @@ def _carried(pose: Pose, body: str, instants: slice) -> tuple[Array, Array]:
 
 def _centre(pose: Pose, body: str) -> Array:
     return np.zeros(2) if body == "ground" else pose.centre(body)
+
+
+# -- Circles of wheels and pulleys at one instant, and the rectangle that a mechanism takes ----
+
+
+def wheels(joint: Joint, pose: Pose) -> list[tuple[str, float]]:
+    """The circles of a joint: pitch circles, rollers, the circle around a cam.
+
+    Each is the field of the centre's marker, and the radius.
+    """
+    if isinstance(joint, CamFollower):
+        way = outline(joint, pose) - pose.place(joint, "i")
+        return [("i", float(np.hypot(*way.T).max())), ("j", pose.number(joint, "roller"))]
+    if isinstance(joint, Gear):
+        return [(side, pose.number(joint, f"radius_{side}")) for side in "ij"]
+    if isinstance(joint, RackPinion):
+        return [("j", pose.number(joint, "radius"))]
+    if isinstance(joint, Rolling):
+        found = [("j", pose.number(joint, "radius"))]
+        if joint.on_radius is not None:
+            found.append(("i", pose.number(joint, "on_radius")))
+        return found
+    return []
+
+
+def pulleys(coupling: Coupling, pose: Pose) -> dict[int, tuple[Array, float]]:
+    """Centres and radii of the bodies that a coupling turns, by the number of the term.
+
+    Among lengths the factor of an angle is a radius; otherwise the radius is 0.
+    """
+    found = {}
+    for n, term in enumerate(coupling.parts):
+        if not term.ends:
+            radius = abs(pose.number(coupling, f"{n}.factor")) if coupling.lengths else 0.0
+            found[n] = (pose.pivot(*term.bodies), radius)
+    return found
+
+
+def bounds(pose: Pose) -> Array:
+    """The corners (2, 2) of the rectangle around a mechanism with its wheels and cylinders."""
+    places = [node for nodes in pose.nodes.values() for node in nodes]
+    places += [pose.centre(body.name) for body in pose.mechanism.bodies]
+    circles = [
+        (pose.place(joint, field), radius)
+        for joint in pose.joints
+        for field, radius in wheels(joint, pose)
+    ]
+    corners, solid = outlines(pose)
+    places, circles = places + corners, circles + solid
+    for coupling in pose.mechanism.couplings:
+        circles += pulleys(coupling, pose).values()
+    circles += [tyre_circle(load, pose) for load in pose.mechanism.loads if isinstance(load, Tyre)]
+    for centre, radius in circles:
+        places += [centre - radius, centre + radius]
+    for load in pose.mechanism.loads:
+        if isinstance(load, (PistonPressure, ReciprocatingCylinder)):
+            own = barrel(load, pose, 0.0)
+            places += [own.head, own.mouth]
+    if not places:
+        places = [np.zeros(2)]
+    return np.array([np.min(places, axis=0), np.max(places, axis=0)])

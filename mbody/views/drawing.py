@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.analysis.driven.kinematics import kinematics
+from mbody.analysis.driven.driven import analyse_at, kinematics, kinetostatics
 from mbody.analysis.dynamics.simulate import simulate
-from mbody.errors import ModelError
+from mbody.analysis.initial.close_loops import close_loops
+from mbody.errors import ModelError, SolveError
 from mbody.model.mechanism import Mechanism
 from mbody.solution.checks import one_design
+from mbody.solution.histories import Record
 from mbody.solution.solution import Solution
 from mbody.system.system import System
-from mbody.views.backend import blank, styled
-from mbody.views.cycle import SMOOTH, times
-from mbody.views.first_position import first_position
-from mbody.views.frame import framed
+from mbody.views.frame import framed, in_strip
 from mbody.views.kinematic_picture import KinematicMarks, kinematic_picture
 from mbody.views.mechanism_sketch import (
     LoadedPose,
@@ -27,14 +27,61 @@ from mbody.views.mechanism_sketch import (
     sketch_mechanism,
     sketch_scale,
 )
+from mbody.views.motions import SMOOTH, times
 from mbody.views.pose import Pose
 from mbody.views.sketch import Sketch
-from mbody.views.strips import in_strip
+from mbody.views.style import blank, styled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["draw", "draw_cells", "draw_series"]
+    from mbody.analysis.assemblies.assembly_modes import AssemblyModes
+
+
+# -- The position at which a picture shows a model that has not been analysed ------------------
+
+
+def first_position(model: Mechanism | System, forces: bool = False) -> Solution:
+    """One instant of a model: the first that it asks for, else where its simulation begins, else of
+    its drivers at t = 0; without these at its guess.
+
+    Parameters
+    ----------
+    model : Mechanism or System
+    forces : bool
+        Whether forces are needed.
+
+    Raises
+    ------
+    ModelError, SolveError
+        As of the analysis.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> ball = mbody.gallery.load("bouncing_ball")
+    >>> float(first_position(ball)["ball"].y[0])
+    1.03
+    """
+    mechanism = model.mechanism if isinstance(model, System) else model
+    if not isinstance(mechanism, Mechanism):
+        raise ModelError(
+            f"a picture is of a mechanism or of what an analysis found, not of {model!r}"
+        )
+    if mechanism.ask is None and mechanism.simulation is not None:
+        return simulate(model, times=[0.0])
+    if not forces and not mechanism.drivers:
+        return close_loops(model)
+    verb = "kinetostatics" if forces else "kinematics"
+    try:
+        if isinstance(model, System):
+            return (kinetostatics if forces else kinematics)(model)
+        return analyse_at(mechanism, verb)
+    except SolveError:
+        if forces or mechanism.ask is not None:
+            raise
+        return close_loops(model)
+
 
 Array = np.ndarray
 
@@ -251,3 +298,43 @@ def _over_motion(run: Solution) -> Solution:
     if len(run) < SMOOTH and run.given is None:
         return kinematics(run.system, t=np.linspace(run.t[0], run.t[-1], SMOOTH))
     return run
+
+
+# -- All assembly modes of a mechanism beside each other, at one scale -------------------------
+
+#: Modes that a picture shows.
+MOST = 60
+
+
+def draw_assemblies(modes: AssemblyModes) -> Figure:
+    """A strip of all modes, each with its number and its name.
+
+    Raises
+    ------
+    ModelError
+        Where there is no mode; where matplotlib is not installed.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> figure = draw_assemblies(mbody.assembly_modes(mbody.makers.four_bar(1, 3, 2, 3.5)))
+    >>> len([axes for axes in figure.axes if axes.get_label() != "key"])
+    2
+    """
+    shown = list(modes)[:MOST]
+    if not shown:
+        raise ModelError(
+            f"'{modes.mechanism.name}' closes nowhere there: there is no assembly mode to draw"
+        )
+    drive = dict(modes.at) or None
+    runs = [kinematics(modes.mechanism, drive=drive, guess=mode) for mode in shown]
+    first = runs[0]
+    rows = np.concatenate([run.record.table(slice(None))[:1] for run in runs])
+    given = [run.given[:1] for run in runs if run.given is not None]
+    whole = dataclasses.replace(
+        first,
+        t=np.repeat(first.t[:1], len(runs)),
+        record=Record([np.ascontiguousarray(rows[:, :, None])], len(runs), batch=False),
+        given=np.concatenate(given) if given else None,
+    )
+    return draw_cells(whole, [f"{m.number} {m.name}{' (used)' if m.used else ''}" for m in shown])

@@ -14,11 +14,10 @@ import numpy as np
 from mbody.analysis.dynamics.progress import counted
 from mbody.errors import ModelError, brief
 from mbody.files.writing import writing
-from mbody.views.backend import styled
-from mbody.views.film_frames import FilmSet, lasting
-from mbody.views.film_svg import film_svg
+from mbody.views.film_frames import FilmSet, film_svg, lasting
 from mbody.views.page import runs_of, shown_names
 from mbody.views.page_data import SECONDS
+from mbody.views.style import styled
 
 __all__ = ["ENDINGS", "animate"]
 
@@ -144,7 +143,7 @@ def _positive(value: Any, name: str, unit: str) -> float:
 def _frames(
     film: FilmSet, count: int, progress: Callable[[int, int], None] | None
 ) -> Iterator[np.ndarray[Any, Any]]:
-    from mbody.views.film_raster import painted
+    from mbody.views.film_frames import painted
 
     for frame in range(count):
         yield painted(film, frame)

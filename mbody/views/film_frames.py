@@ -2,34 +2,30 @@
 
 from __future__ import annotations
 
+import functools
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from html import escape
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
-from mbody.sheets.names import force_names
-from mbody.solution.places import Place, moved
+from mbody.sheets.text_table import force_names
+from mbody.solution.histories import Place, moved
 from mbody.solution.solution import Solution
 from mbody.views.acting import notation
-from mbody.views.carriers import Carrier
 from mbody.views.frame import nice, rounded_number
-from mbody.views.friction_symbols import (
-    CONSTRUCTION,
-    contact_arrows,
-    line_of_action,
-    sense_history,
-)
-from mbody.views.labels import symbolic
+from mbody.views.friction_symbols import CONSTRUCTION, contact_arrows, line_of_action, sense_history
+from mbody.views.labels import drawable, extent, symbolic
 from mbody.views.load_symbols import forces_shown
-from mbody.views.page_data import coupler_points
-from mbody.views.pose import Pose
-from mbody.views.record import KeptShape
+from mbody.views.page_data import coupler_points, text_runs
+from mbody.views.pose import Carrier, Pose
 from mbody.views.scene import Scene, scene
-from mbody.views.style import FORCE, LOAD, SIZE
-
-__all__ = ["CENTRES", "FilmArrow", "FilmSet", "Stretch", "lasting"]
+from mbody.views.shapes import direction
+from mbody.views.sketch import KeptShape
+from mbody.views.style import FONTS, FORCE, INK, LOAD, MATHS, PAPER, SIZE, SOFT
 
 Array = np.ndarray
 
@@ -352,3 +348,574 @@ class FilmSet:
         length = nice(70.0 / self.scale)
         unit = self.main.run.mechanism.units.of("length")
         return length * self.scale, f"{rounded_number(length)} {unit}"
+
+
+# -- Names in the frames of a film: each where it covers least of arrows, pins, links, other
+#    names -------------------------------------------------------------------------------------
+
+#: Text beside a picture, in pixels a point of the paper.
+TEXT = 1.35
+#: Turns of a name about its point, the best first.
+TURNS = (0.0, 0.8, -0.8, 1.6, -1.6, 2.4, -2.4, math.pi)
+#: Costs: of a point of an arrow or a pin, of one of an outline, of another name as a whole, of
+#: another place than in the frame before, of a name that is cut off.
+ON_ARROW, ON_EDGE, ON_NAME, JUMP, CUT = 0.45, 0.15, 12.0, 0.5, 3.0
+#: Part of a name that others may cover before it is left out, and before it is shown again.
+COVERED, CLEAR = 0.25, 0.1
+#: Circles that no name should cover.
+SIGNS = ("pin:", "cg:")
+#: Points on such a circle, in parts of its radius.
+AROUND = np.array([(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)])
+#: Pixels between points on arrows and on outlines.
+STEP = 9.0
+
+
+@dataclass
+class FilmName:
+    """A name in all frames.
+
+    Attributes
+    ----------
+    text, color : str
+    italic : bool
+    size : float
+        Of its letters, in parts of those of the paper.
+    at : array (frames, 2)
+        Its middle in pixels, y up; NaN in frames where there is no room for it.
+    """
+
+    text: str
+    color: str
+    italic: bool
+    size: float
+    at: Array
+    half: Array
+    spot: int = -1
+
+
+@functools.lru_cache(maxsize=1)
+def film_names(film: FilmSet) -> list[FilmName]:
+    """The names of a film: pins, elements and links first, then forces."""
+    size, count = TEXT * min(film.point, 1.15), len(film.stretches[0])
+
+    def named(text: str, color: str, italic: bool) -> FilmName:
+        half = 0.5 * np.array(extent(text, round(SIZE["text"] * size, 3), italic)) + (2.0, 1.0)
+        return FilmName(text, color, italic, size, np.full((count, 2), np.nan), half)
+
+    labels = film.main.labels if "names" in film.show else []
+    names = [named(one.text, one.color or INK, one.italic) for one in labels]
+    arrows = [one for one in film.arrows if one.text]
+    forces = [named(one.text, one.color, False) for one in arrows]
+    for frame in range(count if names or forces else 0):
+        shown = list(film.labels(frame))
+        crowd = _Crowd(film, frame, [anchor for label, anchor, _ in shown if not label.turns])
+        for name, (label, anchor, way) in zip(names, shown, strict=True):
+            gap = label.gap * film.scale + 1.5 * film.point
+            crowd.put(name, frame, _spots(anchor, way, label.turns, gap, name.half))
+        for name, one in zip(forces, arrows, strict=True):
+            place, vector = film.pixels(one.place[frame]), one.vector[frame]
+            if np.hypot(*vector) > 2.5 and np.isfinite(place + vector).all():
+                crowd.put(name, frame, _by_arrow(place, vector, name.half))
+    return [*names, *forces]
+
+
+def _spots(anchor: Array, way: Array, turns: bool, gap: float, half: Array) -> Array:
+    """Places (n, 3) of a name: x, y and cost, the best first."""
+    found: list[tuple[float, float, float]] = []
+    if not way.any():
+        moves = ((0.0, 0.0), (0.0, 2.2), (0.0, -2.2), (1.4, 0.0), (-1.4, 0.0))
+        return np.array([(*(anchor + half * move), 0.5 * any(move)) for move in moves])
+    if turns:
+        along = np.array([way[1], -way[0]])
+        reach, slide = gap + float(half @ np.abs(way)), 2.0 * float(half @ np.abs(along))
+        for side in (1.0, -1.0):
+            for part in (0.0, 0.5, -0.5, 1.0, -1.0):
+                x, y = anchor + side * reach * way + part * slide * along
+                found.append((float(x), float(y), 0.6 * (side < 0.0) + 0.5 * abs(part)))
+        return np.array(found)
+    first = math.atan2(way[1], way[0])
+    for far in (0.0, 13.0):
+        for turn in TURNS:
+            u = direction(first + turn)
+            reach = gap + far + float(np.min(half / np.maximum(np.abs(u), 1e-9)))
+            x, y = anchor + reach * u
+            found.append((float(x), float(y), 0.6 * (1.0 - math.cos(turn)) + 0.8 * (far > 0.0)))
+    return np.array(found)
+
+
+def _by_arrow(place: Array, vector: Array, half: Array) -> Array:
+    """Places of the name of an arrow: at its tip, or beside its shaft."""
+    u = vector / np.hypot(*vector)
+    across = np.array([-u[1], u[0]])
+    reach, aside = float(np.min(half / np.maximum(np.abs(u), 1e-9))), float(half @ np.abs(across))
+    found = [(*(place + vector + (far + reach) * u), 0.7 * (far > 4.0)) for far in (4.0, 17.0)]
+    for far in (4.0, 15.0):
+        for part in (0.9, 0.55):
+            for side in (1.0, -1.0):
+                spot = place + part * vector + side * (far + aside) * across
+                found.append((*spot, (0.6 if far > 4.0 else 0.4) + 0.3 * (1.0 - part)))
+    return np.array(found)
+
+
+class _Crowd:
+    """What is in a frame already: arrows and pins, outlines of links, names."""
+
+    def __init__(self, film: FilmSet, frame: int, pins: Sequence[Array]) -> None:
+        self.size = np.array([film.width, film.height], dtype=float)
+        points = [np.reshape(pins, (-1, 2))]
+        for one in film.arrows:
+            place, vector = film.pixels(one.place[frame]), one.vector[frame]
+            if np.isfinite(place + vector).all():
+                points.append(_along(place, place + vector))
+        edges = [np.zeros((0, 2))]
+        for shape, outline in film.shapes(frame):
+            if shape.kind == "circle" and shape.look.name.startswith(SIGNS):
+                points.append(outline + shape.radius * film.scale * AROUND)
+            if shape.kind == "polygon" and shape.look.name.startswith("link:"):
+                ends = np.roll(outline, -1, axis=0)
+                edges += [_along(a, b) for a, b in zip(outline, ends, strict=True)]
+        self.points, self.edges = np.concatenate(points), np.concatenate(edges)
+        self.middles, self.halves = np.zeros((0, 2)), np.zeros((0, 2))
+
+    def put(self, name: FilmName, frame: int, spots: Array) -> None:
+        """Put a name at the place of least cost, or leave it out of the frame."""
+        at, half = spots[:, :2], name.half
+        cost = spots[:, 2] + JUMP * ((np.arange(len(spots)) != name.spot) & (name.spot >= 0))
+        cost = cost + CUT * ((at < half) | (at > self.size - half)).any(axis=1)
+        cost = cost + ON_ARROW * _inside(self.points, at, half)
+        cost = cost + ON_EDGE * _inside(self.edges, at, half)
+        low = np.maximum(at[:, None] - half, self.middles - self.halves)
+        high = np.minimum(at[:, None] + half, self.middles + self.halves)
+        areas = 4.0 * np.minimum(half.prod(), self.halves.prod(axis=1))
+        covered = (np.clip(high - low, 0.0, None).prod(axis=2) / areas).sum(axis=1)
+        best = int(np.argmin(np.round(cost + ON_NAME * covered, 6)))
+        was = frame == 0 or np.isfinite(name.at[frame - 1, 0])
+        name.spot = best
+        if covered[best] > (COVERED if was else CLEAR):
+            return
+        name.at[frame] = at[best]
+        self.middles = np.vstack([self.middles, at[best]])
+        self.halves = np.vstack([self.halves, half])
+
+
+def _along(a: Array, b: Array) -> Array:
+    """Points between two places, about a step apart."""
+    count = min(int(np.hypot(*(b - a)) / STEP), 60)
+    parts = (np.arange(count) + 0.5) / max(count, 1)
+    return np.asarray(a + parts[:, None] * (b - a))
+
+
+def _inside(points: Array, at: Array, half: Any) -> Array:
+    """How many points a name at each of these places covers."""
+    away = np.abs(points - at[:, None])
+    return np.asarray((away < half).all(axis=2).sum(axis=1))
+
+
+# -- Frames of a film as pixels, painted by the renderer that paints our pictures --------------
+
+
+def painted(film: FilmSet, frame: int) -> Array:
+    """One frame as an array (height, width, 3) of bytes."""
+    canvas = _Canvas(film.width, film.height)
+    for track in film.paths.values():
+        canvas.line(film.pixels(track), SOFT, 1.1 * film.point, (5.0, 3.5))
+    for n in range(len(film.scenes) - 1, -1, -1):
+        for shape, points in film.shapes(frame, n):
+            look, faded = shape.look, 0.3 if n else 1.0
+            width = look.width * film.point
+            dashes = () if look.dashes == "-" else tuple(d * width for d in look.dashes[1])
+            if shape.kind == "circle":
+                points = _circle(points[0], shape.radius * film.scale)
+            if look.halo:
+                canvas.line(points, PAPER, width + 2.4 * film.point, (), faded)
+            edge = "none" if not look.width else look.edge
+            closed = shape.kind != "line"
+            canvas.shape(
+                points, look.fill if closed else "none", edge, width, dashes, closed, faded
+            )
+    for one in film.arrows:
+        place, vector = film.pixels(one.place[frame]), one.vector[frame]
+        if np.hypot(*vector) > 2.5 and np.isfinite(vector).all():
+            canvas.shape(arrow_corners(place, vector, film.point), one.color, PAPER, 0.8, (), True)
+    for name in film_names(film):
+        if np.isfinite(name.at[frame, 0]):
+            canvas.text(name.text, name.at[frame], name.color, name.size, italic=name.italic)
+    top = film.height - MARGIN
+    canvas.text(
+        drawable_title(film.title()), (MARGIN, top), INK, 0.1 * film.title_size(), left=True
+    )
+    canvas.text(film.instant(frame), (MARGIN, top - 0.5 * ABOVE), SOFT, 1.4, left=True)
+    _scales(canvas, film)
+    return canvas.pixels()
+
+
+def drawable_title(text: str) -> str:
+    """A title without mathematics."""
+    return text.replace("$", r"\$")
+
+
+def _scales(canvas: _Canvas, film: FilmSet) -> None:
+    """Scales of lengths and arrows in the lower left corner."""
+    x, y = float(MARGIN), 20.0
+    length, text = film.scale_bar()
+    bar = [
+        (x, y + 4),
+        (x, y - 4),
+        (x, y),
+        (x + length, y),
+        (x + length, y + 4),
+        (x + length, y - 4),
+    ]
+    canvas.line(np.array(bar), SOFT, 1.3)
+    x = canvas.text(text, (x + length + 7.0, y), SOFT, 1.3, left=True) + 18.0
+    for long, text, color in film.scales:
+        corners = arrow_corners(np.array([x, y]), np.array([long, 0.0]), film.point)
+        canvas.shape(corners, color, color, 0.3, (), True)
+        x = canvas.text(text, (x + long + 7.0, y), color, 1.3, left=True) + 18.0
+
+
+def arrow_corners(place: Array, vector: Array, point: float) -> Array:
+    """The outline of an arrow from a place, in pixels."""
+    length = float(np.hypot(*vector))
+    u = vector / length
+    n = np.array([-u[1], u[0]])
+    head, half = min(8.0 * point, 0.6 * length), 0.85 * point
+    neck = length - head
+    parts = [(0, half), (neck, half), (neck, 0.4 * head), (length, 0.0)]
+    parts += [(a, -b) for a, b in reversed(parts[:3])]
+    return np.array([place + a * u + b * n for a, b in parts])
+
+
+def _circle(centre: Array, radius: float) -> Array:
+    angles = np.linspace(0.0, math.tau, max(24, min(180, int(radius))), endpoint=False)
+    return np.asarray(centre + radius * np.column_stack([np.cos(angles), np.sin(angles)]))
+
+
+@functools.lru_cache(maxsize=512)
+def _text(text: str, size: float, italic: bool = False) -> tuple[Any, tuple[float, float], Any]:
+    """The outline of a text, its width and height in pixels, and its corners."""
+    from matplotlib.font_manager import FontProperties
+    from matplotlib.textpath import TextPath
+
+    look: dict[str, Any] = {"style": "italic" if italic else "normal"}
+    font = FontProperties(family=FONTS, math_fontfamily=MATHS, **look)
+    path = TextPath((0, 0), drawable(text), size=SIZE["text"] * size, prop=font)
+    box = path.get_extents()
+    extent = (float(box.width), max(float(box.height), 0.7 * SIZE["text"] * size))
+    return path, extent, (float(box.x0), float(box.x1), float(box.y0), float(box.y1))
+
+
+class _Canvas:
+    """Paths on an array of bytes, y up."""
+
+    def __init__(self, width: int, height: int) -> None:
+        from matplotlib.backends.backend_agg import RendererAgg
+
+        made: Any = RendererAgg
+        self.renderer: Any = made(width, height, 72.0)
+        self.size = (width, height)
+        corners = np.array([(0, 0), (width, 0), (width, height), (0, height)], dtype=float)
+        self.shape(corners, PAPER, "none", 0.0, (), True)
+
+    def shape(
+        self,
+        points: Array,
+        fill: str,
+        edge: str,
+        width: float,
+        dashes: tuple[float, ...] = (),
+        closed: bool = False,
+        faded: float = 1.0,
+    ) -> None:
+        """An outline, filled or not."""
+        from matplotlib.path import Path
+
+        codes = None
+        points = np.asarray(points, dtype=float)
+        if closed:
+            points = np.vstack([points, points[:1]])
+            codes = [Path.MOVETO, *[Path.LINETO] * (len(points) - 2), Path.CLOSEPOLY]
+        self._draw(Path(points, codes), fill, edge, width, dashes, faded)
+
+    def line(
+        self,
+        points: Array,
+        color: str,
+        width: float,
+        dashes: tuple[float, ...] = (),
+        faded: float = 1.0,
+    ) -> None:
+        """A line; NaN interrupts it."""
+        self.shape(points, "none", color, width, dashes, False, faded)
+
+    def text(
+        self,
+        text: str,
+        at: Any,
+        color: str,
+        size: float,
+        *,
+        italic: bool = False,
+        left: bool = False,
+    ) -> float:
+        """A text about a place, or from it; returns its right end."""
+        from matplotlib.transforms import Affine2D
+
+        if not text.strip():
+            return float(at[0])
+        path, (wide, _), (x0, x1, y0, y1) = _text(text, round(size, 3), italic)
+        x = float(at[0]) - (x0 if left else 0.5 * (x0 + x1))
+        base = 0.5 * (y0 + y1) if not left else 0.32 * SIZE["text"] * size
+        y = float(at[1]) - base
+        move = Affine2D().translate(x, y)
+        self._draw(path, PAPER, PAPER, 3.0, (), 1.0, move)
+        self._draw(path, color, "none", 0.0, (), 1.0, move)
+        return float(at[0]) + (wide if left else 0.5 * wide)
+
+    def _draw(
+        self,
+        path: Any,
+        fill: str,
+        edge: str,
+        width: float,
+        dashes: tuple[float, ...],
+        faded: float,
+        move: Any = None,
+    ) -> None:
+        from matplotlib.colors import to_rgb
+        from matplotlib.transforms import IdentityTransform
+
+        gc = self.renderer.new_gc()
+        gc.set_linewidth(width if edge != "none" else 0.0)
+        if edge != "none":
+            gc.set_foreground(edge)
+        gc.set_alpha(faded)
+        gc.set_joinstyle("round")
+        gc.set_capstyle("round" if not dashes else "butt")
+        if dashes:
+            gc.set_dashes(0, list(dashes))
+        gc.set_antialiased(True)
+        face = None if fill == "none" else to_rgb(fill)
+        self.renderer.draw_path(gc, path, move or IdentityTransform(), face)
+        gc.restore()
+
+    def pixels(self) -> Array:
+        """The array (height, width, 3)."""
+        return np.asarray(self.renderer.buffer_rgba())[:, :, :3].copy()
+
+
+# -- A film as SVG, which browsers play without scripts (SMIL) ---------------------------------
+
+SERIF = "STIX Two Text, Cambria, Georgia, Times New Roman, serif"
+SANS = "system-ui, Segoe UI, Roboto, Arial, sans-serif"
+
+
+def film_svg(film: FilmSet, seconds: float) -> str:
+    """The text of the file.
+
+    Parameters
+    ----------
+    film : FilmSet
+    seconds : float
+        Of one round; it goes on without end.
+    """
+    wide, tall = film.width, film.height
+    title = escape(film.title())
+    parts = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {wide} {tall}" width="{wide}" '
+        f'height="{tall}" role="img" aria-label="{title}">',
+        f"<title>{title}</title>",
+        f'<rect width="{wide}" height="{tall}" fill="{PAPER}"/>',
+        _film_svg_text(film.title(), MARGIN, MARGIN + 6, INK, film.title_size(), "start", SANS),
+    ]
+    still = film.stretches[0]
+    count = len(still)
+    timing = f'dur="{seconds:.3f}s" repeatCount="indefinite"'
+    closed = not np.isclose(film.at[0][-1], len(film.main.run) - 1)
+    # the last frame of what closes on itself leads to the first
+    order = [*range(count), 0] if closed else list(range(count))
+    for track in film.paths.values():
+        line = _path(_down(film, film.pixels(track)), False)
+        look = f'stroke="{SOFT}" stroke-width="{1.1 * film.point:.2f}" stroke-dasharray="6 4"'
+        parts.append(f'<path d="{line}" fill="none" {look}/>')
+    for n in range(len(film.scenes) - 1, -1, -1):
+        parts.append(f'<g opacity="{0.3 if n else 1}" stroke-linejoin="round">')
+        parts += _shapes(film, n, order, timing)
+        parts.append("</g>")
+    for one in film.arrows:
+        parts += _arrow(film, one, order, timing)
+    for name in film_names(film):
+        parts.append(_name(film, name, order, timing))
+    parts += _film_svg_scales(film)
+    parts.append("</svg>\n")
+    return "\n".join(parts)
+
+
+def _down(film: FilmSet, pixels: Array) -> Array:
+    """Pixels with y down."""
+    return np.column_stack([pixels[..., 0], film.height - pixels[..., 1]])
+
+
+def _path(points: Array, closed: bool) -> str:
+    text, pen = "", False
+    for x, y in points.tolist():
+        if x != x:
+            pen = False
+            continue
+        text += f"{'L' if pen else 'M'}{x:.1f} {y:.1f}"
+        pen = True
+    return text + ("Z" if closed else "")
+
+
+def _look(film: FilmSet, shape: Any) -> str:
+    look = shape.look
+    width = look.width * film.point
+    fill = "none" if shape.kind == "line" else look.fill
+    found = f'fill="{fill}" stroke="{look.edge if look.width else "none"}"'
+    found += f' stroke-width="{width:.2f}" stroke-linecap="round"'
+    if look.dashes != "-":
+        found += f' stroke-dasharray="{" ".join(f"{d * width:.1f}" for d in look.dashes[1])}"'
+    return found
+
+
+def _shapes(film: FilmSet, n: int, order: list[int], timing: str) -> list[str]:
+    """Shapes in groups that follow their carriers; what stretches has an outline for each frame."""
+    scene, found = film.scenes[n], []
+    last: Any = None
+    for shape in scene.shapes:
+        if film.left_out(shape):
+            continue
+        carrier = shape.carrier
+        axes = film.carried[n][carrier]
+        if carrier.stretches:
+            if last is not None:
+                found.append("</g></g>")
+                last = None
+            lines = [
+                _path(
+                    _down(film, film.pixels(carrier.shown(shape.points, axes, k))),
+                    shape.kind == "polygon",
+                )
+                for k in order
+            ]
+            values = ";".join(lines)
+            found.append(
+                f'<path {_look(film, shape)}><animate attributeName="d" values="{values}" '
+                f"{timing}/></path>"
+            )
+            continue
+        if carrier != last:
+            if last is not None:
+                found.append("</g></g>")
+            found.append(_carried(film, axes, order, timing))
+            last = carrier
+        shown = ""
+        if shape.sense:
+            states = ";".join("visible" if film.there(shape, n)[k] else "hidden" for k in order)
+            shown = f'<animate attributeName="visibility" values="{states}" {timing}/>'
+        # in the axes of the carrier, y down
+        own = shape.points * (film.scale, -film.scale)
+        if shape.kind == "circle":
+            (x, y), r = own[0], shape.radius * film.scale
+            at = f'cx="{x:.2f}" cy="{y:.2f}" r="{r:.2f}"'
+            found.append(f"<circle {at} {_look(film, shape)}>{shown}</circle>")
+        else:
+            line = _path(own, shape.kind == "polygon")
+            found.append(f'<path d="{line}" {_look(film, shape)}>{shown}</path>')
+    if last is not None:
+        found.append("</g></g>")
+    return found
+
+
+def _carried(film: FilmSet, axes: tuple[Array, Array, Array], order: list[int], timing: str) -> str:
+    """The opening of a group that moves with a carrier."""
+    origin = _down(film, film.pixels(axes[0]))[order]
+    # angles go on without jumps, so that nothing turns back between two frames
+    angles = -np.degrees(np.unwrap(np.arctan2(axes[1][order, 1], axes[1][order, 0])))
+    if np.ptp(origin, axis=0).max() < 1e-6 and np.ptp(angles) < 1e-6:
+        (x, y), turn = origin[0], angles[0]
+        return f'<g transform="translate({x:.2f} {y:.2f})"><g transform="rotate({turn:.3f})">'
+    moves = ";".join(f"{x:.2f} {y:.2f}" for x, y in origin.tolist())
+    turns = ";".join(f"{a:.3f}" for a in angles.tolist())
+    transform = '<animateTransform attributeName="transform"'
+    return (
+        f'<g>{transform} type="translate" values="{moves}" {timing}/>'
+        f'<g>{transform} type="rotate" values="{turns}" {timing}/>'
+    )
+
+
+def _arrow(film: FilmSet, one: Any, order: list[int], timing: str) -> list[str]:
+    lines = []
+    for k in order:
+        place, vector = film.pixels(one.place[k]), one.vector[k]
+        long = float(np.hypot(*vector))
+        # an outline of as many corners in every frame, which a browser can move
+        vector = vector if np.isfinite(long) and long > 1e-3 else np.array([1e-3, 0.0])
+        corners = arrow_corners(place, vector, film.point)
+        lines.append(_path(_down(film, corners), True))
+    found = [
+        f'<path fill="{one.color}"><animate attributeName="d" values="{";".join(lines)}" '
+        f"{timing}/></path>"
+    ]
+    return found
+
+
+def _moving_text(
+    text: str, moves: str, color: str, size: int, italic: bool, timing: str, shown: str
+) -> str:
+    style = "italic" if italic else "normal"
+    return (
+        f'<g><animateTransform attributeName="transform" type="translate" values="{moves}" '
+        f'{timing}/>{shown}<text font-family="{SERIF}" font-size="{size}" font-style="{style}" '
+        f'fill="{color}" text-anchor="middle" stroke="{PAPER}" stroke-width="3" '
+        f'paint-order="stroke">{_runs(text)}</text></g>'
+    )
+
+
+def _runs(text: str) -> str:
+    return "".join(
+        f'<tspan font-size="10" dy="3">{escape(part)}</tspan><tspan dy="-3">\u200b</tspan>'
+        if how == "sub"
+        else f"<tspan>{escape(part)}</tspan>"
+        for part, how in text_runs(text)
+    )
+
+
+def _name(film: FilmSet, name: FilmName, order: list[int], timing: str) -> str:
+    """A name that moves; in frames without room for it, it is hidden where it was."""
+    there = np.isfinite(name.at[:, 0])
+    if not there.any():
+        return ""
+    near = np.flatnonzero(there)
+    at = name.at[near[np.clip(np.searchsorted(near, order, "right") - 1, 0, None)]]
+    moves = ";".join(f"{x:.1f} {film.height - y + 4.5:.1f}" for x, y in at.tolist())
+    italic = name.italic or name.text.startswith("$")
+    shown = ""
+    if not there.all():
+        states = ";".join("visible" if there[k] else "hidden" for k in order)
+        shown = f'<animate attributeName="visibility" values="{states}" {timing}/>'
+    return _moving_text(name.text, moves, name.color, 14, italic, timing, shown)
+
+
+def _film_svg_text(
+    text: str, x: float, y: float, color: str, size: float, anchor: str, family: str
+) -> str:
+    return (
+        f'<text x="{x:.1f}" y="{y:.1f}" fill="{color}" font-size="{size:.3g}" '
+        f'text-anchor="{anchor}" font-family="{family}">{escape(text)}</text>'
+    )
+
+
+def _film_svg_scales(film: FilmSet) -> list[str]:
+    x, y = float(MARGIN), film.height - 20.0
+    length, text = film.scale_bar()
+    bar = f"M{x} {y - 4}V{y + 4}M{x} {y}H{x + length:.1f}M{x + length:.1f} {y - 4}V{y + 4}"
+    found = [f'<path d="{bar}" fill="none" stroke="{SOFT}" stroke-width="1.3"/>']
+    found.append(_film_svg_text(text, x + length + 7, y + 4, SOFT, 13, "start", SANS))
+    x += length + 7 + 8.0 * len(text) + 16
+    for long, words, color in film.scales:
+        corners = arrow_corners(np.array([x, 20.0]), np.array([long, 0.0]), film.point)
+        found.append(f'<path d="{_path(_down(film, corners), True)}" fill="{color}"/>')
+        found.append(_film_svg_text(words, x + long + 7, y + 4, color, 13, "start", SANS))
+        x += long + 7 + 8.0 * len(words) + 16
+    return found

@@ -4,26 +4,244 @@ from __future__ import annotations
 
 import math
 import textwrap
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mbody.model.driver import AngleDriver
 from mbody.model.loads import Gravity
-from mbody.views.labels import Label
-from mbody.views.mode_bars import MODES
-from mbody.views.mode_marks import mark
-from mbody.views.style import FORCE, INK, LOAD, SIZE, SOFT, Z
+from mbody.sheets.text_table import cut
+from mbody.views.labels import Label, extent
+from mbody.views.pose import heading
+from mbody.views.shapes import box
+from mbody.views.style import DRIVE, FORCE, INK, LOAD, PAPER, SIZE, SOFT, Z
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from mbody.solution.solution import Solution
     from mbody.views.pose import Pose
     from mbody.views.sketch import Sketch
 
-__all__ = ["captions", "framed", "key_row", "nice", "rounded_number"]
+
+# -- Marks of modes: what sticks, slides, rolls or is open, told apart without colours ---------
 
 Array = np.ndarray
+
+
+def mark(sketch: Sketch, place: Array, mode: str, normal: Array, name: str) -> None:
+    """The mark of a mode at a place, with the normal on j: a filled square sticks, an open circle
+    slides, with the way of j beside it, a ring with a dot rolls, a dashed circle is open.
+    """
+    size, z = sketch.size("pin"), Z["pin"] + 0.3
+    if mode == "open":
+        dashes = (0, (2.0, 1.6))
+        sketch.disc(place, 0.8 * size, "none", SOFT, 0.9, z, name=name, dashes=dashes, weight=0.3)
+    elif mode == "stick":
+        corners = box(place, 0.78 * size, 0.78 * size, heading(normal))
+        sketch.shape(corners, INK, PAPER, 0.7, z, name=name)
+    elif mode == "roll":
+        sketch.disc(place, 0.95 * size, PAPER, INK, 1.1, z, name=name)
+        sketch.disc(place, 0.4 * size, INK, INK, 0.3, z + 0.01, name=name, weight=0.0)
+    else:
+        sketch.disc(place, 0.8 * size, PAPER, INK, 1.1, z, name=name)
+        _sliding(sketch, place, normal, 1.0 if mode == "slip+" else -1.0, name)
+
+
+def _sliding(sketch: Sketch, place: Array, normal: Array, sense: float, name: str) -> None:
+    """A half arrow beside the mark, on the side of j, the way that j slides over i."""
+    size = sketch.size("pin")
+    u = sense * np.array([normal[1], -normal[0]])
+    tail = place + 1.5 * size * normal - 1.6 * size * u
+    tip = tail + 3.4 * size * u
+    barb = tip - 1.3 * size * u + 0.85 * size * normal
+    sketch.line([tail, tip, barb], 0.9, INK, Z["pin"] + 0.3, name=name, weight=0.4)
+
+
+# -- Bars of modes below a plot: what is open, sticks, slides or rolls, and when that changes --
+
+#: What has more modes than this shows those that change most often.
+MOST = 16
+#: Inches from bar to bar, and the part of it that the bar fills.
+BAR, FILLED = 0.21, 0.72
+#: Letters of a name beside its bar.
+LETTERS = 13
+#: Nearer than this part of the axis two marks of events are one.
+APART = 0.004
+
+#: Words, fill, edge and hatching of each mode, in the order of the key; the hatching distinguishes
+#: them without colours.
+MODES: dict[str, tuple[str, str, str, str]] = {
+    "open": ("open", PAPER, SOFT, ""),
+    "stick": ("sticks", "#5b6875", INK, ""),
+    "roll": ("rolls", "#a9d5c8", DRIVE, "ooo"),
+    "slip+": ("slides +", "#cfe3f1", FORCE, "////"),
+    "slip-": ("slides −", "#f7dcc6", LOAD, "\\\\\\\\"),
+}
+
+
+@dataclass(frozen=True)
+class ModeSpan:
+    """From where to where on the axis a mode lasts."""
+
+    low: float
+    high: float
+    mode: str
+
+
+@dataclass(frozen=True)
+class ModeRow:
+    """The modes of a contact or a rough joint over the axis.
+
+    Attributes
+    ----------
+    name : str
+    spans : tuple of ModeSpan
+        Without gaps, from the first instant to the last.
+    impacts : tuple of float
+        Where it was struck.
+    """
+
+    name: str
+    spans: tuple[ModeSpan, ...]
+    impacts: tuple[float, ...] = ()
+
+
+def mode_rows(run: Solution, x: Array | None = None) -> tuple[list[ModeRow], int]:
+    """The modes of every contact and rough joint of a result, and how many are left out.
+
+    A mode begins at the event that was located between two instants, else half way between them.
+
+    Parameters
+    ----------
+    run : Solution
+        Of one design, with several instants.
+    x : array (instants,), optional
+        The axis, which grows or falls; by default time.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> machine = mbody.Mechanism("wheel")
+    >>> machine.add(
+    ...     mbody.Body("wheel", mass=2.0, cg=(0.1, 0.0)),
+    ...     mbody.Revolute("O", "ground", "wheel", friction=0.1, pin_radius=0.01),
+    ...     mbody.AngleDriver("motor", "wheel", mbody.laws.ConstantSpeed(0.0, 10.0)),
+    ... )
+    >>> [row.spans for row in mode_rows(mbody.kinetostatics(machine, t=[0.0, 1.0]))[0]]
+    [(ModeSpan(low=0.0, high=1.0, mode='slip+'),)]
+    """
+    places = np.asarray(run.t if x is None else x, dtype=float)
+    names = [] if run.analysis == "statics" else list(run.modes or run.losses)
+    rows = [_row(run, name, places) for name in names]
+    if len(rows) <= MOST:
+        return rows, 0
+    shown = sorted(range(len(rows)), key=lambda n: -len(rows[n].spans))[:MOST]
+    return [rows[n] for n in sorted(shown)], len(rows) - MOST
+
+
+def _row(run: Solution, name: str, x: Array) -> ModeRow:
+    own = [event for event in run.events if event.contact == name]
+    times = np.array(sorted(event.t for event in own))
+    words, t = run.mode(name), run.t
+    ends, modes = [float(x[0])], [words[0]]
+    for k in range(len(words) - 1):
+        if words[k + 1] == words[k]:
+            continue
+        between = times[(times >= t[k]) & (times <= t[k + 1])]
+        part = (between[-1] - t[k]) / (t[k + 1] - t[k]) if between.size and t[k + 1] > t[k] else 0.5
+        ends.append(float(x[k] + part * (x[k + 1] - x[k])))
+        modes.append(words[k + 1])
+    ends.append(float(x[-1]))
+    pairs = zip(ends[:-1], ends[1:], modes, strict=True)
+    spans = tuple(ModeSpan(low, high, mode) for low, high, mode in pairs)
+    struck = [event.t for event in own if event.name in ("impact", "rest") and event.t <= t[-1]]
+    return ModeRow(name, spans, tuple(float(v) for v in np.interp(struck, t, x)))
+
+
+def mode_bars(axes: Axes, rows: Sequence[ModeRow], left_out: int = 0) -> None:
+    """Draw bars from top to bottom, with the names beside them and a tick at every impact.
+
+    Axes of a figure in the style of our pictures; its x axis is that of the panels above.
+    """
+    from matplotlib.patches import Rectangle
+
+    axes.set_ylim(len(rows), 0.0)
+    for n, row in enumerate(rows):
+        for k, span in enumerate(row.spans):
+            _, fill, edge, hatch = MODES[span.mode]
+            low, high = sorted((span.low, span.high))
+            look: dict[str, Any] = {"fc": fill, "ec": edge, "lw": 0.7, "hatch": hatch}
+            if span.mode == "open":
+                look |= {"ls": (0, (3, 2))}
+            bar = Rectangle((low, n + 0.5 * (1.0 - FILLED)), high - low, FILLED, zorder=2.0, **look)
+            bar.set_gid(f"mode:{row.name}:{k}:{span.mode}")
+            axes.add_patch(bar)
+        _impacts(axes, row, n)
+    axes.set_yticks([n + 0.5 for n in range(len(rows))])
+    axes.set_yticklabels([cut(row.name, LETTERS).replace("$", r"\$") for row in rows])
+    axes.tick_params(axis="y", length=0.0, labelcolor=INK, pad=3.0)
+    for side in ("top", "right", "left"):
+        axes.spines[side].set_visible(False)
+    axes.spines["bottom"].set_color(SOFT)
+    if left_out:
+        text = f"and {left_out} more, which change less often"
+        look = {"size": 0.85 * SIZE["text"], "color": SOFT, "ha": "right", "va": "bottom"}
+        axes.text(1.0, 1.02, text, transform=axes.transAxes, **look)
+
+
+def _impacts(axes: Axes, row: ModeRow, n: int) -> None:
+    """A triangle above the bar at every impact; those without number are some."""
+    if not row.impacts:
+        return
+    ends = [row.spans[0].low, row.spans[-1].high]
+    near = APART * abs(ends[1] - ends[0])
+    shown: list[float] = []
+    for x in sorted(row.impacts):
+        if not shown or x - shown[-1] >= near:
+            shown.append(x)
+    axes.plot(
+        shown,
+        [n + 0.12] * len(shown),
+        ls="none",
+        marker="v",
+        ms=3.6,
+        mfc=INK,
+        mec=PAPER,
+        mew=0.4,
+        zorder=4.0,
+        clip_on=False,
+        gid=f"impacts:{row.name}",
+    )
+
+
+def mode_key(axes: Axes, rows: Sequence[ModeRow], wide: float) -> None:
+    """The key of the bars in axes of their own without a frame, `wide` inches; only of what is
+    there.
+    """
+    from matplotlib.patches import Rectangle
+
+    axes.set_axis_off()
+    axes.set_xlim(0.0, wide)
+    axes.set_ylim(0.0, 1.0)
+    there = {span.mode for row in rows for span in row.spans}
+    x, size = 0.0, 0.9 * SIZE["text"]
+    text: dict[str, Any] = {"size": size, "color": INK, "va": "center_baseline"}
+    for mode, (words, fill, edge, hatch) in MODES.items():
+        if mode not in there:
+            continue
+        dashes: Any = (0, (3, 2)) if mode == "open" else "-"
+        look: dict[str, Any] = {"fc": fill, "ec": edge, "lw": 0.7, "hatch": hatch, "ls": dashes}
+        axes.add_patch(Rectangle((x, 0.15), 0.28, 0.7, gid=f"key:{mode}", **look))
+        axes.text(x + 0.34, 0.5, words, **text)
+        x += 0.34 + extent(words, size)[0] / 72.0 + 0.2
+    if any(row.impacts for row in rows):
+        axes.plot([x + 0.06], [0.5], ls="none", marker="v", ms=4.2, color=INK, gid="key:impact")
+        axes.text(x + 0.16, 0.5, "impact", **text)
+
 
 #: Modes that have one word in the key of a picture, where the mark has the way.
 SLIDES = ("slip+", "slip-")
@@ -190,3 +408,58 @@ def _key_text(sketch: Sketch, x: float, y: float, text: str, color: str) -> floa
     label = Label(text, [], size=0.9 * SIZE["text"], color=color)
     sketch.text((x, y), label, ha="left", va="center_baseline")
     return x + sketch.wide(text, label.size)
+
+
+# -- Several instants beside each other, in cells of one size and one scale --------------------
+
+#: Points: the width of a page of cells, gaps, the height of a caption.
+PAGE, GAP, CAPTION = 760.0, 18.0, 18.0
+
+
+def in_strip(
+    figure: Figure,
+    sketches: Sequence[Sketch],
+    arrows: tuple[float, float, str] | None,
+    texts: Sequence[str] = (),
+) -> None:
+    """Lay out drawings that are finished.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+    sketches : list of Sketch
+        Each on axes of its own, all of one scale.
+    arrows : (length of a unit of force, greatest force, colour), optional
+        As of `framed`.
+    texts : sequence of str, optional
+        Captions; by default their instants.
+    """
+    first, unit = sketches[0], sketches[0].unit
+    low = np.min([sketch.low for sketch in sketches], axis=0)
+    high = np.max([sketch.high for sketch in sketches], axis=0)
+    wide, tall = (high - low) / unit
+    columns = max(1, min(len(sketches), int((PAGE + GAP) // (wide + GAP))))
+    rows = math.ceil(len(sketches) / columns)
+    margin, head, foot = SIZE["margin"], 1.6 * SIZE["title"] + 8.0, 30.0
+    whole = columns * wide + (columns - 1) * GAP + 2.0 * margin
+    height = rows * (tall + CAPTION) + (rows - 1) * GAP + head + foot + 2.0 * margin
+    title = captions(first)
+    whole = max(whole, 2.0 * margin + first.wide(title[0], SIZE["title"]) / unit, 340.0)
+    figure.set_size_inches(whole / 72.0, height / 72.0)
+    look: dict[str, Any] = {"ha": "left", "va": "baseline"}
+    y = height - margin - SIZE["title"]
+    figure.text(margin / whole, y / height, title[0], size=SIZE["title"], color=INK, **look)
+    for n, sketch in enumerate(sketches):
+        row, column = divmod(n, columns)
+        x = margin + column * (wide + GAP)
+        y = height - margin - head - row * (tall + CAPTION + GAP) - CAPTION
+        text = texts[n] if texts else captions(sketch)[1]
+        figure.text(x / whole, (y + 5.0) / height, text, size=SIZE["text"], color=SOFT, **look)
+        sketch.axes.set_position((x / whole, (y - tall) / height, wide / whole, tall / height))
+        sketch.axes.set_xlim(low[0], high[0])
+        sketch.axes.set_ylim(low[1], high[1])
+    key = figure.add_axes((margin / whole, 0.0, 1.0 - margin / whole, foot / height), label="key")
+    key.set_axis_off()
+    key.set_xlim(0.0, (whole - margin) * unit)
+    key.set_ylim(0.0, foot * unit)
+    key_row(first, key, 0.4 * foot * unit, wide * unit, arrows)

@@ -10,15 +10,12 @@ import numpy as np
 
 from mbody.model.contact import Rope
 from mbody.model.joints import Joint, Prismatic, Revolute
+from mbody.solution.histories import place as end_place
 from mbody.solution.measures import measured
-from mbody.solution.places import place as end_place
 from mbody.solution.touch_places import TouchPlace, touches_at, touches_of
-from mbody.views.carriers import Carrier, between, on
-from mbody.views.frame import nice
+from mbody.views.frame import MODES, mark, nice
 from mbody.views.labels import symbolic
-from mbody.views.mode_bars import MODES
-from mbody.views.mode_marks import mark
-from mbody.views.pose import heading
+from mbody.views.pose import Carrier, between, heading, on
 from mbody.views.shapes import arc, direction
 from mbody.views.style import FORCE, INK, SOFT, Z
 

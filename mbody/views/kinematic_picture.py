@@ -4,6 +4,8 @@ velocities and accelerations beside the mechanism.
 
 from __future__ import annotations
 
+import itertools
+import math
 import re
 import textwrap
 from collections.abc import Sequence
@@ -12,27 +14,615 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.engineering.instant_centres import instant_centres
-from mbody.engineering.motion_polygons import acceleration_polygon, velocity_polygon
-from mbody.views.backend import blank, styled
-from mbody.views.bounds import bounds
-from mbody.views.curvature_marks import mark_centrodes, mark_curvature, mark_inflection
-from mbody.views.frame import captions, key_row
-from mbody.views.image_polygon import draw_polygon
+from mbody.engineering.instant_centres import centrodes, instant_centres, kennedy_lines
+from mbody.engineering.motion_polygons import MotionPolygon, acceleration_polygon, velocity_polygon
+from mbody.engineering.path_curvature import inflection_circle, path_curvature
+from mbody.model.joints import PinSlot, Prismatic
+from mbody.views.body_shapes import bounds, guide
+from mbody.views.frame import captions, key_row, nice, rounded_number
+from mbody.views.labels import Label, symbolic, together
 from mbody.views.mechanism_sketch import Shown, sketch_mechanism, sketch_scale
-from mbody.views.pole_marks import PolesShown, shown_poles
 from mbody.views.pose import Pose
+from mbody.views.shapes import direction, hull
 from mbody.views.sketch import Sketch
-from mbody.views.style import INK, SIZE, SOFT, Z
+from mbody.views.style import (
+    DRIVE,
+    FORCE,
+    INK,
+    LOAD,
+    PAPER,
+    PLATE,
+    POLE,
+    SIZE,
+    SOFT,
+    Z,
+    blank,
+    styled,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from mbody.engineering.instant_centres import InstantCentre, InstantCentres
     from mbody.solution.solution import Solution
 
-__all__ = ["KinematicMarks", "kinematic_picture"]
+
+# -- Instant centres in a drawing: marks, symbols, and the lines of Aronhold and Kennedy -------
 
 Array = np.ndarray
+
+#: How far from the mechanism a centre is drawn, as a part of its diagonal.
+AWAY = 0.75
+#: With more centres than this only those that a joint or the ground has are drawn and have lines.
+MANY = 15
+#: With more places than this they have no symbols: these would cover each other.
+NAMED = 50
+#: Centres at infinity, and such as are none, that are said below a picture.
+SAID = 6
+#: Length of the arrow to a centre at infinity [points].
+ARROW = 34.0
+
+
+def book_symbol(text: str) -> str:
+    """The symbol of a centre as in books.
+
+    >>> book_symbol("I13")
+    '$I_{13}$'
+    """
+    return f"${text[0]}_{{{text[1:]}}}$"
+
+
+@dataclass(frozen=True)
+class PolesShown:
+    """Which centres of an instant are drawn.
+
+    Attributes
+    ----------
+    centres : InstantCentres
+    near : list of list of InstantCentre
+        Those within the picture, the ones at one point together.
+    words : list of str
+        What is said of those that are not.
+    """
+
+    centres: InstantCentres
+    pose: Pose
+    near: list[list[InstantCentre]]
+    words: list[str]
+
+    @property
+    def places(self) -> list[Array]:
+        """One of each group."""
+        return [self.place(group[0]) for group in self.near]
+
+    def place(self, one: InstantCentre) -> Array:
+        """Where a centre is."""
+        return np.array([one.x[self.pose.k], one.y[self.pose.k]])
+
+    def mark(self, sketch: Sketch) -> None:
+        """Draw the lines below, the centres and their symbols above."""
+        self._lines(sketch)
+        for group in self.near:
+            place = self.place(group[0])
+            kept = [one for one in group if one.permanence != "instantaneous"]
+            names = sorted((self.centres.symbol(one) for one in group), key=_number)
+            text = ", ".join(book_symbol(name) for name in names)
+            gid = f"pole:{names[0]}"
+            if kept:
+                sketch.disc(
+                    place, 0.34 * sketch.size("pin"), POLE, POLE, 0.5, Z["pin"] + 0.2, name=gid
+                )
+            else:
+                radius = max(0.62 * sketch.size("pin"), 2.0 * sketch.unit)
+                sketch.disc(place, radius, POLE, PAPER, 0.9, Z["pin"] + 0.2, name=gid)
+            if len(self.near) > NAMED:
+                continue
+            away = place - sketch.pose.middle
+            wanted = (
+                math.atan2(away[1], away[0]) if np.hypot(*away) > sketch.unit else 0.5 * math.pi
+            )
+            gap = (1.0 if kept else 0.7) * sketch.size("pin") + 3.0 * sketch.unit
+            label = sketch.label(
+                text, place, wanted, gap, turn=0.6, color=POLE, name=f"label:{gid}"
+            )
+            label.italic = False
+
+    def _lines(self, sketch: Sketch) -> None:
+        """Through each constructed centre the lines on which it is found."""
+        near = {one.bodies for group in self.near for one in group}
+        thin = len(self.centres) > MANY
+        drawn: list[tuple[Array, Array]] = []
+        for line in kennedy_lines(self.centres, sketch.pose.mechanism, self.pose.k):
+            if line.pair not in near or (thin and "ground" not in line.pair):
+                continue
+            ends = self._ends(line.pair, line.through, near, sketch)
+            if ends is not None:
+                _join(drawn, ends, sketch.unit)
+        for n, ends in enumerate(drawn):
+            dashes = (0, (7, 3))
+            sketch.line(
+                ends,
+                0.75,
+                POLE,
+                Z["path"] + 0.05,
+                dashes=dashes,
+                weight=0.35,
+                name=f"kennedy:{n + 1}",
+            )
+
+    def _ends(
+        self,
+        pair: tuple[str, str],
+        through: tuple[tuple[str, str], tuple[str, str]],
+        near: set[tuple[str, str]],
+        sketch: Sketch,
+    ) -> tuple[Array, Array] | None:
+        """The part of a line between centres that are drawn, a little longer."""
+        k = self.pose.k
+        at = [self.place(self.centres[pair])]
+        for other in through:
+            one = self.centres[other]
+            if one.kind[k] == "finite" and one.bodies in near:
+                at.append(self.place(one))
+            elif one.kind[k] == "infinite":
+                at.append(at[0] + ARROW * sketch.unit * direction(float(one.direction[k])))
+        if len(at) < 2:
+            return None
+        whole = np.array(at)
+        far = whole - whole[0]
+        way = far[int(np.argmax(np.hypot(*far.T)))]
+        length = float(np.hypot(*way))
+        if length < sketch.unit:
+            return None
+        u = way / length
+        along = far @ u
+        more = 9.0 * sketch.unit
+        return whole[0] + (along.min() - more) * u, whole[0] + (along.max() + more) * u
+
+
+def _shown_number(value: float, length: float) -> str:
+    return rounded_number(value if abs(value) > 1e-9 * length else 0.0)
+
+
+def _number(symbol: str) -> tuple[int, str]:
+    return len(symbol), symbol
+
+
+def _join(lines: list[tuple[Array, Array]], ends: tuple[Array, Array], unit: float) -> None:
+    """Add a line; what lies on one line with it becomes one with it."""
+    start, end = ends
+    for old in list(lines):
+        way = old[1] - old[0]
+        u = way / max(float(np.hypot(*way)), 1e-300)
+        n = np.array([-u[1], u[0]])
+        off = max(abs(float((place - old[0]) @ n)) for place in (start, end))
+        part = sorted([float((start - old[0]) @ u), float((end - old[0]) @ u)])
+        length = float(np.hypot(*way))
+        if off < unit and part[0] < length and part[1] > 0.0:
+            start, end = old[0] + min(part[0], 0.0) * u, old[0] + max(part[1], length) * u
+            lines[:] = [line for line in lines if line is not old]
+    lines.append((start, end))
+
+
+def shown_poles(centres: InstantCentres, pose: Pose, corners: Array) -> PolesShown:
+    """Choose the centres that a picture shows.
+
+    Parameters
+    ----------
+    centres : InstantCentres
+    pose : Pose
+    corners : array (2, 2)
+        The rectangle around the mechanism.
+    """
+    k, machine = pose.k, pose.mechanism
+    middle = corners.mean(axis=0)
+    half = 0.5 * np.ptp(corners, axis=0) + AWAY * float(np.hypot(*np.ptp(corners, axis=0)))
+    few = len(centres) <= MANY
+    groups: list[list[InstantCentre]] = []
+    left, outside = [], []
+    for one in centres.pairs:
+        if one.kind[k] != "finite":
+            continue
+        place = np.array([one.x[k], one.y[k]])
+        if not (few or "ground" in one.bodies or one.permanence != "instantaneous"):
+            left.append(one)
+            continue
+        if (np.abs(place - middle) > half).any():
+            at = ", ".join(_shown_number(float(part), pose.system.length) for part in place)
+            outside.append(f"{centres.symbol(one)} at ({at})")
+            continue
+        for group in groups:
+            there = np.array([group[0].x[k], group[0].y[k]])
+            if np.hypot(*(there - place)) <= 1e-9 * pose.system.length + 1e-9 * np.hypot(*place):
+                group.append(one)
+                break
+        else:
+            groups.append([one])
+    words = [text for text in centres.sentences(k) if "one point" not in text]
+    if len(words) > SAID + 1:
+        words.sort(key=lambda text: "against ground" not in text)
+        rest = (
+            f"{len(words) - SAID} more centres are at infinity, or are none: mbody poles has them"
+        )
+        words = [*words[:SAID], rest]
+    words = [*centres.notes, *words]
+    if outside:
+        unit = machine.units.of("length")
+        words.append(f"outside this picture: {', '.join(outside)} {unit}")
+    if left:
+        words.append(
+            f"{len(left)} more centres of moving links are not drawn: mbody poles has them all"
+        )
+    if len(groups) > NAMED:
+        words.append(f"centres at {len(groups)} places, too near for symbols: mbody poles has them")
+    return PolesShown(centres, pose, groups, words)
+
+
+# -- Centrodes, inflection circles and circles of curvature in a drawing -----------------------
+
+DASHES = (0, (8, 2, 1.5, 2))
+#: Of a circle of curvature, how much is drawn to each side [rad], and of its radius at most in
+#: parts of the picture.
+ARC, LARGE = 0.9, 1.2
+
+
+def mark_centrodes(sketch: Sketch, whole: Solution, body: str, corners: Array) -> None:
+    """The fixed and the moving centrode of a body over a motion, as far as the picture reaches."""
+    pose = sketch.pose
+    found = centrodes(whole, body)
+    turned = np.exp(1j * pose.angle(body))
+    moving = complex(*pose.centre(body)) + turned * (found.moving_x + 1j * found.moving_y)
+    fixed = found.fixed_x + 1j * found.fixed_y
+    for name, curve, color in (("fixed", fixed, POLE), ("moving", moving, LOAD)):
+        line = _within(np.column_stack([curve.real, curve.imag]), corners)
+        if np.isfinite(line[:, 0]).sum() < 2:
+            continue
+        dashes = "-" if name == "fixed" else (0, (5, 2))
+        sketch.line(
+            line, 1.1, color, Z["path"] + 0.1, dashes=dashes, weight=0.0, name=f"{name}:{body}"
+        )
+        _avoided(sketch, line)
+        inside = line[np.isfinite(line[:, 0])]
+        end = inside[int(np.argmax(inside[:, 1]))]
+        sketch.label(f"{name} centrode", end, 0.5 * math.pi, 3.0 * sketch.unit, color=color)
+
+
+def mark_inflection(sketch: Sketch, body: str, corners: Array) -> str:
+    """The inflection circle of a body as far as the picture reaches, with its instant centre P and
+    its inflection pole J; a sentence about it.
+    """
+    k, run = sketch.pose.k, sketch.pose.run
+    found = inflection_circle(run, body)
+    pole = np.array([found.pole_x[k], found.pole_y[k]])
+    other = np.array([found.x[k], found.y[k]])
+    diameter = float(found.diameter[k])
+    if not np.isfinite(diameter):
+        return f"{body} does not turn there: its inflection circle is a line at infinity"
+    size = f"{rounded_number(diameter)} {sketch.pose.mechanism.units.of('length')}"
+    words = f"inflection circle of {body}: diameter {size}"
+    line = _within(_circle(0.5 * (pole + other), 0.5 * diameter), corners)
+    if np.isfinite(line).any():
+        sketch.line(
+            line, 1.1, DRIVE, Z["path"] + 0.2, name=f"inflection:{body}", weight=0.0, dashes=DASHES
+        )
+        _avoided(sketch, line)
+    dot = 0.5 * sketch.size("pin")
+    for place, text in ((pole, "P"), (other, "J")):
+        if ((place < corners[0]) | (place > corners[1])).any():
+            at = ", ".join(rounded_number(float(part)) for part in place)
+            words += f", the {'instant centre' if text == 'P' else 'inflection pole'} at ({at})"
+            continue
+        sketch.disc(place, dot, DRIVE, DRIVE, 0.5, Z["pin"] + 0.3, name=f"{text}:{body}")
+        away = place - 0.5 * (pole + other)
+        sketch.label(
+            f"${text}$", place, math.atan2(away[1], away[0]), dot + 3.0 * sketch.unit, color=DRIVE
+        )
+    return words
+
+
+def mark_curvature(sketch: Sketch, point: str, corners: Array) -> str:
+    """The circle of curvature of the path of a point, and its radius; a sentence about it."""
+    k, run = sketch.pose.k, sketch.pose.run
+    found = path_curvature(run, point)
+    place = sketch.pose.point(point)
+    radius, bend = float(found.radius[k]), float(found.curvature[k])
+    if not np.isfinite(bend):
+        return f"{point} stands still: its path has a cusp, or ends, there"
+    if not np.isfinite(found.centre_x[k]):
+        return f"the path of {point} is straight there (a point of inflection, or a line)"
+    unit = sketch.pose.mechanism.units.of("length")
+    words = f"path of {point}: radius of curvature {rounded_number(radius)} {unit}"
+    centre = np.array([found.centre_x[k], found.centre_y[k]])
+    wide = float(np.hypot(*(corners[1] - corners[0])))
+    about = math.atan2(*(place - centre)[::-1])
+    reach = min(ARC, 0.25 * wide / radius)
+    angles = np.linspace(about - reach, about + reach, 61)
+    line = centre + radius * np.column_stack([np.cos(angles), np.sin(angles)])
+    sketch.line(line, 1.3, LOAD, Z["path"] + 0.3, name=f"curvature:{point}", weight=0.5)
+    if radius > LARGE * wide:
+        return f"{words}, its centre outside this picture"
+    sketch.line(
+        [place, centre],
+        0.8,
+        SOFT,
+        Z["path"] + 0.2,
+        dashes=(0, (3, 2)),
+        weight=0.3,
+        name=f"radius:{point}",
+    )
+    sketch.disc(
+        centre, 0.45 * sketch.size("pin"), LOAD, LOAD, 0.4, Z["pin"] + 0.1, name=f"centre:{point}"
+    )
+    away = centre - place
+    name = symbolic(point.partition(".")[2] or point).strip("$")
+    text = f"$C_{{{name}}}$" if len(name) == 1 else f"centre of {point}"
+    sketch.label(text, centre, math.atan2(away[1], away[0]), 4.0 * sketch.unit, color=LOAD)
+    return words
+
+
+def _circle(centre: Array, radius: float) -> Array:
+    """A circle in steps that stay fine where only a part of a large one is seen."""
+    angles = np.linspace(0.0, 2.0 * math.pi, 2881)
+    return np.asarray(centre + radius * np.column_stack([np.cos(angles), np.sin(angles)]))
+
+
+def _within(line: Array, corners: Array) -> Array:
+    """A line without what lies outside a rectangle."""
+    outside = ((line < corners[0]) | (line > corners[1])).any(axis=1)
+    return np.where(outside[:, None], np.nan, line)
+
+
+def _avoided(sketch: Sketch, line: Array) -> None:
+    """Let labels keep clear of a line with gaps."""
+    for a, b in itertools.pairwise(line[:: max(1, len(line) // 360)]):
+        if np.isfinite([a, b]).all():
+            sketch.places.stroke(np.array([a, b]), 0.5 * sketch.unit, 0.4)
+
+
+# -- The velocity or acceleration polygon of a mechanism, drawn from its pole ------------------
+
+#: Points: greatest length of a velocity or acceleration.
+SIDE = 175.0
+#: Images nearer than this part of the greatest are one; shorter sides in points are not drawn.
+ONE, SHORT = 1e-9, 2.0
+#: With more images than this their sides are not split.
+IMAGE_POLYGON_MANY = 6
+#: Dashes of components, and of what slides.
+PARTS, SLIDING = (0, (2.5, 2.0)), (0, (6.0, 2.0))
+
+
+@dataclass
+class Image:
+    """One corner of the polygon.
+
+    Attributes
+    ----------
+    at : array (2,)
+        Velocity or acceleration.
+    names : list of str
+        Points of the polygon that have it.
+    text : str
+        Its label.
+    """
+
+    at: Array
+    names: list[str]
+    text: str = ""
+
+
+def draw_polygon(sketch: Sketch, found: MotionPolygon, pose: Pose) -> str:
+    """Draw the polygon of an instant on a sketch in points; a sentence where nothing moves."""
+    k = pose.k
+    vectors = {name: np.array([x[k], found.y[name][k]]) for name, x in found.x.items()}
+    greatest = max((float(np.hypot(*v)) for v in vectors.values()), default=0.0)
+    letter = found.quantity[0]
+    if not np.isfinite(greatest) or greatest == 0.0:
+        return f"there is no {found.quantity} polygon: no point has one"
+    scale = SIDE / greatest
+    images = _images(vectors, greatest, scale)
+    _named(images, found, pose)
+    pole, others = images[0], images[1:]
+    for image in sorted(others, key=lambda one: -float(np.hypot(*one.at))):
+        sketch.arrow((0.0, 0.0), scale * image.at, FORCE, width=1.5, name=f"image:{image.names[0]}")
+    few = len(others) <= IMAGE_POLYGON_MANY
+    for body, names in found.links.items():
+        _link_image(sketch, [_of(images, name) for name in names], scale, body)
+        if few and letter == "a":
+            _components(sketch, [_of(images, name) for name in names], scale, pose, body)
+    for joint, pair in found.joints.items():
+        ends = [_of(images, name) for name in pair]
+        if len(ends) == 2 and ends[0] is not ends[1]:
+            _sliding(sketch, ends, scale, pose, joint, letter)
+    sketch.disc((0.0, 0.0), 2.2, PAPER, INK, 1.1, Z["arrow"] + 0.3, name="image:pole")
+    middle = np.mean([scale * one.at for one in images], axis=0)
+    sketch.label(f"$o_{{{letter}}}$", (0.0, 0.0), _away(-middle), 5.0, name=f"label:{pole.text}")
+    for image in others:
+        place = scale * image.at
+        sketch.disc(place, 1.5, INK, INK, 0.4, Z["pin"], name=f"corner:{image.names[0]}")
+        if image.text:
+            sketch.label(image.text, place, _away(place - 0.4 * middle), 4.0)
+    sketch.write()
+    _key(sketch, found, pose, scale)
+    return ""
+
+
+def _away(vector: Array) -> float:
+    return math.atan2(vector[1], vector[0]) if np.hypot(*vector) > 1e-9 else -0.75
+
+
+def _images(vectors: dict[str, Array], greatest: float, scale: float) -> list[Image]:
+    """Distinct corners, the pole first."""
+    found = [Image(np.zeros(2), [])]
+    for name, vector in vectors.items():
+        for image in found:
+            if float(np.hypot(*(image.at - vector))) <= ONE * greatest:
+                image.names.append(name)
+                break
+        else:
+            found.append(Image(vector, [name]))
+    return found
+
+
+def _of(images: list[Image], name: str) -> Image:
+    return next(image for image in images if name in image.names)
+
+
+def _named(images: list[Image], found: MotionPolygon, pose: Pose) -> None:
+    """Letters of images: those of the pins, in small; with the number of the link where two
+    bodies have different images at one place.
+    """
+    numbers = {
+        name: n for n, name in enumerate(["ground", *(b.name for b in pose.mechanism.bodies)], 1)
+    }
+    for image in images[1:]:
+        pins = [joint for joint, pair in found.joints.items() if set(pair) <= set(image.names)]
+        if not pins:
+            pins = [name.partition(".")[2] for name in image.names if " at " not in name]
+        if pins:
+            image.text = together([_small(name) for name in dict.fromkeys(pins)])
+            continue
+        texts = []
+        for name in image.names:
+            body, _, joint = name.partition(" at ")
+            there = _pin_there(found, pose, joint, body) or joint
+            texts.append(symbolic(f"{_small(there)}{numbers[body]}"))
+        image.text = ", ".join(dict.fromkeys(texts))
+
+
+def _pin_there(found: MotionPolygon, pose: Pose, joint: str, body: str) -> str:
+    """The pin at the place of a slide, which is on the other body of the slide."""
+    if not isinstance(pose.mechanism[joint], Prismatic | PinSlot):
+        return ""
+    (other,) = [name for name in found.joints[joint] if not name.startswith(f"{body} ")] or [""]
+    for pin, pair in found.joints.items():
+        owner = re.split(r"\.| at ", other)[0]
+        mine = [name for name in pair if re.split(r"\.| at ", name)[0] == owner]
+        same = all((found.x[one] == found.x[other]).all() for one in mine)
+        if pin != joint and mine and same and pin[:1].isupper():
+            return pin
+    return ""
+
+
+def _small(name: str) -> str:
+    """The name of an image: that of the pin, a single letter in small.
+
+    >>> _small("A"), _small("O2"), _small("guide")
+    ('a', 'o2', 'guide')
+    """
+    return name.lower() if re.fullmatch(r"[A-Za-z][0-9]*", name) else name
+
+
+def _link_image(sketch: Sketch, corners: list[Image], scale: float, body: str) -> None:
+    """The image of a link: a line or a plate, without sides from the pole."""
+    own = list({id(one): one for one in corners}.values())
+    places = [scale * one.at for one in own]
+    if len(own) < 2 or body == "ground":
+        return
+    if len(own) > 2:
+        outline = hull(places, 0.5)
+        if len(outline) > 2:
+            sketch.shape(outline, PLATE, INK, 0.9, Z["plate"], name=f"link:{body}", weight=0.7)
+            return
+    for a, b in itertools.pairwise(places):
+        clear = min(float(np.hypot(*a)), float(np.hypot(*b))) > SHORT
+        if clear and float(np.hypot(*(b - a))) > SHORT:
+            sketch.line([a, b], 1.1, INK, Z["link"], name=f"link:{body}", weight=0.8)
+
+
+def _components(sketch: Sketch, corners: list[Image], scale: float, pose: Pose, body: str) -> None:
+    """The normal and the tangential part of the difference of two points of a link."""
+    if body == "ground" or len(corners) < 2:
+        return
+    motion = pose.body(body)
+    w, alpha = float(motion.omega[pose.k]), float(motion.alpha[pose.k])
+    first, second = corners[:2]
+    if first is second:
+        return
+    # difference of places from that of accelerations: a = (iα − ω²) r
+    turning = complex(-w * w, alpha)
+    r = complex(*(second.at - first.at)) / turning if turning else 0j
+    normal, across = -w * w * r, 1j * alpha * r
+    if min(abs(normal), abs(across)) * scale < SHORT:
+        return
+    start = scale * first.at
+    corner = start + scale * np.array([normal.real, normal.imag])
+    ends = [start, corner, scale * second.at]
+    sketch.line(ends, 0.8, DRIVE, Z["link"] + 0.1, dashes=PARTS, name=f"parts:{body}", weight=0.5)
+    for text, (a, b) in zip("nt", itertools.pairwise(ends), strict=True):
+        middle = 0.5 * (np.asarray(a) + np.asarray(b))
+        sketch.label(
+            text,
+            middle,
+            _away(np.array([-(b - a)[1], (b - a)[0]])),
+            2.0,
+            color=DRIVE,
+            size=0.8 * SIZE["text"],
+            italic=True,
+        )
+
+
+def _sliding(
+    sketch: Sketch, ends: list[Image], scale: float, pose: Pose, joint: str, letter: str
+) -> None:
+    """The line between the images of a slide; of accelerations with Coriolis's part."""
+    a, b = (scale * one.at for one in ends)
+    line = [a, b]
+    element = pose.mechanism[joint]
+    if letter == "a" and isinstance(element, Prismatic | PinSlot):
+        carrier, _, _ = guide(element)
+        first, second = (a, b) if element.i.body == carrier else (b, a)
+        w = float(pose.body(carrier).omega[pose.k]) if carrier != "ground" else 0.0
+        sliding = _relative(pose, element, carrier)
+        part = 2.0 * w * scale * np.array([-sliding[1], sliding[0]])
+        if float(np.hypot(*part)) > SHORT:
+            line = [first, first + part, second]
+            sketch.label(
+                "C",
+                first + 0.5 * part,
+                _away(np.array([-part[1], part[0]])),
+                2.0,
+                color=LOAD,
+                size=0.8 * SIZE["text"],
+                italic=True,
+            )
+    sketch.line(line, 1.2, LOAD, Z["link"] + 0.2, dashes=SLIDING, name=f"sliding:{joint}")
+
+
+def _relative(pose: Pose, joint: Prismatic | PinSlot, carrier: str) -> Array:
+    """The velocity of sliding in the world's axes."""
+    other = joint.j.body if joint.i.body == carrier else joint.i.body
+    place = pose.reaction_point(joint)
+    speeds = []
+    for body in (carrier, other):
+        if body == "ground":
+            speeds.append(np.zeros(2))
+            continue
+        b = pose.body(body)
+        away = place - pose.centre(body)
+        w = float(b.omega[pose.k])
+        speeds.append(np.array([b.vx[pose.k] - w * away[1], b.vy[pose.k] + w * away[0]]))
+    return np.asarray(speeds[1] - speeds[0])
+
+
+def _key(sketch: Sketch, found: MotionPolygon, pose: Pose, scale: float) -> None:
+    """Title above, and the scale below."""
+    units = pose.mechanism.units
+    low, high = sketch.low.copy(), sketch.high.copy()
+    value = nice(48.0 / scale)
+    text = f"{rounded_number(value)} {units.of(found.quantity)}"
+    y = float(low[1]) - 14.0
+    x = float(low[0])
+    sketch.arrow((x, y), (x + scale * value, y), SOFT, width=1.4, name="key")
+    label = Label(text, [], size=0.9 * SIZE["text"], color=SOFT)
+    sketch.text((x + scale * value + 4.0, y), label, ha="left", va="center_baseline")
+    end = x + scale * value + 4.0 + sketch.wide(text, label.size)
+    title = Label(f"{found.quantity} polygon", [], size=SIZE["text"], color=INK)
+    top = float(high[1]) + 10.0
+    sketch.text((x, top), title, ha="left", va="baseline")
+    end = max(end, x + sketch.wide(title.text, title.size))
+    sketch.high = np.fmax(high, np.array([end, top + 9.0]))
+    sketch.low = np.fmin(low, np.array([x, y - 6.0]))
+
 
 #: Points: gaps between the parts, the edge, a line of words, and how many letters one has at most.
 GAP, EDGE, LINE = 30.0, 14.0, 12.5

@@ -12,10 +12,8 @@ from mbody.errors import ModelError, brief
 from mbody.model.driver import Driver
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
-from mbody.sheets.names import force_floor, force_names
-from mbody.views.body_shapes import body_shapes
-from mbody.views.bounds import bounds, wheels
-from mbody.views.coupling_symbols import coupling_symbol
+from mbody.sheets.text_table import force_floor, force_names
+from mbody.views.body_shapes import body_shapes, bounds, wheels
 from mbody.views.frame import rounded_number
 from mbody.views.friction_symbols import (
     circle_scale,
@@ -26,11 +24,10 @@ from mbody.views.friction_symbols import (
     modes_shown,
     sticking_symbol,
 )
-from mbody.views.joint_symbols import joint_symbol, outward
+from mbody.views.joint_symbols import coupling_symbol, joint_symbol, outward
 from mbody.views.labels import symbolic, together
-from mbody.views.links import link, link_label, points
+from mbody.views.links import are_lines, link, link_label, link_lines, points, with_symbols
 from mbody.views.load_symbols import driver_symbol, force_arrow, forces_shown, load_symbol
-from mbody.views.many_links import are_lines, link_lines, with_symbols
 from mbody.views.pose import Pose
 from mbody.views.sketch import Sketch
 from mbody.views.style import FORCE, LOAD, SIZE, SOFT, Z

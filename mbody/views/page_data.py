@@ -14,18 +14,16 @@ from mbody.model.driver import AngleDriver
 from mbody.model.loads import Force
 from mbody.model.study import measure_named
 from mbody.quantities.units import DIMENSIONS
-from mbody.sheets.names import force_floor, force_names
-from mbody.sheets.text_table import unit_text
+from mbody.sheets.text_table import force_floor, force_names, unit_text
+from mbody.solution.histories import Place, moved
 from mbody.solution.measures import found_by, measured
-from mbody.solution.places import Place, moved
 from mbody.solution.solution import Solution
 from mbody.views.acting import notation
-from mbody.views.carriers import Carrier
-from mbody.views.cycle import one_way
+from mbody.views.frame import mode_rows
 from mbody.views.friction_symbols import contact_arrows, line_of_action, sense_history
 from mbody.views.labels import symbolic
-from mbody.views.mode_bars import mode_rows
-from mbody.views.pose import Pose
+from mbody.views.motions import one_way
+from mbody.views.pose import Carrier, Pose
 from mbody.views.scene import Scene
 from mbody.views.style import (
     DRIVE,

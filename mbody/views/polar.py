@@ -11,14 +11,12 @@ import numpy as np
 from mbody.errors import ModelError
 from mbody.model.driver import AngleDriver
 from mbody.model.element import listed
-from mbody.sheets.names import force_names
-from mbody.sheets.text_table import cut
+from mbody.sheets.text_table import cut, force_names
 from mbody.solution.checks import check_forces, one_design
 from mbody.views.acting import notation
-from mbody.views.backend import blank, styled
 from mbody.views.frame import rounded_number
 from mbody.views.labels import drawable, extent
-from mbody.views.style import CURVES, INK, PAPER, SIZE, SOFT
+from mbody.views.style import CURVES, INK, PAPER, SIZE, SOFT, blank, styled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -2,7 +2,7 @@
 
 from mbody import Body, Mechanism, Prismatic, kinematics, kinetostatics, simulate
 from mbody.engineering import internal_loads
-from mbody.model.section import RectangleSection, RoundSection, TubeSection
+from mbody.model.body import RectangleSection, RoundSection, TubeSection
 from tests.errors.command import said
 from tests.errors.models import four_bar
 from tests.errors.results import batch

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from unittest import mock
 
-from mbody.cli.usage import UsageError
+from mbody.cli.streams import UsageError
 from mbody.errors import ModelError, ModelWarning, SolveError
 from mbody.quantities import FormulaError
 from tests.errors import (

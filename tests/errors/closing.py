@@ -4,7 +4,7 @@ import functools
 
 import mbody
 from mbody import AngleDriver, Body, Contact, CoordinateDriver, Marker, Mechanism, Revolute
-from mbody.views.assemblies import draw_assemblies
+from mbody.views.drawing import draw_assemblies
 from tests.errors.command import said
 from tests.errors.models import four_bar
 from tests.errors.results import batch

@@ -20,7 +20,7 @@ from mbody import (
     assemble,
     gallery,
 )
-from mbody.image import fmu_binaries, webassembly
+from mbody.image import fmu, webassembly
 from mbody.image.fmu import to_fmu
 from mbody.image.model_image import to_image
 from mbody.laws import Function, Table
@@ -86,33 +86,33 @@ def controlled():
 
 def binaries_nowhere():
     """The binaries of units, where they are not kept and cannot be."""
-    here = mock.patch.object(fmu_binaries, "PACKAGE", Path("/no"))
-    with here, mock.patch.object(fmu_binaries, "cache_folder", lambda _: None):
-        fmu_binaries.fmu_binaries()
+    here = mock.patch.object(fmu, "PACKAGE", Path("/no"))
+    with here, mock.patch.object(fmu, "cache_folder", lambda _: None):
+        fmu.fmu_binaries()
 
 
 def binaries_without_a_builder():
     """Neither kept nor to be built."""
     with (
-        mock.patch.object(fmu_binaries, "PACKAGE", Path("/no")),
-        mock.patch.object(fmu_binaries, "cache_folder", lambda _: Path("/no")),
-        mock.patch.object(fmu_binaries, "find_spec", lambda _: None),
-        mock.patch.object(fmu_binaries, "_here", lambda: None),
+        mock.patch.object(fmu, "PACKAGE", Path("/no")),
+        mock.patch.object(fmu, "cache_folder", lambda _: Path("/no")),
+        mock.patch.object(fmu, "find_spec", lambda _: None),
+        mock.patch.object(fmu, "_here", lambda: None),
     ):
-        fmu_binaries.fmu_binaries()
+        fmu.fmu_binaries()
 
 
 def binaries_by_a_builder_that_fails():
     words = ["sh", "-c", "echo no room left on the disk >&2; exit 1"], {}
     with (
         tempfile.TemporaryDirectory() as folder,
-        mock.patch.object(fmu_binaries, "PACKAGE", Path("/no")),
-        mock.patch.object(fmu_binaries, "cache_folder", lambda _: Path(folder)),
-        mock.patch.object(fmu_binaries, "find_spec", lambda name: name),
-        mock.patch.object(fmu_binaries, "builder_command", lambda *_: words),
+        mock.patch.object(fmu, "PACKAGE", Path("/no")),
+        mock.patch.object(fmu, "cache_folder", lambda _: Path(folder)),
+        mock.patch.object(fmu, "find_spec", lambda name: name),
+        mock.patch.object(fmu, "builder_command", lambda *_: words),
         mock.patch.dict("os.environ", {"MBODY_QUIET": "1"}),
     ):
-        fmu_binaries.fmu_binaries()
+        fmu.fmu_binaries()
 
 
 SCENARIOS = {

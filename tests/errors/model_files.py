@@ -147,7 +147,7 @@ def with_file(name, content, model="mine.toml"):
 def with_table(content, name="a.csv", largest=None):
     def go():
         with folder("a.csv", content) as there:
-            limit = mock.patch("mbody.files.model.beside.LARGEST", largest or 10_000_000)
+            limit = mock.patch("mbody.files.model.fields.LARGEST", largest or 10_000_000)
             with limit:
                 from_toml(TABLE % name, folder=there)
 

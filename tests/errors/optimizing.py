@@ -6,8 +6,8 @@ from pathlib import Path
 
 import mbody
 from mbody import Mechanism
-from mbody.model.optimization_task import OptimizationTask
 from mbody.model.simulation import SimulationSettings
+from mbody.model.study import OptimizationTask
 from tests.errors.command import said
 from tests.errors.derivatives import with_parameters
 from tests.errors.models import four_bar

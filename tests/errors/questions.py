@@ -1,7 +1,7 @@
 """Measures, and the instants that a mechanism or a command asks for."""
 
 from mbody import AngleDriver
-from mbody.analysis.driven.requests import analyse_at
+from mbody.analysis.driven.driven import analyse_at
 from mbody.laws import ConstantAcceleration, ConstantSpeed
 from mbody.model.study import Instants, Measure
 from tests.errors.models import by_law, four_bar

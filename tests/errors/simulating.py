@@ -189,7 +189,7 @@ def unsealed():
 
 def crowded():
     """Very many instants, on a machine of a known size."""
-    with mock.patch("mbody.analysis.driven.memory_limit.memory", lambda: 16e9):
+    with mock.patch("mbody.analysis.driven.time_grid.memory", lambda: 16e9):
         kinematics(four_bar(), turn=True, instants=10**9)
 
 

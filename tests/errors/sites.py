@@ -10,18 +10,18 @@ from tests.errors.catalogue import PACKAGE
 CONSTRUCTORS = {"ModelError", "SolveError", "UsageError", "FormulaError", "NotANumber", "NotFinite"}
 #: Functions that make sentences, or parts of them, without making the error.
 MAKERS = {
-    "analysis/driven/force_path.py": {"_contact_remedy"},
+    "analysis/driven/transmission.py": {"_contact_remedy"},
     "analysis/position/assembly_analysis.py": {"_too_few", "_say_branch"},
     "quantities/evaluate.py": {"misplaced_variable", "_meant"},
     "quantities/formula.py": {"_meant"},
     "quantities/parse.py": {"why_stray"},
-    "system/hooks.py": {"__call__"},
+    "system/assembler.py": {"__call__"},
     "files/model/read.py": {"_where", "_check_keys", "_unique", "_refused"},
     "files/model/problems.py": {"_sentence", "_unknown"},
     "model/joints/custom.py": {"physics"},
     "laws/times.py": {"_not_reached"},
     "model/loads/custom.py": {"physics"},
-    "system/number_names.py": {"no_such_number"},
+    "system/system.py": {"no_such_number"},
 }
 
 

@@ -10,7 +10,7 @@ from unittest import mock
 
 import mbody
 from mbody.errors import SolveError
-from mbody.files.seal import OPEN_SEAL
+from mbody.files.arrays import OPEN_SEAL
 from mbody.model.study import Measure
 from mbody.straight_line import programs
 from mbody.sweeps import (

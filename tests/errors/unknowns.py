@@ -36,7 +36,7 @@ def ask(*args, machine=None, **more):
 
 def hopeless():
     """No value of the unknowns makes it later; two starts show that as well as a dozen."""
-    few = mock.patch.multiple("mbody.inverse.several_unknowns", STARTS=1, SAMPLES=2)
+    few = mock.patch.multiple("mbody.inverse.extremum", STARTS=1, SAMPLES=2)
     with few:
         solve_for(braked(), ["motor.rate", "brake"], side_conditions="t >= 1 s", least="A.force")
 

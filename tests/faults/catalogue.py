@@ -46,13 +46,13 @@ FAULTS = (
     ),
     Fault(
         "units: a pound force of 4.45 N",
-        *("quantities/units/symbols.py", '("lbf", _LBF, 0', '("lbf", Fraction(445, 100), 0'),
+        *("quantities/units/systems.py", '("lbf", _LBF, 0', '("lbf", Fraction(445, 100), 0'),
         "units",
     ),
     Fault(
         "units: an inch of 25 mm",
         *(
-            "quantities/units/symbols.py",
+            "quantities/units/systems.py",
             '_IN, _FT = Fraction("0.0254")',
             '_IN, _FT = Fraction("0.025")',
         ),
@@ -61,7 +61,7 @@ FAULTS = (
     Fault(
         "units: a degree of 1/181 of π",
         *(
-            "quantities/units/symbols.py",
+            "quantities/units/systems.py",
             '("deg degree degrees °", Fraction(1, 180)',
             '("deg degree degrees °", Fraction(1, 181)',
         ),
@@ -204,7 +204,7 @@ FAULTS = (
     Fault(
         "reactions: torque told about the wrong side of a wheel",
         *(
-            "solution/places.py",
+            "solution/histories.py",
             "torque - (offset[0] * fy - offset[1] * fx)",
             "torque + (offset[0] * fy - offset[1] * fx)",
         ),

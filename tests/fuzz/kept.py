@@ -24,9 +24,8 @@ import numpy as np
 import mbody
 from mbody import ModelError, SolveError, gallery
 from mbody.engineering import close_loops
-from mbody.files.arrays import packed, unpacked
+from mbody.files.arrays import OPEN_SEAL, packed, seal, unpacked
 from mbody.files.saved import OWNER
-from mbody.files.seal import OPEN_SEAL, seal
 from mbody.makers import makers
 from mbody.sweeps import Uniform, monte_carlo
 from tests.fuzz import KEPT, corpus, properties

@@ -10,7 +10,7 @@ from mbody import Mechanism, ModelError
 from mbody.errors import ModelWarning
 from mbody.files.model import in_units
 from mbody.laws import compile_formula
-from mbody.model.equality import whole
+from mbody.model.mechanism import whole
 from mbody.quantities import FormulaError, Scope, Valued, parse, read, text_of
 from mbody.quantities.formula import Formula
 from mbody.quantities.units import DIMENSIONS, unit_system

@@ -14,8 +14,8 @@ import numpy as np
 import mbody
 from benchmarks import models
 from mbody import gallery
-from mbody.analysis.driven.batch_continuation import batch_setup, closed_poses, on_lanes
-from mbody.analysis.driven.runner import Runner
+from mbody.analysis.driven.batch import batch_setup, closed_poses, on_lanes
+from mbody.analysis.driven.path_following import Runner
 from mbody.analysis.driven.time_grid import time_grid
 from mbody.analysis.position.assembly_analysis import closed
 from mbody.core.sources import COMPILED, PACKAGE

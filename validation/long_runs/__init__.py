@@ -9,7 +9,7 @@ import numpy as np
 import mbody
 from mbody import AngleDriver, gallery
 from mbody.engineering import close_loops
-from mbody.solution.places import link_poses
+from mbody.solution.histories import link_poses
 from validation import oscillators
 from validation.case import Row, Source
 

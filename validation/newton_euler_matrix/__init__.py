@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 
 import mbody
-from mbody.analysis.freedom.mobility import dense
 from mbody.analysis.position.assembly_analysis import closed
+from mbody.system.rank import dense
 from validation.case import EPS, Row, Source
 from validation.norton_fourbar import build, forces
 from validation.norton_fourbar.newton_euler import MASS, UNKNOWNS, equations, motion

@@ -23,17 +23,23 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.assemblies.assembly_modes import driver_named
-from mbody.analysis.assemblies.box_search import all_roots
-from mbody.analysis.assemblies.linkage import Linkage, NotCovered, State
-from mbody.analysis.assemblies.loop_rows import GroupRows, LoopRows
-from mbody.analysis.assemblies.solution_order import TOO_FEW, Group, TooFewRows, assur_groups
+from mbody.analysis.assemblies.box_search import GroupRows, LoopRows, all_roots
+from mbody.analysis.assemblies.linkage import (
+    TOO_FEW,
+    Group,
+    Linkage,
+    NotCovered,
+    State,
+    TooFewRows,
+    assur_groups,
+)
 from mbody.analysis.position.assembly_analysis import as_system, check_determined, closed
 from mbody.core.presentation import present
 from mbody.errors import ModelError
 from mbody.model.driver import Driver
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
-from mbody.quantities.convert import short_degrees
+from mbody.quantities.evaluate import short_degrees
 from mbody.solution.doubts import Doubt, Inherited, status_of
 from mbody.system.system import System
 

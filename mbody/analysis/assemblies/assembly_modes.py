@@ -2,37 +2,347 @@
 
 from __future__ import annotations
 
+import cmath
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
-from mbody.analysis.assemblies.assembly_mode import AssemblyMode, AssemblyModes, Unresolved
-from mbody.analysis.assemblies.box_search import NARROW, BoxRoots, all_roots
-from mbody.analysis.assemblies.linkage import Linkage, NotCovered, State
-from mbody.analysis.assemblies.loop_rows import GroupRows
-from mbody.analysis.assemblies.mode_names import mode_names
-from mbody.analysis.assemblies.random_starts import modes_by_random_starts, same_pose
-from mbody.analysis.assemblies.solution_order import TOO_FEW, Group, TooFewRows, assur_groups
+from mbody.analysis.assemblies.box_search import NARROW, BoxRoots, GroupRows, all_roots
+from mbody.analysis.assemblies.linkage import (
+    TOO_FEW,
+    Group,
+    Linkage,
+    NotCovered,
+    Pair,
+    State,
+    TooFewRows,
+    assur_groups,
+)
 from mbody.analysis.position.assembly_analysis import (
     as_system,
     check_determined,
     check_fit,
     closed,
+    raise_user_error,
     set_drive,
 )
+from mbody.analysis.position.initial_guess import placed
 from mbody.analysis.position.whole_turns import by_rows
+from mbody.core.presentation import present
 from mbody.errors import ModelError, SolveError, angle_text, brief
+from mbody.kernels.loop_closure import close
 from mbody.model.driver import Driver
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
+from mbody.quantities.evaluate import short_degrees
 from mbody.quantities.types import Number
-from mbody.solution.doubts import Doubt, status_of
+from mbody.solution.doubts import Doubt, Inherited, heading, status_of, unit_symbols
 from mbody.system.rank import dense
 from mbody.system.system import System
 
-__all__ = ["MOST", "assembly_modes", "driver_named", "driver_values"]
+# -- The modes in which a mechanism closes, as a result ----------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class AssemblyMode(Mapping[str, tuple[float, float, float]]):
+    """One way in which a mechanism closes: of every body (x, y, angle) of its link axes, which is
+    what `guess` of any analysis takes.
+
+    Attributes
+    ----------
+    number : int
+        From 1.
+    name : str
+        "open" or "crossed" of two links, joined where there are several; else the number.
+    used : bool
+        Whether analyses with the guesses of the description find this one.
+    residual : float
+        Greatest violation of the constraint rows, in model lengths and radians.
+    pose : array (3·bodies + 3,)
+        Coordinates of the mass centres, the ground last [length, rad].
+    """
+
+    number: int
+    name: str
+    used: bool
+    residual: float
+    pose: np.ndarray = field(repr=False)
+    _places: Mapping[str, tuple[float, float, float]] = field(repr=False)
+
+    def __getitem__(self, body: str) -> tuple[float, float, float]:
+        return self._places[body]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._places)
+
+    def __len__(self) -> int:
+        return len(self._places)
+
+
+@dataclass(frozen=True)
+class Unresolved:
+    """Part of the search that proved neither that there is a mode nor that there is none.
+
+    Attributes
+    ----------
+    reason : str
+        A sentence.
+    bodies : tuple of str
+        That it is about.
+    width : float
+        Of what is left open [rad], displacements as a part of the size of the loops.
+    """
+
+    reason: str
+    bodies: tuple[str, ...]
+    width: float
+
+    def data(self) -> dict[str, Any]:
+        """The same as plain values."""
+        return {"reason": self.reason, "bodies": list(self.bodies), "width": self.width}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class AssemblyModes(Inherited):
+    """All ways in which a mechanism closes at given driver values; ``print`` shows them.
+
+    ``len(modes)`` is their number; ``modes[0]`` the first, ``modes["open"]`` the one of that name.
+
+    Attributes
+    ----------
+    mechanism : Mechanism
+    at : dict
+        Values of the drivers [rad or length].
+    modes : tuple of AssemblyMode
+    certificate : str
+        "interval" where the search covers all positions, "multi-start" where Newton's method was
+        started from random ones.
+    complete : bool
+        Whether it is proven that there are no more.
+    unresolved : tuple of Unresolved
+        Why it is not.
+    groups : tuple of tuples of str
+        Bodies of each Assur group, in the order of solution; empty without a certificate.
+    boxes : int
+        How many boxes the search examined.
+    meshed : frozenset of int
+        Indices of bodies that gears or couplings turn: their angles count up to turns of the teeth.
+    """
+
+    mechanism: Mechanism = field(repr=False)
+    at: dict[str, float]
+    modes: tuple[AssemblyMode, ...]
+    certificate: str
+    complete: bool
+    unresolved: tuple[Unresolved, ...] = ()
+    groups: tuple[tuple[str, ...], ...] = field(default=(), repr=False)
+    boxes: int = 0
+    meshed: frozenset[int] = field(default=frozenset(), repr=False)
+
+    def __len__(self) -> int:
+        return len(self.modes)
+
+    def __iter__(self) -> Iterator[AssemblyMode]:
+        return iter(self.modes)
+
+    def __getitem__(self, which: int | str) -> AssemblyMode:
+        if isinstance(which, str):
+            for mode in self.modes:
+                if mode.name == which:
+                    return mode
+            known = listed(mode.name for mode in self.modes) or "none"
+            raise ModelError(f"there is no mode {brief(which)} (there are: {known})", which)
+        return self.modes[which]
+
+    @property
+    def used(self) -> AssemblyMode | None:
+        """The mode that analyses find from the guesses of the description; None where that is
+        not among them.
+        """
+        return next((mode for mode in self.modes if mode.used), None)
+
+    @property
+    def poses(self) -> np.ndarray:
+        """Coordinates of the mass centres, the ground last: (modes, 3·bodies + 3)."""
+        size = 3 * len(self.mechanism.bodies) + 3
+        return np.array([mode.pose for mode in self.modes]).reshape(len(self), size)
+
+    def __str__(self) -> str:
+        return str(present("sheet", self))
+
+    def data(self, angle: str = "deg") -> dict[str, Any]:
+        """Everything as plain values, ready for JSON; angles in `angle`, "deg" or "rad"."""
+        turn = short_degrees if angle == "deg" else float
+        angular = {d.name: d.angular for d in self.mechanism.drivers}
+        head = heading(
+            self.mechanism.name, "assemblies", unit_symbols(self.mechanism.units, angle), self
+        )
+        modes = [
+            {
+                "number": mode.number,
+                "name": mode.name,
+                "used": mode.used,
+                "circuit": None,
+                "branch": None,
+                "residual": mode.residual,
+                "bodies": {
+                    name: {"x": x, "y": y, "angle": turn(float(a))}
+                    for name, (x, y, a) in mode.items()
+                },
+            }
+            for mode in self.modes
+        ]
+        at = {name: turn(float(v)) if angular[name] else v for name, v in self.at.items()}
+        return head | {
+            "at": at,
+            "count": len(self),
+            "complete": self.complete,
+            "certificate": self.certificate,
+            "modes": modes,
+            "unresolved": [one.data() for one in self.unresolved],
+            "boxes": self.boxes,
+        }
+
+
+# -- Names of assembly modes: open and crossed of two links and a slider, else numbers ---------
+#
+# Two links between known pins, P on the driver's side and Q, are *open* where their common pin lies
+# to the left of the way from P to Q, else *crossed*: of a four-bar with the ground's pivots from
+# left to right these are the open and the crossed circuit of textbooks (Norton, *Design of
+# Machinery*, chapter 4). A link and a slider are *open* where the slider is on the positive side of
+# the guide's x axis, seen from the known pin. A mode of several groups joins their names.
+
+NAMES = {True: "open", False: "crossed"}
+
+
+def mode_names(
+    linkage: Linkage, groups: list[Group], choices: list[tuple[int, ...]], poses: np.ndarray
+) -> list[str]:
+    """A name for each pose (modes, coordinates + 3); `choices` are its roots of every group."""
+    free = [n for n, group in enumerate(groups) if group.angles or any(c[n] for c in choices)]
+    distances = _distances(linkage)
+    found = []
+    for choice, pose in zip(choices, poses, strict=True):
+        parts = []
+        for n in free:
+            side = _side(linkage, groups[n], pose, distances)
+            parts.append(str(choice[n] + 1) if side is None else NAMES[side])
+        found.append("-".join(parts) or "1")
+    return found if len(set(found)) == len(found) else [str(n + 1) for n in range(len(found))]
+
+
+def _side(linkage: Linkage, group: Group, pose: np.ndarray, distances: list[float]) -> bool | None:
+    """Whether a group of two links, or of a link and a slider, is open."""
+    pairs = [linkage.pairs[p] for p in group.pairs]
+    slides = [pair for pair in pairs if pair.kind == "slide"]
+    outer: list[tuple[float, int, complex]] = []
+    inner: complex | None = None
+    for pair in pairs:
+        inside = [b for b in (pair.i, pair.j) if b in group.bodies]
+        i, j = _world(pose, pair.i, pair.arm_i), _world(pose, pair.j, pair.arm_j)
+        if pair.kind == "pin" and len(inside) == 2:
+            inner = i
+        elif pair.kind != "slide" and len(inside) == 1:
+            known = pair.j if pair.i in group.bodies else pair.i
+            outer.append((distances[known], known, j if known == pair.j else i))
+            if pair.kind == "rod":
+                inner = i if known == pair.j else j
+        elif pair.kind == "rod":
+            return None
+    if inner is None or len(pairs) > 3:
+        return None
+    if len(outer) == 2 and not slides:
+        (_, _, p), (_, _, q) = sorted(outer, key=lambda one: one[:2])
+        return bool(((q - p).conjugate() * (inner - p)).imag > 0.0)
+    if len(outer) == 1 and len(slides) == 1 and _keeps_direction(linkage, group, slides[0]):
+        slide = slides[0]
+        along = -1j * slide.axis * cmath.exp(1j * float(pose[3 * slide.i + 2]))
+        return bool((along.conjugate() * (inner - outer[0][2])).real > 0.0)
+    return None
+
+
+def _keeps_direction(linkage: Linkage, group: Group, slide: Pair) -> bool:
+    return all(linkage.variable[b] not in group.angles for b in (slide.i, slide.j))
+
+
+def _world(pose: np.ndarray, body: int, arm: complex) -> complex:
+    x, y, angle = (float(part) for part in pose[3 * body : 3 * body + 3])
+    return complex(x, y) + arm * cmath.exp(1j * angle)
+
+
+def _distances(linkage: Linkage) -> list[float]:
+    """How many pairs lead from a driven body to every other one, the ground left out."""
+    found = [np.inf] * (linkage.bodies + 1)
+    names = {name: n for n, name in enumerate(linkage.names)}
+    here = {names[d.bodies[1]] for d in linkage.system.drivers} - {linkage.bodies}
+    step = 0.0
+    while here:
+        for b in here:
+            found[b] = step
+        step += 1.0
+        near = {b for pair in linkage.pairs for b in (pair.i, pair.j) if {pair.i, pair.j} & here}
+        here = {b for b in near if b < linkage.bodies and found[b] == np.inf}
+    return found
+
+
+# -- Assembly modes by Newton's method from many random poses: for what has no certificate -----
+#
+# The poses are always the same ones, so that results are. Modes may be missing.
+
+#: Poses that are tried.
+STARTS = 240
+#: A correction that is rounding, and an open row, in model lengths and radians.
+ROUNDING, OPEN = 1e-13, 1e-9
+#: Poses nearer than this are one, in model lengths and radians.
+ONE = 1e-6
+
+
+def modes_by_random_starts(system: System, drive: dict[str, float], t: float) -> np.ndarray:
+    """Poses (modes, coordinates + 3) that were found, in the order of their numbers."""
+    work = system.work()
+    values = set_drive(system, work, t, drive)
+    bodies = [body.name for body in system.mechanism.bodies]
+    found: list[np.ndarray] = []
+    for n in range(STARTS):
+        random = np.random.default_rng(n)
+        guess = {name: float(random.uniform(-np.pi, np.pi)) for name in bodies}
+        start = placed(system, guess, values)
+        if n % 2:  # slides anywhere
+            off = random.normal(size=len(start)) * system.length
+            off[2::3] = 0.0
+            off[-3:] = 0.0
+            start = start + off
+        work.q[:, 0] = start
+        good, _, _ = close(
+            system.runtime(), work, 0.0, ROUNDING * (1.0 + float(system.extent(start)))
+        )
+        raise_user_error(system)
+        if not good or not np.isfinite(work.q).all():
+            continue
+        if np.abs(dense(system, work)[0]).max(initial=0.0) > OPEN:
+            continue
+        pose = work.q[:, 0].copy()
+        if not any(same_pose(system, pose, other) for other in found):
+            found.append(pose)
+    return np.array(found).reshape(len(found), system.coordinates + 3)
+
+
+def same_pose(
+    system: System, one: np.ndarray, other: np.ndarray, meshed: Collection[int] = ()
+) -> bool:
+    """Whether two poses are one, whole turns aside; angles of `meshed` bodies do not count."""
+    n = system.coordinates
+    apart = (one - other)[:n] / system.coordinate_units
+    apart[2::3] = np.remainder(apart[2::3] + np.pi, 2.0 * np.pi) - np.pi
+    for body in meshed:
+        if 3 * body + 2 < n:
+            apart[3 * body + 2] = 0.0
+    return bool(np.abs(apart).max(initial=0.0) < ONE)
+
 
 #: Boxes that a search may examine: some ten seconds.
 MOST = 60_000
@@ -41,7 +351,7 @@ TOGETHER = 1e-3
 #: Angles of boxes that spread more than this are those of a family [rad].
 SPREAD = 0.1
 #: A residual above this, in model lengths and radians, is no closed position.
-OPEN = 1e-8
+ASSEMBLY_MODES_OPEN = 1e-8
 
 
 def assembly_modes(
@@ -236,7 +546,7 @@ class _GroupSearch:
         meshed = linkage.meshed
         residuals = _residuals(system, given, poses)
         for residual, name in zip(residuals, names, strict=True):
-            if residual > OPEN:
+            if residual > ASSEMBLY_MODES_OPEN:
                 self.unresolved.append(
                     Unresolved(
                         f"mode {name} misses the constraint rows by {residual:.2g}", (), residual
@@ -371,3 +681,42 @@ def _places(system: System, pose: np.ndarray) -> dict[str, tuple[float, float, f
         body.name: system.numbers.link_axes(body.name, *pose[3 * n : 3 * n + 3].tolist())
         for n, body in enumerate(system.mechanism.bodies)
     }
+
+
+# -- The assembly mode that the option `assembly` of an analysis names -------------------------
+
+
+def chosen_assembly(system: System, drive: Mapping[str, float], which: str | int) -> AssemblyMode:
+    """One of the assembly modes at these values of the drivers, by its name or number.
+
+    Raises
+    ------
+    ModelError
+        Where there is no such mode, or for a batch of designs.
+    SolveError
+        As of `assembly_modes`.
+
+    Examples
+    --------
+    >>> from mbody import assemble, makers
+    >>> machine = assemble(makers.four_bar(40, 120, 80, 100))
+    >>> chosen_assembly(machine, {"motor": 0.7}, "open").number
+    2
+    """
+    if isinstance(which, bool) or not isinstance(which, str | int):
+        raise ModelError(
+            f'assembly is {brief(which)}: give the name of a mode, such as "open", or its number'
+        )
+    if system.batch is not None:
+        raise ModelError(
+            f"assembly={which!r} is of one design: give a batch the guess of a mode, guess=modes[0]"
+        )
+    modes = assembly_modes(system, drive)
+    for mode in modes:
+        if which in (mode.name, mode.number):
+            return mode
+    known = listed(f"{mode.number} {mode.name}".rstrip() for mode in modes)
+    raise ModelError(
+        f"there is no assembly mode {which!r} where the drivers begin (there are: {known}): choose "
+        "one of these, or begin at another value of a driver"
+    )

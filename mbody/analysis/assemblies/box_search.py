@@ -12,13 +12,528 @@ chapter 8.
 
 from __future__ import annotations
 
+import cmath
+from copy import copy
 from dataclasses import dataclass
+from fractions import Fraction
+from math import lcm
 
 import numpy as np
 
-from mbody.analysis.assemblies.loop_rows import OPEN, Box, LoopRows
+from mbody.analysis.assemblies.linkage import Group, Linkage, NotCovered, State
 
-__all__ = ["BoxRoots", "all_roots"]
+# -- Ranges over boxes, many at a time: of a cosine, of a product, and a cosine inverted -------
+#
+# NumPy does not round outwards; each range is widened by `WIDEN` of its size instead, which is some
+# thousand times the rounding of what is added up.
+
+#: By what ranges are widened, as a part of the size of what is added up.
+WIDEN = 1e-12
+TURN = 2.0 * np.pi
+
+
+def cosine_range(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Least and greatest cosine between two angles [rad], exact up to `WIDEN`.
+
+    >>> [round(float(end), 6) for end in cosine_range(np.array(-0.5), np.array(0.2))]
+    [0.877583, 1.0]
+    """
+    a, b = np.cos(low), np.cos(high)
+    least, greatest = np.minimum(a, b), np.maximum(a, b)
+    greatest = np.where(np.floor(high / TURN) > np.floor(low / TURN), 1.0, greatest)
+    behind, ahead = (low - np.pi) / TURN, (high - np.pi) / TURN
+    least = np.where(np.floor(ahead) > np.floor(behind), -1.0, least)
+    return least - WIDEN, greatest + WIDEN
+
+
+def first_within(start: np.ndarray, near: np.ndarray, far: np.ndarray) -> np.ndarray:
+    """The least angle t ≥ start whose size, taken within half a turn, is between near and far,
+    0 ≤ near ≤ far ≤ π.
+
+    >>> float(first_within(np.array(0.1), np.array(0.5), np.array(1.0)))
+    0.5
+    """
+    turns = TURN * np.floor((start + np.pi) / TURN)
+    t = start - turns
+    beyond = np.where(t <= far, t, TURN - far)
+    inside = np.where(t < near, near, beyond)
+    behind = np.where(t <= -near, t, inside)
+    return np.asarray(np.where(t < -far, -far, behind) + turns)
+
+
+def products(
+    a: tuple[np.ndarray, np.ndarray], b: tuple[np.ndarray, np.ndarray]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Least and greatest product of a number in the range `a` and one in the range `b`."""
+    every = a[0] * b[0], a[0] * b[1], a[1] * b[0], a[1] * b[1]
+    least = np.minimum(np.minimum(every[0], every[1]), np.minimum(every[2], every[3]))
+    greatest = np.maximum(np.maximum(every[0], every[1]), np.maximum(every[2], every[3]))
+    return least, greatest
+
+
+# -- How far places can slide while loops close: bounds that hold for all angles ---------------
+#
+# In a loop Σ P e^{iα} + Σ s Q e^{iα} + B = 0 the other arms are never longer than Σ|P| + |B|. One
+# displacement in a loop is no greater than that; several in known directions follow from linear
+# equations with such right-hand sides. Where directions of several turn, they may become parallel
+# and displacements have no bound.
+
+#: Displacements without a bound are searched up to so many times the size of the rows.
+REACH = 4.0
+#: Least part of the size of the rows to which one is searched; by how much bounds are widened.
+LEAST, WIDER = 1e-2, 1.0 + 1e-9
+#: Least singular value of directions that are not parallel.
+PARALLEL = 1e-7
+
+
+def slide_bounds(
+    loops: np.ndarray, slides: np.ndarray, rest: np.ndarray, along: list[int], scale: float
+) -> tuple[np.ndarray, bool]:
+    """Greatest displacements (slides,), and whether they hold for all positions.
+
+    Parameters
+    ----------
+    loops, slides : complex arrays (loops, directions), (loops, slides)
+        P and Q.
+    rest : complex array (loops,)
+    along : list of int
+        The direction of each slide, -1 where it is known.
+    scale : float
+        Size of the rows.
+
+    Examples
+    --------
+    A slide along x and another along y close an arm of 2:
+
+    >>> P, Q, B = np.array([[2.0 + 0j]]), np.array([[1.0, 1j]]), np.array([0j])
+    >>> slide_bounds(P, Q, B, [-1, -1], 2.0)[0].round(6).tolist()
+    [2.0, 2.0]
+    """
+    arms = np.abs(loops).sum(axis=1) + np.abs(rest)
+    size = np.abs(slides)
+    found = np.full(slides.shape[1], np.nan)
+    going_on = True
+    while going_on:
+        going_on = False
+        for n in range(len(arms)):
+            left = np.flatnonzero((size[n] > 0.0) & np.isnan(found))
+            if len(left) == 1:
+                others = float(np.nansum(size[n] * np.where(np.isnan(found), 0.0, found)))
+                found[left[0]] = (arms[n] + others) / size[n, left[0]]
+                going_on = True
+    left = np.flatnonzero(np.isnan(found))
+    if len(left) and all(along[m] < 0 for m in left):
+        found[left] = _by_equations(arms, slides, found, left)
+    proven = bool(np.isfinite(found).all())
+    reach = np.where(np.isfinite(found), found, REACH * scale)
+    return WIDER * np.maximum(reach, LEAST * scale), proven
+
+
+def _by_equations(
+    arms: np.ndarray, slides: np.ndarray, found: np.ndarray, left: np.ndarray
+) -> np.ndarray:
+    """Bounds of slides in known directions; NaN where these are parallel."""
+    others = arms + np.abs(slides) @ np.nan_to_num(found)
+    A = np.concatenate([slides[:, left].real, slides[:, left].imag])
+    if np.linalg.matrix_rank(A, tol=PARALLEL) < len(left):
+        return np.full(len(left), np.nan)
+    return np.asarray(np.abs(np.linalg.pinv(A)) @ np.concatenate([others, others]))
+
+
+# -- Loop-closure equations of one group, in which every angle stands in a single cosine -------
+#
+# With complex coefficients, rows are the real parts of
+#
+#     Σ_d P_rd e^{iρ_d α_d} + Σ_m s_m Q_rm e^{iρ α_c(m)} + B_r = 0,
+#
+# d over directions, s_m the displacements on slides. A linear combination of rows has the same
+# form, and the range of each of its terms over a box is exact, so that preconditioning
+# overestimates nothing but the sum.
+
+#: Denominators of gear ratios up to which all turns of the wheels are searched.
+TEETH = 400
+#: A coefficient that cuts no box, as a part of its row; a cosine that is not divided by.
+TOO_SMALL = 1e-9
+#: By how much rows to spare may be open, of the size of the rows.
+OPEN = 1e-9
+
+Box = tuple[np.ndarray, np.ndarray]
+
+
+class LoopRows:
+    """The rows of one group as arrays, and their ranges over boxes (boxes, unknowns).
+
+    Attributes
+    ----------
+    angles, slides : int
+        Unknowns: angles first.
+    turns : array (angles,)
+        How many turns of each angle are searched.
+    scale : float
+        Size of the rows [length].
+    reach : array (slides,)
+        Displacements that are searched.
+    bounded : bool
+        Whether no position lies beyond them.
+    """
+
+    def __init__(
+        self,
+        loops: np.ndarray,
+        slides: np.ndarray,
+        rest: np.ndarray,
+        of: list[int],
+        ratio: list[float],
+        along: list[int],
+    ) -> None:
+        negative = np.array(ratio) < 0.0
+        self.of, self.ratio = np.array(of, dtype=int), np.abs(np.array(ratio, dtype=float))
+        self.along = along
+        self.P = np.concatenate([loops, -1j * loops])
+        self.Q = np.concatenate([slides, -1j * slides])
+        self.P[:, negative] = self.P[:, negative].conj()
+        for m, d in enumerate(along):
+            if d >= 0 and negative[d]:
+                self.Q[:, m] = self.Q[:, m].conj()
+        self.B = np.concatenate([rest.real, rest.imag])
+        self.angles, self.slides = 1 + max(of, default=-1), slides.shape[1]
+        self.turns = np.ones(self.angles)
+        for v, parts in self._ratios().items():
+            self.turns[v] = lcm(*(part.denominator for part in parts))
+        self.scale = float(np.abs(loops).sum() + np.abs(rest).sum()) or 1.0
+        self.reach, self.bounded = slide_bounds(loops, slides, rest, along, self.scale)
+
+    def _ratios(self) -> dict[int, list[Fraction]]:
+        found: dict[int, list[Fraction]] = {}
+        for v, ratio in zip(self.of, self.ratio, strict=True):
+            part = Fraction(float(ratio)).limit_denominator(TEETH)
+            if abs(float(part) - ratio) > 1e-12:
+                raise NotCovered(f"a ratio of angles, {ratio:.6g}, has no small numbers of teeth")
+            found.setdefault(int(v), []).append(part)
+        return found
+
+    def extended(self, P: np.ndarray, Q: np.ndarray, B: np.ndarray, along: list[int]) -> LoopRows:
+        """Other rows of the same angles: coefficients by row, not by loop."""
+        made = copy(self)
+        made.P, made.Q, made.B, made.along = P, Q, B, along
+        made.slides = Q.shape[1]
+        return made
+
+    @property
+    def unknowns(self) -> int:
+        """Angles and displacements."""
+        return self.angles + self.slides
+
+    def _units(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """e^{iρα} of directions (points, directions), and of the slides."""
+        e = np.exp(1j * self.ratio * x[:, self.of])
+        t = np.ones((len(x), self.slides), dtype=complex)
+        for m, d in enumerate(self.along):
+            if d >= 0:
+                t[:, m] = e[:, d]
+        return e, t
+
+    def values(self, x: np.ndarray) -> np.ndarray:
+        """f (points, rows) [length] at points (points, unknowns)."""
+        e, t = self._units(x)
+        s = x[:, self.angles :]
+        return np.asarray((e @ self.P.T).real + ((t * s) @ self.Q.T).real + self.B)
+
+    def jacobian(self, x: np.ndarray) -> np.ndarray:
+        """∂f/∂x (points, rows, unknowns)."""
+        e, t = self._units(x)
+        J = np.zeros((len(x), len(self.B), self.unknowns))
+        for d, v in enumerate(self.of):
+            J[:, :, v] += self.ratio[d] * (1j * self.P[:, d] * e[:, None, d]).real
+        J[:, :, self.angles :] = (self.Q * t[:, None, :]).real
+        for m, d in enumerate(self.along):
+            if d >= 0:
+                turning = (1j * self.Q[:, m] * t[:, None, m]).real
+                s = x[:, None, self.angles + m]
+                J[:, :, self.of[d]] += self.ratio[d] * s * turning
+        return J
+
+    def _arguments(self, box: Box) -> Box:
+        """Ranges of ρα by direction."""
+        return self.ratio * box[0][:, self.of], self.ratio * box[1][:, self.of]
+
+    def _slide_cosines(self, q: np.ndarray, m: int, arguments: Box) -> Box:
+        """Range of Re(q e^{iρα}) of slide m, q (boxes, rows)."""
+        d = self.along[m]
+        if d < 0:
+            return q.real, q.real
+        shift, size = np.angle(q), np.abs(q)
+        low, high = cosine_range(arguments[0][:, None, d] + shift, arguments[1][:, None, d] + shift)
+        return size * low, size * high
+
+    def slopes(self, Y: np.ndarray, box: Box) -> Box:
+        """Ranges of Y ∂f/∂x over boxes: (boxes, n, unknowns), Y (boxes, n, rows)."""
+        arguments = self._arguments(box)
+        P = 1j * (Y @ self.P)
+        shift, size = np.angle(P), np.abs(P)
+        a, b = cosine_range(arguments[0][:, None] + shift, arguments[1][:, None] + shift)
+        low = np.zeros((*P.shape[:2], self.unknowns))
+        high = np.zeros_like(low)
+        for d, v in enumerate(self.of):
+            low[:, :, v] += self.ratio[d] * size[:, :, d] * a[:, :, d]
+            high[:, :, v] += self.ratio[d] * size[:, :, d] * b[:, :, d]
+        for m, d in enumerate(self.along):
+            q, column = Y @ self.Q[:, m], self.angles + m
+            low[:, :, column], high[:, :, column] = self._slide_cosines(q, m, arguments)
+            if d >= 0:
+                turning = self._slide_cosines(1j * q, m, arguments)
+                own = products(turning, (box[0][:, None, column], box[1][:, None, column]))
+                low[:, :, self.of[d]] += self.ratio[d] * own[0]
+                high[:, :, self.of[d]] += self.ratio[d] * own[1]
+        return low, high
+
+    def cut(self, Y: np.ndarray, box: Box, alive: np.ndarray, open_by: float = 0.0) -> np.ndarray:
+        """Shrink boxes, in place, by the rows Y f = 0; `alive` marks those that may hold a root.
+
+        LoopRows may be open by `open_by` of their size.
+        """
+        lo, hi = box
+        arguments = self._arguments(box)
+        P, rest = Y @ self.P, Y @ self.B
+        size, shift = np.abs(P), np.angle(P)
+        a, b = cosine_range(arguments[0][:, None] + shift, arguments[1][:, None] + shift)
+        low, high = size * a, size * b
+        cosines = [self._slide_cosines(Y @ self.Q[:, m], m, arguments) for m in range(self.slides)]
+        sliding = [
+            products(c, (lo[:, None, self.angles + m], hi[:, None, self.angles + m]))
+            for m, c in enumerate(cosines)
+        ]
+        total = np.abs(low).sum(2) + np.abs(high).sum(2) + np.abs(rest)
+        least, greatest = low.sum(2) + rest, high.sum(2) + rest
+        for p in sliding:
+            total += np.abs(p[0]) + np.abs(p[1])
+            least, greatest = least + p[0], greatest + p[1]
+        slack = WIDEN * total + open_by * self.scale * np.abs(Y).sum(2)
+        least, greatest = least - slack, greatest + slack
+        alive = alive & ((least <= 0.0) & (greatest >= 0.0)).all(1)
+        # of each term what the others leave:  −(greatest − high) ≤ term ≤ −(least − low)
+        strong = size > TOO_SMALL * total[:, :, None]
+        left = low - least[:, :, None], high - greatest[:, :, None]
+        self._cut_angles(box, left, np.where(strong, size, 0.0), shift)
+        for m, (cosine, own) in enumerate(zip(cosines, sliding, strict=True)):
+            self._cut_slide(box, m, cosine, (own[1] - greatest, own[0] - least))
+        return alive & (lo <= hi).all(1)
+
+    def _cut_angles(self, box: Box, left: Box, size: np.ndarray, shift: np.ndarray) -> None:
+        """Shrink angles by size cos(ρα + shift) within what the other terms leave."""
+        lo, hi = box
+        strong = size > 0.0
+        divisor = np.where(strong, size, 1.0)
+        top, bottom = left[0] / divisor, left[1] / divisor
+        top, bottom = np.where(strong, top, 1.0), np.where(strong, bottom, -1.0)
+        empty = (top < -1.0 - WIDEN) | (bottom > 1.0 + WIDEN)
+        near = np.maximum(np.arccos(np.clip(top, -1.0, 1.0)) - WIDEN, 0.0)
+        far = np.minimum(np.arccos(np.clip(bottom, -1.0, 1.0)) + WIDEN, np.pi)
+        near, far = np.where(empty, 0.0, near), np.where(empty, np.pi, far)
+        from_low = (self.ratio * lo[:, self.of])[:, None] + shift
+        from_high = -(self.ratio * hi[:, self.of])[:, None] - shift
+        below = (first_within(from_low, near, far) - shift).max(1) - WIDEN
+        above = -(first_within(from_high, near, far) + shift).max(1) + WIDEN
+        for d, v in enumerate(self.of):
+            dead = empty[:, :, d].any(1)
+            lo[:, v] = np.where(dead, np.inf, np.maximum(lo[:, v], below[:, d] / self.ratio[d]))
+            hi[:, v] = np.minimum(hi[:, v], above[:, d] / self.ratio[d])
+
+    def _cut_slide(self, box: Box, m: int, cosine: Box, left: Box) -> None:
+        """Shrink a displacement by s · cosine within what the other terms leave, where the cosine
+        keeps its sign.
+        """
+        lo, hi = box
+        column = self.angles + m
+        positive, negative = cosine[0] > TOO_SMALL, cosine[1] < -TOO_SMALL
+        one, other = np.where(negative, -cosine[1], cosine[0]), cosine[1]
+        other = np.where(negative, -cosine[0], other)
+        sound = positive | negative
+        one, other = np.where(sound, one, 1.0), np.where(sound, other, 1.0)
+        low = np.where(negative, -left[1], left[0])
+        high = np.where(negative, -left[0], left[1])
+        least = np.minimum(low / one, low / other)
+        greatest = np.maximum(high / one, high / other)
+        margin = WIDEN * (1.0 + np.abs(least) + np.abs(greatest))
+        least = np.where(sound, least - margin, -np.inf).max(1)
+        greatest = np.where(sound, greatest + margin, np.inf).min(1)
+        lo[:, column] = np.maximum(lo[:, column], least)
+        hi[:, column] = np.minimum(hi[:, column], greatest)
+
+    def krawczyk(self, Y: np.ndarray, middle: np.ndarray, box: Box) -> Box:
+        """Krawczyk's operator about `middle`, with the ranges of the slopes over the boxes."""
+        low, high = self.slopes(Y, box)
+        one = np.eye(self.unknowns)[None]
+        step = np.einsum("bij,bj->bi", Y, self.values(middle))
+        away = (box[0] - middle)[:, None, :], (box[1] - middle)[:, None, :]
+        p = products((one - high, one - low), away)
+        slack = WIDEN * (np.abs(p[0]).sum(2) + np.abs(p[1]).sum(2) + np.abs(middle) + 1.0)
+        # the rounding of f goes through Y
+        slack += WIDEN * 1e-3 * self.scale * np.abs(Y).sum(2)
+        return middle - step + p[0].sum(2) - slack, middle - step + p[1].sum(2) + slack
+
+
+@dataclass
+class _Edge:
+    """One pair: p_j − p_i + Σ terms + Σ slides + constant = 0."""
+
+    i: int
+    j: int
+    terms: dict[int, complex]
+    slides: dict[int, complex]
+    constant: complex = 0j
+
+
+class GroupRows:
+    """The rows of a group for one state of what is solved before it.
+
+    Attributes
+    ----------
+    rows : LoopRows
+    names : list of int
+        Unknown angles, by the names of `Linkage.variable`.
+    slide_of : dict
+        The number of the displacement of a slide, by its pair.
+    free : int
+        The number of the displacement that is the value of a released driver of a length, -1
+        without one.
+    """
+
+    def __init__(
+        self, linkage: Linkage, group: Group, state: State, stages: tuple[int, ...] = ()
+    ) -> None:
+        self.linkage, self.group, self.state = linkage, group, state
+        # how many pairs are used at most for the tree, stage by stage
+        self.stages = stages or (len(group.pairs),)
+        self.names = list(group.angles)
+        for p in group.pairs:
+            pair = linkage.pairs[p]
+            if pair.kind == "rod" and linkage.variable[pair.rod] not in (
+                *self.names,
+                *state[0],
+                -1,
+            ):
+                self.names.append(linkage.variable[pair.rod])
+        self.directions: dict[tuple[int, float], int] = {}
+        self.along: list[int] = []
+        self.slide_of: dict[int, int] = {}
+        self.free = -1
+        self.edges = [self._edge(p) for p in group.pairs]
+        order, loops = self._loops()
+        self.order = order
+        A = np.zeros((len(loops), len(self.directions)), dtype=complex)
+        S = np.zeros((len(loops), len(self.along)), dtype=complex)
+        B = np.zeros(len(loops), dtype=complex)
+        for n, loop in enumerate(loops):
+            for k, sign in loop.items():
+                edge = self.edges[k]
+                B[n] += sign * edge.constant
+                for d, c in edge.terms.items():
+                    A[n, d] += sign * c
+                for m, c in edge.slides.items():
+                    S[n, m] += sign * c
+        position = {v: n for n, v in enumerate(self.names)}
+        of = [position[v] for v, _ in self.directions]
+        missing = sorted(set(range(len(self.names))) - set(of))
+        if missing:
+            raise NotCovered(f"no loop says the angle of '{linkage.names[self.names[missing[0]]]}'")
+        ratio = [r for _, r in self.directions]
+        self.rows = LoopRows(A, S, B, of, ratio, self.along)
+
+    def _edge(self, p: int) -> _Edge:
+        pair = self.linkage.pairs[p]
+        edge = _Edge(pair.i, pair.j, {}, {})
+        self._add(edge, pair.j, pair.arm_j)
+        self._add(edge, pair.i, -pair.arm_i)
+        if pair.free:
+            along = pair.rod if pair.kind == "rod" else pair.i
+            direction, factor = self._unit(along)
+            edge.slides[len(self.along)] = -factor * (1.0 if pair.kind == "rod" else pair.axis)
+            self.free = len(self.along)
+            self.along.append(direction)
+        elif pair.kind == "rod":
+            self._add(edge, pair.rod, -pair.value)
+        elif pair.kind == "slide":
+            self._add(edge, pair.i, -pair.value * pair.axis)
+        if pair.kind == "slide":
+            self.slide_of[p] = len(self.along)
+            direction, factor = self._unit(pair.i)
+            edge.slides[len(self.along)] = -1j * pair.axis * factor
+            self.along.append(direction)
+        for body, sign in ((pair.j, 1.0), (pair.i, -1.0)):
+            if body not in self.group.bodies:
+                edge.constant += sign * self.state[1][body]
+        edge.i = edge.i if edge.i in self.group.bodies else -1
+        edge.j = edge.j if edge.j in self.group.bodies else -1
+        return edge
+
+    def _unit(self, k: int) -> tuple[int, complex]:
+        """Direction among those of the rows, -1 where it is known, and a factor."""
+        linkage = self.linkage
+        v, offset = linkage.variable[k], linkage.offset[k]
+        if v in self.names:
+            key = v, linkage.ratio[k]
+            return self.directions.setdefault(key, len(self.directions)), cmath.exp(1j * offset)
+        return -1, cmath.exp(1j * linkage.angle(k, self.state[0]))
+
+    def _add(self, edge: _Edge, k: int, vector: complex) -> None:
+        if vector == 0j:
+            return
+        direction, factor = self._unit(k)
+        if direction < 0:
+            edge.constant += vector * factor
+        else:
+            edge.terms[direction] = edge.terms.get(direction, 0j) + vector * factor
+
+    def _loops(self) -> tuple[list[tuple[int, int, int, float]], list[dict[int, float]]]:
+        """A spanning tree from what is known, as (body, from, edge, sign), and the loops that the
+        other edges close, as signs of edges.
+        """
+        paths: dict[int, dict[int, float]] = {-1: {}}
+        order: list[tuple[int, int, int, float]] = []
+        used: set[int] = set()
+        for last in self.stages:
+            going = True
+            while going:
+                going = False
+                for k, edge in enumerate(self.edges[:last]):
+                    if k in used or (edge.i in paths) == (edge.j in paths):
+                        continue
+                    ahead = edge.i in paths
+                    new, old, sign = (edge.j, edge.i, -1.0) if ahead else (edge.i, edge.j, 1.0)
+                    paths[new] = dict(paths[old])
+                    paths[new][k] = paths[new].get(k, 0.0) + sign
+                    order.append((new, old, k, sign))
+                    used.add(k)
+                    going = True
+        loops = []
+        for k, edge in enumerate(self.edges):
+            if k in used:
+                continue
+            total = {k: 1.0}
+            for node, sign in ((edge.j, 1.0), (edge.i, -1.0)):
+                for e, s in paths[node].items():
+                    total[e] = total.get(e, 0.0) + sign * s
+            loops.append({e: s for e, s in total.items() if s})
+        return order, loops
+
+    def solved(self, x: np.ndarray) -> State:
+        """The state with what this group adds, at its unknowns (unknowns,)."""
+        angles = dict(self.state[0]) | {v: float(x[n]) for n, v in enumerate(self.names)}
+        places = dict(self.state[1])
+        slides = x[len(self.names) :]
+        units = {d: cmath.exp(1j * ratio * angles[v]) for (v, ratio), d in self.directions.items()}
+        found = {-1: 0j}
+        for new, old, k, sign in self.order:
+            edge = self.edges[k]
+            total = edge.constant + sum(c * units[d] for d, c in edge.terms.items())
+            for m, c in edge.slides.items():
+                unit = 1.0 if self.along[m] < 0 else units[self.along[m]]
+                total += c * float(slides[m]) * unit
+            found[new] = found[old] + sign * total
+        places |= {b: p for b, p in found.items() if b >= 0}
+        return angles, places
+
 
 #: Width [rad, or a quarter of the reach] of a box that is not halved any more.
 SMALL = 1e-6
@@ -31,7 +546,7 @@ QUARTER = 4.0
 #: Part of the greatest singular value that counts as none: of a preconditioner, of a root.
 ROUGH, FINE = 1e-8, 1e-10
 NEWTON = 7
-INFLATED, LEAST = 1.05, 1e-9
+INFLATED, BOX_SEARCH_LEAST = 1.05, 1e-9
 
 
 @dataclass(frozen=True)
@@ -140,7 +655,7 @@ class _BoxSearch:
         """Boxes that are not covered by a box with one root, which is kept."""
         rows, (lo, hi) = self.rows, box
         x = self._newton(0.5 * (lo + hi))
-        far = INFLATED * np.maximum(np.abs(x - lo), np.abs(x - hi)) + LEAST
+        far = INFLATED * np.maximum(np.abs(x - lo), np.abs(x - hi)) + BOX_SEARCH_LEAST
         near = np.isfinite(x).all(1) & (far * self.weight < 2.0).all(1)
         settled = np.zeros(len(lo), dtype=bool)
         if near.any():

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from mbody.errors import ModelError
-from mbody.kernels.contact_shapes import CIRCLE, LINE, POLYGON, SEGMENT, ContactShapes
+from mbody.kernels.contact_geometry import CIRCLE, LINE, POLYGON, SEGMENT, ContactShapes
 from mbody.kernels.layout import integers
 from mbody.model.contact import Between, Contact, Rope, shape_names
 from mbody.model.mechanism import Mechanism

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.driven.kinetostatics import kinetostatics
+from mbody.analysis.driven.driven import kinetostatics
 from mbody.errors import ModelError
 from mbody.model.element import listed
 from mbody.solution.checks import each_load_of, one_design
 from mbody.solution.friction_results import Efficiency
-from mbody.solution.places import link_poses
+from mbody.solution.histories import link_poses
 from mbody.solution.solution import Solution
 
 __all__ = ["efficiency"]

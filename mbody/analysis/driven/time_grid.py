@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import operator
+import os
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from numbers import Real
+from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
 
-from mbody.analysis.driven.memory_limit import check_room
 from mbody.errors import ModelError, SolveError, angle_text, brief, remedy
 from mbody.kernels.continuation import BY_DRIVER, BY_INSTANT, BY_TIME
 from mbody.laws import Expression, Table, times_of
@@ -20,20 +22,59 @@ from mbody.model.element import Element, listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import varied
 from mbody.quantities.types import PlainNumbers
-from mbody.system.driver_formulas import followed_states, recorded_driver
+from mbody.system.formula_rows import followed_states, recorded_driver
 from mbody.system.system import System
 
-__all__ = [
-    "BY_DRIVER",
-    "BY_INSTANT",
-    "BY_TIME",
-    "TimeGrid",
-    "by_time",
-    "check_laws",
-    "check_reach",
-    "check_timed",
-    "time_grid",
-]
+# -- Whether there is memory for a request: refused with its size before anything is begun -----
+
+#: Where Linux says how much memory a container may have.
+LIMITS = (
+    "/sys/fs/cgroup/memory.max",
+    "/sys/fs/cgroup/memory/memory.limit_in_bytes",
+)
+#: Bytes of what is kept of a number, and of what else is made of an instant on the way.
+NUMBER, BESIDE = 8, 200
+#: Bytes that every process has that could load the kernels: to read the limits takes longer than a
+#: short analysis.
+SMALL = 16e6
+
+
+def check_room(system: System, instants: int) -> None:
+    """Refuse more instants than the memory of this machine can hold.
+
+    Parameters
+    ----------
+    system : System
+        Of one design, or a batch.
+    instants : int
+
+    Raises
+    ------
+    ModelError
+        With the size that they would have.
+    """
+    rows = system.page_rows
+    wanted = int(instants) * (NUMBER * rows * int(system.batch or 1) + BESIDE)
+    if wanted < SMALL:
+        return
+    there = memory()
+    if wanted > there:
+        raise ModelError(
+            f"{instants} instants of '{system.mechanism.name}' take {wanted / 1e9:.3g} GB, this "
+            f"machine has {there / 1e9:.3g} GB of memory: ask for fewer of them"
+        )
+
+
+def memory() -> float:
+    """Bytes of memory that a process may have here; infinite where nothing says it."""
+    found = [float("inf")]
+    with contextlib.suppress(AttributeError, ValueError, OSError):
+        found.append(float(os.sysconf("SC_PAGE_SIZE")) * float(os.sysconf("SC_PHYS_PAGES")))
+    for path in LIMITS:
+        with contextlib.suppress(OSError, ValueError):  # "max" is no number
+            found.append(float(Path(path).read_text("ascii")))
+    return min(found)
+
 
 #: Most turns that are made at one request.
 MOST = 1000

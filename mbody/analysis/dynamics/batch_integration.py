@@ -4,7 +4,7 @@ Designs go side by side, one a lane, each with its own steps, as `simulate` of i
 ordinary places. What a design gets does not depend on its neighbours, so the numbers do not depend
 on how a batch is cut.
 
-With designs that are driven (`mbody.analysis.driven.batch_continuation`) they share how loops close
+With designs that are driven (`mbody.analysis.driven.batch`) they share how loops close
 and what comes back: rows, and whom to trust. The rest is each one's own: driven designs are at the
 same instant in all lanes and each group of lanes ends together, free ones have their own times and
 a lane that is free takes the next design.
@@ -20,16 +20,24 @@ import numpy as np
 
 from mbody.analysis.contact.unilateral import has_modes
 from mbody.analysis.driven.diagnosis import undetermined, weightless
-from mbody.analysis.dynamics.initial_step import REFINEMENTS, coordinate_sizes, first_step
-from mbody.analysis.dynamics.integrators import PATIENT
+from mbody.analysis.dynamics.integrators import (
+    PATIENT,
+    REFINEMENTS,
+    coordinate_sizes,
+    first_step,
+    own_sizes,
+)
 from mbody.analysis.dynamics.options import MotionRequest, last_time, motion_request, tolerances
-from mbody.analysis.dynamics.own_states import own_sizes
-from mbody.analysis.initial.initial_state_batch import BatchStart, batch_start, initial_states
+from mbody.analysis.initial.initial_state import BatchStart, batch_start, initial_states
 from mbody.core.lanes import LANES, aligned
 from mbody.kernels.layout import inverse_masses, stand_ins
-from mbody.kernels.runge_kutta_lanes import runge_kutta_lanes
-from mbody.kernels.runge_kutta_lanes_control import CONTROLS, LaneWorkspace
-from mbody.kernels.runge_kutta_lanes_rhs import Batch, initial_derivatives
+from mbody.kernels.runge_kutta_lanes import (
+    CONTROLS,
+    Batch,
+    LaneWorkspace,
+    initial_derivatives,
+    runge_kutta_lanes,
+)
 from mbody.kernels.step_state import Tolerances
 from mbody.kernels.tableaus import Explicit, order_5, order_8
 from mbody.model.states import STEADY
@@ -123,7 +131,7 @@ def integrate_lanes(
     values : mapping
         What the designs differ in.
     wanted : array (rows,)
-        Which rows, as `mbody.kernels.output` numbers them.
+        Which rows, as `mbody.kernels.layout` numbers them.
     """
     q, v, good = initial_states(motions.start, system, values)
     good &= stand_ins(system.layout, system.mass, system.length) == motions.light

@@ -9,23 +9,729 @@ changed where they disagree; that is the step of a semismooth Newton method on �
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 
-from mbody.analysis.contact.friction_problem import FrictionSolution, decide_modes
-from mbody.analysis.contact.joint_friction import JointFriction
-from mbody.analysis.contact.unilateral import SENSES, Rows
-from mbody.analysis.dynamics.contact_impacts import responses_to
-from mbody.analysis.dynamics.friction_model import FrictionModel, force_size, model_of
-from mbody.analysis.dynamics.modal_motion import ModalMotion
-from mbody.analysis.dynamics.shared_friction import shared_friction
+from mbody.analysis.contact.complementarity import (
+    ClosedContacts,
+    FrictionProblem,
+    FrictionSolution,
+    JointFriction,
+    Limits,
+    Tangent,
+    cone,
+    decide_modes,
+    impact_impulses,
+)
+from mbody.analysis.contact.unilateral import SENSES, Overlap, Rows, Unilateral, deepest_overlap
+from mbody.analysis.dynamics.events import Guard
+from mbody.analysis.dynamics.interruptions import works_of_drivers
+from mbody.errors import ModelError, SolveError
 from mbody.kernels.friction import REACHED_PART
-from mbody.system.rank import dense
+from mbody.kernels.layout import PER_PRIMITIVE, Layout, Work
+from mbody.system.rank import dense, dense_rates, rank_of
+from mbody.system.system import System
 
-__all__ = ["STILL", "Verdict", "decide", "near_touches"]
+# -- What the decision of modes and their guards need of a motion: a protocol, and what events
+#    say ---------------------------------------------------------------------------------------
 
 Array = np.ndarray
+
+
+@dataclass
+class Closing:
+    """What an event has just decided, where complementarity is at its limit.
+
+    Attributes
+    ----------
+    closed : set of int
+        Touches that are closed, though their gap is rounding.
+    opened : set of int
+        Touches that open.
+    sliding : dict
+        Senses of what begins to slide, by the number of the touch or, after these, of the rough
+        joint.
+    stopped : set of int
+        What ceases to slide, likewise.
+    """
+
+    closed: set[int] = field(default_factory=set)
+    opened: set[int] = field(default_factory=set)
+    sliding: dict[int, float] = field(default_factory=dict)
+    stopped: set[int] = field(default_factory=set)
+
+
+@dataclass(frozen=True)
+class Reserve:
+    """How far forces that no equation decides are from their limits.
+
+    Attributes
+    ----------
+    least : float
+        The greatest reserve that all can have [force].
+    sliding : dict
+        The senses in which what has no more would slide, by the number of the touch or, after
+        these, of the rough joint.
+    opened : set of int
+        Touches that would open.
+    """
+
+    least: float
+    sliding: dict[int, float]
+    opened: set[int]
+
+
+class SharedForces(Protocol):
+    """Forces of what sticks that no equation decides (`mbody.analysis.dynamics.contact_decision`).
+
+    Attributes
+    ----------
+    members : frozenset of int
+        What sticks, touches and, after these, rough joints, whose forces are open.
+    pressing : frozenset of int
+        Touches whose normal forces are open.
+    """
+
+    @property
+    def pressing(self) -> frozenset[int]:
+        """See above."""
+
+    @property
+    def parts(self) -> tuple[tuple[int, ...], ...]:
+        """All of it, to be kept."""
+
+    @property
+    def members(self) -> frozenset[int]:
+        """See above."""
+
+    def reserve(self, motion: ModalMotion, page: Array, work: Work) -> Reserve:
+        """The greatest reserve by a page (rows,), with the rows of that position."""
+
+
+class ModalMotion(Protocol):
+    """A motion with rows that can be on or off.
+
+    Attributes
+    ----------
+    uni : Unilateral
+        Its touches and rough joints.
+    modes, pairs : lists of str
+        Their modes.
+    closing : Closing
+    groups : dict
+        Touches that stick by the row of one of them, by its number.
+    shared : SharedForces, optional
+        What sticks with forces that no equation decides.
+    beyond : set of int
+        Open touches that have left their edge over its end.
+    guards : list of Guard
+        What is watched.
+    fresh : dict
+        What is rounding of guards that began at zero.
+    y, K, page, scale : arrays
+        State, derivatives, what is kept of the instant, sizes of the coordinates.
+    work, probe : Work
+        That of the steps, and one to look at other positions.
+    """
+
+    system: System
+    layout: Layout
+    uni: Unilateral
+    modes: list[str]
+    pairs: list[str]
+    closing: Closing
+    groups: dict[int, list[int]]
+    shared: SharedForces | None
+    beyond: set[int]
+    guards: list[Guard]
+    fresh: dict[Guard, float]
+    y: Array
+    K: Array
+    page: Array
+    scale: Array
+    work: Work
+    probe: Work
+
+    @property
+    def speed(self) -> float:
+        """The swiftest motion in model lengths a time."""
+
+    @property
+    def near(self) -> float:
+        """Gaps up to this are none [length]."""
+
+    def load(self) -> None:
+        """The present state into the workspace."""
+
+    def evaluate(self) -> bool:
+        """Project the state, evaluate its derivative and its page."""
+
+    def set_modes(self, modes: list[str], pairs: list[str], on: Array, held: Array) -> None:
+        """Set the modes, and which rows of touches and rough joints are on."""
+
+
+# -- Impacts of closed contacts, and what overlaps at the beginning ----------------------------
+
+#: The least inertia along a direction, as a part of the greatest, that is not for want of masses.
+MASSLESS = 1e-14
+#: A touch that moves so little by an impulse, as a part of what its body would, is led.
+LED = 1e-9
+#: Impulses of touches that depend on others to this part are shared.
+DEPENDENT = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class Impact:
+    """An impact.
+
+    Attributes
+    ----------
+    jump : array (coordinates,)
+        By which the velocities change.
+    before : array (touches,)
+        Rates of the gaps before it, of those that were closed.
+    gained : array (touches,)
+        Kinetic energy by each, below zero where it took.
+    moved : array (touches,)
+        What the motion of each gave, of stops that move.
+    driven : dict
+        What drivers gave, by name, of those that lead bodies at that instant.
+    """
+
+    jump: Array
+    before: Array
+    gained: Array
+    moved: Array
+    driven: dict[str, float]
+
+
+def responses_to(uni: Unilateral, work: Work, block: Array, sticking: Array | None = None) -> Array:
+    """How velocities change by an impulse along each row: M⁻¹ blockᵀ, (coordinates, rows), as far
+    as joints allow; `sticking` are further rows that hold, (rows, coordinates).
+
+    N (Nᵀ M N)⁻¹ Nᵀ, N the free directions: bodies without mass are ordinary where joints guide
+    them.
+    """
+    system, n = uni.system, block.shape[1]
+    scale = system.coordinate_units
+    G = dense(system, work)[1]
+    if sticking is not None and len(sticking):
+        size = np.linalg.norm(sticking * scale, axis=1, keepdims=True)
+        G = np.vstack([G, sticking * scale / np.where(size > 0.0, size, 1.0)])
+    motions = rank_of(G).motions if len(G) else np.eye(n)
+    if not len(motions):
+        return np.zeros((n, len(block)))
+    inertia = (motions * (system.mass[:n, 0] * scale**2)) @ motions.T
+    along = motions @ (block * scale).T
+    if np.linalg.cond(inertia) < 1.0 / MASSLESS:
+        way = np.linalg.solve(inertia, along)
+    else:
+        way = np.linalg.lstsq(inertia, along, rcond=MASSLESS)[0]
+    return np.asarray(scale[:, None] * (motions.T @ way))
+
+
+def touch_rows(uni: Unilateral, rows: Rows, closed: list[int]) -> tuple[Array, Array]:
+    """Rows (2 m, coordinates) of the gaps and of sliding of some touches, and their rates."""
+    n3 = rows.block.shape[1]
+    found, rates = np.zeros((2 * len(closed), n3)), np.zeros(2 * len(closed))
+    for k, number in enumerate(closed):
+        touch = uni.touches[number]
+        found[k] = touch.spot.sense * rows.block[touch.normal]
+        rates[k] = touch.spot.sense * rows.rate[touch.normal]
+        if touch.tangent >= 0:
+            found[len(closed) + k] = rows.block[touch.tangent]
+            rates[len(closed) + k] = rows.rate[touch.tangent]
+    return found, rates
+
+
+def strike(
+    uni: Unilateral,
+    work: Work,
+    closed: list[int],
+    *,
+    still: bool = False,
+    sticking: Array | None = None,
+    without_collision: bool = False,
+) -> Impact | None:
+    """An impact of closed touches at the state in the workspace; None where it has no solution.
+
+    Parameters
+    ----------
+    still : bool
+        Without restitution.
+    sticking : array (rows, coordinates), optional
+        Rows of joints that go on to stick.
+    without_collision : bool
+        See `impact_impulses`.
+    """
+    W, rates = touch_rows(uni, uni.read(work), closed)
+    touches = [uni.touches[k] for k in closed]
+    Y = responses_to(uni, work, W, sticking)
+    friction = np.array([one.friction for one in touches])
+    contacts = ClosedContacts(W @ Y, friction, np.where(friction > 0.0, 0.0, 1.0))
+    restitution = np.array([0.0 if still else one.restitution for one in touches])
+    newton = np.array([one.law == "newton" for one in touches])
+    impulse = impact_impulses(
+        contacts, rates, restitution, newton, without_collision=without_collision
+    )
+    if impulse is None:
+        return None
+    jump, m = Y @ impulse, len(closed)
+    mean = rates + 0.5 * (W @ jump)
+    gained = impulse * mean
+    moved = impulse * (W @ work.v[: W.shape[1], 0] - rates)
+    left = uni.system.mass[: len(jump), 0] * jump - W.T @ impulse
+    nu = dense_rates(uni.system, work)
+    driven = works_of_drivers(uni.system, work, left, nu, sticking)
+    return Impact(jump, rates[:m], gained[:m] + gained[m:], moved[:m], driven)
+
+
+def refuse_led(uni: Unilateral, work: Work, hit: list[int]) -> None:
+    """Refuse an impact of what drivers lead.
+
+    Raises
+    ------
+    SolveError
+        Where no velocity that is free changes the approach of a touch.
+    """
+    system = uni.system
+    W = touch_rows(uni, uni.read(work), hit)[0][: len(hit)]
+    sizes = np.linalg.norm(W * system.coordinate_units, axis=1)
+    moved = np.linalg.norm(responses_to(uni, work, W) / system.coordinate_units[:, None], axis=0)
+    usual = float(system.mass[: W.shape[1], 0].max()) * system.length**2
+    for k, number in enumerate(hit):
+        if not moved[k] * usual > LED * sizes[k]:
+            name = uni.touches[number].name
+            raise SolveError(
+                f"nothing that strikes '{name}' is free to rebound: it follows drivers alone; take "
+                "them off, or record when it is reached by an Event",
+                name,
+            )
+
+
+def arrest(uni: Unilateral, work: Work, closed: list[int]) -> Impact:
+    """The gaps of closed touches neither open nor close any more, nor does what stuck begin to
+    slide: impulses of least norm where touches depend on each other.
+    """
+    W, rates = touch_rows(uni, uni.read(work), closed)
+    m = len(closed)
+    # what slides faster than it strikes goes on to
+    stuck = [k for k in range(m, 2 * m) if abs(rates[k]) <= np.abs(rates[:m]).max()]
+    rows = [*range(m), *stuck]
+    Y = responses_to(uni, work, W[rows])
+    impulse = np.linalg.lstsq(W[rows] @ Y, -rates[rows], rcond=DEPENDENT)[0]
+    jump = Y @ impulse
+    work_done = np.zeros(2 * m)
+    work_done[rows] = impulse * (rates[rows] + 0.5 * (W[rows] @ jump))
+    # what stops that move and drivers give is rounding by then
+    return Impact(jump, rates[:m], work_done[:m] + work_done[m:], np.zeros(m), {})
+
+
+def first_overlap(uni: Unilateral, work: Work, near: float) -> list[int]:
+    """The touches that are closed at the beginning; refuses shapes that overlap.
+
+    Raises
+    ------
+    ModelError
+        With the names, by how much, and where.
+    """
+    rows = uni.read(work)
+    found = deepest_overlap(uni, rows, work, near)
+    if found is not None:
+        raise _overlap(uni, work, found)
+    within = uni.within_edges(rows, work, near, 0.0)
+    return [n for n, gap in enumerate(uni.gaps(rows)) if abs(gap) <= near and within[n]]
+
+
+def _overlap(uni: Unilateral, work: Work, found: Overlap) -> ModelError:
+    machine = uni.system.mechanism
+    j = uni.bodies[found.touch][1]
+    x, y, angle = work.q[3 * j : 3 * j + 3, 0]
+    ax, ay = (float(part) for part in uni.touches[found.touch].spot.arm)
+    place = (
+        float(x + np.cos(angle) * ax - np.sin(angle) * ay),
+        float(y + np.sin(angle) * ax + np.cos(angle) * ay),
+    )
+    (one,) = (one for one in machine.contacts if one.name == found.contact)
+    sentence = one.overlapping(found.depth, place, uni.system.values, machine.units)
+    return ModelError(sentence, one.described_as)
+
+
+# -- The problem of contacts and rough joints at the present instant of a motion ---------------
+#
+# Forces and accelerations are those that the kernels found with some modes; how they change by
+# forces along the rows of what may open or rub follows from dense matrices of rows and masses.
+
+#: Singular values of the rows of joints below this part of the greatest are zero.
+ZERO = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class FrictionModel:
+    """The problem, and whose its parts are.
+
+    Attributes
+    ----------
+    problem : FrictionProblem
+        Torques and angular accelerations by the model length.
+    closed : list of int
+        Touches of the normals.
+    owners : list of int
+        Of every tangent its touch, or the number of touches and that of its rough joint.
+    """
+
+    problem: FrictionProblem
+    closed: list[int]
+    owners: list[int]
+
+
+def force_size(motion: ModalMotion) -> float:
+    """The greatest force, or torque by unit length, at the present instant."""
+    system, n = motion.system, motion.system.coordinates
+    inertia = system.mass[:n, 0] * motion.K[0, n : 2 * n] / motion.scale[:n]
+    forces = motion.page[3 * n : system.friction_rows.start]
+    return max(float(np.abs(part).max(initial=0.0)) for part in (inertia, forces))
+
+
+def joint_multipliers(system: System, work: Work, changes: Array, accelerations: Array) -> Array:
+    """How the multipliers of all nodes change, (2 nodes, forces), by generalised forces `changes`
+    (coordinates, forces) that change accelerations so: those of least norm where rows of joints are
+    redundant.
+    """
+    _, G = dense(system, work)
+    n = G.shape[1]
+    left = changes - system.mass[:n] * accelerations
+    scaled = np.linalg.pinv(G.T, rcond=ZERO) @ (left * system.coordinate_units[:, None])
+    primitive, row, _ = system.row_table
+    found = np.zeros((2 * system.layout.nodes, changes.shape[1]))
+    found[2 * system.layout.primitive_node[primitive] + row] = system.row_units[:, None] * scaled
+    return found
+
+
+def _multipliers_at(system: System, page: Array, node: int) -> tuple[float, float]:
+    """Both multipliers of a node by a page (rows,)."""
+    e = int(np.flatnonzero(system.layout.primitive_node == node)[0])
+    first = 3 * system.coordinates + PER_PRIMITIVE * e
+    return float(page[first]), float(page[first + 1])
+
+
+def _limits(
+    law: JointFriction, at: tuple[float, float], change: Array, forces: Array, unit: float
+) -> Limits:
+    """Limits of a joint whose multipliers (2,) at `forces` are known, and their change (2, all)."""
+
+    def limits(now: Array) -> tuple[Array, Array, Array, Array]:
+        x, y = np.moveaxis(np.array(at) + (now - forces) @ change.T, -1, 0)
+        found = list[Array]()
+        for sense in (1.0, -1.0):
+            size, by_x, by_y = (np.asarray(part)[..., None] for part in law.size(x, y, sense))
+            found += [unit * size[..., 0], unit * (by_x * change[0] + by_y * change[1])]
+        return found[0], found[2], found[1], found[3]
+
+    return limits
+
+
+def _lasting(uni: Unilateral) -> list[tuple[int, float]]:
+    """Pairs that teeth press apart: their numbers and senses."""
+    L, par = uni.layout, uni.system.par
+    kinds = range(len(L.friction_kind))
+    return [(f, float(par[int(L.friction_par[f]) + 4, 0])) for f in kinds if uni.presses_apart(f)]
+
+
+def model_of(
+    motion: ModalMotion, closed: Sequence[int], sliding: Array, resting: Array
+) -> FrictionModel:
+    """The problem at the state, derivative and page of a motion, whose modes may be any.
+
+    Parameters
+    ----------
+    closed : list of int
+        Touches that are closed and neither approach nor part.
+    sliding : array (touches,)
+        Signs of the rates of sliding, zero of those at rest.
+    resting : array (rough joints,)
+        The same of the rough joints.
+    """
+    uni, system, n = motion.uni, motion.system, motion.system.coordinates
+    work, page, a = motion.work, motion.page[:, 0], motion.K[0, n : 2 * n]
+    motion.load()
+    rows = uni.read(work)
+    touches = [uni.touches[k] for k in closed]
+    m, count = len(closed), len(uni.touches)
+    W, _ = touch_rows(uni, rows, list(closed))
+    rough = [k for k in range(m) if touches[k].tangent >= 0 and touches[k].static > 0.0]
+    # of every tangent its row among those that can be on or off, its pair, its sense, its owner
+    pairs = [(one.tangent, one.pair, resting[k], count + k) for k, one in enumerate(uni.rough)]
+    pairs += [(int(uni.layout.friction_tangent[f]), f, sense, -1) for f, sense in _lasting(uni)]
+    unit = np.array([system.length if uni.angular[row] else 1.0 for row, *_ in pairs])
+    tangent_rows = [row for row, *_ in pairs]
+    every = np.vstack([W[:m], W[[m + k for k in rough]], unit[:, None] * rows.block[tangent_rows]])
+    gamma = np.concatenate(
+        [
+            [one.spot.sense * rows.gamma[one.normal] for one in touches],
+            [rows.gamma[touches[k].tangent] for k in rough],
+            unit * rows.gamma[tangent_rows],
+        ]
+    )
+    viscous = [
+        system.par[int(uni.layout.friction_par[f]) + 3, 0] * rows.rate[row] for row, f, *_ in pairs
+    ]
+    forces = np.concatenate(
+        [
+            [uni.pressing(page, one) for one in touches],
+            [-uni.multiplier(page, touches[k].tangent) for k in rough],
+            [
+                (v - uni.multiplier(page, row)) / u
+                for (row, *_), v, u in zip(pairs, viscous, unit, strict=True)
+            ],
+        ]
+    )
+    Y = responses_to(uni, work, every)
+    tangents = []
+    for k in rough:
+        one, sense = touches[k], sliding[closed[k]]
+        tangents.append(cone(len(every), k, one.friction if sense else one.static, sense))
+    if pairs:
+        changes = joint_multipliers(system, work, every.T, Y)
+    for (row, f, sense, _), u in zip(pairs, unit, strict=True):
+        law = JointFriction(system, work, f, rows.rate[row] if sense else None)
+        at, node = _multipliers_at(system, page, law.node), 2 * law.node
+        limits = _limits(law, at, changes[node : node + 2], forces, 1.0 / u)
+        tangents.append(Tangent(limits, sense, linear=law.by_law))
+    D = every @ Y
+    heavy = float(np.diag(D).max(initial=0.0)) * force_size(motion)
+    owners = [closed[k] for k in rough] + [owner for *_, owner in pairs]
+    problem = FrictionProblem(m, tuple(tangents), every @ a - gamma, D, forces, 1e-3 * heavy)
+    return FrictionModel(problem, list(closed), owners)
+
+
+# -- What sticks where more rows hold than the motion needs: forces that no equation decides ---
+#
+# A wheel with its brake on that stands on the road, a linkage at rest with several rough pins: the
+# accelerations follow, the forces do not. It goes on to stick as long as there are forces that keep
+# every limit, which a linear program finds: the greatest reserve t such that for some y
+#
+#     low(f + Z y) + T ≥ t,   high(f + Z y) − T ≥ t,   N ≥ t,
+#
+# Z the forces that are in balance with themselves. Limits of pins are convex in f: their tangents
+# lie below them, so that what the program finds is so; it is repeated with tangents at what it
+# found. Where t is zero, its multipliers are the motion that begins: what has none goes on to
+# stick.
+#
+# Limit analysis: Drucker, Prager, Greenberg (1952), here with the limits of friction.
+
+#: Singular values, and parts of a combination, below this part of the greatest are zero.
+SHARED_FRICTION_ZERO = 1e-8
+#: Linear programs with tangents of the limits, at most; a reserve that grows by less, as a part of
+#: the greatest force, does not.
+PASSES, SAME = 8, 1e-12
+#: A reserve is at most so many times the greatest force.
+MOST = 10.0
+#: Multipliers of the program above this part are some.
+MOVES = 1e-7
+
+
+@dataclass(frozen=True, eq=False)
+class SharedFriction:
+    """The touches and rough joints that share what no equation decides.
+
+    Attributes
+    ----------
+    normals, sticking : tuples of int
+        Closed touches; those that stick by a row of their own.
+    joints : tuple of int
+        Rough joints that stick, by number among these.
+    members : frozenset of int
+        Those of `sticking` and, after the touches, of `joints` whose forces are open.
+    pressing : frozenset of int
+        Those of `normals` whose forces are open.
+    """
+
+    normals: tuple[int, ...]
+    sticking: tuple[int, ...]
+    joints: tuple[int, ...]
+    members: frozenset[int] = frozenset()
+    pressing: frozenset[int] = frozenset()
+
+    @property
+    def parts(self) -> tuple[tuple[int, ...], ...]:
+        """All of it, to be kept."""
+        every = (self.normals, self.sticking, self.joints, self.members, self.pressing)
+        return tuple(tuple(sorted(part)) for part in every)
+
+    def _columns(self, motion: ModalMotion, page: Array, work: Work) -> tuple[Array, Array]:
+        """Generalised forces by every force, (coordinates, forces), and these: joints', normal,
+        tangential, of rough joints; without units.
+        """
+        uni, system, n = motion.uni, motion.system, motion.system.coordinates
+        rows, units, length = uni.read(work), system.coordinate_units, system.length
+        primitive, number, _ = system.row_table
+        _, G = dense(system, work)
+        own = page[3 * n + PER_PRIMITIVE * primitive + number] / system.row_units
+        of_joints, columns, forces = -G.T, list[Array](), list[float]()
+        for m, pair in enumerate(uni.rough):
+            if (mode := motion.pairs[m]) not in SENSES:
+                continue
+            law = JointFriction(system, work, pair.pair, rows.rate[pair.tangent])
+            at = system.layout.primitive_node[primitive] == law.node
+            x, y = self._pressing(motion, page, law.node)
+            _, *slopes = law.size(x, y, SENSES[mode])
+            for r in np.flatnonzero(at):
+                change = -SENSES[mode] * slopes[int(number[r])] * system.row_units[r]
+                of_joints[:, r] += change * rows.block[pair.tangent] * units
+        for k in self.normals:
+            touch, mode = uni.touches[k], motion.modes[k]
+            row = touch.spot.sense * rows.block[touch.normal]
+            if mode in SENSES and touch.tangent >= 0:
+                row = row - touch.friction * SENSES[mode] * rows.block[touch.tangent]
+            columns.append(row * units / length)
+            forces.append(float(uni.pressing(page, touch)) * length)
+        tangents = [uni.touches[k].tangent for k in self.sticking]
+        for row in (*tangents, *(uni.rough[m].tangent for m in self.joints)):
+            unit = 1.0 if uni.angular[row] else length
+            columns.append(rows.block[row] * units / unit)
+            forces.append(-float(uni.multiplier(page, row)) * unit)
+        return np.column_stack([of_joints, *columns]), np.concatenate([own, forces])
+
+    @staticmethod
+    def _pressing(motion: ModalMotion, page: Array, node: int) -> tuple[float, float]:
+        e = int(np.flatnonzero(motion.layout.primitive_node == node)[0])
+        first = 3 * motion.system.coordinates + PER_PRIMITIVE * e
+        return float(page[first]), float(page[first + 1])
+
+    def free_forces(self, motion: ModalMotion, page: Array, work: Work) -> tuple[Array, Array]:
+        """Forces in balance with themselves (forces, free) and the present ones; those of joints
+        alone are not among them.
+        """
+        F, forces = self._columns(motion, page, work)
+        count = len(self.normals) + len(self.sticking) + len(self.joints)
+        _, sizes, vt = np.linalg.svd(F)
+        rank = int((sizes > SHARED_FRICTION_ZERO * max(1.0, float(sizes.max(initial=0.0)))).sum())
+        Z = vt[rank:].T
+        _, sizes, vt = np.linalg.svd(Z[len(forces) - count :])
+        return Z @ vt[: int((sizes > SHARED_FRICTION_ZERO).sum())].T, forces
+
+    def reserve(self, motion: ModalMotion, page: Array, work: Work) -> Reserve:
+        """The greatest reserve by a page (rows,), with the rows of that position."""
+        from scipy.optimize import linprog
+
+        Z, forces = self.free_forces(motion, page, work)
+        size = max(force_size(motion), 1e-300) * motion.system.length
+        y, best, active = np.zeros(Z.shape[1]), -np.inf, list[tuple[int, float]]()
+        bounds = [(None, None)] * len(y) + [(None, MOST * size)]
+        for _ in range(PASSES):
+            limits = self._limits(motion, page, work, forces, Z @ y)
+            found = linprog(
+                np.append(np.zeros(len(y)), -1.0 / size),
+                A_ub=np.array([np.append(-by @ Z, 1.0) for *_, by, _ in limits]) / size,
+                b_ub=np.array([value for *_, value in limits]) / size,
+                bounds=bounds,
+            )
+            if found.status != 0 or float(found.x[-1]) <= best + SAME * size:
+                break
+            y, best = found.x[:-1], float(found.x[-1])
+            loads = -found.ineqlin.marginals
+            moves = loads > MOVES * float(loads.max())
+            active = [one[:2] for one, some in zip(limits, moves, strict=True) if some]
+            if all(self._law(motion, work, m).by_law for m in self.joints):
+                break
+        sliding = {number: sense for number, sense in active if sense}
+        opened = {number for number, sense in active if not sense}
+        return Reserve(best / motion.system.length, sliding, opened)
+
+    def _limits(
+        self, motion: ModalMotion, page: Array, work: Work, forces: Array, change: Array
+    ) -> list[tuple[int, float, Array, float]]:
+        """What is to be at least the reserve: whose it is, the sense in which that would slide, 0
+        of normal forces, by all forces, and its value now; with tangents where forces have changed
+        so.
+        """
+        uni, found = motion.uni, list[tuple[int, float, Array, float]]()
+        every = np.eye(len(forces))
+        first = len(forces) - len(self.normals) - len(self.sticking) - len(self.joints)
+        place = {k: first + n for n, k in enumerate(self.normals)}
+        found += [(k, 0.0, every[place[k]], float(forces[place[k]])) for k in self.pressing]
+        n = first + len(self.normals)
+        for k in self.sticking:
+            group = motion.groups.get(k, [k])
+            by = np.sum([uni.touches[j].static * every[place[j]] for j in group], axis=0)
+            for sense in (1.0, -1.0) if k in self.members else ():
+                # low + T of what would slide forwards, high − T of what would backwards
+                own = by + sense * every[n]
+                found.append((k, sense, own, float(own @ forces)))
+            n += 1
+        for m in self.joints:
+            number = len(uni.touches) + m
+            for sense in (1.0, -1.0) if number in self.members else ():
+                by, value = self._tangent(motion, page, work, m, sense, change)
+                own = by + sense * every[n]
+                found.append((number, sense, own, value + sense * float(forces[n])))
+            n += 1
+        return found
+
+    def _law(self, motion: ModalMotion, work: Work, m: int) -> JointFriction:
+        return JointFriction(motion.system, work, motion.uni.rough[m].pair)
+
+    def _tangent(
+        self, motion: ModalMotion, page: Array, work: Work, m: int, sense: float, change: Array
+    ) -> tuple[Array, float]:
+        """The tangent of the limit of a rough joint where forces have changed so: by all forces,
+        and its value without the change.
+        """
+        system, law = motion.system, self._law(motion, work, m)
+        primitive, number, _ = system.row_table
+        at = np.flatnonzero(system.layout.primitive_node[primitive] == law.node)
+        by_rows = np.zeros((2, len(change)))
+        by_rows[number[at], at] = system.row_units[at]
+        now = np.array(self._pressing(motion, page, law.node)) + by_rows @ change
+        value, by_x, by_y = law.size(float(now[0]), float(now[1]), sense)
+        unit = 1.0 if motion.uni.angular[motion.uni.rough[m].tangent] else system.length
+        by = unit * (by_x * by_rows[0] + by_y * by_rows[1])
+        return by, unit * value - float(by @ change)
+
+
+def shared_friction(motion: ModalMotion) -> SharedFriction | None:
+    """What sticks in the present modes with forces that are open; None where all are decided."""
+    uni = motion.uni
+    normals = tuple(n for n, mode in enumerate(motion.modes) if mode != "open")
+    followers = {n for group in motion.groups.values() for n in group[1:]}
+    sticking = tuple(
+        n
+        for n in normals
+        if motion.modes[n] == "stick" and n not in followers and uni.touches[n].static > 0.0
+    )
+    joints = tuple(m for m, mode in enumerate(motion.pairs) if mode == "stick")
+    if not joints and len(sticking) < 2:
+        return None
+    every = SharedFriction(normals, sticking, joints)
+    motion.load()
+    Z, forces = every.free_forces(motion, motion.page[:, 0], motion.work)
+    if not Z.shape[1]:
+        return None
+    moves = np.abs(Z).max(axis=1) > SHARED_FRICTION_ZERO
+    first = len(forces) - len(normals) - len(sticking) - len(joints)
+    own = first + len(normals)
+    place = {k: first + n for n, k in enumerate(normals)}
+    members = {
+        k
+        for n, k in enumerate(sticking, start=own)
+        if moves[n] or any(moves[place[one]] for one in motion.groups.get(k, [k]))
+    }
+    primitive = motion.system.row_table[0]
+    for n, m in enumerate(joints, start=own + len(sticking)):
+        node = int(motion.layout.friction_node[uni.rough[m].pair])
+        at = motion.layout.primitive_node[primitive] == node
+        law = JointFriction(motion.system, motion.work, uni.rough[m].pair)
+        if moves[n] or (not law.by_law and moves[np.flatnonzero(at)].any()):
+            members.add(len(uni.touches) + m)
+    pressing = frozenset(k for k in normals if moves[place[k]])
+    if not members and not pressing:
+        return None
+    return SharedFriction(normals, sticking, joints, frozenset(members), pressing)
+
 
 #: Slower than this, as a part of the swiftest motion, does not move; slower than the other one
 #: rests where what has stopped lets nothing else move.
@@ -33,7 +739,7 @@ STILL, SLOWED = 1e-11, 1e-7
 #: Reserves of friction, forces and accelerations below this part of the greatest are none.
 ROUNDING = 1e-9
 #: Rows that depend on others by less than this part are dependent.
-DEPENDENT = 1e-9
+CONTACT_DECISION_DEPENDENT = 1e-9
 #: A force below this part of the greatest is none.
 NO_FORCE = 1e-12
 #: Changes of modes that the kernels do not verify, at most.
@@ -143,7 +849,9 @@ def _held_rates(motion: ModalMotion, rows: Rows, held: list[int]) -> Array:
     held = [row for row in held if row >= 0]
     W = rows.block[held]
     Y = responses_to(motion.uni, motion.work, W)
-    stops = np.linalg.pinv(W @ Y, rcond=DEPENDENT, hermitian=True) @ rows.rate[held]
+    stops = (
+        np.linalg.pinv(W @ Y, rcond=CONTACT_DECISION_DEPENDENT, hermitian=True) @ rows.rate[held]
+    )
     return np.asarray(rows.rate - rows.block @ (Y @ stops))
 
 
@@ -305,7 +1013,7 @@ def _independent(
             for one in kept:
                 left = left - (one @ left) * one
         part = float(np.linalg.norm(left))
-        if part <= DEPENDENT:
+        if part <= CONTACT_DECISION_DEPENDENT:
             return False
         kept.append(left / part)
         return True
@@ -314,7 +1022,7 @@ def _independent(
         """Whether two touches of the same bodies slide together, as corners on one edge do."""
         first, second = (rows.block[uni.touches[k].tangent] * scale for k in (one, other))
         both = float(np.linalg.norm(first)) * float(np.linalg.norm(second))
-        same = abs(float(first @ second)) >= (1.0 - DEPENDENT) * both
+        same = abs(float(first @ second)) >= (1.0 - CONTACT_DECISION_DEPENDENT) * both
         return same and set(uni.bodies[one]) == set(uni.bodies[other])
 
     for row in dense(system, motion.work)[1]:

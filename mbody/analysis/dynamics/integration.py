@@ -9,37 +9,42 @@ from dataclasses import replace
 import numpy as np
 
 from mbody.analysis.contact.unilateral import refuse_modes
-from mbody.analysis.driven.contacts import OneSidedForce, pulled
+from mbody.analysis.driven.contact_report import OneSidedForce, pulled
 from mbody.analysis.driven.diagnosis import (
     adjusted,
     branching,
+    open_along,
+    open_note,
     stuck,
     undetermined,
     valueless,
     weightless,
 )
 from mbody.analysis.driven.time_grid import check_reach
-from mbody.analysis.driven.uniqueness import open_along, open_note
 from mbody.analysis.dynamics.branch_passage import BranchPassage
-from mbody.analysis.dynamics.controller_readings import ControllerReadings
-from mbody.analysis.dynamics.initial_step import REFINEMENTS, coordinate_sizes, first_step
-from mbody.analysis.dynamics.integrators import PATIENT, Motion, integrator, stepping
+from mbody.analysis.dynamics.integrators import (
+    PATIENT,
+    REFINEMENTS,
+    Motion,
+    coordinate_sizes,
+    find_steady,
+    first_own_states,
+    first_step,
+    integrator,
+    own_sizes,
+    refuse_own_states,
+    stepping,
+    unresolved_states,
+)
 from mbody.analysis.dynamics.interruptions import (
     Interruptions,
+    RateJumps,
     SampledState,
     held_inputs,
     without_held,
 )
-from mbody.analysis.dynamics.own_states import (
-    find_steady,
-    first_own_states,
-    own_sizes,
-    refuse_own_states,
-    unresolved_states,
-)
-from mbody.analysis.dynamics.rate_jumps import RateJumps
 from mbody.analysis.position.assembly_analysis import SOFT, raise_user_error
-from mbody.analysis.position.vanishing_distances import GONE, vanishing
+from mbody.analysis.position.joint_places import GONE, vanishing
 from mbody.analysis.singular.nearby_singularity import packed_positions, unpacked_positions
 from mbody.errors import ModelError, SolveError
 from mbody.kernels.layout import stand_ins
@@ -64,21 +69,67 @@ from mbody.kernels.step_state import (
     Outputs,
     Tolerances,
 )
-from mbody.model.controller import Controller
 from mbody.model.element import listed
+from mbody.model.inputs import Controller
 from mbody.model.simulation import EVEN
-from mbody.solution.certificate import as_reported, changed
+from mbody.solution.checks import as_reported, changed
 from mbody.solution.doubts import doubted
 from mbody.solution.energy import account, causes
-from mbody.solution.event_record import EventRecord
-from mbody.solution.histories import Record
-from mbody.solution.restart import Restart, Way
-from mbody.solution.solution import Solution
+from mbody.solution.histories import EventRecord, Record
+from mbody.solution.solution import Restart, Solution, Way
+from mbody.solution.traced_instant import Present, Read
 from mbody.system.system import System
 
-__all__ = ["Integration"]
+# -- What controllers read of a motion: measures that are compiled when they are first read ----
 
 Array = np.ndarray
+
+
+class ControllerReadings:
+    """Readings of the present instant of a motion.
+
+    Parameters
+    ----------
+    system : System
+    y, state : arrays
+        Positions and rates, and the slots of the steps, as the integrator changes them in place.
+    page : callable
+        What is kept of the present instant (rows, 1).
+    regularization : float
+        Of redundant rows.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        y: Array,
+        state: Array,
+        page: Callable[[], Array],
+        regularization: float,
+    ) -> None:
+        self.system, self.state, self.page = system, state, page
+        self.regularization = regularization
+        slots = memoryview(state.data)
+        self.present = Present(
+            system, memoryview(y.data), slots, lambda: memoryview(page().reshape(-1).data)
+        )
+        self._found: dict[str, list[Read]] = {}
+
+    def of(self, controller: Controller) -> list[float]:
+        """What a controller reads now."""
+        found = self._found.get(controller.name)
+        if found is None:
+            measure = self.present.measure
+            found = [measure(text, self._instant) for text in controller.reads]
+            self._found[controller.name] = found
+        return [read() for read in found]
+
+    def _instant(self) -> Solution:
+        """The present instant as a result."""
+        record = Record([self.page()[None].copy()], 1, batch=False)
+        t, regular = np.array([self.state[TIME]]), self.regularization
+        return Solution(self.system, "simulate", t, record, None, regularization=regular)
+
 
 #: Steps of one call of the kernel; between calls progress is shown and Ctrl-C takes effect.
 AT_ONCE = 500

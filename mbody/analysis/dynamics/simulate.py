@@ -2,33 +2,610 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import itertools
+import math
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
-from mbody.analysis.contact.unilateral import with_contacts_of_joints
-from mbody.analysis.driven.table_extrapolation import extrapolated
-from mbody.analysis.dynamics.energy_balance import energy_doubts
-from mbody.analysis.dynamics.input_histories import with_inputs
-from mbody.analysis.dynamics.options import last_time, motion_request, tolerances
-from mbody.analysis.dynamics.release import integrate_phases
-from mbody.analysis.dynamics.repeated import beginning
+import numpy as np
+
+from mbody.analysis.contact.unilateral import has_modes, refuse_modes, with_contacts_of_joints
+from mbody.analysis.driven.contact_report import one_sided
+from mbody.analysis.driven.extrapolation import extrapolated
+from mbody.analysis.dynamics.branch_passage import singular_start
+from mbody.analysis.dynamics.contact_motion import ContactIntegration
+from mbody.analysis.dynamics.events import EventIntegration
+from mbody.analysis.dynamics.impulse_stepping import impulse_motion
+from mbody.analysis.dynamics.integration import Integration
+from mbody.analysis.dynamics.options import (
+    MotionRequest,
+    last_time,
+    motion_request,
+    tolerances,
+    with_inputs,
+)
+from mbody.analysis.dynamics.restart import check_restart
+from mbody.analysis.freedom.mobility import released
 from mbody.analysis.initial.close_loops import close_loops
-from mbody.analysis.initial.initial_state import begins_so, initial_state_of, state_of
+from mbody.analysis.initial.initial_state import (
+    begins_so,
+    event_measure,
+    initial_state_of,
+    state_of,
+)
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.errors import ModelError, SolveError, brief
+from mbody.kernels.finished_instants import TERM
+from mbody.kernels.layout import PER_PRIMITIVE
+from mbody.kernels.step_state import PROGRESS
 from mbody.model.body import Guesses
-from mbody.model.event import Event
 from mbody.model.mechanism import Mechanism
 from mbody.model.remarks import remarks
+from mbody.model.simulation import ADAPTIVE, EVEN, Event
+from mbody.model.study import Measure, measure_named
 from mbody.quantities.types import Number, PlainNumbers
-from mbody.solution.certificate import as_reported, changed
+from mbody.solution.checks import as_reported, changed, one_design
 from mbody.solution.doubts import Doubt, doubted
-from mbody.solution.restart import Way
-from mbody.solution.solution import Solution
+from mbody.solution.energy import account, causes
+from mbody.solution.histories import Record
+from mbody.solution.solution import Beginning, Restart, Solution, Way
 from mbody.system.assembler import assemble
 from mbody.system.system import System
 
-__all__ = ["first_instant", "first_instant_with_contacts", "judged", "simulate"]
+# -- What reads drivers that are to be released: refused before the motion begins --------------
+
+
+def refuse_readings_of_released(
+    mechanism: Mechanism, gone: Collection[str], events: Sequence[Event] = ()
+) -> None:
+    """Refuse formulas, controllers and events that read drivers which are released.
+
+    Raises
+    ------
+    ModelError
+    """
+    mechanism.without(*gone)  # which refuses those that formulas read
+    for name, what, measure in _readings(mechanism, events):
+        for quantity in sorted(measure.names):
+            driver = quantity.partition(".")[0]
+            if driver in gone:
+                raise ModelError(
+                    f"driver '{driver}' cannot be released, {what} '{name}' reads '{quantity}': "
+                    "read the body that it drives, or a joint",
+                    name,
+                )
+
+
+def _readings(mechanism: Mechanism, events: Sequence[Event]) -> Iterator[tuple[str, str, Measure]]:
+    """Names of controllers and events, what they are, and what they read."""
+    for one in mechanism.controllers:
+        for text in one.reads:
+            yield one.name, "controller", measure_named(mechanism.measures, text)
+    for event in events:
+        yield event.name, "event", event_measure(mechanism, event)
+
+
+# -- Several motions, each of which goes on from the one before, as one result -----------------
+
+Array = np.ndarray
+
+#: What a motion depends on; what else a description has may differ.
+SAME_PARTS: tuple[str, ...] = ("units", "ground", "bodies", "joints", "couplings", "drivers")
+SAME_PARTS += ("loads", "curves", "states", "controllers")
+
+#: Part of its size by which a state may be apart from the one that it goes on from: it is projected
+#: on the constraints again, which are satisfied to rounding.
+SAME_STATE = 1e-9
+
+
+def stops_of(run: Solution) -> list[str]:
+    """Names of the stops whose impacts are in the account of energy."""
+    known = causes(run.system)
+    return [name for name in (run.energy.by if run.energy else ()) if name not in known]
+
+
+def sizes(run: Solution, state: Array) -> Array:
+    """What differences of positions and rates (2·coordinates,) are compared with."""
+    length, n = max(run.system.length, 1.0), run.system.coordinates
+    greatest = [np.abs(part).max(initial=0.0) for part in (state[:n], state[n:])]
+    return np.repeat(length + np.array(greatest), n)
+
+
+def same_motion(one: System, other: System) -> bool:
+    """Whether motions of two systems are of the same mechanism; inputs may have other histories."""
+    if one is other:
+        return True
+    inputs = {each.name for system in (one, other) for each in system.mechanism.inputs}
+    ours, theirs = (
+        {k: v for k, v in system.values.items() if k.partition(".")[0] not in inputs}
+        for system in (one, other)
+    )
+    names = [[(each.name, each.dimension) for each in s.mechanism.inputs] for s in (one, other)]
+    return (
+        names[0] == names[1]
+        and all(
+            getattr(one.mechanism, part) == getattr(other.mechanism, part) for part in SAME_PARTS
+        )
+        and ours.keys() == theirs.keys()
+        and all(np.array_equal(ours[name], theirs[name]) for name in ours)
+    )
+
+
+def then(first: Solution, *later: Solution) -> Solution:
+    """Motions that follow each other as one; see `Solution.then`.
+
+    Raises
+    ------
+    ModelError
+        For what is no motion of one mechanism, and where one does not begin where the other ended.
+    """
+    runs = [first, *later]
+    for run in runs:
+        if not isinstance(run, Solution) or run.analysis != "simulate":
+            what = run.analysis if isinstance(run, Solution) else type(run).__name__
+            raise ModelError(
+                f"then joins motions of simulate, not a result of {what}: simulate it with "
+                "start=run"
+            )
+        if not len(run):
+            raise ModelError("then joins motions that have instants: one of them has none")
+    for before, after in itertools.pairwise(runs):
+        unit = before.mechanism.units.time
+        if not same_motion(before.system, after.system):
+            raise ModelError(
+                f"'{after.mechanism.name}' is not the mechanism of the motion before, or has other "
+                "numbers: join motions of one system, whose inputs alone may differ"
+            )
+        end, begin = float(before.t[-1]), float(after.t[0])
+        rows = slice(0, 2 * before.system.coordinates)
+        left, right = before.record.table(rows)[-1], after.record.table(rows)[0]
+        apart = float((np.abs(left - right) / sizes(before, left)).max(initial=0.0))
+        if begin != end or not apart <= SAME_STATE:
+            how = (
+                f"begins at t = {begin:.6g} {unit}, the one before ends at {end:.6g} {unit}"
+                if begin != end
+                else f"begins at t = {begin:.6g} {unit} in another position or at other rates, "
+                f"{apart:.2g} of their size apart"
+            )
+            raise ModelError(
+                f"a motion {how}: simulate it with start=run, and keep its first instant"
+            )
+    if not later:
+        return first
+    stops = list(dict.fromkeys(name for run in runs for name in stops_of(run)))
+    whole = joined(runs[-1].system, runs, runs[-1].released, stops)
+    known = all(run.begun for run in runs)
+    return changed(whole, begun=tuple(one for run in runs for one in run.begun) if known else ())
+
+
+def joined(
+    system: System,
+    found: Sequence[Solution],
+    released: Mapping[str, float],
+    stops: Sequence[str],
+    times: Array | None = None,
+) -> Solution:
+    """One result of all phases, of which these times are kept, or all; a released driver has no
+    effort.
+    """
+    last = found[-1]
+    whole = causes(system, stops)
+    t, pages, works, kept = [], [], [], []
+    before = np.zeros(len(whole))
+    for run in found:
+        keep = np.ones(len(run), dtype=bool) if times is None else np.isin(run.t, times)
+        if run is last:
+            keep[-1] = True
+        else:
+            keep &= run.t < run.t[-1]
+        names = causes(run.system, stops)
+        places = [whole.index(name) for name in names]
+        work = np.tile(before, (len(run), 1))
+        for place, name in zip(places, names, strict=True):
+            work[:, place] += run.energy.by.get(name, 0.0) if run.energy else 0.0
+        before = work[-1].copy()
+        t.append(run.t[keep])
+        pages.append(_widened(system, run)[keep])
+        works.append(work[keep])
+        kept.append(keep)
+    output, gained = np.concatenate(pages), np.concatenate(works)
+    certified = [as_reported(run) for run in found]
+    stats = {
+        key: sum((run.stats or {}).get(key, 0) for run in found)
+        for run in found
+        for key in run.stats or {}
+    }
+    nearest = min(
+        (run.branch for run in found if run.branch is not None),
+        key=lambda one: one.least,
+        default=None,
+    )
+    return replace(
+        last,
+        system=system,
+        t=np.concatenate(t),
+        record=Record([output], len(output), batch=False),
+        energy=account(system, output[:, :, 0], gained, stops),
+        status=certified[-1].status,
+        doubts=tuple(dict.fromkeys(doubt for one in certified for doubt in one.doubts)),
+        notes=tuple(dict.fromkeys(note for one in certified for note in one.notes)),
+        stats=stats,
+        released=released,
+        events=tuple(one for run in found for one in run.events),
+        branch=nearest,
+        modes={
+            name: [
+                word
+                for run, keep in zip(found, kept, strict=True)
+                for word in _kept(run, name, keep)
+            ]
+            for name in last.modes
+        },
+    )
+
+
+def _kept(run: Solution, name: str, keep: Array) -> list[str]:
+    """The modes of a contact at the instants that are kept."""
+    return [run.modes[name][k] for k in np.flatnonzero(keep).tolist()]
+
+
+def phase_rows(system: System, part: System) -> tuple[Array, Array]:
+    """Rows of the pages of the whole system, and those of a phase without some of its drivers that
+    they are.
+    """
+    n3 = 3 * system.coordinates
+    here = {(element.name, number): e for e, (element, number) in enumerate(system.owners)}
+    each = np.arange(PER_PRIMITIVE)
+    whole, own = [np.arange(n3)], [np.arange(n3)]
+    for rows, one_of in ((whole, system), (own, part)):
+        for some in (one_of.friction_rows, one_of.own_rows):
+            rows.append(np.arange(some.start, some.stop))
+    for e, (element, number) in enumerate(part.owners):
+        whole.append(n3 + PER_PRIMITIVE * here[element.name, number] + each)
+        own.append(n3 + PER_PRIMITIVE * e + each)
+    return np.concatenate(whole), np.concatenate(own)
+
+
+def _widened(system: System, run: Solution) -> Array:
+    """Pages of a phase as those of the whole system."""
+    block = run.record.blocks[0]
+    wide = np.zeros((len(run), system.page_rows, 1))
+    whole, own = phase_rows(system, run.system)
+    wide[:, whole] = block[:, own]
+    return wide
+
+
+# -- Motion in phases: between them drivers are released ---------------------------------------
+
+#: What a motion depends on; what else a description has may differ.
+PARTS = (*SAME_PARTS, "inputs")
+
+
+def integrate_phases(
+    system: System,
+    start: Solution,
+    state: tuple[float, Array, Array] | None,
+    request: MotionRequest,
+    progress: Callable[[float], None] | None,
+) -> Solution:
+    """The motion from the last instant of `start`, as one result of the whole system; drivers that
+    were released there stay so. `state`: time, positions and rates of that instant.
+    """
+    if request.way.method == "moreau":
+        going_on = _restart(system, start, request.way, ())
+        return impulse_motion(system, start, state, request, progress, going_on)
+    own = {driver.name for driver in system.drivers}
+    free_since = {name: t for name, t in start.released.items() if name in own}
+    for name, t in request.release.items():
+        if t <= request.first:
+            free_since.setdefault(name, request.first)
+    last = float(request.times[-1])
+    later = {
+        name: t
+        for name, t in request.release.items()
+        if request.first < t < last and name not in free_since
+    }
+    if free_since or later:
+        refuse_readings_of_released(system.mechanism, {*free_since, *later}, request.events)
+    restart = _restart(system, start, request.way, tuple(free_since))
+    # what takes energy by impacts
+    struck = [one.name for one in system.mechanism.contacts]
+    found: list[Solution] = []
+    carried: tuple[dict[str, float], Sequence[Any]] | None = None
+    if start.restart is not None:
+        carried = start.restart.inputs, start.restart.sampled
+    for until in [*sorted(set(later.values())), last]:
+        free = released(system, list(free_since)) if free_since else system
+        now = {name: t for name, t in later.items() if t == until}
+        state = state or state_of(free, start)
+        first_part, decided = None, has_modes(free)
+        if decided and request.way.method not in ADAPTIVE:
+            refuse_modes(free, f"the method '{request.way.method}'")
+        if restart is None and not decided:
+            first_part = singular_start(free, start, state, request, until)
+        if first_part is not None:
+            found.append(first_part)
+            start, state = first_part, None
+            if first_part.t[-1] >= until:
+                free_since = free_since | now
+                continue
+        first, q, v = state or state_of(free, start)
+        times = request.times[(request.times >= first) & (request.times <= until)]
+        wanted = np.append(times, until) if not times.size or times[-1] < until else times
+        kind = EventIntegration if request.events or one_sided(free) else None
+        if decided:
+            kind = ContactIntegration
+        integration = (
+            Integration(free, start, request.way)
+            if kind is None
+            else kind(free, start, request.way, request.events)
+        )
+        try:
+            run = integration.run(first, q, v, wanted, progress, restart, carried)
+        except SolveError as error:
+            reached = [one for one in (*found, error.solution) if one is not None and len(one)]
+            if reached and free_since:
+                error.solution = joined(system, reached, free_since, struck, request.times)
+            raise
+        found.append(run)
+        carried = integration.interruptions.inputs(), integration.interruptions.sampled
+        if run.t[-1] < until:  # it ended before: in doubt a motion goes on
+            break
+        start, state, restart = run, None, None
+        free_since = free_since | now
+    if len(found) == 1 and not free_since:
+        return found[0]
+    return joined(system, found, free_since, struck, request.times)
+
+
+def _restart(system: System, start: Solution, way: Way, gone: tuple[str, ...]) -> Restart | None:
+    """Where to continue a motion of the same system, integrated in the same way; `gone`: the
+    drivers that are released.
+    """
+    found = start.restart
+    if found is None or found.way != way or tuple(start.released) != gone:
+        return None
+    if len(found.state) != PROGRESS:  # of another version
+        return None
+    decided = way.method != "moreau" and has_modes(released(system, list(gone)) if gone else system)
+    if decided != (found.modal is not None):
+        return None
+    ours, theirs = system.values, start.system.values
+    same = start.system is system or (
+        all(getattr(start.mechanism, part) == getattr(system.mechanism, part) for part in PARTS)
+        and all(np.array_equal(ours[name], theirs[name]) for name in ours)
+    )
+    # steps with impulses go on without the rows of contacts, and check that themselves
+    if same and way.method != "moreau":
+        check_restart(released(system, list(gone)) if gone else system, found, float(start.t[-1]))
+    return found if same else None
+
+
+# -- A motion at other instants than those that were kept: it is followed again from its
+#    beginning ---------------------------------------------------------------------------------
+
+#: Part of a position's and a rate's size by which a motion that is repeated may differ from what
+#: was kept: impacts are located to 1e-12 of a step, and differ by what follows from that.
+REPEATED = 1e-6
+
+
+def beginning(system: System, start: Solution, request: MotionRequest) -> Beginning:
+    """What it takes to follow a motion again; of `start` its last instant alone is kept."""
+    page = start.record.table(slice(None))[-1:, :, None]
+    last = Solution(
+        system=start.system,
+        analysis=start.analysis,
+        t=start.t[-1:],
+        record=Record([page.copy()], 1, batch=False),
+        given=None if start.given is None else start.given[-1:],
+        regularization=start.regularization,
+        dependencies=start.dependencies,
+        notes=as_reported(start).notes if start.analysis == "close_loops" else (),
+        restart=start.restart,
+        released=start.released,
+    )
+    return Beginning(system, last, request, request.first)
+
+
+def repeated_at(run: Solution, t: Any) -> Solution:
+    """The motion at other instants; see `Solution.at`.
+
+    Raises
+    ------
+    ModelError
+        For what is no motion that can be followed again, and times that are not within it.
+    SolveError
+        Where it does not pass through what was kept.
+    """
+    one_design(run, "a motion is followed again for one design")
+    if run.analysis != "simulate":
+        raise ModelError(
+            f"at follows a motion of simulate again, this is a result of {run.analysis}: give its "
+            "instants to the analysis, as in t=[0.1, 0.2]"
+        )
+    if not run.begun:
+        raise ModelError(
+            "how this motion began is not known, as of one that was read from a file: simulate "
+            "the mechanism again, with times= or every="
+        )
+    times = _times(run, t)
+    firsts = np.array([one.first for one in run.begun])
+    part = np.maximum(np.searchsorted(firsts, times, side="right") - 1, 0)
+    pages = np.empty((len(times), run.system.page_rows, 1))
+    stops = stops_of(run)
+    names = causes(run.system, stops)
+    work = np.zeros((len(times), len(names)))
+    modes = {name: [""] * len(times) for name in run.modes}
+    for n in np.unique(part):
+        mine = np.flatnonzero(part == n)
+        ends = float(firsts[n + 1]) if n + 1 < len(firsts) else np.inf
+        found, before = _again(run, run.begun[n], times[mine], ends)
+        at = np.searchsorted(found.t, times[mine])
+        pages[mine] = found.record.table(slice(None))[at][:, :, None]
+        for name, row in modes.items():
+            for k, instant in zip(mine.tolist(), at.tolist(), strict=True):
+                row[k] = found.modes[name][instant]
+        for k, name in enumerate(names):
+            if found.energy is not None and name in found.energy.by:
+                work[mine, k] = found.energy.by[name][at] + before.get(name, 0.0)
+    energy = account(run.system, pages[:, :, 0], work, stops)
+    record = Record([pages], len(times), batch=False)
+    whole = changed(run, t=times, record=record, energy=energy, restart=None, given=None)
+    whole = changed(whole, modes=modes)
+    return whole.take(np.arange(len(times)))
+
+
+def _times(run: Solution, t: Any) -> Array:
+    """The times, checked."""
+    unit = run.mechanism.units.time
+    try:
+        times = np.asarray(t, dtype=float).reshape(-1)
+    except (TypeError, ValueError):
+        raise ModelError(f"at takes times, in {unit}, not {brief(t)}") from None
+    first = run.begun[0].first
+    last = float(run.t[-1]) if len(run) else first
+    wrong = times[~((times >= first) & (times <= last))]
+    if not times.size or wrong.size:
+        given = f"{wrong[0]:.6g} {unit} is not among them" if wrong.size else "none is given"
+        raise ModelError(
+            f"at takes times of the motion, from {first:.6g} to {last:.6g} {unit}: {given}"
+        )
+    return times
+
+
+def _again(
+    run: Solution, begun: Beginning, times: Array, ends: float
+) -> tuple[Solution, dict[str, float]]:
+    """The motion from a beginning, at these times, and the work that was done before it."""
+    request = begun.request
+    kept = np.flatnonzero((run.t >= begun.first) & (run.t < ends) & (run.t <= times.max()))
+    known = run.t[kept[-1:]]
+    wanted = np.unique(np.concatenate([times, known, request.times[-1:]]))
+    enough = max(float(times.max()), float(known.max(initial=-np.inf)))
+
+    def progress(reached: float) -> None:
+        if reached > enough:
+            raise KeyboardInterrupt  # by which a motion ends where it is
+
+    state = state_of(begun.system, begun.start)
+    request = replace(request, times=wanted)
+    try:
+        found = integrate_phases(begun.system, begun.start, state, request, progress)
+    except SolveError as error:
+        if not isinstance(error.solution, Solution):
+            raise
+        found = error.solution
+    if not np.isin(times, found.t).all():
+        raise SolveError(
+            f"the motion from t = {begun.first:.6g}, followed again, ends before "
+            f"{times.max():.6g} {run.mechanism.units.time}: controllers or loads in Python that "
+            "are not functions of what they are given make another motion",
+            solution=found,
+        )
+    before: dict[str, float] = {}
+    if known.size:
+        k, n = int(kept[-1]), int(np.searchsorted(found.t, known[0]))
+        _check_same(run, k, found, n)
+        if run.energy is not None and found.energy is not None and len(run.begun) > 1:
+            before = {
+                name: float(row[k] - found.energy.by[name][n])
+                for name, row in run.energy.by.items()
+                if name in found.energy.by
+            }
+    return found, before
+
+
+def _check_same(run: Solution, k: int, found: Solution, n: int) -> None:
+    """Refuse a motion that does not pass through an instant that was kept."""
+    rows = slice(0, 2 * run.system.coordinates)
+    ours, theirs = run.record.table(rows)[k], found.record.table(rows)[n]
+    apart = float((np.abs(ours - theirs) / sizes(run, ours)).max(initial=0.0))
+    if not apart <= REPEATED:
+        raise SolveError(
+            f"the motion, followed again, is at t = {run.t[k]:.6g} {run.mechanism.units.time} "
+            f"apart from what was kept, by {apart:.2g} of its size: controllers or loads in Python "
+            "that are not functions of what they are given make another motion",
+            solution=found,
+        )
+
+
+# -- Whether the balance of energy of a motion supports it: the one place that judges it -------
+#
+# The balance is what a motion's energy changed beside what loads and drivers gave, by a route that
+# its steps did not take. A step may err by `rtol` of each coordinate, and so by that part of the
+# energy that takes part, or of what the forces do along the size of the model; steps add up. Steps
+# of one length have no tolerance: a motion by them can be trusted where it keeps a certain part of
+# the energy. Efforts of drivers may jump where the motion does not, and the work of a jump comes
+# out as well as the steps resolve it; a motion that follows drivers does not depend on that.
+
+#: What a step may err by, in tolerances: in the gallery and in random mechanisms, by all methods at
+#: 1e-3 … 1e-12, none errs by a fifth of that.
+OF_A_STEP = 5.0
+#: The part of the energy that steps of one length, and motions with drivers, may err by.
+EVENLY, DRIVEN = 0.05, 0.15
+#: Rounding of an account, and of a step.
+ROUNDING = 1e-13
+
+
+def energy_doubts(run: Solution, method: str, rtol: float) -> list[Doubt]:
+    """A doubt where the balance of energy of a motion is out of proportion; else none.
+
+    Parameters
+    ----------
+    run : Solution
+        Of `simulate`.
+    method, rtol : str, float
+        How it was followed.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> run = mbody.simulate(mbody.gallery.load("double_pendulum"), 1.0)
+    >>> energy_doubts(run, "dop853", 1e-8)
+    []
+    """
+    energy = run.energy
+    if energy is None or not len(run):
+        return []
+    steps = max(1, (run.stats or {}).get("steps", 1))
+    size, forces = energy.size, _force(run) * run.system.length
+    part = ROUNDING * steps
+    if method in EVEN:
+        part = max(part, EVENLY)
+    else:
+        part = max(part, OF_A_STEP * rtol * steps)
+        if any(run.released.get(one.name, math.inf) > run.t[0] for one in run.system.drivers):
+            part = max(part, DRIVEN)
+    allowed = part * size + (OF_A_STEP * rtol * steps + ROUNDING) * forces
+    off = np.abs(energy.balance)
+    beyond = np.flatnonzero(off > allowed)
+    if not len(beyond):
+        return []
+    units = run.mechanism.units
+    t, worst, unit = float(run.t[beyond[0]]), float(off.max()), units.of("torque")
+    remedy = "ask for a smaller rtol, or look at what the motion runs into there"
+    if method in EVEN:
+        remedy = "take shorter steps"
+    message = (
+        f"the balance of energy is out by {worst:.3g} {unit}, of {size:.3g} {unit} that took part: "
+        f"from t = {t:.6g} {units.time} on by more than steps like these err by; {remedy}"
+    )
+    return [Doubt("energy", message, t)]
+
+
+def _force(run: Solution) -> float:
+    """The greatest force of joints and drivers at an ordinary instant; of steps with impulses the
+    greatest term of their equation.
+    """
+    if run.stepped is not None:
+        return float(np.median(run.stepped.residuals[0, :, TERM]))
+    first = 3 * run.system.coordinates
+    primitives = run.record.table(slice(first, first + PER_PRIMITIVE * len(run.system.owners)))
+    if not primitives.size:
+        return 0.0
+    forces = np.abs(primitives.reshape(len(run), -1, PER_PRIMITIVE)[:, :, 2:4]).max(axis=(1, 2))
+    return float(np.median(forces))
 
 
 def simulate(

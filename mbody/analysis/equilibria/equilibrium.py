@@ -2,48 +2,307 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
 from mbody.analysis.contact.closed_contacts import with_closed_contacts
-from mbody.analysis.driven.contacts import pulled
-from mbody.analysis.driven.runner import Runner
+from mbody.analysis.driven.contact_report import pulled
+from mbody.analysis.driven.path_following import Runner
 from mbody.analysis.driven.time_grid import by_time
-from mbody.analysis.equilibria.contact_reserve import ContactReserve
 from mbody.analysis.equilibria.friction_bands import (
     Band,
+    ContactReserve,
     FrictionReserve,
     Reserve,
     RestBand,
     bands_of,
     holding_sentences,
 )
-from mbody.analysis.equilibria.lift_off import lifting
-from mbody.analysis.equilibria.rest_positions import AtRestPositions
-from mbody.analysis.equilibria.search import ZERO, Rest, RestSearch
-from mbody.analysis.equilibria.sentences import Words
+from mbody.analysis.equilibria.search import (
+    BALANCED,
+    ZERO,
+    Rest,
+    RestSearch,
+    directionless_loads,
+    jumping_loads,
+    without_stiffness,
+)
 from mbody.analysis.freedom.free_motions import FreeMotion, free_motions, rates_of
-from mbody.analysis.freedom.single_design import single_design, single_time
+from mbody.analysis.freedom.mobility import single_design, single_time
 from mbody.analysis.position.assembly_analysis import closed
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
+from mbody.core.presentation import present
 from mbody.errors import ModelError, SolveError, remedy
 from mbody.model.body import Guesses
 from mbody.model.mechanism import Mechanism
 from mbody.model.remarks import kept_states, left_out, without_friction
-from mbody.solution.contact_ranges import rubs_by_contacts_alone
-from mbody.solution.doubts import doubted
-from mbody.solution.heading import heading, unit_symbols
-from mbody.solution.histories import BodyHistory, Reaction, Record
-from mbody.solution.places import link_poses
+from mbody.quantities.units import UnitSystem
+from mbody.solution.doubts import Doubt, Inherited, doubted, heading, unit_symbols
+from mbody.solution.friction_results import rubs_by_contacts_alone
+from mbody.solution.histories import BodyHistory, Reaction, Record, link_poses
 from mbody.solution.solution import Solution
 from mbody.system.rank import DENSE, too_large
 from mbody.system.read_only import lock
 from mbody.system.system import System
 
-__all__ = ["Equilibria", "Equilibrium", "equilibrium", "search", "stability_of"]
+# -- Base of results at several rest positions: a sequence with its time and its doubts --------
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, eq=False)
+class AtRestPositions(Inherited, Generic[T]):
+    """What was found at each rest position; ``print`` shows it as tables.
+
+    Attributes
+    ----------
+    mechanism : str
+        Its name.
+    units : UnitSystem
+    t : float
+        The time at which drivers and loads are taken.
+    positions : tuple
+        One entry a rest position.
+    status, doubts, notes
+        As of `Inherited`.
+    """
+
+    mechanism: str
+    units: UnitSystem
+    t: float
+    positions: tuple[T, ...] = field(repr=False)
+
+    def __len__(self) -> int:
+        return len(self.positions)
+
+    def __iter__(self) -> Iterator[T]:
+        return iter(self.positions)
+
+    def __getitem__(self, index: int) -> T:
+        return self.positions[index]
+
+    def _repr_html_(self) -> str:
+        # what a notebook shows
+        return str(present("notebook", self))
+
+    def __str__(self) -> str:
+        return str(present("sheet", self))
+
+
+# -- Sentences about a search for rest positions: what it met, what it may miss, why it failed -
+
+#: Free motions beyond which the spread of starts is thin.
+FEW = 2
+#: Why a walk or a cover ended, and what may be missing then.
+MISSING = {
+    "long": "the free motion was followed as far as {} and goes on: rest positions beyond may be "
+    "missing; begin there with starts",
+    "stuck": "the free motion could not be followed beyond {}: rest positions beyond may be "
+    "missing; begin there with starts",
+    "wound": "loads tell whole turns apart: sought up to {}, and half a turn back; rest positions "
+    "beyond may be missing; begin there with starts",
+    "odd": "an odd number of rest positions was found on the surface of positions around "
+    "{}: one at least is missing; begin elsewhere with starts",
+    "wide": "the two free motions were searched as far as {} and go on: rest positions beyond may "
+    "be missing; begin there with starts",
+    "turns": "loads tell whole turns apart: one turn was searched around {}; rest positions in "
+    "others may be missing; begin there with starts",
+    "unsure": "how many rest positions there are near {} is not certain{}: begin there with starts",
+    "alternate": "stable and unstable positions do not alternate near {}: one may be missing; "
+    "begin there with starts",
+}
+
+
+class Words:
+    """Sentences about one search."""
+
+    def __init__(self, system: System, search: RestSearch) -> None:
+        self.system, self.search = system, search
+        self.mechanism, self.manifold = system.mechanism, search.manifold
+
+    def facts(self) -> list[str]:
+        """What was passed, and what bounds the motion."""
+        found = []
+        for _, walk in self.search.walks:
+            for place in walk.corners:
+                where, _ = self.where(place)
+                found.append(
+                    f"at {where} a prescribed distance is zero: the motion is followed through it"
+                )
+            for place in walk.crossings:
+                where, _ = self.where(place)
+                found.append(
+                    f"at {where} branches of the motion meet: only the one that goes on smoothly "
+                    "was searched; begin on others with starts"
+                )
+        for why, place in self.search.ends:
+            if why == "no value":
+                where, _ = self.where(place)
+                found.append(f"beyond {where} a load has no value: the search ends there")
+        for place in self.search.jumps:
+            where, _ = self.where(place)
+            note = (
+                f"at {where} loads jump and drive it back from both sides: it may stay there, but "
+                "no forces balance"
+            )
+            if note not in found:  # along a crease neighbours read alike
+                found.append(note)
+        for place in self.search.lifts:
+            where, _ = self.where(place)
+            note = f"at {where} {self.meeting(place)}, and beside it they drive it away"
+            if note not in found:
+                found.append(note)
+        return found
+
+    def meeting(self, place: Place) -> str:
+        """What is so where the ends of loads meet."""
+        names = " and ".join(map(repr, directionless_loads(self.manifold, place)))
+        return (
+            f"the ends of {names} meet, where a force that does not vanish has no direction: no "
+            "forces balance"
+        )
+
+    def doubts(self, free: int) -> list[Doubt]:
+        """Why rest positions may be missing."""
+        search, found = self.search, []
+        if free > FEW:
+            leaders = tuple(motion.leader for motion in self.motions_of(search.found[0].place))
+            words = (
+                f"{free} free motions: sought from a fixed spread of starts, and by turning over "
+                "one leader after the other; further rest positions may be missed; begin near "
+                "them with starts"
+            )
+            found.append(Doubt("incomplete", words, elements=leaders))
+        why = [("unsure", place) for place in search.unsure]
+        why += [pair for pair in search.ends if pair[0] in MISSING]
+        why += [("alternate", place) for place in search.odd]
+        for word, place in why:
+            where, leader = self.where(place)
+            reason, loads = self.reason(place) if word == "unsure" else ("", [])
+            message = MISSING[word].format(where, reason)
+            if all(message != doubt.message for doubt in found):
+                found.append(Doubt("incomplete", message, elements=(leader, *loads)))
+        return found
+
+    def reason(self, place: Place) -> tuple[str, list[str]]:
+        """Why no number of rest positions is certain near a place, and the loads that are at it."""
+        loads = jumping_loads(self.manifold, place)
+        if loads:
+            forces = "the force of {} jumps" if len(loads) == 1 else "the forces of {} jump"
+            return f", as {forces.format(' and '.join(map(repr, loads)))} there", loads
+        if without_stiffness(self.manifold, place):
+            return ", as nothing drives it back there to first order", []
+        return "", []
+
+    def motions_of(self, place: Place) -> tuple[FreeMotion, ...]:
+        """The free motions at a place, with their leaders."""
+        return free_motions(self.system, np.append(place.q, np.zeros(3)), place.motions)
+
+    def where(self, place: Place, lead: FreeMotion | None = None) -> tuple[str, str]:
+        """A place in words, by what a leader does, and that leader."""
+        lead = self.motions_of(place)[0] if lead is None else lead
+        b = self.system.bodies[lead.leader]
+        pose = np.round(place.q[3 * b : 3 * b + 3] / self.manifold.scale[:3], 2) + 0.0
+        if lead.turns:
+            return f"{math.degrees(pose[2]):.0f} deg of '{lead.leader}'", lead.leader
+        x, y = self.system.length * pose[:2]
+        return f"({x:.3g}, {y:.3g}) {self.mechanism.units.length} of '{lead.leader}'", lead.leader
+
+    def nothing(self) -> SolveError:
+        """The sentence where no rest position was found."""
+        name, units = self.mechanism.name, self.mechanism.units
+        search = self.search
+        away, least = search.ran_away, search.least
+        if away is not None:
+            far = (away.q / self.manifold.scale).reshape(-1, 3)[:, :2]
+            body = self.mechanism.bodies[int(np.abs(far).max(axis=1).argmax())].name
+            return SolveError(
+                f"no rest position of '{name}': its loads drive '{body}' away without end; hold "
+                "it, by a spring or a stop, or drive it",
+                body,
+            )
+        if search.jumps:
+            where, body = self.where(search.jumps[0])
+            return SolveError(
+                f"no rest position of '{name}': its loads drive it from both sides to {where}, "
+                "where a distance is zero or a load jumps, so that no forces balance; put a stop "
+                "there, or change its loads",
+                body,
+            )
+        if search.lifts:
+            where, body = self.where(search.lifts[0])
+            return SolveError(
+                f"no rest position of '{name}' was met: at {where} "
+                f"{self.meeting(search.lifts[0])}; begin beside it with starts",
+                body,
+            )
+        assert least is not None
+        motions = self.motions_of(least)
+        ways = [rates_of(self.system, [one]).reshape(-1) / self.manifold.scale for one in motions]
+        left = [float(least.force @ way) for way in ways]
+        # the leader that is driven most; a least drive is flat: more digits would be noise
+        n = int(np.argmax(np.abs(left)))
+        where, leader = self.where(least, motions[n])
+        unit = units.of("torque") if motions[n].turns else units.of("force")
+        return SolveError(
+            f"no rest position of '{name}' was met: what drives it is least at {where}, where "
+            f"{abs(left[n]):.3g} {unit} are left; begin elsewhere with starts, or change its loads",
+            leader,
+        )
+
+
+# -- From which speed on a rotating field moves a mechanism out of a position that it leaves
+#    alone -------------------------------------------------------------------------------------
+
+
+def lifting(manifold: Manifold, rest: Rest) -> list[str]:
+    """Sentences of fields that leave a stable position where it would be without them.
+
+    There K(ω) = K₀ + ω² K₁; the position is left where the least root ω² of det K(ω) = 0 is passed.
+    """
+    system, found = manifold.system, []
+    time = system.mechanism.units.time
+    for load in system.mechanism.loads:
+        if not load.quadratic_in:
+            continue
+        name = f"{load.name}.{load.quadratic_in}"
+        speed = abs(float(system.values[name]))
+        used = speed or 1.0
+        still, turning = (
+            manifold.other(system.with_values({name: value})) for value in (0.0, used)
+        )
+        one, other = still.place(rest.place.q), turning.place(rest.place.q)
+        if one is None or other is None or len(one.motions) != len(rest.place.motions):
+            continue
+        top = max(rest.top, turning.largest(rest.place.q))
+        if max(one.size, other.size) > 10.0 * BALANCED * top:
+            continue
+        before, field = still.stiffness(one), turning.stiffness(other)
+        if np.linalg.matrix_rank(before) < len(before):
+            continue  # the field alone keeps it there
+        roots = np.linalg.eigvals(np.linalg.solve(before, before - field))
+        real = roots.real[np.abs(roots.imag) <= 1e-6 * np.abs(roots).max(initial=0.0)]
+        most = float(real.max(initial=0.0))
+        if most <= 1e-12:
+            continue
+        lifts = used / np.sqrt(most)
+        if lifts <= speed:
+            continue
+        found.append(
+            f"at {_in_words(speed, time)} '{load.name}' does not move it: it hangs as without the "
+            f"field, and lifts above {_in_words(lifts, time)}"
+        )
+    return found
+
+
+def _in_words(speed: float, time: str) -> str:
+    text = f"{speed:.6g} rad/{time}"
+    return f"{text} ({speed * 30.0 / np.pi:.6g} rpm)" if time == "s" else text
+
 
 #: Free motions up to which rest positions are sought; 30 take some ten seconds, and of 60 a descent
 #: no longer ends.

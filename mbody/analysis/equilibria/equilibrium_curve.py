@@ -3,35 +3,481 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
 import numpy as np
 
-from mbody.analysis.driven.runner import Runner
+from mbody.analysis.driven.path_following import Runner
 from mbody.analysis.driven.time_grid import by_time
-from mbody.analysis.equilibria.arclength import FIRST, LONGEST, SHORTEST, STRAIGHT, Follower, Point
-from mbody.analysis.equilibria.branch_points import GAP, crossing, together
 from mbody.analysis.equilibria.curve_walk import AWAY
-from mbody.analysis.equilibria.equilibrium import Equilibrium, search, stability_of
+from mbody.analysis.equilibria.equilibrium import Equilibrium, Words, search, stability_of
 from mbody.analysis.equilibria.search import Rest, RestSearch
-from mbody.analysis.equilibria.sentences import Words
-from mbody.analysis.freedom.single_design import single_design
+from mbody.analysis.freedom.mobility import single_design
 from mbody.analysis.position.assembly_analysis import closed
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
 from mbody.core.presentation import present
 from mbody.errors import ModelError, SolveError
 from mbody.model.body import Guesses
 from mbody.model.mechanism import Mechanism
-from mbody.solution.doubts import Doubt, Inherited, doubted
-from mbody.solution.heading import heading, unit_symbols
+from mbody.solution.doubts import Doubt, Inherited, doubted, heading, unit_symbols
 from mbody.solution.histories import BodyHistory, PointHistory, Reaction, Record
 from mbody.solution.solution import Solution
 from mbody.system.read_only import lock
 from mbody.system.system import System
 
-__all__ = ["EquilibriumCurve", "equilibrium_curve"]
+# -- Pseudo-arclength continuation of rest positions along one number of a system --------------
+#
+# A point is (q, p): a closed position and the number. With c = −Φ_q⁺ Φ_p (how the position follows
+# the number at once), steps are q̇ = N y + c ṗ, and along the curve −K y + g ṗ = 0, g being the
+# change of the drive with p. Arclength is without units: lengths by the model length, p by its
+# span.
+
+#: Part of the span that differences along the number take.
+STEP = 1e-4
+#: The same where differences are of fourth order.
+FINE = 1e-3
+#: First and longest step along the curve, and the shortest.
+FIRST, LONGEST, SHORTEST = 0.02, 0.1, 1e-7
+#: Cosine of the greatest angle between the directions of neighbours.
+STRAIGHT = 0.98
+#: Corrections of one step.
+CORRECTIONS = 8
+#: A correction below this is rounding.
+SMALL = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """A rest position on the curve.
+
+    Attributes
+    ----------
+    value : float
+        The number, from 0 to 1 along its span.
+    direction : array (coordinates + 1,)
+        Unit tangent of the curve, the number last.
+    stiffness : array (free, free)
+        In the free motions of the place.
+    arc : float
+        Arclength from the first point.
+    side : float
+        Determinant of the equations of a step, by their size: its sign changes where another branch
+        crosses, and there alone.
+    size : float
+        The greatest of K and of the change of the drive with the number.
+    """
+
+    place: Place
+    value: float
+    direction: Array
+    stiffness: Array
+    arc: float
+    side: float
+    size: float
+
+    @property
+    def stiffnesses(self) -> Array:
+        """Eigenvalues of the stiffness in order, or its determinant where it is not symmetric: one
+        passes zero where the stability changes.
+        """
+        K = self.stiffness
+        if np.abs(K - K.T).max() > 1e-6 * np.abs(K).max():
+            return np.array([np.linalg.det(K)])
+        return np.linalg.eigvalsh(0.5 * (K + K.T))
+
+
+class Follower:
+    """Follows one curve of rest positions of `system` as `parameter` goes over `span`."""
+
+    def __init__(self, system: System, start: Manifold, parameter: str, span: Array) -> None:
+        self.system, self.first, self.parameter = system, start, parameter
+        self.low, self.width = float(span[0]), float(span[1] - span[0])
+        self.scale = start.scale
+        self._made: dict[float, Manifold] = {}
+
+    def number(self, value: float) -> float:
+        """The number at a place of its span; its ends exactly."""
+        return self.low + self.width * value
+
+    def manifold(self, value: float) -> Manifold:
+        """Closed positions for one value of the number."""
+        if value not in self._made:
+            if len(self._made) > 8:
+                self._made.clear()
+            changed = self.system.with_values({self.parameter: self.number(value)})
+            self._made[value] = self.first.other(changed)
+        return self._made[value]
+
+    def slopes(self, here: Place, value: float, fine: bool = False) -> tuple[Array, Array]:
+        """c = dq/dp on the constraints (coordinates,), and the change g of the drive (free,); by
+        differences of fourth order where `fine` asks for all digits.
+        """
+
+        def both(at: float) -> Array:
+            manifold = self.manifold(at)
+            phi, G = manifold.rows(here.q)
+            return np.append(phi, manifold.force(here.q) - G.T @ here.multipliers)
+
+        low, high = self._around(value)
+        rates = (both(high) - both(low)) / (high - low)
+        if fine and self._around(value, 2.0 * FINE) == (value - 2.0 * FINE, value + 2.0 * FINE):
+            near = both(value + FINE) - both(value - FINE)
+            far = both(value + 2.0 * FINE) - both(value - 2.0 * FINE)
+            rates = (8.0 * near - far) / (12.0 * FINE)
+        G = self.manifold(value).rows(here.q)[1]
+        shift, change = rates[: len(G)], rates[len(G) :]
+        follows = np.zeros(len(here.q))
+        if np.abs(shift).max(initial=0.0) > 0.0:
+            follows = -np.linalg.lstsq(G, shift, rcond=1e-9)[0]
+        if follows.any():
+            change = change + self.manifold(value).change(here, follows)
+        return follows, here.motions @ change
+
+    def _around(self, value: float, step: float = STEP) -> tuple[float, float]:
+        """Two values beside one, those that the system takes."""
+        low, high = value - step, value + step
+        for shifted in (low, high):
+            try:
+                self.manifold(shifted)
+            except ModelError:  # as of a length that must not be negative
+                return (low, value) if shifted == high else (value, high)
+        return low, high
+
+    def point(self, here: Place, value: float, before: Array | None, arc: float) -> Point:
+        """A rest position with the direction of the curve there, onward from the one before."""
+        K = self.manifold(value).stiffness(here)
+        follows, change = self.slopes(here, value)
+        size = max(float(np.abs(K).max()), float(np.abs(change).max()), 1e-300)
+        vt = np.linalg.svd(np.column_stack([-K, change]) / size)[2]
+        y, rate = vt[-1, :-1], vt[-1, -1]
+        direction = np.append(y @ here.motions + rate * follows, rate)
+        direction /= np.linalg.norm(direction)
+        way = vt[-1]
+        if before is not None and direction @ before < 0.0:
+            direction, way = -direction, -way
+        side = float(np.linalg.det(np.vstack([np.column_stack([-K, change]) / size, way])))
+        return Point(here, value, direction, K, arc, side, size)
+
+    def ahead(self, here: Point, step: float) -> Point | None:
+        """The point of the curve at that distance along the direction of another."""
+        value = here.value + step * float(here.direction[-1])
+        q = here.place.q + step * self.scale * here.direction[:-1]
+        last = np.inf
+        for n in range(CORRECTIONS):
+            try:
+                manifold = self.manifold(value)
+            except ModelError:
+                return None
+            place = manifold.at(q)
+            if place is None or len(place.motions) != len(here.place.motions):
+                return None
+            K = manifold.stiffness(place)
+            follows, change = self.slopes(place, value)
+            way = (place.q - here.place.q) / self.scale
+            off = step - way @ here.direction[:-1]
+            off -= (value - here.value) * float(here.direction[-1])
+            across = place.motions @ here.direction[:-1]
+            along = follows @ here.direction[:-1] + here.direction[-1]
+            size = max(float(np.abs(K).max()), float(np.abs(change).max()), 1e-300)
+            A = np.block(
+                [[-K / size, change[:, None] / size], [across[None, :], np.array([[along]])]]
+            )
+            b = np.append(-place.drive / size, off)
+            try:
+                move = np.linalg.solve(A, b)
+            except np.linalg.LinAlgError:
+                return None
+            length = float(np.linalg.norm(move))
+            if not length < 1.0 or (n > 1 and length > last):
+                if n > 1 and length < 1e-9:
+                    return self.point(place, value, here.direction, here.arc + abs(step))
+                return None
+            q = place.q + self.scale * (move[:-1] @ place.motions + move[-1] * follows)
+            value += float(move[-1])
+            if length < SMALL:
+                place = self.manifold(value).at(q)
+                if place is None:
+                    return None
+                return self.point(place, value, here.direction, here.arc + abs(step))
+            last = length
+        return None
+
+    def at_end(self, here: Point, value: float) -> Point | None:
+        """The rest position where the number has that value, near a point of the curve."""
+        manifold = self.manifold(value)
+        rate = float(here.direction[-1])
+        part = (value - here.value) / rate if rate else 0.0
+        place = manifold.at(here.place.q + part * self.scale * here.direction[:-1])
+        for _ in range(CORRECTIONS):
+            if place is None:
+                return None
+            K = manifold.stiffness(place)
+            move = np.linalg.lstsq(K, place.drive, rcond=1e-12)[0]
+            length = float(np.linalg.norm(move))
+            if not length < 1.0:
+                return None
+            place = manifold.moved(place, move @ place.motions)
+            if length < SMALL and place is not None:
+                return self.point(place, value, here.direction, here.arc + abs(part))
+        return None
+
+    def between(self, here: Point, there: Point, of: Callable[[Point], float]) -> Point:
+        """Where what changes its sign between two points of the curve passes zero (Illinois)."""
+        low, high = here, there
+        first, last = of(low), of(high)
+        top = max(abs(first), abs(last))
+        while abs(last) > 1e-12 * top and abs(high.arc - low.arc) > 1e-9:
+            arc = high.arc - last * (high.arc - low.arc) / (last - first)
+            found = self._at(here, there, arc)
+            if found is None:
+                break
+            value = of(found)
+            if value * last <= 0.0:
+                low, first = high, last
+            else:
+                first *= 0.5
+            high, last = found, value
+        return min((low, high), key=lambda point: abs(of(point)))
+
+    def _at(self, here: Point, there: Point, arc: float) -> Point | None:
+        """The point of the curve at an arclength, from that of two others that leads there."""
+        ends = sorted((here, there), key=lambda end: abs(end.arc - arc))
+        for end in ends:
+            found = self.ahead(end, arc - end.arc)
+            if found is not None:
+                return replace(found, arc=arc)
+        return None
+
+
+# -- Where branches of rest positions cross, by a system of equations that is regular there ----
+#
+# At a simple crossing the Jacobian J = [−K, g] of the drive by position and number loses one rank:
+# wᵀJ = 0. With w and the null space V of J (two columns) the equations Uᵀr = 0 for the other left
+# vectors U, and wᵀJV = 0, are as many as their unknowns. Their derivative has full rank where both
+# branches have tangents of their own: at transcritical points and pitchforks, at perturbed ones
+# too, where wᵀr is not zero and no branch goes through.
+#
+# G. Moore: The numerical treatment of non-trivial bifurcation points, Numerical Functional Analysis
+# and Optimization 2 (1980), 441-472.
+
+#: Step of the differences of J; they only steer Newton's method and show the kind of crossing.
+BRANCH_POINTS_STEP = 1e-3
+#: Corrections at most, the longest of them, and one that is rounding.
+ITERATIONS, BRANCH_POINTS_LONGEST, BRANCH_POINTS_SMALL = 25, 0.2, 1e-12
+#: What is left of the drive, as a part of its second derivatives, above which branches pass each
+#: other without meeting: the square of how far they are apart, and rounding leaves 1e-13.
+GAP = 1e-10
+#: A curvature of the drive along the position, as a part of the greatest, that is none: then one
+#: branch turns round in the crossing, as a pitchfork does. Differences leave STEP² of it.
+NONE = 1e-4
+#: Points of the curve around a crossing of more branches: a step turns by 0.2 rad at most, and the
+#: polynomial through eight of them errs by 1e-11.
+NODES = 8
+#: Distance from it, along the curve, at which it is looked whether branches meet.
+NEAR = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class BranchPoint:
+    """A place where two branches cross, or nearly do.
+
+    Attributes
+    ----------
+    point : Point
+        On the curve that is followed.
+    kind : str
+        ``"pitchfork"``, ``"transcritical"`` or ``"multiple"``.
+    gap : float
+        What is left of the drive, as a part of its second derivatives: the square of how far
+        branches are apart, zero where they cross.
+    """
+
+    point: Point
+    kind: str
+    gap: float
+
+
+def crossing(follower: Follower, here: Point, there: Point) -> BranchPoint | None:
+    """The crossing between two points of a curve; None where there is none near."""
+
+    def side(point: Point) -> float:
+        return point.side * (point.size / here.size) ** len(point.place.motions)
+
+    return _simple(follower, here, there) or _multiple(follower, here, there, side)
+
+
+def together(
+    follower: Follower, here: Point, there: Point, which: Sequence[int]
+) -> BranchPoint | None:
+    """Where an even number of stiffnesses, numbered by `which`, pass zero at once between two
+    points: each of them crosses, and the determinant keeps its sign. None where they pass it one by
+    one.
+    """
+    numbers = list(which)
+    found = _multiple(follower, here, there, lambda point: float(point.stiffnesses[numbers].sum()))
+    if found is None:
+        return None
+    # the distance to where each passes zero, as the greatest went between the ends
+    length, K = there.arc - here.arc, found.point.stiffness
+    left = np.linalg.eigvalsh(0.5 * (K + K.T))  # of rounding alone K is not symmetric
+    if len(left) != len(here.stiffnesses):
+        return None
+    went = np.abs(there.stiffnesses[numbers] - here.stiffnesses[numbers])
+    apart = float((np.abs(left[numbers]) * length / went).max())
+    return found if apart**2 <= GAP else None
+
+
+def _simple(follower: Follower, here: Point, there: Point) -> BranchPoint | None:
+    """A crossing of two branches, by Newton's method."""
+    one, other = abs(here.side), abs(there.side)
+    part = one / (one + other) if one + other else 0.5
+    value = (1.0 - part) * here.value + part * there.value
+    q = (1.0 - part) * here.place.q + part * there.place.q
+    try:
+        found = _solved(follower, q, value, len(here.place.motions))
+    except ModelError:  # as of a length that must not be negative
+        return None
+    if found is None:
+        return None
+    place, value, H, V, gap = found
+    before, after = (
+        np.append((place.q - end.place.q) / follower.scale, value - end.value)
+        for end in (here, there)
+    )
+    first, last = float(np.linalg.norm(before)), float(np.linalg.norm(after))
+    if first + last > 1.2 * float(np.linalg.norm(before - after)) + 1e-9:
+        return None
+    arc = here.arc + (there.arc - here.arc) * first / (first + last)
+    direction = last * here.direction + first * there.direction
+    direction /= np.linalg.norm(direction)
+    stiffness = follower.manifold(value).stiffness(place)
+    point = Point(place, value, direction, stiffness, arc, 0.0, here.size)
+    return BranchPoint(point, _kind(H, V), gap)
+
+
+def _multiple(
+    follower: Follower, here: Point, there: Point, of: Callable[[Point], float]
+) -> BranchPoint | None:
+    """A crossing in which more branches meet, where `of` passes zero, between points of the curve
+    around it: in it, where all that a step goes by vanishes, the last digits alone would lead.
+    """
+    length = there.arc - here.arc
+
+    def at(part: float) -> tuple[float, Array] | None:
+        """What passes zero, and number and position, at a part of the step."""
+        point = follower.ahead(here, 0.5 * (1.0 + part) * length)
+        if point is None:
+            return None
+        return of(point), np.append(point.value, (point.place.q - here.place.q) / follower.scale)
+
+    nodes = np.polynomial.chebyshev.chebpts1(NODES)
+    found = [at(part) for part in nodes]
+    known = [n for n in range(NODES) if found[n] is not None]
+    if len(known) < NODES - 1:  # one may lie in the crossing itself
+        return None
+    rows = [one for one in found if one is not None]
+    way = nodes[known]
+    sides = np.polynomial.Chebyshev.fit(way, [side for side, _ in rows], len(way) - 1, (-1.0, 1.0))
+    zeros = [z.real for z in sides.roots() if abs(z.imag) < 1e-6 and abs(z.real) <= 1.0]
+    if len(zeros) != 1:
+        return None
+    part = float(zeros[0])
+
+    # beside it what passes zero goes by the distance, or by √(distance² + gap) past each other
+    beside = NEAR / length
+    near = at(part - beside), at(part + beside)
+    slope = float(sides.deriv()(part))
+    if near[0] is None or near[1] is None or not slope:
+        return None
+    gap = abs((near[1][0] - near[0][0]) / (2.0 * beside * slope) - 1.0) * NEAR**2
+    fit = np.polynomial.chebyshev.chebfit(way, np.array([row for _, row in rows]), len(way) - 1)
+    middle = np.asarray(np.polynomial.chebyshev.chebval(part, fit))
+    value = float(middle[0])
+    place = follower.manifold(value).at(here.place.q + follower.scale * middle[1:])
+    if place is None:
+        return None
+    arc = here.arc + 0.5 * (1.0 + part) * length
+    direction = 0.5 * (1.0 - part) * here.direction + 0.5 * (1.0 + part) * there.direction
+    direction /= np.linalg.norm(direction)
+    stiffness = follower.manifold(value).stiffness(place)
+    point = Point(place, value, direction, stiffness, arc, 0.0, here.size)
+    return BranchPoint(point, "multiple", gap)
+
+
+def _kind(H: Array, V: Array) -> str:
+    """What crosses, by the second derivatives H on the null space V (2, free + 1)."""
+    still = np.array([V[1, -1], -V[0, -1]])  # the way on which the number stays
+    size = float(np.linalg.norm(still))
+    bend = float(still @ H @ still) / size**2 if size > 1e-6 else 0.0
+    return "pitchfork" if abs(bend) <= NONE * float(np.abs(H).max()) else "transcritical"
+
+
+def _solved(
+    follower: Follower, q: Array, value: float, free: int
+) -> tuple[Place, float, Array, Array, float] | None:
+    """Newton's method; the place, the number, second derivatives, the null space and the gap."""
+    place = follower.manifold(value).at(q)
+    last = np.inf
+    for _ in range(ITERATIONS):
+        if place is None or len(place.motions) != free:
+            return None
+        follows, J = _jacobian(follower, place, value)
+        size = float(np.abs(J).max()) or 1.0
+        u, s, vt = np.linalg.svd(J / size)
+        w, V = u[:, -1], vt[free - 1 :]
+
+        rows = []
+        for way in V:
+            sides = []
+            for step in (BRANCH_POINTS_STEP, -BRANCH_POINTS_STEP):
+                near = _moved(follower, place, value, follows, step * way)
+                if near is None or len(near.motions) != free:
+                    return None
+                _, other = _jacobian(follower, near, value + step * float(way[-1]))
+                sides.append(_aligned(place, near, other) / size)
+            rows.append(w @ (sides[0] - sides[1]) @ V.T / (2.0 * BRANCH_POINTS_STEP))
+        H = np.array(rows)
+        r = place.drive / size
+        across = -(vt[: free - 1].T @ ((u[:, : free - 1].T @ r) / s[: free - 1]))
+        along = np.linalg.lstsq(H.T, -(w @ (J / size) @ V.T), rcond=1e-9)[0]
+        x = across + along @ V
+        length = float(np.linalg.norm(x))
+        if length < BRANCH_POINTS_SMALL or (length < 1e-9 and length > 0.5 * last):
+            H = 0.5 * (H + H.T)
+            # a form with one sign has no branches: an isolated point
+            gap = abs(float(w @ r)) / max(float(np.abs(H).max()), 1e-300)
+            return (place, value, H, V, gap) if np.linalg.det(H) < 0.0 else None
+        last = length
+        x *= min(1.0, BRANCH_POINTS_LONGEST / length)
+        place, value = _moved(follower, place, value, follows, x), value + float(x[-1])
+    return None
+
+
+def _moved(
+    follower: Follower, place: Place, value: float, follows: Array, x: Array
+) -> Place | None:
+    """The position after a step x of the free motions and of the number."""
+    way = x[:-1] @ place.motions + x[-1] * follows
+    return follower.manifold(value + float(x[-1])).at(place.q + follower.scale * way)
+
+
+def _jacobian(follower: Follower, place: Place, value: float) -> tuple[Array, Array]:
+    """How the position follows the number, and J (free, free + 1) in the motions of the place."""
+    K = follower.manifold(value).stiffness(place)
+    follows, change = follower.slopes(place, value, fine=True)
+    return follows, np.column_stack([-K, change])
+
+
+def _aligned(place: Place, near: Place, J: Array) -> Array:
+    """J of a place nearby in the free motions of another: the nearest ones, for a null space has no
+    basis of its own.
+    """
+    u, _, vt = np.linalg.svd(place.motions @ near.motions.T)
+    turn = u @ vt
+    return np.column_stack([turn @ J[:, :-1] @ turn.T, turn @ J[:, -1]])
+
 
 History = TypeVar("History", BodyHistory, PointHistory, Reaction)
 

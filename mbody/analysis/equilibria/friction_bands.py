@@ -20,24 +20,44 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from mbody.analysis.equilibria.contact_reserve import ContactReserve
 from mbody.analysis.equilibria.curve_walk import MotionCurve, Node, Walk, between
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
-from mbody.kernels.friction_instants import (
-    PER_PAIR,
-    StoredMotion,
-    forces_by_senses,
-    rates_of_pairs,
-)
-from mbody.kernels.friction_laws import IMPENDING
-from mbody.kernels.output import PER_PRIMITIVE
+from mbody.kernels.finished_instants import PER_PAIR, StoredMotion, forces_by_senses, rates_of_pairs
+from mbody.kernels.friction import IMPENDING
+from mbody.kernels.layout import PER_PRIMITIVE
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.remarks import rubbing
-from mbody.solution.friction_ranges import senses_with_still
-from mbody.solution.rough_pairs import may_hold, rough_pairs
+from mbody.solution.contact_forces import may_hold, rough_pairs
+from mbody.solution.friction_results import ContactLimits, RestingContacts, senses_with_still
 
-__all__ = ["Band", "FrictionReserve", "Reserve", "RestBand", "bands_of", "holding_sentences"]
+# -- How much more friction of closed contacts could take at rest positions, by a linear program
+
+
+class ContactReserve:
+    """The reserve of contacts at positions of a manifold: not negative where normal forces that
+    press, and friction within its limits, balance all loads.
+    """
+
+    def __init__(self, manifold: Manifold) -> None:
+        self.manifold = manifold
+        self.limits = ContactLimits(manifold.system, manifold.work)
+
+    def __bool__(self) -> bool:
+        return True
+
+    def at(self, place: Place) -> float:
+        """The same at a place of a single free motion."""
+        return self(place, place.motions[0])
+
+    def __call__(self, place: Place, along: Array) -> float:
+        """The reserve at a place [force·length]; the tangent `along` does not matter."""
+        manifold = self.manifold
+        load = manifold.force(place.q)
+        manifold.rows(place.q)
+        forces = RestingContacts(self.limits, manifold.work, load / manifold.scale)
+        return forces.reserve() * float(np.abs(load).max(initial=0.0))
+
 
 #: A node, the reserve there, and whether the curve is smooth up to the next one.
 Sample = tuple[Node, float, bool]

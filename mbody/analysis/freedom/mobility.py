@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from mbody.analysis.driven.time_grid import time_grid
 from mbody.analysis.freedom.free_motions import (
     FreeMotion,
     FreeMotions,
@@ -19,23 +20,100 @@ from mbody.analysis.freedom.free_motions import (
     leading_order,
     panel_echelon,
 )
-from mbody.analysis.freedom.one_sided import one_sided
-from mbody.analysis.freedom.single_design import single_design, single_time
-from mbody.analysis.position.assembly_analysis import DEAD, closed
+from mbody.analysis.position.assembly_analysis import DEAD, as_system, closed
 from mbody.analysis.position.closed_position import ClosedPosition
 from mbody.core.presentation import present
+from mbody.errors import ModelError
 from mbody.kernels.layout import Work
 from mbody.model.body import Guesses
+from mbody.model.closed_mechanism import JointLimit, contacts_of
+from mbody.model.contact import Contact, Rope
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.remarks import left_out, remarks
+from mbody.model.stop import Freewheel, Stop
+from mbody.quantities.types import PlainNumbers
 from mbody.quantities.units import UnitSystem
-from mbody.solution.heading import heading, unit_symbols
-from mbody.system.large_rank import LargeRank, large_rank, row_elements, sparse_rows
-from mbody.system.rank import Rank, dense, rank_of
-from mbody.system.system import System
+from mbody.solution.doubts import heading, unit_symbols
+from mbody.system.assembler import assemble
+from mbody.system.rank import LargeRank, Rank, dense, large_rank, rank_of, row_elements, sparse_rows
+from mbody.system.system import System, with_numbers_of
 
-__all__ = ["Count", "Mobility", "mobility"]
+# -- What analyses of free motions begin with: one design, some drivers released, one time -----
+
+
+def single_design(
+    analysis: str, model: Mechanism | System, free: str | Sequence[str] = ()
+) -> System:
+    """The system of a model without some of its drivers, with the same numbers.
+
+    Parameters
+    ----------
+    analysis : str
+        Its name, for messages.
+    free : str or sequence of str, optional
+        Drivers that are released.
+
+    Raises
+    ------
+    ModelError
+        For a batch of designs, or a driver that is none.
+    """
+    system = released(as_system(model), free)
+    if system.batch is not None:
+        raise ModelError(f"{analysis} takes one design: choose one of the batch with design(n)")
+    return system
+
+
+def released(system: System, free: str | Sequence[str]) -> System:
+    """The system without some of its drivers, with the same numbers."""
+    names = tuple(free) if isinstance(free, (list, tuple, set)) else (free,)
+    if not names:
+        return system
+    return with_numbers_of(assemble(system.mechanism.without(*names)), system.values)
+
+
+def single_time(analysis: str, system: System, t: PlainNumbers) -> float:
+    """The one time of an analysis.
+
+    Raises
+    ------
+    ModelError
+        For several times, or one that is not finite, or beyond a law.
+    """
+    times = time_grid(system, t, None, None, None).t
+    if len(times) != 1:
+        raise ModelError(f"{analysis} takes one time, not {len(times)}")
+    return float(times[0])
+
+
+# -- What holds in one sense only: contacts, ropes, stops, limits, and joints that separate ----
+
+#: The kinds that have classes, by the word that heads their names.
+KINDS = {"contacts": Contact, "ropes": Rope, "stops": Stop, "freewheels": Freewheel}
+
+
+def one_sided(mechanism: Mechanism) -> dict[str, tuple[str, ...]]:
+    """The names of all that holds in one sense only, by kind: "contacts", "ropes", "stops",
+    "freewheels", "limits" of joints by their ends, and "joints" that can separate or have play.
+    Kinds of which there is none are left out.
+
+    >>> from mbody import Body, Revolute
+    >>> door = Mechanism("door", ground={"O": (0, 0)})
+    >>> door.add(Body("leaf", points={"O": (0, 0)}))
+    >>> door.add(Revolute("hinge", "ground.O", "leaf.O", limits=(0.0, 1.9)))
+    >>> one_sided(door)
+    {'limits': ('hinge_low', 'hinge_high')}
+    """
+    found = {
+        kind: tuple(one.name for one in mechanism.contacts if isinstance(one, of))
+        for kind, of in KINDS.items()
+    }
+    brought = [one for joint in mechanism.joints for one in contacts_of(joint)]
+    found["limits"] = tuple(one.name for one in brought if isinstance(one, JointLimit))
+    found["joints"] = tuple(joint.name for joint in mechanism.joints if joint.can_separate)
+    return {kind: names for kind, names in found.items() if names}
+
 
 #: Part of a dependency below which a row has no part in it.
 SMALL = 1e-6

@@ -4,50 +4,174 @@ from __future__ import annotations
 
 import math
 import weakref
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from mbody.analysis.initial.close_loops import close_loops
-from mbody.analysis.initial.initial_positions import fitted_note, fitted_places, misplaced
-from mbody.analysis.initial.initial_velocities import branch_rates, fitting_rates
-from mbody.analysis.position.assembly_analysis import closed, set_drive
+from mbody.analysis.initial.close_loops import branch_rates, close_loops, fitting_rates
+from mbody.analysis.position.assembly_analysis import closed, rounding, set_drive
+from mbody.analysis.position.batch_closing import close_batch
 from mbody.analysis.position.initial_guess import placed
-from mbody.analysis.singular.branches import BESIDE
-from mbody.analysis.singular.prescribed_values import Prescribed
-from mbody.analysis.singular.singular_positions import SUSPECT, singular
-from mbody.errors import ModelError
+from mbody.analysis.position.whole_turns import by_rows
+from mbody.analysis.singular.singular_positions import BESIDE, SUSPECT, Prescribed, singular
+from mbody.errors import ModelError, SolveError
+from mbody.kernels.layout import Work
+from mbody.kernels.loop_closure import laws_of_time, project_designs
+from mbody.model.body import Guesses
 from mbody.model.driver import AngleDriver, CoordinateDriver
-from mbody.model.element import Marker, listed
-from mbody.model.event import Event
+from mbody.model.element import Marker, Numbers, listed
 from mbody.model.mechanism import Mechanism
-from mbody.model.numbers import number_in
-from mbody.model.simulation import STATE, SimulationSettings
+from mbody.model.numbers import moves_nothing, number_in
+from mbody.model.simulation import STATE, Event, SimulationSettings
 from mbody.model.study import Measure, measure_named
 from mbody.quantities import Formula, FormulaError
+from mbody.quantities.types import Number
 from mbody.quantities.units import DIMENSIONS
-from mbody.solution.histories import Record
+from mbody.solution.histories import Record, link_poses
 from mbody.solution.measures import check_measure
-from mbody.solution.places import link_poses
 from mbody.solution.solution import Solution
 from mbody.system.assembler import assemble
-from mbody.system.other_numbers import with_numbers_of
-from mbody.system.rank import too_large
-from mbody.system.system import System
+from mbody.system.rank import dense, shortest, too_large
+from mbody.system.system import System, polar_points, with_numbers_of
 
-__all__ = [
-    "begins_so",
-    "check_release",
-    "check_simulation",
-    "checked_events",
-    "initial_state_of",
-    "start_drivers",
-    "with_start_drivers",
-    "state_of",
-    "StartDriver",
-    "event_measure",
-]
+# -- First positions by coordinates that are prescribed, where more are than are free: the
+#    nearest position that joints and drivers allow --------------------------------------------
+
+Array = np.ndarray
+
+#: Corrections, and what they end with, in model lengths and radians.
+CORRECTIONS, CLOSED = 30, 1e-14
+#: A singular value below this part of the greatest is zero: near a singular position as well.
+ZERO = 1e-6
+#: Places may be changed by so much, in model lengths and radians: a start with four digits.
+SAID = 1e-3
+#: Changes below this are rounding of numbers with all their digits.
+REPORTED = 1e-9
+#: At a singular position rows with a singular value below `ZERO` stay open: corrections end so far
+#: beside it, in model lengths and radians.
+UNSURE = 1e-4
+#: Places that a sentence names.
+NAMED = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """The nearest position to what is prescribed.
+
+    Attributes
+    ----------
+    q : array (coordinates + 3,)
+        The position, the ground last.
+    off : array (spots,)
+        What is prescribed less what it is there, in model lengths and radians.
+    """
+
+    q: Array
+    off: Array
+
+    @property
+    def near(self) -> bool:
+        """Whether what is prescribed differs by no more than rounding of digits."""
+        return bool(np.abs(self.off).max(initial=0.0) <= SAID)
+
+
+def fitted_places(
+    system: System, work: Work, prescribed: Sequence[Prescribed], first: Array
+) -> Fitted | None:
+    """The nearest position to what is prescribed, from a first one (coordinates + 3,); None where
+    the loops do not close near it.
+
+    Parameters
+    ----------
+    work : Work
+        A workspace, its signals set.
+    """
+    n = system.coordinates
+    scale = system.coordinate_units
+    work.q[:, 0] = first
+    wanted = np.array([one.value / one.unit(system) for one in prescribed])
+    for _ in range(CORRECTIONS):
+        q = work.q[:n, 0]
+        phi, G = dense(system, work)
+        if not np.isfinite(G).all():
+            return None
+        off = wanted - np.array([one.at(system, q) for one in prescribed])
+        P = np.array([one.row(system, q) for one in prescribed]).reshape(-1, n)
+        u, sizes, vt = np.linalg.svd(G)
+        rank = int((sizes > ZERO * sizes.max(initial=1e-300)).sum())
+        step = -vt[:rank].T @ ((u.T @ phi)[:rank] / sizes[:rank])
+        free = vt[rank:]
+        step = step + shortest(P @ free.T, off - P @ step, ZERO) @ free
+        length = float(np.abs(step).max(initial=0.0))
+        work.q[:n, 0] += scale * step * min(1.0, 0.5 / max(length, 1e-300))
+        if length <= CLOSED * (1.0 + float(np.abs(q / scale).max())):
+            break
+    open_ = float(np.abs(dense(system, work)[0]).max(initial=0.0))
+    if not open_ <= 1e-10:
+        return None
+    q = work.q[:, 0].copy()
+    off = wanted - np.array([one.at(system, q[:n]) for one in prescribed])
+    found = Fitted(q, off)
+    if open_ <= CLOSED * (1.0 + float(np.abs(q[:n] / scale).max())):
+        return found
+    return _at_singular(system, work, prescribed, found) or found
+
+
+def _at_singular(
+    system: System, work: Work, prescribed: Sequence[Prescribed], found: Fitted
+) -> Fitted | None:
+    """The singular position beside one at which corrections ended, where it has what is prescribed
+    as well: rounding decides on which branch, and with which gap, they end.
+    """
+    n = system.coordinates
+    own = system.work()
+    own.q[:], own.signal[:], own.time[:] = work.q, work.signal, work.time
+    here = singular(system, own, 0.0, UNSURE)
+    if here is None:
+        return None
+    q = found.q.copy()
+    q[:n] = here.rows.scale * here.x
+    moved = np.array([one.at(system, q[:n]) - one.at(system, found.q[:n]) for one in prescribed])
+    off = found.off - moved
+    worse = float((np.abs(off) - np.abs(found.off)).max(initial=0.0))
+    return Fitted(q, off) if worse <= REPORTED else None
+
+
+def fitted_note(system: System, prescribed: Sequence[Prescribed], found: Fitted) -> tuple[str, ...]:
+    """By how much places were changed, where that is more than rounding."""
+    worst = int(np.abs(found.off).argmax())
+    size = abs(float(found.off[worst]))
+    if size <= REPORTED:
+        return ()
+    spot = prescribed[worst]
+    unit = "deg" if spot.key == "angle" else system.mechanism.units.length
+    change = np.degrees(size) if spot.key == "angle" else size * system.length
+    return (
+        f"the places of the start were fitted to joints and drivers: by {change:.2g} {unit} at "
+        f"most, of {spot.name}",
+    )
+
+
+def misplaced(system: System, prescribed: Sequence[Prescribed], found: Fitted) -> SolveError:
+    """The sentence of places that joints and drivers do not allow together."""
+    order = np.argsort(-np.abs(found.off))
+    wrong = [int(n) for n in order if abs(found.off[n]) > 0.1 * SAID]
+    parts = []
+    for n in wrong[:NAMED]:
+        spot = prescribed[n]
+        value = spot.value - spot.unit(system) * float(found.off[n])
+        given = np.degrees(spot.value) if spot.key == "angle" else spot.value
+        parts.append(f"{spot.with_value(system, value)} (not {given:.7g})")
+    more = f" and {len(wrong) - NAMED} more" if len(wrong) > NAMED else ""
+    return SolveError(
+        "the places of the start do not fit together: the nearest position that joints and drivers "
+        f"allow has {', '.join(parts)}{more}; correct them, or leave out places that follow from "
+        "others",
+        prescribed[wrong[0]].body,
+    )
+
 
 #: Name of a driver; body, coordinate and direction; value and rate.
 StartDriver = tuple[str, tuple[str, str, float], Any, Any]
@@ -359,3 +483,143 @@ def state_of(system: System, start: Any) -> tuple[float, np.ndarray, np.ndarray]
     places = [theirs[body.name] for body in system.mechanism.bodies]
     q, v = last.reshape(2, -1, 3)[:, places].reshape(2, -1)
     return float(start.t[-1]), q, v
+
+
+# -- How the free motions of many designs begin: positions and velocities as `simulate` of each
+#    has them, closed in one call of the kernels -----------------------------------------------
+#
+# Driven designs close from the one position of the description, so that all are on its branch; here
+# each closes from its own guess, as it would alone, which may be on another branch.
+
+#: The least pivot, as a part of its diagonal, of a start that is about 1e-3 rad away from a
+#: singular position: from there on rows alone give rates to nine digits.
+SINGULAR = 1e-6
+#: Velocities that agree with drivers to this part of the rates are as good as exact.
+AGREE = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class BatchStart:
+    """How the designs of a batch begin.
+
+    Attributes
+    ----------
+    simulation : SimulationSettings or None
+        What prescribes it; None where guesses do.
+    guess, rates : mapping or None
+        As of `close_loops`; rates are taken design by design.
+    places, turning : System
+        With drivers that fix what has a place, and with those that drive what has a rate.
+    alike : bool
+        Whether all designs begin from the same guess.
+    """
+
+    simulation: SimulationSettings | None
+    guess: Guesses | None
+    rates: Mapping[str, Number] | None
+    places: System
+    turning: System
+    alike: bool
+
+
+def batch_start(
+    system: System, names: tuple[str, ...], how: Mapping[str, Any]
+) -> tuple[BatchStart, Solution]:
+    """How designs of a system begin that differ in `names`, and how the system itself does.
+
+    Raises
+    ------
+    ModelError, SolveError
+        Where the system itself does not begin.
+    """
+    own, guess, rates = system.mechanism.simulation, how.get("guess"), how.get("rates")
+    machine = system.mechanism
+    alike = all(name not in machine.parameters and moves_nothing(machine, name) for name in names)
+    if own is None or guess is not None or rates is not None:
+        first = close_loops(system, guess=guess, rates=rates)
+        return BatchStart(None, guess, rates, system, system, alike), first
+    first = initial_state_of(system, own)
+    places = turning = with_start_drivers(system, start_drivers(system, own, rates=False, poses={}))
+    moving = start_drivers(system, own, rates=True, poses=link_poses(first))
+    if moving:
+        turning = with_start_drivers(system, moving)
+    return BatchStart(own, None, None, places, turning, alike), first
+
+
+def initial_states(
+    start: BatchStart, system: System, values: Mapping[str, Array]
+) -> tuple[Array, Array, np.ndarray]:
+    """Positions and velocities, each (designs, coordinates), and which of them can be trusted.
+
+    Parameters
+    ----------
+    system : System
+        A batch.
+    values : mapping
+        What the designs differ in.
+    """
+    if start.rates is not None:
+        return _one_by_one(start, system)
+    designs, n3 = int(system.batch or 0), system.coordinates
+    places = start.places.with_values(values)
+    first, still = _driver_values(start, system, places, rates=False)
+    poses = _first_poses(start, places, first)
+    # at or near a singular position the branch has to be looked at: one by one
+    good = close_batch(places, 0.0, first, poses, rounding(places, poses), SINGULAR)
+    turning, rates = places, still
+    if start.turning is not start.places:
+        turning = start.turning.with_values(values)
+        _, rates = _driver_values(start, system, turning, rates=True)
+    velocities, off = np.empty((designs, n3)), np.empty(designs)
+    project_designs(turning.layout, turning.work(), turning.par, poses, rates, velocities, off)
+    return poses[:, :n3], velocities, good & (off <= AGREE)
+
+
+def _one_by_one(start: BatchStart, system: System) -> tuple[Array, Array, np.ndarray]:
+    """The same where rates are prescribed that joints may not allow."""
+    designs, n3 = int(system.batch or 0), system.coordinates
+    q, v, good = np.zeros((designs, n3)), np.zeros((designs, n3)), np.zeros(designs, dtype=bool)
+    for design in range(designs):
+        one = system.design(design)
+        try:
+            first = close_loops(one, guess=start.guess, rates=start.rates)
+        except (ModelError, SolveError):
+            continue
+        _, q[design], v[design] = state_of(one, first)
+        good[design] = not first.regularization
+    return q, v, good
+
+
+def _driver_values(
+    start: BatchStart, system: System, driven: System, *, rates: bool
+) -> tuple[Array, Array]:
+    """Values and rates of all drivers, NaN where their laws give them: (designs, drivers) each."""
+    designs, count = int(system.batch or 0), len(driven.drivers)
+    values, speeds = np.full((2, designs, count), np.nan)
+    if start.simulation is not None:
+        last = start_drivers(system, start.simulation, rates=rates, poses={})
+        for column, (_, _, value, speed) in enumerate(last, count - len(last)):
+            values[:, column], speeds[:, column] = value, speed
+    return values, speeds
+
+
+def _first_poses(start: BatchStart, places: System, first: Array) -> Array:
+    """First pose of every design: (designs, coordinates + 3)."""
+    designs, names = len(first), [driver.name for driver in places.drivers]
+    work, rows = places.work(), places.layout.driver_row
+    poses = np.empty((designs, places.coordinates + 3))
+    machine, polar = places.mechanism, polar_points(places.mechanism)
+    plain = {name: value for name, value in places.values.items() if not np.ndim(value)}
+    varied = {name: value for name, value in places.values.items() if np.ndim(value)}
+    for design in range(1 if start.alike else designs):
+        work.par[:, 0] = places.par[:, design]
+        laws_of_time(places.layout, work)
+        values = np.where(np.isnan(first[design]), work.signal[rows, 0], first[design])
+        drive = dict(zip(names, values.tolist(), strict=True))
+        own = plain | {name: value[design] for name, value in varied.items()}
+        numbers = Numbers(own, polar, machine.bodies)
+        poses[design] = placed(places, start.guess, drive, numbers=numbers)
+        by_rows(places, poses[design], drive, numbers)
+    if start.alike:
+        poses[:] = poses[0]
+    return poses

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbody.analysis.driven.requests import check_instants
+from mbody.analysis.driven.driven import check_instants
 from mbody.errors import ModelError, brief
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import meant, plain

@@ -3,34 +3,395 @@
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
+from mbody.analysis.contact.unilateral import has_modes
+from mbody.analysis.dynamics.contact_motion import ContactIntegration
+from mbody.analysis.dynamics.integrators import REFINEMENTS, stepping
+from mbody.analysis.dynamics.interruptions import without_held
 from mbody.analysis.equilibria.equilibrium import Equilibrium
 from mbody.analysis.equilibria.search import ZERO
 from mbody.analysis.freedom.free_motions import FreeMotion, free_motions, leading, rates_of
-from mbody.analysis.freedom.single_design import single_design
-from mbody.analysis.linear.about_motion import Moving
-from mbody.analysis.linear.held_modes import held_modes
-from mbody.analysis.linear.state_matrices import StateMatrices, state_matrices
-from mbody.analysis.position.assembly_analysis import closed
-from mbody.analysis.position.tangent_space import Array, Manifold, Place
+from mbody.analysis.freedom.mobility import single_design
+from mbody.analysis.position.assembly_analysis import closed, raise_user_error
+from mbody.analysis.position.tangent_space import STEP, Array, Manifold, Place
 from mbody.errors import ModelError, SolveError
+from mbody.kernels.layout import Work
+from mbody.kernels.loop_closure import laws_of_time
+from mbody.kernels.state_derivative import initial_derivative
+from mbody.kernels.step_state import TIME
 from mbody.model.mechanism import Mechanism
 from mbody.model.remarks import left_out, without_friction
-from mbody.model.study import Measure
-from mbody.solution.doubts import Inherited, inherited
-from mbody.solution.heading import heading, unit_symbols
-from mbody.solution.solution import Solution
-from mbody.system.driver_formulas import followed_states
-from mbody.system.rank import rank_of, too_large
+from mbody.model.study import Measure, measure_named
+from mbody.solution.doubts import Doubt, Inherited, heading, inherited, unit_symbols
+from mbody.solution.energy import causes
+from mbody.solution.histories import Record
+from mbody.solution.measures import check_measure, measured
+from mbody.solution.solution import Solution, Way
+from mbody.system.formula_rows import followed_inputs, followed_states
+from mbody.system.rank import dense, dense_rates, rank_of, too_large
 from mbody.system.read_only import lock
 from mbody.system.system import System
 
-__all__ = ["Linearization", "linearize"]
+# -- Contacts and rough joints of an instant: rows of what is closed and sticks, senses of
+#    sliding -----------------------------------------------------------------------------------
+
+#: What is said of each mode.
+WORDS = {
+    "stick": "sticks",
+    "roll": "rolls",
+    "slip+": "slides",
+    "slip-": "slides",
+    "open": "is open",
+}
+
+
+class HeldModes:
+    """The modes of an instant, as `simulate` decides them, and what they do to motions beside it:
+    what is closed and what sticks is a constraint, what slides goes on in its sense.
+
+    Attributes
+    ----------
+    names : dict
+        Mode of every contact and rough joint.
+    """
+
+    def __init__(self, system: System, given: Solution, t: float, q: Array, v: Array) -> None:
+        way = Way("dop853", 1e-9, 1e-9)
+        engine = ContactIntegration(system, given, way, ())
+        engine.begin(t, q, v, t + 1.0)
+        engine.wanted, engine.instants = np.array([t]), []
+        engine.pages, engine.works = [], []
+        status = engine.begin_modes()
+        if status or any(event.name == "impact" for event in engine.occurred):
+            unit = system.mechanism.units.time
+            raise SolveError(
+                f"linearize of '{system.mechanism.name}': something strikes at t = {t:.6g} {unit}, "
+                "so that there are no linear equations; take an instant beside it"
+            )
+        self.names = engine.named_modes()
+        self.uni, self._work = engine.uni, engine.work
+        self._on = np.flatnonzero(engine.on)
+        self._unit = np.where(self.uni.angular, 1.0, 1.0 / system.length)[self._on]
+        self._scale = system.coordinate_units
+
+    @property
+    def words(self) -> str:
+        """What each does, in a phrase."""
+        return ", ".join(f"{name} {WORDS[mode]}" for name, mode in self.names.items())
+
+    @property
+    def note(self) -> str:
+        """The state that small motions are about."""
+        return f"about a state in which {self.words}"
+
+    @property
+    def sticking(self) -> bool:
+        """Whether anything sticks."""
+        return bool({"stick", "roll"} & set(self.names.values()))
+
+    def enter(self, work: Work) -> None:
+        """Set the modes in a workspace."""
+        own = self._work
+        work.on[:], work.pad[:], work.anchor[:] = own.on, own.pad, own.anchor
+        work.regularization_weight[:] = own.regularization_weight
+        work.sense[:], work.par[:] = own.sense, own.par
+
+    def rows(self, work: Work) -> tuple[Array, Array, Array]:
+        """Φ, Φ_q without units and ν of the rows that are on, at the position in a workspace into
+        which the modes were entered.
+        """
+        work.v[:] = 0.0
+        found = self.uni.read(work)
+        phi = found.value[self._on] - work.anchor[self._on, 0]
+        block = self._unit[:, None] * found.block[self._on] * self._scale
+        return self._unit * phi, block, -self._unit * found.rate[self._on]
+
+
+def held_modes(system: System, given: Solution, t: float, q: Array, v: Array) -> HeldModes | None:
+    """The modes at the last instant of a motion in which they were decided; None of others."""
+    if not given.modes or given.stepped is not None or not has_modes(system):
+        return None
+    if not math.isfinite(float(np.abs(q).max(initial=0.0))):
+        return None
+    return HeldModes(system, given, t, q, v)
+
+
+# -- Accelerations near an instant of a motion, and their derivatives, by what the leaders do --
+
+#: Steps of inputs and own states are lengthened by so much at most.
+FARTHEST = 1e6
+
+
+def _difference(function: Callable[[Array], Array], steps: Array) -> Array:
+    """∂f/∂x at 0 by central differences of fourth order: (rows, steps)."""
+    columns = []
+    for step, way in zip(steps, np.diag(steps), strict=True):
+        near = function(way) - function(-way)
+        far = function(2.0 * way) - function(-2.0 * way)
+        columns.append((8.0 * near - far) / (12.0 * step))
+    return np.array(columns).T
+
+
+class Moving:
+    """Accelerations of the leaders at ways y and rates w of theirs near those of an instant: with
+    P their parts of the coordinates y = P (q − q₀) and w = P v, exactly. `still`: drivers hold
+    their values. `held`: what is closed, sticks and slides.
+    """
+
+    def __init__(
+        self,
+        manifold: Manifold,
+        here: Place,
+        v: Array,
+        regularization: float,
+        ways: Array,
+        parts: Array,
+        still: bool = False,
+        held: HeldModes | None = None,
+    ) -> None:
+        self.manifold, self.here, self.v, self.regularization = manifold, here, v, regularization
+        self.system, self.ways, self.parts = manifold.system, ways, parts
+        self.t = float(manifold.time[0])
+        # drivers move here, unless they hold: their rates are those of their laws
+        self.work = self.system.work()
+        self.work.time[:] = self.t
+        laws_of_time(self.system.runtime(), self.work)
+        L, system = self.system.layout, self.system
+        rows = np.append(L.input_row, L.driver_row if still else []).astype(np.int64)
+        self.runtime = without_held(system.runtime(), {str(row): int(row) for row in rows})
+        if still:
+            for more in (1, 2):
+                self.work.signal[L.driver_row + more] = 0.0
+        self.whole = system.work(masses=True)
+        self.whole.signal[:] = self.work.signal
+        self.held = held
+        if held is not None:
+            for work in (self.work, self.whole):
+                held.enter(work)
+        self.memory = stepping(system.state_count, len(causes(system)), regularization)
+        own = self.work.signal[L.input_row, 0]
+        self.own = (
+            np.append(system.first_states[:, 0], own) if manifold.own is None else manifold.own
+        )
+
+    def matrices(self, mass: Array) -> tuple[Array, Array, Array]:
+        """C, K and what drives the leaders; mass (free, free) is theirs."""
+        by_way, by_rate = self.derivatives(self.along)
+        return -mass @ by_rate, -mass @ by_way, mass @ self._first
+
+    def derivatives(self, function: Callable[[Array, Array], Array]) -> tuple[Array, Array]:
+        """∂f/∂y and ∂f/∂w (rows, free) of a function of ways and rates of the leaders."""
+        still, rate = np.zeros(len(self.parts)), self.rate
+        # where a body moves fast beside its leader, the leader's step is short
+        steps = STEP / np.abs(self.ways).max(axis=1)
+        pull = np.abs(self._first @ self.ways).max(initial=0.0)
+        v = self.v / self.manifold.scale
+        swift = max(float(np.abs(v).max()), float(np.sqrt(pull))) or 1.0
+        by_way = _difference(lambda y: function(y, rate), steps)
+        return by_way, _difference(lambda w: function(still, rate + w), swift * steps)
+
+    @functools.cached_property
+    def rate(self) -> Array:
+        """Rates of the leaders."""
+        return np.asarray(self.parts @ (self.v / self.manifold.scale))
+
+    @functools.cached_property
+    def _first(self) -> Array:
+        """Accelerations of the leaders."""
+        return self.along(np.zeros(len(self.parts)), self.rate)
+
+    def along(self, y: Array, w: Array) -> Array:
+        """Accelerations of the leaders at their ways and rates."""
+        return self.instant(y, w)[0]
+
+    def instant(
+        self, y: Array, w: Array, own: Array | None = None
+    ) -> tuple[Array, Array, Solution]:
+        """Accelerations of the leaders at their ways and rates, rates of own states, and the
+        instant; `own`: own states, then inputs, by default those of the instant.
+        """
+        n, scale, L, S = self.system.coordinates, self.manifold.scale, self.runtime, self.memory
+        q, G = self.position(y)
+        nu = dense_rates(self.system, self.work)
+        if self.held is not None:
+            nu = np.append(nu, self.held.rows(self.work)[2])
+        v = scale * _solved(np.vstack([G, self.parts]), np.append(nu, w))
+        given = self.own if own is None else own
+        S.y[:n], S.y[n : 2 * n], S.y[2 * n :] = q, v, given[: L.owns]
+        self.whole.signal[L.input_row, 0] = given[L.owns :]
+        S.state[TIME] = self.t
+        page = np.empty((self.system.page_rows, 1))
+        initial_derivative(L, self.whole, S, REFINEMENTS, page)
+        raise_user_error(self.system)
+        run = Solution(
+            self.system,
+            "simulate",
+            np.array([self.t]),
+            Record([page[None]], 1, batch=False),
+            None,
+            regularization=self.regularization,
+        )
+        return self.parts @ (page[2 * n : 3 * n, 0] / scale), S.K[0, 2 * n :].copy(), run
+
+    def by_own(self, function: Callable[[Array], Array]) -> Array:
+        """∂f/∂(own states, inputs) (rows, …) of a function of them."""
+        first = function(self.own)
+        size, columns = float(np.abs(first).max(initial=0.0)), []
+        for n, value in enumerate(self.own):
+            step, way = STEP * max(1.0, abs(float(value))), np.zeros(len(self.own))
+            way[n] = step
+            slope = float(np.abs(function(self.own + way) - first).max(initial=0.0)) / step
+            # where what it changes is small beside the rest, a longer step is more exact
+            way[n] = max(step, min(STEP * size / slope, FARTHEST * step)) if slope else step
+            near = function(self.own + way) - function(self.own - way)
+            far = function(self.own + 2.0 * way) - function(self.own - 2.0 * way)
+            columns.append((8.0 * near - far) / (12.0 * way[n]))
+        return np.array(columns).reshape(len(self.own), -1).T
+
+    def position(self, y: Array) -> tuple[Array, Array]:
+        """The closed position (coordinates,) at ways of the leaders, and Φ_q there."""
+        n, scale = self.system.coordinates, self.manifold.scale
+        q = self.here.q + scale * (y @ self.ways)
+        for _ in range(8):
+            self.work.q[:n, 0] = q
+            phi, G = dense(self.system, self.work)
+            if self.held is not None:
+                more = self.held.rows(self.work)
+                phi, G = np.append(phi, more[0]), np.vstack([G, more[1]])
+            off = np.append(phi, self.parts @ ((q - self.here.q) / scale) - y)
+            step = _solved(np.vstack([G, self.parts]), off)
+            q = q - scale * step
+            if np.abs(step).max() < 1e-14:
+                break
+        if np.abs(off).max() > 1e-10 * (1.0 + float(np.abs(q / scale).max())):
+            raise SolveError(
+                f"the position of '{self.system.mechanism.name}' at t = {self.t:.6g} "
+                f"{self.system.mechanism.units.time} is singular: branches of its motion meet, so "
+                "that it has no linear equations; take an instant beside it"
+            )
+        return q, G
+
+
+def _solved(A: Array, b: Array) -> Array:
+    """Least squares; rows that depend on others, as of redundant joints, have no say."""
+    return np.asarray(np.linalg.lstsq(A, b, rcond=1e-9)[0])
+
+
+# -- State matrices of small changes, with inputs and measures: ẋ = A x + B u, z = C x + D u ---
+
+
+class Linear(Protocol):
+    """What is needed of linear equations of second order; see `mbody.engineering.linearize`."""
+
+    @property
+    def state_matrix(self) -> Array:
+        """A (2·free, 2·free)."""
+
+    @property
+    def motions(self) -> tuple[FreeMotion, ...]:
+        """The free motions."""
+
+    def nearby(self) -> Moving:
+        """The motions near the instant."""
+
+    @property
+    def status(self) -> str:
+        """See `Inherited`."""
+
+    @property
+    def doubts(self) -> tuple[Doubt, ...]:
+        """See `Inherited`."""
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """See `Inherited`."""
+
+
+@dataclass(frozen=True, eq=False)
+class StateMatrices(Inherited):
+    """The matrices of small changes of the first order, ẋ = A x + B u, z = C x + D u.
+
+    Attributes
+    ----------
+    A : array (2·free + own states,) squared
+        Units of a rate of the state by units of the state.
+    B : array (2·free + own states, inputs)
+    C : array (outputs, 2·free + own states)
+        Units of the measure by units of the state.
+    D : array (outputs, inputs)
+    states : tuple of str
+        What each number of x is: of the leader of each free motion its ``"angle"`` [rad], or
+        ``"way"`` where it slides [length], then their rates, ``"omega"`` or ``"rate"``; then the
+        mechanism's own states.
+    inputs, outputs : tuple of str
+        Names of the inputs; the measures.
+    status, doubts, notes
+        As of `Inherited`.
+    """
+
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        lock(self)
+
+
+def state_matrices(
+    linear: Linear, measures: str | Measure | Sequence[str | Measure]
+) -> StateMatrices:
+    """See `mbody.engineering.linearize`."""
+    wanted = [measures] if isinstance(measures, str | Measure) else list(measures)
+    nearby, motions = linear.nearby(), linear.motions
+    machine, free = nearby.system.mechanism, len(motions)
+    owns, inputs = len(machine.states), [one.name for one in machine.inputs]
+    for name, driver in followed_inputs(machine, nearby.system.numbers).items():
+        raise ModelError(
+            f"the input '{name}' is followed by driver '{driver}': the motion depends on its rate "
+            "and its acceleration too, so that B and D do not describe it; make it a parameter, or "
+            "let the driver follow states whose rates have the input",
+            name,
+        )
+    of = [measure_named(machine.measures, one) for one in wanted]
+    for one in of:
+        check_measure(machine, one)
+
+    def values(y: Array, w: Array, own: Array | None = None) -> Array:
+        a, rates, run = nearby.instant(y, w, own)
+        read = [measured(run, one)[0][-1] for one in of]
+        return np.concatenate([a, rates, np.array(read, dtype=float).reshape(-1)])
+
+    A = np.zeros((2 * free + owns,) * 2)
+    A[: 2 * free, : 2 * free] = linear.state_matrix
+    B = np.zeros((len(A), len(inputs)))
+    C, D = np.zeros((len(of), len(A))), np.zeros((len(of), len(inputs)))
+    if of or owns:
+        moved = np.hstack(nearby.derivatives(values))
+        A[2 * free :, : 2 * free] = moved[free : free + owns]
+        C[:, : 2 * free] = moved[free + owns :]
+    if owns or inputs:
+        changed = nearby.by_own(lambda own: values(np.zeros(free), nearby.rate, own))
+        A[free : 2 * free, 2 * free :] = changed[:free, :owns]
+        A[2 * free :, 2 * free :] = changed[free : free + owns, :owns]
+        B[free : 2 * free] = changed[:free, owns:]
+        B[2 * free :] = changed[free : free + owns, owns:]
+        C[:, 2 * free :], D[:] = changed[free + owns :, :owns], changed[free + owns :, owns:]
+    names = [(m.leader, ("angle", "omega") if m.turns else ("way", "rate")) for m in motions]
+    states = [f"{leader}.{keys[k]}" for k in range(2) for leader, keys in names]
+    states += [one.name for one in machine.states]
+    texts = tuple(one if isinstance(one, str) else one.of for one in wanted)
+    return StateMatrices(A, B, C, D, tuple(states), tuple(inputs), texts, **inherited(linear))
+
 
 #: Least step of the differences for damping, as a part of the natural rate.
 SLOW = 1e-5

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -9,22 +10,199 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.equilibria.equilibrium import Equilibrium, equilibrium
-from mbody.analysis.equilibria.rest_positions import AtRestPositions
-from mbody.analysis.linear.eigenvalues import eigenvalues
+from mbody.analysis.equilibria.equilibrium import AtRestPositions, Equilibrium, equilibrium
 from mbody.analysis.linear.linearize import Linearization, linearize
-from mbody.analysis.linear.mode_amplitudes import mode_place, rates_at
 from mbody.analysis.position.tangent_space import Array
-from mbody.errors import ModelError, SolveError
+from mbody.errors import ModelError, SolveError, brief
 from mbody.model.body import Guesses
+from mbody.model.element import Marker, listed
 from mbody.model.mechanism import Mechanism
-from mbody.solution.doubts import Inherited, certificate, inherited
-from mbody.solution.heading import heading, unit_symbols
+from mbody.model.state_quantities import ORIGIN
+from mbody.solution.doubts import Inherited, certificate, heading, inherited, unit_symbols
 from mbody.solution.solution import Solution
 from mbody.system.read_only import lock
 from mbody.system.system import System
 
-__all__ = ["Mode", "Modes", "ModesAt", "modes"]
+# -- The quadratic eigenproblem of small motions, free motions without inertia among them ------
+#
+# F. Tisseur, K. Meerbergen: The quadratic eigenvalue problem, SIAM Review 43 (2001), 235-286.
+
+#: A part of its size below which a real or an imaginary part of an eigenvalue is rounding; a double
+#: root is found to half the digits.
+ROUNDING, HALF = 1e-9, 1e-7
+#: A part of the greatest singular value below which one is none, once masses are out.
+NONE = 1e-9
+#: A root below this part of the natural rate is that of a motion that nothing drives back.
+SLOW = 1e-6
+#: A mass matrix whose least eigenvalue is below this part of the greatest has no inverse.
+MASSLESS = 1e-12
+
+
+def eigenvalues(M: Array, C: Array, K: Array) -> tuple[list[complex], list[Array], int] | None:
+    """Roots s of (s² M + s C + K) u = 0, their vectors u, and how many motions have no inertia;
+    None where every s is a root.
+    """
+    free = len(M)
+    parts = [float(np.abs(part).max()) for part in (M, C, K)]
+    inertia = np.linalg.eigvalsh(M)
+    infinite = int((inertia <= MASSLESS * parts[0]).sum())
+    # a unit of time in which the greatest numbers are one
+    if parts[0] and parts[2]:
+        fast = math.sqrt(parts[2] / parts[0])
+    elif parts[1]:
+        fast = parts[1] / parts[0] if parts[0] else parts[2] / parts[1]
+    else:
+        fast = 1.0
+    fast = fast or 1.0
+    whole = max(parts[0] * fast**2, parts[1] * fast, parts[2]) or 1.0
+    M, C, K = M * fast**2 / whole, C * fast / whole, K / whole
+    zero, one = np.zeros((free, free)), np.eye(free)
+    still = np.linalg.svd(K)
+    rigid = still[2][still[1] <= NONE * max(float(still[1].max()), 1e-300)]
+    damped = np.abs(C).max() > MASSLESS
+    if damped:
+        E, A = np.block([[one, zero], [zero, M]]), np.block([[zero, one], [-K, -C]])
+        solved = _finite(E, A)
+    else:
+        solved = _finite(M, -K)
+    if solved is None:
+        return None
+    roots, vectors = solved
+    if not damped:
+        squares, roots = roots, np.sqrt(roots.astype(complex))
+        # flutter: the other two of four roots
+        twins = np.abs(squares.imag) > HALF * np.abs(squares)
+        roots = np.append(roots, -roots[twins])
+        vectors = np.hstack([vectors, vectors[:, twins]])
+    found, shapes = [0j] * len(rigid), [way.astype(complex) for way in rigid]
+    for root, vector in zip(roots, vectors[:free].T, strict=True):
+        size = abs(root)
+        if len(rigid) and size < SLOW:
+            continue
+        real = 0.0 if abs(root.real) <= ROUNDING * size else root.real
+        imaginary = 0.0 if abs(root.imag) <= HALF * size else root.imag
+        if imaginary < 0.0:
+            continue
+        found.append(fast * complex(real, imaginary))
+        shapes.append(vector.astype(complex))
+    return found, shapes, infinite
+
+
+def _finite(E: Array, A: Array) -> tuple[Array, Array] | None:
+    """Finite roots and vectors of A z = s E z, E singular or not; None where every s is a root.
+
+    Where uᵀ E = 0, uᵀ A z = 0 holds for every finite root: z is sought among those, and again,
+    until E has an inverse there. Then no infinite root is left, of whatever order it was.
+    """
+    Z, zero = np.eye(len(A)), MASSLESS
+    while len(A):
+        u, sizes, _ = np.linalg.svd(E)
+        rank = int((sizes > zero * max(float(sizes.max()), 1e-300)).sum())
+        if rank == len(A):
+            roots, vectors = np.linalg.eig(np.linalg.solve(E, A))
+            return roots, Z @ vectors
+        fixed = u[:, rank:].T @ A
+        _, parts, vt = np.linalg.svd(fixed)
+        if not parts.min() > NONE:
+            return None
+        kept = vt[len(fixed) :].T
+        E, A = u[:, :rank].T @ E @ kept, u[:, :rank].T @ A @ kept
+        Z, zero = Z @ kept, NONE
+    return np.zeros(0), Z
+
+
+# -- Where a mode shape has amplitudes: the angles of bodies, and x and y of any of their points
+#
+# For unit rates of the leaders a body goes with (vx, vy, ω) at its mass centre, and a point at
+# (rx, ry) from there with (vx − ω ry, vy + ω rx): the velocities of a small motion are those of a
+# rigid body, and so are its amplitudes.
+
+#: What moves of a body, and of a point.
+KEYS = ("x", "y", "angle")
+
+
+@dataclass(frozen=True)
+class ModePlace:
+    """A coordinate of a mechanism that has an amplitude.
+
+    Attributes
+    ----------
+    body : str
+    point : Marker or None
+        None of the mass centre, and of an angle.
+    key : int
+        0 of x, 1 of y, 2 of the angle.
+    """
+
+    body: str
+    point: Marker | None
+    key: int
+
+    @property
+    def turns(self) -> bool:
+        """Whether it is an angle [rad]; else it is a length."""
+        return self.key == 2
+
+
+def mode_place(mechanism: Mechanism, given: object, where: str = "") -> ModePlace:
+    """The coordinate of that name; sentences begin with `where`.
+
+    ``"rod.angle"``; ``"rod.x"`` of the mass centre; ``"rod.P.y"`` of a point, ``"rod.origin.y"`` of
+    where the axes of the link begin; ``"A.x"`` of a pin, by the name of the joint.
+
+    Raises
+    ------
+    ModelError
+        For what has no amplitude.
+    """
+    owner, _, key = given.rpartition(".") if isinstance(given, str) else ("", "", "")
+    first, _, point = owner.partition(".")
+    bodies = {"ground": mechanism.ground} | {one.name: one for one in mechanism.bodies}
+    pins = {one.name: one.i for one in mechanism.joints if one.coincident}
+    if first in bodies and not point and key in KEYS:
+        return ModePlace(first, None, KEYS.index(key))
+    if first in bodies and key in KEYS[:2] and point:
+        if point in bodies[first].points:
+            return ModePlace(first, Marker(first, point), KEYS.index(key))
+        if point == ORIGIN:
+            return ModePlace(first, Marker(first, (0.0, 0.0)), KEYS.index(key))
+        close = difflib.get_close_matches(point, bodies[first].points, n=3)
+        raise ModelError(
+            f"{where}'{first}' has no point {brief(point)} (it has: "
+            f"{listed(close or [*bodies[first].points, ORIGIN])})",
+            first,
+        )
+    if owner in pins and key in KEYS[:2]:
+        return ModePlace(pins[owner].body, pins[owner], KEYS.index(key))
+    example = mechanism.bodies[0].name
+    raise ModelError(
+        f"{where}amplitudes are of the angle of a body, and of x and y of its mass centre or a "
+        f"point, such as {example}.angle, {example}.x or {_pointed(mechanism)}, not {brief(given)} "
+        f"(bodies: {listed(one.name for one in mechanism.bodies)})",
+        str(given),
+    )
+
+
+def rates_at(solution: Solution, rates: Array, place: ModePlace) -> Array:
+    """What a coordinate does for unit rates of the leaders, (free,), from those of all bodies
+    (free, bodies, 3) at the last instant.
+    """
+    if place.body == "ground":
+        return np.zeros(len(rates))
+    ways = rates[:, solution.system.bodies[place.body]]
+    if place.point is None:
+        return np.asarray(ways[:, place.key])
+    centre, point = solution[place.body], solution.point(place.point)
+    if place.key == 0:
+        return np.asarray(ways[:, 0] - ways[:, 2] * float(point.y[-1] - centre.y[-1]))
+    return np.asarray(ways[:, 1] + ways[:, 2] * float(point.x[-1] - centre.x[-1]))
+
+
+def _pointed(mechanism: Mechanism) -> str:
+    """x of a point that there is."""
+    named = (f"{one.name}.{point}.x" for one in mechanism.bodies for point in one.points)
+    return next(named, f"{mechanism.bodies[0].name}.origin.x")
+
 
 #: A matrix counts as symmetric, or as none, below this part of its size.
 UNEVEN = 1e-9

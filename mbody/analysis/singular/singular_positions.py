@@ -15,27 +15,289 @@ Coordinates are those of the mass centres with lengths by the model length.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from mbody.analysis.position.assembly_analysis import raise_user_error
-from mbody.analysis.singular.quadratic_cones import (
-    ConeBranches,
-    is_flat,
-    size,
-    tangent,
-    through,
-    values,
-)
+from mbody.errors import SolveError
 from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import laws_of_time
 from mbody.system.rank import dense, too_large
 from mbody.system.system import System
 
-__all__ = ["SUSPECT", "Singular", "singular"]
+# -- Real solutions of quadrics yᵀ A_i y = 0 that also meet linear conditions P y = p ----------
+#
+# At a singular position the second-order condition on velocities is such a set of quadrics. Where
+# one unknown is left they are solved in closed form, otherwise by Gauss–Newton from many fixed
+# starts, until every solution that was found was found several times.
 
 Array = np.ndarray
+
+#: A quadric is met, and two solutions are one, within this part of their size.
+MET, SAME = 1e-10, 1e-6
+#: A singular value below this part of the greatest is zero.
+ZERO = 1e-7
+#: Starts of one round, rounds at most, and steps of one search.
+STARTS, ROUNDS, STEPS = 64, 12, 60
+#: How often each solution must be met before the list counts as complete.
+OFTEN = 5
+#: Solutions beyond which no more are looked for.
+MANY = 64
+
+
+@dataclass(frozen=True, eq=False)
+class Solutions:
+    """What was found.
+
+    Attributes
+    ----------
+    points : list of array (unknowns,)
+        The requested points, no two the same: of a branch of several freedoms the one of
+        least length.
+    complete : bool
+        Whether there are hardly any others.
+    flat : bool
+        Whether all belong to branches with a tangent space: second order decides.
+    """
+
+    points: list[Array]
+    complete: bool = True
+    flat: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class ConeBranches:
+    """The branches of a cone.
+
+    Attributes
+    ----------
+    spaces : list of array (dimension, unknowns)
+        Their tangent spaces, orthonormal bases.
+    odd : array (points, unknowns)
+        Unit vectors of the cone that belong to none of them: there second order does not decide.
+    complete : bool
+        Whether hardly any are missing.
+    """
+
+    spaces: list[Array]
+    odd: Array
+    complete: bool = True
+
+
+def values(A: Array, y: Array) -> Array:
+    """yᵀ A_i y: (quadrics,)."""
+    return np.asarray(np.einsum("ijk,j,k->i", A, y, y))
+
+
+def size(A: Array, y: Array) -> float:
+    """What rounding of `values` is relative to."""
+    return float(np.abs(A).max(initial=0.0) * (y @ y))
+
+
+def tangent(A: Array, y: Array) -> Array:
+    """Orthonormal basis (dimension, unknowns) of the tangent space ker[A_i y] of the quadrics at
+    y.
+    """
+    D = 2.0 * np.einsum("ijk,k->ij", A, y)
+    if not len(D):
+        return np.eye(A.shape[1])
+    _, sizes, vt = np.linalg.svd(D)
+    top = np.abs(A).max(initial=0.0) * np.linalg.norm(y)
+    rank = int((sizes > ZERO * max(top, 1e-300)).sum())
+    return np.asarray(vt[rank:])
+
+
+def is_flat(A: Array, T: Array) -> bool:
+    """Whether all quadrics vanish on the whole of a space with the basis T."""
+    inside = np.einsum("ijk,aj,bk->iab", A, T, T)
+    return bool(np.abs(inside).max(initial=0.0) <= 1e-6 * np.abs(A).max(initial=0.0))
+
+
+def solutions(A: Array, P: Array, p: Array) -> Solutions:
+    """All y (unknowns,) with yᵀ A_i y = 0 and P y = p, p not zero; of a branch the shortest.
+
+    Parameters
+    ----------
+    A : array (quadrics, unknowns, unknowns)
+        Symmetric.
+    P, p : arrays (conditions, unknowns), (conditions,)
+        Conditions that agree with each other.
+    """
+    base, Z = _affine(P, p)
+    if not len(Z):
+        met = np.abs(values(A, base)).max(initial=0.0) <= MET * size(A, base)
+        return Solutions([base] if met else [])
+    if len(Z) == 1 and len(A):
+        return _in_line(A, base, Z[0])
+    return _searched(A, base, Z, P, p)
+
+
+def _affine(P: Array, p: Array) -> tuple[Array, Array]:
+    """The shortest y with P y = p, and a basis of what P leaves open."""
+    u, sizes, vt = np.linalg.svd(P)
+    rank = int((sizes > ZERO * max(sizes.max(initial=0.0), 1e-300)).sum())
+    base = vt[:rank].T @ ((u.T @ p)[:rank] / sizes[:rank])
+    return np.asarray(base), vt[rank:]
+
+
+def _in_line(A: Array, base: Array, z: Array) -> Solutions:
+    """Along base + s z: the roots of the quadric that bends most, where all others vanish too."""
+    quadratic = np.einsum("ijk,j,k->i", A, z, z)
+    linear = 2.0 * np.einsum("ijk,j,k->i", A, z, base)
+    constant = values(A, base)
+    far = float(np.linalg.norm(base))
+    sizes = np.abs(quadratic) * far**2 + np.abs(linear) * far + np.abs(constant)
+    top = np.abs(A).max() * far**2
+    if sizes.max() <= MET * top:  # every velocity is one: take the least
+        return Solutions([base])
+    # a quadric that turns about its double root is no more precise than the root of rounding
+    n = int((np.abs(quadratic) * far**2 + np.abs(linear) * far).argmax())
+    a, b, c = quadratic[n] * far**2, linear[n] * far, constant[n]
+    roots: list[float] = []
+    if abs(a) > MET * top:
+        inside = b * b - 4.0 * a * c
+        if abs(inside) <= MET * sizes[n] ** 2:
+            roots = [-b / (2.0 * a)]
+        elif inside > 0.0:
+            way = -0.5 * (b + np.copysign(np.sqrt(inside), b))
+            roots = [way / a, c / way]
+    elif abs(b) > MET * top:
+        roots = [-c / b]
+    points = [base + far * root * z for root in roots]
+    return Solutions(
+        [y for y in points if np.abs(values(A, y)).max() <= 1e3 * MET * size(A, y)],
+    )
+
+
+def _searched(A: Array, base: Array, Z: Array, P: Array, p: Array) -> Solutions:
+    """By the branches of the cone over base + span(Z)."""
+    hull = np.vstack([base / np.linalg.norm(base), Z])
+    branches = _branches(np.einsum("ijk,aj,bk->iab", A, hull, hull))
+    found: list[Array] = []
+    for T in branches.spaces:
+        least = _least(T @ hull, P, p)
+        if least is not None and not any(_same(one, least) for one in found):
+            found.append(least)
+    seen = [y for y in branches.odd if abs(y[0]) > SAME]
+    return Solutions(found, branches.complete, flat=not seen)
+
+
+def _branches(A: Array) -> ConeBranches:
+    """The branches of the cone yᵀ A_i y = 0."""
+    random = np.random.default_rng(1)
+    found: list[Array] = []
+    met: list[int] = []
+    odd: list[Array] = []
+    most = _most(A)
+    for _ in range(ROUNDS):
+        new = 0
+        for w in _directions(A, random):
+            T = tangent(A, w)
+            if not is_flat(A, T):
+                odd.append(w / np.linalg.norm(w))
+                continue
+            same = [n for n, one in enumerate(found) if _same_space(one, T)]
+            if same:
+                met[same[0]] += 1
+            else:
+                found.append(T)
+                met.append(1)
+                new += 1
+        if len(found) == most or (not new and min(met, default=OFTEN) >= OFTEN):
+            break
+        if len(found) >= MANY:
+            return ConeBranches(found, np.array(odd).reshape(-1, A.shape[1]), complete=False)
+    else:
+        return ConeBranches(found, np.array(odd).reshape(-1, A.shape[1]), complete=not found)
+    return ConeBranches(found, np.array(odd).reshape(-1, A.shape[1]))
+
+
+def _most(A: Array) -> int:
+    """How many lines such a cone has at most, where lines are all it has (Bézout)."""
+    sizes = np.linalg.svd(A.reshape(len(A), -1), compute_uv=False)
+    rank = int((sizes > ZERO * sizes[0]).sum()) if sizes.max(initial=0.0) > 0.0 else 0
+    return 2**rank if rank == A.shape[1] - 1 and rank < 60 else -1
+
+
+def _same(one: Array, other: Array) -> bool:
+    return float(np.linalg.norm(one - other)) <= SAME * max(
+        float(np.linalg.norm(one)), float(np.linalg.norm(other))
+    )
+
+
+def _least(T: Array, P: Array, p: Array) -> Array | None:
+    """The shortest y of a space with the basis T that meets P y = p."""
+    inside = P @ T.T
+    u, sizes, vt = np.linalg.svd(inside, full_matrices=False)
+    # of a branch that P does not see there are only rounding errors
+    kept = sizes > SAME * np.linalg.norm(P)
+    y = (((u[:, kept].T @ p) / sizes[kept]) @ vt[kept]) @ T
+    off = np.abs(P @ y - p).max(initial=0.0)
+    return np.asarray(y) if off <= 1e-7 * max(np.abs(p).max(initial=0.0), 1e-300) else None
+
+
+def _newton(A: Array, base: Array, Z: Array, starts: Array) -> list[Array]:
+    """Points of base + span(Z) on the quadrics, from every start (starts, dimension)."""
+    s = starts.copy()
+    top = np.abs(A).max()
+    for _ in range(STEPS):
+        y = base + s @ Z
+        Ay = np.einsum("ijk,nk->nij", A, y)
+        f = np.einsum("nij,nj->ni", Ay, y)
+        J = 2.0 * np.einsum("nij,dj->nid", Ay, Z)
+        step = -np.einsum("ndi,ni->nd", np.linalg.pinv(J, rcond=1e-10), f)
+        length = np.linalg.norm(step, axis=1)
+        longest = 0.5 * np.linalg.norm(y, axis=1)
+        step *= np.minimum(1.0, longest / np.maximum(length, 1e-300))[:, None]
+        s = s + step
+        if (np.linalg.norm(step, axis=1) <= 1e-15 * longest).all():
+            break
+    y = base + s @ Z
+    off = np.abs(np.einsum("ijk,nj,nk->ni", A, y, y)).max(axis=1)
+    good = off <= 1e-13 * top * np.einsum("nj,nj->n", y, y)
+    return list(y[good])
+
+
+def through(A: Array, y: Array) -> ConeBranches:
+    """All branches that a velocity y on the quadrics lies in, y = 0 included."""
+    own = tangent(A, y)
+    # every branch through y lies in its tangent space: if that is one itself, there is no other
+    if is_flat(A, own):
+        return ConeBranches([own], np.zeros((0, A.shape[1])))
+    # those of the cone within the tangent space, and y
+    branches = _branches(np.einsum("ijk,aj,bk->iab", A, own, own))
+    unit, found = y / max(float(np.linalg.norm(y)), 1e-300), list[Array]()
+    for T in branches.spaces:
+        both = np.vstack([unit, T @ own]) if y.any() else T @ own
+        _, sizes, vt = np.linalg.svd(both)
+        space = vt[: int((sizes > ZERO).sum())]
+        if not any(_same_space(one, space) for one in found):
+            found.append(space)
+    return ConeBranches(found, branches.odd @ own, branches.complete)
+
+
+def _directions(inner: Array, random: np.random.Generator) -> list[Array]:
+    """Points of quadrics (quadrics, unknowns, unknowns) on random planes that miss the origin."""
+    found: list[Array] = []
+    for _ in range(STARTS // 4):
+        row = random.normal(size=(1, inner.shape[1]))
+        base, Z = _affine(row, np.linalg.norm(row, axis=1))
+        if len(Z) > 1:
+            found += _newton(inner, base, Z, random.normal(size=(8, len(Z))))
+        elif len(Z) == 1:
+            found += _in_line(inner, base, Z[0]).points
+        elif np.abs(values(inner, base)).max() <= MET * size(inner, base):
+            found.append(base)
+    return found
+
+
+def _same_space(one: Array, other: Array) -> bool:
+    if len(one) != len(other):
+        return False
+    return bool(np.linalg.svd(one @ other.T, compute_uv=False)[-1] > 1.0 - 1e-9)
+
 
 #: The least pivot of an elimination, as a part of its diagonal, below which a place may be
 #: singular, or too near to one for rates to be more than rounding.
@@ -48,7 +310,7 @@ FAR, CORRECTIONS = 2e-2, 12
 #: What closes, and what vanishes at a singular position, within rounding.
 CLOSED, VANISHES = 1e-13, 1e-10
 #: A singular value below this part of the greatest is zero where rows are dependent for good.
-ZERO = 1e-9
+SINGULAR_POSITIONS_ZERO = 1e-9
 #: Step of differences along a motion: of fourth order, its error and rounding are near 1e-12.
 STEP = 1e-3
 
@@ -268,7 +530,8 @@ def singular(system: System, work: Work, t: float, far: float = FAR) -> Singular
         return None
     sizes = np.linalg.svd(rows.G, compute_uv=False)
     for rank in range(
-        int((sizes > NEAR * sizes[0]).sum()), int((sizes > ZERO * sizes[0]).sum()) + 1
+        int((sizes > NEAR * sizes[0]).sum()),
+        int((sizes > SINGULAR_POSITIONS_ZERO * sizes[0]).sum()) + 1,
     ):
         found = _nearest(rows, given, rank, far)
         if found is not None:
@@ -315,3 +578,299 @@ def _towards(rows: ConstraintRows, x: Array, L: Array, N: Array, left: Array) ->
         rows.at(x - STEP * way)
         change[:, :, n] = L.T @ (there - rows.G) @ N.T / (2.0 * STEP)
     return np.asarray(np.linalg.lstsq(change.reshape(-1, len(N)), -left.reshape(-1), rcond=1e-7)[0])
+
+
+# -- Branches of motion at a singular position: velocities in them, and places along them ------
+
+#: Velocities are those of a branch where they differ from it by less than this part: as of a start
+#: that is written with five digits.
+SAID = 1e-4
+#: Within this, in model lengths and radians, a closed position does not determine the branch.
+UNDETERMINED = 1e-6
+#: Further away from a singular position than this rates by rows alone are as precise.
+BESIDE = 2e-3
+#: Places on a branch from which positions near the singular one are interpolated, in radians and
+#: model lengths: the error is 2e-12 of the eighth derivative, and rows are independent there.
+BRANCHES_STEP, PLACES = 0.04, np.array([-7.0, -5.0, -3.0, -1.0, 1.0, 3.0, 5.0, 7.0])
+
+
+def norm(y: Array) -> float:
+    """Euclidean."""
+    return float(np.linalg.norm(y))
+
+
+def along(T: Array, here: Singular) -> Array:
+    """Where a start is along a branch (unknowns,); time is no way away."""
+    free = still(T, here.clock)
+    return np.asarray((free @ here.y) @ free)
+
+
+def fits(here: Singular, T: Array) -> bool:
+    """Whether a start that is away from the singular position is on a branch; positions that are
+    closed to rounding do not determine this within the root of rounding.
+    """
+    return norm(here.y - along(T, here)) <= 1e-2 * norm(here.y) + UNDETERMINED
+
+
+def onto(A: Array, y: Array, clock: Array) -> Array | None:
+    """The nearest solution of yᵀ A_i y = 0, the rate of the clock kept, by Gauss–Newton."""
+    found = y.copy()
+    for _ in range(30):
+        D = 2.0 * np.einsum("ijk,k->ij", A, found)
+        D[:, clock > 0.0] = 0.0
+        step = -np.linalg.lstsq(D, values(A, found), rcond=1e-6)[0]
+        found = found + step
+        if norm(step) <= 1e-15 * norm(found):
+            break
+    good = np.abs(values(A, found)).max(initial=0.0) <= 1e-12 * size(A, found)
+    return found if good else None
+
+
+def frame(here: Singular, T: Array, place: Array) -> tuple[Array, Array]:
+    """The position (coordinates,) at a place on a branch, near the singular one, and how it changes
+    with the directions of T: (dimension, coordinates). Both without units of length.
+
+    The place is measured along the branch, so that rows alone do not determine it near the singular
+    position; it is interpolated from places farther off.
+    """
+    if not place.any():
+        return here.x, T @ here.ways
+    if here.clock.any():  # of second order where time goes on as well
+        x = here.x + place @ here.ways + 0.5 * here.bend(T, place)
+        return x, np.array([one @ here.ways + here.bend_of(T, place, one) for one in T])
+    spread = np.vander(PLACES, increasing=True)
+    value, change = np.linalg.inv(spread)[:2]
+    x, changes = here.x, []
+    for way in T:
+        points = np.array([_on(here, T, place + BRANCHES_STEP * c * way) for c in PLACES])
+        x = value @ points
+        changes.append(change @ points / BRANCHES_STEP)
+    return x, np.array(changes)
+
+
+def _on(here: Singular, T: Array, place: Array) -> Array:
+    """The position at a place that is away from the singular one, by Newton's method."""
+    chart = T @ here.N
+    x = here.x + place @ here.ways + 0.5 * here.bend(T, place)
+    for _ in range(8):
+        here.rows.at(x)
+        off = np.append(here.rows.phi, chart @ (x - here.x) - T @ place)
+        step = np.linalg.lstsq(np.vstack([here.rows.G, chart]), off, rcond=1e-9)[0]
+        x = x - step
+        if np.abs(step).max() <= 1e-14:
+            break
+    return np.asarray(x)
+
+
+def still(T: Array, clock: Array) -> Array:
+    """What of a branch leaves the clock alone: (free, unknowns), orthonormal."""
+    if not clock.any():
+        return T
+    rates = T @ clock
+    _, sizes, vt = np.linalg.svd(rates[None])
+    return np.asarray(vt[int((sizes > 1e-9).sum()) :] @ T)
+
+
+def nearest(here: Singular, y: Array) -> Array | None:
+    """The velocities of a branch nearest to others, the rate of the clock kept; None of none."""
+    best: Array | None = None
+    for T in here.branches(np.zeros(len(y))).spaces:
+        free = still(T, here.clock)
+        base = np.zeros(len(y))
+        if here.clock.any():
+            rates = T @ here.clock
+            if not np.abs(rates).max() > 1e-9:
+                continue
+            base = rates / (rates @ rates) * float(here.clock @ y) @ T
+        found = base + ((y - base) @ free.T) @ free
+        if best is None or np.linalg.norm(found - y) < np.linalg.norm(best - y):
+            best = found
+    return best
+
+
+# -- Values that a start prescribes: coordinates of bodies and rates, as equations in q and v --
+
+#: Keys of coordinates and rates by the row that both share: ∂(x, y, θ)/∂q = ∂(vx, vy, ω)/∂v.
+X, Y, TURN = ("x", "vx"), ("y", "vy"), ("angle", "omega")
+
+
+@dataclass(frozen=True)
+class Prescribed:
+    """A coordinate of a body, or its rate, and the value that it is to have.
+
+    `key` is x or y of the origin of the body's axes, or angle; vx or vy of that origin, or omega.
+    """
+
+    body: str
+    key: str
+    value: float
+
+    @property
+    def name(self) -> str:
+        """Such as "crank.angle"."""
+        return f"{self.body}.{self.key}"
+
+    def unit(self, system: System) -> float:
+        """The model length, or one of angles: what values are divided by for `row`."""
+        return 1.0 if self.key in TURN else system.length
+
+    def row(self, system: System, q: Array) -> Array:
+        """Derivative by coordinates without units of length, (coordinates,), at a position q.
+
+        The origin is r − A(θ) c with the mass centre r and its place c on the body, so that its
+        derivative by θ is −A′(θ) c.
+        """
+        first = 3 * system.bodies[self.body]
+        row = np.zeros(system.coordinates)
+        if self.key in TURN:
+            row[first + 2] = 1.0
+            return row
+        x, y = self._arm(system, q)
+        row[first + (self.key in Y)] = 1.0
+        row[first + 2] = (-x if self.key in Y else y) / system.length
+        return row
+
+    def at(self, system: System, q: Array) -> float:
+        """The coordinate at a position q, by its unit."""
+        first = 3 * system.bodies[self.body]
+        if self.key in TURN:
+            return float(q[first + 2])
+        k = int(self.key in Y)
+        return float(q[first + k] - self._arm(system, q)[k]) / system.length
+
+    def _arm(self, system: System, q: Array) -> tuple[float, float]:
+        """The mass centre from the origin of the body's axes: A(θ) c."""
+        cx, cy = system.numbers.point(f"{self.body}.cg")
+        theta = q[3 * system.bodies[self.body] + 2]
+        c, s = np.cos(theta), np.sin(theta)
+        return c * cx - s * cy, s * cx + c * cy
+
+    def unit_name(self, system: System) -> str:
+        """Unit in which the value is written: angles in degrees, all else in the model's units."""
+        units = system.mechanism.units
+        names = {"angle": "deg", "x": units.length, "y": units.length}
+        rate = "angular velocity" if self.key in TURN else "velocity"
+        return names.get(self.key) or units.of(rate)
+
+    def with_value(self, system: System, value: float) -> str:
+        """Such as "crank.angle = 30 deg" or "crank.omega = 6 rad/s"."""
+        shown, digits = value, 6
+        if self.key in ("x", "y", "angle"):
+            shown, digits = (np.degrees(value) if self.key == "angle" else value), 7
+        return f"{self.name} = {shown:.{digits}g} {self.unit_name(system)}"
+
+
+# -- Words of first velocities: rates by name, and the velocities of branches that meet --------
+
+#: Rates, and values of one rate, that a sentence names.
+NAMED, VALUES = 4, 6
+#: Rates that are named to distinguish branches.
+RATES = 4
+#: A rate below this part of the greatest is none; two that differ by less are one.
+STILL = 1e-7
+
+
+def place_words(system: System, t: float) -> str:
+    """Such as "t = 0 s"."""
+    return f"t = {t:.6g} {system.mechanism.units.time}"
+
+
+def undecided(system: System, t: float) -> SolveError:
+    """The sentence of a singular position that conditions of second order do not decide."""
+    return SolveError(
+        f"the motion of '{system.mechanism.name}' is not determined at {place_words(system, t)}: "
+        "the position is singular, and conditions of second order do not determine the branches of "
+        "its motion; begin a little beside it"
+    )
+
+
+def nearest_words(system: System, here: Singular, y: Array | None) -> str:
+    """The nearest velocities that a motion has, as the end of a sentence."""
+    if y is None:
+        return ""
+    return f"; begin with the nearest that one has, {rate_words(system, here.velocity(y))}"
+
+
+def rate_words(system: System, v: Array) -> str:
+    """Angular velocities of the first bodies, or velocities where none turns."""
+    units = system.mechanism.units
+    rates = v.reshape(-1, 3)
+    top = float(np.abs(v).max())
+    keys = ("omega",) if np.abs(rates[:, 2]).max() > STILL * top else ("vx", "vy")
+    listed_rates = [
+        f"{body.name}.{key} = {_plain(rates[n, ('vx', 'vy', 'omega').index(key)], top)}"
+        for n, body in enumerate(system.mechanism.bodies)
+        for key in keys
+    ]
+    unit = units.of("angular velocity" if keys[0] == "omega" else "velocity")
+    more = f" and {len(listed_rates) - NAMED} more" if len(listed_rates) > NAMED else ""
+    return f"{', '.join(listed_rates[:NAMED])} {unit}{more}"
+
+
+def values_of(
+    system: System,
+    here: Singular,
+    velocities: Sequence[Array],
+    prescribed: Sequence[Prescribed],
+    which: Prescribed | None = None,
+) -> list[str]:
+    """Rates that distinguish branches, or that one, each with its values: "c.omega = 0 or 2 rad/s".
+
+    Parameters
+    ----------
+    velocities : list of array (coordinates,)
+        Of the branches, without units of length.
+    """
+    q = here.rows.scale * here.x
+    known = {one.name for one in prescribed}
+    candidates = (
+        [which]
+        if which
+        else [
+            Prescribed(body.name, key, 0.0)
+            for key in ("omega", "vx", "vy")
+            for body in system.mechanism.bodies
+            if f"{body.name}.{key}" not in known
+        ]
+    )
+    top = max(float(np.abs(v).max()) for v in velocities)
+    parts = {one: _classes(one.row(system, q) @ np.array(velocities).T, top) for one in candidates}
+    apart: list[tuple[int, ...]] = [()] * len(velocities)
+    chosen = list[Prescribed]()
+    while len(chosen) < RATES:
+        best = max(candidates, key=lambda one: len(set(zip(apart, parts[one], strict=True))))
+        finer = [(*a, b) for a, b in zip(apart, parts[best], strict=True)]
+        if chosen and len(set(finer)) == len(set(apart)):
+            break
+        apart, chosen = finer, [*chosen, best]
+    return [_with_values(system, one, velocities, q, top) for one in chosen]
+
+
+def _classes(values: Array, top: float) -> list[int]:
+    """Which values are the same, by number."""
+    seen = list[float]()
+    found = []
+    for value in values:
+        same = [n for n, other in enumerate(seen) if abs(value - other) <= 1e-6 * top]
+        if not same:
+            seen.append(float(value))
+        found.append(same[0] if same else len(seen) - 1)
+    return found
+
+
+def _with_values(
+    system: System, rate: Prescribed, velocities: Sequence[Array], q: Array, top: float
+) -> str:
+    row, values = rate.row(system, q), list[float]()
+    for v in velocities:
+        value = float(row @ v)
+        if all(abs(value - other) > 1e-6 * top for other in values):
+            values.append(value)
+    size = rate.unit(system)
+    numbers = [_plain(size * value, size * top) for value in sorted(values, key=abs)[:VALUES]]
+    more = f" or {len(values) - VALUES} others" if len(values) > VALUES else ""
+    return f"{rate.name} = {' or '.join(numbers)}{more} {rate.unit_name(system)}"
+
+
+def _plain(value: float, top: float) -> str:
+    return f"{0.0 if abs(value) <= STILL * top else value:.6g}"

@@ -3,27 +3,737 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 from xml.etree import ElementTree as ET
 from xml.sax.saxutils import quoteattr
 
+import numpy as np
+
 from mbody.analysis.initial.close_loops import close_loops
 from mbody.analysis.initial.initial_state import initial_state_of
 from mbody.analysis.position.assembly_analysis import as_system
-from mbody.engines.formula_loads import follows_formula, signals_of, smooth_alone
-from mbody.engines.mjcf.document import POINT, STAND_IN, Document
-from mbody.engines.mjcf.exported import Exported, branch_coordinates, numbers
-from mbody.engines.mjcf.loads import ElementWriter
+from mbody.engines.load_forces import follows_formula, signals_of, smooth_alone
+from mbody.engines.opinion import Inexpressible
+from mbody.engines.spanning_tree import (
+    Branch,
+    MarkerFrame,
+    Tree,
+    marker_frame,
+    spanning_tree,
+    tree_motion,
+)
 from mbody.errors import ModelError
-from mbody.model.loads import Gravity
+from mbody.laws import Constant
+from mbody.model.coupling import AngleCoupling
+from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver
+from mbody.model.element import Element
+from mbody.model.joints import Distance, Fixed, Gear, Joint, PinSlot, Prismatic, Revolute
+from mbody.model.loads import Damper, Force, Gravity, Spring, Torque, TorsionDamper, TorsionSpring
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
+from mbody.quantities.units import UnitSystem
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
-__all__ = ["to_mjcf"]
+# -- The exported file with its coordinates, units, and numbers as text ------------------------
+
+
+@dataclass(frozen=True)
+class Scale:
+    """SI units in one unit of a mechanism."""
+
+    length: float
+    mass: float
+    time: float
+
+    @staticmethod
+    def of(units: UnitSystem) -> Scale:
+        """Those of a unit system."""
+        return Scale(*(float(units.unit(key).ratio) for key in ("length", "mass", "time")))
+
+    @property
+    def force(self) -> float:
+        """Newtons."""
+        return self.mass * self.length / self.time**2
+
+    @property
+    def torque(self) -> float:
+        """Newton metres; joules."""
+        return self.force * self.length
+
+
+@dataclass(frozen=True)
+class FileCoordinate:
+    """One coordinate of the file.
+
+    Attributes
+    ----------
+    name : str
+        Of its joint in the file.
+    of : Branch
+        Branch of the tree that has the coordinate.
+    which : int
+        Index in the branch: 0; for a free branch 0, 1, 2 for x, y, angle.
+    way : bool
+        Whether it is a displacement, not an angle.
+    direction : float
+        Of a displacement: on the body [rad], for a free branch in the world.
+    """
+
+    name: str
+    of: Branch
+    which: int = 0
+    way: bool = False
+    direction: float = 0.0
+
+
+@dataclass(frozen=True)
+class Exported:
+    """A mechanism as a model file.
+
+    Attributes
+    ----------
+    text : str
+        The file, in SI units.
+    not_expressible : tuple of Inexpressible
+        Elements, or what they do besides, that it has no words for, and why.
+    without : tuple of Inexpressible
+        Those of these that are not in the file at all, not even as what they would be without
+        friction and always closed.
+    notes : tuple of str
+        Differences between the file and the mechanism.
+    columns : tuple of FileCoordinate
+        Its coordinates in order; all are zero at the start.
+    stand_ins : tuple of str
+        Bodies that have no mass or inertia in the mechanism and a very small one in the file.
+    laws : dict
+        Field of the law, by the name of the element of an actuator.
+    built : frozenset of str
+        Names of all elements in the file.
+    reversed : frozenset of str
+        Torsion springs whose angle has the opposite sign in the file.
+    hung : tuple
+        (name in the file, branch) of every body, and of the second halves of bodies.
+    system : System
+    start : Solution
+        The pose where all coordinates are zero.
+    scale : Scale
+    """
+
+    text: str
+    not_expressible: tuple[Inexpressible, ...]
+    without: tuple[Inexpressible, ...]
+    notes: tuple[str, ...]
+    columns: tuple[FileCoordinate, ...]
+    stand_ins: tuple[str, ...]
+    laws: dict[str, str]
+    built: frozenset[str]
+    reversed: frozenset[str]
+    hung: tuple[tuple[str, Branch], ...]
+    system: System
+    start: Solution
+    scale: Scale
+
+    def motion(self, run: Solution) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Coordinates of the file, rates and accelerations (instants, columns) of a run, in SI
+        units.
+        """
+        tree = Tree(tuple(column.of for column in self.columns), (), ())
+        units = np.array([self.scale.length if one.way else 1.0 for one in self.columns])
+        q, v, a = (_selected(part, self.columns) for part in tree_motion(tree, run))
+        first = _selected(tree_motion(tree, self.start)[0], self.columns)[-1]
+        time = self.scale.time
+        return (q - first) * units, v * units / time, a * units / time**2
+
+    def __str__(self) -> str:
+        return self.text
+
+
+def _selected(whole: np.ndarray, columns: tuple[FileCoordinate, ...]) -> np.ndarray:
+    """Select the coordinate of each column from those of its branch."""
+    ends = np.cumsum([column.of.freedom for column in columns])
+    index = [
+        int(end) - column.of.freedom + column.which
+        for end, column in zip(ends, columns, strict=True)
+    ]
+    return whole[:, index]
+
+
+def branch_coordinates(branch: Branch) -> tuple[FileCoordinate, ...]:
+    """The coordinates of a branch of the tree."""
+    if branch.kind == "free":
+        name = branch.body
+        return (
+            FileCoordinate(f"{name}.x", branch, 0, True, 0.0),
+            FileCoordinate(f"{name}.y", branch, 1, True, 0.5 * math.pi),
+            FileCoordinate(f"{name}.angle", branch, 2),
+        )
+    if branch.joint is None or branch.kind == "fixed":
+        return ()
+    if branch.kind == "prismatic":
+        return (FileCoordinate(branch.joint.name, branch, 0, True, branch.on_body.angle),)
+    return (FileCoordinate(branch.joint.name, branch),)
+
+
+def numbers(unit: float, *values: float) -> str:
+    """Numbers times a unit, as text with all digits; rounding errors of the greatest become zero.
+
+    >>> numbers(2.0, 0.5, -1.0, 1e-20)
+    '1 -2 0'
+    """
+    least = 1e-16 * max(map(abs, values))
+    kept = (value if abs(value) > least else 0.0 for value in values)
+    return " ".join(repr(float(unit * value) + 0.0).removesuffix(".0") for value in kept)
+
+
+def safe(body: str) -> str:
+    """The name of a body in the file, where ``world`` is the ground's.
+
+    >>> safe("crank"), safe("world")
+    ('crank', 'world.body')
+    """
+    return "world.body" if body == "world" else body
+
+
+def placed(x: float, y: float, theta: float, at: tuple[float, float]) -> tuple[float, float]:
+    """The world place [length] of a place on a body at (x, y) with the angle theta."""
+    c, s = math.cos(theta), math.sin(theta)
+    return x + c * at[0] - s * at[1], y + s * at[0] + c * at[1]
+
+
+# -- The document of an MJCF file: its sections, and the tree of bodies with their joints ------
+
+#: A body without mass gets this part of the greatest mass: MuJoCo cannot move a massless body.
+STAND_IN = 1e-9
+#: The same for the inertia of a point mass, which moves with its place in any case.
+POINT = 1e-13
+
+
+class Document:
+    """One file while it is written: sections, bodies, coordinates.
+
+    Attributes
+    ----------
+    fix_drivers : bool
+        Whether constraints fix the driven coordinates.
+    pose : dict
+        (x, y, θ) of every body at the start, by name.
+    parts : dict
+        Sections of the file by tag.
+    inside : dict
+        The element of every body, by its name in the file.
+    columns : list of FileCoordinate
+        Coordinates of the file.
+    """
+
+    def __init__(self, system: System, start: Solution, fix_drivers: bool) -> None:
+        self.system, self.machine, self.start = system, system.mechanism, start
+        self.fix_drivers = fix_drivers
+        self.scale = Scale.of(self.machine.units)
+        self.tree = spanning_tree(system)
+        self.pose = {
+            name: np.array([start[name].x[-1], start[name].y[-1], start[name].angle[-1]])
+            for name in system.bodies
+        }
+        self.stand_ins: list[str] = []
+        self.hung: list[tuple[str, Branch]] = []
+        self.columns: list[FileCoordinate] = []
+        self.root = ET.Element("mujoco", model=self.machine.name)
+        self.parts = {
+            key: ET.Element(key)
+            for key in ("option", "default", "worldbody", "tendon", "equality", "actuator")
+        }
+        # all bodies are inside one body of the world: Pinocchio 4.1 reads only one
+        ground = ET.SubElement(self.parts["worldbody"], "body", name="ground")
+        self.inside: dict[str, ET.Element] = {"ground": ground}
+        #: Origin of each body's frame in the file, from its mass centre in link axes.
+        self.origin = {"ground": (0.0, 0.0)}
+
+    def frame_of(self, body: str, x: float, y: float) -> tuple[float, float]:
+        """A place [length] from the mass centre, in the body's frame of the file."""
+        ox, oy = self.origin[body]
+        return x - ox, y - oy
+
+    def body(
+        self, branch: Branch, name: str, columns: tuple[FileCoordinate, ...], share: float = 1.0
+    ) -> None:
+        """A body with its joints and its share of the mass, on its parent."""
+        parent, own = branch.parent, branch.body
+        place = (branch.on_body.x, branch.on_body.y)
+        self.origin[name] = place
+        (px, py, turn), (x, y, theta) = self.pose[parent], self.pose[own]
+        ox, oy = self.origin[parent]
+        far = placed(x, y, theta, place)
+        near = placed(px, py, turn, (ox, oy))
+        dx, dy = far[0] - near[0], far[1] - near[1]
+        c, s = math.cos(turn), math.sin(turn)
+        half = 0.5 * (theta - turn)
+        made = ET.SubElement(
+            self.inside[parent],
+            "body",
+            name=safe(name),
+            pos=numbers(self.scale.length, c * dx + s * dy, c * dy - s * dx, 0.0),
+            quat=numbers(1.0, math.cos(half), 0.0, 0.0, math.sin(half)),
+        )
+        self.inside[name] = made
+        self.hung.append((name, branch))
+        mass, inertia = self._inertia(own)
+        cg = self.frame_of(name, 0.0, 0.0)
+        moment = share * inertia * self.scale.mass * self.scale.length**2
+        ET.SubElement(
+            made,
+            "inertial",
+            pos=numbers(self.scale.length, *cg, 0.0),
+            mass=numbers(self.scale.mass, share * mass),
+            diaginertia=numbers(moment, 0.5, 0.5, 1.0),
+        )
+        for column in columns:
+            self._joint(made, column, theta)
+            self.columns.append(column)
+
+    def _joint(self, made: ET.Element, column: FileCoordinate, theta: float) -> None:
+        """A hinge about z at the frame, or a slide along a direction on the body."""
+        given = {"name": column.name, "type": "slide" if column.way else "hinge"}
+        if column.way:
+            direction = column.direction - (theta if column.of.kind == "free" else 0.0)
+            given["axis"] = numbers(1.0, math.cos(direction), math.sin(direction), 0.0)
+        else:
+            given["axis"] = "0 0 1"
+        ET.SubElement(made, "joint", given)
+
+    def _inertia(self, body: str) -> tuple[float, float]:
+        """Mass and inertia [of the mechanism]; very small ones where there are none."""
+        b, own = self.system.bodies[body], self.system.mass[:, 0]
+        moving = own[: self.system.coordinates]
+        greatest = float(moving[0::3].max()) or 1.0
+        widest = float(moving[2::3].max()) or greatest * self.system.length**2
+        mass, inertia = float(own[3 * b]), float(own[3 * b + 2])
+        if (mass <= 0.0 or inertia <= 0.0) and body not in self.stand_ins:
+            self.stand_ins.append(body)
+        if mass and not inertia:
+            # more than the least that MuJoCo accepts
+            least = 1e-14 / (self.scale.mass * self.scale.length**2)
+            return mass, max(POINT * mass * self.system.length**2, least)
+        return mass or STAND_IN * greatest, inertia or STAND_IN * widest
+
+
+# -- Joints that close loops, in MJCF: constraints, tendons, second halves of bodies -----------
+
+#: Angles and sites closer than this [rad, model lengths] are the same.
+SAME = 1e-9
+
+
+class ClosureWriter:
+    """Writes joints and couplings that close loops, and the tendons and sites of all elements.
+
+    `refused` and `notes` list what is missing; `laws` has the field of a law that the actuator of
+    an element cannot have; `built` are the names of the elements in the file.
+    """
+
+    def __init__(self, document: Document) -> None:
+        self.document, self.system = document, document.system
+        self.machine, self.scale = document.machine, document.scale
+        self.refused: list[Inexpressible] = []
+        self.notes: list[str] = []
+        self.laws: dict[str, str] = {}
+        self.built: set[str] = {b.joint.name for b in document.tree.branches if b.joint}
+        #: Torsion springs whose angle has the opposite sign in the file.
+        self.reversed: set[str] = set()
+        self.cut: list[tuple[Joint, str]] = []
+
+    def halves(self, tree: Tree) -> dict[str, int]:
+        """Number of further parts of each body, for the sliding joints that close loops."""
+        sliding = [j for j in (*tree.cuts, *tree.others) if isinstance(j, (Prismatic, PinSlot))]
+        found: dict[str, int] = {}
+        for joint in sliding:
+            body = joint.i.body if joint.j.body == "ground" else joint.j.body
+            self.cut.append((joint, body))
+            found[body] = found.get(body, 0) + 1
+        self.shares = {body: 1.0 / (1 + count) for body, count in found.items()}
+        return found
+
+    def _no(self, element: Element, why: str) -> None:
+        self.refused.append(Inexpressible(element.name, why))
+
+    def _part(self, key: str, tag: str, name: str, **given: str) -> ET.Element:
+        self.built.add(name)
+        return ET.SubElement(self.document.parts[key], tag, {"name": name, **given})
+
+    # -- joints that close loops -----------------------------------------------------------------
+
+    def _constraint(self, element: Any) -> None:
+        """A joint or coupling that is not in the tree."""
+        name = element.name
+        if type(element) is Revolute:
+            self._connect(element)
+        elif type(element) is Fixed:
+            one, other = (self._site(element, side, turned=True) for side in ("i", "j"))
+            self._part("equality", "weld", name, site1=one, site2=other)
+        elif type(element) is Distance:
+            self._line(element)
+            self._part("equality", "tendon", name, tendon1=name)
+        elif type(element) is Gear:
+            self._gear(element)
+        elif type(element) is AngleCoupling:
+            terms = [
+                (factor * float(self.system.numbers[f"{name}.{n}.factor"] / term.factor), *bodies)
+                for n, term in enumerate(element.parts)
+                for factor, bodies in ((term.factor, term.bodies),)
+            ]
+            self._turns_coupled(element, terms)
+        else:
+            kind = type(element).__name__
+            self._no(element, f"MJCF has no constraint that is a {kind}: the motion is freer there")
+
+    def _connect(self, joint: Revolute) -> None:
+        """Two coincident places, given by the place at the start on one of the bodies."""
+        # by bodies and not by sites: Pinocchio 4.1 reads a site of the ground as the origin
+        sides = "ij" if joint.i.body != "ground" else "ji"
+        at = marker_frame(self.system, joint, sides[0])
+        one, other = (safe(getattr(joint, side).body) for side in sides)
+        place = self.document.frame_of(getattr(joint, sides[0]).body, at.x, at.y)
+        anchor = numbers(self.scale.length, *place, 0.0)
+        self._part("equality", "connect", joint.name, body1=one, body2=other, anchor=anchor)
+
+    def _half(self, joint: Joint, body: str) -> None:
+        """The second half of a body, on the other side of a sliding joint, welded to the
+        first half.
+        """
+        name = f"{body}.{joint.name}"
+        i, j = marker_frame(self.system, joint, "i"), marker_frame(self.system, joint, "j")
+        other = joint.j.body if body == joint.i.body else joint.i.body
+        forward = body == joint.j.body
+        if not forward and type(joint) is PinSlot:
+            i = self._under_pin(joint, i, j)
+        ends = (i, j) if forward else (j, i)
+        here = Branch(body, other, "prismatic", joint, *ends, not forward)
+        way = Branch(joint.j.body, joint.i.body, "prismatic", joint, i, j)
+        if type(joint) is Prismatic:
+            columns = [FileCoordinate(joint.name, here, 0, True, ends[1].angle)]
+        else:
+            # the slot has the direction: displacement before the rotation of the pin, or after it
+            turn = Branch(body, other, "revolute", joint, *ends)
+            slide = f"{joint.name}.way"
+            columns = [FileCoordinate(f"{joint.name}.turn", turn)]
+            if forward:
+                heading = self.document.pose[joint.i.body][2] + i.angle
+                direction = heading - self.document.pose[body][2]
+                columns.insert(0, FileCoordinate(slide, way, 0, True, direction))
+            else:
+                columns.append(FileCoordinate(slide, way, 0, True, i.angle + math.pi))
+        self.document.body(here, name, tuple(columns), self.shares[body])
+        self.document.origin.setdefault(body, (0.0, 0.0))
+        sites = []
+        for part in (name, body):
+            site = f"{name}.{'half' if part == name else 'rest'}"
+            self._put(part, site, (ends[1].x, ends[1].y))
+            sites.append(site)
+        self._part("equality", "weld", joint.name, site1=sites[0], site2=sites[1])
+
+    def _under_pin(self, joint: Joint, i: MarkerFrame, j: MarkerFrame) -> MarkerFrame:
+        """The place of a slot that coincides with its pin at the start."""
+        x, y, theta = self.document.pose[joint.i.body]
+        near, far = placed(x, y, theta, (i.x, i.y)), (j.x, j.y)
+        c, s = math.cos(theta + i.angle), math.sin(theta + i.angle)
+        way = c * (far[0] - near[0]) + s * (far[1] - near[1])
+        return MarkerFrame(i.x + way * math.cos(i.angle), i.y + way * math.sin(i.angle), i.angle)
+
+    def _gear(self, gear: Gear) -> None:
+        """A gear pair by angles: R_i θ_i + R_j θ_j − (R_i + R_j) θ_c is constant, c the carrier."""
+        carrier = self._carrier(gear)
+        if carrier is None:
+            self._no(
+                gear,
+                "MJCF couples angles, and no body has both centres on revolute joints: the line "
+                "of centres has no angle in the file",
+            )
+            return
+        ri, rj = (float(radius) for radius in gear.radii(self.system.numbers))
+        scale = self.scale.length
+        terms = [(ri * scale, carrier, gear.i.body), (rj * scale, carrier, gear.j.body)]
+        self._turns_coupled(gear, terms)
+        self.notes.append(
+            f"'{gear.name}' couples angles: its motion and its torques are those of the gear pair, "
+            "the force at the teeth does not load the bearings"
+        )
+
+    def _carrier(self, gear: Gear) -> str | None:
+        """A body to which the centres of both wheels are pinned, directly or through others."""
+        one, other = (
+            self._pinned(getattr(gear, side).body, self.system.numbers.arm(gear, side))
+            for side in ("i", "j")
+        )
+        both = sorted((one & other) - {gear.i.body, gear.j.body})
+        return both[0] if both else None
+
+    def _pinned(self, body: str, place: tuple[Any, Any]) -> set[str]:
+        """Bodies that revolute joints connect to a body at one place."""
+        found, pending = {body}, [(body, place)]
+        pins = [joint for joint in self.machine.joints if type(joint) is Revolute]
+        while pending:
+            name, (x, y) = pending.pop()
+            for joint, own, far in ((one, *ends) for one in pins for ends in ("ij", "ji")):
+                on, to = getattr(joint, own).body, getattr(joint, far).body
+                px, py = self.system.numbers.arm(joint, own)
+                near = abs(px - x) + abs(py - y) <= SAME * self.system.length
+                if on == name and near and to not in found:
+                    found.add(to)
+                    pending.append((to, self.system.numbers.arm(joint, far)))
+        return found
+
+    def _turns_coupled(self, element: Element, terms: Sequence[tuple[float, str, str]]) -> None:
+        """Σ factor · angle of a body from another is constant."""
+        parts: dict[str, float] = {}
+        for factor, base, body in terms:
+            for name, sign in self._turns(body, base).items():
+                parts[name] = parts.get(name, 0.0) + factor * sign
+        if not self._sum(element.name, parts):
+            self._no(element, "none of its angles can change in the tree of bodies")
+            return
+        self._part("equality", "tendon", element.name, tendon1=element.name)
+
+    # -- tendons and places ----------------------------------------------------------------------
+
+    def _turns(self, body: str, base: str) -> dict[str, float]:
+        """Hinges whose sum is the angle of a body from another, with their signs."""
+        parts: dict[str, float] = {}
+        for name, sign in ((body, 1.0), (base, -1.0)):
+            while name != "ground":
+                branch = self.document.tree.branch(name)
+                for column in self.document.columns:
+                    if not column.way and column.of is branch:
+                        parts[column.name] = parts.get(column.name, 0.0) + sign
+                name = branch.parent
+        return {name: sign for name, sign in parts.items() if sign}
+
+    def _sum(self, name: str, parts: dict[str, float], **given: str) -> bool:
+        """A fixed tendon: a weighted sum of hinges; False where there is none."""
+        kept = {key: factor for key, factor in parts.items() if abs(factor) > 0.0}
+        if not kept:
+            return False
+        made = self._part("tendon", "fixed", name, **given)
+        for key, factor in kept.items():
+            ET.SubElement(made, "joint", joint=key, coef=numbers(1.0, factor))
+        return True
+
+    def _line(self, element: Element, **given: str) -> None:
+        """A spatial tendon between the two places of an element."""
+        sites = [self._site(element, side) for side in ("i", "j")]
+        made = self._part("tendon", "spatial", element.name, **given)
+        for site in sites:
+            ET.SubElement(made, "site", site=site)
+
+    def _site(self, element: Element, side: str, *, turned: bool = False) -> str:
+        """The name of a new site at a place of an element."""
+        at, name = marker_frame(self.system, element, side), f"{element.name}.{side}"
+        body = element.places()[side].body
+        self._put(body, name, (at.x, at.y), at.angle if turned else 0.0)
+        return name
+
+    def _put(self, body: str, name: str, at: tuple[float, float], angle: float = 0.0) -> None:
+        given = {"name": name}
+        given["pos"] = numbers(self.scale.length, *self.document.frame_of(body, *at), 0.0)
+        if angle:
+            given["quat"] = numbers(1.0, math.cos(0.5 * angle), 0.0, 0.0, math.sin(0.5 * angle))
+        ET.SubElement(self.document.inside[body], "site", given)
+
+
+# -- Loads and drivers in MJCF: tendons and actuators ------------------------------------------
+
+
+class ElementWriter(ClosureWriter):
+    """Writes all elements of a file except its tree of bodies."""
+
+    def write(self) -> None:
+        """Write every joint that closes a loop, every coupling, load and driver."""
+        for joint, body in self.cut:
+            self._half(joint, body)
+        tree = self.document.tree
+        for element in (*tree.cuts, *tree.others):
+            if element.name not in self.built:
+                self._constraint(element)
+        for load in self.machine.loads:
+            self._load(load)
+        for driver in self.machine.drivers:
+            self._driver(driver)
+
+    @staticmethod
+    def varies(element: Any, fields: tuple[str, ...]) -> bool:
+        """Whether a law of an element is not constant."""
+        laws = [getattr(element, field) for field in fields]
+        return not all(law is None or isinstance(law, Constant) for law in laws)
+
+    def _load(self, load: Any) -> None:
+        kind, name, at = type(load), load.name, self.system.numbers
+        if follows_formula(load):
+            self._no(load, "its law is a formula of measured quantities, which MJCF has not")
+        elif kind is Gravity and not self.varies(load, ("x", "y")):
+            self.built.add(name)
+        elif kind is Gravity:
+            self._no(load, "gravity varies with time, in MJCF it is constant")
+        elif kind in (Force, Torque):
+            self._given(load)
+        elif kind in (Spring, Damper, TorsionSpring, TorsionDamper) and load.law is None:
+            turning = kind in (TorsionSpring, TorsionDamper)
+            unit = self.scale.torque if turning else self.scale.force / self.scale.length
+            if kind in (Damper, TorsionDamper):
+                given = {
+                    "damping": numbers(unit * self.scale.time, float(at[f"{name}.coefficient"]))
+                }
+                self._tendon(load, turning, given, 1.0)
+            else:
+                self._spring(load, turning, unit)
+        elif getattr(load, "law", None) is not None:
+            self._no(load, "its force has a law, in MJCF springs and dampers are linear")
+        else:
+            self._no(load, f"MJCF has no load that is a {kind.__name__}")
+
+    def _spring(self, load: Any, turning: bool, unit: float) -> None:
+        """A spring as a tendon: F = k (l − l₀) with the preload in l₀."""
+        at, name = self.system.numbers, load.name
+        stiffness, preload = (float(at[f"{name}.{key}"]) for key in ("stiffness", "preload"))
+        if stiffness <= 0.0:
+            self._no(load, f"its stiffness is {stiffness:g}, a tendon of MJCF needs a positive one")
+            return
+        rest = -preload / stiffness
+        if turning:
+            pose = self.document.pose
+            rest += float(at[f"{name}.free_angle"]) - (pose[load.body][2] - pose[load.by][2])
+        else:
+            rest = (rest + float(at[f"{name}.free_length"])) * self.scale.length
+        # a negative rest length would mean that of the start: the angle gets the opposite sign
+        sign = -1.0 if turning and rest < 0.0 else 1.0
+        if sign < 0.0:
+            self.reversed.add(name)
+        if rest < 0.0 and not turning:
+            self._no(
+                load,
+                "its preload pulls at every length; a tendon of MJCF has no negative rest length",
+            )
+            return
+        given = {"stiffness": numbers(unit, stiffness), "springlength": numbers(sign, rest)}
+        self._tendon(load, turning, given, sign)
+
+    def _tendon(self, load: Any, turning: bool, given: dict[str, str], sign: float) -> None:
+        if not turning:
+            self._line(load, **given)
+            return
+        turns = {key: sign * part for key, part in self._turns(load.body, load.by).items()}
+        if not self._sum(load.name, turns, **given):
+            self._no(load, "its bodies do not turn against each other")
+
+    def _given(self, load: Any) -> None:
+        """A force or a torque as an actuator: with its value where that is constant."""
+        name = load.name
+        value = float(self.system.law_of(load, "value")(0.0))
+        unit = self.scale.force if type(load) is Force else self.scale.torque
+        given = {}
+        if self.varies(load, ("value",)):
+            tag = "motor"
+            self.laws[name] = "value"
+            self.notes.append(f"'{name}' is a motor, its law of time is not in the file")
+        else:
+            tag = "general"
+            # its control is added to the value, so that a control of 0 leaves it
+            given = {"biastype": "affine", "gainprm": "1", "biasprm": numbers(unit, value, 0, 0)}
+        if type(load) is Torque:
+            if not self._turned(load, tag, load.body, load.by, given):
+                self.laws.pop(name, None)
+                self._no(load, "its bodies do not turn against each other")
+            return
+        at = marker_frame(self.system, load, "at")
+        angle = float(self.system.numbers[f"{name}.angle"])
+        self._put(load.at.body, f"{name}.at", (at.x, at.y), at.angle if load.follows else 0.0)
+        if not load.follows:
+            given["refsite"] = self._world()
+        gear = numbers(1.0, math.cos(angle), math.sin(angle), 0, 0, 0, 0)
+        self._part("actuator", tag, name, site=f"{name}.at", gear=gear, **given)
+
+    def _world(self) -> str:
+        """A site with the axes of the world, for directions."""
+        ground = self.document.inside["ground"]
+        if not any(site.get("name") == "ground" for site in ground.findall("site")):
+            self._put("ground", "ground", (0.0, 0.0))
+        return "ground"
+
+    def _turned(
+        self, element: Element, tag: str, body: str, base: str, given: dict[str, str]
+    ) -> bool:
+        """An actuator of the angle of a body from another; False where nothing turns."""
+        turns = self._turns(body, base)
+        if not turns:
+            return False
+        if list(turns.values()) == [1.0]:
+            self._part("actuator", tag, element.name, joint=next(iter(turns)), **given)
+        else:
+            self._sum(element.name, turns)
+            self._part("actuator", tag, element.name, tendon=element.name, **given)
+        return True
+
+    # -- drivers ---------------------------------------------------------------------------------
+
+    def _driver(self, driver: Any) -> None:
+        """A motor of the driven coordinate, without the law."""
+        done, name = True, driver.name
+        if type(driver) is AngleDriver:
+            done = self._turned(driver, "motor", driver.body, driver.relative_to, {})
+        elif type(driver) is DistanceDriver:
+            self._line(driver)
+            self._part("actuator", "motor", name, tendon=name)
+        elif type(driver) is CoordinateDriver:
+            done = self._slid(driver) or self._pushed(driver)
+        if not done:
+            self._no(driver, "no joint or place of the file has its coordinate")
+            return
+        if self.document.fix_drivers and not self._fixed(name):
+            self._no(driver, "no constraint of MJCF fixes a place along a direction of the world")
+            return
+        self.laws[name] = "law"
+        self.notes.append(f"'{name}' is a motor, its law of time is not in the file")
+
+    def _pushed(self, driver: CoordinateDriver) -> bool:
+        """A motor that pushes a place along a direction of the ground; False for another body's."""
+        if driver.i.body != "ground":
+            return False
+        at, base = marker_frame(self.system, driver, "j"), marker_frame(self.system, driver, "i")
+        site, world = f"{driver.name}.j", self._world()
+        self._put(driver.j.body, site, (at.x, at.y))
+        gear = numbers(1.0, math.cos(base.angle), math.sin(base.angle), 0, 0, 0, 0)
+        self._part("actuator", "motor", driver.name, site=site, refsite=world, gear=gear)
+        return True
+
+    def _fixed(self, name: str) -> bool:
+        """A constraint that fixes the coordinate of a motor; False where there is none."""
+        motor = self.document.parts["actuator"][-1]
+        for key in ("joint", "tendon"):
+            if motor.get(key):
+                self._part("equality", key, name, **{f"{key}1": str(motor.get(key))})
+                return True
+        return False
+
+    def _slid(self, driver: CoordinateDriver) -> bool:
+        """A motor of a slide that has the driven direction; False where there is none."""
+        base = self.document.pose[driver.i.body][2] + marker_frame(self.system, driver, "i").angle
+        for column in self.document.columns:
+            branch = column.of
+            if not column.way or branch.kind != "prismatic":
+                continue
+            pair = (branch.parent, branch.body)
+            if pair not in ((driver.i.body, driver.j.body), (driver.j.body, driver.i.body)):
+                continue
+            heading = self.document.pose[branch.body][2] + column.direction
+            along = np.cos(heading - base)
+            if abs(abs(along) - 1.0) > SAME or type(branch.joint) is not Prismatic:
+                continue
+            sign = round(float(along)) * (1.0 if pair[0] == driver.i.body else -1.0)
+            name = column.name
+            self._part("actuator", "motor", driver.name, joint=name, gear=numbers(1.0, sign))
+            return True
+        return False
+
 
 #: Greatest impedance that MuJoCo allows for a constraint.
 HARD = 0.9999

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.engines.load_forces import turning
-from mbody.engines.mjcf.exported import Exported, safe
+from mbody.engines.mjcf.writer import Exported, safe
 from mbody.engines.mujoco.replay import Replay
 from mbody.engines.opinion import Inexpressible, Row
 from mbody.engines.spanning_tree import Branch

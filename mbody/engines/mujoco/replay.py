@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.engines.load_forces import PointForce, applied_forces
-from mbody.engines.mjcf.exported import Exported, safe
+from mbody.engines.mjcf.writer import Exported, safe
 from mbody.engines.spanning_tree import MarkerFrame, marker_frame
 from mbody.model.loads import Damper, Force, Spring, Torque, TorsionDamper, TorsionSpring
 from mbody.solution.checks import each_load_of

@@ -13,16 +13,226 @@ from __future__ import annotations
 
 import functools
 import itertools
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
-from mbody.engines.oracle.mode_guard import ModeGuard
+from mbody.engines.opinion import Comparison, Opinion
+from mbody.engines.oracle.friction import rubs
 from mbody.engines.oracle.reference import Reference
-from mbody.engines.oracle.touching import OracleTouching
+from mbody.model.closed_mechanism import contacts_of
+from mbody.model.contact import Contact, Rope
+from mbody.model.element import Marker
+from mbody.model.touching_shapes import Disc, Line, Polygon, Ring, Segment, Vertex
+from mbody.solution.solution import Solution
+from mbody.system.system import System
 
-__all__ = ["MOST_CLOSED", "RTOL", "DenseContactMotion", "DenseEvent"]
+# -- The oracle's contacts: what may touch what, gaps, and rates across and along each place ---
+#
+# Read from the description: a shape is circles, of the radius 0 at points, or a straight line. All
+# functions take complex coordinates, so that steps give derivatives.
+
+#: Of the complex step.
+STEP = 1e-30
+#: A gap that is never closed.
+FAR = 1e9
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class OracleSpot:
+    """A place where two bodies may touch: a circle on one of them, and on the other a line that
+    begins at a place with a direction (or ends at another place), a circle, or a ring.
+    """
+
+    name: str
+    circle: Marker
+    radius: float
+    other: Marker
+    kind: str  # "line", "segment", "circle", "ring", "rope"
+    end: Marker | None = None
+    reach: float = 0.0  # radius of the other circle or ring, length of a rope
+    friction: float = 0.0
+    static: float = 0.0
+    restitution: float = 0.0
+    newton: bool = False
+
+
+def spots_of(contact: Any) -> list[OracleSpot]:
+    """The places of a contact.
+
+    Raises
+    ------
+    NotImplementedError
+        For shapes of which both have straight edges, unless one is an endless line.
+    """
+    if isinstance(contact, Rope):
+        length = float(contact.length)
+        return [OracleSpot(contact.name, contact.j, 0.0, contact.i, "rope", reach=length)]
+    if not isinstance(contact, Contact):
+        raise NotImplementedError(f"'{contact.name}': it has no contacts between groups")
+    mu = float(contact.friction)
+    more: dict[str, Any] = {
+        "friction": mu,
+        "static": mu if contact.static is None else float(contact.static),
+        "restitution": float(contact.restitution),
+        "newton": contact.law == "newton",
+    }
+    sides = list(zip(contact.bodies, contact.shapes, strict=True))
+    if any(isinstance(s, Disc | Ring) and s.begin is not None for s in contact.shapes):
+        raise NotImplementedError(f"'{contact.name}': it has no arcs")
+    for (one, shape), (other, flat) in (sides, sides[::-1]):
+        circles = _circles(one, shape)
+        straight = isinstance(flat, Line | Segment)
+        corners = isinstance(shape, Polygon | Segment)
+        if circles and straight and not (corners and isinstance(flat, Segment)):
+            place, kind, end = _straight(other, flat)
+            return [OracleSpot(contact.name, c, r, place, kind, end, **more) for c, r in circles]
+        if circles and isinstance(flat, Ring) and not corners:
+            ((c, r),) = circles
+            hole, size = Marker(other, flat.ring), float(flat.radius)
+            return [OracleSpot(contact.name, c, r, hole, "ring", reach=size, **more)]
+    rounds = [_circles(body, shape) for body, shape in sides if isinstance(shape, Disc | Vertex)]
+    if len(rounds) == 2:
+        ((i, ri),), ((j, rj),) = rounds
+        return [OracleSpot(contact.name, j, rj, i, "circle", reach=ri, **more)]
+    raise NotImplementedError(f"'{contact.name}': it has no contacts of corners with edges")
+
+
+def _circles(body: str, shape: Any) -> list[tuple[Marker, float]]:
+    """Circles that touch a straight line: a disc, a point, corners."""
+    if isinstance(shape, Disc):
+        return [(Marker(body, shape.disc), float(shape.radius))]
+    if isinstance(shape, Vertex):
+        return [(Marker(body, shape.point), 0.0)]
+    corners = {Segment: "segment", Polygon: "polygon"}.get(type(shape))
+    return [(Marker(body, point), 0.0) for point in getattr(shape, corners)] if corners else []
+
+
+def _straight(body: str, shape: Any) -> tuple[Marker, str, Marker | None]:
+    if isinstance(shape, Line):
+        return Marker(body, shape.point, float(shape.angle)), "line", None
+    first, last = shape.segment
+    return Marker(body, first), "segment", Marker(body, last)
+
+
+class OracleTouching:
+    """All places of a mechanism where bodies may touch."""
+
+    def __init__(self, reference: Reference, contacts: Any) -> None:
+        self.reference = reference
+        self.spots = [spot for contact in contacts for spot in spots_of(contact)]
+
+    def __len__(self) -> int:
+        return len(self.spots)
+
+    def _frame(self, q: Any, spot: OracleSpot) -> tuple[Any, ...]:
+        """Gap, normal from the other body to that of the circle, and the point of contact."""
+        r = self.reference
+        cx, cy = r.place(q, spot.circle)
+        ox, oy = r.place(q, spot.other)
+        dx, dy = cx - ox, cy - oy
+        if spot.kind in ("line", "segment"):
+            if spot.end is None:
+                angle = r.pose(q, spot.other.body)[2] + spot.other.angle
+                ux, uy = np.cos(angle), np.sin(angle)
+            else:
+                ex, ey = r.place(q, spot.end)
+                whole = np.sqrt((ex - ox) ** 2 + (ey - oy) ** 2)
+                ux, uy = (ex - ox) / whole, (ey - oy) / whole
+                along = dx * ux + dy * uy
+                beyond = np.real(along) < 0.0 or np.real(along) > np.real(whole)
+                if beyond and spot.radius == 0.0:
+                    return FAR + 0.0 * dx, -uy, ux, cx, cy
+                if beyond:
+                    if np.real(along) > 0.0:
+                        dx, dy = cx - ex, cy - ey
+                    far = np.sqrt(dx * dx + dy * dy)
+                    nx, ny = dx / far, dy / far
+                    return far - spot.radius, nx, ny, cx - spot.radius * nx, cy - spot.radius * ny
+            nx, ny = -uy, ux
+            gap = nx * dx + ny * dy - spot.radius
+            return gap, nx, ny, cx - spot.radius * nx, cy - spot.radius * ny
+        far = np.sqrt(dx * dx + dy * dy)
+        if spot.kind == "circle":
+            nx, ny = dx / far, dy / far
+            gap = far - spot.radius - spot.reach
+            return gap, nx, ny, cx - spot.radius * nx, cy - spot.radius * ny
+        # within a ring, or on a rope: the normal points back
+        if np.real(far) == 0.0:
+            return spot.reach - spot.radius + 0.0 * dx, 1.0, 0.0, cx, cy
+        nx, ny = -dx / far, -dy / far
+        return spot.reach - spot.radius - far, nx, ny, cx - spot.radius * nx, cy - spot.radius * ny
+
+    def gaps(self, q: Array) -> Array:
+        """Gaps (spots,) at q (3n,)."""
+        every = self.reference.with_ground(q)
+        return np.array([np.real(self._frame(every, spot)[0]) for spot in self.spots], dtype=float)
+
+    def rates(self, q: Array, v: Array, which: Sequence[int] | None = None) -> Array:
+        """Rates of gaps, then of sliding (2 spots, …), for velocities v (3n, …); of those spots
+        alone, or of all.
+        """
+        r = self.reference
+        every, moves = r.with_ground(q), r.with_ground(v)
+        across, along = [], []
+        for spot in self.spots if which is None else [self.spots[k] for k in which]:
+            _, nx, ny, px, py = self._frame(every, spot)
+            ends = []
+            for body in (spot.circle.body, spot.other.body):
+                x, y, _ = r.pose(every, body)
+                vx, vy, w = r.pose(moves, body)
+                ends.append((vx - w * (py - y), vy + w * (px - x)))
+            (ax, ay), (bx, by) = ends
+            across.append(nx * (ax - bx) + ny * (ay - by))
+            along.append(ny * (ax - bx) - nx * (ay - by))
+        return np.array([*across, *along])
+
+    def rows(self, q: Array, which: Sequence[int] | None = None) -> Array:
+        """(2 spots, 3n): rates are rows · v."""
+        return self.rates(q, np.eye(len(q)), which).reshape(-1, len(q)).real
+
+    def drift(self, q: Array, v: Array, which: Sequence[int] | None = None) -> Array:
+        """What accelerations of the rates have without those of the bodies, (2 spots,)."""
+        found = self.rates(q + 1j * STEP * v, v.astype(complex), which)
+        return np.asarray(found.imag / STEP)
+
+    def length(self) -> float:
+        """A length of the places: the greatest radius, or arm."""
+        arms = [math.hypot(*self.reference.arm(s.circle)) + s.radius for s in self.spots]
+        return max([*arms, *(s.reach for s in self.spots)]) or 1.0
+
+
+# -- What ends the modes of contacts, as SciPy's integrators take it ---------------------------
+
+#: What begins within this part of the size of its terms begins at zero; it is this part above it.
+ROUNDED, HARDLY = 1e-10, 1e-13
+
+
+class ModeGuard:
+    """A function whose zero ends the modes, as the integrator takes it."""
+
+    terminal, direction = True, -1.0
+    next: tuple[int, str] = (0, "")
+    #: What is added, so that what begins at zero, or by rounding below it, falls through zero.
+    shift = 0.0
+
+    def __init__(self, function: Any, *more: Any) -> None:
+        self.function, self.more = function, more
+
+    def __call__(self, t: float, y: Array) -> float:
+        """Its value at a state."""
+        return float(self.function(t, y, *self.more)) + self.shift
+
+    def begin(self, t: float, y: Array, size: float) -> None:
+        """Set the shift of what begins at a state, `size` being that of its terms."""
+        value = self(t, y)
+        self.shift = HARDLY * size - value if abs(value) <= ROUNDED * size else 0.0
+
 
 #: Relative to the greatest gap, velocity, acceleration and force: what rounding leaves of zero.
 CLOSED, STILL, NO_ACCELERATION, NO_FORCE = 1e-9, 1e-8, 1e-9, 1e-9
@@ -36,7 +246,6 @@ RTOL = 1e-12
 #: A flight shorter than this part of the time of a fall by the model length is the last.
 SHORTEST_FLIGHT = 5e-7
 
-Array = np.ndarray
 OPEN, STICK, FORWARD, BACKWARD = "open", "stick", "slip+", "slip-"
 SENSE = {FORWARD: 1.0, BACKWARD: -1.0}
 
@@ -498,3 +707,84 @@ class DenseContactMotion:
             if guard.function in (pressing, reserve):
                 guard.begin(t, y, float(np.abs(np.append(*forces(t, y)[1:])).max()))
         return guards
+
+
+# -- The opinion of the oracle on a motion with contacts ---------------------------------------
+
+#: Tolerance of a motion that has none of its own, and the least difference that is expected: of
+#: where events are located, in parts of the motion.
+OWN_RTOL, LEAST = 1e-8, 1e-9
+#: Times by which the error of a motion of our tolerance may exceed that of the oracle's by it.
+MARGIN = 20.0
+#: Events that the oracle may leave out: what is decided at the first instant, and where infinitely
+#: many impacts end.
+UNTIMED = ("rest", "indeterminate", "inconsistent", "paradox")
+
+
+def contact_opinion(system: System, run: Solution) -> Opinion:
+    """Positions at all instants, and the instants of the events.
+
+    Raises
+    ------
+    NotImplementedError
+        For what the oracle has not: friction of joints, own states, drivers that are released.
+    """
+    machine = system.mechanism
+    if any(contacts_of(joint) for joint in machine.joints):
+        raise NotImplementedError("it has no limits of joints and none that separate")
+    if any(rubs(joint) for joint in machine.joints):
+        raise NotImplementedError("it has no friction of joints in motions over time")
+    if machine.groups or machine.states or machine.inputs or machine.controllers:
+        raise NotImplementedError("it follows contacts without groups, own states and controllers")
+    if machine.simulation is not None and machine.simulation.release:
+        raise NotImplementedError("it follows contacts without drivers that are released")
+    own = machine.simulation.rtol if machine.simulation is not None else OWN_RTOL
+    sharp, coarse = (_motion(system, run, rtol) for rtol in (RTOL, max(own, 10.0 * RTOL)))
+    comparison = Comparison()
+    comparison.size("place", system.length)
+    comparison.size("angle", 1.0)
+    (q, times), (rough, late) = sharp, coarse
+    apart: dict[str, Array] = {}
+    for n, body in enumerate(machine.bodies):
+        for part, key in enumerate(("x", "y", "angle")):
+            kind = "angle" if key == "angle" else "place"
+            theirs = q[:, 3 * n + part]
+            comparison.add(kind, f"{body.name}.{key}", getattr(run[body.name], key), theirs)
+            off = np.abs(rough[:, 3 * n + part] - theirs)
+            apart[kind] = np.maximum(apart.get(kind, 0.0), off)
+    # an error that has come in once may grow and stays
+    limits: dict[str, Array | float] = {
+        kind: LEAST + MARGIN * np.maximum.accumulate(off) / comparison.top(kind)
+        for kind, off in apart.items()
+    }
+    for event in run.events:
+        if event.contact and event.name not in UNTIMED and event.t > run.t[0]:
+            nearest = float(times[np.abs(times - event.t).argmin()]) if len(times) else math.nan
+            comparison.add("instant", f"{event.contact}: {event.name}", event.t, nearest)
+    span = float(run.t[-1] - run.t[0])
+    comparison.size("instant", span)
+    shift = max((float(np.abs(late - one).min()) for one in times), default=0.0) if len(late) else 0
+    limits["instant"] = LEAST + MARGIN * shift / (comparison.top("instant") or 1.0)
+    kinds = comparison.kinds
+    why = f"error of a motion of the tolerance {own:g}, as the oracle has it with that"
+    rows = comparison.rows({kind: limits[kind] for kind in kinds}, dict.fromkeys(kinds, why))
+    note = f"all modes of the contacts were tried at {len(times) + 1} instants"
+    return Opinion("oracle", tuple(rows), (), (note,))
+
+
+def _motion(system: System, run: Solution, rtol: float) -> tuple[Array, Array]:
+    """Coordinates at the instants of the result, and when modes change."""
+    reference = Reference(system.mechanism)
+    dense = DenseContactMotion(
+        reference,
+        OracleTouching(reference, system.mechanism.contacts),
+        tuple(driver.name for driver in system.drivers),
+        rtol,
+    )
+    bodies = system.mechanism.bodies
+    q, v = (
+        np.array([float(getattr(run[body.name], key)[0]) for body in bodies for key in keys])
+        for keys in (("x", "y", "angle"), ("vx", "vy", "omega"))
+    )
+    found, _ = dense.motion(q, v, run.t)
+    return found, np.array([event.t for event in dense.events if event.t > run.t[0]])

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from mbody.engines.oracle.friction import DenseFriction, rubs
-from mbody.engines.oracle.loads import Loads
+from mbody.engines.oracle.mechanics import Loads
 
 __all__ = ["Reference"]
 

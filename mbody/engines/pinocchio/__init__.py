@@ -12,13 +12,17 @@ from typing import Any
 
 import numpy as np
 
-from mbody.engines.comparison import Comparison
 from mbody.engines.independent_reading import laws_of
-from mbody.engines.opinion import Inexpressible, Opinion
-from mbody.engines.pinocchio.forward import EPSILON, Forward, Undetermined
-from mbody.engines.pinocchio.inverse import Forces, Inverse
+from mbody.engines.opinion import Comparison, Inexpressible, Opinion
+from mbody.engines.pinocchio.dynamics import (
+    EPSILON,
+    Forces,
+    Forward,
+    Inverse,
+    Undetermined,
+    integrate,
+)
 from mbody.engines.pinocchio.model import Instant
-from mbody.engines.pinocchio.motion import integrate
 from mbody.engines.spanning_tree import spanning_tree
 from mbody.errors import SolveError
 from mbody.model.element import listed

@@ -8,10 +8,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbody.engines.independent_reading import reading
-from mbody.engines.pymunk.instants import LUMP, MANY, Sizes, kinematic, settled, sizes_of
-from mbody.engines.pymunk.richardson import extrapolated, order
-from mbody.engines.pymunk.space import Space
-from mbody.engines.pymunk.steps import SpaceStepper, of_system
+from mbody.engines.pymunk.instants import (
+    LUMP,
+    MANY,
+    Sizes,
+    extrapolated,
+    kinematic,
+    order,
+    settled,
+    sizes_of,
+)
+from mbody.engines.pymunk.space import Space, SpaceStepper, of_system
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 

@@ -3,21 +3,182 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from mbody.engines.independent_reading import reading
+from mbody.engines.load_forces import BodyState, applied_forces, geometry_of
 from mbody.engines.opinion import Inexpressible
-from mbody.engines.pymunk.impulses import ImpulseConstraint, SpringImpulse, damped, stretched
+from mbody.errors import ModelError
+from mbody.kernels.finished_instants import each_load
 from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver
 from mbody.model.joints import Distance, Fixed, PinSlot, Prismatic, Revolute, Rolling
 from mbody.model.loads import Damper, Force, Gravity, Spring, Torque, TorsionDamper, TorsionSpring
 from mbody.system.system import System
 
-__all__ = ["PRESSED", "Space", "inexpressible"]
+# -- Constraints and springs of a pymunk space, with the directions in which their impulses act
+#
+# pymunk returns the size of an impulse but not its direction. So every constraint has its own
+# columns: the effect of each unit impulse on all bodies. The impulses are then found from the
+# momenta.
 
 Array = np.ndarray
+
+
+def place(pose: Array, body: int, arm: tuple[float, float]) -> Array:
+    """World place (2,) of an arm from the mass centre of a body; pose (bodies, 3)."""
+    x, y, theta = pose[body]
+    c, s = math.cos(theta), math.sin(theta)
+    return np.array([x + c * arm[0] - s * arm[1], y + s * arm[0] + c * arm[1]])
+
+
+@dataclass(eq=False)
+class ImpulseConstraint:
+    """One constraint of the space.
+
+    Attributes
+    ----------
+    owner : str
+        Name of the joint or driver that it belongs to.
+    kind : str
+        "pin", "slot", "rod", "turn" or "contact".
+    native : pymunk.Constraint, or tuple of pymunk.Shape
+    i, j : int
+        Bodies; the ground is the last.
+    arm_i, arm_j : pair of float
+        Places from the mass centres in link axes [length].
+    torque_at : pair of float, or None
+        Reference place on j of torques, where it differs from arm_j [length].
+    normal : float
+        Of a slot or a contact line: direction in axes of i [rad].
+    radius : float
+        Of a rolling wheel [length].
+    target : float
+        Value that a slot, a rod or a turn keeps.
+    reach : float
+        Half the length of a slot.
+    """
+
+    owner: str
+    kind: str
+    native: Any
+    i: int
+    j: int
+    arm_i: tuple[float, float] = (0.0, 0.0)
+    arm_j: tuple[float, float] = (0.0, 0.0)
+    torque_at: tuple[float, float] | None = None
+    normal: float = 0.0
+    radius: float = 0.0
+    target: float = 0.0
+    reach: float = 0.0
+
+    def forces(self, pose: Array) -> Array:
+        """Force and torque of each unit impulse on body j, about the reference place
+        (impulses, 3).
+        """
+        units = self.units(pose)
+        if self.torque_at is not None:
+            x, y = place(pose, self.j, self.arm_j) - place(pose, self.j, self.torque_at)
+            units[:, 2] += x * units[:, 1] - y * units[:, 0]
+        return units
+
+    def units(self, pose: Array) -> Array:
+        """The same about the place where the impulse acts."""
+        if self.kind == "turn":
+            return np.array([[0.0, 0.0, 1.0]])
+        if self.kind == "slot":
+            beta = pose[self.i, 2] + self.normal
+            return np.array([[math.cos(beta), math.sin(beta), 0.0]])
+        if self.kind == "rod":
+            way = place(pose, self.j, self.arm_j) - place(pose, self.i, self.arm_i)
+            return np.array([[*(way / max(float(np.hypot(*way)), 1e-300)), 0.0]])
+        return np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+
+    def columns(self, pose: Array) -> Array:
+        """Effect of each unit impulse on all bodies (impulses, bodies, 3), torques about mass
+        centres.
+        """
+        unit = self.units(pose)
+        at_i, at_j = self._points(pose)
+        columns = np.zeros((len(unit), len(pose), 3))
+        for sign, body, point in ((1.0, self.j, at_j), (-1.0, self.i, at_i)):
+            x, y = point - pose[body, :2]
+            columns[:, body] += sign * unit
+            columns[:, body, 2] += sign * (x * unit[:, 1] - y * unit[:, 0])
+        return columns
+
+    def _points(self, pose: Array) -> tuple[Array, Array]:
+        """Where the impulse acts on i and on j."""
+        on_i, on_j = place(pose, self.i, self.arm_i), place(pose, self.j, self.arm_j)
+        if self.kind == "slot":
+            normal = self.units(pose)[0, :2]
+            on_i = on_j - normal * (normal @ (on_j - on_i) - self.target)
+        elif self.kind == "contact":
+            beta = pose[self.i, 2] + self.normal
+            normal = np.array([math.cos(beta), math.sin(beta)])
+            on_i = on_j = on_j - self.radius * normal
+        return on_i, on_j
+
+    def aim(self, value: float, h: float) -> None:
+        """Set the value that the constraint has at the end of the next step.
+
+        pymunk first moves the bodies and then corrects their rates: the rates of this step move
+        them in the next.
+        """
+        self.target = value
+        if self.kind == "slot":
+            self.native.groove_a, self.native.groove_b = self.groove()
+        elif self.kind == "rod":
+            self.native.distance = value
+        else:
+            a, b = self.native.a, self.native.b
+            angle = b.angle - a.angle + h * (b.angular_velocity - a.angular_velocity)
+            # a motor of pymunk turns a against b
+            self.native.rate = -(value - angle) / h
+
+    def groove(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Both ends of a slot in axes of i, from its mass centre."""
+        c, s = math.cos(self.normal), math.sin(self.normal)
+        x, y = self.arm_i[0] + self.target * c, self.arm_i[1] + self.target * s
+        return (x - self.reach * s, y + self.reach * c), (x + self.reach * s, y - self.reach * c)
+
+
+@dataclass(eq=False)
+class SpringImpulse:
+    """A spring or damper of the space, and the sign of its impulse by the motion."""
+
+    part: ImpulseConstraint
+    sense: Callable[[Array, Array], float]
+
+    def impulse(self, pose: Array, vel: Array) -> Array:
+        """Impulse of the last step on all bodies (bodies, 3)."""
+        size = math.copysign(self.part.native.impulse, self.sense(pose, vel))
+        return np.asarray(size * self.part.columns(pose)[0])
+
+
+def stretched(part: ImpulseConstraint, rest: float, stiffness: float) -> SpringImpulse:
+    """A spring of length or angle: its impulse on j is opposite to the extension."""
+
+    def sense(pose: Array, vel: Array) -> float:
+        if part.kind == "turn":
+            return -stiffness * float(pose[part.j, 2] - pose[part.i, 2] - rest)
+        way = place(pose, part.j, part.arm_j) - place(pose, part.i, part.arm_i)
+        return -stiffness * float(np.hypot(*way) - rest)
+
+    return SpringImpulse(part, sense)
+
+
+def damped(part: ImpulseConstraint) -> SpringImpulse:
+    """A damper of length or angle: its impulse on j is opposite to the rate."""
+
+    def sense(pose: Array, vel: Array) -> float:
+        return -float((part.columns(pose)[0] * vel).sum())
+
+    return SpringImpulse(part, sense)
+
 
 #: Half the length of a slot, and of a line for rolling, in model lengths.
 REACH = 100.0
@@ -289,3 +450,171 @@ def _decoupled(ends: dict[str, Any], beta: list[float]) -> dict[str, Any]:
     )
     across = (-math.sin(beta[1]) * (j - i), math.cos(beta[1]) * (j - i))
     return ends | {"arm_i": (0.0, 0.0), "arm_j": across, "torque_at": ends["arm_j"]}
+
+
+# -- Steps of a pymunk space, and the constraint forces from the momenta of its bodies ---------
+#
+# A step of pymunk moves the bodies with their rates, and then finds the impulses for the new
+# positions. So the forces of the step from t are those at t + h.
+
+
+class SpaceStepper:
+    """Integrates a space and returns positions, rates, accelerations and forces.
+
+    Parameters
+    ----------
+    space : Space
+    drive : callable
+        Values of all drivers (drivers, times) at times.
+    over : array (bodies, 3), optional
+        Further forces on the bodies at their mass centres, as of joints that pymunk does not have.
+    clock : float
+        Offset of the time in the laws of loads, where steps count from 0.
+    last : float
+        Time after which laws may have no values.
+    """
+
+    def __init__(
+        self,
+        space: Space,
+        drive: Callable[[Array], Array],
+        over: Array | None = None,
+        clock: float = 0.0,
+        last: float = np.inf,
+    ) -> None:
+        self.space, self.drive, self.system = space, drive, space.system
+        self.clock, self.last = clock, last
+        self.further = np.zeros((space.count, 3)) if over is None else over
+        machine = self.system.mechanism
+        self.gravity = [load for load in machine.loads if isinstance(load, Gravity)]
+        self.pushes = [load for load in machine.loads if isinstance(load, Torque | Force)]
+        self.pushed = bool(self.pushes or space.over or space.drags or self.further.any())
+        if space.over:
+            self.layout, self.work = self.system.runtime(), self.system.work()
+            self.motion = np.zeros((1, 3 * self.system.coordinates))
+            self.each = np.empty((1, len(machine.loads), self.system.coordinates))
+
+    # -- state -----------------------------------------------------------------------------------
+
+    def put(self, pose: Array, vel: Array) -> None:
+        """Set positions and rates of all bodies, arrays (bodies, 3)."""
+        for body, (x, y, angle), (vx, vy, omega) in zip(
+            self.space.bodies, pose.tolist(), vel.tolist(), strict=True
+        ):
+            body.position, body.angle = (x, y), angle
+            body.velocity, body.angular_velocity = (vx, vy), omega
+            self.space.space.reindex_shapes_for_body(body)
+
+    def state(self) -> tuple[Array, Array]:
+        """Positions and rates, each (bodies, 3)."""
+        both = [
+            (*body.position, body.angle, *body.velocity, body.angular_velocity)
+            for body in self.space.bodies
+        ]
+        rows = np.array(both)
+        return rows[:, :3], rows[:, 3:]
+
+    # -- stepping --------------------------------------------------------------------------------
+
+    def go(self, t: float, h: float, steps: int) -> Array:
+        """Take steps of h from t on; returns the row of `_result` of the last."""
+        times: Array = t + h * np.arange(1, steps + 1)
+        targets = self.drive(times + h).T
+        times = times + self.clock
+        gravity = np.zeros((steps, 2))
+        for load in self.gravity:
+            for n, field in enumerate("xy"):
+                gravity[:, n] += _value(reading(self.system).law(load, field), times, self.last)
+        laws = [reading(self.system).law(load, "value") for load in self.pushes]
+        pushes = [_value(law, times, self.last) for law in laws]
+        aimed = [(n, part) for n, part in enumerate(self.space.drives) if part is not None]
+        native = self.space.space
+        steady = not np.ptp(gravity, axis=0).any()
+        native.gravity = tuple(gravity[-1].tolist())
+        for k in range(steps):
+            for n, part in aimed:
+                part.aim(float(targets[k, n]), h)
+            if not steady:
+                native.gravity = tuple(gravity[k].tolist())
+            if self.pushed or k == steps - 1:
+                pose, vel = self.state()
+                wrench = self._wrench(times[k], pose + h * vel, vel, [p[k] for p in pushes])
+                for body, (fx, fy, torque) in zip(self.space.bodies, wrench.tolist(), strict=True):
+                    body.force, body.torque = (fx, fy), torque
+            native.step(h)
+        return self._result(h, vel, wrench, gravity[-1])
+
+    def _wrench(self, t: float, pose: Array, vel: Array, pushes: list[Any]) -> Array:
+        """Applied forces on every body (bodies, 3) at its mass centre, without gravity."""
+        space, index = self.space, self.system.bodies
+        everywhere, rates = (np.vstack([part, np.zeros(3)]) for part in (pose, vel))
+        found = np.zeros((space.count + 1, 3))
+        found[:-1] = self.further
+        names = {"ground", *(name for load in self.pushes for name in load.bodies)}
+        states = {
+            name: BodyState(everywhere[b, :2], float(everywhere[b, 2]), rates[b])
+            for name, b in ((name, index[name]) for name in names)
+        }
+        geometry = geometry_of(states)
+        for load, value in zip(self.pushes, pushes, strict=True):
+            for one in applied_forces(self.system, load, value, *geometry):
+                found[index[one.body]] += states[one.body].wrench(one.force, one.torque, one.at)
+        for part, coefficient in space.drags:
+            column = part.columns(everywhere)[0]
+            found -= coefficient * (column * rates).sum() * column
+        if space.over:
+            n = self.system.coordinates
+            self.motion[0, :n], self.motion[0, n : 2 * n] = pose.ravel(), vel.ravel()
+            each_load(self.layout, self.work, self.motion, np.array([t]), self.each)
+            parts = self.each[0].reshape(-1, space.count, 3)
+            found[:-1] += parts[list(space.over)].sum(axis=0)
+        return found[:-1]
+
+    # -- results ---------------------------------------------------------------------------------
+
+    def _result(self, h: float, before: Array, wrench: Array, gravity: Array) -> Array:
+        """Positions, rates and accelerations (bodies, 3) each; of every part (parts, 4) force and
+        torque on its body j, and its first impulse over h; all as one row.
+
+        The impulses of the joints follow from the change of momentum of all bodies.
+        """
+        space = self.space
+        pose, vel = self.state()
+        everywhere = np.vstack([pose, np.zeros(3)])
+        rates = np.vstack([vel, np.zeros(3)])
+        change = (vel - before) / h
+        left = space.mass * change - wrench
+        left[:, :2] -= space.mass[:, :2] * gravity
+        for spring in space.springs:
+            left -= spring.impulse(everywhere, rates)[:-1] / h
+        units = [part.forces(everywhere) for part in space.parts]
+        columns = [part.columns(everywhere)[:, :-1] for part in space.parts]
+        scale = np.array([1.0, 1.0, 1.0 / self.system.length])
+        found = np.zeros((len(space.parts), 4))
+        if not np.isfinite(left).all():
+            found[:] = np.nan
+        elif columns:
+            A = (np.concatenate(columns) * scale).reshape(-1, 3 * space.count).T
+            sizes = np.maximum(np.linalg.norm(A, axis=0), 1e-300)
+            impulses = np.linalg.lstsq(A / sizes, (left * scale).ravel(), rcond=1e-10)[0] / sizes
+            first = 0
+            for n, unit in enumerate(units):
+                found[n, :3] = impulses[first : first + len(unit)] @ unit
+                found[n, 3] = impulses[first]
+                first += len(unit)
+        return np.concatenate([pose.ravel(), vel.ravel(), change.ravel(), found.ravel()])
+
+
+def of_system(system: System, times: Array, last: float) -> Array:
+    """Values of the drivers (drivers, times) by their laws."""
+    values = [_value(reading(system).law(d), times, last) for d in system.drivers]
+    return np.array(values).reshape(len(system.drivers), len(times))
+
+
+def _value(law: Any, times: Array, last: float) -> Array:
+    """A law at times; times after the last are replaced by it where the law has no value."""
+    try:
+        return np.broadcast_to(law(times), len(times))
+    except ModelError:
+        # a step goes beyond the end of a table: the last rates are not needed
+        return np.broadcast_to(law(np.minimum(times, last)), len(times))

@@ -6,11 +6,17 @@ angles are in the unit of the file.
 
 from __future__ import annotations
 
+import csv
+import dataclasses
 import functools
+import io
 import math
+import os
+import re
+from array import array
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 from pydantic import (
     AfterValidator,
@@ -18,39 +24,137 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Discriminator,
+    Field,
+    StrictBool,
     Tag,
     ValidationInfo,
     WithJsonSchema,
+    create_model,
 )
 
 from mbody.errors import ModelError, brief
-from mbody.files.model.problems import ENOUGH
-from mbody.model.body import Guess, SecondMoments, SlenderRod
+from mbody.files.model import fields as of
+from mbody.files.model.problems import ENOUGH, LAWS
+from mbody.laws import SHAPES, Cam, Dwell, Law, Polynomial, Rise, Table, Table2
+from mbody.laws.base import dimension_by
+from mbody.laws.table import End, Interpolation, Outside
+from mbody.model.body import (
+    Body,
+    Guess,
+    RectangleSection,
+    RoundSection,
+    SecondMoments,
+    SlenderRod,
+    TubeSection,
+)
 from mbody.model.coupling import CouplingTerm
-from mbody.model.element import Marker, Polar
-from mbody.model.element_names import check_name
+from mbody.model.element import Marker, Polar, check_name
 from mbody.model.touching_shapes import Disc, Line, Polygon, Ring, Segment
-from mbody.quantities import Formula, FormulaError, read
-from mbody.quantities.number import NotANumber, NotFinite, float_or_formula
+from mbody.quantities import Formula, FormulaError, parse_unit, read
+from mbody.quantities.formula import NotANumber, NotFinite, float_or_formula
 from mbody.quantities.units import DIMENSIONS, Dimension, name_of
 
-__all__ = [
-    "Context",
-    "Strict",
-    "entered_in",
-    "formula_text",
-    "guess",
-    "limits",
-    "name_in",
-    "number",
-    "place",
-    "point",
-    "points",
-    "shape",
-    "shapes",
-    "spread",
-    "term",
-]
+# -- Tables in files of their own, which a model names: only below its own folder --------------
+
+LARGEST = 10_000_000  # bytes
+MOST = 100_000  # rows
+LONGEST = 10_000  # characters of a line, more than a row of numbers takes
+
+
+def columns(name: str, folder: Path | None) -> tuple[list[float | str], list[float | str]]:
+    """The first two columns of a CSV file beside the model file, (rows,) each: numbers, as text
+    with the unit where the heading of a column has one, as "angle [deg]".
+
+    Raises
+    ------
+    ModelError
+        For a path that leads elsewhere, a file that is too large or has no two columns of numbers.
+    """
+    path, what = beside(name, folder), f"the table {brief(name)}"
+    x, y = array("d"), array("d")
+    try:
+        with path.open("rb") as stream:
+            if os.fstat(stream.fileno()).st_size > LARGEST:
+                raise ModelError(f"{what} is larger than {LARGEST // 1_000_000} MB")
+            text = io.TextIOWrapper(stream, "utf-8-sig", newline="")
+            lines = iter(lambda: text.readline(LONGEST), "")
+            headed = False
+            units = ["", ""]
+            for n, row in enumerate(csv.reader(lines), 1):
+                if n > MOST:
+                    raise ModelError(f"{what} has more than {MOST} rows: leave some of them out")
+                if _numbers(row):
+                    x.append(float(row[0]))
+                    y.append(float(row[1]))
+                elif any(map(str.strip, row)):
+                    if headed or x or any(map(_is_number, row[:2])):  # it is no row of headings
+                        raise ModelError(f"{what}: row {n} has no two numbers: {brief(row[:3])}")
+                    headed = True
+                    units = [unit_of(cell) for cell in (*row, "", "")[:2]]
+    except OSError as error:
+        raise ModelError(f"{what} cannot be read: {error.strerror}") from None
+    except (UnicodeDecodeError, csv.Error):
+        raise ModelError(f"{what} is no text of comma-separated values") from None
+    return _with_unit(x.tolist(), units[0], what), _with_unit(y.tolist(), units[1], what)
+
+
+def unit_of(heading: str) -> str:
+    """The unit in a heading, in brackets at its end; empty where it has none.
+
+    >>> unit_of("angle [deg]"), unit_of("force"), unit_of("part [-]")
+    ('deg', '', '')
+    """
+    found = re.search(r"\[([^\[\]]*)\]\s*$", heading)
+    unit = found[1].strip() if found else ""
+    return "" if unit in ("-", "–", "1") else unit
+
+
+def _with_unit(values: list[float], unit: str, what: str) -> list[float | str]:
+    """Numbers as they are, or as text with their unit."""
+    if not unit:
+        return [*values]
+    try:
+        parse_unit(unit)
+    except FormulaError as error:
+        why = str(error).rpartition(" is not a formula: ")[2]
+        raise ModelError(
+            f"{what}: its heading has [{unit[:40]}]: {why.rstrip('?')}: write a unit as in "
+            "'angle [deg]', or leave it out"
+        ) from None
+    return [f"{value!r} {unit}" for value in values]
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def _numbers(row: list[str]) -> bool:
+    first = row[:2]
+    return len(first) == 2 and all(_is_number(c) and math.isfinite(float(c)) for c in first)
+
+
+def beside(name: str, folder: Path | None) -> Path:
+    """The path of a file that a model names, which must lie in or below the model's folder."""
+    if folder is None:
+        raise ModelError(f"{brief(name)} cannot be read: a model from text has no folder beside it")
+    try:
+        whole = (folder / name).resolve()
+        inside = whole.is_relative_to(folder.resolve()) and not Path(name).is_absolute()
+        ordinary = whole.is_file()
+    except (OSError, ValueError, RuntimeError):
+        inside, ordinary = True, False
+    if not inside:
+        raise ModelError(
+            f"{brief(name)} lies outside the folder of the model: name a file below it"
+        )
+    if not ordinary:
+        raise ModelError(f"there is no file {brief(name)} beside the model")
+    return whole
+
 
 ANGLE = DIMENSIONS["angle"]
 
@@ -379,3 +483,299 @@ shapes = dict[
         ),
     ],
 ]
+
+
+# -- The laws of a model file: a number, a formula, or a table with one kind of law ------------
+
+
+@functools.cache
+def law(dimension: Dimension | None, of: Dimension, words: tuple[str, ...] = tuple(LAWS)) -> Any:
+    """A law of that dimension, None for any: a number, a formula, or a table with one of these
+    kinds of law.
+    """
+    if not words:
+        return number(dimension, of)
+    value = Annotated[number(dimension, of), Tag("<value>")]
+    table = Annotated[_law_table(dimension, of, words), AfterValidator(_picked), Tag("<table>")]
+    return Annotated[
+        value | table,
+        shape(
+            {"<value>": (int, float, str), "<table>": dict},
+            "must be a number, a formula or a table with one of " + ", ".join(LAWS),
+        ),
+    ]
+
+
+def _picked(given: BaseModel) -> Law:
+    """The one law that a table names."""
+    found = {name: value for name, value in given if value is not None}
+    if len(found) != 1:
+        has = f"it has {' and '.join(found)}" if found else "it has none"
+        raise ModelError(f"must be one law of {', '.join(LAWS)}; {has}")
+    made: Law = next(iter(found.values()))
+    return made
+
+
+@functools.cache
+def _law_table(
+    dimension: Dimension | None, of: Dimension, words: tuple[str, ...]
+) -> type[BaseModel]:
+    kinds = {
+        word: (
+            _law_of_kind(LAWS[word], dimension, of) | None,
+            Field(None, description=_first(LAWS[word])),
+        )
+        for word in words
+    }
+    title = f"law: {_called(dimension)} of {name_of(of)}"
+    made: Any = create_model(
+        title, __base__=Strict, __doc__="A table with one kind of law.", **kinds
+    )
+    made.model_config["json_schema_extra"] = {"minProperties": 1, "maxProperties": 1}
+    return made
+
+
+def _called(dimension: Dimension | None) -> str:
+    """The name of a dimension in the title of a table."""
+    return "any quantity" if dimension is None else name_of(dimension)
+
+
+def _by(powers: tuple[int, int, int], value: Dimension | None, of: Dimension) -> Dimension | None:
+    """The dimension of a number of a law, None where any is taken."""
+    if value is None:
+        return None if powers[0] else dimension_by(powers, of, of)
+    return dimension_by(powers, value, of)
+
+
+def _first(cls: type) -> str:
+    return (cls.__doc__ or "").split("\n\n")[0].replace("\n    ", " ")
+
+
+def _law_of_kind(cls: type[Law], dimension: Dimension | None, of: Dimension) -> Any:
+    if cls is Polynomial:
+        coefficient = _Coefficients(dimension, of)
+        return Annotated[
+            list[Any],
+            AfterValidator(coefficient),
+            WithJsonSchema({"type": "array", "items": {"type": ["number", "string"]}}),
+        ]
+    if cls is Cam:
+        return _cam(dimension, of)
+    model = _numbers_of(cls, dimension, of)
+    if cls is Table:
+        return Annotated[model, AfterValidator(_Points(dimension, of))]
+    return Annotated[model, AfterValidator(functools.partial(_made, cls))]
+
+
+def _made(cls: type[Law], given: BaseModel) -> Law:
+    return cls(**{name: value for name, value in given if name in given.model_fields_set})
+
+
+@dataclass(frozen=True)
+class _Coefficients:
+    """Coefficients in ascending powers, each with a dimension of its own."""
+
+    dimension: Dimension | None
+    of: Dimension
+
+    def __call__(self, values: list[Any], info: ValidationInfo) -> Polynomial:
+        return Polynomial(
+            [
+                entered_in(v, self.dimension and self.dimension / self.of**n, info)
+                for n, v in enumerate(values)
+            ]
+        )
+
+
+CHOICES = {("Rise", "shape"): SHAPES, ("Table", "end"): get_args(End)}
+CHOICES[("Table", "outside")] = get_args(Outside)
+CHOICES[("Table", "interpolation")] = get_args(Interpolation)
+
+
+def _numbers_of(cls: type[Law], dimension: Dimension | None, of: Dimension) -> type[BaseModel]:
+    """The table of one kind of law, from the fields of its class."""
+    found: dict[str, Any] = {}
+    for one_field in dataclasses.fields(cls):
+        powers = one_field.metadata.get("powers")
+        default = ... if one_field.default is dataclasses.MISSING else one_field.default
+        if powers:
+            kind = number(_by(powers, dimension, of))
+            if cls is Table:
+                kind, default = list[kind], []
+        elif (cls.__name__, one_field.name) in CHOICES:
+            kind = Literal[tuple(CHOICES[cls.__name__, one_field.name])]
+        else:
+            kind = StrictBool
+        found[one_field.name] = (kind, default)
+    if cls is Table:
+        found["file"] = (str, None)
+    title = f"{cls.__name__}: {_called(dimension)} of {name_of(of)}"
+    return create_model(title, __base__=Strict, __doc__=_first(cls), **found)
+
+
+def _cam(dimension: Dimension | None, of: Dimension) -> Any:
+    rise = Annotated[
+        _numbers_of(Rise, dimension, of), AfterValidator(functools.partial(_made, Rise))
+    ]
+    segment = create_model(
+        f"segment: {_called(dimension)} of {name_of(of)}",
+        __base__=Strict,
+        __doc__="A part of a cam's program: a rise or a dwell.",
+        rise=(rise | None, None),
+        dwell=(number(of) | None, None),
+    )
+    cam = create_model(
+        f"Cam: {_called(dimension)} of {name_of(of)}",
+        __base__=Strict,
+        __doc__=_first(Cam),
+        segments=(list[Annotated[segment, AfterValidator(_segment)]], ...),
+        period=(number(of), ...),
+    )
+    return Annotated[cam, AfterValidator(functools.partial(_made, Cam))]
+
+
+def _segment(given: Any) -> Rise | Dwell:
+    if (given.rise is None) == (given.dwell is None):
+        raise ModelError("a segment is either { rise = { … } } or { dwell = duration }")
+    return Dwell(given.dwell) if given.rise is None else given.rise
+
+
+@dataclass(frozen=True)
+class _Points:
+    """A table of points, from the model file or, in the same units, from a file beside it."""
+
+    dimension: Dimension | None
+    of: Dimension
+
+    def __call__(self, given: Any, info: ValidationInfo) -> Table:
+        fields = {name: value for name, value in given if name in given.model_fields_set}
+        path = fields.pop("file", None)
+        if path is not None:
+            if "x" in fields or "y" in fields:
+                raise ModelError("give x and y, or the file that has them, not both")
+            read = zip(("x", "y"), columns(path, info.context.folder), strict=True)
+            dimensions = {"x": self.of, "y": self.dimension}
+            fields |= {k: [entered_in(v, dimensions[k], info) for v in row] for k, row in read}
+        if "x" not in fields or "y" not in fields:
+            raise ModelError("needs both x and y, or the file that has them")
+        return Table(**fields)
+
+
+# -- Curves of a model file: tables of one or two variables that formulas call by name ---------
+
+_FIELDS: dict[str, Any] = {
+    "x": (list[number(None)], Field(None, description="places")),
+    "y": (
+        list[number(None)],
+        Field(None, description="values; of two variables the other places"),
+    ),
+    "z": (list[list[number(None)]], Field(None, description="values, a row for each x")),
+    "file": (str, Field(None, description="CSV file beside this one with the columns x and y")),
+    "interpolation": (Literal[get_args(Interpolation)], None),
+    "outside": (Literal[get_args(Outside)], None),
+    "end": (Literal[get_args(End)], None),
+    "periodic": (StrictBool, None),
+}
+CurveIn = create_model(
+    "CurveIn",
+    __base__=Strict,
+    __doc__="A table of one variable, x and y or a file, or of two, x, y and rows z.",
+    **_FIELDS,
+)
+
+
+def _curve_fields_made(given: Any, info: Any) -> Table | Table2:
+    fields = {name: value for name, value in given if name in given.model_fields_set}
+    path = fields.pop("file", None)
+    if path is not None:
+        if {"x", "y", "z"} & fields.keys():
+            raise ModelError("give x and y, or the file that has them, not both")
+        read = zip(("x", "y"), columns(path, info.context.folder), strict=True)
+        fields |= {key: [entered_in(v, None, info) for v in row] for key, row in read}
+    if "x" not in fields or "y" not in fields:
+        raise ModelError("needs both x and y, or the file that has them")
+    if "z" not in fields:
+        return Table(**fields)
+    for key in ("end", "periodic"):
+        if key in fields:
+            raise ModelError(f"has z, of two variables, and {key}, which only one has: leave out")
+    return Table2(**fields)
+
+
+#: A curve of a file.
+curve = Annotated[CurveIn, AfterValidator(_curve_fields_made)]
+
+
+# -- Cross-sections in model files: { rectangle = [h, b] }, { tube = [D, d] }, { round = d } ---
+
+SectionFieldsLength = of.number(DIMENSIONS["length"])
+
+
+class _BarIn(of.Strict):
+    """A section; the bar goes along two points, without them from joint to joint."""
+
+    along: tuple[str, str] | None = None
+
+
+class RectangleSectionIn(_BarIn):
+    """Height in the plane, thickness across it."""
+
+    rectangle: tuple[SectionFieldsLength, SectionFieldsLength]
+
+
+class TubeSectionIn(_BarIn):
+    """Outer and inner diameter."""
+
+    tube: tuple[SectionFieldsLength, SectionFieldsLength]
+
+
+class RoundSectionIn(_BarIn):
+    """Diameter."""
+
+    round: SectionFieldsLength
+
+
+cross_section = Annotated[
+    Annotated[
+        RectangleSectionIn,
+        AfterValidator(lambda s: RectangleSection(*s.rectangle, along=s.along or ())),
+        Tag("<rectangle>"),
+    ]
+    | Annotated[
+        TubeSectionIn,
+        AfterValidator(lambda s: TubeSection(*s.tube, along=s.along or ())),
+        Tag("<tube>"),
+    ]
+    | Annotated[
+        RoundSectionIn,
+        AfterValidator(lambda s: RoundSection(s.round, along=s.along or ())),
+        Tag("<round>"),
+    ],
+    Discriminator(
+        lambda value: next(
+            (
+                f"<{k}>"
+                for k in ("rectangle", "tube", "round")
+                if isinstance(value, dict) and k in value
+            ),
+            None,
+        ),
+        custom_error_type="form",
+        custom_error_message="must be { rectangle = [height, thickness] }, "
+        "{ tube = [outer, inner] } or { round = diameter }",
+    ),
+]
+
+
+def section_table(writer: Any, body: Body) -> dict[str, Any]:
+    """The section of a body as a file has it; `writer` writes numbers."""
+    found: Any = body.section
+    name = f"{body.name}.section"
+    sizes = [
+        writer.number(f"{name}.{k}", getattr(found, k), DIMENSIONS["length"]) for k in found.sizes
+    ]
+    word = {RectangleSection: "rectangle", TubeSection: "tube"}.get(type(found), "round")
+    table: dict[str, Any] = {word: sizes[0] if word == "round" else sizes}
+    if found.along:
+        table["along"] = list(found.along)
+    return table

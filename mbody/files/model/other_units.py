@@ -7,9 +7,8 @@ from fractions import Fraction
 from typing import Any
 
 from mbody.errors import ModelError
-from mbody.files.model.cells import plain
 from mbody.files.model.read import built
-from mbody.files.model.write import Writer
+from mbody.files.model.write import Writer, plain
 from mbody.laws import MeasuredFormula
 from mbody.model.mechanism import Mechanism
 from mbody.model.state_quantities import measured_names

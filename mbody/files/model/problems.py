@@ -2,15 +2,297 @@
 
 from __future__ import annotations
 
+import dataclasses
 import difflib
-from dataclasses import dataclass
+import functools
+import json
+import math
+import os
+import re
+import tomllib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields
 from typing import Any
 
-from mbody.errors import ModelError, brief
-from mbody.files.model.kinds import SECTIONS
-from mbody.files.model.lines import lines_of
+from mbody import laws
+from mbody.errors import ModelError, brief, remedy
+from mbody.model import contact, coupling, driver, joints, loads, stop
+from mbody.model import stop as freewheel
+from mbody.model.contact import OneSided
+from mbody.model.element import Element
 
-__all__ = ["ENOUGH", "Problem", "raise_all", "sentences"]
+# -- Which elements a model file knows, and the words that it has for them ---------------------
+#
+# Taken from the classes themselves, so that a new joint, load or law appears in files, in the
+# schema and in the messages as soon as it is written.
+
+
+def _word(name: str) -> str:
+    """``TorsionSpring`` → ``torsion_spring``, ``DCMotor`` → ``dc_motor``."""
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", name).lower()
+
+
+def _elements(module: Any, base: type[Element], ending: str = "") -> dict[str, type[Element]]:
+    """Classes of elements by their word, in its alphabetical order."""
+    classes = [cls for cls in vars(module).values() if isinstance(cls, type)]
+    found = {
+        _word(cls.__name__.removesuffix(ending)): cls
+        for cls in classes
+        if issubclass(cls, base) and cls is not base and not cls.__name__.startswith("Custom")
+    }
+    return dict(sorted(found.items()))
+
+
+#: Kinds of elements by section of a file.
+SECTIONS: dict[str, dict[str, type[Element]]] = {
+    "joints": _elements(joints, joints.Joint),
+    "couplings": _elements(coupling, coupling.Coupling, "Coupling"),
+    "drivers": _elements(driver, driver.Driver, "Driver"),
+    "loads": _elements(loads, loads.Load),
+    "contacts": {
+        word: cls
+        for module in (contact, freewheel, stop)
+        for word, cls in _elements(module, OneSided).items()
+    },
+}
+
+#: Laws by their word: those of `mbody.laws`, less what is no table of numbers in a file.
+LAWS: dict[str, type[laws.Law]] = {
+    _word(cls.__name__): cls
+    for cls in map(vars(laws).get, dict.fromkeys([*laws.__all__, *vars(laws)]))
+    if isinstance(cls, type)
+    and issubclass(cls, laws.Law)
+    and cls not in (laws.Law, laws.Expression, laws.Function, laws.MeasuredFormula, laws.Table2)
+}
+
+
+def written_fields(cls: type[Element]) -> list[dataclasses.Field[Any]]:
+    """The fields of a class of elements that a file has, less its name."""
+    every = dataclasses.fields(cls)
+    return [one for one in every if one.name != "name" and not one.metadata.get("internal")]
+
+
+@functools.lru_cache
+def _words() -> dict[type, tuple[str, str]]:
+    return {cls: (s, kind) for s, kinds in SECTIONS.items() for kind, cls in kinds.items()}
+
+
+def kind_of(element: Element) -> str | None:
+    """The word for an element's kind; None where files have none."""
+    return _words().get(type(element), ("", None))[1]
+
+
+def section_of(element: Element) -> str:
+    """The section of an element."""
+    return _words()[type(element)][0]
+
+
+# -- The line of a file that has a key: found only when there is an error to report ------------
+
+Path = tuple[Any, ...]
+
+#: Whatever in TOML may hold signs that mean nothing there: long texts and comments. One that does
+#: not end goes on to the end of the file, so that a search never looks twice at it.
+TEXTS = (
+    r'"""(?:[^"\\]++|\\.|"{1,2}(?!"))*+(?:"{3,5}|\Z)'
+    r"|'{3}(?:[^']++|'{1,2}(?!'))*+(?:'{3,5}|\Z)"
+    r"|#[^\n]*+"
+)
+_TOML = re.compile(TEXTS + r"""|"(?:[^"\\\n]++|\\.)*+"|'[^'\n]*+'|[\[\]{}\n]""", re.DOTALL)
+_JSON = re.compile(r'"(?:[^"\\]++|\\.)*+"|[{}\[\]:,\n]', re.DOTALL)
+
+
+def lines_of(text: str, is_json: bool, paths: Sequence[Path]) -> list[int | None]:
+    r"""The lines, from 1, of the keys at these paths, or of the nearest that contain them.
+
+    >>> lines_of('a = 1\n[b]\nc = 2', False, [("b", "c"), ("b", "d")])
+    [3, 2]
+    >>> lines_of('{"a": 1,\n"b": {"c": 2}}', True, [("b",)])
+    [2]
+    """
+    text = text.replace("\r\n", "\n")
+    holders = {path[:n] for path in paths for n in range(1, len(path) + 1)}
+    found: dict[Path, int] = {}
+    for place, line in _json_places(text) if is_json else _toml_places(text, holders):
+        if place in holders:
+            found.setdefault(place, line)
+    return [
+        next((found[path[:n]] for n in range(len(path), 0, -1) if path[:n] in found), None)
+        for path in paths
+    ]
+
+
+def _toml_places(text: str, holders: set[Path]) -> Iterator[tuple[Path, int]]:
+    """Paths of headers, and of keys as far as they lead to what is looked for."""
+    section: Path = ()
+    for statement, line in _statements(text):
+        try:
+            read = tomllib.loads(statement)
+        except (tomllib.TOMLDecodeError, RecursionError, ValueError):
+            continue
+        header = statement.lstrip().startswith("[")
+        if header:
+            section = ()
+            while isinstance(read, dict) and read:
+                key = next(iter(read))
+                section, read = (*section, key), read[key]
+                read = read[0] if isinstance(read, list) else read
+                yield section, line
+        else:
+            yield from ((place, line) for place in _within(read, section, holders))
+
+
+def _within(table: Any, above: Path, holders: set[Path]) -> Iterator[Path]:
+    """The paths of keys in a table, and in tables in it that contain what is searched."""
+    for key, value in table.items():
+        if (place := (*above, key)) in holders:
+            yield place
+            if isinstance(value, dict):
+                yield from _within(value, place, holders)
+
+
+def _statements(text: str) -> Iterator[tuple[str, int]]:
+    """Every header or pair of key and value, with the line where it begins."""
+    start, depth, line, first = 0, 0, 1, 1
+    for match in _TOML.finditer(text):
+        token = match.group()
+        if token in "[{":
+            depth += 1
+        elif token in "]}":
+            depth -= 1
+        elif token == "\n" and depth <= 0:
+            if text[start : match.start()].strip():
+                yield text[start : match.start()], first
+            start, depth = match.end(), 0
+            first = line + 1
+        line += token.count("\n")
+    if text[start:].strip():
+        yield text[start:], first
+
+
+def _json_places(text: str) -> Iterator[tuple[Path, int]]:
+    """Paths of all keys and of all entries of lists."""
+    stack: list[Any] = []
+    line, last = 1, ""
+    for match in _JSON.finditer(text):
+        token = match.group()
+        if token == "{":
+            stack.append(None)
+        elif token == "[":
+            stack.append(0)
+        elif token in "}]":
+            if stack:
+                stack.pop()
+        elif token == "," and stack and isinstance(stack[-1], int):
+            stack[-1] += 1
+        elif token == ":" and stack:
+            stack[-1] = _key(last)
+            yield tuple(stack), line
+        elif token.startswith('"'):
+            last = token
+        line += token.count("\n")
+
+
+def _key(written: str) -> str:
+    try:
+        return str(json.loads(written))
+    except ValueError:
+        return written
+
+
+# -- How large a model file may be: hostile ones are refused in bounded time, own ones are not -
+
+#: Raises the limits of all model files that a process reads, so many times.
+VARIABLE = "MBODY_LIMITS"
+
+
+@dataclass(frozen=True)
+class Limits:
+    """How large a model file may be that is read or written.
+
+    The limits keep a hostile file from taking a machine's time; they let chains of more than 10 000
+    links pass. Whoever knows a file can raise them.
+
+    Parameters
+    ----------
+    size : float
+        Bytes of the file.
+    values : float
+        Numbers, texts, lists and tables in all.
+    operations : float
+        Operators, brackets and commas of its formulas in all.
+
+    Examples
+    --------
+    >>> Limits(size=50e6, values=5e6).size
+    50000000.0
+    >>> Limits().times(10).values
+    3000000.0
+    """
+
+    size: float = 6e6
+    values: float = 300e3
+    operations: float = 150e3
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            sound = isinstance(value, int | float) and not isinstance(value, bool)
+            if not sound or math.isnan(value) or value <= 0:
+                raise ModelError(
+                    f"limits: {field.name} must be a positive number, not {brief(value)}"
+                )
+
+    def times(self, factor: float) -> Limits:
+        """All of them so many times."""
+        return Limits(*(getattr(self, field.name) * factor for field in fields(self)))
+
+    def over(self, what: str, **found: float) -> str | None:
+        """The sentence of a file that has more than is allowed of one thing, else None.
+
+        >>> Limits().over("it", size=20e6)  # doctest: +ELLIPSIS
+        'it has more than 6 MB: raise the limits if you trust it, by limits=...'
+        """
+        for name, count in found.items():
+            most = getattr(self, name)
+            if count > most:
+                factor = math.ceil(2 * count / getattr(Limits(), name))
+                amount = f"{most / 1e6:g} MB" if name == "size" else f"{most:.0f} {WORDS[name]}"
+                how = remedy(
+                    python=f"by limits=mbody.files.model.Limits({name}={2 * count:.1g}) "
+                    "of load and save",
+                    command=f"by {VARIABLE}={factor:.0f} before the command",
+                )
+                return f"{what} has more than {amount}: raise the limits if you trust it, {how}"
+        return None
+
+
+WORDS = {"values": "values", "operations": "operations in its formulas"}
+
+
+def limits_of(given: Limits | None) -> Limits:
+    """The limits that are given, else those of the process.
+
+    Raises
+    ------
+    ModelError
+        For what is none, here or in the environment.
+    """
+    if given is None:
+        text = os.environ.get(VARIABLE, "1")
+        try:
+            return Limits().times(float(text))
+        except (ValueError, ModelError):
+            raise ModelError(
+                f"the environment variable {VARIABLE} must be a positive number, such as 10, not "
+                f"{brief(text)}"
+            ) from None
+    if not isinstance(given, Limits):
+        raise ModelError(
+            f"limits must be mbody.files.model.Limits(size=..., values=...), not {brief(given)}"
+        )
+    return given
+
 
 STUDIES = ("measures", "ask", "simulate")
 MOST = 20  # problems that are reported
@@ -32,8 +314,6 @@ OTHER_WORDS = {
     **dict.fromkeys(("state", "own_states", "odes", "integrators", "filters"), "states"),
     **dict.fromkeys(("simulation", "motion", "run"), "simulate"),
 }
-
-Path = tuple[Any, ...]
 
 
 @dataclass(frozen=True)

@@ -7,38 +7,364 @@ its own folder.
 from __future__ import annotations
 
 import contextlib
+import functools
 import json
+import math
 import os
 import re
 import stat
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import pydantic
 
+from mbody.analysis.driven.driven import check_instants, dimension_of_instants
+from mbody.analysis.initial.initial_state import check_simulation
+from mbody.analysis.inverse.conditions import check_question
 from mbody.errors import ModelError, brief
-from mbody.files.model.build import build
 from mbody.files.model.fields import Context
-from mbody.files.model.limits import Limits, limits_of
-from mbody.files.model.lines import TEXTS
-from mbody.files.model.problems import raise_all, sentences
-from mbody.files.model.schema import everything, json_schema, model, used_by
-from mbody.files.model.warnings import meant_otherwise
-from mbody.model.element import listed
-from mbody.model.mechanism import Mechanism
-from mbody.quantities.parameters import (
-    Parameters,
-    parameter_value,
-    plain_otherwise,
-    with_unit_of,
+from mbody.files.model.problems import (
+    ENOUGH,
+    SECTIONS,
+    TEXTS,
+    Limits,
+    Problem,
+    limits_of,
+    raise_all,
+    sentences,
 )
+from mbody.files.model.problems import Path as ProblemsPath
+from mbody.files.model.schema import everything, json_schema, model, used_by
+from mbody.files.model.study_tables import keep_fit, keep_settings, keep_task
+from mbody.model.body import Body
+from mbody.model.closed_mechanism import compiled_state, compiled_stop
+from mbody.model.element import Element, listed
+from mbody.model.inputs import Input
+from mbody.model.loads import Gravity
+from mbody.model.mechanism import Mechanism
+from mbody.model.numbers import meant
+from mbody.model.remarks import of_each
+from mbody.model.simulation import Event, SimulationSettings
+from mbody.model.states import State
+from mbody.model.stop import Stop
+from mbody.model.study import Instants, Measure, Question, Unknown
+from mbody.quantities.parameters import Parameters, parameter_value, plain_otherwise, with_unit_of
 from mbody.quantities.parse import MAX_CHARACTERS
 from mbody.quantities.types import Number
-from mbody.quantities.units import Dimension, UnitSystem, unit_system
+from mbody.quantities.units import DIMENSIONS, Dimension, UnitSystem, unit_system
+from mbody.solution.measures import check_measure
 
-__all__ = ["built", "check_size", "from_json", "from_toml", "load", "text_of"]
+# -- What may be meant otherwise in a model file: plain numbers, and omitted entries -----------
+
+
+def meant_otherwise(data: Mapping[str, Any], mechanism: Mechanism) -> tuple[str, ...]:
+    """Sentences about a file that was read, for the notes of its mechanism.
+
+    Parameters
+    ----------
+    data : mapping
+        The tables as they stood in the file.
+    mechanism : Mechanism
+        What was made of them.
+    """
+    degrees = data.get("angle", "deg") == "deg"
+    return (
+        *_laws(data, mechanism, degrees),
+        *_without_law(data, mechanism),
+        *_without_inertia(data, mechanism),
+    )
+
+
+def _tables(data: Mapping[str, Any], section: str) -> Iterator[tuple[str, Mapping[str, Any]]]:
+    entries = data.get(section)
+    if isinstance(entries, Mapping):
+        yield from ((k, v) for k, v in entries.items() if isinstance(v, Mapping))
+
+
+def _laws(data: Mapping[str, Any], mechanism: Mechanism, degrees: bool) -> Iterator[str]:
+    """Polynomials of an angle whose coefficients are in degrees and in radians."""
+    for name, entry in _tables(data, "drivers"):
+        law = entry.get("law")
+        given = law.get("polynomial") if isinstance(law, Mapping) else None
+        if not (degrees and isinstance(given, list) and "angle" in entry):
+            continue
+        plain = [isinstance(c, (int, float)) and c != 0 for c in given]
+        if len(plain) > 1 and plain[0] and any(plain[1:]):
+            rate = next(c for c, own in zip(given[1:], plain[1:], strict=True) if own)
+            yield (
+                f"'{name}': of polynomial = {given} the first number is an angle, {given[0]:g} "
+                f"deg, and the others are rates, as {rate:g} rad/{mechanism.units.time}: write "
+                "them with their units"
+            )
+
+
+def _without_law(data: Mapping[str, Any], mechanism: Mechanism) -> Iterator[str]:
+    """Drivers that do not move because they have no law."""
+    instants = str(data.get("ask") or "")
+    for name, entry in _tables(data, "drivers"):
+        driver: Any = mechanism[name]
+        if "law" in entry or driver.distances():
+            continue
+        if name in instants or driver.bodies[1] in instants:
+            continue  # the file gives the positions at which it is analysed
+        zero = "0 deg" if driver.angular else f"0 {mechanism.units.length}"
+        yield (
+            f"driver '{name}' has no law: it keeps '{driver.bodies[1]}' at {zero}; give "
+            "a law, or the positions to analyse"
+        )
+
+
+def _without_inertia(data: Mapping[str, Any], mechanism: Mechanism) -> list[str]:
+    """Bodies that turn, with a mass and no word about their inertia."""
+    by_joints = {
+        body
+        for joint in mechanism.joints
+        if joint.parallel and "ground" in (joint.i.body, joint.j.body)
+        for body in (joint.i.body, joint.j.body)
+    }
+    found = {}
+    for name, entry in _tables(data, "bodies"):
+        if {"inertia", "spread"} & entry.keys() or name in by_joints:
+            continue
+        key = "weight" if "weight" in entry else "mass"
+        if key in entry and entry[key] not in (0, "0"):
+            found[name] = (
+                f"body '{name}' has a {key} and no inertia: it is taken as a point mass at its "
+                "mass centre, I = 0; give its inertia, or write inertia = 0"
+            )
+    return of_each(
+        found,
+        "have a mass or weight and no inertia: they are taken as point masses at their mass "
+        "centres, I = 0; give their inertias, or write inertia = 0",
+    )
+
+
+# -- A checked model becomes a mechanism, element by element; every refusal is kept with its
+#    place -------------------------------------------------------------------------------------
+
+
+def build(given: Any) -> tuple[Mechanism | None, list[Problem]]:
+    """The mechanism of a validated model, and what was refused on the way.
+
+    Returns
+    -------
+    mechanism : Mechanism or None
+        None where not even its frame could be made.
+    problems : list of Problem
+    """
+    problems: list[Problem] = []
+    try:
+        mechanism = Mechanism(
+            given.name,
+            units=given.units,
+            g=given.g,
+            ground=given.ground.points if given.ground else None,
+            ground_shapes=given.ground.shapes if given.ground else None,
+            parameters=given.parameters,
+            curves=given.curves,
+            source=given.source,
+            note=given.note,
+        )
+    except ModelError as error:
+        return None, [_framed(given, error)]
+    missing: set[str] = set()
+
+    def add(path: ProblemsPath, cls: type[Element], fields: dict[str, Any]) -> None:
+        name = str(path[-1])
+        if len(problems) >= ENOUGH:
+            return
+        try:
+            element = cls(name=name, **fields)
+            # what refers to an element that was refused is not to blame
+            if missing.isdisjoint(_bodies(element)):
+                mechanism.add(element)
+                return
+        except ModelError as error:
+            problems.append(Problem(path, _unnamed(str(error), name)))
+        missing.add(name)
+
+    for name, value in given.inputs.items():
+        add(("inputs", name), Input, {"value": value})
+    for name, body in given.bodies.items():
+        add(("bodies", name), Body, _set(body))
+    for name, state in given.states.items():  # clutches, drivers and loads measure them
+        add(("states", name), State, _set(state))
+    for section, kinds in SECTIONS.items():
+        for name, entry in getattr(given, section).items():
+            own = _keys(cast(Any, type(entry)))
+            kind = next(kind for kind in kinds if kind in own)
+            add((section, name), kinds[kind], _arguments(kind, kinds[kind], entry))
+    if given.gravity is not None:
+        add(("gravity",), Gravity, _set(given.gravity))
+    problems += _rates(mechanism) if not problems else []
+    problems += _questions(given, mechanism)
+    problems += _stops(mechanism) if not problems else []
+    keep_settings(mechanism, given.report)
+    return mechanism, problems
+
+
+def _rates(mechanism: Mechanism) -> list[Problem]:
+    """What is wrong with the rates of own states, which may measure anything in the file."""
+    problems = []
+    for state in mechanism.described_states:
+        try:
+            compiled_state(mechanism, state)
+        except ModelError as error:
+            path = ("states", state.name, "rate")
+            problems.append(Problem(path, _unnamed(str(error), state.name).removeprefix("rate: ")))
+    return problems
+
+
+def _stops(mechanism: Mechanism) -> list[Problem]:
+    """What is wrong with the formulas of stops, which may be measures."""
+    problems = []
+    for stop in (one for one in mechanism.contacts if isinstance(one, Stop)):
+        try:
+            compiled_stop(mechanism, stop)
+        except ModelError as error:
+            problems.append(
+                Problem(("contacts", stop.name), str(error).removeprefix(f"stop '{stop.name}': "))
+            )
+    return problems
+
+
+def _framed(given: Any, error: ModelError) -> Problem:
+    """A problem of the mechanism itself, with the key that it comes from."""
+    text = str(error)
+    message = text.removeprefix(f"'{error.element}': ")
+    if error.element in given.curves:
+        return Problem(("curves", error.element), text.removeprefix(f"curve '{error.element}': "))
+    if error.element in given.parameters:
+        return Problem(("parameters", error.element), text)
+    for key, mark in (("units", "unit system"), ("g", ": g"), ("ground", "'ground'")):
+        if mark in text:
+            return Problem((key,), message)
+    return Problem((), text)
+
+
+def _bodies(element: Element) -> set[str]:
+    """The bodies that an element refers to."""
+    own = {marker.body for marker in element.places().values()}
+    return own.union(getattr(element, "bodies", ()))
+
+
+def _set(entry: Any) -> dict[str, Any]:
+    """The fields that a file gives; the others keep their defaults."""
+    given = entry.model_fields_set
+    return {
+        name: value
+        for name in _keys(cast(Any, type(entry)))
+        if name in given and (value := getattr(entry, name)) is not None
+    }
+
+
+@functools.cache
+def _keys(table: Any) -> tuple[str, ...]:
+    """The keys that a table of a file may have."""
+    return tuple(table.model_fields)
+
+
+def _arguments(kind: str, cls: type[Element], entry: Any) -> dict[str, Any]:
+    """Arguments of an element from its table."""
+    fields = _set(entry)
+    main = fields.pop(kind)
+    return {**dict(zip(cls.main, main if len(cls.main) > 1 else (main,), strict=True)), **fields}
+
+
+def _unnamed(text: str, name: str) -> str:
+    """The sentence without the name that is before it already."""
+    return text.removeprefix(f"'{name}': ").removeprefix(f"'{name}' ")
+
+
+def _row(mechanism: Mechanism, name: str, value: Any, angle: str) -> Any:
+    """Requested values; plain angles are in the unit of the file."""
+    if isinstance(value, list):
+        return [_row(mechanism, name, part, angle) for part in value]
+    degrees = angle == "deg" and dimension_of_instants(mechanism, name) == "angle"
+    return math.radians(value) if degrees and isinstance(value, float) else value
+
+
+def _questions(given: Any, mechanism: Mechanism) -> list[Problem]:
+    problems: list[Problem] = []
+    for name, entry in given.measures.items():
+        if len(problems) >= ENOUGH:
+            break
+        try:
+            measure = Measure(entry) if isinstance(entry, str) else Measure(entry.of, entry.unit)
+            mechanism.measures[name] = measure
+            check_measure(mechanism, measure.history)
+        except ModelError as error:
+            problems.append(Problem(("measures", name), str(error).removeprefix("measure: ")))
+    if given.ask is not None:
+        try:
+            fields = _set(given.ask)
+            given_rows = fields.get("at", {}).items()
+            rows = {name: _row(mechanism, name, row, given.angle) for name, row in given_rows}
+            mechanism.ask = Instants(**{**fields, "at": rows})
+            check_instants(mechanism, mechanism.ask)
+        except ModelError as error:
+            problems.append(Problem(("ask",), str(error).removeprefix("ask: ")))
+    if given.simulate is not None:
+        try:
+            entry = given.simulate
+            start = {body: _set(state) for body, state in entry.start.items()}
+            events = [Event(name=name, **_set(one)) for name, one in entry.events.items()]
+            mechanism.simulation = SimulationSettings(
+                until=entry.until,
+                start=start,
+                rtol=entry.rtol,
+                instants=entry.instants,
+                events=events,
+                method=entry.method,
+                step=entry.step,
+                release=entry.release,
+                every=entry.every,
+            )
+            check_simulation(mechanism, mechanism.simulation)
+        except ModelError as error:
+            problems.append(Problem(("simulate",), str(error).removeprefix("simulation: ")))
+    for name, entry in given.solve.items():
+        if len(problems) >= ENOUGH:
+            break
+        try:
+            question = _question(mechanism, entry, given.angle)
+            mechanism.questions[name] = question
+            check_question(mechanism, question)
+        except ModelError as error:
+            problems.append(Problem(("solve", name), str(error).removeprefix("question: ")))
+    for name, entry in given.optimize.items():
+        try:
+            keep_task(mechanism, name, entry, given.angle)
+        except ModelError as error:
+            problems.append(Problem(("optimize", name), str(error)))
+    try:
+        keep_fit(mechanism, given.fit, given.angle)
+    except ModelError as error:
+        problems.append(Problem(("fit",), str(error)))
+    return problems
+
+
+def _question(mechanism: Mechanism, entry: Any, angle: str) -> Question:
+    """A question of a file; plain angles are in the unit of the file."""
+    fields = _set(entry)
+    if isinstance(fields["unknowns"], dict):
+        fields["unknowns"] = [
+            Unknown(name, **_turned(mechanism, name, _set(one), angle))
+            for name, one in fields["unknowns"].items()
+        ]
+    at = fields.get("at", {}).items()
+    fields["at"] = {name: _row(mechanism, name, value, angle) for name, value in at}
+    return Question(**fields)
+
+
+def _turned(mechanism: Mechanism, name: str, options: dict[str, Any], angle: str) -> dict[str, Any]:
+    """The same with plain degrees as radians, where the unknown is an angle."""
+    if angle != "deg" or meant(mechanism, name)[1] != DIMENSIONS["angle"]:
+        return options
+    return {k: math.radians(v) if isinstance(v, float) else v for k, v in options.items()}
+
 
 DEEPEST = 30  # tables in tables
 LONGEST_KEY = 20  # parts of a dotted key
@@ -166,7 +492,7 @@ def _made(
     if (sentence := most.over(f"{name}: it", size=len(text))) is not None:
         raise ModelError(sentence)
     data = _parsed(text, is_json, name, most)
-    remarks = _set(data, parameters, name) if parameters else []
+    remarks = _read_set(data, parameters, name) if parameters else []
     made = built(data, text, is_json=is_json, name=name, folder=folder)
     made.file_remarks = (*remarks, *meant_otherwise(data, made))
     return made
@@ -368,7 +694,7 @@ def check_size(data: dict[str, Any], size: int, limits: Limits, name: str) -> No
         raise ModelError(f"{sentence}; else the file could be written but not read")
 
 
-def _set(data: dict[str, Any], parameters: Mapping[str, Any], name: str) -> list[str]:
+def _read_set(data: dict[str, Any], parameters: Mapping[str, Any], name: str) -> list[str]:
     """Put other values in the place of parameters of the model; a plain number for one that has a
     unit is in the file's unit of what that measures, and a remark says so where the file has it in
     another.

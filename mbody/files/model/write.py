@@ -9,36 +9,248 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import json
+import math
 import os
+import re
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
+
+import numpy as np
 
 from mbody.errors import ModelError
-from mbody.files.model.cells import alike, plain, short_angle, word
-from mbody.files.model.fit_table import fit_formulas, fit_table
-from mbody.files.model.kinds import LAWS, SECTIONS, kind_of, section_of, written_fields
-from mbody.files.model.limits import Limits, limits_of
-from mbody.files.model.optimize_table import task_formulas, task_tables
+from mbody.files.model.fields import section_table
+from mbody.files.model.problems import (
+    LAWS,
+    SECTIONS,
+    Limits,
+    kind_of,
+    limits_of,
+    section_of,
+    written_fields,
+)
 from mbody.files.model.read import check_size
-from mbody.files.model.report_table import settings_table
-from mbody.files.model.section_fields import section_table
-from mbody.files.model.toml import toml
-from mbody.files.model.write_curves import curve_table
-from mbody.files.model.write_shapes import shape_tables
-from mbody.files.model.write_studies import questions, requested_formulas
-from mbody.laws import Cam, Constant, Dwell, Law, MeasuredFormula, Polynomial
+from mbody.files.model.study_tables import (
+    fit_formulas,
+    fit_table,
+    questions,
+    requested_formulas,
+    settings_table,
+    task_formulas,
+    task_tables,
+)
+from mbody.laws import Cam, Constant, Dwell, Law, MeasuredFormula, Polynomial, Table, Table2
 from mbody.laws.base import dimension_by
 from mbody.model.body import Body, Guess, SecondMoments, SlenderRod
+from mbody.model.closed_mechanism import as_described
 from mbody.model.coupling import CouplingTerm
+from mbody.model.curves import NamedCurve
 from mbody.model.element import ENDS, Element, Marker, Polar, place_name
 from mbody.model.inputs import Input
-from mbody.model.joint_contacts import as_described
 from mbody.model.mechanism import Mechanism
 from mbody.model.states import STEADY, State
+from mbody.model.touching_shapes import Disc, Line, Ring, Segment
 from mbody.quantities import Formula, FormulaError, evaluate, parse
 from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension, dimension_of
 
-__all__ = ["Writer", "as_data", "save", "to_json", "to_toml"]
+# -- Numbers and words as a model file has them: as people write them, and back to the last
+#    digit -------------------------------------------------------------------------------------
+
+
+def alike(value: Any, default: Any) -> bool:
+    """Whether a value may be left out for a default; −0 is not 0, to the last bit."""
+    return value == default and repr(value) == repr(default)
+
+
+def word(value: Any) -> Any:
+    """A word or a truth as files have it."""
+    return bool(value) if isinstance(value, np.bool_) else value
+
+
+def plain(value: float) -> Any:
+    """A number as people write it; it reads back the same."""
+    whole = value.is_integer() and abs(value) < 1e15 and not (value == 0 and str(value)[0] == "-")
+    return int(value) if whole else float(value)
+
+
+def short_angle(value: float) -> Any:
+    """An angle [rad] in degrees where few digits give it exactly, else in radians."""
+    degrees = math.degrees(value)
+    for digits in range(14):
+        short = round(degrees, digits)
+        if math.radians(short) == value:
+            return plain(short)
+    return f"{value!r} rad"
+
+
+# -- Tables as TOML that reads like a textbook: short tables on one line, long ones as sections
+
+WIDTH = 100
+SECTIONED = ("bodies",)  # every entry is a section of its own
+INLINE = ("inputs",)  # none is: sections would come after plain entries that follow them
+
+
+def toml(data: dict[str, Any]) -> str:
+    """The text of a model file.
+
+    >>> print(toml({"name": "x", "joints": {"A": {"revolute": ["ground", "arm"]}}}))
+    name = "x"
+    <BLANKLINE>
+    [joints]
+    A = { revolute = ["ground", "arm"] }
+    <BLANKLINE>
+    """
+    top = {key: value for key, value in data.items() if not isinstance(value, dict)}
+    blocks = [list(_pairs(top))]
+    for section, table in data.items():
+        if isinstance(table, dict):
+            blocks += _section(section, table)
+    return "\n\n".join("\n".join(block) for block in blocks if block) + "\n"
+
+
+def _section(name: str, table: dict[str, Any]) -> Iterator[list[str]]:
+    """A table, and those of its entries that are sections of their own."""
+    long = {
+        key: value
+        for key, value in table.items()
+        if isinstance(value, dict)
+        and name not in INLINE
+        and (name in SECTIONED or _too_long(key, value))
+    }
+    # the order of entries is kept: from the first that is long on, all are sections
+    keys = list(table)
+    first = next((n for n, key in enumerate(keys) if key in long), len(keys))
+    apart = [key for key in keys[first:] if isinstance(table[key], dict)]
+    sections = set(apart)
+    own = {key: value for key, value in table.items() if key not in sections}
+    if own or not table:
+        yield [f"[{name}]", *_pairs(own)]
+    for key in apart:
+        yield [f"[{name}.{_key(key)}]", *_pairs(table[key])]
+
+
+def _too_long(key: str, value: Any) -> bool:
+    return len(key) + 3 + len(_value(value)) > WIDTH
+
+
+def _pairs(table: dict[str, Any]) -> Iterator[str]:
+    """Lines of keys and values, the signs of equality in one column."""
+    wide = max((len(_key(key)) for key in table), default=0)
+    for key, value in table.items():
+        line = f"{_key(key):{wide}} = {_value(value)}"
+        if len(line) > WIDTH and isinstance(value, list):
+            line = f"{_key(key):{wide}} = [\n{_rows(value)}\n]"
+        yield line
+
+
+def _rows(values: list[Any]) -> str:
+    """Entries of a long list, as many on a line as fit."""
+    lines, line = [], ""
+    for value in values:
+        cell = _value(value) + ","
+        if line and len(line) + len(cell) + 1 > WIDTH - 4:
+            lines.append(line)
+            line = ""
+        line = f"{line} {cell}" if line else cell
+    return "\n".join(f"    {line}" for line in [*lines, line])
+
+
+def _key(key: str) -> str:
+    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else _text(key)
+
+
+def _text(text: str) -> str:
+    """A basic string: JSON's escapes are TOML's, but for a lone DEL."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return _text(value)
+    if isinstance(value, list):
+        return f"[{', '.join(_value(part) for part in value)}]"
+    if isinstance(value, dict):
+        inside = ", ".join(f"{_key(key)} = {_value(part)}" for key, part in value.items())
+        return f"{{ {inside} }}" if inside else "{}"
+    return repr(value)
+
+
+# -- Curves of a mechanism as a model file has them --------------------------------------------
+
+
+class NumberWriter(Protocol):
+    """What writes numbers of curves: see `mbody.files.model.write`."""
+
+    def text(self, formula: Formula) -> Any:
+        """The text of a formula as a file has it, None where it was no text."""
+
+    def curve_number(self, name: str, value: float, dimension: Dimension | None) -> Any:
+        """A number of a curve."""
+
+
+def curve_table(writer: NumberWriter, name: str, named: NamedCurve) -> dict[str, Any]:
+    """The table of a curve.
+
+    Raises
+    ------
+    ModelError
+        For a law that is no table.
+    """
+    law: Any = named.given
+    if not isinstance(law, (Table, Table2)):
+        raise ModelError(
+            f"the curve '{name}' is a {type(law).__name__}, which a model file does not carry: "
+            "give it as a Table",
+            name,
+        )
+    dimensions = (*named.takes, named.gives)
+    # beside numbers with units plain ones are ratios
+    other = NUMBER if any(dimensions) else None
+    measures = {key: of or other for key, of in zip("xyz", dimensions, strict=False)}
+    found: dict[str, Any] = {}
+    for field in dataclasses.fields(law):
+        value = getattr(law, field.name)
+        if field.name in measures:
+            found[field.name] = _row(writer, name, value, measures[field.name])
+        elif not alike(value, field.default):
+            found[field.name] = word(value)
+    return found
+
+
+def _row(writer: NumberWriter, name: str, row: Any, dimension: Dimension | None) -> Any:
+    """Numbers of a curve, text as it was written."""
+    if isinstance(row, tuple):
+        return [_row(writer, name, one, dimension) for one in row]
+    text = writer.text(row) if isinstance(row, Formula) else None
+    return writer.curve_number(name, row, dimension) if text is None else text
+
+
+# -- Shapes of bodies as tables of a model file ------------------------------------------------
+
+
+def shape_tables(writer: Any, body: Body) -> dict[str, Any]:
+    """The shapes of a body by name; `writer` writes numbers."""
+    found: dict[str, Any] = {}
+    for key, shape in body.shapes.items():
+        name = f"{body.name}.{key}"
+        if isinstance(shape, Disc | Ring):
+            kind, centre = ("disc", shape.disc) if isinstance(shape, Disc) else ("ring", shape.ring)
+            radius = writer.number(f"{name}.radius", shape.radius, DIMENSIONS["length"])
+            found[key] = {kind: centre, "radius": radius}
+            if shape.begin is not None:
+                for end, value in (("begin", shape.begin), ("end", shape.end)):
+                    found[key][end] = writer.number(f"{name}.{end}", value, DIMENSIONS["angle"])
+        elif isinstance(shape, Line):
+            angle = writer.number(f"{name}.angle", shape.angle, DIMENSIONS["angle"])
+            found[key] = {"line": {"point": shape.point, "angle": angle}}
+        elif isinstance(shape, Segment):
+            found[key] = {"segment": list(shape.segment)}
+        else:
+            found[key] = {"polygon": list(shape.polygon)}  # type: ignore[union-attr]  # no vertex
+    return found
+
 
 ANGLE = DIMENSIONS["angle"]
 WORDS = {cls: word for word, cls in LAWS.items()}

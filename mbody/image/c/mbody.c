@@ -36,7 +36,7 @@ enum { STUCK = 1, LOST = 2 };
 enum { BY_TIME, BY_DRIVER, BY_INSTANT };
 /* mbody/kernels/image_calls.py: what `begin_motion` returns */
 enum { BEGUN, OPEN, NO_VALUE, MASSLESS };
-/* Reactions may leave this part of the loads unbalanced, as in mbody/analysis/driven/runner.py. */
+/* Reactions may leave this part of the loads unbalanced, as in mbody/analysis/driven/path_following.py. */
 static const double UNBALANCED_PART = 1e-7;
 
 /* The calls of an image, with the arguments of each: B bundle, 1 2 3 array with so many axes,

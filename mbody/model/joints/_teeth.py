@@ -10,9 +10,10 @@ import numpy as np
 
 from mbody.core.dual_number import DualNumber, where
 from mbody.errors import ModelError
-from mbody.model.element import OptionalNumberField, number_field
-from mbody.model.joints._striking import Flank, StrikingJoint
+from mbody.model.element import number_field
+from mbody.model.joints._base import Flank, StrikingJoint
 from mbody.model.primitives import ConstraintPrimitive, FrictionPrimitive
+from mbody.quantities.types import OptionalNumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers, Value

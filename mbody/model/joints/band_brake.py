@@ -9,16 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.errors import ModelError
-from mbody.model.element import (
-    LawLike,
-    NumberField,
-    OptionalNumberField,
-    law_field,
-    number_field,
-)
-from mbody.model.joints._base import TURNING_PAIR
-from mbody.model.joints._given_friction import GivenFriction
+from mbody.model.element import LawLike, law_field, number_field
+from mbody.model.joints._base import TURNING_PAIR, GivenFriction
 from mbody.model.primitives import ConstraintPrimitive
+from mbody.quantities.types import NumberField, OptionalNumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers

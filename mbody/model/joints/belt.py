@@ -10,20 +10,16 @@ import numpy as np
 from mbody.core.decorators import inline
 from mbody.errors import ModelError
 from mbody.laws import Constant
-from mbody.model.element import (
-    LawLike,
-    NumberField,
-    law_field,
-    number_field,
-)
+from mbody.model.element import LawLike, law_field, number_field
 from mbody.model.geometry import between
-from mbody.model.joints._given_friction import GivenFriction
+from mbody.model.joints._base import GivenFriction
 from mbody.model.primitives import (
     ConstraintPrimitive,
     FrictionPrimitive,
     Signal,
     constraint_physics,
 )
+from mbody.quantities.types import NumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers

@@ -12,11 +12,11 @@ from mbody.core.decorators import inline
 from mbody.core.lanes import sincos
 from mbody.errors import ModelError
 from mbody.laws import Law
-from mbody.model.element import LawLike, NumberField, OptionalNumberField, law_field, number_field
+from mbody.model.element import LawLike, law_field, number_field
 from mbody.model.geometry import between
-from mbody.model.joints._friction import RubbingJoint
-from mbody.model.joints._striking import Flank, StrikingJoint
+from mbody.model.joints._base import Flank, RubbingJoint, StrikingJoint
 from mbody.model.primitives import ConstraintPrimitive, FrictionPrimitive, constraint_physics
+from mbody.quantities.types import NumberField, OptionalNumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers, Value

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from mbody.model.element import LawLike, OptionalNumberField, law_field, number_field
-from mbody.model.joints._base import TURNING_PAIR
-from mbody.model.joints._given_friction import GivenFriction
+from mbody.model.element import LawLike, law_field, number_field
+from mbody.model.joints._base import TURNING_PAIR, GivenFriction
 from mbody.model.primitives import ConstraintPrimitive
+from mbody.quantities.types import OptionalNumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from mbody.model.element import WithOwnPhysics
 from mbody.model.joints._base import Joint
 from mbody.model.primitives import ConstraintPrimitive
-from mbody.model.user_physics import WithOwnPhysics
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers

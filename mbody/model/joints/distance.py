@@ -12,7 +12,7 @@ from mbody.errors import ModelError, brief
 from mbody.laws import Constant
 from mbody.model.element import LawLike, law_field
 from mbody.model.geometry import between
-from mbody.model.joints._striking import Flank, StrikingJoint
+from mbody.model.joints._base import Flank, StrikingJoint
 from mbody.model.primitives import ConstraintPrimitive, constraint_physics
 
 if TYPE_CHECKING:

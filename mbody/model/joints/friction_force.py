@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mbody.model.element import LawLike, law_field
-from mbody.model.joints._base import SLIDING_PAIR
-from mbody.model.joints._given_friction import GivenFriction
+from mbody.model.joints._base import SLIDING_PAIR, GivenFriction
 from mbody.model.primitives import ConstraintPrimitive
 
 if TYPE_CHECKING:

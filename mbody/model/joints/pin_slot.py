@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mbody.laws import Constant
-from mbody.model.element import LimitsField, OptionalNumberField, limits_field, number_field
-from mbody.model.joints._base import SLIDING_PAIR
-from mbody.model.joints._limits import LimitedJoint
-from mbody.model.joints._striking import Flank
+from mbody.model.element import LimitsField, limits_field, number_field
+from mbody.model.joints._base import SLIDING_PAIR, Flank, LimitedJoint
 from mbody.model.joints.coordinate import along_axis
 from mbody.model.primitives import ConstraintPrimitive, FrictionPrimitive, Signal
+from mbody.quantities.types import OptionalNumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers

@@ -9,12 +9,12 @@ import numpy as np
 
 from mbody.core.decorators import inline
 from mbody.errors import ModelError
-from mbody.model.element import LimitsField, OptionalNumberField, limits_field, number_field
+from mbody.model.element import LimitsField, limits_field, number_field
 from mbody.model.geometry import between, turned
-from mbody.model.joints._base import SLIDING_PAIR
-from mbody.model.joints._limits import LimitedJoint
+from mbody.model.joints._base import SLIDING_PAIR, LimitedJoint
 from mbody.model.joints.coordinate import along_axis
 from mbody.model.primitives import ConstraintPrimitive, FrictionPrimitive, constraint_physics
+from mbody.quantities.types import OptionalNumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers

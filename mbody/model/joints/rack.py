@@ -10,11 +10,12 @@ import numpy as np
 
 from mbody.core.decorators import inline
 from mbody.model.constraint import TurnRow
-from mbody.model.element import NumberField, number_field
+from mbody.model.element import number_field
 from mbody.model.geometry import between, turned
 from mbody.model.joints._base import relative_angle
 from mbody.model.joints._teeth import ToothedJoint
 from mbody.model.primitives import ConstraintPrimitive, constraint_physics
+from mbody.quantities.types import NumberField
 
 if TYPE_CHECKING:
     from mbody.model.constraint import PoseReader

@@ -8,17 +8,16 @@ from typing import TYPE_CHECKING
 from mbody.core.decorators import inline
 from mbody.errors import ModelError
 from mbody.laws import Constant
-from mbody.model.element import LimitsField, OptionalNumberField, limits_field, number_field
+from mbody.model.element import LimitsField, limits_field, number_field
 from mbody.model.geometry import between
-from mbody.model.joints._base import TURNING_PAIR
-from mbody.model.joints._limits import LimitedJoint
-from mbody.model.joints._striking import Flank
+from mbody.model.joints._base import TURNING_PAIR, Flank, LimitedJoint
 from mbody.model.primitives import (
     ConstraintPrimitive,
     FrictionPrimitive,
     Signal,
     constraint_physics,
 )
+from mbody.quantities.types import OptionalNumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers

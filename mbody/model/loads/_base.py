@@ -12,8 +12,7 @@ from mbody.model.element import Element, InheritedPlace, body_field, place_field
 from mbody.model.primitives import ForcePrimitive
 
 if TYPE_CHECKING:
-    from mbody.model.element import Numbers
-    from mbody.model.own_equations import AccountedEnergy
+    from mbody.model.element import AccountedEnergy, Numbers
 
 __all__ = ["BetweenPlaces", "LINE", "Load", "Turning", "one_of"]
 

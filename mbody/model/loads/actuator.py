@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from mbody.errors import ModelError
-from mbody.model.element import LawLike, OptionalNumberField, law_field, number_field
+from mbody.model.element import LawLike, OwnState, equation, law_field, number_field, signal_of
 from mbody.model.loads._base import BetweenPlaces
-from mbody.model.own_equations import OwnState, equation, signal_of
 from mbody.model.primitives import ForcePrimitive
+from mbody.quantities.types import OptionalNumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers

@@ -10,16 +10,10 @@ import numpy as np
 from mbody.core.decorators import inline
 from mbody.errors import ModelError
 from mbody.laws import Constant
-from mbody.model.element import (
-    NumberField,
-    OptionalLaw,
-    Place,
-    law_field,
-    number_field,
-    place_field,
-)
+from mbody.model.element import OptionalLaw, Place, law_field, number_field, place_field
 from mbody.model.loads._base import Load
 from mbody.model.primitives import ForcePrimitive, load_physics
+from mbody.quantities.types import NumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from mbody.model.element import WithOwnPhysics
 from mbody.model.loads._base import BetweenPlaces
 from mbody.model.primitives import ForcePrimitive
-from mbody.model.user_physics import WithOwnPhysics
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers

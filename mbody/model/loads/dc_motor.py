@@ -6,10 +6,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from mbody.model.element import LawLike, NumberField, law_field, number_field
+from mbody.model.element import (
+    AccountedEnergy,
+    LawLike,
+    OwnState,
+    equation,
+    law_field,
+    number_field,
+    signal_of,
+)
 from mbody.model.loads._base import Turning
-from mbody.model.own_equations import AccountedEnergy, OwnState, equation, signal_of
 from mbody.model.primitives import ForcePrimitive
+from mbody.quantities.types import NumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers

@@ -10,18 +10,11 @@ import numpy as np
 from mbody.core.decorators import inline
 from mbody.errors import ModelError
 from mbody.laws import Constant
-from mbody.model.element import (
-    LawLike,
-    Marker,
-    NumberField,
-    Place,
-    law_field,
-    number_field,
-    one_number,
-    place_field,
-)
+from mbody.model.element import LawLike, Marker, Place, law_field, number_field, place_field
 from mbody.model.loads._base import Load
 from mbody.model.primitives import ForcePrimitive, load_physics
+from mbody.quantities.formula import one_number
+from mbody.quantities.types import NumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers

@@ -8,10 +8,18 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from mbody.errors import ModelError
-from mbody.model.element import LawLike, NumberField, OptionalNumberField, law_field, number_field
+from mbody.model.element import (
+    AccountedEnergy,
+    LawLike,
+    OwnState,
+    equation,
+    law_field,
+    number_field,
+    signal_of,
+)
 from mbody.model.loads._base import BetweenPlaces
-from mbody.model.own_equations import AccountedEnergy, OwnState, equation, signal_of
 from mbody.model.primitives import ForcePrimitive
+from mbody.quantities.types import NumberField, OptionalNumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers

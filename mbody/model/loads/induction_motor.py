@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from mbody.errors import ModelError
-from mbody.model.element import NumberField, OptionalNumberField, number_field
+from mbody.model.element import equation, number_field, signal_of
 from mbody.model.loads._base import Turning
-from mbody.model.own_equations import equation, signal_of
 from mbody.model.primitives import ForcePrimitive
+from mbody.quantities.types import NumberField, OptionalNumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers

@@ -15,7 +15,6 @@ from mbody.laws import Cam, Table
 from mbody.model.element import (
     BodyName,
     LawLike,
-    NumberField,
     Place,
     body_field,
     law_field,
@@ -26,6 +25,7 @@ from mbody.model.element import (
 from mbody.model.geometry import turned
 from mbody.model.loads._base import Load
 from mbody.model.primitives import ForcePrimitive, load_physics
+from mbody.quantities.types import NumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers

@@ -10,16 +10,10 @@ import numpy as np
 from mbody.core.decorators import inline, njit
 from mbody.core.lanes import larger, smaller
 from mbody.errors import ModelError
-from mbody.model.element import (
-    NumberField,
-    OptionalNumberField,
-    Place,
-    number_field,
-    place_field,
-    two_bodies,
-)
+from mbody.model.element import Place, number_field, place_field, two_bodies
 from mbody.model.loads._base import Load
 from mbody.model.primitives import ForcePrimitive, load_physics
+from mbody.quantities.types import NumberField, OptionalNumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers

@@ -8,16 +8,11 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from mbody.core.decorators import inline
-from mbody.model.element import (
-    NumberField,
-    OptionalLaw,
-    OptionalNumberField,
-    law_field,
-    number_field,
-)
+from mbody.model.element import OptionalLaw, law_field, number_field
 from mbody.model.geometry import between
 from mbody.model.loads._base import LINE, BetweenPlaces, one_of
 from mbody.model.primitives import ForcePrimitive, Signal, load_physics
+from mbody.quantities.types import NumberField, OptionalNumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from mbody.errors import ModelError
-from mbody.model.element import NumberField, number_field
+from mbody.model.element import OwnState, equation, number_field, signal_of
 from mbody.model.loads._base import FORCES, BetweenPlaces
-from mbody.model.own_equations import OwnState, equation, signal_of
 from mbody.model.primitives import ForcePrimitive
+from mbody.quantities.types import NumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers

@@ -9,14 +9,374 @@ power, and is the volt where the unit of power is the watt.
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from fractions import Fraction
+from typing import Any
 
 from mbody.errors import ModelError
-from mbody.quantities.units.dimensions import DIMENSIONS, Dimension, dimension_of, name_of
-from mbody.quantities.units.symbols import SYMBOLS, Unit, known
 
-__all__ = ["UNIT_SYSTEMS", "UnitSystem", "unit_system"]
+# -- Dimensions as powers of length, mass, time, angle, electric current and temperature -------
+#
+# The angle counts as a dimension of its own, so that 5 Hz differs from 5 rad/s and N·m from
+# N·m/rad; in products of quantities a radian is one, as usual, and in every electrical quantity, so
+# that the constant of a motor may be written in N·m/A or in V·s/rad.
+
+
+@dataclass(frozen=True)
+class Dimension:
+    """Powers of the six base dimensions.
+
+    >>> DIMENSIONS["length"] / DIMENSIONS["time"] == DIMENSIONS["velocity"]
+    True
+    """
+
+    length: Fraction = Fraction(0)
+    mass: Fraction = Fraction(0)
+    time: Fraction = Fraction(0)
+    angle: Fraction = Fraction(0)
+    current: Fraction = Fraction(0)
+    temperature: Fraction = Fraction(0)
+
+    def _with(self, other: Dimension, sign: int) -> Dimension:
+        return Dimension(
+            self.length + sign * other.length,
+            self.mass + sign * other.mass,
+            self.time + sign * other.time,
+            self.angle + sign * other.angle,
+            self.current + sign * other.current,
+            self.temperature + sign * other.temperature,
+        )
+
+    def __mul__(self, other: Dimension) -> Dimension:
+        return self._with(other, 1)
+
+    def __truediv__(self, other: Dimension) -> Dimension:
+        return self._with(other, -1)
+
+    def __pow__(self, power: Fraction | int) -> Dimension:
+        return Dimension(
+            self.length * power,
+            self.mass * power,
+            self.time * power,
+            self.angle * power,
+            self.current * power,
+            self.temperature * power,
+        )
+
+    @property
+    def mechanical(self) -> Dimension:
+        """The same with the radian counted as one."""
+        return replace(self, angle=Fraction(0))
+
+
+def _make(*powers: int) -> Dimension:
+    return Dimension(*map(Fraction, powers))
+
+
+#: No dimension: a ratio, a count.
+NUMBER = Dimension()
+
+#: Dimensions by name; where several names have the same dimension, messages use the first.
+DIMENSIONS = {
+    "number": NUMBER,
+    "length": _make(1, 0, 0),
+    "mass": _make(0, 1, 0),
+    "time": _make(0, 0, 1),
+    "angle": _make(0, 0, 0, 1),
+    "force": _make(1, 1, -2),
+    "force rate": _make(1, 1, -3),
+    "weight": _make(1, 1, -2),
+    "torque": _make(2, 1, -2),
+    "velocity": _make(1, 0, -1),
+    "acceleration": _make(1, 0, -2),
+    "angular velocity": _make(0, 0, -1, 1),
+    "angular acceleration": _make(0, 0, -2, 1),
+    "inertia": _make(2, 1, 0),
+    "stiffness": _make(0, 1, -2),
+    "damping": _make(0, 1, -1),
+    "torsion stiffness": _make(2, 1, -2, -1),
+    "torsion damping": _make(2, 1, -1, -1),
+    "power": _make(2, 1, -3),
+    "angular momentum": _make(2, 1, -1),
+    "frequency": _make(0, 0, -1),
+    "pressure": _make(-1, 1, -2),
+    "area": _make(2, 0, 0),
+    "density": _make(-3, 1, 0),
+    "volume": _make(3, 0, 0),
+    "volume flow": _make(3, 0, -1),
+    "current": _make(0, 0, 0, 0, 1),
+    "voltage": _make(2, 1, -3, 0, -1),
+    "resistance": _make(2, 1, -3, 0, -2),
+    "inductance": _make(2, 1, -2, 0, -2),
+    "capacitance": _make(-2, -1, 4, 0, 2),
+    "motor constant": _make(2, 1, -2, 0, -1),
+    "temperature": _make(0, 0, 0, 0, 0, 1),
+}
+
+_NAMES: dict[Dimension, str] = {}
+for _name, _dimension in DIMENSIONS.items():
+    _NAMES.setdefault(_dimension, _name)
+
+
+def dimension_of(name: str | Dimension) -> Dimension:
+    """The dimension of that name.
+
+    >>> dimension_of("torque") == dimension_of("force") * dimension_of("length")
+    True
+    """
+    return name if isinstance(name, Dimension) else DIMENSIONS[name]
+
+
+def name_of(dimension: Dimension) -> str:
+    """Its name, empty where it has none.
+
+    >>> name_of(DIMENSIONS["force"] * DIMENSIONS["length"])
+    'torque'
+    """
+    return _NAMES.get(dimension, "")
+
+
+# -- Units by symbol, each an exact ratio to SI; all other units are taken from pint -----------
+#
+# The usual units of mechanics and of its motors are defined here, so that a model file with
+# ``lbf``, ``mm`` or ``rpm`` is read in microseconds. Pint, which takes 0.3 s to load, is used only
+# for other symbols.
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit: its ratio to the SI unit, ``ratio · π^pi``, and its dimension.
+
+    Attributes
+    ----------
+    symbol : str
+        As it was written.
+    ratio : Fraction
+        Exact, so that a unit divided by itself is exactly one.
+    pi : int
+        Power of π in the factor: 1 for a degree.
+    dimension : Dimension
+        Of the unit.
+    """
+
+    symbol: str
+    ratio: Fraction
+    pi: int
+    dimension: Dimension
+
+    def __mul__(self, other: Unit) -> Unit:
+        return Unit(
+            f"{self.symbol}·{other.symbol}",
+            self.ratio * other.ratio,
+            self.pi + other.pi,
+            self.dimension * other.dimension,
+        )
+
+    def __truediv__(self, other: Unit) -> Unit:
+        return replace(self * other**-1, symbol=f"{self.symbol}/{other.symbol}")
+
+    def __pow__(self, power: int) -> Unit:
+        return Unit(
+            f"{self.symbol}^{power}", self.ratio**power, self.pi * power, self.dimension**power
+        )
+
+    @property
+    def factor(self) -> float:
+        """The factor as one float, rounded once if it is rational; inf where it is too large.
+
+        >>> known("deg").factor == math.pi / 180.0
+        True
+        """
+        ratio = self.ratio
+        try:
+            if not self.pi:
+                return float(ratio)
+            return math.pi**self.pi * ratio.numerator / ratio.denominator
+        except OverflowError:
+            return math.inf
+
+
+_IN, _FT = Fraction("0.0254"), Fraction("0.3048")
+_LB, _G = Fraction("0.45359237"), Fraction("9.80665")
+_LBF = _LB * _G
+_D = DIMENSIONS
+_ENERGY = _D["torque"]
+
+# symbols: ratio to SI, power of π, dimension
+_TABLE: tuple[tuple[str, Fraction | int, int, Dimension], ...] = (
+    ("m", 1, 0, _D["length"]),
+    ("km", 1000, 0, _D["length"]),
+    ("dm", Fraction(1, 10), 0, _D["length"]),
+    ("cm", Fraction(1, 100), 0, _D["length"]),
+    ("mm", Fraction(1, 1000), 0, _D["length"]),
+    ("um µm μm", Fraction(1, 10**6), 0, _D["length"]),
+    ('in inch inches "', _IN, 0, _D["length"]),
+    ("ft foot feet '", _FT, 0, _D["length"]),
+    ("yd yard", 3 * _FT, 0, _D["length"]),
+    ("mile miles mi", 5280 * _FT, 0, _D["length"]),
+    ("kg", 1, 0, _D["mass"]),
+    ("g gram", Fraction(1, 1000), 0, _D["mass"]),
+    ("t tonne", 1000, 0, _D["mass"]),
+    ("lb lbm lbs", _LB, 0, _D["mass"]),
+    ("oz", _LB / 16, 0, _D["mass"]),
+    ("slug slugs", _LBF / _FT, 0, _D["mass"]),
+    ("blob blobs slinch", _LBF / _IN, 0, _D["mass"]),
+    ("s sec", 1, 0, _D["time"]),
+    ("ms", Fraction(1, 1000), 0, _D["time"]),
+    ("min", 60, 0, _D["time"]),
+    ("h hr", 3600, 0, _D["time"]),
+    ("rad", 1, 0, _D["angle"]),
+    ("mrad", Fraction(1, 1000), 0, _D["angle"]),
+    ("deg degree degrees °", Fraction(1, 180), 1, _D["angle"]),
+    ("rev turn", 2, 1, _D["angle"]),
+    ("rpm", Fraction(1, 30), 1, _D["angular velocity"]),
+    ("Hz", 1, 0, _D["frequency"]),
+    ("N", 1, 0, _D["force"]),
+    ("mN", Fraction(1, 1000), 0, _D["force"]),
+    ("kN", 1000, 0, _D["force"]),
+    ("MN", 10**6, 0, _D["force"]),
+    ("lbf", _LBF, 0, _D["force"]),
+    ("ozf", _LBF / 16, 0, _D["force"]),
+    ("kip", 1000 * _LBF, 0, _D["force"]),
+    ("kgf kp", _G, 0, _D["force"]),
+    ("Nm", 1, 0, _D["torque"]),
+    ("Nmm", Fraction(1, 1000), 0, _D["torque"]),
+    ("kNm", 1000, 0, _D["torque"]),
+    ("J", 1, 0, _ENERGY),
+    ("kJ", 1000, 0, _ENERGY),
+    ("W", 1, 0, _D["power"]),
+    ("kW", 1000, 0, _D["power"]),
+    ("MW", 10**6, 0, _D["power"]),
+    ("hp", 550 * _LBF * _FT, 0, _D["power"]),
+    ("mph", 5280 * _FT / 3600, 0, _D["velocity"]),
+    ("Pa", 1, 0, _D["pressure"]),
+    ("kPa", 1000, 0, _D["pressure"]),
+    ("MPa", 10**6, 0, _D["pressure"]),
+    ("GPa", 10**9, 0, _D["pressure"]),
+    ("bar", 10**5, 0, _D["pressure"]),
+    ("psi", _LBF / _IN**2, 0, _D["pressure"]),
+    ("A", 1, 0, _D["current"]),
+    ("mA", Fraction(1, 1000), 0, _D["current"]),
+    ("kA", 1000, 0, _D["current"]),
+    ("V", 1, 0, _D["voltage"]),
+    ("mV", Fraction(1, 1000), 0, _D["voltage"]),
+    ("kV", 1000, 0, _D["voltage"]),
+    # both letters that Unicode has for it
+    ("ohm Ω Ω", 1, 0, _D["resistance"]),
+    ("mohm mΩ mΩ", Fraction(1, 1000), 0, _D["resistance"]),
+    ("kohm kΩ kΩ", 1000, 0, _D["resistance"]),
+    ("H", 1, 0, _D["inductance"]),
+    ("mH", Fraction(1, 1000), 0, _D["inductance"]),
+    ("uH µH μH", Fraction(1, 10**6), 0, _D["inductance"]),
+    ("F", 1, 0, _D["capacitance"]),
+    ("mF", Fraction(1, 1000), 0, _D["capacitance"]),
+    ("uF µF μF", Fraction(1, 10**6), 0, _D["capacitance"]),
+    ("nF", Fraction(1, 10**9), 0, _D["capacitance"]),
+    ("K", 1, 0, _D["temperature"]),
+)
+
+#: The usual units by symbol.
+SYMBOLS = {
+    symbol: Unit(symbol, Fraction(ratio), pi, dimension)
+    for symbols, ratio, pi, dimension in _TABLE
+    for symbol in symbols.split()
+}
+
+
+def known(symbol: str) -> Unit | None:
+    """The unit in `SYMBOLS` with that symbol, None if there is none.
+
+    >>> known("kN").factor
+    1000.0
+    """
+    return SYMBOLS.get(symbol)
+
+
+#: Units of pint that need not load it. They are not among the symbols, since those are no names of
+#: parameters, and L is the name of many.
+LITRES = ("L", "l", "litre", "liter")
+
+
+@functools.lru_cache(maxsize=1)
+def _registry() -> Any:
+    """Pint's registry, with exact ratios; loaded when it is first needed."""
+    import pint
+
+    return pint.UnitRegistry(non_int_type=Fraction, cache_folder=None)
+
+
+@functools.lru_cache(maxsize=256)
+def pint_unit(symbol: str) -> Unit | None:
+    """A unit of pint, None where pint does not know it.
+
+    >>> pint_unit("stone").factor
+    6.35029318
+    >>> pint_unit("nonsense") is None
+    True
+    """
+    if not symbol.isidentifier() or not symbol.isascii() or len(symbol) > 40:
+        return None
+    if symbol in LITRES:
+        return Unit(symbol, Fraction(1, 1000), 0, _D["length"] ** 3)
+    import pint
+
+    registry = _registry()
+    try:
+        unit = registry.parse_units(symbol)
+        return _measured(symbol, registry.Quantity(Fraction(1), unit))
+    except (pint.PintError, ArithmeticError, ValueError, TypeError, KeyError, AttributeError):
+        return None
+
+
+def of_quantity(quantity: Any) -> Unit | None:
+    """A quantity of pint as a unit of that size; None for anything else, and for arrays.
+
+    >>> import pint
+    >>> of_quantity(pint.UnitRegistry().Quantity(2.0, "kN")).factor
+    2000.0
+    >>> of_quantity(2.0) is None
+    True
+    """
+    if not (hasattr(quantity, "dimensionality") and hasattr(quantity, "to")):
+        return None
+    return _measured(f"{quantity}", quantity)
+
+
+#: Pint's names of our base dimensions, and their SI units.
+_OF_PINT = {
+    "[length]": "m",
+    "[mass]": "kg",
+    "[time]": "s",
+    "[current]": "A",
+    "[temperature]": "K",
+}
+
+
+def _measured(symbol: str, quantity: Any) -> Unit | None:
+    """A quantity of pint as a unit; None for dimensions other than those of `Dimension`, and for
+    the scales of temperature that do not begin at absolute zero.
+    """
+    powers = dict(quantity.dimensionality)
+    if not set(powers) <= set(_OF_PINT):
+        return None
+    if "[temperature]" in powers and type(quantity)(0, quantity.units).to_root_units().magnitude:
+        return None
+    size = quantity.to({_OF_PINT[name]: power for name, power in powers.items()} or "radian")
+    # for pint a radian is dimensionless, but it remains among the root units
+    powers["[angle]"] = dict(quantity.to_root_units().unit_items()).get("radian", 0)
+    exact = {
+        name.strip("[]"): Fraction(power).limit_denominator(12) for name, power in powers.items()
+    }
+    dimension = Dimension(**exact)
+    try:
+        return Unit(symbol, Fraction(size.magnitude), 0, dimension)
+    except (TypeError, ValueError, OverflowError):  # an array, nan or inf
+        return None
+
+
+#: The unit of plain numbers.
+ONE = Unit("1", Fraction(1), 0, NUMBER)
 
 
 #: Symbols of the electrical units that are derived, in the systems whose unit of power is the watt.

@@ -1,0 +1,854 @@
+"""The surface of closed positions of two free motions, covered by places.
+
+Places are added beside others until none is left that is further than a spacing from all. Each has
+a drive r and a stiffness K, and its neighbours show how far r − K y misses the drive beside it:
+where that, taken twice, leaves no zero in reach, there is none.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from mbody.analysis.position.tangent_space import (
+    Array,
+    ClosedPositions,
+    Manifold,
+    ManyPositions,
+    Place,
+    orthonormal,
+)
+from mbody.model.loads import Load
+from mbody.system.system import System
+
+# -- Ends of loads at positions: how far they are apart, and how that changes along the surface
+
+
+def two_ended(system: System) -> list[Load]:
+    """The loads that have two ends."""
+    return [one for one in system.mechanism.loads if hasattr(one, "i") and hasattr(one, "j")]
+
+
+class LoadEnds:
+    """From one end of each of some loads to the other, in model lengths, at many positions.
+
+    Attributes
+    ----------
+    numbers : list of int
+        Of the loads, in the order of the description.
+    along : array (loads,)
+        Whether each pulls along the line between its ends.
+    """
+
+    def __init__(self, system: System, loads: Sequence[Load]) -> None:
+        self.loads, self.length = list(loads), system.length
+        every = list(system.mechanism.loads)
+        self.numbers = [every.index(load) for load in loads]
+        self.along = np.array([load.along_line for load in loads], dtype=np.bool_)
+        ends = [(load, side) for side in "ij" for load in loads]
+        # the ground is the last body and has no coordinates
+        bodies = [system.bodies[load.place(side).body] for load, side in ends]
+        arms = [system.numbers.arm(load, side) for load, side in ends]
+        self.bodies = np.array(bodies, dtype=np.int64).reshape(2, -1)
+        self.arms = np.array(arms, dtype=float).reshape(2, -1, 2) / self.length
+
+    def _turned(self, q: Array) -> tuple[Array, Array]:
+        """Poses (…, 2, loads, 3) in model lengths, and arms in world axes (…, 2, loads, 2)."""
+        pose = q.reshape(*q.shape[:-1], -1, 3)
+        pose = np.concatenate([pose, np.zeros((*q.shape[:-1], 1, 3))], axis=-2)
+        pose = pose[..., self.bodies, :]
+        pose[..., :2] /= self.length
+        c, s = np.cos(pose[..., 2]), np.sin(pose[..., 2])
+        x, y = self.arms[..., 0], self.arms[..., 1]
+        return pose, np.stack([c * x - s * y, s * x + c * y], axis=-1)
+
+    def vectors(self, q: Array) -> Array:
+        """At positions (…, coordinates): (…, loads, 2)."""
+        pose, arms = self._turned(q)
+        places = pose[..., :2] + arms
+        return np.asarray(places[..., 1, :, :] - places[..., 0, :, :])
+
+    def slopes(self, q: Array, ways: Array) -> Array:
+        """Change along directions (…, free, coordinates) without units: (…, loads, 2, free)."""
+        arms = self._turned(q)[1][..., None, :, :, :]
+        rates = ways.reshape(*ways.shape[:-1], -1, 3)
+        still = np.zeros((*rates.shape[:-2], 1, 3))
+        rates = np.concatenate([rates, still], axis=-2)[..., self.bodies, :]
+        turning = np.stack([-arms[..., 1], arms[..., 0]], axis=-1) * rates[..., 2:]
+        moved = rates[..., :2] + turning
+        return np.moveaxis(moved[..., 1, :, :] - moved[..., 0, :, :], -3, -1)
+
+
+#: Distance of neighbours in radians and model lengths of the fastest coordinate, the part of it at
+#: which places are the same, and the least.
+SPACING, SAME, LEAST = 0.4, 0.7, 0.05
+#: Ways to go from each place.
+WAYS = 8
+#: Places at most, and how far from the start in model lengths.
+MOST, FAR = 2400, 8.0
+#: The error of r − K y, as a multiple of what neighbours show.
+SURE = 2.0
+#: Least cosine between the tangent planes of neighbours.
+LEVEL = 0.8
+#: How much longer than its part in the tangent plane the chord to a neighbour may be that bounds a
+#: chart: one round a sharp bend, or on another sheet, is further than the plane shows.
+CHORD = 1.1
+
+
+@dataclass(frozen=True, eq=False)
+class CoverNode:
+    """A place of the cover.
+
+    Attributes
+    ----------
+    frame : array (2, coordinates)
+        Orthonormal free directions, carried along from the first place.
+    reach : float
+        Distance of its neighbours.
+    """
+
+    place: Place
+    frame: Array
+    reach: float
+    drive: Array
+    name: Array = field(repr=False)
+
+
+@dataclass(frozen=True, eq=False)
+class _Neighbours:
+    """Every pair of places that are next to each other, in the tangent plane of the first.
+
+    Attributes
+    ----------
+    first, second : array (pairs,)
+        Numbers of the places, in the order of the first.
+    begin : array (places + 1,)
+        Which pairs each place is the first of.
+    seen : array (pairs, 2)
+    chords : array (pairs,)
+    turns : array (pairs, 2, 2)
+        From the frame of the second to that of the first, turned as little as possible.
+    level : array (pairs,)
+        Least cosine between both planes.
+    """
+
+    first: Array
+    second: Array
+    begin: Array
+    seen: Array
+    chords: Array
+    turns: Array
+    level: Array
+
+
+class Cover:
+    """Places all over the surface that a start lies on."""
+
+    def __init__(self, manifold: Manifold, start: Place, frame: Array) -> None:
+        self.manifold, self.scale, self.start = manifold, manifold.scale, start
+        self.many = ManyPositions(manifold)
+        self.nodes: list[CoverNode] = []
+        self.rim: list[CoverNode] = []
+        self.full = self.wound = False
+        self._names = np.empty((MOST, 4 * (len(start.q) // 3)))
+        self._reaches = np.empty(MOST)
+        self._add(self.node(start, frame, SPACING))
+        self._grow()
+
+    @property
+    def closed(self) -> bool:
+        """Whether the surface is covered whole."""
+        return not (self.full or self.rim)
+
+    def node(self, place: Place, frame: Array, reach: float) -> CoverNode:
+        """A place of the cover, its frame turned as little as possible from one nearby."""
+        u, _, vt = np.linalg.svd(frame @ place.motions.T)
+        turn = u @ vt
+        name = self.name(place.q)
+        return CoverNode(place, turn @ place.motions, reach, turn @ place.drive, name)
+
+    def name(self, q: Array) -> Array:
+        """Positions (…, coordinates) by numbers that whole turns leave alone."""
+        pose = (q / self.scale).reshape(*q.shape[:-1], -1, 3)
+        parts = [pose[..., 0], pose[..., 1], np.cos(pose[..., 2]), np.sin(pose[..., 2])]
+        return np.concatenate(parts, axis=-1)
+
+    def _add(self, node: CoverNode) -> None:
+        n = len(self.nodes)
+        self._names[n], self._reaches[n] = node.name, node.reach
+        self.nodes.append(node)
+
+    def near(self, name: Array) -> Array:
+        """How far every place is."""
+        return np.asarray(np.abs(self._names[: len(self.nodes)] - name).max(axis=1))
+
+    def within(self, names: Array, apart: Array | float) -> tuple[Array, Array, Array]:
+        """Pairs of positions, by their names (positions, numbers), and places that are nearer than
+        `apart` (positions, 1) or (positions, places): numbers of both, and how far they are.
+        """
+        own = self._names[: len(self.nodes)]
+        limit = np.broadcast_to(apart, (len(names), len(own)))
+        # most are apart already by the two numbers that differ most all over the surface
+        near = np.ones(limit.shape, dtype=bool)
+        for column in np.ptp(own, axis=0).argsort()[-2:]:
+            near &= np.abs(names[:, column, None] - own[:, column]) < limit
+        first, second = np.nonzero(near)
+        far = np.abs(names[first] - own[second]).max(axis=1)
+        kept = far < limit[first, second]
+        return first[kept], second[kept], far[kept]
+
+    def _taken(self, names: Array, reach: Array) -> Array:
+        """Whether there are places already at each of some positions."""
+        own = np.minimum(self._reaches[: len(self.nodes)], reach[:, None])
+        taken = np.zeros(len(names), dtype=bool)
+        taken[self.within(names, SAME * own)[0]] = True
+        return taken
+
+    def _grow(self) -> None:
+        """Add places around places until none is new, all around those that were added last at
+        once.
+        """
+        waiting = list(self.nodes)
+        while waiting and not self.full:
+            waiting = self._ring(waiting)
+
+    def _ring(self, around: list[CoverNode]) -> list[CoverNode]:
+        """Add the places around some; those of them from which the surface goes on."""
+        angles = np.arange(WAYS) * (2.0 * np.pi / WAYS)
+        turns = np.column_stack([np.cos(angles), np.sin(angles)])
+        ways = [(node, way / np.abs(way).max()) for node in around for way in turns @ node.frame]
+        left = [(node, way, min(2.0 * node.reach, SPACING)) for node, way in ways]
+        added: list[CoverNode] = []
+        while left:
+            # the guess says mostly whether the place is new; closing it is dear
+            reaches = np.array([reach for *_, reach in left])
+            guesses = np.array([n.place.q + self.scale * r * way for n, way, r in left])
+            names = self.name(guesses)
+            tried, later = list[int](), list[int]()
+            taken = self._taken(names, 0.8 * reaches)
+            for n, (name, reach) in enumerate(zip(names, 0.8 * reaches, strict=True)):
+                if taken[n]:
+                    continue
+                others = np.abs(names[tried] - name).max(axis=1)
+                alike = others < SAME * np.minimum(0.8 * reaches[tried], reach)
+                (later if alike.any() else tried).append(n)
+            again = [left[n] for n in later]
+            if tried:
+                frames = np.array([left[n][0].frame for n in tried])
+                found = self.many.closed(guesses[tried], frames)
+                level = np.zeros(len(tried))
+                level[found.good] = orthonormal(found.ways[found.good])[1]
+                moved = np.array([found.q[k] - left[n][0].place.q for k, n in enumerate(tried)])
+                parts = np.abs(moved / self.scale).max(axis=1) / reaches[tried]
+                fits = found.good & (level > LEVEL) & (parts > 0.5) & (parts < 1.6)
+                which = np.flatnonzero(fits)
+                places = dict(zip(which.tolist(), self.many.places(found, which), strict=True))
+                names = self.name(np.where(fits[:, None], found.q, 0.0))
+                old, taken = len(self.nodes), self._taken(names, reaches[tried])
+                for k, n in enumerate(tried):
+                    node, way, reach = left[n]
+                    place = places.get(k)
+                    if place is None or not np.isfinite(place.force).all():
+                        if 0.5 * reach > LEAST:
+                            again.append((node, way, 0.5 * reach))
+                        continue
+                    count, name = len(self.nodes), names[k]
+                    beside = np.abs(self._names[old:count] - name).max(axis=1)
+                    own = SAME * np.minimum(self._reaches[old:count], reach)
+                    if taken[k] or (beside < own).any():
+                        continue
+                    if count == MOST:
+                        self.full = True
+                        return []
+                    # the directions of the place are the nearest to the frame
+                    new = CoverNode(place, place.motions, reach, place.drive, name)
+                    self._add(new)
+                    if self.far(place.q):
+                        self.rim.append(new)
+                    else:
+                        added.append(new)
+            left = again
+        return added
+
+    def far(self, q: Array) -> bool:
+        """Whether a position is further from the start than the cover goes."""
+        way = (q - self.start.q) / self.scale
+        return float(np.abs(way.reshape(-1, 3)[:, :2]).max(initial=0.0)) > FAR
+
+    @property
+    def borders(self) -> int:
+        """How many closed lines the rim consists of."""
+        left, count = list(self.rim), 0
+        while left:
+            ring, count = [left.pop()], count + 1
+            for one in ring:  # grows on the way
+                beside = [n for n in left if np.abs(n.name - one.name).max() < 1.6 * SPACING]
+                left = [n for n in left if n not in beside]
+                ring += beside
+        return count
+
+    def driven_out(self) -> bool:
+        """Whether loads drive outward somewhere on the rim of what was covered."""
+        for node in self.rim:
+            way = ((node.place.q - self.start.q) / self.scale).reshape(-1, 3).copy()
+            way[:, 2] = 0.0
+            outward = node.frame.T @ (node.frame @ way.reshape(-1))
+            if node.place.force @ outward > 1e-9 * float(np.abs(node.place.force).max(initial=0.0)):
+                return True
+        return False
+
+    def tells_turns_apart(self) -> bool:
+        """Whether a whole turn of some body changes the loads, as of a torsion spring."""
+        first = self.nodes[0].place
+        top = self.manifold.scale_of(first)
+        for body in range(len(first.q) // 3):
+            angles = np.array([node.place.q[3 * body + 2] for node in self.nodes])
+            if np.ptp(angles) < 1.9 * np.pi:
+                continue  # it does not turn round
+            q = first.q.copy()
+            q[3 * body + 2] += 2.0 * np.pi
+            if np.abs(self.manifold.force(q) - first.force).max() > 1e-6 * top:
+                return True
+        return False
+
+    def seen(self, node: CoverNode, q: Array) -> Array:
+        """Positions (…, coordinates) in the tangent plane of a place, whole turns left out:
+        (…, 2).
+        """
+        return np.asarray(whole_turns_less((q - node.place.q) / self.scale) @ node.frame.T)
+
+    @functools.cached_property
+    def _every(self) -> tuple[Array, Array, Array, Array]:
+        """Position, frame, drive and stiffness of all places."""
+        q = np.array([node.place.q for node in self.nodes])
+        frames = np.array([node.frame for node in self.nodes])
+        rows = np.array([node.place.rows for node in self.nodes])
+        forces = np.array([node.place.force for node in self.nodes])
+        drives = np.array([node.drive for node in self.nodes])
+        return q, frames, drives, self.many.stiffness(q, frames, rows, forces)
+
+    @functools.cached_property
+    def _neighbours(self) -> _Neighbours:
+        q, frames, *_ = self._every
+        count = len(self.nodes)
+        first, second, apart = self.within(self._names[:count], 1.6 * self._reaches[:count, None])
+        first, second = first[apart > 0.0], second[apart > 0.0]
+        way = whole_turns_less((q[second] - q[first]) / self.scale)
+        seen = np.einsum("nfc,nc->nf", frames[first], way)
+        u, sizes, vt = np.linalg.svd(frames[first] @ frames[second].transpose(0, 2, 1))
+        begin = np.searchsorted(first, np.arange(count + 1))
+        chords = np.linalg.norm(way, axis=1)
+        return _Neighbours(first, second, begin, seen, chords, u @ vt, sizes[:, -1])
+
+    def box(self, number: int, overlap: float) -> tuple[Array, Array]:
+        """Lower and upper bounds, in the tangent plane of a place, of what is nearer to it than to
+        its neighbours by a factor.
+        """
+        beside = self._neighbours
+        own = slice(*beside.begin[number : number + 2].tolist())
+        seen, lengths = beside.seen[own], np.linalg.norm(beside.seen[own], axis=1)
+        # the tangent plane shows where they are
+        shown = (beside.chords[own] <= CHORD * lengths) & (beside.level[own] > LEVEL)
+        reach = 1.5 * self.nodes[number].reach
+        if shown.any():
+            reach = 0.75 * float(lengths[shown].max())
+        corners = [(-reach, -reach), (reach, -reach), (reach, reach), (-reach, reach)]
+        for x, y in seen[shown].tolist():
+            corners = _clipped(corners, x, y, 0.5 * overlap * (x * x + y * y))
+        found = np.array(corners)
+        return found.min(axis=0), found.max(axis=0)
+
+    def excluded(self) -> Array:
+        """Whether no zero lies within reach of each place."""
+        _, _, drives, stiffness = self._every
+        beside = self._neighbours
+        found = np.zeros(len(self.nodes), dtype=bool)
+        own = np.flatnonzero(np.diff(beside.begin) >= 3)
+        if not own.size:
+            return found
+        first, y = beside.first, beside.seen
+        turned = np.einsum("nab,nb->na", beside.turns, drives[beside.second])
+        linear = drives[first] - np.einsum("nab,nb->na", stiffness[first], y)
+        lengths = np.linalg.norm(y, axis=1)
+        parts = np.linalg.norm(turned - linear, axis=1) / lengths**2
+        bounds = beside.begin[:-1]
+        kept = np.diff(beside.begin) > 0
+        bend, longest = np.zeros(len(kept)), np.zeros(len(kept))
+        bend[kept] = np.maximum.reduceat(parts, bounds[kept])
+        longest[kept] = np.maximum.reduceat(lengths, bounds[kept])
+        # places are no further than that from the nearest of the cover
+        reach = 0.75 * longest[own]
+        least = _least(drives[own], stiffness[own], reach)
+        found[own] = least > SURE * bend[own] * reach**2
+        return found
+
+
+def whole_turns_less(way: Array) -> Array:
+    """Differences of positions (…, coordinates) without units, whole turns left out."""
+    way = way.copy()
+    way[..., 2::3] = np.remainder(way[..., 2::3] + np.pi, 2.0 * np.pi) - np.pi
+    return np.asarray(way)
+
+
+def _clipped(
+    corners: list[tuple[float, float]], x: float, y: float, most: float
+) -> list[tuple[float, float]]:
+    """What of a convex polygon lies where (x, y) · corner is at most so much."""
+    found: list[tuple[float, float]] = []
+    last = corners[-1]
+    before = most - x * last[0] - y * last[1]
+    for corner in corners:
+        left = most - x * corner[0] - y * corner[1]
+        if before * left < 0.0:
+            part = before / (before - left)
+            found.append(
+                (last[0] + part * (corner[0] - last[0]), last[1] + part * (corner[1] - last[1]))
+            )
+        if left >= 0.0:
+            found.append(corner)
+        last, before = corner, left
+    return found
+
+
+def _least(r: Array, K: Array, reach: Array) -> Array:
+    """The least |r − K y| of |y| up to reach: (places,), r (places, 2), K (places, 2, 2)."""
+    u, s, _ = np.linalg.svd(K)
+    part = np.einsum("nba,nb->na", u, r)
+    low, high = np.zeros(len(r)), np.linalg.norm(part, axis=1) * s[:, 0] / reach + 1e-300
+    for _ in range(40):  # the multiplier of |y| = reach
+        middle = 0.5 * (low + high)
+        y = s * part / (s**2 + middle[:, None])
+        long = np.linalg.norm(y, axis=1) > reach
+        low, high = np.where(long, middle, low), np.where(long, high, middle)
+    y = s * part / (s**2 + high[:, None])
+    return np.asarray(np.linalg.norm(part - s * y, axis=1))
+
+
+# -- Points of a surface of positions where the ends of a load meet: there its force has no
+#    direction ---------------------------------------------------------------------------------
+#
+# A spring that keeps a force at zero length pulls one way on one side of such a point and the other
+# way beyond it. The potential energy has a cone there, and rest positions may lie close beside it.
+# Where the ends only come close, its direction turns as quickly as they pass: a grid shows that
+# only where its cells are shorter than the load.
+#
+# Ends that move along one line relative to each other, as of a spring along a slide, meet in a
+# whole curve of the surface: there the energy has a crease, and the force keeps its line and turns
+# round.
+
+#: Newton steps to a point, how often one is halved, and the distance of the ends there, in model
+#: lengths.
+ITERATIONS, HALVINGS, MET = 20, 5, 1e-11
+#: How far a point may be from the nearest place, in reaches of it.
+FURTHER = 1.5
+#: Distance from the point at which forces are compared.
+BESIDE = 1e-6
+#: Forces that differ by less than this part of the greatest do not jump.
+SMOOTH = 1e-4
+#: Points nearer to each other than this are one.
+ONE = 1e-6
+#: Greatest radius around a point, and the part of the distance to the next one.
+RADIUS, PART = 0.12, 0.45
+#: Ends that move across their line by less than this part of what they move along it stay on it.
+ON_LINE = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class JumpPoint:
+    """A point where a load jumps.
+
+    Attributes
+    ----------
+    node : CoverNode
+        The place of the cover in whose tangent plane it is.
+    y : array (2,)
+        Where it is there.
+    radius : float
+        Of the disc around it that has no other such point.
+    """
+
+    node: CoverNode
+    q: Array
+    y: Array
+    radius: float
+
+
+@dataclass(frozen=True, eq=False)
+class Meetings:
+    """Where ends of loads meet and a force jumps.
+
+    Attributes
+    ----------
+    points : list of JumpPoint
+    sharp : list of Load
+        The loads whose force jumps where their ends meet, or may: those that never meet among them.
+    creased : list of bool
+        Of each of these whether its ends meet in curves of the surface.
+    """
+
+    points: list[JumpPoint]
+    sharp: list[Load]
+    creased: list[bool]
+
+
+def meetings(cover: Cover, ends: LoadEnds, nodes: list[int], near: Array) -> Meetings:
+    """All points near some places of a cover where ends of loads meet and a force jumps, and the
+    loads whose ends meet in curves.
+
+    Parameters
+    ----------
+    nodes : list of int
+        Numbers of the places.
+    near : array (nodes of the cover, loads)
+        As of `may_meet`.
+    """
+    found: list[tuple[CoverNode, Array]] = []
+    sharp, creased = list[Load](), list[bool]()
+    for n, load in enumerate(ends.loads):
+        beside = [k for k in nodes if near[k, n]]
+        met, on_line = _met(cover, ends, n, beside)
+        # along a curve the force at the distance zero is the same everywhere
+        curve = bool(met) and on_line and bool(ends.along[n])
+        jumping = [one for one in (met[:1] if curve else met) if _jumps(cover, *one)]
+        if not jumping and met:
+            continue
+        sharp.append(load)
+        creased.append(curve)
+        if not curve:
+            found += [one for one in jumping if _is_new(cover, one[1], found)]
+    points = []
+    for node, q in found:
+        others = [_apart(cover, q, other) for _, other in found if other is not q]
+        radius = min(RADIUS, PART * min(others, default=np.inf))
+        points.append(JumpPoint(node, q, cover.seen(node, q), radius))
+    return Meetings(points, sharp, creased)
+
+
+def ends_of(cover: Cover) -> LoadEnds:
+    """Those of all loads that have two."""
+    system = cover.manifold.system
+    return LoadEnds(system, two_ended(system))
+
+
+def may_meet(cover: Cover, ends: LoadEnds) -> Array:
+    """Whether the ends of each load may meet, or pass close by, within reach of each place of the
+    cover: (nodes, loads).
+    """
+    q = np.array([node.place.q for node in cover.nodes])
+    frames = np.array([node.frame for node in cover.nodes])
+    reach = np.array([[node.reach] for node in cover.nodes])
+    sizes = np.linalg.norm(ends.slopes(q, frames), axis=(-2, -1))
+    return np.asarray(
+        np.linalg.norm(ends.vectors(q), axis=-1) <= FURTHER * reach * sizes + reach**2
+    )
+
+
+def _apart(cover: Cover, one: Array, other: Array) -> float:
+    """How far two positions are from each other, whole turns left out."""
+    return float(np.abs(cover.name(one) - cover.name(other)).max())
+
+
+def _is_new(cover: Cover, q: Array, found: list[tuple[CoverNode, Array]]) -> bool:
+    return all(_apart(cover, q, other) > ONE for _, other in found)
+
+
+def _met(
+    cover: Cover, ends: LoadEnds, n: int, nodes: list[int]
+) -> tuple[list[tuple[CoverNode, Array]], bool]:
+    """The positions near places at which the ends of a load meet, with these places, and whether
+    they move along a line there: by Newton's method from all places at once.
+    """
+    if not nodes:
+        return [], False
+    beside, many, scale = [cover.nodes[k] for k in nodes], cover.many, cover.scale
+    names = np.array([node.name for node in beside])
+    reach = np.array([node.reach for node in beside])
+    q = np.array([node.place.q for node in beside])
+    ways = np.array([node.frame for node in beside])
+    d = ends.vectors(q)[:, n]
+    met, on_line = list[tuple[CoverNode, Array]](), True
+    left = np.arange(len(beside))
+    for _ in range(ITERATIONS):
+        J = ends.slopes(q[left], ways[left])[:, n]
+        there = np.linalg.norm(d[left], axis=1) < MET
+        for k, own in zip(left[there].tolist(), J[there], strict=True):
+            sizes = np.linalg.svd(own, compute_uv=False)
+            line = bool(sizes[1] <= ON_LINE * sizes[0])
+            on_line &= line
+            # of a curve one is enough
+            if not (met and line and on_line) and _is_new(cover, q[k], met):
+                met.append((beside[k], q[k].copy()))
+        left, J = left[~there], J[~there]
+        if not left.size:
+            break
+        step = -np.einsum("nfd,nd->nf", np.linalg.pinv(J, rcond=1e-6), d[left])
+        along = np.einsum("nf,nfc->nc", step, ways[left])
+        size = np.maximum(np.abs(along).max(axis=1), 1e-300)
+        along *= np.minimum(1.0, reach[left] / size)[:, None]
+        # where two such points are close to each other a whole step overshoots
+        trying, kept = np.arange(len(left)), np.zeros(len(left), dtype=bool)
+        for _ in range(HALVINGS):
+            own = left[trying]
+            found = many.closed(q[own] + scale * along[trying], ways[own])
+            moved = np.where(found.good[:, None], ends.vectors(found.q)[:, n], np.inf)
+            nearer = np.linalg.norm(moved, axis=1) < np.linalg.norm(d[own], axis=1)
+            kept[trying[nearer]] = True
+            q[own[nearer]], d[own[nearer]] = found.q[nearer], moved[nearer]
+            ways[own[nearer]] = orthonormal(found.ways[nearer])[0]
+            along[trying] *= 0.5
+            trying = trying[~nearer]
+            if not trying.size:
+                break
+        near = np.abs(cover.name(q[left]) - names[left]).max(axis=1) <= 2.0 * reach[left]
+        left = left[kept & near]
+        if not left.size:
+            break
+    return met, on_line
+
+
+def _jumps(cover: Cover, node: CoverNode, q: Array) -> bool:
+    """Whether the forces differ on both sides of a position."""
+    manifold = cover.manifold
+    for way in node.frame:
+        sides = [manifold.closed(q + sign * BESIDE * manifold.scale * way) for sign in (1.0, -1.0)]
+        if sides[0] is None or sides[1] is None:
+            continue
+        one, other = (manifold.force(side) for side in sides if side is not None)
+        if not np.abs(one - other).max() <= SMOOTH * manifold.largest(sides[0]):
+            return True
+    return False
+
+
+# -- Charts of a surface of closed positions: coordinates of a tangent plane, and where they
+#    lead --------------------------------------------------------------------------------------
+
+#: Cells of a chart along each axis at its finest, a power of two.
+FINEST = 2**12
+#: How much longer than its part in the tangent plane a way on the surface may be.
+STEEP = 2.0
+#: The same of a chart that is to be level.
+BENT = 1.15
+#: Positions nearer to each other than this are one.
+SURFACE_CHARTS_SAME = 1e-6
+#: The least radius of a polar chart, as a part of its greatest.
+INNERMOST = 1e-5
+#: Angle [rad] at which a polar chart begins: no direction of symmetry.
+BEGINS = 0.7
+
+
+class TangentChart:
+    """The surface around a place of the cover, over a rectangle of the tangent plane there.
+
+    Parameters
+    ----------
+    low, high : array (2,)
+        Bounds of the rectangle.
+
+    Attributes
+    ----------
+    evaluations : int
+        How often the drive was evaluated.
+    left : list of ((int, int), int)
+        Corner and size of cells that were left to other charts.
+    samples : dict
+        Numbers of the samples at points of the grid where the drive was evaluated.
+    zeros : list
+        What is known of zeros that the chart leads to, as `ChartZeros` keeps them.
+    """
+
+    def __init__(self, cover: Cover, node: CoverNode, low: Array, high: Array) -> None:
+        self.cover, self.node, self.evaluations = cover, node, 0
+        self.side = self._side()
+        self.low, self.step = low, (high - low) / FINEST
+        self.left: list[tuple[tuple[int, int], int]] = []
+        self.samples: dict[tuple[int, int], int] = {}
+        self.zeros: list[Any] = []
+        self.zeros_read = 0
+
+    def is_level(self) -> bool:
+        """Whether it leads everywhere, and is nowhere steep: so is its border, at least."""
+        middles = [(i, j) for i in (0, 1, 2) for j in (0, 1, 2) if (i, j) != (1, 1)]
+        y = np.array([self.y(0.5 * i * FINEST, 0.5 * j * FINEST) for i, j in middles])
+        found = led_to([self] * len(y), y)
+        chords = np.linalg.norm((found.q - self.node.place.q) / self.cover.scale, axis=1)
+        return bool(found.good.all() and (chords <= BENT * np.linalg.norm(y, axis=1)).all())
+
+    def y(self, i: float, j: float) -> Array:
+        """Coordinates of a point of the grid."""
+        return np.asarray(self.low + self.step * [i, j])
+
+    def grid(self, y: Array) -> Array:
+        """Where coordinates are on the grid: (…, 2)."""
+        return np.asarray((y - self.low) / self.step)
+
+    def left_open(self, at: Array) -> bool:
+        """Whether a point of the grid is on the chart, and in no cell that was left to others."""
+        if (at < 0.0).any() or (at > FINEST).any():
+            return False
+        return not any(
+            np.abs((at - corner) / size - 0.5).max() <= 0.5 for corner, size in self.left
+        )
+
+    def holds(self, q: Array) -> bool:
+        """Whether the chart leads to a position, and not to one of another sheet above the same
+        place of the tangent plane.
+        """
+        return bool(hold([self], q[None])[0])
+
+    def turned_little(self, ends: Array, moved: Array) -> Array:
+        """By how much the ends of loads move to each other in cells (cells, loads), those of cells
+        (cells, 2, 2, loads, 2); `moved` is the same in a chart that has no centre.
+        """
+        return moved
+
+    def _side(self) -> float:
+        """The sign of det [Φ_q; frame], which a chart changes nowhere; 0 with redundant rows."""
+        square = np.vstack([self.node.place.rows, self.node.frame])
+        return float(np.linalg.slogdet(square)[0]) if len(square) == square.shape[1] else 0.0
+
+
+class PolarChart(TangentChart):
+    """The same around a point where a load jumps, over radius and angle: there the drive is smooth
+    in both, down to the radius zero.
+    """
+
+    def __init__(self, cover: Cover, point: JumpPoint, ends: LoadEnds) -> None:
+        self.centre, self.radius = point.y, point.radius
+        low = np.array([INNERMOST * self.radius, BEGINS])
+        super().__init__(cover, point.node, low, np.array([self.radius, BEGINS + 2.0 * np.pi]))
+        lengths = np.linalg.norm(ends.vectors(point.q), axis=1)
+        self.own = lengths < 1e-3 * INNERMOST * self.radius
+
+    def y(self, i: float, j: float) -> Array:
+        """Coordinates of a point of the grid."""
+        radius, angle = self.low + self.step * [i, j]
+        return np.asarray(self.centre + radius * np.array([np.cos(angle), np.sin(angle)]))
+
+    def grid(self, y: Array) -> Array:
+        """Where coordinates are on the grid: (…, 2)."""
+        x, z = np.moveaxis(y - self.centre, -1, 0)
+        angle = BEGINS + (np.arctan2(z, x) - BEGINS) % (2.0 * np.pi)
+        return np.asarray((np.stack([np.hypot(x, z), angle], axis=-1) - self.low) / self.step)
+
+    def turned_little(self, ends: Array, moved: Array) -> Array:
+        """The same; loads whose ends meet in the centre turn with the angle only."""
+        turned = np.linalg.norm(np.diff(ends, axis=2), axis=-1)[:, :, 0]
+        lengths = np.linalg.norm(ends, axis=-1)
+        part = (turned / np.maximum(lengths.min(axis=2), 1e-300)).max(axis=1)
+        return np.where(self.own, part * lengths.min(axis=(1, 2)), moved)
+
+
+def led_to(charts: Sequence[TangentChart], y: Array) -> ClosedPositions:
+    """The positions to which charts lead at coordinates, each at its own (charts, 2)."""
+    cover = charts[0].cover
+    scale, nodes = cover.scale, [chart.node for chart in charts]
+    frames = np.array([node.frame for node in nodes])
+    origin = np.array([node.place.q for node in nodes])
+    found = cover.many.closed(origin + scale * np.einsum("nf,nfc->nc", y, frames), frames)
+    # closing may lead to another sheet, and beside a change point to another circuit
+    chords = np.linalg.norm((found.q - origin) / scale, axis=1)
+    sides = np.array([chart.side for chart in charts])
+    good = found.good & (chords <= STEEP * np.linalg.norm(y, axis=1) + 1e-9)
+    return replace(found, good=good & (found.side == sides))
+
+
+def hold(charts: Sequence[TangentChart], q: Array) -> Array:
+    """Whether charts lead to positions, each to its own (charts, coordinates)."""
+    if not charts:
+        return np.zeros(0, dtype=bool)
+    cover = charts[0].cover
+    origin = np.array([chart.node.place.q for chart in charts])
+    frames = np.array([chart.node.frame for chart in charts])
+    way = whole_turns_less((q - origin) / cover.scale)
+    found = led_to(charts, np.einsum("nfc,nc->nf", frames, way))
+    apart = np.abs(whole_turns_less((found.q - q) / cover.scale)).max(axis=1)
+    return np.asarray(found.good & (np.where(found.good, apart, np.inf) < SURFACE_CHARTS_SAME))
+
+
+# -- The drive at points of charts of a surface, and what single loads are of it ---------------
+
+
+class SurfaceSamples:
+    """Numbered samples, not a number where a chart does not lead.
+
+    Parameters
+    ----------
+    ends : LoadEnds
+        Of the loads whose direction turns quickly where their ends come close.
+
+    Attributes
+    ----------
+    q : array (samples, coordinates)
+    drive : array (samples, 2)
+        The drive in the frame of the chart.
+    own : array (samples, loads, 2)
+        What these loads are of it.
+    ends : array (samples, loads, 2)
+        From one end of each to the other.
+    slopes : array (samples, loads, 2, 2)
+        A load that pulls along its line drives by −F u·slopes, u the direction of its ends.
+    force : array (samples, loads)
+        F.
+    """
+
+    def __init__(self, cover: Cover, ends: LoadEnds) -> None:
+        self.cover, self.of = cover, ends
+        loads, size = len(ends.loads), cover.manifold.size
+        self.count = 0
+        self._shapes = {
+            "q": (size,),
+            "drive": (2,),
+            "own": (loads, 2),
+            "ends": (loads, 2),
+            "slopes": (loads, 2, 2),
+            "force": (loads,),
+        }
+        self._kept = {name: np.empty((256, *shape)) for name, shape in self._shapes.items()}
+        # the force on the end on j, or that on i where j is the ground
+        ground = 3 * ends.bodies[1] >= size
+        self._at = 3 * np.where(ground, ends.bodies[0], ends.bodies[1])
+
+    def __getattr__(self, name: str) -> Array:
+        if name.startswith("_") or name not in self._shapes:
+            raise AttributeError(name)
+        return self._kept[name][: self.count]
+
+    def add(self, charts: Sequence[TangentChart], y: Array) -> Array:
+        """Evaluate the drive at coordinates of charts, each at its own: numbers of the samples."""
+        many, count = self.cover.many, len(charts)
+        found = led_to(charts, y)
+        new = {name: np.full((count, *shape), np.nan) for name, shape in self._shapes.items()}
+        good = np.flatnonzero(found.good)
+        q, ways = found.q[good], found.ways[good]
+        loads = many.loads(q)
+        # frame · P f, P the projection on the free directions: (W Wᵀ)⁻¹ W f
+        S = np.linalg.inv(ways @ ways.transpose(0, 2, 1))
+        drives = np.einsum("nab,nbc,nlc->nla", S, ways, loads)
+        new["q"][good] = q
+        new["drive"][good] = drives.sum(axis=1)
+        if self.of.loads:
+            new["own"][good] = drives[:, self.of.numbers]
+            new["ends"][good] = self.of.vectors(q)
+            new["slopes"][good] = self.of.slopes(q, ways) @ S[:, None]
+            own = loads[:, self.of.numbers]
+            every = np.arange(len(self.of.loads))
+            new["force"][good] = np.hypot(
+                own[:, every, self._at % own.shape[-1]], own[:, every, self._at % own.shape[-1] + 1]
+            )
+        first, self.count = self.count, self.count + count
+        while self.count > len(self._kept["q"]):
+            for name, kept in self._kept.items():
+                self._kept[name] = np.concatenate([kept, np.empty_like(kept)])
+        for name, values in new.items():
+            self._kept[name][first : self.count] = values
+        for chart in charts:
+            chart.evaluations += 1
+        return np.arange(first, self.count)
+
+    def leads(self, numbers: Array) -> Array:
+        """Whether the charts lead to samples."""
+        return np.isfinite(self.q[numbers]).all(axis=-1)

@@ -1,0 +1,473 @@
+"""The commands for designers: sweeps, sensitivity, tolerances, optima, answers, fits, balance."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from mbody.cli.analyse import exit_status, question
+from mbody.cli.interrupts import interrupt
+from mbody.cli.option_values import (
+    bounds,
+    low_and_high,
+    measures_in_degrees,
+    model_of,
+    named_values,
+    whole_number,
+)
+from mbody.cli.streams import PRINTED, UsageError, check_printed, message, write_rows
+from mbody.errors import ModelError, SolveError
+from mbody.model.element import listed
+from mbody.solution.doubts import heading
+
+if TYPE_CHECKING:
+    from mbody.engineering import ForceBalance, SpringBalance
+    from mbody.model.mechanism import Mechanism
+    from mbody.model.study import OptimizationTask
+    from mbody.optimization.optimum import Optimum
+    from mbody.sweeps import Sweep
+
+
+def sweep(args: Any) -> int:
+    """Run a sweep and print its results."""
+    from mbody.sweeps import sweep as solved
+
+    check_printed(args)
+    if not args.vary:
+        raise UsageError("choose what differs between designs: --vary NAME=LOW:HIGH:COUNT")
+    mechanism = model_of(args)
+    varied = named_values(args.vary, "--vary")
+    parameters = {name: values_of(name, text) for name, text in varied.items()}
+    note_plain(mechanism, varied)
+    ask = question(args, mechanism.ask)
+    options: dict[str, Any] = (
+        {}
+        if ask is None
+        else {"at": ask.at, "over": ask.over, "instants": ask.instants, "turns": ask.turns}
+    )
+    options |= {"to": args.to, "progress": lambda done, of: interrupt.mark()}
+    measures = args.measure or None
+    if args.angle == "deg":
+        measures = measures_in_degrees(mechanism, args.measure or list(mechanism.measures))
+    found = solved(mechanism, parameters, args.analysis, measures or None, **options)
+    interrupt.done()
+    angle = args.angle or "rad"
+    if args.csv:
+        _write(found, args.csv, angle)
+    if args.json:
+        print(json.dumps(_data(found, angle), ensure_ascii=False, allow_nan=False))
+    elif args.csv != PRINTED:
+        print(found)
+    return exit_status(found, shown=args.json or args.csv != PRINTED)
+
+
+def note_plain(mechanism: Mechanism, varied: Mapping[str, str]) -> None:
+    """Note plain values of parameters that the model has in another unit."""
+    from mbody.quantities.parameters import plain_otherwise
+
+    for name, text in varied.items():
+        plain = all(map(_is_plain, text.split(":")[:2] if ":" in text else text.split(",")))
+        own = mechanism.parameters.get(name) if plain else None
+        if own is not None and (said := plain_otherwise(name, own, mechanism.units)):
+            message(f"note: {said}")
+
+
+def _is_plain(text: str) -> bool:
+    """Whether a value is a number without a unit, and not 0."""
+    try:
+        return float(text) != 0.0
+    except ValueError:
+        return False
+
+
+def values_of(name: str, text: str) -> Any:
+    """What a parameter takes: from one value to another in so many, or one after the other."""
+    from mbody.quantities import FormulaError, read
+    from mbody.sweeps import Steps
+
+    try:
+        low, sign, rest = text.partition(":")
+        if not sign:
+            return [read(part, None, "deg") for part in text.split(",")]
+        high, _, count = rest.partition(":")
+        if not (count.strip().isascii() and count.strip().isdigit()) or len(count) > 9:
+            raise UsageError(
+                f"--vary takes LOW:HIGH:COUNT, or values with commas, not {text[:60]!r}"
+            )
+        return Steps(read(low, None, "deg"), read(high, None, "deg"), int(count))
+    except FormulaError as error:
+        raise ModelError(f"--vary {name}: {error}", name) from None
+
+
+def _data(found: Sweep, angle: str) -> dict[str, Any]:
+    """The result as plain lists; None where a design has no number."""
+    columns: dict[str, Any] = {}
+    for name, column in found.columns(angle).items():
+        rows = column if isinstance(column, list) else column.tolist()
+        columns[name] = [_plain(value) for value in rows]
+    units = {name: found.unit_of(name, angle) for name in found.samples.given_names} | found.units
+    return heading(found.system.mechanism.name, "sweep", units, found) | {"columns": columns}
+
+
+def _plain(value: Any) -> Any:
+    if hasattr(value, "tolist"):
+        return [_plain(part) for part in value.tolist()]
+    return None if isinstance(value, float) and value != value else value
+
+
+def _write(found: Sweep, path: str, angle: str) -> None:
+    """A line for each design; of histories a column for each instant. Headings have units."""
+    units = {name: found.unit_of(name, angle) for name in found.samples.given_names} | found.units
+    table: dict[str, Any] = {}
+    for name, column in found.columns(angle).items():
+        unit = f" [{units[name]}]" if units.get(name) else ""
+        if len(column) and hasattr(column[0], "__len__") and not isinstance(column[0], str):
+            parts = enumerate(zip(*column, strict=True))
+            table |= {f"{name}[{n}]{unit}": list(part) for n, part in parts}
+        else:
+            table[name + unit] = column if isinstance(column, list) else column.tolist()
+    rows = zip(*table.values(), strict=True)
+    write_rows(path, list(table), rows, f": {len(found)} designs")
+
+
+# -- `mbody sensitivity MODEL MEASURE`: which number changes a measured quantity most ----------
+
+
+def sensitivity(args: Any) -> int:
+    """Take the derivatives of one measured quantity by all numbers, and print them as a table."""
+    from mbody.analysis.driven.driven import analyse_system_at
+    from mbody.derivatives.gradient import gradient_at, sensitivity_of
+    from mbody.derivatives.named_numbers import checked_names
+    from mbody.model.study import Instants
+    from mbody.solution.doubts import heading, succeeded, unit_symbols
+    from mbody.system.assembler import assemble
+
+    mechanism = model_of(args)
+    ask = question(args, mechanism.ask) or Instants()
+    system = assemble(mechanism)
+    run = analyse_system_at(system, args.analysis, ask)
+    by = [name for names in args.by for name in names.split(",")] or None
+    names = checked_names(system, by, "sensitivity")
+    wanted: Any = args.measure
+    if args.angle == "deg":
+        wanted = measures_in_degrees(mechanism, [args.measure])[args.measure]
+    gradient = gradient_at(run, [wanted], by, ask.over)
+    found = sensitivity_of(run, gradient, names, by is None)
+    if args.json:
+        units = unit_symbols(mechanism.units)
+        head = heading(mechanism.name, "sensitivity", units, found)
+        print(json.dumps(head | found.data(), ensure_ascii=False, allow_nan=False))
+    else:
+        print(found)
+    return 0 if succeeded(found.status) else 1
+
+
+# -- `mbody tolerances MODEL MEASURE`: the band of a quantity whose numbers scatter ------------
+
+KINDS = ("normal", "uniform", "triangular")
+
+
+def tolerances(args: Any) -> int:
+    """Find the bands, the contributions and the loosest tolerances, and print them."""
+    from mbody.derivatives.tolerance_study import tolerances as solved
+    from mbody.solution.doubts import heading, unit_symbols
+
+    if not args.scatter:
+        raise UsageError("choose what scatters: --scatter NAME=WIDTH")
+    mechanism = model_of(args)
+    scatter = {n: _scatter(text) for n, text in named_values(args.scatter, "--scatter").items()}
+    ask = question(args, mechanism.ask)
+    options: dict[str, Any] = {}
+    if ask is not None:
+        options = {"at": ask.at}
+        if ask.over:
+            options = {"over": ask.over, "instants": ask.instants, "turns": ask.turns}
+    within = None
+    if args.within is not None:
+        within = low_and_high("--within", args.within)
+    count, seed = (whole_number(f"--{name}", getattr(args, name)) for name in ("count", "seed"))
+    wanted: Any = args.measure
+    if args.angle == "deg":
+        wanted = measures_in_degrees(mechanism, [args.measure])[args.measure]
+    found = solved(
+        mechanism,
+        wanted,
+        scatter,
+        args.analysis,
+        count=count,
+        seed=seed,
+        within=within,
+        **options,
+    )
+    if args.json:
+        head = heading(mechanism.name, "tolerances", unit_symbols(mechanism.units), found)
+        print(json.dumps(head | found.data(), ensure_ascii=False, allow_nan=False))
+    else:
+        print(found)
+    return 0
+
+
+def _scatter(text: str) -> Any:
+    """A distribution from its name and its width."""
+    from mbody.sweeps import Normal, Triangular, Uniform
+
+    kind, _, width = text.partition(" ")
+    if kind not in KINDS:
+        return Normal(text)
+    return {"normal": Normal, "uniform": Uniform, "triangular": Triangular}[kind](width.strip())
+
+
+# -- `mbody optimize MODEL [NAME]`: the tasks [optimize.NAME] of a model, or one of options ----
+
+#: The name of a task that the file does not have.
+OF_OPTIONS = "task"
+
+
+def optimize(args: Any) -> int:
+    """Carry out one task of a model, or all of them; 1 where one has no answer, or a doubt."""
+    from mbody.files.model.study_tables import optimization_tasks
+    from mbody.files.results import error_data
+    from mbody.optimization.optimize import optimize as solved
+    from mbody.optimization.optimum import sheet
+    from mbody.solution.doubts import Doubt, Inherited, heading, inherited, unit_symbols
+
+    check_printed(args)
+    mechanism = model_of(args)
+    own = _of_options(args)
+    tasks = {OF_OPTIONS: own} if own else optimization_tasks(mechanism)
+    if not tasks:
+        raise ModelError(
+            f"'{mechanism.name}' has nothing to optimize: give --minimize and --by, or its file a "
+            "table [optimize.NAME] with minimize, by and subject_to"
+        )
+    if args.name and args.name not in tasks:
+        raise ModelError(
+            f"'{mechanism.name}' has no optimization '{args.name[:60]}' (it has: {listed(tasks)})",
+            args.name,
+        )
+    names = [args.name] if args.name else list(tasks)
+    if (args.csv or args.output) and len(names) > 1:
+        raise ModelError(
+            f"'{mechanism.name}' has {len(names)} optimizations ({listed(names)}): name the one "
+            "that is to be written"
+        )
+    cases: dict[str, Any] = {}
+    texts: list[str] = []
+    doubts: list[Doubt] = []
+    notes: list[str] = []
+    stopped = ""
+    for name in names:
+        try:
+            found = solved(mechanism, tasks[name], progress=_progress(name))
+        except SolveError as error:
+            doubts.append(Doubt("incomplete", f"{name}: {error}"))
+            cases[name] = {"values": {}, **error_data(error)}
+            texts.append(_unsolved(mechanism.name, name, error))
+            continue
+        doubts += found.doubts
+        notes += found.notes
+        cases[name] = found.data()
+        texts.append(sheet(found, name))
+        if args.csv:
+            _optimize_write(found, args.csv)
+        if args.output:
+            found.save(args.output)
+            message(f"wrote {args.output}")
+        if found.status.startswith("stopped"):
+            stopped = found.status
+            break
+    interrupt.done()
+    whole = Inherited(**inherited(Inherited(doubts=tuple(doubts)), notes=tuple(notes)))
+    if args.json:
+        head = heading(mechanism.name, "optimize", unit_symbols(mechanism.units), whole)
+        if stopped and not doubts:
+            head["status"] = stopped
+        print(json.dumps(head | {"cases": cases}, ensure_ascii=False, allow_nan=False))
+    elif args.csv != PRINTED or not any(cases[name]["values"] for name in cases):
+        print("\n\n\n".join(texts))
+    else:
+        exit_status(whole, shown=False)
+    return 1 if doubts or stopped else 0
+
+
+def _of_options(args: Any) -> OptimizationTask | None:
+    """The task that the options are, if any is given."""
+    from mbody.model.study import OptimizationTask
+
+    others = {
+        "subject_to": args.subject_to,
+        "by": {name: bounds(name, text) for name, text in named_values(args.by, "--by").items()},
+        "over": args.over,
+        "analysis": args.analysis,
+        "turns": whole_number("--turns", args.turns),
+        "until": args.until,
+        "starts": whole_number("--starts", args.starts),
+        "seed": whole_number("--seed", args.seed),
+    }
+    given = {name: value for name, value in others.items() if value not in (None, [], {})}
+    if not args.minimize and not args.maximize:
+        if given:
+            option = next(iter(given)).replace("_", "-")
+            raise UsageError(f"--{option} needs --minimize or --maximize: what is to be best")
+        return None
+    if "by" not in given:
+        raise UsageError("choose the numbers that may change: --by NAME=LOW:HIGH")
+    if args.name:
+        raise UsageError(
+            f"--minimize and --maximize make a task of their own: leave out {args.name[:40]!r}"
+        )
+    return OptimizationTask(tuple(args.minimize), tuple(args.maximize), **given)
+
+
+def _unsolved(model: str, name: str, error: SolveError) -> str:
+    """The sheet of a task that has no answer."""
+    return "\n".join([f"{model}: {name}", "", "no optimum:", str(error)])
+
+
+def _progress(name: str) -> Any:
+    """Where Ctrl-C may stop a task; it says how many searches have ended."""
+    said = [-1]
+
+    def seen(done: int, of: int) -> None:
+        interrupt.mark()
+        if done != said[0] and done:
+            message(f"{name}: {done} of {of} searches")
+        said[0] = done
+
+    return seen
+
+
+def _optimize_write(found: Optimum, path: str) -> None:
+    """A line for each number: before, at the optimum, unit, band; or the designs of a front."""
+    rows: list[list[Any]]
+    if found.pareto:
+        units = [*found.aims, *((name, found.units[name]) for name in found.values)]
+        head = [f"{name} [{unit}]" if unit else name for name, unit in units]
+        rows = [[*one.objective, *one.values.values()] for one in found.pareto]
+    else:
+        head = ["number", "before", "optimum", "unit", "band from", "band to"]
+        rows = [
+            [name, found.start_values[name], value, found.units[name], *found.band[name]]
+            for name, value in found.values.items()
+        ]
+    write_rows(path, head, rows)
+
+
+# -- `mbody solve MODEL [NAME]`: the questions of a model, answered ----------------------------
+
+NONE = "no solution:"
+
+
+def solve(args: Any) -> int:
+    """Answer one question of a model, or all of them; 1 where one has none, or a doubt."""
+    from mbody.files.results import answer_data, error_data
+    from mbody.inverse.solve_for import solve_for
+    from mbody.sheets.analyses import answers_sheet
+    from mbody.solution.doubts import Doubt, Inherited, heading, inherited, unit_symbols
+
+    mechanism = model_of(args)
+    questions = mechanism.questions
+    if not questions:
+        raise ModelError(
+            f"'{mechanism.name}' has no questions: give its file a table [solve.NAME] with "
+            "unknowns and conditions"
+        )
+    if args.name and args.name not in questions:
+        raise ModelError(
+            f"'{mechanism.name}' has no question '{args.name[:60]}' (it has: {listed(questions)})",
+            args.name,
+        )
+    cases: dict[str, Any] = {}
+    texts: list[str] = []
+    doubts: list[Doubt] = []
+    notes: list[str] = []
+    for name in [args.name] if args.name else questions:
+        try:
+            answer = solve_for(mechanism, questions[name])
+        except SolveError as error:
+            doubts.append(Doubt("incomplete", f"{name}: {error}"))
+            cases[name] = {"solutions": [], **error_data(error)}
+            texts.append("\n".join([f"{mechanism.name}: {name}", "", NONE, str(error)]))
+        else:
+            doubts += answer.doubts
+            notes += answer.notes
+            cases[name] = answer_data(answer, args.angle or "deg")
+            texts.append(answers_sheet(answer, name))
+    if args.json:
+        units = unit_symbols(mechanism.units, args.angle or "deg")
+        whole = Inherited(**inherited(Inherited(doubts=tuple(doubts)), notes=notes))
+        head = heading(mechanism.name, "solve", units, whole)
+        print(json.dumps(head | {"cases": cases}, ensure_ascii=False, allow_nan=False))
+    else:
+        print("\n\n\n".join(texts))
+    return 1 if doubts else 0
+
+
+# -- `mbody fit MODEL DATA.csv`: numbers from measured histories, by options or a table [fit] --
+
+
+def fit(args: Any) -> int:
+    """Fit the numbers, and print them with their intervals."""
+    from mbody.derivatives.fit import fit as solved
+    from mbody.files.model.study_tables import fit_settings
+    from mbody.solution.doubts import heading, unit_symbols
+
+    names = [name.strip() for names in args.by for name in names.split(",")]
+    offsets = [name.strip() for names in args.offset for name in names.split(",")]
+    mechanism = model_of(args)
+    kept = fit_settings(mechanism)
+    how = kept.arguments() if kept is not None else {}
+    given = {"by": names, "offsets": offsets, "analysis": args.analysis}
+    how |= {name: value for name, value in given.items() if value}
+    if "by" not in how:
+        raise UsageError(
+            "choose the unknown numbers: --by NAMES, or by = [...] in a table [fit] of the file"
+        )
+    found = solved(mechanism, list(args.data), **how)
+    if args.json:
+        head = heading(mechanism.name, "fit", unit_symbols(mechanism.units), found)
+        print(json.dumps(head | found.data(), ensure_ascii=False, allow_nan=False))
+    else:
+        print(found)
+    return exit_status(found)
+
+
+# -- `mbody balance MODEL`: counterweights and springs that balance a mechanism ----------------
+
+
+def balance(args: Any) -> int:
+    """Find counterweights or stiffnesses, print them, and write the balanced model."""
+    from mbody.engineering import force_balance, spring_balance
+    from mbody.files.model import save
+
+    on = named_values(args.on, "--on")
+    springs = [name for names in args.springs for name in names.split(",")]
+    if bool(on) == bool(springs):
+        raise UsageError(
+            "choose what is to balance: --on LINK=RADIUS for counterweights, or --springs NAMES"
+        )
+    mechanism = model_of(args)
+    ask = question(args, None)
+    options: dict[str, Any] = {}
+    if ask is not None:
+        options = {"at": ask.at}
+        if ask.over:
+            options = {"over": ask.over, "instants": ask.instants, "turns": ask.turns}
+    found: ForceBalance | SpringBalance
+    found = (
+        force_balance(mechanism, on, **options)
+        if on
+        else spring_balance(mechanism, springs, **options)
+    )
+    if args.output:
+        save(found.mechanism, args.output)
+        message(f"wrote {args.output}")
+    if args.json:
+        from mbody.solution.doubts import heading, unit_symbols
+
+        head = heading(mechanism.name, "balance", unit_symbols(mechanism.units), found)
+        print(json.dumps(head | found.data(), ensure_ascii=False, allow_nan=False))
+    else:
+        print(found)
+    return exit_status(found)

@@ -1,0 +1,355 @@
+"""The commands for engines and machines: shaking, flywheels, motors, bearings, cams."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from mbody.cli.analyse import assembly_of, exit_status, question
+from mbody.cli.option_values import in_degrees, model_of, named_values, whole_number
+from mbody.cli.pictures import motion_or_driven, named_bodies
+from mbody.cli.streams import PRINTED, UsageError, check_printed, message, write_rows
+from mbody.errors import ModelError
+
+if TYPE_CHECKING:
+    from mbody.engineering import BalanceShaft, BearingLoad, CamAnalysis, FlywheelProof
+    from mbody.model.mechanism import Mechanism
+    from mbody.quantities.types import Number
+    from mbody.solution.solution import Solution
+
+
+def shaking(args: Any) -> int:
+    """Print the orders of the shaking force."""
+    from mbody.engineering import balance_shafts, shaking_orders
+
+    highest = _number(args.orders, "--orders")
+    orders = [_number(part, "--shafts") for part in (args.shafts or "").split(",") if part]
+    run = cycle_run(args, model_of(args))
+    found = shaking_orders(run, args.about, args.driver, highest)
+    shafts = balance_shafts(run, orders, args.driver) if orders else ()
+    if args.json:
+        from mbody.solution.doubts import heading, unit_symbols
+
+        symbols = unit_symbols(run.mechanism.units, args.angle or "rad")
+        plain = [dataclasses.asdict(one) for one in shafts]
+        for one in plain if args.angle == "deg" else ():
+            one["angle"] = in_degrees(one["angle"])
+        head = heading(run.mechanism.name, "shaking", symbols, found)
+        data = head | found.data() | {"shafts": plain}
+        print(json.dumps(data, ensure_ascii=False, allow_nan=False))
+    else:
+        print(found)
+        if orders:
+            print(_table(run, shafts))
+    return exit_status(found, shown=args.json)
+
+
+def cycle_run(args: Any, mechanism: Mechanism, analysis: str = "kinetostatics") -> Solution:
+    """The requested cycle, else that of the model, else a turn of the driver."""
+    from mbody.analysis.driven.driven import analyse_at
+    from mbody.model.study import Instants
+
+    wanted = question(args, mechanism.ask)
+    if not args.at and (wanted is None or not wanted.over):
+        wanted = Instants(over="turn")
+    return analyse_at(mechanism, analysis, wanted, assembly_of(args))
+
+
+def _number(text: str, option: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value) or not value > 0.0:
+        raise UsageError(f"{option} takes numbers above 0 such as 2, not {text[:40]!r}")
+    return value
+
+
+def _table(run: Solution, shafts: Sequence[BalanceShaft]) -> str:
+    from mbody.sheets.text_table import Column, angles, numbers, table
+
+    if not shafts:
+        return "\nno balance shaft is needed for these orders"
+    unit = run.mechanism.units
+    lines = table(
+        [
+            Column("SHAFT", [f"{one.order:g}" for one in shafts]),
+            Column("", ["with it" if one.sense > 0 else "against it" for one in shafts], text=True),
+            Column("m·r", numbers([s.unbalance for s in shafts]), f"{unit.mass}·{unit.length}"),
+            Column("angle", angles([one.angle for one in shafts]), "deg"),
+            Column("force", numbers([one.force for one in shafts]), unit.force),
+        ]
+    )
+    return "\n".join(["", *lines])
+
+
+# -- `mbody flywheel MODEL --coefficient C`: the turning moment over a cycle, and its flywheel -
+
+
+def flywheel(args: Any) -> int:
+    """Print the fluctuation and the flywheel, and prove it by the free motion."""
+    from mbody.engineering import size_flywheel
+
+    text = args.coefficient
+    try:
+        coefficient = float(text)
+    except ValueError:
+        coefficient = math.nan
+    if not math.isfinite(coefficient):
+        raise UsageError(f"--coefficient takes a number such as 0.02, not {text[:40]!r}")
+    run = cycle_run(args, model_of(args))
+    found = size_flywheel(run, coefficient, args.driver)
+    proof = found.simulated() if args.simulate else None
+    if args.json:
+        from mbody.solution.doubts import heading, unit_symbols
+
+        symbols = unit_symbols(run.mechanism.units, args.angle or "rad")
+        data = heading(run.mechanism.name, "flywheel", symbols, found) | found.data()
+        for key in ("least_at", "greatest_at") if args.angle == "deg" else ():
+            data[key] = in_degrees(data[key])
+        if proof is not None:
+            data["simulated"] = {"coefficient": proof.coefficient, "status": proof.status}
+        print(json.dumps(data, ensure_ascii=False, allow_nan=False))
+    else:
+        print(found)
+        if proof is not None:
+            print(_line(proof))
+    return exit_status(found, shown=args.json)
+
+
+def _line(proof: FlywheelProof) -> str:
+    return f"\nsimulated over a cycle: fluctuation of the speed {proof.coefficient:.6g}"
+
+
+# -- `mbody motor MODEL`: a motor with its gear against what a driver asks of it ---------------
+
+
+def motor(args: Any) -> int:
+    """Print rms and peak torque, the inertia ratio, and the limit that is nearest."""
+    from mbody.engineering import MotorCurve, motor_sizing
+
+    curve = MotorCurve(
+        _row(args.speed), _row(args.peak), _row(args.continuous), inertia=args.inertia
+    )
+    ratio = None if args.ratio is None else _motor_number(args.ratio, "--ratio", "12.5")
+    efficiency = _motor_number(args.efficiency, "--efficiency", "0.9")
+    run = cycle_run(args, model_of(args))
+    found = motor_sizing(
+        run, curve, args.driver, ratio=ratio, efficiency=efficiency, rest=args.rest
+    )
+    if args.json:
+        from mbody.solution.doubts import heading, unit_symbols
+
+        units = unit_symbols(run.mechanism.units)
+        head = heading(run.mechanism.name, "motor", units, found)
+        print(json.dumps(head | found.data(), ensure_ascii=False, allow_nan=False))
+    else:
+        print(found)
+    return exit_status(found, shown=args.json)
+
+
+def _row(text: str) -> list[str]:
+    return [part.strip() for part in text.split(",")]
+
+
+def _motor_number(text: str, option: str, such: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise UsageError(f"{option} takes a number such as {such}, not {text[:40]!r}")
+    return value
+
+
+# -- `mbody bearings MODEL`: loads of bearings over a cycle, their spectra and lives -----------
+
+#: Classes of a spectrum that is data.
+CLASSES = 10
+
+
+def bearings(args: Any) -> int:
+    """Print the equivalent load and the life of every bearing."""
+    from mbody.engineering import bearing_load
+
+    ratings: dict[str, Any] = named_values(args.rating, "--rating")
+    classes = whole_number("--spectrum", args.spectrum)
+    mechanism = model_of(args)
+    # a rating for a joint that is no bearing is refused with those that there are
+    wanted = [*dict.fromkeys([*(named_bodies(args.joint) or _revolutes(mechanism)), *ratings])]
+    kind = _kind(args.kind)
+    run = motion_or_driven(args, mechanism) if args.to else cycle_run(args, mechanism)
+    found = {name: bearing_load(run, name, kind, ratings.get(name)) for name in wanted}
+    if args.json:
+        from mbody.solution.doubts import heading, unit_symbols
+
+        units = unit_symbols(run.mechanism.units)
+        head = heading(run.mechanism.name, "bearings", units, run)
+        rows = {
+            name: _plain(one.data()) | {"spectrum": one.spectrum(classes or CLASSES)}
+            for name, one in found.items()
+        }
+        print(json.dumps(head | {"bearings": rows}, ensure_ascii=False, allow_nan=False))
+    else:
+        print(_sheet(run, found, classes))
+    return exit_status(run, shown=True)
+
+
+def _revolutes(mechanism: Mechanism) -> list[str]:
+    from mbody.model.joints import Revolute
+
+    names = [one.name for one in mechanism.joints if isinstance(one, Revolute)]
+    if not names:
+        raise ModelError(f"'{mechanism.name}' has no revolute joint: there is no bearing in it")
+    return names
+
+
+def _kind(text: str) -> str | float:
+    """The kind, or an exponent."""
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def _plain(data: dict[str, Any]) -> dict[str, Any]:
+    """What is infinite is null."""
+    return {
+        key: value if value is None or math.isfinite(value) else None for key, value in data.items()
+    }
+
+
+def _sheet(run: Solution, found: dict[str, BearingLoad], classes: int | None) -> str:
+    from mbody.sheets.text_table import Column, certified, even, numbers, table, title
+
+    unit, loads = run.mechanism.units, list(found.values())
+    exponent = loads[0].exponent
+    words = f"bearings over {loads[0].cycle:.6g} {unit.time}, exponent of life {exponent:.4g}"
+    rated = [one for one in loads if one.life is not None]
+    columns = [
+        Column("BEARING", list(found), text=True),
+        Column("equivalent", numbers([one.equivalent for one in loads]), unit.force),
+        Column("by time", numbers([one.in_time for one in loads]), unit.force),
+        Column("greatest", numbers([one.greatest for one in loads]), unit.force),
+        Column("mean", numbers([one.mean for one in loads]), unit.force),
+        Column("turns a cycle", numbers([one.revolutions for one in loads])),
+    ]
+    if rated:
+        columns += [
+            Column("life", [_life(one.life) for one in loads], "10⁶ rev"),
+            Column("life", [_hours(run, one) for one in loads], "h"),
+        ]
+    lines = [*title(run.mechanism.name, words, unit), "", *table(columns)]
+    for name, one in found.items() if classes else ():
+        rows = one.spectrum(classes or 1)
+        lines += [
+            "",
+            *table(
+                [
+                    Column(f"{name}: from", numbers([row[0] for row in rows]), unit.force),
+                    Column("to", numbers([row[1] for row in rows]), unit.force),
+                    Column("of revolutions", [f"{100.0 * row[2]:.2f}" for row in rows], "%"),
+                    Column("of time", [f"{100.0 * row[3]:.2f}" for row in rows], "%"),
+                ]
+            ),
+        ]
+    return "\n".join(even([*lines, *certified(run)]))
+
+
+def _life(revolutions: float | None) -> str:
+    if revolutions is None:
+        return ""
+    return f"{revolutions / 1e6:.5g}" if math.isfinite(revolutions) else "endless"
+
+
+def _hours(run: Solution, one: BearingLoad) -> str:
+    from mbody.quantities.units import unit_system
+
+    if one.time is None:
+        return ""
+    if not math.isfinite(one.time):
+        return "endless"
+    return f"{one.time * unit_system(run.mechanism.units).unit('time').factor / 3600.0:.5g}"
+
+
+# -- `mbody cam MODEL`: pressure angle, curvature, contour and base circle of a cam ------------
+
+#: Points of a contour.
+POINTS = 361
+
+
+def cam(args: Any) -> int:
+    """Print what limits a cam, and write its contour."""
+    from mbody.engineering import cam_analysis
+
+    check_printed(args)
+    printed = args.csv == PRINTED
+    if args.points is not None and not args.csv:
+        raise UsageError("--points goes with --csv")
+    points = whole_number("--points", args.points)
+    machine = model_of(args)
+    try:
+        run = cycle_run(args, machine, "kinematics")
+    except ModelError:
+        if _print_undercut(machine, args):
+            return 1
+        raise
+    found = cam_analysis(run, args.joint, limit=_limit(args.limit))
+    if args.csv:
+        _write(found, args.csv, POINTS if points is None else points, args.angle or "rad")
+    if args.json:
+        from mbody.solution.doubts import heading, unit_symbols
+
+        angle = args.angle or "deg"
+        machine = run.mechanism
+        head = heading(machine.name, "cam", unit_symbols(machine.units, angle), found)
+        print(json.dumps(head | found.data(angle), ensure_ascii=False, allow_nan=False))
+    elif not printed:
+        print(found)
+    return exit_status(found, shown=not printed)
+
+
+def _print_undercut(machine: Mechanism, args: Any) -> bool:
+    """Print where a cam that is refused undercuts; whether that is why it was."""
+    from mbody.engineering import cam_undercut
+
+    try:
+        found = cam_undercut(machine, args.joint)
+    except ModelError:
+        return False  # the first error says more
+    if not found.undercut:
+        return False
+    if args.csv:
+        message(f"mbody: '{found.joint.name}' undercuts: no contour is written")
+    if args.json:
+        print(json.dumps(found.data(args.angle or "deg"), ensure_ascii=False, allow_nan=False))
+    else:
+        print(found)
+    return True
+
+
+def _limit(text: str | None) -> Number | None:
+    """An angle, without a unit in degrees."""
+    from mbody.quantities import FormulaError, read
+
+    if text is None:
+        return None
+    try:
+        return read(text, None, "deg")
+    except FormulaError as error:
+        raise ModelError(f"--limit: {error}") from None
+
+
+def _write(found: CamAnalysis, path: str, points: int, angle: str) -> None:
+    from mbody.quantities.evaluate import degrees_of
+
+    rows = found.contour(points)
+    if angle == "deg":
+        rows = rows.copy()
+        rows[:, 0] = degrees_of(rows[:, 0])
+    unit = found.mechanism.units.length
+    names = ("x", "y", "pitch_x", "pitch_y", "radius_of_curvature")
+    write_rows(path, [f"psi [{angle}]", *(f"{name} [{unit}]" for name in names)], rows.tolist())

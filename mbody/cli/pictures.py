@@ -1,0 +1,606 @@
+"""The commands that draw: drawings, plots, films, free bodies, internal loads, poles, reports."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import math
+import re
+import shlex
+import sys
+from argparse import Namespace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from mbody.cli.analyse import assembly_of, exit_status, question
+from mbody.cli.design import note_plain, values_of
+from mbody.cli.interrupts import interrupt
+from mbody.cli.option_values import in_degrees, model_of, named_values, path_of
+from mbody.cli.streams import UsageError, message
+from mbody.errors import ModelError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from mbody.engineering.instant_centres import InstantCentre, InstantCentres
+    from mbody.model.mechanism import Mechanism
+    from mbody.solution.solution import Solution
+    from mbody.system.system import System
+    from mbody.views.page import Viewer
+
+
+def freebody(args: Any) -> int:
+    """Write the free-body diagrams of a model."""
+    from mbody.views import save
+    from mbody.views.free_bodies import draw_free_bodies, force_peak
+    from mbody.views.style import check_ending
+
+    output = args.output or f"{path_of(args.model).stem}.svg"
+    check_ending(output)
+    mechanism = model_of(args)
+    run = motion_or_driven(args, mechanism)
+    instants = list(range(len(run)))
+    if not args.at and len(run) > 1:
+        instants = [force_peak(run)]
+        message("mbody: at the instant of the greatest joint force; choose others with --at")
+    save(draw_free_bodies(run, named_bodies(args.bodies), instants), output)
+    message(f"wrote {output}")
+    return 0
+
+
+def motion_or_driven(args: Any, mechanism: Mechanism, forces: bool = True) -> Solution:
+    """The driven analysis at the requested instants; of what nothing drives its free motion."""
+    from mbody.analysis.driven.driven import analyse_at
+    from mbody.analysis.dynamics.simulate import simulate
+
+    wanted = question(args, mechanism.ask)
+    to = getattr(args, "to", None)
+    if to is not None and (args.at or args.over):
+        raise UsageError("--to follows the free motion, --at and --over are driven: give one")
+    if to is not None or (mechanism.simulation is not None and wanted is mechanism.ask):
+        if args.assembly is not None:
+            raise UsageError("--assembly is of driven analyses: this is a free motion")
+        return simulate(mechanism, to)
+    analysis = "kinetostatics" if forces else "kinematics"
+    return analyse_at(mechanism, analysis, wanted, assembly_of(args))
+
+
+def named_bodies(given: list[str]) -> list[str] | None:
+    """Names of bodies, with commas or several options; None where there are none."""
+    names = [name.strip() for text in given for name in text.split(",") if name.strip()]
+    return names or None
+
+
+# -- `mbody internal MODEL --body LINK`: internal loads and stress along a link ----------------
+
+
+def internal(args: Any) -> int:
+    """Print the greatest internal loads of a link, and draw their diagrams."""
+    from mbody.engineering import internal_loads
+    from mbody.views.style import check_ending
+
+    if args.output:
+        check_ending(args.output)
+    along = None if args.along is None else [word.strip() for word in args.along.split(",")]
+    if along is not None and len(along) != 2:
+        raise UsageError(f"--along takes two points such as A,B, not {args.along[:60]!r}")
+    run = motion_or_driven(args, model_of(args))
+    found = internal_loads(run, args.body, along, lumped=args.lumped)
+    if args.output:
+        from mbody.views import save
+        from mbody.views.plotting import internal_diagram
+
+        save(internal_diagram(found), args.output)
+        message(f"wrote {args.output}")
+    if args.json:
+        from mbody.solution.doubts import heading, unit_symbols
+
+        machine = run.mechanism
+        head = heading(machine.name, "internal", unit_symbols(machine.units), found)
+        print(json.dumps(head | found.data(), ensure_ascii=False, allow_nan=False))
+    else:
+        print(found)
+    return exit_status(found, shown=args.json)
+
+
+# -- `mbody poles MODEL`: instant centres, and the polygons of velocities and accelerations ----
+
+#: Of the model length, what is printed as zero.
+ROUNDING = 1e-12
+
+
+def poles(args: Any) -> int:
+    """Print the instant centres of all pairs of bodies; as data the polygons too."""
+    from mbody.engineering.instant_centres import instant_centres
+    from mbody.engineering.motion_polygons import acceleration_polygon, velocity_polygon
+
+    run = motion_or_driven(args, model_of(args), forces=False)
+    found = instant_centres(run)
+    if args.json:
+        from mbody.solution.doubts import heading, unit_symbols
+
+        machine = run.mechanism
+        symbols = unit_symbols(machine.units, args.angle or "rad")
+        centres = found.data()
+        for one in centres if args.angle == "deg" else ():
+            one["direction"] = in_degrees(one["direction"])
+        data = heading(machine.name, "poles", symbols, found) | {
+            "t": run.t.tolist(),
+            "centres": centres,
+            "collinearity": found.collinearity(),
+            "sentences": [found.sentences(k) for k in range(len(run))],
+            "polygons": [velocity_polygon(run).data(), acceleration_polygon(run).data()],
+        }
+        print(json.dumps(data, ensure_ascii=False, allow_nan=False))
+    else:
+        # of a model's own instants the first, of a motion the last, of those that are named all
+        shown = [len(run) - 1] if args.to is not None else range(len(run))
+        for k in shown if args.at or args.over or args.to is not None else [0]:
+            print(_table(run, found, k))
+    return exit_status(found, shown=args.json)
+
+
+def _table(run: Solution, found: InstantCentres, k: int) -> str:
+    from mbody.sheets.text_table import Column, paragraph, table
+
+    unit = run.mechanism.units
+    floor = ROUNDING * run.system.length
+    lines = table(
+        [
+            Column("CENTRE", [found.symbol(one) for one in found.pairs], text=True),
+            Column("of the links", [" and ".join(one.bodies) for one in found.pairs], text=True),
+            Column("x", _places(found, "x", k, floor), unit.length),
+            Column("y", _places(found, "y", k, floor), unit.length),
+            Column("", [_note(one, k) for one in found.pairs], text=True),
+        ]
+    )
+    head = [f"{run.mechanism.name}: t = {run.t[k]:.6g} {unit.time}", ""]
+    said = [line for text in (*found.sentences(k), *found.notes) for line in paragraph(text)]
+    return "\n".join([*head, *lines, "", *said, *([""] if said else [])])
+
+
+def _places(found: InstantCentres, axis: str, k: int, floor: float) -> list[str]:
+    """Cells of the places, empty where there is none."""
+    from mbody.sheets.text_table import numbers
+
+    values = [float(getattr(one, axis)[k]) for one in found.pairs]
+    cells = iter(numbers([value for value in values if math.isfinite(value)] or [0.0], floor))
+    return [next(cells) if math.isfinite(value) else "" for value in values]
+
+
+def _note(one: InstantCentre, k: int) -> str:
+    if one.kind[k] == "none":
+        return "no relative motion"
+    if one.kind[k] == "infinite":
+        return (
+            f"at infinity, towards {math.degrees(one.direction[k]) + 0.0:.3f}° ({one.permanence})"
+        )
+    return one.permanence
+
+
+# -- `mbody draw MODEL` and `mbody plot MODEL QUANTITY …` --------------------------------------
+
+#: Designs of one plot.
+MOST = 1000
+#: Positions that a motion is drawn at, and that a series may have.
+POSITIONS, LONGEST = 5, 200
+
+
+def draw(args: Any) -> int:
+    """Write a picture of a model at the requested instants, or at equal steps of its motion."""
+    from mbody.views import draw as drawn
+    from mbody.views.style import check_ending
+
+    check_ending(args.output)
+    count = _positions(args)
+    mechanism = model_of(args)
+    shown = {"paths": args.path, "only": named_bodies(args.only) or ()}
+    marks = {
+        "poles": args.poles,
+        "polygons": args.polygons,
+        "centrodes": named_bodies(args.centrodes) or (),
+        "inflection": named_bodies(args.inflection) or (),
+        "curvature": args.curvature,
+    }
+    wanted = question(args, mechanism.ask)
+    plain = count is None and args.to is None and wanted is mechanism.ask and not args.assembly
+    free = mechanism.simulation is not None and wanted is None
+    if plain and (free or not (mechanism.drivers or args.forces)):
+        return _written(drawn(mechanism, forces=args.forces, **shown, **marks), args.output)
+    marked = any(marks.values())
+    if marked and (args.series or args.strip):
+        raise UsageError(
+            "--poles, --polygons and the like draw one instant: name it with --at, or with --to "
+            "the end of a free motion"
+        )
+    if marked and count is None and args.to is not None:
+        count = 1
+    run = _motion(args, mechanism, count)
+    instants = _instants(args, run, count)
+    if args.series:
+        return _series(args, run, instants, shown)
+    figure = drawn(run, instants, args.forces, strip=args.strip, **shown, **marks)
+    return _written(figure, args.output)
+
+
+def _positions(args: Any) -> int | None:
+    """How many positions are wanted."""
+    text = args.positions
+    if text is None:
+        return None
+    if not (text.isascii() and text.isdigit()) or not 1 <= int(text[:9]) <= LONGEST:
+        raise UsageError(f"--positions takes a whole number, 1 to {LONGEST}, not {text[:40]!r}")
+    if args.at:
+        raise UsageError("--positions are equal steps of the motion, --at names places: give one")
+    return int(text)
+
+
+def _motion(args: Any, mechanism: Mechanism, count: int | None) -> Solution:
+    """The run of which instants are drawn."""
+    from mbody.analysis.driven.driven import analyse_at
+    from mbody.model.study import Instants
+    from mbody.views.motions import cycle
+
+    if args.to is not None or (mechanism.simulation is not None and count is not None):
+        return motion_or_driven(args, mechanism)
+    wanted = question(args, mechanism.ask)
+    if count is not None:
+        wanted = cycle(mechanism, wanted)
+        if wanted.over:
+            wanted = Instants(over=wanted.over, instants=max(2, count + 1), turns=wanted.turns)
+    analysis = "kinetostatics" if args.forces else "kinematics"
+    return analyse_at(mechanism, analysis, wanted, assembly_of(args))
+
+
+def _instants(args: Any, run: Solution, count: int | None) -> list[int]:
+    """Which instants are drawn: all that were named, equal steps, else the first."""
+    if args.at:
+        if len(run) > LONGEST:
+            raise UsageError(f"a picture shows at most {LONGEST} positions, not {len(run)}")
+        return list(range(len(run)))
+    if count is None:
+        if args.to is None:
+            return [0]
+        count = POSITIONS
+    turn = bool(run.mechanism.drivers) and args.to is None and len(run) == count + 1
+    last = len(run) - 1
+    # after a whole turn the first position comes again; of a motion the last is in full
+    if count == 1 and not turn:
+        return [last]
+    steps = [round(n * last / (count if turn else count - 1)) for n in range(count)]
+    forward = turn or args.strip or args.series
+    return list(dict.fromkeys(steps if forward else steps[::-1]))
+
+
+def _series(args: Any, run: Solution, instants: list[int], shown: Any) -> int:
+    """A file for each instant, all of one scale and size."""
+    from mbody.views.drawing import draw_series
+
+    path = Path(args.output)
+    digits = len(str(len(instants)))
+    for n, figure in enumerate(draw_series(run, instants, args.forces, **shown), 1):
+        _written(figure, str(path.with_name(f"{path.stem}-{n:0{digits}d}{path.suffix}")))
+    return 0
+
+
+def plot(args: Any) -> int:
+    """Write diagrams over the turn, the time, or the requested instants."""
+    from mbody.views.style import check_ending
+
+    check_ending(args.output)
+    kinds = [kind for kind in ("polar", "hodograph", "path") if getattr(args, kind)]
+    if len(kinds) > 1 or (kinds and (args.quantities or args.x or args.log or args.vary)):
+        given = [f"--{kind}" for kind in kinds] or ["quantities"]
+        raise UsageError(f"a figure is of one kind: give {given[0]} alone")
+    if args.axes and not args.hodograph:
+        raise UsageError("--axes goes with --hodograph")
+    mechanism = model_of(args)
+    if args.vary:
+        return _written(_overlaid(args, mechanism), args.output)
+    run = _cycled(args, mechanism)
+    return _written(_figure(args, run), args.output)
+
+
+def _figure(args: Any, run: Solution) -> Figure:
+    """One kind of figure of one result."""
+    from mbody.views import plot as plotted
+    from mbody.views.polar import hodograph, path_plot, polar
+
+    if args.polar:
+        return polar(run, *named_bodies(args.polar) or ())
+    if args.hodograph:
+        joints = named_bodies(args.hodograph) or ()
+        return hodograph(run, *joints, axes=args.axes or "ground")
+    if args.path:
+        return path_plot(run, *args.path)
+    bars = not args.no_modes
+    return plotted(run, *args.quantities, x=args.x or "", log=args.log or "", modes=bars)
+
+
+def _cycled(args: Any, mechanism: Mechanism) -> Solution:
+    from mbody.analysis.driven.driven import analyse_at
+    from mbody.views.motions import cycle
+
+    free = mechanism.simulation is not None and not args.at and not args.over
+    if args.to is not None or free:
+        return motion_or_driven(args, mechanism)
+    wanted = cycle(mechanism, question(args, mechanism.ask))
+    return analyse_at(mechanism, "kinetostatics", wanted, assembly_of(args))
+
+
+def _overlaid(args: Any, mechanism: Mechanism) -> Figure:
+    """The curves of several designs."""
+    from mbody.analysis.driven.driven import analyse_system_at
+    from mbody.analysis.dynamics.simulate import simulate
+    from mbody.sweeps.samples import drawn, grid
+    from mbody.system.assembler import assemble
+    from mbody.views import plot as plotted
+    from mbody.views.motions import cycle
+
+    given = named_values(args.vary, "--vary")
+    if len(given) > 1:
+        raise UsageError("--vary takes one number in a plot: its designs are curves")
+    name, text = next(iter(given.items()))
+    note_plain(mechanism, given)
+    whole, runs, labels = assemble(mechanism), [], []
+    numbers = drawn(whole, grid({name: values_of(name, text)}))
+    if len(numbers.values) > MOST:
+        raise UsageError(f"a plot shows at most {MOST} designs, not {len(numbers.values)}")
+    wanted = cycle(mechanism, question(args, mechanism.ask))
+    for value in numbers.values[:, 0].tolist():
+        system = whole.with_values({numbers.names[0]: value})
+        free = args.to is not None or (mechanism.simulation is not None and not args.at)
+        runs.append(
+            simulate(system, args.to)
+            if free
+            else analyse_system_at(system, "kinetostatics", wanted)
+        )
+        labels.append(f"{name} = {value:.4g}")
+    return plotted(runs, *args.quantities, x=args.x or "", log=args.log or "", labels=labels)
+
+
+def _written(figure: Figure, path: str) -> int:
+    from mbody.views import save
+
+    save(figure, path)
+    message(f"wrote {path}")
+    return 0
+
+
+# -- `mbody view MODEL` and `mbody animate MODEL`: a mechanism in motion, as a page or a film --
+
+STEPS = re.compile(r"([-+0-9.eE]+)\s*([^:]*):([-+0-9.eE]+)\s*([^:]*):([0-9]{1,9})")
+
+
+def view(args: Any) -> int:
+    """Write a page on which the model moves."""
+    path = args.output or f"{path_of(args.model).stem}.html"
+    options: dict[str, Any] = {"plots": args.plot, "command": _command(args)}
+    if args.path:
+        options["paths"] = args.path
+    if args.show is not None:
+        options["show"] = _listed(args.show)
+    _check_live(args)
+    page = _page(args, _runs(args), options)
+    interrupt.done()
+    page.save(path)
+    for note in page.notes:
+        message(f"note: {note}")
+    if path.lower().endswith(".json"):
+        from mbody.views.page import MODULE
+
+        message(
+            f"wrote {path}, and {MODULE} beside it: a page shows it by <script type=module "
+            f'src="{MODULE}"></script> <mbody-viewer src="{Path(path).name}"></mbody-viewer>'
+        )
+    else:
+        message(f"wrote {path}")
+    if args.open:
+        import webbrowser
+
+        webbrowser.open(Path(path).resolve().as_uri())
+    return 0
+
+
+def _check_live(args: Any) -> None:
+    """Refuse a live page of designs that differ in more than parameters."""
+    if args.live and (others := _no_parameters(args)):
+        raise UsageError(
+            f"--live solves the model file again: --vary takes its parameters, not '{others[0]}'"
+        )
+
+
+def _page(args: Any, runs: dict[str, Solution], options: dict[str, Any]) -> Viewer:
+    """A page that solves the model again, where that is wanted, or possible without a build."""
+    from mbody.image.webassembly import ready_core
+    from mbody.live import live_view
+    from mbody.views import view as viewed
+
+    if args.live:
+        return live_view(runs, **options)
+    if args.recorded or _no_parameters(args):
+        return viewed(runs, **options)
+    if ready_core() is None:
+        message("note: the page plays the recorded motion; with --live it solves the model again")
+        return viewed(runs, **options)
+    try:
+        return live_view(runs, **options)
+    except ModelError as error:
+        page = viewed(runs, **options)
+        page.notes.append(f"the page plays the recorded motion: {error}")
+        return page
+
+
+def animate(args: Any) -> int:
+    """Write a film of the model."""
+    from mbody.views import animate as animated
+
+    path = args.output or f"{path_of(args.model).stem}.gif"
+    options: dict[str, Any] = {}
+    for name in ("duration", "rate"):
+        if getattr(args, name) is not None:
+            options[name] = _number(getattr(args, name), f"--{name}")
+    if args.width is not None:
+        options["width"] = int(_number(args.width, "--width"))
+    if args.path:
+        options["paths"] = args.path
+    if args.show is not None:
+        options["show"] = _listed(args.show)
+    notes = animated(_runs(args), path, progress=_progress(), **options)
+    interrupt.done()
+    for note in notes:
+        message(f"note: {note}")
+    message(f"wrote {path}")
+    return 0
+
+
+def _runs(args: Any) -> dict[str, Solution]:
+    """The motion of the model, or of each of its designs by name."""
+    from mbody.views.motions import motion
+    from mbody.views.page import check_designs
+
+    varied = named_values(args.vary, "--vary")
+    choices = [[(name, value) for value in _values(text)] for name, text in varied.items()]
+    check_designs(math.prod(len(one) for one in choices))
+    own, found = list(args.set), {}
+    others = _no_parameters(args)
+    for design in itertools.product(*choices):
+        name = ", ".join(f"{key} = {value}" for key, value in design)
+        args.set = own + [f"{key}={value}" for key, value in design if key not in others]
+        mechanism: Mechanism = model_of(args)
+        if args.to is not None and (args.at or args.over):
+            raise UsageError("give --to, or --at or --over, not both")
+        wanted = question(args, mechanism.ask)
+        changed = {key: value for key, value in design if key in others}
+        system = _with_values(mechanism, changed)
+        found[name] = motion(system, wanted, args.to, lambda t: interrupt.mark(), assembly_of(args))
+        interrupt.done()
+    args.set = own
+    return found
+
+
+def _no_parameters(args: Any) -> list[str]:
+    """What --vary changes that is no parameter of the model, as "crank.A.x"."""
+    names = named_values(args.vary, "--vary")
+    known = model_of(args).parameters if names else ()
+    return [name for name in names if name not in known]
+
+
+def _with_values(mechanism: Mechanism, values: dict[str, str]) -> System:
+    """The system of a model with other numbers than its parameters."""
+    from mbody.sweeps.samples import drawn, grid
+    from mbody.system.assembler import assemble
+
+    system = assemble(mechanism)
+    if not values:
+        return system
+    made = drawn(system, grid({name: values_of(name, text) for name, text in values.items()}))
+    return system.with_values(dict(zip(made.names, made.values[0].tolist(), strict=True)))
+
+
+def _values(text: str) -> list[str]:
+    """The values of a parameter: with commas, or from one to another in so many.
+
+    >>> _values("6 in:8 in:3"), _values("1,2 mm")
+    (['6 in', '7 in', '8 in'], ['1', '2 mm'])
+    """
+    if ":" not in text:
+        return [part.strip() for part in text.split(",")]
+    parts = STEPS.fullmatch(text.strip())
+    if parts is None or int(parts[5]) < 1 or parts[2].strip() not in ("", parts[4].strip()):
+        raise UsageError(
+            f"--vary takes LOW:HIGH:COUNT in one unit, or values with commas, not {text[:60]!r}"
+        )
+    low, high, count = float(parts[1]), float(parts[3]), int(parts[5])
+    step = (high - low) / max(count - 1, 1)
+    return [f"{low + n * step:.12g} {parts[4]}".strip() for n in range(min(count, 1000))]
+
+
+def _listed(text: str) -> list[str]:
+    return [part.strip() for part in text.split(",") if part.strip()]
+
+
+def _number(text: str, option: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise UsageError(f"{option} takes a number, not {text[:40]!r}") from None
+
+
+def _command(args: Any) -> str:
+    """The command as it was given, for the reader of the page."""
+    words = sys.argv[1:] if Path(sys.argv[0]).stem in ("mbody", "__main__") else []
+    return shlex.join(["mbody", *words]) if words else f"mbody view {args.model}"
+
+
+def _progress() -> Any:
+    """Shows on a terminal how many frames are done, and lets Ctrl-C end the film."""
+    shows = sys.stderr is not None and sys.stderr.isatty()
+
+    def progress(done: int, of: int) -> None:
+        interrupt.mark()
+        if shows and (done % 5 == 0 or done == of):
+            message(f"\rframe {done} of {of}", end="\n" if done == of else "")
+
+    return progress
+
+
+# -- `mbody report MODEL`: the engineer's document ---------------------------------------------
+
+
+def report(args: Any) -> int:
+    """Write the report of a model; 1 where its result is in doubt."""
+    from mbody.reports.mechanism_report import check_format
+    from mbody.reports.mechanism_report import report as made
+
+    output = args.output or f"{path_of(args.model).stem}.html"
+    check_format(output)
+    if args.to is not None and (args.at or args.over):
+        raise UsageError("--to follows the free motion, --at and --over are driven: give one")
+    mechanism = model_of(args)
+    other = None
+    if args.compare:
+        changed = {one.partition("=")[0].strip() for one in args.compare}
+        kept = [one for one in args.set if one.partition("=")[0].strip() not in changed]
+        other = model_of(Namespace(model=args.model, set=kept + args.compare, units=args.units))
+    wanted = question(args, mechanism.ask)
+    against = named_bodies(args.against)
+    found = made(
+        mechanism,
+        named_bodies(args.sections) or (),
+        without=named_bodies(args.without) or (),
+        at=None if wanted is mechanism.ask else wanted,
+        to=args.to,
+        title=args.title or "",
+        plots=args.plot,
+        polar=named_bodies(args.polar) or (),
+        against=against,
+        compare=other,
+        labels=_labels(args),
+        command=_report_command(args),
+        assembly=assembly_of(args),
+    )
+    files = found.save(output)
+    message(f"wrote {files[0]}" + (f" and {len(files) - 1} pictures" if len(files) > 1 else ""))
+    if args.open:
+        import webbrowser
+        from pathlib import Path
+
+        webbrowser.open(Path(files[0]).resolve().as_uri())
+    return exit_status(found, shown=False)
+
+
+def _labels(args: Any) -> tuple[str, str]:
+    """What two designs are called."""
+    return ", ".join(args.set) or "as given", ", ".join(args.compare)
+
+
+def _report_command(args: Any) -> str:
+    """The command that makes the same report."""
+    words = ["mbody", "report", args.model]
+    for option in ("set", "at", "sections", "without", "plot", "polar", "against", "compare"):
+        words += [word for value in getattr(args, option) for word in (f"--{option}", value)]
+    for option in ("units", "over", "instants", "turns", "assembly", "to", "title"):
+        if getattr(args, option) is not None:
+            words += [f"--{option}", getattr(args, option)]
+    return shlex.join(words)

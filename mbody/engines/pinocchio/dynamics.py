@@ -1,0 +1,570 @@
+"""Dynamics by Pinocchio: efforts of a known motion, accelerations from loads, and free motions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from mbody.analysis.driven.free_body import coupled
+from mbody.engines.independent_reading import reading
+from mbody.engines.load_forces import NATIVE, gravity_of, wrenches
+from mbody.engines.pinocchio.model import Instant, PinocchioModel, placement
+from mbody.engines.spanning_tree import (
+    CUT_JOINTS,
+    ConstraintRow,
+    Tree,
+    constraint_rows,
+    marker_frame,
+    tree_motion,
+)
+from mbody.model.joints import Fixed, Revolute
+from mbody.model.loads import CentrifugalField, Gravity
+from mbody.solution.checks import each_load_of
+from mbody.solution.solution import Solution
+from mbody.system.system import System
+
+Array = np.ndarray
+
+#: Singular values of C below this part of the greatest count as zero: redundant constraints.
+NONE = 1e-10
+
+
+def taken_from_run(system: System) -> tuple[list[str], CentrifugalField | None]:
+    """Names of loads whose forces are taken from our result, and the load that rotates the
+    plane.
+    """
+    loads = system.mechanism.loads
+    fields = [load for load in loads if type(load) is CentrifugalField]
+    spin = fields[0] if len(fields) == 1 else None
+    native = (*NATIVE, Gravity)
+    names = [load.name for load in loads if type(load) not in native and load is not spin]
+    return names, spin
+
+
+@dataclass
+class Forces:
+    """Results of Pinocchio at one instant.
+
+    Attributes
+    ----------
+    reactions : dict
+        By joint (3,): force and torque on body j by body i at the place on j, world axes.
+    efforts : dict
+        By driver.
+    residual : float
+        The greatest residual effort in a joint without actuator [force].
+    condition, rank : float, int
+        Of C, without redundant constraints.
+    needed : float
+        The greatest force: of τ₀, of a load, of a mass [force].
+    given : dict
+        Value, rate, acceleration of every driver (3,), by Pinocchio's kinematics.
+    gaps : dict
+        Of every cut joint (3,): its gap, and the rates of it; lengths by the model length.
+    """
+
+    reactions: dict[str, Array] = field(default_factory=dict)
+    efforts: dict[str, float] = field(default_factory=dict)
+    residual: float = 0.0
+    condition: float = 1.0
+    rank: int = 0
+    needed: float = 0.0
+    given: dict[str, Array] = field(default_factory=dict)
+    gaps: dict[str, Array] = field(default_factory=dict)
+
+
+class Inverse:
+    """Forces of a run's motion, instant by instant.
+
+    Parameters
+    ----------
+    system : System
+        The system that Pinocchio models.
+    run : Solution
+        The run with the motion.
+    """
+
+    def __init__(self, system: System, tree: Tree, run: Solution) -> None:
+        self.system, self.tree, self.run = system, tree, run
+        self.taken, self.spin = taken_from_run(system)
+        self.twin = PinocchioModel(system, tree, self.spin)
+        self.loop_joints = [j for j in (*tree.cuts, *tree.others) if isinstance(j, CUT_JOINTS)]
+        self.others = [e for e in tree.others if not isinstance(e, CUT_JOINTS)]
+        self.q, self.v, self.a = tree_motion(tree, run)
+        if run.analysis == "statics":
+            self.v, self.a = np.zeros_like(self.v), np.zeros_like(self.a)
+
+    def at(self, k: int) -> tuple[Instant, Forces]:
+        """Kinematics and forces at an instant."""
+        t = float(self.run.t[k])
+        speed = self.plane_speed(self.twin, self.q[k], t)
+        gravity = gravity_of(self.system, t)
+        now = self.twin.at(self.q[k], self.v[k], self.a[k], gravity, speed)
+        acting = self.acting(now, k)
+        return now, self._solved(now, k, acting)
+
+    def plane_speed(self, twin: PinocchioModel, q: Array, t: float) -> float:
+        """The speed of a rotating plane; from a momentum with Pinocchio's own moment of inertia."""
+        if self.spin is None:
+            return 0.0
+        law = reading(self.system).law(self.spin, self.spin.given)
+        if self.spin.given == "speed":
+            return float(law(t))
+        whole = twin.pin.crba(twin.model, twin.data, twin.full(q))[0, 0]
+        whole += float(reading(self.system)[f"{self.spin.name}.inertia"])
+        return float(law(t)) / whole if whole else 0.0
+
+    def acting(self, now: Instant, k: int) -> dict[str, Array]:
+        """Wrenches of loads, and of joints from our result, about the mass centres by body."""
+        found = self.native(now, float(self.run.t[k]))
+        if self.taken:
+            whole = each_load_of(self.run, k)
+            for n, load in enumerate(self.system.mechanism.loads):
+                if load.name in self.taken:
+                    for name, b in self.system.bodies.items():
+                        if name != "ground":
+                            found[name] += whole[n, b]
+        for element in self.others:
+            for body, wrench in self._ours(element, now, k).items():
+                found[body] += wrench
+        found.pop("ground", None)
+        return found
+
+    def native(self, now: Instant, t: float) -> dict[str, Array]:
+        """Wrenches of the loads with force laws here, about the mass centres by body."""
+        found = {name: np.zeros(3) for name in now.bodies}
+        for load in self.system.mechanism.loads:
+            if type(load) in NATIVE:
+                for body, wrench in wrenches(self.system, load, now.bodies, t).items():
+                    found[body] += wrench
+        return found
+
+    def _ours(self, element: Any, now: Instant, k: int) -> dict[str, Array]:
+        """Wrenches of a joint or coupling from our result."""
+        if not hasattr(element, "i"):
+            every = coupled(self.run, element.name, k)
+            names = [name for name in self.system.bodies if name != "ground"]
+            return {name: every[self.system.bodies[name]] for name in names}
+        found = self.run.reaction(element.name)
+        place = np.array([part[k] for part in self.run.reaction_point(element.name)])
+        force, torque = np.array([found.fx[k], found.fy[k]]), float(found.torque[k])
+        i, j = element.i.body, element.j.body
+        return {
+            j: now.bodies[j].wrench(force, torque, place),
+            i: now.bodies[i].wrench(-force, -torque, place),
+        }
+
+    def _solved(self, now: Instant, k: int, acting: dict[str, Array]) -> Forces:
+        system, twin = self.system, self.twin
+        rows = {
+            e.name: constraint_rows(system, e, now.bodies)
+            for e in (*self.loop_joints, *system.drivers)
+        }
+        flat = [row for some in rows.values() for row in some]
+        needed = now.inverse(acting)
+        # forces and torques are scaled by the model length
+        scale = np.where(twin.turns[twin.columns], 1.0 / system.length, 1.0)
+        unit = np.array([system.length if row.torque else 1.0 for row in flat])
+        C = np.zeros((len(scale), len(flat)))
+        for n, row in enumerate(flat):
+            C[:, n] = row.jacobian[twin.columns] * scale * unit[n]
+        wanted = needed[twin.columns] * scale
+        found, sizes = _minimum_norm(C, wanted)
+        found_forces = Forces(residual=float(np.abs(C @ found - wanted).max(initial=0.0)))
+        found_forces.needed = max(
+            float(np.abs(wanted).max(initial=0.0)), self._greatest(now, acting)
+        )
+        found_forces.rank = len(sizes)
+        found_forces.condition = float(sizes[0] / sizes[-1]) if len(sizes) else 1.0
+        x = found * unit
+        whole = {name: wrench.copy() for name, wrench in acting.items()}
+        for row, size in zip(flat, x, strict=True):
+            _add_force(whole, now, row, float(size))
+        now.inverse(whole)
+        sizes_of = iter(x.tolist())
+        for name, some in rows.items():
+            parts = [next(sizes_of) for _ in some]
+            if name in system.primitives_of and name in {d.name for d in system.drivers}:
+                found_forces.efforts[name] = parts[0]
+                found_forces.given[name] = np.array([some[0].value, some[0].rate, some[0].change])
+            else:
+                found_forces.reactions[name] = sum(
+                    (
+                        size * np.array([*row.force, row.torque])
+                        for row, size in zip(some, parts, strict=True)
+                    ),
+                    np.zeros(3),
+                )
+                found_forces.gaps[name] = self._gap(name, some)
+        self._in_tree(now, found_forces)
+        return found_forces
+
+    def _greatest(self, now: Instant, acting: dict[str, Array]) -> float:
+        """The greatest load, weight or inertia force."""
+        field = float(np.abs(self.twin.model.gravity.linear).max())
+        top = 0.0
+        for name, wrench in acting.items():
+            mass, _ = reading(self.system).mass(name)
+            swift = float(np.abs(now.bodies[name].acceleration[:2]).max()) + field
+            top = max(top, mass * swift, *np.abs(wrench / [1.0, 1.0, self.system.length]).tolist())
+        return top
+
+    def _gap(self, name: str, rows: list[ConstraintRow]) -> Array:
+        """The gap of a cut joint: the greatest of its rows, lengths by the model length."""
+        apart = reading(self.system).values.get(f"{name}.length", 0.0)
+        worst = np.zeros(3)
+        for row in rows:
+            unit = 1.0 if row.torque else self.system.length
+            parts = np.array([row.value - apart, row.rate, row.change]) / unit
+            worst = np.where(np.abs(parts) > np.abs(worst), parts, worst)
+        return worst
+
+    def _in_tree(self, now: Instant, found_forces: Forces) -> None:
+        """Add the forces of the joints of the tree, on j at the place on j."""
+        for branch in self.tree.branches:
+            if branch.joint is None:
+                continue
+            j = branch.parent if branch.reversed else branch.body
+            pose = now.bodies[j]
+            place = pose.place + pose.arm(branch.on_parent if branch.reversed else branch.on_body)
+            force = now.joint_force(branch.body, place)
+            found_forces.reactions[branch.joint.name] = -force if branch.reversed else force
+
+
+def _minimum_norm(C: Array, wanted: Array) -> tuple[Array, Array]:
+    """Minimum-norm least-squares x, and the singular values that are not zero."""
+    if not C.size:
+        return np.zeros(C.shape[1]), np.zeros(0)
+    u, s, vt = np.linalg.svd(C, full_matrices=False)
+    rank = int((s > NONE * s.max(initial=0.0)).sum())
+    x = vt[:rank].T @ ((u[:, :rank].T @ wanted) / s[:rank])
+    # one refinement, for the rounding error of the decomposition
+    x += vt[:rank].T @ ((u[:, :rank].T @ (wanted - C @ x)) / s[:rank])
+    return x, s[:rank]
+
+
+def _add_force(whole: dict[str, Array], now: Instant, row: ConstraintRow, size: float) -> None:
+    """Add a multiplier's force on j, and its opposite on i."""
+    for body, sense in ((row.j, size), (row.i, -size)):
+        if body != "ground":
+            force, torque = sense * row.force, sense * row.torque
+            whole[body] = whole[body] + now.bodies[body].wrench(force, torque, row.place)
+
+
+# -- Forward dynamics by Pinocchio: accelerations from loads and efforts -----------------------
+#
+# If all loops are closed by pins and welds and every body has inertia, the accelerations are
+# computed by `constraintDynamics` of Pinocchio with its proximal solver. Otherwise M, the bias
+# forces and the constraint rows are from Pinocchio, and the saddle-point system [M Jᵀ; J 0] is
+# solved here.
+
+#: Of the proximal solver: absolute and relative accuracy, regularisation, iterations. Empty rows of
+#: planar loops need the regularisation; without it Pinocchio returns NaN.
+PROXIMAL = (1e-14, 1e-14, 1e-10, 100)
+#: Eigenvalues of the scaled M and singular values of the scaled saddle-point matrix below this part
+#: count as zero.
+FORWARD_NONE = 1e-11
+EPSILON = float(np.finfo(float).eps)
+
+
+class Undetermined(Exception):
+    """The accelerations are not determined; the text is the reason."""
+
+
+class Forward:
+    """Accelerations at the instants of a run, and in any other state.
+
+    Parameters
+    ----------
+    inverse : Inverse
+        The same mechanism, whose loads act here too.
+    """
+
+    def __init__(self, inverse: Inverse) -> None:
+        self.inverse, self.system, self.tree = inverse, inverse.system, inverse.tree
+        self.twin = PinocchioModel(self.system, self.tree, lumped=True)
+        pin = self.twin.pin
+        self.pinned = all(type(joint) in (Revolute, Fixed) for joint in inverse.loop_joints)
+        self.models, self.datas = (
+            pin.StdVec_RigidConstraintModel(),
+            pin.StdVec_RigidConstraintData(),
+        )
+        if self.pinned:
+            for joint in inverse.loop_joints:
+                self.models.append(self._loop(joint))
+                self.datas.append(self.models[-1].createData())
+        self.proximal = pin.ProximalSettings(*PROXIMAL)
+        pin.initConstraintDynamics(self.twin.model, self.twin.data, self.models, self.datas)
+        self.scale = np.where(self.twin.turns, 1.0, self.system.length)
+
+    def _loop(self, joint: Any) -> Any:
+        """A cut joint as Pinocchio's own constraint."""
+        pin, twin = self.twin.pin, self.twin
+        ends = []
+        for side in ("i", "j"):
+            carrier, place = twin.placed[getattr(joint, side).body]
+            ends += [carrier, place * placement(marker_frame(self.system, joint, side))]
+        kind = pin.ContactType.CONTACT_6D if isinstance(joint, Fixed) else None
+        kind = kind or pin.ContactType.CONTACT_3D
+        return pin.RigidConstraintModel(kind, twin.model, *ends, pin.ReferenceFrame.LOCAL)
+
+    def now(self, q: Array, v: Array, t: float) -> Instant:
+        """Kinematics without accelerations."""
+        return self.twin.at(q, v, np.zeros_like(q), gravity_of(self.system, t))
+
+    def gravity(self, t: float, part: float = 1.0) -> None:
+        """Sets the gravity of a time, or another part of it."""
+        self.twin.model.gravity.linear = np.array([*(part * gravity_of(self.system, t)), 0.0])
+
+    def at(self, k: int) -> tuple[Array, float]:
+        """Accelerations of the tree (freedoms,) at an instant of the run under its efforts, and
+        their rounding error: ε times the condition, times the accelerations by the loads alone
+        [rad/time², lengths by the model length].
+        """
+        inverse = self.inverse
+        t = float(inverse.run.t[k])
+        now = self.now(inverse.q[k], inverse.v[k], t)
+        efforts = self.load_efforts(now, inverse.acting(now, k), t)
+        for driver in self.system.drivers:
+            (row,) = constraint_rows(self.system, driver, now.bodies)
+            efforts += float(inverse.run.effort(driver.name)[k]) * row.jacobian
+        return self.solved(now, efforts)
+
+    def load_efforts(self, now: Instant, acting: dict[str, Array], t: float) -> Array:
+        """Generalised forces of the loads, with those of a rotating plane."""
+        efforts = np.zeros(self.twin.model.nv)
+        for name, wrench in acting.items():
+            efforts += wrench @ now.bodies[name].jacobian
+        inverse = self.inverse
+        if inverse.spin is not None:
+            # the part of the bias forces by the rotation
+            twin, q = inverse.twin, now.q[self.twin.columns]
+            speed = inverse.plane_speed(twin, q, t)
+            still = np.zeros_like(q)
+            bias = [
+                twin.pin.nonLinearEffects(
+                    twin.model, twin.data, twin.full(q), twin.full(still, plane)
+                )[twin.columns]
+                for plane in (speed, 0.0)
+            ]
+            efforts[self.twin.columns] -= bias[0] - bias[1]
+        return efforts
+
+    def solved(
+        self, now: Instant, efforts: Array, driven: Sequence[tuple[ConstraintRow, float]] = ()
+    ) -> tuple[Array, float]:
+        """Accelerations under efforts, with given accelerations of drivers; and their rounding
+        error.
+
+        Raises
+        ------
+        Undetermined
+            Where bodies without inertia have free accelerations.
+        """
+        pin, twin, size = self.twin.pin, self.twin, self.scale
+        M = np.array(pin.crba(twin.model, twin.data, now.q))
+        M = (np.triu(M) + np.triu(M, 1).T) * np.outer(size, size)
+        top = float(np.abs(M).max(initial=0.0)) or 1.0
+        bias = np.array(pin.nonLinearEffects(twin.model, twin.data, now.q, now.v))
+        rows = [
+            (row, 0.0)
+            for joint in self.inverse.loop_joints
+            for row in constraint_rows(self.system, joint, now.bodies)
+        ]
+        rows += driven
+        unit = np.array([1.0 if row.torque else self.system.length for row, _ in rows])
+        J = np.array([row.jacobian * size for row, _ in rows]).reshape(len(rows), len(size))
+        J /= unit[:, None]
+        u, s, vt = np.linalg.svd(np.block([[M / top, J.T], [J, np.zeros((len(J), len(J)))]]))
+        kept = s > FORWARD_NONE * s.max(initial=0.0)
+        if np.abs(vt[~kept][:, : len(size)]).max(initial=0.0) > 1e-6:
+            raise Undetermined("free accelerations of bodies without inertia")
+        wanted = np.array([change - row.change for row, change in rows]) / unit
+        right = np.concatenate([(efforts - bias) * size / top, wanted])
+        condition = float(s[kept].max(initial=1.0) / s[kept].min(initial=1e300))
+        rounding = EPSILON * condition * float(np.abs(right).max(initial=0.0))
+        if self.pinned and not driven and self.massive(M / top):
+            return self.proximal_solved(now, efforts), rounding
+        x = np.zeros(len(right))
+        K = (u * s) @ vt
+        for _ in range(2):  # the second is a refinement
+            x += vt[kept].T @ ((u[:, kept].T @ (right - K @ x)) / s[kept])
+        return (x[: len(size)] * size)[twin.columns], rounding
+
+    @staticmethod
+    def massive(M: Array) -> bool:
+        """Whether every motion of the tree has inertia."""
+        return bool(np.linalg.eigvalsh(M).min(initial=1.0) > FORWARD_NONE)
+
+    def proximal_solved(self, now: Any, efforts: Array) -> Array:
+        """Accelerations by Pinocchio's own solver; `now` has its q and v."""
+        twin = self.twin
+        a = twin.pin.constraintDynamics(
+            twin.model,
+            twin.data,
+            now.q,
+            now.v,
+            efforts,
+            self.models,
+            self.datas,
+            self.proximal,
+        )
+        return np.array(a)[twin.columns]
+
+
+# -- A free motion integrated with Pinocchio's accelerations and scipy's integrator of order 8 -
+#
+# The expected error is measured: the sensitivity of the motion to a small relative change of the
+# forces (by a second motion), times the errors of both sides. Ours is the energy balance; theirs is
+# the gap of their loops, which are not stabilised.
+
+#: Relative and absolute tolerances of the motion, and of the second one.
+RTOL, ROUGH = 1e-12, 1e-9
+#: Relative increase of the forces in the second motion.
+MORE = 1e-6
+#: Most bodies times evaluations of a motion: some seconds.
+MOST = 50_000
+#: Ratio of the condition of the loops to the least one that counts as a singular position.
+WORSE = 8.0
+#: Greatest amplification of errors at which motions are compared.
+SENSITIVE = 1e4
+
+
+@dataclass(frozen=True)
+class IntegratedMotion:
+    """A motion integrated with Pinocchio.
+
+    Attributes
+    ----------
+    q : array (instants, freedoms)
+        Coordinates of the tree at the first instants of the run.
+    growth : array (instants,)
+        Change of the motion, lengths by the model length, per relative change of the forces.
+    gap : float
+        Gap of the loops at the end, lengths by the model length.
+    why : str
+        Why it ended before the run's end; empty where it did not.
+    """
+
+    q: Array
+    growth: Array
+    gap: float
+    why: str
+
+
+def integrate(forward: Forward, conditions: Array) -> IntegratedMotion:
+    """The motion from the run's first instant on; `conditions` are those of its loops."""
+    run = forward.inverse.run
+    count, why = len(run), ""
+    worse = np.flatnonzero(conditions > WORSE * conditions.min(initial=np.inf))
+    if worse.size:
+        count, why = int(worse[0]), "the loops are near a singular position there"
+    hits = [one.t for one in run.events if one.after is not None]
+    if hits and hits[0] <= run.t[count - 1]:
+        count = int(np.searchsorted(run.t, hits[0]))
+        why = f"'{run.events[0].name}' is hit there"
+    steps = _Steps(forward)
+    found = steps.along(run.t[:count], RTOL, 0.0)
+    beside = _Steps(forward).along(run.t[: len(found)], ROUGH, MORE)
+    if len(found) < count:
+        why = "it takes too long"
+    found = found[: len(beside)]
+    unit = forward.scale[forward.twin.columns]
+    apart = np.abs((beside[: len(found)] - found) / unit).max(axis=1, initial=0.0) / MORE
+    gap = max((steps.gap(q) for q in found[-1:]), default=0.0)
+    growth = np.maximum.accumulate(apart)
+    last = int(np.searchsorted(growth, SENSITIVE))
+    if last < len(found):
+        why = "from there on the smallest error changes the motion"
+    return IntegratedMotion(found[:last], growth[:last], gap, why)
+
+
+@dataclass(frozen=True)
+class _Now:
+    """Coordinates without kinematics."""
+
+    q: Array
+    v: Array
+
+
+class _Steps:
+    """One motion."""
+
+    def __init__(self, forward: Forward) -> None:
+        self.forward, self.inverse, self.system = forward, forward.inverse, forward.system
+        self.more, self.evaluations = 0.0, 0
+        loads = self.system.mechanism.loads
+        self.plain = (
+            forward.pinned
+            and not self.system.drivers
+            and self.inverse.spin is None
+            and not any(type(load) in NATIVE for load in loads)
+        )
+        twin = forward.twin
+        M = twin.pin.crba(twin.model, twin.data, twin.full(self.inverse.q[0])).copy()
+        M = (np.triu(M) + np.triu(M, 1).T) * np.outer(forward.scale, forward.scale)
+        self.massive = forward.massive(M / (np.abs(M).max(initial=0.0) or 1.0))
+
+    def along(self, times: Array, tolerance: float, more: float) -> Array:
+        """Coordinates at the times, up to the work limit."""
+        from scipy.integrate import DOP853
+
+        if not len(times):
+            return np.zeros((0, self.inverse.q.shape[1]))
+        self.more = more
+        size = self.inverse.q.shape[1]
+        begin = np.concatenate([self.inverse.q[0], self.inverse.v[0]])
+        unit = np.tile(self.forward.scale[self.forward.twin.columns], 2)
+        found = [begin[:size]]
+        if len(times) > 1:
+            solver = DOP853(
+                self.rates, times[0], begin, times[-1], rtol=tolerance, atol=tolerance * unit
+            )
+            most = MOST / max(1, len(self.system.mechanism.bodies))
+            while solver.status == "running" and self.evaluations < most:
+                if solver.step() is not None:
+                    break
+                inside = solver.dense_output()
+                while len(found) < len(times) and times[len(found)] <= solver.t:
+                    found.append(inside(times[len(found)])[:size])
+        return np.array(found)
+
+    def rates(self, t: float, y: Array) -> Array:
+        """(v, a) of (q, v)."""
+        self.evaluations += 1
+        forward, twin = self.forward, self.forward.twin
+        q, v = np.split(y, 2)
+        if self.plain and self.massive:
+            now: Any = _Now(twin.full(q), twin.full(v))
+            forward.gravity(t, 1.0 + self.more)
+            return np.concatenate([v, forward.proximal_solved(now, np.zeros(twin.model.nv))])
+        instant = forward.now(q, v, t)
+        acting = self.inverse.native(instant, t)
+        acting.pop("ground", None)
+        efforts = (1.0 + self.more) * forward.load_efforts(instant, acting, t)
+        forward.gravity(t, 1.0 + self.more)
+        driven = [
+            (constraint_rows(self.system, driver, instant.bodies)[0], self._change(driver, t))
+            for driver in self.system.drivers
+        ]
+        if forward.pinned and not driven and self.massive:
+            return np.concatenate([v, forward.proximal_solved(instant, efforts)])
+        return np.concatenate([v, forward.solved(instant, efforts, driven)[0]])
+
+    def _change(self, driver: Any, t: float) -> float:
+        """The acceleration by a driver's law."""
+        return float(reading(self.system).law(driver).derivatives(t)[2])
+
+    def gap(self, q: Array) -> float:
+        """The greatest gap of the loops."""
+        instant: Instant = self.forward.now(q, np.zeros_like(q), 0.0)
+        worst = 0.0
+        for joint in self.inverse.loop_joints:
+            apart = float(reading(self.system).values.get(f"{joint.name}.length", 0.0))
+            for row in constraint_rows(self.system, joint, instant.bodies):
+                unit = 1.0 if row.torque else self.system.length
+                worst = max(worst, abs(row.value - apart) / unit)
+        return worst

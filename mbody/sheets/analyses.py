@@ -1,0 +1,810 @@
+"""The readable sheets of all other results: rest positions, modes, mobility, answers."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mbody.model.element import listed
+from mbody.sheets.instant import measures
+from mbody.sheets.text_table import (
+    ROUNDING,
+    Column,
+    angles,
+    certified,
+    even,
+    force_floor,
+    force_names,
+    noted,
+    number,
+    numbers,
+    paragraph,
+    table,
+    title,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from mbody.analysis.assemblies.all_dead_centres import DeadCentres
+    from mbody.analysis.assemblies.assembly_modes import AssemblyModes
+    from mbody.analysis.assemblies.circuits import Circuit, Circuits
+    from mbody.analysis.driven.transmission import Transmission
+    from mbody.analysis.equilibria.equilibrium import Equilibria, Equilibrium
+    from mbody.analysis.equilibria.equilibrium_curve import EquilibriumCurve
+    from mbody.analysis.freedom.free_motions import FreeMotion
+    from mbody.analysis.freedom.mobility import Count, Mobility
+    from mbody.analysis.inverse.answers import Answer, AnswerCase
+    from mbody.analysis.linear.modes import Mode, Modes, ModesAt
+    from mbody.model.coupling import Coupling
+    from mbody.model.driver import Driver
+
+
+#: Free motions and joints that are shown.
+SHOWN = 12
+#: What holds in one sense only: one of it, several, and how it is counted.
+ONE_SIDED = {
+    "contacts": ("contact", "contacts", "open"),
+    "ropes": ("rope", "ropes", "slack"),
+    "stops": ("stop", "stops", "open"),
+    "freewheels": ("freewheel", "freewheels", "free"),
+    "limits": ("limit of a joint", "limits of joints", "open"),
+    "joints": ("joint that can separate", "joints that can separate", "closed"),
+}
+
+
+def mobility_sheet(report: Mobility) -> str:
+    """A mobility report as text, at most 100 characters wide.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> print(sheet(mbody.mobility(mbody.makers.four_bar(1, 3, 2, 3.5))).splitlines()[10])
+    degrees of freedom: coordinates - rank              1               0
+    """
+    when = f"mobility at t = {number(report.t)} {report.units.time}"
+    lines = [*title(report.mechanism, when, report.units), "", *_counts(report)]
+    lines += _redundant(report)
+    lines += _one_sided(report)
+    if report.drivers:
+        lines += _motions("FREE MOTIONS, drivers fixed", report.driven_motions)
+        lines += _motions("FREE MOTIONS without the drivers", report.motions)
+    else:
+        lines += _motions("FREE MOTIONS", report.motions)
+    return "\n".join(even([*lines, *noted(report.notes)]))
+
+
+def counts(report: Mobility) -> tuple[list[str], dict[str, list[str]]]:
+    """What is counted, and the counts by the title of their column."""
+    titles = [
+        "coordinates, 3 a link",
+        "rows of constraints",
+        "Grübler: coordinates - rows",
+        "rank of the rows",
+        "redundant rows: rows - rank",
+        "degrees of freedom: coordinates - rank",
+    ]
+
+    def cells(count: Count) -> list[str]:
+        rank, spare, free = count.rank, count.redundant, count.freedom
+        values = (3 * report.bodies, count.rows, count.gruebler, rank, spare, free)
+        return [str(value) for value in values]
+
+    columns = {"joints alone": cells(report.of_joints)}
+    if report.drivers:
+        columns["drivers fixed"] = cells(report.driven)
+    return titles, columns
+
+
+def constituents(report: Mobility) -> str:
+    """Links, joints, couplings, drivers and loops in a line."""
+    parts = [many(report.bodies, "moving link"), many(report.joints, "joint")]
+    if report.couplings:
+        parts.append(many(report.couplings, "coupling"))
+    parts += [many(report.drivers, "driver"), many(report.loops, "independent loop")]
+    return ", ".join(parts)
+
+
+def _counts(report: Mobility) -> list[str]:
+    """Parts beside the two counts."""
+    titles, found = counts(report)
+    columns = [Column("MOBILITY", titles, text=True, whole=True)]
+    columns += [Column(title, cells) for title, cells in found.items()]
+    return [*table(columns), constituents(report)]
+
+
+def many(count: int, what: str) -> str:
+    """A number of things.
+
+    >>> many(1, "driver"), many(2, "joint")
+    ('1 driver', '2 joints')
+    """
+    return f"{count} {what}{'' if count == 1 else 's'}"
+
+
+def _redundant(report: Mobility) -> list[str]:
+    """Joints whose rows can be spared."""
+    if not report.redundant:
+        return []
+    most = max(report.redundant.values())
+    words = [
+        name if most == 1 else f"{name} (up to {count})" for name, count in report.redundant.items()
+    ]
+    if len(words) > SHOWN:
+        words[SHOWN:] = [f"{len(words) - SHOWN} joints more"]
+    rows = many(report.of_joints.redundant, "row")
+    where = " at this position" if report.of_joints.singular else ""
+    names = " or ".join([", ".join(words[:-1]), words[-1]])
+    text = f"{rows} can be removed{where} and nothing is set free, from {names}"
+    return ["", *paragraph(text, "REDUNDANT   ")]
+
+
+def _one_sided(report: Mobility) -> list[str]:
+    """What holds in one sense only: how many of each kind, and which."""
+    parts = []
+    for kind, names in report.one_sided.items():
+        one, several, counted = ONE_SIDED[kind]
+        what = one if len(names) == 1 else several
+        parts.append(f"{len(names)} {what}, counted as {counted}: {listed(names)}")
+    return ["", *paragraph("; ".join(parts), "ONE-SIDED   ")] if parts else []
+
+
+def _motions(title: str, motions: Sequence[FreeMotion]) -> list[str]:
+    if not motions:
+        return ["", f"{title}: none"]
+    wide = len(str(min(SHOWN, len(motions))))
+    lines = ["", title, "─" * len(title)]
+    for n, motion in enumerate(motions[:SHOWN], 1):
+        lines += paragraph(motion.words, f"{n:>{wide}}  ")
+    if len(motions) > SHOWN:
+        lines.append(f"{'':>{wide}}  and {len(motions) - SHOWN} more")
+    return lines
+
+
+# -- Sheets of assembly modes, circuits and dead centres ---------------------------------------
+
+#: Modes that are shown.
+ASSEMBLIES_SHOWN = 40
+#: Of the model length, what is printed as zero.
+ASSEMBLIES_ROUNDING = 1e-12
+
+
+def assemblies_sheet(found: AssemblyModes) -> str:
+    """Assembly modes as text, at most 100 characters wide.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> modes = mbody.assembly_modes(mbody.makers.four_bar(40, 120, 80, 100), {"crank": "40 deg"})
+    >>> print(sheet(modes).splitlines()[3])
+    2 assembly modes at motor = 40 deg; it is proven that there are no more
+    """
+    return "\n".join(even([*_modes(found, None), *certified(found)]))
+
+
+def circuits_sheet(found: Circuits) -> str:
+    """Assembly modes, circuits and dead centres as text."""
+    unit = found.mechanism.units.length
+    lines = _modes(found.modes, found)
+    angular = _angular(found.mechanism, found.driver)
+    rows = [
+        (
+            f"circuit {one.number}",
+            ", ".join(map(str, one.modes)) or "none here",
+            " | ".join(", ".join(map(str, branch)) for branch in one.branches),
+            _range(one, angular, unit),
+        )
+        for one in found
+    ]
+    if rows:
+        titles = ("CIRCUIT", "modes", "branches", f"'{found.driver}'")
+        columns = zip(*rows, strict=True)
+        lines += ["", *table(Column(t, c, text=True) for t, c in zip(titles, columns, strict=True))]
+    lines += ["", *paragraph(_dead_centres(found.dead_centres))]
+    return "\n".join(even([*lines, *certified(found)]))
+
+
+def closing_data(found: AssemblyModes) -> dict[str, int | bool | str | None]:
+    """How many modes there are and which one is used, ready for JSON."""
+    used = None if found.used is None else found.used.name
+    return {"count": len(found), "complete": found.complete, "used": used}
+
+
+def closing_line(found: AssemblyModes) -> list[str]:
+    """How many modes there are and which one is used, in a sentence."""
+    where = " and ".join(_value(name, value, found) for name, value in found.at.items())
+    proof = "" if found.complete else ", and maybe in more"
+    ways = many(len(found), "way")
+    used = found.used
+    chosen = ""
+    if used is not None and (len(found) > 1 or not found.complete):
+        name = "" if used.name == str(used.number) else f" {used.name}"
+        chosen = f"; the guesses choose {used.number}{name}"
+    shown = "it" if len(found) == 1 else "them"
+    text = f"it closes in {ways}{proof} at {where}{chosen}; mbody assemblies shows {shown}"
+    return paragraph(text, "ASSEMBLIES   ")
+
+
+def dead_centres_sheet(found: DeadCentres) -> str:
+    """Dead centres as text."""
+    lines = title(found.mechanism.name, f"dead centres of '{found.driver}'", found.mechanism.units)
+    lines += ["", *paragraph(_dead_centres(found))]
+    if found.positions:
+        values = [_dead_value(found, one.value) for one in found]
+        groups = [", ".join(one.bodies) for one in found]
+        columns = [Column("DEAD CENTRE", values), Column("of the links", groups, text=True)]
+        lines += ["", *table(columns)]
+    return "\n".join(even([*lines, *certified(found)]))
+
+
+def _modes(found: AssemblyModes, circuits: Circuits | None) -> list[str]:
+    machine = found.mechanism
+    where = " and ".join(_value(name, value, found) for name, value in found.at.items())
+    lines = title(machine.name, f"assemblies at {where}" if where else "assemblies", machine.units)
+    counted = f"{many(len(found), 'assembly mode')} at {where or 'rest'}"
+    proof = "; it is proven that there are no more" if found.complete else ""
+    if not len(found) and found.complete:
+        proof = "; it is proven that the loops close nowhere there"
+    lines += ["", *paragraph(counted + proof), ""]
+    modes = list(found)[:ASSEMBLIES_SHOWN]
+    names = [body.name for body in machine.bodies]
+    first = [n == 0 for _ in modes for n in range(len(names))]
+
+    def once(cells: list[str]) -> list[str]:
+        spread = [cell for cell in cells for _ in names]
+        return [cell if here else "" for cell, here in zip(spread, first, strict=True)]
+
+    columns = [Column("MODE", once([f"{mode.number} {mode.name}" for mode in modes]), text=True)]
+    if circuits is not None:
+        own = [circuits.of(mode.number)[0] for mode in modes]
+        columns.append(Column("circuit", once(["" if n is None else str(n) for n in own])))
+    columns.append(Column("", once(["used" if mode.used else "" for mode in modes]), text=True))
+    places = [mode[name] for mode in modes for name in names]
+    floor = ASSEMBLIES_ROUNDING * max(
+        (abs(part) for place in places for part in place[:2]), default=1.0
+    )
+    columns.append(Column("LINK", [name for _ in modes for name in names], text=True))
+    for k, axis in enumerate("xy"):
+        cells = numbers([place[k] for place in places], floor) if places else []
+        columns.append(Column(axis, cells, machine.units.length))
+    columns.append(Column("angle", angles([place[2] for place in places]) if places else [], "deg"))
+    if modes:
+        lines += table(columns)
+    if len(found) > ASSEMBLIES_SHOWN:
+        lines.append(f"and {len(found) - ASSEMBLIES_SHOWN} more")
+    return lines
+
+
+def _angular(machine: object, driver: str) -> bool:
+    drivers = getattr(machine, "drivers", ())
+    return any(one.name == driver and one.angular for one in drivers)
+
+
+def _value(name: str, value: float, found: AssemblyModes) -> str:
+    if _angular(found.mechanism, name):
+        return f"{name} = {round(math.degrees(value), 9):.10g} deg"
+    return f"{name} = {value:.10g} {found.mechanism.units.length}"
+
+
+def _range(one: Circuit, angular: bool, unit: str) -> str:
+    if one.full_turn:
+        return "turns all the way round"
+    if one.range is None:
+        return "not followed to its end"
+    low, high = (math.degrees(x) if angular else x for x in one.range)
+    return f"{low:.6g} to {high:.6g} {'deg' if angular else unit}"
+
+
+def _dead_value(found: DeadCentres, value: float) -> str:
+    if found.angular:
+        return f"{math.degrees(value):.6f}°"
+    return f"{value:.9g} {found.mechanism.units.length}"
+
+
+def _dead_centres(found: DeadCentres) -> str:
+    if not found.closes:
+        return f"it is proven that the loops close at no value of '{found.driver}'"
+    if found.full_turn:
+        none = f"'{found.driver}' has no dead centre in any mode"
+        return f"{none}: it is proven that it turns all the way round"
+    angular = found.angular
+    shown = [_dead_value(found, value) for value in found.values.tolist()]
+    proof = "; it is proven that there are no more" if found.complete else ""
+    turns = ""
+    if angular and shown:
+        turns = f". '{found.driver}' does not turn all the way round in every mode"
+    elif angular:
+        turns = ". Whether it turns all the way round in every mode is not proven"
+    return f"dead centres of '{found.driver}': {', '.join(shown) or 'none was met'}{proof}{turns}"
+
+
+# -- The readable sheet of rest positions: what ``print(mbody.equilibrium(machine))`` shows ----
+
+#: Positions, links and joints that are shown.
+EQUILIBRIUM_SHOWN = 12
+
+
+def equilibrium_sheet(found: Equilibria) -> str:
+    """Rest positions as text, at most 100 characters wide.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> from mbody.engineering import equilibrium_curve
+    >>> machine = mbody.Mechanism("pendulum")
+    >>> machine.add(mbody.Body("rod", mass=2.0, cg=(0.5, 0.0)))
+    >>> machine.add(mbody.Revolute("O", "ground", "rod"))
+    >>> machine.add(mbody.Gravity("gravity", y=-9.81))
+    >>> print(sheet(mbody.equilibrium(machine)).splitlines()[6].split()[:3])
+    ['1', 'stable', '9.81']
+    """
+    count = len(found)
+    counted = f"{count} rest position{'' if count == 1 else 's'}"
+    when = f"equilibrium at t = {number(found.t)} {found.units.time}: {counted}"
+    shown = list(found)[:EQUILIBRIUM_SHOWN]
+    lines = title(found.mechanism, when, found.units)
+    tables = [_positions, _links, _forces] if shown else []
+    for rows in (*(one(found, shown) for one in tables), _bands(found)):
+        lines += ["", *rows] if rows else []
+    if count > EQUILIBRIUM_SHOWN:
+        lines.append(f"and {count - EQUILIBRIUM_SHOWN} more")
+    notes = [f"{n}: {note}" for n, one in enumerate(shown, 1) for note in one.notes]
+    return "\n".join(even([*lines, *noted([*notes, *found.notes])]))
+
+
+def _positions(found: Equilibria, shown: list[Equilibrium]) -> list[str]:
+    """Stability, stiffness and frequencies; of several free motions the least of each."""
+    least = [_least(e.stiffness) for e in shown]
+    one = all(len(e.motions) == 1 for e in shown)
+    leaders = {e.motions[0].leader for e in shown}
+    turns = all(e.motions[0].turns for e in shown)
+    unit = found.units.of("torsion stiffness" if turns else "stiffness") if one else ""
+    title = "stiffness" if one else "least stiffness"
+    if one and len(leaders) == 1:
+        title += f" of {leaders.pop()}"
+    frequencies = [number(e.frequencies[0]) if e.frequencies else "" for e in shown]
+    columns = [
+        Column("REST", [str(n) for n in range(1, len(shown) + 1)], text=True, whole=True),
+        Column("", [e.stability for e in shown], text=True, whole=True),
+        Column(title, numbers(least), unit),
+        Column("frequency", frequencies, f"rad/{found.units.time}"),
+        Column("residual", [f"{e.residual:.1e}" if e.residual else "0" for e in shown]),
+    ]
+    return table(columns)
+
+
+def _bands(found: Equilibria) -> list[str]:
+    """Link axes of the leader at both ends of the bands in which friction holds."""
+    rows = [
+        (n, band, word, None if end is None else end[band.leader])
+        for n, band in enumerate(found.bands[:EQUILIBRIUM_SHOWN], 1)
+        for word, end in (("from", band.low), ("to", band.high))
+        if not band.everywhere
+    ]
+    if not rows:
+        return []
+    poses = np.array([(np.nan,) * 3 if pose is None else pose for _, _, _, pose in rows])
+    floor = ROUNDING * float(np.nanmax(np.abs(poses[:, :2]), initial=0.0))
+    ended = ~np.isnan(poses[:, 0])
+    places = [
+        [text if end else "" for text, end in zip(numbers(part, floor), ended)]
+        for part in poses[:, :2].T
+    ]
+    turned = [angles([angle])[0] if end else "no end" for angle, end in zip(poses[:, 2], ended)]
+    inside = [", ".join(str(k + 1) for k in band.positions) for _, band, _, _ in rows]
+    columns = [
+        Column(
+            "HELD", [band.leader if word == "from" else "" for _, band, word, _ in rows], text=True
+        ),
+        Column(
+            "", [str(n) if word == "from" else "" for n, _, word, _ in rows], text=True, whole=True
+        ),
+        Column("", [word for _, _, word, _ in rows], text=True, whole=True),
+        Column("angle", turned, "deg"),
+        Column("x", places[0], found.units.length),
+        Column("y", places[1], found.units.length),
+        Column(
+            "rests",
+            [text if row[2] == "from" else "" for text, row in zip(inside, rows, strict=True)],
+            text=True,
+        ),
+    ]
+    return table(columns)
+
+
+def _least(stiffness: np.ndarray) -> float:
+    """The least eigenvalue; what is rounding beside the greatest is none."""
+    sizes = np.linalg.eigvalsh(0.5 * (stiffness + stiffness.T))
+    least = float(sizes.min())
+    return least if abs(least) > ROUNDING * float(np.abs(sizes).max()) else 0.0
+
+
+def _links(found: Equilibria, shown: list[Equilibrium]) -> list[str]:
+    """Mass centre and angle of every link at every rest position."""
+    bodies = [body.name for body in shown[0].solution.mechanism.bodies][:EQUILIBRIUM_SHOWN]
+    rows = [(n, name, e[name]) for name in bodies for n, e in enumerate(shown, 1)]
+    unit, floor = found.units.length, ROUNDING * shown[0].solution.system.length
+    columns = [
+        Column("LINK", [name if n == 1 else "" for n, name, _ in rows], text=True),
+        Column("at", [str(n) for n, _, _ in rows], whole=True),
+        Column("angle", [angles(part.angle)[0] for _, _, part in rows], "deg"),
+        Column("x of G", numbers([part.x[0] for _, _, part in rows], floor), unit),
+        Column("y of G", numbers([part.y[0] for _, _, part in rows], floor), unit),
+    ]
+    return table(columns)
+
+
+def _forces(found: Equilibria, shown: list[Equilibrium]) -> list[str]:
+    """Joint forces, and efforts of the fixed drivers and of couplings."""
+    mechanism = shown[0].solution.mechanism
+    names, unit = force_names(mechanism), found.units.of
+    floor = max(force_floor(e.solution) for e in shown)
+    cells: list[tuple[str, str, int, float, float]] = []
+    for joint in mechanism.joints[:EQUILIBRIUM_SHOWN]:
+        for n, e in enumerate(shown, 1):
+            force = e.reaction(joint.name, on=names[joint.name][1])
+            labels = (names[joint.name][0], joint.name)
+            cells.append((*labels, n, float(force.fx[0]), float(force.fy[0])))
+    if not cells:
+        return []
+    lines = table(
+        [
+            Column("FORCE", [c[0] if c[2] == 1 else "" for c in cells], text=True, whole=True),
+            Column("joint", [c[1] if c[2] == 1 else "" for c in cells], text=True),
+            Column("at", [str(c[2]) for c in cells], whole=True),
+            Column("x", numbers([c[3] for c in cells], floor), unit("force")),
+            Column("y", numbers([c[4] for c in cells], floor), unit("force")),
+            Column("magnitude", numbers([np.hypot(*c[3:]) for c in cells], floor), unit("force")),
+        ]
+    )
+    elements: tuple[Driver | Coupling, ...] = (*mechanism.drivers, *mechanism.couplings)
+    for element in elements:
+        efforts = [float(e.solution.effort(element.name)[0]) for e in shown]
+        what = unit(element.effort_dimension)
+        row = ", ".join(number(effort) for effort in efforts)
+        lines += paragraph(f"{row} {what}", f"effort of {element.name}   ")
+    return lines
+
+
+def curve_sheet(curve: EquilibriumCurve) -> str:
+    """A curve of rest positions as text: its ends, folds and crossings, and what lies between.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> from mbody.engineering import equilibrium_curve
+    >>> machine = mbody.Mechanism("pendulum")
+    >>> machine.add(mbody.Body("rod", mass=2.0, cg=(0.5, 0.0)))
+    >>> machine.add(mbody.Revolute("O", "ground", "rod"))
+    >>> machine.add(mbody.Gravity("gravity", y=-9.81), mbody.Torque("push", "rod", value=0.0))
+    >>> curve = equilibrium_curve(machine, "push.value", (0.0, 20.0), points=60)
+    >>> curve_sheet(curve).splitlines()[0]
+    'pendulum'
+    """
+    machine, last = curve.solution.mechanism, len(curve) - 1
+    marks = {0: "begin", last: "end"}
+    marks |= dict.fromkeys(curve.folds, "fold") | dict.fromkeys(curve.crossings, "crossing")
+    changed = [n for n in range(1, last) if curve.stability[n] != curve.stability[n - 1]]
+    alone = {n for n in changed if n not in marks and n - 1 not in marks}
+    rows = sorted({*marks, *alone})[: 2 * EQUILIBRIUM_SHOWN]
+    bodies = [body.name for body in machine.bodies][:6]
+    onward = [curve.stability[min(n + 1, last)] for n in rows]
+    columns = [
+        Column("CURVE", [marks.get(n, "") for n in rows], text=True, whole=True),
+        Column(curve.parameter, numbers(curve.values[rows]), curve.unit),
+        Column("arclength", numbers(curve.arclength[rows])),
+    ]
+    columns += [column for name in bodies for column in _moving(curve, name, rows)]
+    columns.append(Column("onward", onward, text=True, whole=True))
+    about = f"rest positions along {curve.parameter}: {len(curve)} points"
+    lines = [*title(machine.name, about, machine.units), "", *table(columns)]
+    return "\n".join(even([*lines, *noted(curve.notes)]))
+
+
+def _moving(curve: EquilibriumCurve, name: str, rows: list[int]) -> list[Column]:
+    """The angle of a link, or of one that does not turn the coordinates that change."""
+    history, unit = curve[name], curve.solution.mechanism.units.length
+    length = curve.solution.system.length
+    if np.ptp(history.angle) > ROUNDING:
+        return [Column(name, angles(history.angle[rows]), "deg")]
+    parts = {"x": history.x, "y": history.y}
+    return [
+        Column(f"{key} of {name}", numbers(part[rows], ROUNDING * length), unit)
+        for key, part in parts.items()
+        if np.ptp(part) > ROUNDING * length
+    ]
+
+
+# -- The readable sheet of modes: what ``print(mbody.modes(machine))`` shows -------------------
+
+#: Positions, modes of each, and leaders of a mode that are shown.
+MODES_SHOWN, MODES, LEADERS = 6, 20, 4
+
+
+def modes_sheet(found: Modes) -> str:
+    """Modes as text, at most 100 characters wide.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> machine = mbody.Mechanism("pendulum")
+    >>> machine.add(mbody.Body("rod", mass=2.0, cg=(0.5, 0.0)))
+    >>> machine.add(mbody.Revolute("O", "ground", "rod"))
+    >>> machine.add(mbody.Gravity("gravity", y=-9.81))
+    >>> print(sheet(mbody.modes(machine)).splitlines()[7].split()[:4])
+    ['1', 'oscillates', '4.42945', '0.704968']
+    """
+    count = len(found)
+    counted = f"{count} rest position{'' if count == 1 else 's'}"
+    when = f"modes at t = {number(found.t)} {found.units.time}: {counted}"
+    lines = title(found.mechanism, when, found.units)
+    for n, one in enumerate(list(found)[:MODES_SHOWN], 1):
+        lines += ["", *paragraph(f"{one.stability}, at {_where(one)}", f"REST {n}   ")]
+        lines += _table(found, one)
+        lines += [line for note in one.notes for line in paragraph(note, "NOTE   ")]
+    if count > MODES_SHOWN:
+        lines.append(f"and {count - MODES_SHOWN} more")
+    return "\n".join(even([*lines, *certified(found)]))
+
+
+def _where(one: ModesAt) -> str:
+    """The position by its leaders: their angles, or places of what slides."""
+    solution, words = one.linear.solution, []
+    length = solution.mechanism.units.length
+    leaders = {motion.leader: motion for motion in reversed(one.linear.motions)}
+    motions = sorted(leaders.values(), key=one.linear.motions.index)
+    for motion in motions[:LEADERS]:
+        body, name = solution[motion.leader], motion.leader
+        if motion.turns:
+            degrees = round(float(np.degrees(body.angle[-1])) % 360.0, 3) % 360.0
+            words.append(f"{name} {degrees:.3f}°")
+        else:
+            floor = ROUNDING * solution.system.length
+            x, y = (0.0 if abs(part[-1]) <= floor else float(part[-1]) for part in (body.x, body.y))
+            words.append(f"{name} ({number(x)}, {number(y)}) {length}")
+    more = len(motions) - LEADERS
+    return ", ".join(words) + (f" and {more} more" if more > 0 else "")
+
+
+def _table(found: Modes, one: ModesAt) -> list[str]:
+    shown = one.modes[:MODES]
+    if not shown:
+        return ["no mode: nothing that is free has inertia"]
+    time = found.units.time
+    cycles = "Hz" if time == "s" else f"1/{time}"
+    frequencies, turning = [m.frequency for m in shown], [bool(m.frequency) for m in shown]
+    swinging = [cell if on else "" for cell, on in zip(numbers(frequencies), turning, strict=True)]
+    hertz = [m.hertz for m in shown]
+    often = [cell if on else "" for cell, on in zip(numbers(hertz), turning, strict=True)]
+    damped = any(m.damping_ratio and m.frequency for m in shown)
+    ratios = [number(m.damping_ratio) if m.frequency else "" for m in shown]
+    decaying = [m.decay_rate for m in shown]
+    rates = [cell if x else "" for cell, x in zip(numbers(decaying), decaying, strict=True)]
+    columns = [
+        Column("MODE", [str(n) for n in range(1, len(shown) + 1)], text=True, whole=True),
+        Column("", [m.words for m in shown], text=True, whole=True),
+        Column("frequency", swinging, f"rad/{time}"),
+        Column("", often, cycles),
+        Column("damping ratio", ratios if damped else [""] * len(shown)),
+        Column("decay rate", rates, f"1/{time}"),
+        Column("shape", [_shape(one, m) for m in shown], text=True),
+    ]
+    lines = table(columns)
+    return [*lines, f"and {len(one) - MODES} more"] if len(one) > MODES else lines
+
+
+def _names(one: ModesAt) -> list[str]:
+    """The leaders, and what they do where one leads several motions."""
+    names = list(one.linear.leaders)
+    for n, motion in enumerate(one.linear.motions):
+        if one.linear.leaders.count(motion.leader) > 1:
+            x, y, turn = np.abs(motion.rates[motion.leader])
+            names[n] = f"{'θ' if turn > 0.5 else 'x' if x > y else 'y'} of {motion.leader}"
+    return names
+
+
+def _shape(one: ModesAt, mode: Mode) -> str:
+    """Leaders with their parts, such as "a 1 : b -1.41"; where they lag, their phases."""
+    parts = []
+    for name, part in list(zip(_names(one), mode.amplitudes, strict=True))[:LEADERS]:
+        if abs(part.imag) <= 1e-6:
+            parts.append(f"{name} {round(float(part.real), 6) + 0.0:.3g}")
+        else:
+            degrees = float(np.degrees(np.angle(part)))
+            parts.append(f"{name} {abs(part):.3g} @ {degrees:.0f}°")
+    return " : ".join(parts) + (" …" if len(mode.amplitudes) > LEADERS else "")
+
+
+# -- The readable sheet of answers: what ``print(mbody.solve_for(machine, ...))`` shows --------
+
+
+def answers_sheet(answer: Answer, name: str = "") -> str:
+    """An answer as text, at most 100 characters wide.
+
+    >>> import mbody
+    >>> machine = mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 3, 2), speed=10.0)
+    >>> machine.add(mbody.Torque("brake", "rocker", value=1.0))
+    >>> print(sheet(mbody.solve_for(machine, "brake", "motor.effort = 0")).splitlines()[2])
+    conditions: motor.effort = 0
+    """
+    question = answer.question
+    lines = paragraph(f"{answer.mechanism.name}{': ' + name if name else ''}")
+    if question.note:
+        lines += paragraph(question.note)
+    lines += ["", *_requested(answer)]
+    for n, found in enumerate(answer.solutions, start=1):
+        title = "UNKNOWNS" if len(answer) == 1 else f"SOLUTION {n}"
+        lines += ["", *_found(found, title)]
+    if answer.doubts:
+        lines += ["", *paragraph(answer.status, "STATUS   ")]
+    return "\n".join(even([*lines, *noted(answer.notes)]))
+
+
+def _requested(answer: Answer) -> list[str]:
+    question = answer.question
+    lines = []
+    if question.objective:
+        word = "greatest" if question.greatest else "least"
+        lines += paragraph(f"{word}: {question.objective}")
+    if question.conditions:
+        lines += paragraph("conditions: " + ",  ".join(question.conditions))
+    if question.side_conditions:
+        lines += paragraph("side conditions: " + ",  ".join(question.side_conditions))
+    return lines
+
+
+def _found(found: AnswerCase, title: str) -> list[str]:
+    """The unknowns, what binds, the forces of the joints and the measures."""
+    names, run = list(found.unknowns), found.run
+    lines = table(
+        [
+            Column(title, names, text=True),
+            Column("value", [number(found.unknowns[name]) for name in names]),
+            Column("unit", [found.units[name] for name in names], text=True),
+        ]
+    )
+    if found.binding:
+        lines += paragraph("binds: " + ",  ".join(found.binding))
+    lines += ["", *_joints(found)] if run.mechanism.joints else []
+    own = measures(run)
+    lines += ["", *own] if own else []
+    return [*lines, "", f"RESIDUAL   {found.residual:.1e}   (of the conditions, relative)"]
+
+
+def _joints(found: AnswerCase) -> list[str]:
+    run = found.run
+    unit = run.mechanism.units.of("force")
+    reactions = [run.reaction(joint.name) for joint in run.mechanism.joints]
+    x, y = (np.array([getattr(r, key)[-1] for r in reactions]) for key in ("fx", "fy"))
+    floor = 1e-9 * float(np.hypot(x, y).max(initial=0.0))
+    return table(
+        [
+            Column("FORCES", [r.joint for r in reactions], text=True),
+            Column("x", numbers(x, floor), unit),
+            Column("y", numbers(y, floor), unit),
+            Column("i on j", [f"{r.by} on {r.on}" for r in reactions], text=True),
+        ]
+    )
+
+
+# -- Sheet of a transmission -------------------------------------------------------------------
+
+#: Instants that are shown.
+TRANSMISSION_SHOWN = 13
+
+
+def transmission_sheet(found: Transmission) -> str:
+    """A transmission as text, at most 100 characters wide.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5), turn=True, instants=37)
+    >>> print(sheet(mbody.transmission(run, output="rocker")).splitlines()[3])
+    least transmission angle 52.831° at 'B', where 'motor' = 180 deg
+    """
+    unit = found.mechanism.units.length
+    words = f"transmission from '{found.driver}' to '{found.output}'"
+    lines = [*title(found.mechanism.name, words, found.mechanism.units), ""]
+    if found.least is not None:
+        x = found.least.driver
+        where = f"{math.degrees(x):.6g} deg" if found.angular else f"{x:.6g} {unit}"
+        lines += paragraph(
+            f"least transmission angle {math.degrees(found.least.value):.3f}° at '{found.joint}', "
+            f"where '{found.driver}' = {where}"
+        )
+    for loop, kind in found.loops:
+        lines += paragraph(f"four-bar {loop}: {kind}")
+    last = len(found) - 1
+    kept = sorted(
+        {
+            round(n * last / (min(TRANSMISSION_SHOWN, len(found)) - 1 or 1))
+            for n in range(TRANSMISSION_SHOWN)
+        }
+    )
+    kept = [k for k in kept if k <= last]
+    value = np.degrees(found.driver_value) if found.angular else found.driver_value
+    columns = [
+        Column(found.driver, numbers(value[kept]), "deg" if found.angular else unit),
+        Column("transmission angle", _cells(np.degrees(found.angle[kept])), "deg"),
+        Column("pressure angle", _cells(np.degrees(found.pressure_angle[kept])), "deg"),
+        Column("velocity ratio", _cells(found.velocity_ratio[kept])),
+        Column("mech. advantage", _cells(found.mechanical_advantage[kept])),
+        Column("joint force index", _cells(found.joint_force_index[kept])),
+    ]
+    lines += ["", *table(columns)]
+    if len(kept) <= last:
+        lines.append(f"{len(kept)} of {last + 1} instants; all of them with --json")
+    return "\n".join(even([*lines, *certified(found)]))
+
+
+def _cells(values: Any) -> list[str]:
+    """Numbers of a column; a dash where there is none."""
+    finite = [value for value in values.tolist() if math.isfinite(value)]
+    cells = iter(numbers(finite or [0.0]))
+    words = {math.inf: "infinite", -math.inf: "infinite"}
+    return [next(cells) if math.isfinite(v) else words.get(v, "–") for v in values.tolist()]
+
+
+# -- The readable sheet of a cross-check: what ``print(mbody.crosscheck(machine))`` shows ------
+
+#: Quantities of an engine that are shown, where some differ and where all agree: the worst first.
+CROSSCHECK_SHOWN, ENOUGH = 16, 8
+
+
+def crosscheck_sheet(report: Any) -> str:
+    """A cross-check as text, at most 100 characters wide.
+
+    Parameters
+    ----------
+    report : Crosscheck
+    """
+    run = report.run
+    instants = f"{len(run)} instants" if len(run) > 1 else "1 instant"
+    about = f"cross-check of {run.analysis}, {instants}"
+    lines = title(run.mechanism.name, about, run.mechanism.units)
+    for name, opinion in report.opinions.items():
+        lines += ["", *_opinion(name, opinion)]
+    verdict = "all agree" if report.agrees else "THEY DIFFER"
+    doubts = [line for one in report.run.doubts for line in paragraph(one.message, "DOUBT   ")]
+    return "\n".join(even([*lines, "", *doubts, f"VERDICT   {verdict}"]))
+
+
+def _opinion(name: str, opinion: Any) -> list[str]:
+    """One engine: its quantities, what it cannot express, how it was used."""
+    rows = sorted(opinion.rows, key=_part, reverse=True)
+    differ = [row for row in rows if row.verdict != "agrees"]
+    shown = CROSSCHECK_SHOWN if differ else ENOUGH
+    lines = _crosscheck_table(opinion.engine, rows[:shown])
+    more = len(rows) - shown
+    summary = f"DIFFERS in {len(differ)} of" if differ else "agrees in"
+    summary += f" {len(rows)} quantities"
+    summary += f" ({more} not shown, nearer than these)" if more > 0 else ""
+    lines += paragraph(summary if rows else "nothing to compare", f"{name}: ")
+    for reason in dict.fromkeys(row.reason for row in rows):
+        lines += paragraph(reason, "expected: ")
+    for one in opinion.not_expressible:
+        lines += paragraph(one.why, f"not expressible: {one.element}: ")
+    return [*lines, *noted(opinion.notes)]
+
+
+def _part(row: Any) -> float:
+    """The difference as a part of what is expected."""
+    return float(row.difference / row.expected) if row.expected else float("inf")
+
+
+def _crosscheck_table(engine: str, rows: Sequence[Any]) -> list[str]:
+    if not rows:
+        return [engine]
+    return table(
+        [
+            Column(engine.upper(), [row.quantity for row in rows], text=True),
+            Column("ours", [number(row.ours) for row in rows]),
+            Column("theirs", [number(row.theirs) for row in rows]),
+            Column("difference", [f"{row.difference:.1e}" for row in rows]),
+            Column("expected", [f"{row.expected:.1e}" for row in rows]),
+            Column("verdict", [row.verdict for row in rows], text=True, whole=True),
+        ]
+    )
