@@ -5,8 +5,6 @@ import sys
 
 from mbody.cli.interrupts import interrupt
 
-__all__ = ["run"]
-
 
 def run() -> int:
     """The command with the arguments of the process; gives its exit status."""

@@ -15,8 +15,6 @@ from mbody.cli.parser import parser
 from mbody.cli.streams import UsageError, message, opened, silenced
 from mbody.errors import ModelError, SolveError, at_the_command
 
-__all__ = ["run_command"]
-
 #: New objects after which cycles are looked for: reading a large file makes millions, and none.
 OBJECTS = 200_000
 

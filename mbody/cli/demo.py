@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from mbody.solution.solution import Solution
 
-__all__ = ["PRINTED", "demo"]
 
 #: The book's answers: components, then magnitude and direction [deg], of forces on a link [lbf];
 #: the driving torque [lbf·in].

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from typing import Any
 
-__all__ = ["STATUS", "Interrupt", "interrupt"]
 
 #: The exit status of shells for a process that Ctrl-C has ended.
 STATUS = 130

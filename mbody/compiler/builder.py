@@ -41,8 +41,6 @@ from mbody.core.interface import Array, signature
 from mbody.core.library import seal
 from mbody.core.sources import source_hash
 
-__all__ = ["Build", "main"]
-
 _SEEN = ("mbody_user_door", "mbody_object_head", "mbody_sources", "mbody_entries")
 #: Ending of an object file; all linkers know it.
 OBJECT = ".o"

@@ -25,8 +25,6 @@ from numba import types
 
 from mbody.compiler.numba_callbacks import SYMBOL
 
-__all__ = ["FORMS", "WORDS", "common", "wrapper"]
-
 #: Endings of the names; programs in C need the last one alone.
 WORDS = "_words"
 FORMS = ("", "_np", WORDS)

@@ -27,8 +27,6 @@ import numba
 from mbody.core.cache_folder import STAMP_DIGITS, cache_folder
 from mbody.core.sources import PACKAGE, fingerprint, source_hash
 
-__all__ = ["attach_cache", "numba_folder", "stamp", "without_cache"]
-
 
 @functools.cache
 def _before() -> tuple[tuple[str, int, int], ...]:

@@ -21,8 +21,6 @@ from numba.extending import lower_builtin, lower_cast, models, register_model, t
 from mbody.compiler.lanes_type import Lanes, common, intrinsic, llvm_type
 from mbody.core.interface import FASTMATH
 
-__all__ = ["Dual", "first", "scaled", "with_first"]
-
 FLAGS = tuple(FASTMATH)
 INDEX = ir.IntType(32)
 

@@ -3,7 +3,3 @@
 from mbody.compiler import numba_callbacks as numba_callbacks
 from mbody.compiler import numba_duals as numba_duals
 from mbody.compiler import numba_lanes as numba_lanes
-from mbody.compiler.jit import compilations, inline, kernel, njit
-from mbody.compiler.numba_bundle import bundle_type
-
-__all__ = ["bundle_type", "compilations", "inline", "kernel", "njit"]

@@ -22,8 +22,6 @@ from typing import Any
 from mbody.compiler.cache import attach_cache, numba_folder
 from mbody.core.interface import FASTMATH
 
-__all__ = ["compilations", "inline", "kernel", "njit"]
-
 Entry: Any
 Inner: Any
 try:

@@ -23,26 +23,6 @@ from numba.extending import lower_builtin, lower_cast, models, register_model, t
 
 from mbody.core.interface import FASTMATH
 
-__all__ = [
-    "Lanes",
-    "common",
-    "elementwise",
-    "extreme",
-    "if_odd",
-    "intrinsic",
-    "is_plain",
-    "is_rows",
-    "lane_count",
-    "llvm_type",
-    "negate_if_two",
-    "reduction",
-    "row_address",
-    "row_load",
-    "row_store",
-    "select_ordered",
-    "witness",
-]
-
 F = TypeVar("F", bound=Callable[..., Any])
 
 

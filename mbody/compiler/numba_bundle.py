@@ -31,8 +31,6 @@ from numba.extending import (
 
 from mbody.core.bundle import KINDS, Bundle
 
-__all__ = ["Address", "bundle_type", "number_type"]
-
 WORD = ir.IntType(64)
 NUMBERS = {"int64": types.int64, "float64": types.float64, "complex128": types.complex128}
 

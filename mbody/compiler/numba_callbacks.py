@@ -17,8 +17,6 @@ from numba.extending import lower_builtin, type_callable
 
 from mbody.core.callbacks import DOOR, call_user
 
-__all__ = ["SYMBOL"]
-
 #: Compiled code finds the callback by this name, which (unlike an address) can be written into a
 #: file. Numba's object mode would do the same but compile its block in every process.
 SYMBOL = "mbody_call_user"

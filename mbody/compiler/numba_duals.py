@@ -26,8 +26,6 @@ from mbody.core.dual_number import value
 from mbody.core.duals import chained, constant
 from mbody.core.interface import FASTMATH
 
-__all__ = ["Dual"]
-
 witness(lanes.LANES, Dual)(plain.dual)
 OPTIONS: Any = {"forceinline": True, "fastmath": set(FASTMATH), "error_model": "numpy"}
 

@@ -13,8 +13,6 @@ from numba.core import config
 
 from mbody.core.selection import ZIG, linker
 
-__all__ = ["TARGETS", "Target", "link"]
-
 
 @dataclass(frozen=True)
 class Target:

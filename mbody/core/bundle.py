@@ -17,19 +17,6 @@ import numpy as np
 
 from mbody.core import selection
 
-__all__ = [
-    "KINDS",
-    "Bundle",
-    "ComplexRows",
-    "Floats",
-    "Grids",
-    "Ints",
-    "Rows",
-    "Stacks",
-    "Tables",
-    "array_words",
-]
-
 #: Arrays by their kind of number and number of axes; to type checkers they are arrays of any kind.
 Ints = Any
 Tables = Any

@@ -11,8 +11,6 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-__all__ = ["STAMP_DIGITS", "cache_folder"]
-
 _KEEP_SECONDS = 30 * 86400.0
 #: Length of a stamp, the name of a folder, in hexadecimal digits.
 STAMP_DIGITS = 32

@@ -13,8 +13,6 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["DOOR", "call_user", "failure", "raise_failure", "register", "release"]
-
 UserFunction = Callable[[np.ndarray, np.ndarray], Any]
 
 # reentrant: the garbage collector may release a handle while this thread has the lock

@@ -14,8 +14,6 @@ from typing import TYPE_CHECKING, Any, TypeVar, overload
 from mbody.core import selection
 from mbody.core.interface import register
 
-__all__ = ["PLAIN", "compilations", "inline", "kernel", "njit"]
-
 F = TypeVar("F", bound=Callable[..., Any])
 
 _core = selection.chosen().name

@@ -10,8 +10,6 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["DualNumber", "corners", "value", "where"]
-
 
 class DualNumber:
     """A number, or an array of them, with derivatives by parameters.

@@ -30,22 +30,6 @@ import numpy as np
 from mbody.core.dual_number import DualNumber, value
 from mbody.core.lanes import LANES
 
-__all__ = [
-    "TANGENTS",
-    "chained",
-    "constant",
-    "dual",
-    "entry",
-    "lane_at",
-    "passes_more",
-    "put_entry",
-    "rounds",
-    "tangent",
-    "tangents",
-    "value",
-    "with_tangent",
-]
-
 #: Derivatives of one number.
 TANGENTS = LANES - 1
 

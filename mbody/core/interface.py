@@ -13,8 +13,6 @@ from typing import Any
 
 from mbody.core.bundle import KINDS, Bundle
 
-__all__ = ["FASTMATH", "KERNELS", "Array", "Signature", "register", "signature"]
-
 #: What a compiler may do: fuse a multiplication and an addition, ignore the sign of a zero.
 #: Sums keep their order, and NaN and infinity keep their meaning: the kernels rely on both.
 FASTMATH = frozenset({"contract", "nsz"})

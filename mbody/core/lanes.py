@@ -36,22 +36,6 @@ import numpy as np
 from mbody.core.dual_number import DualNumber, value
 from mbody.core.recorded_numbers import Traced, Untraceable, apply
 
-__all__ = [
-    "LANES",
-    "aligned",
-    "count",
-    "highest",
-    "larger",
-    "ld",
-    "lowest",
-    "select_le",
-    "sincos",
-    "smaller",
-    "st",
-    "st_varying",
-    "wide",
-]
-
 #: Lanes of a wide kernel, measured best on a four-bar: with 32 lanes of 8 bytes the compiler runs
 #: out of registers; with fewer lanes the arithmetic units wait for each other.
 LANES = 16

@@ -16,17 +16,6 @@ from typing import Any
 from mbody.core.callbacks import DOOR
 from mbody.errors import ModelError
 
-__all__ = [
-    "LEVELS",
-    "Level",
-    "Library",
-    "LibraryError",
-    "best_levels",
-    "open_library",
-    "processor_features",
-    "seal",
-]
-
 
 class LibraryError(OSError):
     """Why a library cannot be used."""

@@ -23,8 +23,6 @@ from mbody.core.interface import KERNELS, Array, Signature, signature
 from mbody.core.library import Library, LibraryError, open_library
 from mbody.core.sources import PACKAGE, source_hash
 
-__all__ = ["build", "builder_command", "built", "kernel", "missing", "place"]
-
 _KINDS = {int: ctypes.c_int64, bool: ctypes.c_int64, float: ctypes.c_double}
 _lock = threading.Lock()
 _built = 0

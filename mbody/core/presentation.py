@@ -14,7 +14,6 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-__all__ = ["present", "register"]
 
 _MAKERS: dict[str, dict[str, str]] = {}
 

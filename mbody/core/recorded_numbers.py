@@ -13,8 +13,6 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-__all__ = ["FUNCTIONS", "NumberRecording", "Traced", "Untraceable", "apply"]
-
 #: Functions of NumPy that are recorded as they are, by their names. "select_le" is that of
 #: `mbody.core.lanes`.
 FUNCTIONS = (

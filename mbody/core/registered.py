@@ -4,8 +4,6 @@ The folder of the compiler imports the core, and numba may be missing; a process
 code never loads it.
 """
 
-__all__ = ["builder", "compiler"]
-
 #: The numba half of decorators, bundles and lanes.
 compiler = ""
 #: The program that builds kernels, for ``python -m``.

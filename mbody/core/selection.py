@@ -27,8 +27,6 @@ from mbody.core.library import Library, LibraryError, best_levels, open_library,
 from mbody.core.sources import PACKAGE, source_hash
 from mbody.errors import ModelError, ModelWarning
 
-__all__ = ["CORES", "ZIG", "Choice", "chosen", "compiler", "linker", "machine_code_folder"]
-
 CORES = ("native", "numba", "plain")
 #: The C compiler of the package `ziglang`, which links for other machines too.
 ZIG = [sys.executable, "-m", "ziglang", "cc"]

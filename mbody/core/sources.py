@@ -7,8 +7,6 @@ import hashlib
 from collections.abc import Iterator
 from pathlib import Path
 
-__all__ = ["COMPILED", "PACKAGE", "fingerprint", "source_hash"]
-
 #: The sources that may contain a compiled function or a constant of one; a test checks the list.
 COMPILED = (
     "compiler/*.py",

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-__all__ = ["FRAME_NUMBERS", "numbers_in_frame"]
-
 #: How many numbers it has.
 FRAME_NUMBERS = 99
 

@@ -25,8 +25,6 @@ from mbody.solution.solution import Solution
 from mbody.sweeps.job import Measures, columns_of
 from mbody.system.system import System
 
-__all__ = ["DesignPoint", "PreparedGradient"]
-
 
 class PreparedGradient:
     """Measures of one system by some of its numbers, prepared for many sets of these.

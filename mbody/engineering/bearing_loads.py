@@ -18,8 +18,6 @@ from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution, as_solution
 from mbody.system.read_only import lock
 
-__all__ = ["BearingLoad", "bearing_load"]
-
 Array = np.ndarray
 
 #: Exponents of life by the kind of bearing (ISO 281).

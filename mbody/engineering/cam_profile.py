@@ -9,8 +9,6 @@ import numpy as np
 from mbody.errors import ModelError
 from mbody.laws import Law, Table
 
-__all__ = ["cam_profile"]
-
 #: Points of the table, both ends included: every quarter of a degree.
 POINTS = 1441
 

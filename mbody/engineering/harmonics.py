@@ -16,8 +16,6 @@ from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution, as_solution
 from mbody.system.read_only import lock
 
-__all__ = ["Harmonics", "complex_orders", "driver_cycle", "harmonics", "place_of"]
-
 Array = np.ndarray
 
 #: Tolerance of equal steps of the angle, as a part of a step.

@@ -17,8 +17,6 @@ from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution, as_solution
 from mbody.system.read_only import lock
 
-__all__ = ["Indicator", "indicator"]
-
 Array = np.ndarray
 
 

@@ -17,8 +17,6 @@ from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution, as_solution
 from mbody.system.read_only import lock
 
-__all__ = ["MotionPolygon", "acceleration_polygon", "velocity_polygon"]
-
 Array = np.ndarray
 
 #: Of the model length, how near a marker is to the place of its joint where it is there.

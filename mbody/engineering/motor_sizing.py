@@ -19,8 +19,6 @@ from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution, as_solution
 from mbody.system.read_only import lock
 
-__all__ = ["MotorCurve", "MotorSizing", "motor_sizing"]
-
 Array = np.ndarray
 
 #: The rows of a motor's curve, and what they measure.

@@ -12,8 +12,6 @@ from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution, as_solution
 from mbody.system.read_only import lock
 
-__all__ = ["InflectionCircle", "PathCurvature", "inflection_circle", "path_curvature"]
-
 Array = np.ndarray
 
 #: A part of the greatest speed that is none.

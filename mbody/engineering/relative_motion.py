@@ -17,17 +17,6 @@ from mbody.solution.checks import changed, one_design
 from mbody.solution.histories import BodyHistory, PointHistory
 from mbody.solution.solution import Solution
 
-__all__ = [
-    "AT_REST",
-    "RelativeMotion",
-    "at_unit_speed",
-    "check_moving",
-    "motion_that_begins",
-    "pose_at",
-    "relative_motion",
-    "relative_path",
-]
-
 Array = np.ndarray
 
 #: What is said of a motion that its driver does not make.

@@ -22,8 +22,6 @@ from mbody.system.assembler import assemble
 from mbody.system.read_only import lock
 from mbody.system.system import System
 
-__all__ = ["SpringBalance", "spring_balance"]
-
 Array = np.ndarray
 
 STILL = " does not move: what it holds need not be balanced"

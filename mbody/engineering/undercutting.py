@@ -19,8 +19,6 @@ from mbody.system.assembler import assemble
 from mbody.system.read_only import lock
 from mbody.system.system import System
 
-__all__ = ["CamUndercut", "cam_undercut"]
-
 Array = np.ndarray
 
 #: A size that is none, and one without end, by the greatest radius of the profile.

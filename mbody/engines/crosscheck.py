@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from mbody.model.mechanism import Mechanism
     from mbody.system.system import System
 
-__all__ = ["ALWAYS", "ENGINES", "Crosscheck", "crosscheck", "installed"]
 
 #: Where the function `opinion` of every engine lives; a new engine is a file and a line here.
 ENGINES = {

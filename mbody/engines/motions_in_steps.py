@@ -25,8 +25,6 @@ from mbody.solution.solution import Solution
 from mbody.system.assembler import assemble
 from mbody.system.system import System, with_numbers_of
 
-__all__ = ["Stepped", "StepwiseCheck", "by_newtons_law", "first_of_several", "strikes"]
-
 Array = np.ndarray
 
 #: Steps of the longest length over the whole motion, and instants that are compared, at most.

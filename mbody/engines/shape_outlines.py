@@ -14,8 +14,6 @@ from mbody.model.contact import Contact, Rope
 from mbody.model.mechanism import Mechanism
 from mbody.model.touching_shapes import Disc, Line, Polygon, Ring, Segment, points_of
 
-__all__ = ["Outline", "not_as_rigid_contacts", "outlines"]
-
 
 @dataclass(frozen=True)
 class Outline:

@@ -17,8 +17,6 @@ from gymnasium.vector.utils import batch_space
 from mbody.envs.task import Episodes, Task, Variable
 from mbody.errors import ModelError, brief
 
-__all__ = ["MechanismEnv", "MechanismVectorEnv"]
-
 Array = np.ndarray
 
 

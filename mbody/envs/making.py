@@ -18,7 +18,6 @@ from mbody.system.system import System
 if TYPE_CHECKING:
     from mbody.envs.gymnasium_envs import MechanismEnv, MechanismVectorEnv
 
-__all__ = ["make", "make_vec"]
 
 #: What a measure is, or several with names or bounds.
 Measures = str | Sequence[Any] | Mapping[str, Any]

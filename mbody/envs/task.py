@@ -21,8 +21,6 @@ from mbody.solution.measures import check_measure, checked_sides
 from mbody.stepping.simulators import Simulators
 from mbody.system.system import System
 
-__all__ = ["Episodes", "Task", "Variable", "task"]
-
 Array = np.ndarray
 _SIGN = re.compile(r"<=|>=|[<>≤≥]")
 _ZERO = re.compile(r"[-+]?0*\.?0*\Z")

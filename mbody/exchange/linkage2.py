@@ -28,8 +28,6 @@ from mbody.exchange.imported import (
 )
 from mbody.quantities.units import unit_system
 
-__all__ = ["linkage2_from_xml"]
-
 FORM = "Linkage"
 PER_INCH = 96.0
 INCH = 25.4  # mm

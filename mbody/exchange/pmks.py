@@ -28,8 +28,6 @@ from mbody.exchange.imported import (
     seen,
 )
 
-__all__ = ["is_pmks_json", "is_pmks_text", "pmks_from_json", "pmks_from_text"]
-
 FORM = "PMKS"
 TYPES = ("R", "P", "RP", "G")
 #: Settings of pictures and of PMKS's own search, which a model does not need.

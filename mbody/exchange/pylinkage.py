@@ -26,8 +26,6 @@ from mbody.exchange.imported import (
 )
 from mbody.laws import ConstantSpeed
 
-__all__ = ["is_pylinkage", "pylinkage_from_json"]
-
 FORM = "pylinkage"
 JOINTS = ("ground", "revolute", "prismatic", "tracker")
 DRIVERS = ("driver", "arc_driver")

@@ -11,8 +11,6 @@ import numpy as np
 
 from mbody.errors import ModelError, brief
 
-__all__ = ["measured_data"]
-
 MOST = 1_000_000  # rows
 
 

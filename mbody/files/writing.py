@@ -10,8 +10,6 @@ from typing import IO, Any
 
 from mbody.errors import ModelError
 
-__all__ = ["writing"]
-
 
 @contextmanager
 def writing(path: str | os.PathLike[str], *, binary: bool = False) -> Iterator[IO[Any]]:

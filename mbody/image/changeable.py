@@ -20,8 +20,6 @@ from mbody.solution.tracing import Recording, Rule
 from mbody.system.formula_rows import followed_inputs
 from mbody.system.system import System, polar_points
 
-__all__ = ["Changeable", "changeable_numbers", "input_numbers"]
-
 FIXED = "it is used in a table, a program, a guess or g, which an image cannot change"
 BEGINNING = "a motion begins there: the start of the state is set by the name of the state"
 SIZE = "the error of a state is relative to it, which an image cannot change"

@@ -13,17 +13,6 @@ from typing import Protocol
 
 import numpy as np
 
-__all__ = [
-    "Affine",
-    "Residuals",
-    "SingularEquations",
-    "affine",
-    "differences",
-    "newton",
-    "scan",
-    "spread",
-]
-
 Array = np.ndarray
 #: An unknown and what is left of a row there.
 Place = tuple[float, float]

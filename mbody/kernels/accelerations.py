@@ -44,8 +44,6 @@ from mbody.kernels.schur_ldl import VANISHED, apply_g, apply_gt, factor, solve
 #: Solutions with friction as a load, at most: one as a rule, more where rows are redundant.
 FRICTION_PASSES = 6
 
-__all__ = ["augmented_solution", "free_accelerations", "free_motion", "repeat"]
-
 
 @njit
 def free_accelerations(L, W, w, regularization, refinements):

@@ -16,8 +16,6 @@ from mbody.model.loads.gravity import gravity
 from mbody.model.loads.pressure import piston, within_cycle
 from mbody.model.loads.reciprocating_cylinder import charge, travel
 
-__all__ = ["KINDS", "forces", "signals"]
-
 #: Kinds of physics; the number of a kind is its place. Those of `mbody.model.loads` in its order,
 #: then a user's own.
 KINDS = (*LOADS, "user")

@@ -27,16 +27,6 @@ from mbody.kernels.step_state import (
     Tolerances,
 )
 
-__all__ = [
-    "BEGUN",
-    "MASSLESS",
-    "NO_VALUE",
-    "OPEN",
-    "MotionStart",
-    "begin_motion",
-    "close_at",
-]
-
 #: How `begin_motion` ends: well; the loops do not close near the start; something has no finite
 #: value there; a body has so little mass that its motion needs corrections, for which the image was
 #: not made.

@@ -51,39 +51,6 @@ from mbody.kernels.loop_closure import project_position, project_velocity
 from mbody.kernels.position_velocity import clear, weigh
 from mbody.kernels.schur_ldl import VANISHED, apply_g, apply_gt, factor, solve
 
-__all__ = [
-    "CHANGE",
-    "CONTACTS",
-    "CROWDED",
-    "DEEPEST",
-    "DEEPEST_AT",
-    "DEEPEST_PART",
-    "DELIVER",
-    "ELSEWHERE",
-    "IMPULSE_SLOTS",
-    "ITERATIONS_DONE",
-    "KEEP",
-    "LAST",
-    "LENGTH",
-    "LOST",
-    "NEARER",
-    "NOWHERE",
-    "NOW",
-    "PAIRS",
-    "PART_AT",
-    "REACHED",
-    "SOLVED",
-    "STEPS_DONE",
-    "SWEEPS_DONE",
-    "UNDERWAY",
-    "UNSOLVED",
-    "UNSOLVED_AT",
-    "UNSOLVED_COUNT",
-    "UNSOLVED_MOST",
-    "kept_instant",
-    "moreau",
-]
-
 #: Time; length of the last step; from when on an instant is to be kept; counts of steps, sweeps and
 #: pairs looked at; contacts with impulses in the last step, most contacts of a step.
 (

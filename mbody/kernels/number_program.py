@@ -15,8 +15,6 @@ from mbody.core.lanes import ld, st
 from mbody.kernels.layout import Layout, Work
 from mbody.laws.kernels import LOG, binary, unary
 
-__all__ = ["NumberProgram", "measures", "number_duals", "run", "set_numbers"]
-
 
 class NumberProgram(Bundle):
     """Operations on slots.

@@ -34,21 +34,6 @@ from mbody.kernels.friction import (
 )
 from mbody.kernels.schur_ldl import apply_g, apply_gt, factor, solve
 
-__all__ = [
-    "accelerations",
-    "balancing_multipliers",
-    "multipliers",
-    "newton",
-    "put_column",
-    "set_rates",
-    "rates_of_rows",
-    "reach",
-    "size_square",
-    "take_off",
-    "columns_to_bodies",
-    "velocities",
-]
-
 #: A residual below this part of its terms is rounding.
 ROUNDING = 1e-14
 #: Corrections by the residual: one as a rule, more where rows are redundant or nearly so.

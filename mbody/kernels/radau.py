@@ -69,8 +69,6 @@ from mbody.kernels.step_state import (
     Tolerances,
 )
 
-__all__ = ["LENGTH", "Radau", "radau"]
-
 #: Newton iterations, at most.
 NEWTON = 7
 #: Row of `Radau.past` whose first number is the length of the last step, zero before there is one.

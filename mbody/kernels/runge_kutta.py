@@ -75,8 +75,6 @@ from mbody.kernels.step_state import (
 )
 from mbody.kernels.tableaus import Explicit
 
-__all__ = ["runge_kutta"]
-
 #: A projection is sure of its branch where it moves by less than this part of the distance to a
 #: singular position, of which the root of the conditioning is the measure.
 CONE = 0.05

@@ -24,8 +24,6 @@ from __future__ import annotations
 from mbody.core.decorators import inline, njit
 from mbody.core.lanes import ld, select_le, smaller, st
 
-__all__ = ["VANISHED", "apply_g", "apply_gt", "constraint_conditioning", "factor", "solve"]
-
 #: A pivot below this part of its diagonal is rounding of a row that depends on others.
 VANISHED = 1e-15
 

@@ -28,19 +28,6 @@ from mbody.kernels.step_state import (
     TIME,
 )
 
-__all__ = [
-    "STAND_IN_PART",
-    "STEEPER",
-    "keep_last_sample",
-    "largest_rotation",
-    "may_be_singular",
-    "node_conditioning",
-    "record_accepted",
-    "sample_conditioning",
-    "singularity_risk",
-    "stand_in_energy",
-]
-
 #: A rate may be so many times that of the neighbouring gaps; in the bend of a branch that passes
 #: another one, which steps must resolve, this many times.
 STEEPER, BEND = 3.0, 10.0

@@ -9,53 +9,6 @@ from __future__ import annotations
 
 from mbody.core.bundle import Bundle, Floats, Rows, Stacks
 
-__all__ = [
-    "BEST_CONDITIONING",
-    "BRANCH_UNCERTAIN",
-    "CONDITIONING",
-    "CROSSING_TIME",
-    "DECIDE_BELOW",
-    "DELIVERED",
-    "DONE",
-    "END_TRIES",
-    "EVALUATIONS",
-    "FASTEST",
-    "JACOBIANS",
-    "JACOBIAN_VALID",
-    "KNOWN_UNTIL",
-    "LAST_ERROR",
-    "LAST_STEP",
-    "LAST_STEP_ALLOWED",
-    "LEAST_AT",
-    "LEAST_CONDITIONING",
-    "LIMITED_INSTANTS",
-    "LONGEST_STEP",
-    "MORE",
-    "NEAR_SINGULAR",
-    "NEAR_SINGULAR_BELOW",
-    "NEAR_SINGULAR_STEPS",
-    "NEXT",
-    "NOT_FINITE",
-    "PROGRESS",
-    "REJECTED",
-    "SHORTENED_UNTIL",
-    "SINGULAR_AHEAD",
-    "SMOOTH_COUNT",
-    "STAGE_TRIES",
-    "STAND_IN_ENERGY",
-    "STAND_IN_LIMIT",
-    "STEPS",
-    "STEP_VANISHED",
-    "STIFF",
-    "STIFF_COUNT",
-    "THROUGHPUT",
-    "TIME",
-    "UNLIMITED",
-    "Outputs",
-    "Stepping",
-    "Tolerances",
-]
-
 #: Time; length of the next step.
 TIME, NEXT = 0, 1
 #: Counts: steps accepted, steps rejected, steps near a singular position, evaluations of the state

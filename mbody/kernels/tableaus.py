@@ -11,8 +11,6 @@ import numpy as np
 
 from mbody.core.bundle import Bundle, Floats, Ints, Rows
 
-__all__ = ["Explicit", "Implicit", "order_5", "order_8", "radau_5", "suzuki_4"]
-
 
 class Explicit(Bundle):
     """An explicit method with an error estimate and a polynomial between its steps.

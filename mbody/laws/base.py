@@ -24,21 +24,6 @@ from mbody.quantities.formula import (
 )
 from mbody.quantities.units import DIMENSIONS, Dimension
 
-__all__ = [
-    "FixedLaw",
-    "FloatArray",
-    "FormulaLaw",
-    "Law",
-    "Value",
-    "dimension_by",
-    "finite",
-    "finite_array",
-    "law_number",
-    "law_numbers",
-    "with_dimension",
-    "law_field",
-]
-
 Value: TypeAlias = float | FloatArray
 
 

@@ -11,13 +11,11 @@ from typing import Any, ClassVar
 import numpy as np
 
 from mbody.errors import ModelError
-from mbody.laws.base import FixedLaw, FloatArray, Law, law_field, law_number, with_dimension
-from mbody.laws.kernels import SHAPES
+from mbody.laws.base import FixedLaw, Law, law_field, law_number, with_dimension
+from mbody.laws.kernels import SHAPES, FloatArray
 from mbody.quantities.formula import is_pending
 from mbody.quantities.types import Converted, NumberField, required
 from mbody.quantities.units import Dimension
-
-__all__ = ["Cam", "Dwell", "Rise"]
 
 
 @dataclass(frozen=True)

@@ -11,16 +11,16 @@ from typing import Any, ClassVar
 import numpy as np
 
 from mbody.errors import ModelError
-from mbody.laws.base import (
+from mbody.laws.base import FormulaLaw, Law, finite, law_field, law_numbers, with_dimension
+from mbody.laws.kernels import (
+    CONSTANT,
+    LOG,
+    MAX_OPERATIONS,
+    MAX_STACK,
+    OPERATIONS,
+    POWER_CONSTANT,
     FloatArray,
-    FormulaLaw,
-    Law,
-    finite,
-    law_field,
-    law_numbers,
-    with_dimension,
 )
-from mbody.laws.kernels import CONSTANT, LOG, MAX_OPERATIONS, MAX_STACK, OPERATIONS, POWER_CONSTANT
 from mbody.quantities.evaluate import Scope, Valued, evaluate, literal_exponent, misplaced_variable
 from mbody.quantities.formula import Formula
 from mbody.quantities.parse import FormulaError, shown

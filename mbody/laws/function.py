@@ -11,9 +11,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from mbody.errors import ModelError
-from mbody.laws.base import FixedLaw, FloatArray, finite
-
-__all__ = ["Function"]
+from mbody.laws.base import FixedLaw, finite
+from mbody.laws.kernels import FloatArray
 
 # Steps of the differences, as fractions of the scale. They have no simple ratio to each other or to
 # 1, so that the period of a user's function does not coincide with several of them.

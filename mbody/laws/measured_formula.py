@@ -7,15 +7,14 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from mbody.errors import ModelError
-from mbody.laws.base import FloatArray, FormulaLaw, finite
+from mbody.laws.base import FormulaLaw, finite
 from mbody.laws.expression import PostfixProgram
+from mbody.laws.kernels import FloatArray
 from mbody.quantities.evaluate import Scope, Valued, evaluate, has_units
 from mbody.quantities.formula import Formula
 from mbody.quantities.parse import FormulaError, shown
 from mbody.quantities.tree import Plain, called, expanded, text_of, walk
 from mbody.quantities.units import Dimension
-
-__all__ = ["MeasuredFormula", "compile_measured"]
 
 #: Most operations of one formula: longer ones are split into own parameters by their author.
 MOST_OPERATIONS = 200

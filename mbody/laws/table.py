@@ -13,8 +13,8 @@ from mbody.core.decorators import njit
 from mbody.core.dual_number import value
 from mbody.core.lanes import larger, smaller
 from mbody.errors import ModelError
-from mbody.laws.base import FixedLaw, FloatArray, Law, law_field, law_numbers, with_dimension
-from mbody.laws.kernels import OUTSIDE, TOLERANCE, interval, thomas
+from mbody.laws.base import FixedLaw, Law, law_field, law_numbers, with_dimension
+from mbody.laws.kernels import OUTSIDE, TOLERANCE, FloatArray, interval, thomas
 from mbody.quantities import FormulaError
 from mbody.quantities.formula import is_pending
 from mbody.quantities.types import Converted, NumberRow, required

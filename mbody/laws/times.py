@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 
 from mbody.errors import ModelError
-from mbody.laws.base import FloatArray, Law, finite, finite_array
+from mbody.laws.base import Law, finite, finite_array
 from mbody.laws.expression import Constant, ConstantAcceleration, ConstantSpeed, Expression
 from mbody.laws.function import Function, finite_value
+from mbody.laws.kernels import FloatArray
 from mbody.laws.measured_formula import MeasuredFormula
 
 # -- Places between which a formula is monotonic, found by adaptive sampling -------------------

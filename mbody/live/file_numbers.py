@@ -19,8 +19,6 @@ from mbody.files.model.write import toml
 from mbody.model.mechanism import Mechanism
 from mbody.system.assembler import assemble
 
-__all__ = ["FileNumber", "CutFile", "file_numbers"]
-
 #: Tables whose numbers describe the mechanism; others say what is asked of it.
 DESCRIBING = (
     "parameters",

@@ -25,8 +25,6 @@ from mbody.views.page import Viewer, runs_of, view
 from mbody.views.page_data import scene_data
 from mbody.views.scene import scene
 
-__all__ = ["live_view"]
-
 #: Dimensions of numbers that shapes follow, or do not.
 SHAPES = (DIMENSIONS["length"], DIMENSIONS["angle"])
 #: The files of the live part, each after those that it imports.

@@ -20,8 +20,6 @@ from mbody.quantities.tree import Binary, Node, Plain
 from mbody.quantities.types import Number
 from mbody.quantities.units import UnitSystem, unit_system
 
-__all__ = ["bar", "four_bar", "slider_crank"]
-
 
 def bar(
     name: str,

@@ -12,7 +12,6 @@ from mbody.model.primitives import ConstraintPrimitive, FrictionPrimitive
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
 
-__all__ = ["Constraint", "PoseReader", "TurnRow"]
 
 #: What a row measures, by its letter.
 DIMENSIONS = {"l": "length", "a": "angle"}

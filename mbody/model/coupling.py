@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from mbody.model.constraint import PoseReader
     from mbody.model.element import Numbers
 
-__all__ = ["AngleCoupling", "Coupling", "LengthCoupling", "CouplingTerm"]
 
 #: The two places of a length: markers, once a coupling has read them.
 Pair: TypeAlias = (

@@ -16,8 +16,6 @@ from mbody.quantities.evaluate import Curve
 from mbody.quantities.formula import formulas_in, substituted
 from mbody.quantities.units import NUMBER, Dimension
 
-__all__ = ["NamedCurve", "as_curves"]
-
 
 @dataclass(frozen=True)
 class NamedCurve:

@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from mbody.model.constraint import PoseReader
     from mbody.model.element import Numbers
 
-__all__ = ["DRIVEN", "AngleDriver", "CoordinateDriver", "DistanceDriver", "Driver"]
 
 #: Parts of the motion of a driver: its coordinate and the two derivatives.
 DRIVEN = ("value", "rate", "acceleration")

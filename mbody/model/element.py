@@ -20,8 +20,8 @@ import numpy as np
 
 from mbody.errors import ModelError, brief
 from mbody.laws import Constant, Law, as_law, compile_formula, compile_measured
-from mbody.laws.base import FloatArray
 from mbody.laws.expression import PostfixProgram
+from mbody.laws.kernels import FloatArray
 from mbody.laws.measured_formula import MeasuredFormula
 from mbody.model.primitives import Signal
 from mbody.quantities import FUNCTIONS, Formula, FormulaError, Scope, evaluate, parse

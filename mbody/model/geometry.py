@@ -7,8 +7,6 @@ from __future__ import annotations
 
 from mbody.core.decorators import inline
 
-__all__ = ["between", "turned"]
-
 
 @inline
 def turned(c, s, x, y):

@@ -18,8 +18,6 @@ from mbody.quantities import Formula, FormulaError
 from mbody.quantities.formula import evaluated, number
 from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension, dimension_of
 
-__all__ = ["dimension_named", "meant", "moves_nothing", "number_in", "plain", "varied"]
-
 #: Numbers of a body that its points and its mass centre do not depend on.
 MASS = ("mass", "weight", "inertia")
 #: Second moments of its mass.

@@ -15,19 +15,6 @@ from typing import Any, TypeVar
 
 from mbody.laws import Law
 
-__all__ = [
-    "CONSTRAINTS",
-    "LOADS",
-    "ConstraintPrimitive",
-    "ForcePrimitive",
-    "FrictionPrimitive",
-    "Part",
-    "Physics",
-    "Signal",
-    "constraint_physics",
-    "load_physics",
-]
-
 F = TypeVar("F", bound=Callable[..., Any])
 
 

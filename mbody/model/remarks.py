@@ -18,8 +18,6 @@ from mbody.quantities import Formula, FormulaError, Scope, Valued, read
 from mbody.quantities.evaluate import has_units
 from mbody.quantities.units import DIMENSIONS, Dimension, UnitSystem, dimension_of
 
-__all__ = ["kept_states", "left_out", "of_each", "remarks", "rubbing", "without_friction"]
-
 #: A unit of mass above so many kilograms, and the plain masses in it that are seldom meant.
 HEAVY, MUCH = 100, 0.1
 #: Bodies up to which each has a remark of its own.

@@ -11,8 +11,6 @@ from mbody.model.element import Element, listed
 from mbody.quantities import FormulaError
 from mbody.quantities.units import Dimension, dimension_of
 
-__all__ = ["Described", "MOTION", "ORIGIN", "TURNING", "measured_names", "state_quantity"]
-
 #: What can be measured of a body, with its dimension; of a point all but the angles.
 MOTION = {
     **dict.fromkeys(("x", "y"), "length"),

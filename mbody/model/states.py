@@ -16,8 +16,6 @@ from mbody.quantities.formula import constant_or_formula, read
 from mbody.quantities.types import Converted, Number, default, required
 from mbody.quantities.units import DIMENSIONS, Dimension
 
-__all__ = ["STEADY", "State", "check_unmeasured", "rate_names"]
-
 #: The start at which the rate vanishes.
 STEADY = "steady"
 

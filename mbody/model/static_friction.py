@@ -8,8 +8,6 @@ import numpy as np
 
 from mbody.errors import ModelError
 
-__all__ = ["refuse_static", "refuse_static_of_designs"]
-
 
 def refuse_static(name: str, kinetic: float, static: float) -> None:
     """Refuse a static coefficient below the kinetic one.

@@ -19,22 +19,6 @@ from mbody.quantities.types import NumberField, OptionalNumberField, default, re
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
 
-__all__ = [
-    "ArcEnd",
-    "Disc",
-    "Line",
-    "Polygon",
-    "Ring",
-    "Segment",
-    "Shape",
-    "ShapeLike",
-    "Vertex",
-    "as_shapes",
-    "middles_of_arcs",
-    "points_of",
-    "refuse_shapes",
-    "shape_numbers",
-]
 
 #: The fewest corners of a polygon.
 LEAST_CORNERS = 3

@@ -16,8 +16,6 @@ from mbody.optimization.design_evaluation import Evaluation
 from mbody.solution.measures import check_measure, checked_sides
 from mbody.sweeps.job import MeasuredColumn, columns_of
 
-__all__ = ["Aim", "Limit", "AimRows", "aim_of", "limit_of"]
-
 _SIGN = re.compile(r"<=|>=|==|[=<>≤≥]")
 #: A reduction that is kept below a bound where every instant is, and one above.
 GREATEST, SMALLEST = ("max", "peak"), ("min",)

@@ -16,8 +16,6 @@ from mbody.quantities.parse import FUNCTIONS, VARIABLES, FormulaError, parse, pa
 from mbody.quantities.tree import Measured, Name
 from mbody.quantities.units import DIMENSIONS, SYMBOLS, Dimension, UnitSystem
 
-__all__ = ["Parameters", "parameter_value", "plain_otherwise", "with_unit_of"]
-
 MAX_NAME = 40
 RESERVED = {*FUNCTIONS, *VARIABLES, "pi"}
 

@@ -23,8 +23,6 @@ from fractions import Fraction
 from mbody.quantities.tree import Binary, Call, Measured, Name, Negative, Node, Plain
 from mbody.quantities.units import SYMBOLS, Unit, known, pint_unit
 
-__all__ = ["FUNCTIONS", "VARIABLES", "FormulaError", "parse", "parse_unit"]
-
 #: Functions of a formula, and how many numbers each takes.
 FUNCTIONS = {
     **dict.fromkeys(("sin", "cos", "tan", "asin", "acos", "atan"), 1),

@@ -16,20 +16,6 @@ import numpy as np
 
 from mbody.quantities.formula import Formula
 
-__all__ = [
-    "Converted",
-    "Number",
-    "NumberField",
-    "NumberRow",
-    "OptionalNumberField",
-    "PlainNumber",
-    "PlainNumbers",
-    "Quantity",
-    "default",
-    "default_made",
-    "required",
-]
-
 Read = TypeVar("Read", covariant=True)
 Given = TypeVar("Given", contravariant=True)
 

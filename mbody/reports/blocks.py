@@ -14,24 +14,6 @@ from typing import TYPE_CHECKING, TypeAlias
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = [
-    "Block",
-    "Cells",
-    "Chapter",
-    "ReportDocument",
-    "FileText",
-    "DisplayedEquations",
-    "Grid",
-    "Items",
-    "Notice",
-    "Picture",
-    "Text",
-    "ROWS",
-    "first_rows",
-    "parts_of",
-    "printed",
-    "typeset",
-]
 
 #: Rows of a table of links or joints: more of them are not read.
 ROWS = 40

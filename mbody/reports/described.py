@@ -17,7 +17,6 @@ from mbody.views.free_bodies import when
 if TYPE_CHECKING:
     from mbody.reports.subject import Subject
 
-__all__ = ["inputs", "method", "mobility", "sketch"]
 
 #: Free motions and parts of the input that are listed.
 SHOWN = 40

@@ -24,8 +24,6 @@ from mbody.views.free_bodies import force_peak
 from mbody.views.plotting import curve_of
 from mbody.views.style import content_of
 
-__all__ = ["FORMATS", "MechanismReport", "check_format", "report"]
-
 FORMATS = (".html", ".md", ".tex", ".pdf")
 
 

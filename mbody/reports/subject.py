@@ -25,8 +25,6 @@ from mbody.views.free_bodies import force_peak
 from mbody.views.motions import cycle
 from mbody.views.page import digest_of
 
-__all__ = ["Subject", "book", "run_of"]
-
 Array = np.ndarray
 
 #: So few instants of a model are marked, each with its free-body diagrams.

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from mbody.model.element import AccountedEnergy
     from mbody.system.system import System
 
-__all__ = ["Energy", "account", "causes", "works_of_moving", "works_of_pairs"]
 
 Array = np.ndarray
 

@@ -10,8 +10,6 @@ import numpy as np
 from mbody.core.presentation import present
 from mbody.system.read_only import lock
 
-__all__ = ["Equations"]
-
 Array = np.ndarray
 
 

@@ -13,8 +13,6 @@ from mbody.model.element import Marker
 from mbody.solution.histories import Result
 from mbody.system.read_only import lock
 
-__all__ = ["Momentum", "PlaceLike", "momentum"]
-
 Array = np.ndarray
 #: A place: a point by name, or x and y in world axes.
 PlaceLike: TypeAlias = "Marker | str | Sequence[float] | np.ndarray[Any, Any]"

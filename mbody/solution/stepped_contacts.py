@@ -12,8 +12,6 @@ from mbody.errors import ModelError
 from mbody.model.element import listed
 from mbody.system.read_only import lock
 
-__all__ = ["SteppedContacts", "Touching"]
-
 Array = np.ndarray
 
 

@@ -13,7 +13,6 @@ from mbody.solution.histories import Place, moved, place
 if TYPE_CHECKING:
     from mbody.solution.solution import Solution
 
-__all__ = ["TouchPlace", "touches_of", "touches_at"]
 
 Array = np.ndarray
 

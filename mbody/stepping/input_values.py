@@ -11,8 +11,6 @@ import numpy as np
 from mbody.errors import ModelError, brief
 from mbody.model.element import listed
 
-__all__ = ["Inputs", "jumping"]
-
 
 def jumping(name: str, driver: str) -> ModelError:
     """Why an input that a driver follows cannot be set."""

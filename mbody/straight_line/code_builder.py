@@ -32,8 +32,6 @@ from mbody.straight_line.function_of_motion import MotionWriter
 from mbody.straight_line.instructions import lanes_of
 from mbody.straight_line.pieces import Description, recorded_pieces
 
-__all__ = ["described", "main", "straight_line_module"]
-
 
 def described(file: Path) -> Description:
     """The description in a file."""

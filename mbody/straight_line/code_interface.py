@@ -1,16 +1,5 @@
 """What straight-line code and those who call it agree on."""
 
-__all__ = [
-    "COLUMNS",
-    "ENTRY",
-    "FACTORS",
-    "NONE",
-    "STEP",
-    "STRUCTURAL",
-    "WORDS_OF_DESIGNS",
-    "WORDS_OF_MOTION",
-]
-
 #: Name of the function, as `mbody.core.library.Library.function` looks it up.
 ENTRY = "mbody_straight_line_np"
 #: Numbers of a step, which designs share, while each piece of a motion has its own: path parameter,

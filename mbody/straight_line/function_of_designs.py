@@ -12,8 +12,6 @@ from mbody.straight_line.code_interface import COLUMNS, WORDS_OF_DESIGNS
 from mbody.straight_line.instructions import SHARED, constant
 from mbody.straight_line.whole_function import FLOATS, I32, I64, OWN, FunctionWriter
 
-__all__ = ["DesignsWriter"]
-
 
 class DesignsWriter(FunctionWriter):
     """Designs side by side, which share the instants; rows that are wanted are kept."""

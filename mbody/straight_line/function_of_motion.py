@@ -20,8 +20,6 @@ from mbody.straight_line.code_interface import WORDS_OF_MOTION
 from mbody.straight_line.instructions import SHARED, constant
 from mbody.straight_line.whole_function import FLOATS, I32, I64, OWN, FunctionWriter
 
-__all__ = ["MotionWriter"]
-
 ONE_MORE = ir.Constant(I64, 1)
 #: What the caller's arrays begin at: a number.
 CALLERS = 8

@@ -15,8 +15,6 @@ from mbody.compiler.targets import Target
 from mbody.core.interface import FASTMATH
 from mbody.core.recorded_numbers import NumberRecording, Untraceable
 
-__all__ = ["SHARED", "constant", "in_all_lanes", "instructions", "lanes_of", "numbers_of"]
-
 SHARED = ir.DoubleType()
 
 _BINARY = {"add": "fadd", "subtract": "fsub", "multiply": "fmul", "divide": "fdiv"}

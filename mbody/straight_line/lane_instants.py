@@ -9,8 +9,6 @@ import numpy as np
 
 from mbody.kernels.continuation_lanes import LanePath
 
-__all__ = ["LaneInstants"]
-
 
 @dataclass(frozen=True, eq=False)
 class LaneInstants:

@@ -27,8 +27,6 @@ from mbody.kernels.layout import PER_PRIMITIVE, keep_primitive
 from mbody.kernels.square_lu import factor_square
 from mbody.straight_line.code_interface import FACTORS, STEP, STRUCTURAL
 
-__all__ = ["Description", "Piece", "Row", "recorded_pieces"]
-
 Row = tuple[str, int]
 
 

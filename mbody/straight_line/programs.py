@@ -35,8 +35,6 @@ from mbody.straight_line.code_interface import (
 )
 from mbody.straight_line.lane_instants import LaneInstants
 
-__all__ = ["MotionCall", "StraightLineCode", "build", "step_table", "straight_line_code"]
-
 #: Fields of which the code needs to know only how many rows they have.
 OWN = ("par", "mass", "q", "past", "time")
 #: Bodies up to which code is made: its length, and the time to make it, grow with their square.

@@ -29,8 +29,6 @@ from mbody.straight_line.instructions import (
 )
 from mbody.straight_line.pieces import Description, Piece, Row
 
-__all__ = ["FLOATS", "I32", "I64", "OWN", "FunctionWriter"]
-
 #: Fields whose rows are the lanes' own numbers.
 OWN = ("par", "mass")
 

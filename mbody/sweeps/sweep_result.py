@@ -21,8 +21,6 @@ from mbody.sweeps.samples import DesignNumbers
 from mbody.system.read_only import locked
 from mbody.system.system import System
 
-__all__ = ["ColumnStore", "Sweep"]
-
 #: Failed designs that a sheet names.
 NAMED = 3
 #: Designs up to which each has a row, and how many numbers a row has.

@@ -23,8 +23,6 @@ from mbody.files.writing import writing
 from mbody.model.element import listed
 from mbody.synthesis.linkage_kinds import KINDS, Kind
 
-__all__ = ["Atlas", "as_atlas", "curve_descriptor"]
-
 #: Orders of Fourier coefficients on either side, and points of a curve.
 ORDERS, POINTS = 8, 128
 #: Positions of the crank at which a curve is computed.

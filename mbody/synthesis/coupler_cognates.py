@@ -34,8 +34,6 @@ from mbody.sheets.text_table import Column, number, paragraph, table
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
-__all__ = ["Cognate", "CognateList", "cognates"]
-
 #: A point of the coupler nearer to one of its pins than this part of its length has none.
 AT_PIN = 1e-9
 

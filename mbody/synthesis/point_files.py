@@ -11,8 +11,6 @@ from typing import Any
 from mbody.errors import ModelError, brief
 from mbody.quantities import Formula, FormulaError, read
 
-__all__ = ["read_demand"]
-
 #: Columns of a table, what it is then, and which of them are angles.
 KINDS = {
     ("x", "y"): "path",

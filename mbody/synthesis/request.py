@@ -31,8 +31,6 @@ from mbody.synthesis.linkage_kinds import KINDS, Kind
 from mbody.synthesis.linkages import Effort, for_function, for_path, for_poses
 from mbody.synthesis.models import for_model, model_demand, model_subject
 
-__all__ = ["synthesize"]
-
 #: Designs that are tried where nobody says how many: with timing, and without; of a model.
 TIMED, FREE, SWEPT = 3000, 1000, 1000
 #: How many are refined, of a kind and of a model.

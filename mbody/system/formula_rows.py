@@ -27,8 +27,7 @@ from mbody.kernels.constraints import (
     VELOCITY,
 )
 from mbody.laws import Law, MeasuredFormula, Table
-from mbody.laws.base import FloatArray
-from mbody.laws.kernels import OPERATIONS
+from mbody.laws.kernels import OPERATIONS, FloatArray
 from mbody.model.element import Element, Numbers
 from mbody.model.mechanism import Mechanism
 from mbody.model.primitives import Signal

@@ -13,8 +13,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from mbody.laws import Constant, Law, MeasuredFormula
-from mbody.laws.base import FloatArray
-from mbody.laws.kernels import CONSTANT, LOG, OPERATIONS, POWER_CONSTANT, evaluate
+from mbody.laws.kernels import CONSTANT, LOG, OPERATIONS, POWER_CONSTANT, FloatArray, evaluate
 from mbody.model.driver import AngleDriver, DistanceDriver
 from mbody.model.element import Element, Marker, Numbers, OwnState, equation, signal_of
 from mbody.model.mechanism import Mechanism

@@ -9,8 +9,6 @@ from typing import Any, NoReturn, cast
 
 import numpy as np
 
-__all__ = ["ReadOnly", "lock", "locked"]
-
 #: What nobody can change.
 _KEPT = frozenset({str, float, int, bool, type(None)})
 

@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from mbody.model.mechanism import Mechanism
     from mbody.solution.solution import Solution
 
-__all__ = ["LEAST_TRANSMISSION", "Exercise", "ExerciseSheet", "exercises", "least_transmission"]
 
 #: Designs whose transmission angle is smaller somewhere in the cycle are not asked for [rad].
 LEAST_TRANSMISSION = math.radians(30.0)

@@ -12,8 +12,6 @@ from mbody.model.element import listed
 from mbody.quantities import FormulaError, Scope, read
 from mbody.quantities.units import DIMENSIONS, unit_system
 
-__all__ = ["KINDS", "new_model"]
-
 FOLDER = Path(__file__).parent / "templates"
 
 #: The lengths of each kind, by their names in its file and in the order in which they are given.

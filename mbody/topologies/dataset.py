@@ -28,8 +28,6 @@ from mbody.topologies.arrays import canonical_order, linkage_arrays
 from mbody.topologies.generator import ALIKE, GROUPS, check_groups, random_linkages, shape_of
 from mbody.topologies.many_linkages import linkages
 
-__all__ = ["LinkageSet", "Written", "write_linkages"]
-
 #: Readers of Parquet folders leave out what begins so.
 MANIFEST = "_linkages.json"
 #: Linkages of a file; topologies that are drawn at once, and how many more than would be enough.

@@ -19,7 +19,6 @@ from mbody.views.style import DRIVE, FORCE, INK, LOAD
 if TYPE_CHECKING:
     from mbody.views.pose import Pose
 
-__all__ = ["ROUNDING", "Acting", "acting_on", "notation", "wrench_names"]
 
 Array = np.ndarray
 

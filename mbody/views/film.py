@@ -19,8 +19,6 @@ from mbody.views.page import runs_of, shown_names
 from mbody.views.page_data import SECONDS
 from mbody.views.style import styled
 
-__all__ = ["ENDINGS", "animate"]
-
 ENDINGS = ("gif", "webp", "apng", "png", "svg", "mp4")
 #: Frames: at least two make a film; more than these would take minutes and fill the memory.
 FEWEST, MOST = 2, 3000

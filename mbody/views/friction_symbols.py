@@ -24,17 +24,6 @@ if TYPE_CHECKING:
     from mbody.views.pose import Pose
     from mbody.views.sketch import Sketch
 
-__all__ = [
-    "CONSTRUCTION",
-    "circle_scale",
-    "contact_forces",
-    "contact_symbol",
-    "friction_circles",
-    "line_of_action",
-    "modes_shown",
-    "sense_history",
-    "sticking_symbol",
-]
 
 Array = np.ndarray
 

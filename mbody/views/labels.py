@@ -15,8 +15,6 @@ import numpy as np
 from mbody.views.shapes import direction
 from mbody.views.style import FONTS, INK, MATHS, SIZE
 
-__all__ = ["Label", "Places", "below_line", "beside", "drawable", "extent", "symbolic", "together"]
-
 Array = np.ndarray
 
 #: Number of directions of a label from a point.

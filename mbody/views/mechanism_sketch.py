@@ -32,16 +32,6 @@ from mbody.views.pose import Pose
 from mbody.views.sketch import Sketch
 from mbody.views.style import FORCE, LOAD, SIZE, SOFT, Z
 
-__all__ = [
-    "Faded",
-    "LoadedPose",
-    "Shown",
-    "faded",
-    "longest_force",
-    "sketch_mechanism",
-    "sketch_scale",
-]
-
 Array = np.ndarray
 
 #: With more bodies than this only joints and loads are named.

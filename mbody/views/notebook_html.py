@@ -13,8 +13,6 @@ from mbody.model.mechanism import Mechanism
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
-__all__ = ["shown"]
-
 #: Lines of a sheet that are shown, and the height of the picture on the screen.
 LINES, HIGH = 60, "16em"
 STYLE = "display:flex;flex-wrap:wrap;gap:1.5em;align-items:flex-start"

@@ -38,8 +38,6 @@ from mbody.views.style import (
     WHEEL,
 )
 
-__all__ = ["SECONDS", "coupler_points", "numbers", "scene_data", "text_runs"]
-
 Array = np.ndarray
 
 #: What a colour of the paper is for; the page has a light and a dark one for each.

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
     from mbody.solution.solution import Solution
 
-__all__ = ["hodograph", "path_plot", "polar"]
 
 Array = np.ndarray
 

@@ -8,19 +8,6 @@ from typing import Any
 
 import numpy as np
 
-__all__ = [
-    "arc",
-    "box",
-    "direction",
-    "hatching",
-    "hull",
-    "rounded",
-    "spiral",
-    "unique",
-    "within",
-    "zigzag",
-]
-
 Array = np.ndarray
 
 

@@ -43,8 +43,6 @@ from mbody.quantities.evaluate import short_degrees
 from mbody.solution.doubts import Doubt, Inherited, status_of
 from mbody.system.system import System
 
-__all__ = ["DeadCentres", "SingularPosition", "dead_centres"]
-
 #: Boxes that the search of all groups may examine.
 MOST = 60_000
 #: Components of n beyond 1 by rounding; positions that are one (cosines and sines of angles).

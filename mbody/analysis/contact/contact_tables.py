@@ -18,8 +18,6 @@ from mbody.model.mechanism import Mechanism
 from mbody.model.touching_shapes import Disc, Line, Ring, Segment, Shape, Vertex
 from mbody.system.system import System
 
-__all__ = ["ContactTables", "contact_tables", "coupled_bodies"]
-
 Array = np.ndarray
 
 #: A shape is large that is so much larger than is usual.

@@ -15,8 +15,6 @@ from mbody.solution.friction_results import Efficiency
 from mbody.solution.histories import link_poses
 from mbody.solution.solution import Solution
 
-__all__ = ["efficiency"]
-
 Array = np.ndarray
 
 #: Nodes of Gauss's rule in each part of a motion, and parts at first.

@@ -43,8 +43,6 @@ from mbody.kernels.tableaus import Explicit, order_5, order_8
 from mbody.model.states import STEADY
 from mbody.system.system import System
 
-__all__ = ["LaneMotions", "integrate_lanes", "lane_motions"]
-
 Array = np.ndarray
 
 #: Steps of all lanes in one call of the kernel; between calls Ctrl-C takes effect.

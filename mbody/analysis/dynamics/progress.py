@@ -7,8 +7,6 @@ import sys
 import time
 from collections.abc import Callable
 
-__all__ = ["bar", "counted", "shown"]
-
 #: Seconds after which a long run shows how far it is, and between two such lines.
 PATIENCE, BETWEEN = 1.0, 0.2
 #: Signs of the bar.

@@ -17,17 +17,6 @@ from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
 from mbody.system.system import System
 
-__all__ = [
-    "FreeMotion",
-    "FreeMotions",
-    "components",
-    "free_motions",
-    "leading",
-    "leading_order",
-    "panel_echelon",
-    "rates_of",
-]
-
 Array = np.ndarray
 
 #: A rate below this part of the greatest of a motion is none.

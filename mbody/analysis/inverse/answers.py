@@ -12,8 +12,6 @@ from mbody.solution.doubts import Doubt
 from mbody.solution.solution import Solution
 from mbody.system.read_only import lock
 
-__all__ = ["Answer", "AnswerCase"]
-
 
 @dataclass(frozen=True, eq=False)
 class AnswerCase:

@@ -17,8 +17,6 @@ from mbody.quantities.units import DIMENSIONS
 from mbody.solution.measures import check_measure, checked_sides, sides
 from mbody.solution.solution import Solution
 
-__all__ = ["Relation", "check_question", "relation", "relations"]
-
 _SIGN = re.compile(r"<=|>=|==|[=<>≤≥]")
 
 

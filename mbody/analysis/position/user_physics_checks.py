@@ -10,8 +10,6 @@ import numpy as np
 from mbody.errors import ModelError
 from mbody.system.system import System
 
-__all__ = ["check_own"]
-
 Array = np.ndarray
 #: What is wrong, in which row, what was given, what it should be, and by which rule.
 Finding = tuple[str, int, float, float, str]

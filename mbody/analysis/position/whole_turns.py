@@ -25,8 +25,6 @@ from mbody.model.constraint import Constraint, TurnRow
 from mbody.model.element import Element, Numbers
 from mbody.system.system import System
 
-__all__ = ["ambiguous", "by_rows", "by_springs", "other_teeth"]
-
 TURN = 2.0 * math.pi
 #: How near to half a turn from its free angle a spring is as much on either side [rad].
 HALF = 1e-6

@@ -27,16 +27,6 @@ from mbody.model.element import listed
 from mbody.system.rank import too_large
 from mbody.system.system import System
 
-__all__ = [
-    "Ahead",
-    "Crossing",
-    "MetPosition",
-    "crossing_note",
-    "look_ahead",
-    "packed_positions",
-    "unpacked_positions",
-]
-
 Array = np.ndarray
 
 #: Singular values below this part of the greatest are those of redundant rows.

@@ -18,7 +18,6 @@ from mbody.model.joints import Distance, Fixed, Gear, Prismatic, Revolute
 if TYPE_CHECKING:
     from mbody.solution.solution import Solution
 
-__all__ = ["force_rows"]
 
 Array = np.ndarray
 

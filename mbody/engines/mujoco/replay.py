@@ -15,7 +15,6 @@ from mbody.solution.checks import each_load_of
 if TYPE_CHECKING:
     from mbody.solution.solution import Solution
 
-__all__ = ["Replay", "without_stand_ins"]
 
 Array = np.ndarray
 

@@ -17,8 +17,6 @@ import numpy as np
 from mbody.engines.oracle.friction import DenseFriction, rubs
 from mbody.engines.oracle.mechanics import Loads
 
-__all__ = ["Reference"]
-
 
 class Reference(Loads):
     """The oracle of one mechanism: forces of a motion, and accelerations by forces."""

@@ -15,8 +15,6 @@ from mbody.model.body import SecondMoments, SlenderRod
 from mbody.model.loads import CentrifugalField
 from mbody.system.system import System
 
-__all__ = ["Instant", "BodyKinematics", "PinocchioModel", "placement"]
-
 Array = np.ndarray
 
 

@@ -22,8 +22,6 @@ from mbody.engines.pymunk.space import Space, SpaceStepper, of_system
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
-__all__ = ["Trajectory", "trajectory"]
-
 Array = np.ndarray
 
 #: Longest time of a motion that is compared [time].

@@ -18,8 +18,6 @@ from mbody.quantities.evaluate import APART, Valued, has_units
 from mbody.quantities.tree import Call, walk
 from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension, UnitSystem, unit_system
 
-__all__ = ["in_units"]
-
 
 def in_units(mechanism: Mechanism, units: str | UnitSystem) -> Mechanism:
     """The mechanism with every number in another unit system: results come out in it.

@@ -18,8 +18,6 @@ from mbody.quantities.types import OptionalNumberField
 if TYPE_CHECKING:
     from mbody.model.element import Numbers, Value
 
-__all__ = ["ToothedJoint"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class ToothedJoint(StrikingJoint):

@@ -5,8 +5,6 @@ from __future__ import annotations
 from mbody.core.decorators import inline
 from mbody.model.primitives import constraint_physics
 
-__all__ = ["angle"]
-
 
 @constraint_physics()
 @inline

@@ -17,8 +17,6 @@ from mbody.quantities.types import NumberField, OptionalNumberField
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
 
-__all__ = ["BandBrake"]
-
 
 @dataclass(frozen=True)
 class BandBrake(GivenFriction):

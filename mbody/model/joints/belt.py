@@ -24,8 +24,6 @@ from mbody.quantities.types import NumberField
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
 
-__all__ = ["Belt", "belt"]
-
 
 @dataclass(frozen=True)
 class Belt(GivenFriction):

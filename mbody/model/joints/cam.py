@@ -21,7 +21,6 @@ from mbody.quantities.types import NumberField, OptionalNumberField
 if TYPE_CHECKING:
     from mbody.model.element import Numbers, Value
 
-__all__ = ["CamFollower", "face", "face_ray", "roller", "roller_ray"]
 
 #: Places of one turn at which a profile is looked at, both ends included: every half degree.
 PLACES = 721

@@ -12,8 +12,6 @@ from mbody.core.lanes import sincos
 from mbody.model.geometry import between
 from mbody.model.primitives import constraint_physics
 
-__all__ = ["clearance", "slipping"]
-
 #: What keeps zero over zero a number.
 TINY = 1e-300
 

@@ -13,8 +13,6 @@ from mbody.quantities.types import OptionalNumberField
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
 
-__all__ = ["Clutch"]
-
 
 @dataclass(frozen=True)
 class Clutch(GivenFriction):

@@ -13,8 +13,6 @@ from mbody.model.primitives import ConstraintPrimitive, constraint_physics
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
 
-__all__ = ["along_axis", "coordinate"]
-
 
 def along_axis(joint: Any, at: Numbers) -> ConstraintPrimitive:
     """The row of a place on j that sticks on the x axis of the marker on i."""

@@ -12,8 +12,6 @@ from mbody.model.primitives import ConstraintPrimitive
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
 
-__all__ = ["CustomJoint"]
-
 
 @dataclass(frozen=True)
 class CustomJoint(WithOwnPhysics, Joint):

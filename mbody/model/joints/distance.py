@@ -18,8 +18,6 @@ from mbody.model.primitives import ConstraintPrimitive, constraint_physics
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
 
-__all__ = ["Distance", "distance"]
-
 
 @dataclass(frozen=True)
 class Distance(StrikingJoint):

@@ -11,8 +11,6 @@ from mbody.model.primitives import ConstraintPrimitive
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
 
-__all__ = ["Fixed"]
-
 
 @dataclass(frozen=True)
 class Fixed(Joint):

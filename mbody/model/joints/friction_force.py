@@ -14,8 +14,6 @@ from mbody.model.primitives import ConstraintPrimitive
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
 
-__all__ = ["FrictionForce"]
-
 
 @dataclass(frozen=True)
 class FrictionForce(GivenFriction):

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from mbody.model.constraint import PoseReader
     from mbody.model.element import Numbers, Value
 
-__all__ = ["Gear", "gear", "signed", "touching", "turns_of_wheels", "without_slip"]
-
 
 @dataclass(frozen=True)
 class Gear(ToothedJoint):

@@ -17,8 +17,6 @@ from mbody.quantities.types import OptionalNumberField
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
 
-__all__ = ["PinSlot"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class PinSlot(LimitedJoint):

@@ -19,8 +19,6 @@ from mbody.quantities.types import OptionalNumberField
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
 
-__all__ = ["Prismatic", "prismatic"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Prismatic(LimitedJoint):

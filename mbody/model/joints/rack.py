@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from mbody.model.constraint import PoseReader
     from mbody.model.element import Numbers, Value
 
-__all__ = ["RackPinion", "along_line", "below", "rack", "turns_on_line"]
-
 
 @dataclass(frozen=True)
 class RackPinion(ToothedJoint):

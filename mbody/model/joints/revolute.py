@@ -22,8 +22,6 @@ from mbody.quantities.types import OptionalNumberField
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
 
-__all__ = ["Revolute", "revolute"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Revolute(LimitedJoint):

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from mbody.model.constraint import PoseReader, TurnRow
     from mbody.model.element import Numbers, Value
 
-__all__ = ["Rolling"]
-
 
 @dataclass(frozen=True)
 class Rolling(StrikingJoint):

@@ -14,7 +14,6 @@ from mbody.model.primitives import ForcePrimitive
 if TYPE_CHECKING:
     from mbody.model.element import AccountedEnergy, Numbers
 
-__all__ = ["BetweenPlaces", "LINE", "Load", "Turning", "one_of"]
 
 # the law of every linear spring and damper: its two coefficients are the kernel's parameters
 LINE = Polynomial((0.0, 0.0))

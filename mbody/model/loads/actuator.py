@@ -14,8 +14,6 @@ from mbody.quantities.types import OptionalNumberField
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
 
-__all__ = ["Actuator"]
-
 
 @dataclass(frozen=True)
 class Actuator(BetweenPlaces):

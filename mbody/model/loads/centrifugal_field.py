@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from mbody.model.element import Numbers
     from mbody.model.loads._base import LoadSheet
 
-__all__ = ["CentrifugalField", "Spindle", "centrifugal", "spin"]
 
 #: Second moments may miss the body's inertia by this part of it: digits that were typed.
 MISFIT = 1e-6

@@ -12,8 +12,6 @@ from mbody.model.primitives import ForcePrimitive
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
 
-__all__ = ["CustomLoad"]
-
 
 @dataclass(frozen=True)
 class CustomLoad(WithOwnPhysics, BetweenPlaces):

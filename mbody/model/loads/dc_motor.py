@@ -22,8 +22,6 @@ from mbody.quantities.types import NumberField
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
 
-__all__ = ["DCMotor"]
-
 
 @dataclass(frozen=True)
 class DCMotor(Turning):

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from mbody.model.element import Numbers
     from mbody.model.loads._base import LoadSheet
 
-__all__ = ["Force", "force"]
-
 
 @dataclass(frozen=True)
 class Force(Load):

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from mbody.model.element import Numbers
     from mbody.model.loads._base import LoadSheet
 
-__all__ = ["Gravity", "gravity"]
-
 
 @dataclass(frozen=True)
 class Gravity(Load):

@@ -24,7 +24,6 @@ from mbody.quantities.types import NumberField, OptionalNumberField
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
 
-__all__ = ["HydraulicCylinder"]
 
 #: Part of the nominal pressure drop below which flow through an orifice is laminar, nearly linear.
 LAMINAR = 0.001

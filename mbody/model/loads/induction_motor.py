@@ -14,7 +14,6 @@ from mbody.quantities.types import NumberField, OptionalNumberField
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
 
-__all__ = ["InductionMotor"]
 
 #: Torque and line current in star, as parts of those in delta: the voltage of a winding is 1/√3.
 STAR = "(1/3)"

@@ -30,7 +30,6 @@ from mbody.quantities.types import NumberField
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
 
-__all__ = ["PistonPressure", "piston", "within_cycle"]
 
 TURN = 2.0 * math.pi
 #: Part of a turn by which a table may miss an end of it: rounding of its numbers.

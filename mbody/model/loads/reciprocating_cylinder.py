@@ -18,8 +18,6 @@ from mbody.quantities.types import NumberField, OptionalNumberField
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
 
-__all__ = ["ReciprocatingCylinder", "charge", "travel"]
-
 
 @dataclass(frozen=True)
 class ReciprocatingCylinder(Load):

@@ -17,8 +17,6 @@ from mbody.quantities.types import NumberField, OptionalNumberField
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
 
-__all__ = ["Damper", "Spring", "elongation", "stretch"]
-
 
 @dataclass(frozen=True)
 class _AlongLine(BetweenPlaces):

@@ -13,8 +13,6 @@ from mbody.model.primitives import ForcePrimitive, load_physics
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
 
-__all__ = ["Torque", "torque"]
-
 
 @dataclass(frozen=True)
 class Torque(Turning):

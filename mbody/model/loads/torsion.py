@@ -14,8 +14,6 @@ from mbody.quantities.types import NumberField, OptionalNumberField
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
 
-__all__ = ["TorsionDamper", "TorsionSpring", "turn", "twist"]
-
 
 @dataclass(frozen=True)
 class TorsionSpring(Turning):

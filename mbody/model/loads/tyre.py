@@ -16,7 +16,6 @@ from mbody.quantities.types import NumberField
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
 
-__all__ = ["Tyre"]
 
 #: The load: what the spring and the damper of the tyre press, never a pull.
 LOAD = "max(stiffness*(radius - height) - damping*sinking, 0)*step(radius - height)"
