@@ -63,13 +63,7 @@ class Interrupt:
             end(STATUS)
 
     def mark(self) -> None:
-        """What is under way can stop here with what it has.
-
-        Raises
-        ------
-        KeyboardInterrupt
-            Where Ctrl-C requested it since the last mark.
-        """
+        """What is under way can stop here with what it has."""
         self.waiting = True
         if self.requested:
             self.requested = False

@@ -76,25 +76,7 @@ _END = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\d\s].*?
 
 
 def equal_steps(option: str, text: str) -> list[str]:
-    """The values as text with their unit; those between commas as they are.
-
-    Parameters
-    ----------
-    option : str
-        What errors call it, such as ``"--at crank"``.
-    text : str
-        ``"0:360:25"``, ``"0 s:5 s:501"``, ``"0:90 deg:4"``, or ``"1,2,3"``.
-
-    Raises
-    ------
-    UsageError
-        For ends that are no numbers of one unit, or a count that is none.
-
-    >>> equal_steps("--at crank", "0:90 deg:4")
-    ['0.0 deg', '30.0 deg', '60.0 deg', '90.0 deg']
-    >>> equal_steps("--at t", "1,2 s")
-    ['1', '2 s']
-    """
+    """The values as text with their unit; those between commas as they are."""
     if ":" not in text:
         return text.split(",")
     low, high, count = [*text.split(":"), "", ""][:3]
@@ -123,13 +105,7 @@ def _refused(option: str, text: str) -> UsageError:
 
 
 def model_of(args: Any) -> Mechanism:
-    """The mechanism that the arguments name.
-
-    Raises
-    ------
-    ModelError
-        Where there is no such model, or it is none.
-    """
+    """The mechanism that the arguments name."""
     from mbody.files.model import in_units
 
     mechanism = model_in(path_of(args.model), named_values(args.set, "--set"))
@@ -137,13 +113,7 @@ def model_of(args: Any) -> Mechanism:
 
 
 def model_in(path: Path, parameters: Mapping[str, str] | None = None) -> Mechanism:
-    """The mechanism of a file, with other values of its parameters.
-
-    Raises
-    ------
-    ModelError
-        As of `load`; for a file of another program with the command that imports it.
-    """
+    """The mechanism of a file, with other values of its parameters."""
     from mbody.files.model import load
 
     try:

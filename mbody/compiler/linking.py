@@ -33,11 +33,6 @@ def identity(function: Any, role: str = "") -> int:
     and of what its machine code is for.
 
     Functions that a factory makes differ in nothing but these variables.
-
-    Raises
-    ------
-    TypeError
-        Where an enclosed variable is neither a number, a text nor such a function.
     """
     text = f"{role} {_description(function)}"
     return int(hashlib.sha256(text.encode()).hexdigest()[:_DIGITS], 16)

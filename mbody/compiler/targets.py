@@ -100,11 +100,6 @@ def link(
     """Link objects into a shared library, a portable one against the oldest C library supported, or
     into a module of WebAssembly that has nothing but these exports, and needs nothing. C sources
     among them are compiled; of these only what says so is seen outside.
-
-    Raises
-    ------
-    RuntimeError
-        Where there is no linker, or it fails.
     """
     own = linker()
     if own and (target.name == "host" or (target.triple == _LINUX and not portable)):

@@ -14,16 +14,6 @@ import numpy as np
 class DualNumber:
     """A number, or an array of them, with derivatives by parameters.
 
-    Parameters
-    ----------
-    value : float or array
-        Of any shape.
-    tangents : array (…, parameters)
-        Derivatives of each by every parameter.
-
-    Operators and NumPy's functions follow the chain rule; comparisons go by the values. ``float()``
-    and what else would lose the derivatives is refused.
-
     Examples
     --------
     >>> x = DualNumber(2.0, [1.0, 0.0])

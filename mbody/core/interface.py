@@ -54,13 +54,7 @@ def register(function: Callable[..., Any]) -> None:
 
 
 def signature(function: Callable[..., Any]) -> Signature:
-    """The interface of a kernel.
-
-    Raises
-    ------
-    TypeError
-        Where an annotation is missing or names none of these kinds.
-    """
+    """The interface of a kernel."""
     kinds = {
         name: _kind(function, annotation) for name, annotation in function.__annotations__.items()
     }

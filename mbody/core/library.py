@@ -124,13 +124,7 @@ def _address(opened: ctypes.CDLL, name: str) -> int:
 
 
 def open_library(file: Path, sources: str | None) -> Library:
-    """Open a library that was made from these sources, and give it the door to users' Python.
-
-    Raises
-    ------
-    LibraryError
-        Where it is damaged, or made from other sources.
-    """
+    """Open a library that was made from these sources, and give it the door to users' Python."""
     try:
         _check_whole(file)
         opened = ctypes.CDLL(str(file))

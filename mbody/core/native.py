@@ -132,11 +132,6 @@ def build(
     """Build kernels for this machine, in processes of their own.
 
     `say` gets the name of each kernel when it is begun; without it one line on stderr names all.
-
-    Raises
-    ------
-    RuntimeError
-        Where a process fails; the sentence has its last lines.
     """
     global _built
     from concurrent.futures import ThreadPoolExecutor

@@ -21,33 +21,13 @@ _MAKERS: dict[str, dict[str, str]] = {}
 def register(form: str, **makers: str) -> None:
     """Name the functions that make one form of results.
 
-    Parameters
-    ----------
-    form : str
-        Such as ``"sheet"``.
-    **makers
-        By class of result, such as ``Solution="mbody.sheets.instant:sheet"``: the module and its
-        function, which takes the result and what else `present` was given.
+    By class of result, such as ``Solution="mbody.sheets.instant:sheet"``: the module and its
     """
     _MAKERS.setdefault(form, {}).update(makers)
 
 
 def present(form: str, result: Any, *args: Any) -> Any:
     """A result in one of the registered forms.
-
-    Parameters
-    ----------
-    form : str
-        Such as ``"sheet"`` or ``"data"``.
-    result : object
-        What an analysis found.
-    *args
-        Further arguments of that form, as a path.
-
-    Raises
-    ------
-    KeyError
-        For a form that nobody makes of such a result.
 
     Examples
     --------

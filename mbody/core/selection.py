@@ -51,13 +51,7 @@ class _Missing(Exception):
 
 @functools.cache
 def chosen() -> Choice:
-    """The core of this process.
-
-    Raises
-    ------
-    ModelError
-        Where ``MBODY_CORE`` names none, or one that cannot run here.
-    """
+    """The core of this process."""
     wanted = os.environ.get("MBODY_CORE", "")
     if wanted and wanted not in CORES:
         raise ModelError(

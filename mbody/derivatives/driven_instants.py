@@ -57,22 +57,7 @@ def misfitting(solution: DualSolution, names: Sequence[str]) -> set[str]:
 
 
 class DrivenInstants:
-    """Derivatives of the instants of one result by some numbers.
-
-    Parameters
-    ----------
-    run : Solution
-        Of a driven analysis of one design.
-    names : sequence of str
-        Dotted names of numbers.
-    turning : str
-        The driver whose turn it is, where the instants are those of equal angles by its law and so
-        depend on the numbers of the law.
-    tangents : arrays (parameters, names), (masses, names), optional
-        Derivatives of the rows of `par` and `mass`, where they are known.
-    spaces : list of DualWorkspace, optional
-        Workspaces of the topology that are free: they are taken from here and put back.
-    """
+    """Derivatives of the instants of one result by some numbers."""
 
     def __init__(
         self,
@@ -99,26 +84,14 @@ class DrivenInstants:
         self.par, self.mass = known
 
     def at(self, instants: np.ndarray, with_loads: bool) -> Any:
-        """The result at some of its instants with derivatives, a `DualSolution`.
-
-        Raises
-        ------
-        SolveError
-            Where a user's function failed.
-        """
+        """The result at some of its instants with derivatives, a `DualSolution`."""
         values = dual_values(self.run.system, self.names)
         found = dual_solution(self.run, values, self.rows_at(instants, with_loads))
         self.unclosed |= misfitting(found, self.names)
         return found
 
     def rows_at(self, instants: np.ndarray, with_loads: bool) -> DualRecord:
-        """Rows of values and tangents of some instants.
-
-        Raises
-        ------
-        SolveError
-            Where a user's function failed.
-        """
+        """Rows of values and tangents of some instants."""
         system, count = self.run.system, len(self.names)
         space = self._workspace(len(instants), with_loads)
         self._set_instants(space, instants)
@@ -205,14 +178,7 @@ NEUTRAL = 1e-9
 
 
 class RestInstants:
-    """Derivatives of one rest position by some numbers.
-
-    Parameters
-    ----------
-    rest : Equilibrium
-    names : iterable of str
-        Dotted names of numbers.
-    """
+    """Derivatives of one rest position by some numbers."""
 
     def __init__(self, rest: Equilibrium, names: Iterable[str]) -> None:
         self.rest, self.names = rest, list(names)
@@ -231,13 +197,7 @@ class RestInstants:
         return self.instants.unclosed
 
     def at(self, instants: np.ndarray, with_loads: bool) -> DualSolution:
-        """The position with derivatives.
-
-        Raises
-        ------
-        SolveError
-            Where a user's function failed.
-        """
+        """The position with derivatives."""
         whole = self.instants.at(np.zeros(1, dtype=int), with_loads)
         record: Any = whole.record
         count = len(self.names)

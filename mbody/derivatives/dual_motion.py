@@ -120,18 +120,7 @@ class DualInstant:
 
 
 class DualMotion:
-    """Motions of one system in dual numbers.
-
-    Parameters
-    ----------
-    run : Solution
-        Of `simulate`.
-    way : Way
-    rates, accelerations : arrays (coordinates,)
-        With which it begins, for sizes.
-    with_loads : bool
-        Whether pages have what each load does.
-    """
+    """Motions of one system in dual numbers."""
 
     def __init__(
         self, run: Solution, way: Way, rates: Array, accelerations: Array, with_loads: bool
@@ -154,13 +143,7 @@ class DualMotion:
     def followed(
         self, stretch: ModeStretch, begin: float, y: DualNumber, tangents: Tangents, times: Array
     ) -> DualNumber:
-        """Pages (instants, rows) at rising times of a stretch, from a state `begin` on.
-
-        Raises
-        ------
-        SolveError
-            Where a user's function failed, or the steps vanish.
-        """
+        """Pages (instants, rows) at rising times of a stretch, from a state `begin` on."""
         values = np.zeros((len(times), self.rows))
         changes = np.zeros((len(times), self.rows, tangents.count))
         for first in range(0, max(tangents.count, 1), TANGENTS):
@@ -332,14 +315,7 @@ NEAR = 1e-6
 
 
 class GuardDuals:
-    """The guards of one system.
-
-    Parameters
-    ----------
-    uni : Unilateral
-    numbers : mapping
-        Of the description by dotted name, dual ones among them.
-    """
+    """The guards of one system."""
 
     def __init__(self, uni: Unilateral, numbers: Mapping[str, Any]) -> None:
         self.uni, self.system = uni, uni.system
@@ -483,17 +459,7 @@ SAME = 1e-12
 
 
 class ChangeTimes:
-    """Times of changes and events of one motion, ṫ* = −(g_y S + g_p)/ġ.
-
-    Parameters
-    ----------
-    run : Solution
-        Of `simulate`.
-    motion : DualMotion
-    values : dict
-        Numbers of the description by dotted name, dual ones among them.
-    lost : LostNumbers
-    """
+    """Times of changes and events of one motion, ṫ* = −(g_y S + g_p)/ġ."""
 
     def __init__(
         self, run: Solution, motion: DualMotion, values: dict[str, Any], lost: LostNumbers
@@ -629,15 +595,7 @@ DEPENDENT = 1e-9
 
 
 class ImpactDuals:
-    """The impacts of one system.
-
-    Parameters
-    ----------
-    uni : Unilateral
-    numbers : mapping
-        Of the description by dotted name, dual ones among them.
-    mass : DualNumber (coordinates,)
-    """
+    """The impacts of one system."""
 
     def __init__(self, uni: Unilateral, numbers: Mapping[str, Any], mass: DualNumber) -> None:
         self.uni, self.mass = uni, mass

@@ -104,17 +104,7 @@ class Identified:
 def identified(
     jacobian: Array, names: Sequence[str], units: Mapping[str, str], sizes: Array, tolerance: float
 ) -> Identified:
-    """The null space of J in words (base parameters of identification).
-
-    Parameters
-    ----------
-    jacobian : array (data, unknowns)
-        Divided by the deviations of the data.
-    sizes : array (unknowns,)
-        Of the unknowns, by which effects are compared.
-    tolerance : float
-        A singular value below this part of the greatest is zero, of columns of length 1.
-    """
+    """The null space of J in words (base parameters of identification)."""
     effect = np.linalg.norm(jacobian, axis=0) * sizes
     none = effect <= tolerance * effect.max(initial=0.0)
     lengths = np.where(none, 1.0, np.linalg.norm(jacobian, axis=0))
@@ -342,15 +332,7 @@ def best_numbers(
     bounds: tuple[Array, Array],
     deviations: Mapping[str, float] | None,
 ) -> BestNumbers:
-    """The best numbers. Where data leave directions open, one unknown of each is held as it is.
-
-    Raises
-    ------
-    ModelError
-        For deviations that do not fit the columns, and where no unknown changes any datum.
-    SolveError
-        Where the start has no histories.
-    """
+    """The best numbers. Where data leave directions open, one unknown of each is held as it is."""
     search = _ResidualSearch(problem, units, bounds)
     given = _given(problem, deviations)
     sigma = problem.ranges() if given is None else given

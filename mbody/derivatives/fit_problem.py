@@ -56,14 +56,7 @@ class DataSeries:
 
 
 def series_of(system: System, given: Any, free: bool) -> list[DataSeries]:
-    """The runs of the data; `free` where it is a motion over time, of `simulate`.
-
-    Raises
-    ------
-    ModelError
-        For data without instants or without measured columns, columns of different lengths, and
-        names or units that do not fit.
-    """
+    """The runs of the data; `free` where it is a motion over time, of `simulate`."""
     several = given if isinstance(given, Sequence) and not isinstance(given, str) else [given]
     if not several:
         raise ModelError("fit: there are no data: give columns by name, or a CSV file")

@@ -83,13 +83,7 @@ class FirstState:
 
 
 def first_state(run: Solution, names: Sequence[str], given: bool) -> FirstState:
-    """The first state of a motion of `simulate`; `given`: that of another result, which is held.
-
-    Raises
-    ------
-    ModelError
-        For a motion that has no derivatives, or a beginning that the numbers do not determine.
-    """
+    """The first state of a motion of `simulate`; `given`: that of another result, which is held."""
     _refuse_motion(run)
     begun = run.begun[0]
     system, start = run.system, begun.start
@@ -310,19 +304,7 @@ BEYOND = 1e-5
 
 
 class DualWalk:
-    """One way through all stretches of a motion.
-
-    Parameters
-    ----------
-    motion : DualMotion
-    first : FirstState
-    stretches : sequence of ModeStretch
-    tangents : Tangents
-        Of the numbers; what sticks is added on the way.
-    times : ChangeTimes
-    impacts : ImpactDuals
-    inputs : SampledInputs
-    """
+    """One way through all stretches of a motion."""
 
     def __init__(
         self,
@@ -604,19 +586,7 @@ RESOLVED = 1e-3
 
 
 class FreeInstants:
-    """Derivatives of the instants of one motion by some numbers.
-
-    Parameters
-    ----------
-    run : Solution
-        Of `simulate`, of one design.
-    first : FirstState
-        Where the motion begins, with derivatives.
-    names : iterable of str
-        Dotted names of numbers of the description; those of the first state are its own.
-    whole : System, optional
-        With all numbers, of a motion that is a part of one of this system.
-    """
+    """Derivatives of the instants of one motion by some numbers."""
 
     def __init__(
         self, run: Solution, first: FirstState, names: Iterable[str], whole: System | None = None
@@ -645,25 +615,13 @@ class FreeInstants:
         return [*self.lost.notes(self.run.mechanism.units.time), *sampled]
 
     def at(self, instants: Array, with_loads: bool) -> DualSolution:
-        """The result at some of its instants with derivatives.
-
-        Raises
-        ------
-        SolveError
-            Where a user's function failed, or the steps vanish.
-        """
+        """The result at some of its instants with derivatives."""
         return dual_solution(self.run, self.values, self.rows(instants, with_loads))
 
     def rows(
         self, instants: Array, with_loads: bool, before: FreeInstants | None = None
     ) -> DualRecord:
-        """The rows of these instants; `before`: the part of the motion that this one goes on from.
-
-        Raises
-        ------
-        SolveError
-            As of `at`.
-        """
+        """The rows of these instants; `before`: the part of the motion before this one."""
         first, system = self.first, self.run.system
         motion = DualMotion(
             self.run,
@@ -758,17 +716,7 @@ def spread(values: dict[str, Any], own: list[str], names: list[str]) -> dict[str
 
 
 class ReleasedInstants:
-    """Derivatives of the instants of a motion in which drivers are released.
-
-    Parameters
-    ----------
-    run : Solution
-        Of `simulate`, of one design.
-    first : FirstState
-        Where the motion begins, with derivatives.
-    names : sequence of str
-        As of `FreeInstants`.
-    """
+    """Derivatives of the instants of a motion in which drivers are released."""
 
     def __init__(self, run: Solution, first: FirstState, names: Sequence[str]) -> None:
         self.run, self.first, self.names = run, first, list(names)
@@ -791,13 +739,7 @@ class ReleasedInstants:
         return [one for part in self.followed for one in part.events]
 
     def at(self, instants: Array, with_loads: bool) -> DualSolution:
-        """The result at some of its instants with derivatives.
-
-        Raises
-        ------
-        SolveError
-            As of `FreeInstants`.
-        """
+        """The result at some of its instants with derivatives."""
         t, first = np.asarray(self.run.t[instants]), self.first
         loads = len(self.run.mechanism.loads) if with_loads else 0
         system = self.run.system
@@ -871,13 +813,7 @@ MotionInstants: TypeAlias = FreeInstants | ReleasedInstants
 
 
 def motion_instants(run: Solution, names: Sequence[str], given: bool) -> MotionInstants:
-    """The instants of a motion of `simulate`; `given`: whether it begins as another result ends.
-
-    Raises
-    ------
-    ModelError
-        As of `first_state`.
-    """
+    """The instants of a motion of `simulate`; `given`: whether it begins as another result ends."""
     first = first_state(run, names, given)
     kind = ReleasedInstants if run.released else FreeInstants
     return kind(run, first, list(names))

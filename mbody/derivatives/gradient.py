@@ -262,15 +262,7 @@ class _Wanted:
 
 
 def mode_gradient(rest: Equilibrium, measure: Any, by: Mapping[str, str]) -> Gradient:
-    """Derivatives of measures of the modes at a rest position by numbers, names by those given.
-
-    Raises
-    ------
-    ModelError
-        For a measure that is none of modes, or a mode or leader that is not there.
-    SolveError
-        As `linearize`.
-    """
+    """Derivatives of measures of the modes at a rest position by numbers, names by those given."""
     names = list(by.values())
     beside = _BesideRest(rest, names)
     linear = linearize(beside.instants.driven, at=beside.run, free=beside.drivers)
@@ -871,12 +863,6 @@ def sensitivity(
     run: Solution, measure: str | Measure, by: Sequence[str] | None = None
 ) -> Sensitivity:
     """The table of one measured quantity of a result; see `Solution.sensitivity`.
-
-    Raises
-    ------
-    ModelError
-        For a result of another analysis or of a batch, a history of many instants, and as
-        `mbody.gradient`.
 
     Examples
     --------

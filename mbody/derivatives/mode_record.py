@@ -212,17 +212,7 @@ def _holds(law: Any) -> bool:
 
 
 class LostNumbers:
-    """Numbers by which there is no derivative from some time on.
-
-    Parameters
-    ----------
-    names : sequence of str
-        All numbers.
-    first : float
-        When the motion begins.
-    why : mapping
-        Numbers that have none from there on, and why.
-    """
+    """Numbers by which there is no derivative from some time on."""
 
     def __init__(self, names: Sequence[str], first: float, why: Mapping[str, str]) -> None:
         self.names = list(names)

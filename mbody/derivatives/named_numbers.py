@@ -44,12 +44,6 @@ def checked_names(
 ) -> dict[str, str]:
     """Dotted names of the requested numbers by the names that were given; by default of all that
     have no formula. Sentences begin with the verb; `starts`: numbers of a beginning may be named.
-
-    Raises
-    ------
-    ModelError
-        For a name that there is not, one that is given twice, a number that a formula makes, and a
-        parameter that a system cannot change.
     """
     if by is None:
         left = {*system.mechanism.fixed_parameters, *system.formulas}

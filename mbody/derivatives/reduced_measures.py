@@ -110,13 +110,7 @@ def _greatest(size: np.ndarray) -> np.ndarray:
 def derived(
     whole: DualSolution, instants: np.ndarray, column: MeasuredColumn, choice: NeededInstants
 ) -> Derived:
-    """The derivatives of a measure from the instants of a dual result.
-
-    Raises
-    ------
-    ModelError
-        For a measure that has no derivatives here.
-    """
+    """The derivatives of a measure from the instants of a dual result."""
     part = whole.part(np.searchsorted(instants, choice.needed))
     record: Any = part.record
     count, width = record.tangents.shape[0], record.tangents.shape[2]

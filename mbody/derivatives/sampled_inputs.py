@@ -44,16 +44,7 @@ PART = 1e-5
 
 
 class ControllerDuals:
-    """One controller along a motion.
-
-    Parameters
-    ----------
-    controller : Controller
-    function : callable
-        As it is when the motion begins; copies of it are called.
-    sizes : array (numbers,)
-        By how much a number may change.
-    """
+    """One controller along a motion."""
 
     def __init__(self, controller: Controller, function: Callable[..., Any], sizes: Array) -> None:
         self.controller, self.function = controller, function
@@ -167,19 +158,7 @@ class _Sampled:
 
 
 class SampledInputs:
-    """The held inputs of one motion.
-
-    Parameters
-    ----------
-    run : Solution
-        Of `simulate`.
-    motion : DualMotion
-    values : mapping
-        Numbers of the description by dotted name, dual ones among them.
-    sizes : array (numbers,)
-        By how much a number may change.
-    lost : LostNumbers
-    """
+    """The held inputs of one motion."""
 
     def __init__(
         self,

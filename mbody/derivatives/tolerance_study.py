@@ -211,13 +211,7 @@ def _with(spread: tuple[Scatter, float, float], tolerance: float) -> Scatter:
 
 
 def limits(system: System, name: str, unit: str, within: Any, value: float) -> tuple[float, float]:
-    """The band, in the unit of the quantity.
-
-    Raises
-    ------
-    ModelError
-        For what is no pair, text of another dimension, a band upside down, or around another value.
-    """
+    """The band, in the unit of the quantity."""
     if not isinstance(within, tuple | list) or len(within) != 2:
         raise ModelError(f"tolerances: within is a pair (low, high), not {brief(within)}")
     try:
@@ -269,11 +263,6 @@ def allocated(
     Statistically Σ (m_i r_i t_i)² = T²/9 with the deviation r t of a distribution, so that t is in
     proportion to ∛(c/(m r)²); in the worst case Σ |m_i| t_i = T, and t to √(c/|m|). T is the
     distance to the nearer end of the band.
-
-    Raises
-    ------
-    ModelError
-        For costs that are no positive numbers of these names, and where no number counts.
     """
     half = min(value - band[0], band[1] - value)
     costs = np.array([_cost(name, spreads[name], cost) for name in names])

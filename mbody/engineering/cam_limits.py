@@ -38,24 +38,6 @@ def cam_contour(
 ) -> np.ndarray:
     """Points of the contour in the axes of the cam's body.
 
-    Parameters
-    ----------
-    joint : CamFollower
-    numbers : Numbers
-        Of its system, of one design.
-    psi : (n,) array
-        How far the cam has turned where each point touches the follower [rad].
-    pitch : bool
-        Whether to give the pitch curve in place of the contour: where the centre of the roller or
-        the knife edge is, under a flat face the foot of the normal through the cam's centre.
-
-    Returns
-    -------
-    (n, 2) array
-        [length]
-
-    Notes
-    -----
     The pitch curve of a roller is R e(χ) from the cam's centre, at χ = β ∓ ψ with β the direction
     of ψ = 0; the contour is inside it by the radius of the roller, along the normal. Under a flat
     face it is the envelope of the lines of the face, h e(χ) ∓ h′ e(χ + π/2).
@@ -113,17 +95,7 @@ BESIDE = 1e-9
 
 
 def named_cam(mechanism: Mechanism, name: str | None) -> CamFollower:
-    """The cam of that name, by default the only one.
-
-    Raises
-    ------
-    ModelError
-        For a name that no cam has, and where there are several, or none.
-
-    >>> import mbody
-    >>> named_cam(mbody.gallery.load("cam_follower"), None).name
-    'contact'
-    """
+    """The cam of that name, by default the only one."""
     cams = [one for one in mechanism.joints if isinstance(one, CamFollower)]
     known = listed(one.name for one in cams)
     if name is None and len(cams) == 1:

@@ -29,13 +29,7 @@ SAME = 1e-6
 
 
 def cycle_turns(angle: Array, what: str) -> int:
-    """How many whole turns the angles (instants,) [rad] make, both ends included.
-
-    Raises
-    ------
-    ModelError
-        Where they do not, or turn back; the sentence begins with `what` needs them.
-    """
+    """How many whole turns the angles (instants,) [rad] make, both ends included."""
     steps = np.diff(angle)
     turns = abs(angle[-1] - angle[0]) / (2.0 * math.pi) if angle.size else 0.0
     one_way = angle.size > 2 and ((steps > 0.0).all() or (steps < 0.0).all())
@@ -57,20 +51,7 @@ def counted(turns: int) -> str:
 
 
 def check_repeats(values: Array, size: float, name: str, what: str) -> None:
-    """Refuse a quantity (instants,) that does not end as it began.
-
-    Parameters
-    ----------
-    values : array (instants,)
-    size : float
-        Beside which the difference is judged.
-    name, what : str
-        Of the quantity, and of what needs the cycle.
-
-    Raises
-    ------
-    ModelError
-    """
+    """Refuse a quantity (instants,) that does not end as it began."""
     begin, end = values[0] + 0.0, values[-1] + 0.0  # without the sign of a zero
     if not abs(end - begin) <= SAME * size:
         raise ModelError(
@@ -312,13 +293,7 @@ def _crossings(c: Array, h: float) -> Array:
 
 
 def angle_driver(run: Solution, name: str | None) -> str:
-    """The name of the driver of an angle.
-
-    Raises
-    ------
-    ModelError
-        Where it is ambiguous, or there is none.
-    """
+    """The name of the driver of an angle."""
     turning = [d.name for d in run.mechanism.drivers if d.angular]
     if name is None and len(turning) == 1:
         return turning[0]

@@ -210,12 +210,7 @@ def _share(value: float) -> str:
 
 
 def check_coefficient(coefficient: Any) -> float:
-    """A coefficient of fluctuation of speed.
-
-    Raises
-    ------
-    ModelError
-    """
+    """A coefficient of fluctuation of speed."""
     if (
         not isinstance(coefficient, Real)
         or isinstance(coefficient, bool)

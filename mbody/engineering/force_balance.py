@@ -130,16 +130,6 @@ def best_moments(columns: Array, present: Array, radii: Array) -> Array:
     Minimises |present + Σ (v |s|/r + U s)| over the moments s of all counterweights, of mass |s|/r;
     where several are as good, those of least masses.
 
-    Parameters
-    ----------
-    columns : array (rows, 3 counterweights)
-        v, then the two columns of U, of each.
-    present : array (rows,)
-        What the links have.
-    radii : array (counterweights,)
-
-    Notes
-    -----
     The equations are linear but for |s|, which counts only where the place moves: Newton's method
     on them, each pass a linear problem of least squares; from what it finds, where something is
     left, the method of Gauss and Newton with trust region goes on to the least.

@@ -176,26 +176,14 @@ def _notes(folding: float, greatest: float) -> tuple[str, ...]:
 
 
 def driver_cycle(run: Solution, driver: str | None) -> Array:
-    """The angles of a driver (instants,) of a result of one design.
-
-    Raises
-    ------
-    ModelError
-        For a batch, or a driver that there is not.
-    """
+    """The angles of a driver (instants,) of a result of one design."""
     run = as_solution(run)
     one_design(run, "harmonics are of one design")
     return np.asarray(run.driven(angle_driver(run, driver))[0], dtype=float)
 
 
 def place_of(order: float, orders: Array, turns: int) -> int:
-    """Which of some orders one is.
-
-    Raises
-    ------
-    ModelError
-        For an order that there is not.
-    """
+    """Which of some orders one is."""
     found = np.flatnonzero(np.abs(orders - order) < 1e-9)
     if not found.size:
         parts = f"multiples of 1/{turns}" if turns > 1 else "whole numbers"
@@ -211,11 +199,6 @@ def complex_orders(
 ) -> tuple[Array, Array, float]:
     """Orders n = 0, 1/turns, … and the c_n of Σ c_n exp(i n θ), of real values those of n ≥ 0,
     of complex ones (instants,) all, with the change by leaving out every second instant.
-
-    Raises
-    ------
-    ModelError
-        For angles that are not in equal steps, or orders for which the instants do not suffice.
     """
     count = angle.size - 1
     equal = np.linspace(angle[0], angle[-1], angle.size)

@@ -458,19 +458,6 @@ def kennedy_lines(
 ) -> tuple[KennedyLine, ...]:
     """Two lines for every centre that follows from those before it, in the order of construction.
 
-    Parameters
-    ----------
-    centres : InstantCentres
-    mechanism : Mechanism
-    instant : int
-        By whose places lines are chosen that do not fall together.
-
-    Returns
-    -------
-    tuple of KennedyLine
-        Without centres that need more than lines, as in mechanisms of Stephenson's kind that are
-        driven at a link which no four-bar contains.
-
     Examples
     --------
     >>> import mbody

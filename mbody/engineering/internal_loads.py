@@ -166,12 +166,6 @@ class BarForces:
 def bar_of(run: Solution, body: str, along: Any = None) -> Bar:
     """The bar of a link: along two of its points, by default those of its section, else the places
     of its two joints.
-
-    Raises
-    ------
-    ModelError
-        For a body that there is not, points that are not there or are one place, and a link whose
-        joints do not say which line it is.
     """
     known = [one.name for one in run.mechanism.bodies]
     if body not in known:
@@ -198,13 +192,7 @@ def bar_of(run: Solution, body: str, along: Any = None) -> Bar:
 
 
 def _ends(run: Solution, link: Body) -> tuple[str, ...]:
-    """Names of the points at which a link has its joints, one a place.
-
-    Raises
-    ------
-    ModelError
-        Where there are not two.
-    """
+    """Names of the points at which a link has its joints, one a place."""
     at = run.system.numbers
     found: dict[str, tuple[float, float]] = {}
     centre = at.point(f"{link.name}.cg")

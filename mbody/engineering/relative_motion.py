@@ -53,12 +53,7 @@ class RelativeMotion:
 
 
 def check_moving(run: Solution, what: str) -> None:
-    """Refuse what has no motion of one design, in a sentence that begins with `what` there is.
-
-    Raises
-    ------
-    ModelError
-    """
+    """Refuse what has no motion of one design, in a sentence that begins with `what` there is."""
     one_design(run, f"{what} of one design")
     if run.analysis == "statics":
         raise ModelError(f"{what} of a motion, and statics computes no velocities: use kinematics")
@@ -143,11 +138,6 @@ def relative_path(
 ) -> tuple[Array, Array, Array]:
     """Place, velocity and acceleration of a point, or of a body's mass centre, in the axes of a
     body; "ground" is one of them.
-
-    Raises
-    ------
-    ModelError
-        For a body that does not exist.
     """
     seen = run[relative_to]
     into, turning = np.exp(-1j * seen.angle), 1j * seen.omega
@@ -159,13 +149,7 @@ def relative_path(
 
 
 def relative_motion(run: Solution, body: str, relative_to: str) -> RelativeMotion:
-    """How one body moves in the axes of another; "ground" is one of them.
-
-    Raises
-    ------
-    ModelError
-        For a body that does not exist.
-    """
+    """How one body moves in the axes of another; "ground" is one of them."""
     a, b = run[body], run[relative_to]
     path = relative_path(run, a, relative_to)
     return RelativeMotion(*path, a.angle - b.angle, a.omega - b.omega, a.alpha - b.alpha)

@@ -395,13 +395,7 @@ def _pint() -> Any:
 
 
 def scale(unit: str, mechanism: Mechanism) -> float:
-    """The size of a unit in the units of the mechanism, by pint.
-
-    Raises
-    ------
-    Exception
-        Of pint, for an unknown unit.
-    """
+    """The size of a unit in the units of the mechanism, by pint."""
     registry = _pint()
     of = mechanism.units
     one = (1.0 * registry.parse_units(unit)).to_base_units()

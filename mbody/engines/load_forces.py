@@ -199,13 +199,6 @@ def applied_forces(
     """The forces of a load, a driver or a rod on its bodies, where its force or torque is `value`.
 
     A positive value pushes the ends of a line apart, or turns the second body forwards.
-
-    Parameters
-    ----------
-    point : callable
-        World place (2,) of a frame on a body.
-    direction : callable
-        Unit vector (2,) at an angle on a body, in the world.
     """
     one: Any = element
     if isinstance(element, Spring | Damper | Distance | DistanceDriver):
@@ -253,13 +246,7 @@ def turning(base: str, body: str, torque: float) -> list[PointForce]:
 
 
 def wrenches(system: System, load: Load, bodies: Any, t: float) -> dict[str, Array]:
-    """Force and torque about the mass centres (3,) of one load of `NATIVE`, by body.
-
-    Parameters
-    ----------
-    bodies : mapping
-        A `BodyState` by name, that of the ground too.
-    """
+    """Force and torque about the mass centres (3,) of one load of `NATIVE`, by body."""
     found: dict[str, Array] = {}
 
     value = _value(system, load, bodies, t)

@@ -61,21 +61,7 @@ class Stepped:
 
 
 class StepwiseCheck:
-    """Compares our motion with one in steps.
-
-    Parameters
-    ----------
-    run : Solution
-        Our motion.
-    last : float
-        The last instant that may be compared.
-    engine : str
-        Its name, for the sentences.
-    order : float
-        In which its errors go down with its steps: 1, or ½.
-    near : float
-        Instants nearer than this part of the motion to a change of a contact have no certain mode.
-    """
+    """Compares our motion with one in steps."""
 
     def __init__(
         self, run: Solution, last: float, engine: str, *, order: float, near: float
@@ -95,15 +81,7 @@ class StepwiseCheck:
         integrate: Callable[[list[int]], Stepped],
         rough: Callable[[list[int]], Stepped] | None = None,
     ) -> tuple[list[Row], list[Inexpressible], list[str]]:
-        """Rows, what was not compared, and notes.
-
-        Parameters
-        ----------
-        integrate : callable
-            The motion with a number of steps between the instants.
-        rough : callable, optional
-            The same by a solver that is less exact, which widens what is expected.
-        """
+        """Rows, what was not compared, and notes."""
         if not len(self.instants):
             why = f"{self.engine}: there is no instant that may be compared"
             return [], [Inexpressible("motion", why)], []

@@ -71,15 +71,7 @@ def _outline(at: Reading, body: str, place: str, shape: Any) -> Outline:
 
 
 def not_as_rigid_contacts(machine: Mechanism, engine: str) -> Iterator[Inexpressible]:
-    """Contacts of a mechanism that engines of rigid bodies with shapes have not.
-
-    Parameters
-    ----------
-    machine : Mechanism
-        With single contacts in place of groups.
-    engine : str
-        Its name, for the sentences.
-    """
+    """Contacts of a mechanism that engines of rigid bodies with shapes have not."""
     for joint in machine.joints:
         if contacts_of(joint):
             why = "it has limits or separates: no shapes of two bodies that touch"

@@ -285,14 +285,7 @@ class ConstraintRow:
 
 
 def constraint_rows(system: System, element: Element, bodies: Any) -> list[ConstraintRow]:
-    """The rows of a joint or a driver.
-
-    Parameters
-    ----------
-    bodies : mapping
-        Poses by name, with ``place``, ``angle``, ``arm``, ``moving``, ``velocity``,
-        ``acceleration`` and ``pulled``.
-    """
+    """The rows of a joint or a driver."""
     if isinstance(element, AngleDriver):
         return [_angle(element.relative_to, element.body, bodies, 0.0)]
     one: Any = element

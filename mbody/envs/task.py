@@ -83,12 +83,7 @@ def task(
     reset: Any,
     options: dict[str, Any],
 ) -> Task:
-    """The task by what `make` takes.
-
-    Raises
-    ------
-    ModelError
-    """
+    """The task by what `make` takes."""
     machine = system.mechanism
     length = number_in(machine, step, "time", "envs.make", "step")
     if not 0.0 < length < math.inf:

@@ -94,15 +94,7 @@ def rounded_bar(points: list[Place], radius: float) -> Contour | None:
 
 
 def parts_of(system: System, width: float, hole: float) -> list[PartOutline]:
-    """All parts of a mechanism, the ground first.
-
-    Parameters
-    ----------
-    system : System
-        Of one design.
-    width, hole : float
-        Of bars, and the diameter of holes whose pins have no radius [length].
-    """
+    """All parts of a mechanism, the ground first."""
     bodies = (system.mechanism.ground, *system.mechanism.bodies)
     return [_part(system, body, width, hole) for body in bodies]
 

@@ -70,13 +70,7 @@ def refusal(element: str, why: str) -> ModelError:
 
 
 def number_of(value: Any, element: str, what: str) -> float:
-    """A finite number of a file.
-
-    Raises
-    ------
-    ModelError
-        For anything else.
-    """
+    """A finite number of a file."""
     try:
         found = math.nan if isinstance(value, bool) else float(value)
     except (TypeError, ValueError, OverflowError):
@@ -118,17 +112,7 @@ def origin(form: str, position: str) -> str:
 
 
 class DrawnLinkage:
-    """Links, joints and motors, one by one; then a `Mechanism`.
-
-    Parameters
-    ----------
-    name : str
-        Title of the mechanism.
-    form : str
-        The format of the file.
-    units : str
-        The unit system of all numbers.
-    """
+    """Links, joints and motors, one by one; then a `Mechanism`."""
 
     def __init__(self, name: str, form: str, units: str) -> None:
         self.name, self.form, self.units = name, form, units
@@ -256,13 +240,7 @@ class DrawnLinkage:
         self._elements.append(DistanceDriver(self._named(label), i, j, law))
 
     def imported(self) -> Imported:
-        """The mechanism.
-
-        Raises
-        ------
-        ModelError
-            Where no link moves.
-        """
+        """The mechanism."""
         if not self.links:
             raise ModelError("the file has no link that moves")
         note = origin(self.form, "the position that is drawn")

@@ -86,13 +86,7 @@ class _Member:
 
 
 def linkage2_from_xml(root: Node, name: str, units: str | None) -> Imported:
-    """The linkage of a file.
-
-    Raises
-    ------
-    ModelError
-        For elements that are not read.
-    """
+    """The linkage of a file."""
     program = root.find("program")
     inches = program is not None and (program.get("units") or "").lower() == "inches"
     system = units or ("in-lbf-s" if inches else "mm-N-s")

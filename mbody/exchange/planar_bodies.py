@@ -71,15 +71,7 @@ class Plane:
 
 
 def plane_of(hinges: list[Any], slides: list[Any], gravity: Array) -> Plane:
-    """The plane of a model.
-
-    Parameters
-    ----------
-    hinges, slides : list of (3,) array
-        Unit axes of all joints, at the first position.
-    gravity : (3,) array
-        Chooses the plane of a model that has one slide alone.
-    """
+    """The plane of a model."""
     if hinges:
         normal = hinges[0]
     else:
@@ -95,13 +87,7 @@ def plane_of(hinges: list[Any], slides: list[Any], gravity: Array) -> Plane:
 
 
 def check_axes(plane: Plane, name: str, axis: Array, *, hinge: bool) -> None:
-    """Refuse a joint that leaves the plane.
-
-    Raises
-    ------
-    ModelError
-        For a hinge that is not across it, a slide that is not in it.
-    """
+    """Refuse a joint that leaves the plane."""
     fits = plane.is_across(axis) if hinge else plane.lies_in(axis)
     if not fits:
         given = ", ".join(f"{part:.4g}" for part in axis)
@@ -353,15 +339,7 @@ PLANAR_BODIES_HINGE, PLANAR_BODIES_SLIDE, PLANAR_BODIES_FREE = 3, 2, 0
 
 
 def planar_bodies(path: Path, root: Node, units: str) -> Imported:
-    """The mechanism of a file of MuJoCo, or of a URDF.
-
-    Raises
-    ------
-    ModelError
-        For what MuJoCo refuses, joints that leave the plane, and constraints that are not read.
-    SolveError
-        Where MuJoCo is not installed.
-    """
+    """The mechanism of a file of MuJoCo, or of a URDF."""
     try:
         mujoco: Any = importlib.import_module("mujoco")
     except ImportError:

@@ -98,13 +98,7 @@ def is_pmks_json(data: Mapping[str, Any]) -> bool:
 
 
 def pmks_from_text(text: str, name: str, units: str) -> Imported:
-    """The linkage of lines, or of an address such as ``http://…?mech=ground,input,R,0,0|…``.
-
-    Raises
-    ------
-    ModelError
-        For a line that is none of a joint, and joints that are not read.
-    """
+    """The linkage of lines, or of an address such as ``http://…?mech=ground,input,R,0,0|…``."""
     _check_one(text)
     settings: dict[str, str] = {}
     joints: list[_LineJoint] = []
@@ -135,13 +129,7 @@ def _check_one(text: str) -> None:
 
 
 def pmks_from_json(data: Mapping[str, Any], name: str, units: str) -> Imported:
-    """The linkage of a ``.pmks`` file.
-
-    Raises
-    ------
-    ModelError
-        As of `pmks_from_text`.
-    """
+    """The linkage of a ``.pmks`` file."""
     joints = []
     for n, one in enumerate(data["Joints"]):
         joints.append(_from_table(_dict(one), letters(n)))

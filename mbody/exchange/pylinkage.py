@@ -56,13 +56,7 @@ def is_pylinkage(data: Mapping[str, Any]) -> bool:
 
 
 def pylinkage_from_json(data: Mapping[str, Any], name: str, units: str) -> Imported:
-    """The linkage of a file.
-
-    Raises
-    ------
-    ModelError
-        For joints and links that are not read.
-    """
+    """The linkage of a file."""
     made = DrawnLinkage(str(data.get("name") or name), FORM, units)
     grounded = _grounded(data)
     joints: dict[str, _JsonJoint] = {}

@@ -32,13 +32,7 @@ def is_asmt(text: str) -> bool:
 
 
 def refuse_asmt(text: str) -> NoReturn:
-    """Refuse an assembly, with the kinds of its joints and motions.
-
-    Raises
-    ------
-    ModelError
-        Always.
-    """
+    """Refuse an assembly, with the kinds of its joints and motions."""
     kinds = list(dict.fromkeys(_PARTS.findall(text)))
     what = f" ({', '.join(kinds[:8])})" if kinds else ""
     raise ModelError(

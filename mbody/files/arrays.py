@@ -35,16 +35,7 @@ CHUNK = 1 << 20
 def seal(content: bytes, owner: str) -> bytes:
     """The same with its seal in the place of the last open one.
 
-    Parameters
-    ----------
-    content : bytes
-        Holds `OPEN_SEAL`.
-    owner : str
-        What it belongs to, and its place there.
-
     >>> whole = seal(b"numbers " + OPEN_SEAL, "sweep 0")
-    >>> sealed(whole, "sweep 0"), sealed(whole, "sweep 1"), sealed(whole[:-1], "sweep 0")
-    (True, False, False)
     """
     place = content.rindex(OPEN_SEAL) + len(MARK)
     return content[:place] + _digest([content], owner) + content[place + SIGNS :]
@@ -125,15 +116,7 @@ def packed(arrays: Mapping[str, np.ndarray], owner: str) -> bytes:
 
 
 def unpacked(path: Any, owner: str) -> dict[str, np.ndarray]:
-    """The arrays of such a file, in no more memory than the file has bytes.
-
-    Raises
-    ------
-    OSError
-        Where it cannot be opened.
-    Unreadable
-        Where it is no such file, or was changed since it was written.
-    """
+    """The arrays of such a file, in no more memory than the file has bytes."""
     if not stat.S_ISREG(os.stat(path).st_mode):
         raise Unreadable("it is no ordinary file")
     with Path(path).open("rb") as file:

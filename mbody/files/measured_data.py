@@ -15,14 +15,7 @@ MOST = 1_000_000  # rows
 
 
 def measured_data(path: str | os.PathLike[str]) -> dict[str, np.ndarray]:
-    """Columns by heading, (rows,) each; NaN where a cell is empty.
-
-    Raises
-    ------
-    ModelError
-        For a file that cannot be read, without headings, with a heading twice, and for cells that
-        are no numbers.
-    """
+    """Columns by heading, (rows,) each; NaN where a cell is empty."""
     what = f"the data file {brief(str(path))}"
     try:
         with Path(path).open(encoding="utf-8-sig", newline="") as stream:

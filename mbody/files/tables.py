@@ -119,23 +119,6 @@ def columns(solution: Solution, angle: str = "rad") -> dict[str, np.ndarray]:
     of their effort where joints rest. Where forces are not determined, each joint, coupling and
     driver has a column ``"A.unique"``, 1 or 0.
 
-    Parameters
-    ----------
-    solution : Solution
-        Of one design.
-    angle : str
-        Unit of angles, ``"deg"`` or ``"rad"``; rates are in rad always.
-
-    Returns
-    -------
-    dict of arrays (instants,)
-        Such as ``"t [s]"``, ``"crank.omega [rad/s]"``, ``"A.fx [N]"``, ``"motor.effort [N·m]"``.
-
-    Raises
-    ------
-    ModelError
-        For a batch of designs.
-
     Examples
     --------
     >>> import mbody
@@ -263,21 +246,6 @@ def _measures(solution: Solution, angle: str) -> dict[str, np.ndarray]:
 def dataframe(solution: Solution) -> Any:
     """The columns as a pandas DataFrame, a row an instant.
 
-    Parameters
-    ----------
-    solution : Solution
-        Of one design.
-
-    Returns
-    -------
-    pandas.DataFrame
-        With the columns of `columns`; its `attrs` hold status, doubts and notes.
-
-    Raises
-    ------
-    ModelError
-        Where pandas is not installed, or for a batch of designs.
-
     Examples
     --------
     >>> import mbody
@@ -299,24 +267,7 @@ def dataframe(solution: Solution) -> Any:
 
 
 def dataset(solution: Solution) -> Any:
-    """The columns as a Dataset of xarray over the coordinate ``t``.
-
-    Parameters
-    ----------
-    solution : Solution
-        Of one design.
-
-    Returns
-    -------
-    xarray.Dataset
-        A variable a column, named without its unit, which is its attribute "units"; status, doubts
-        and notes are attributes of the whole, doubts as JSON.
-
-    Raises
-    ------
-    ModelError
-        Where xarray is not installed, or for a batch of designs.
-    """
+    """The columns as a Dataset of xarray over the coordinate ``t``."""
     table = columns(solution)
     try:
         import xarray  # type: ignore[import-not-found, unused-ignore]
@@ -344,20 +295,6 @@ def write_csv(solution: Solution, path: str | os.PathLike[str], angle: str = "ra
     """Write the columns as comma-separated values, UTF-8, one header line, a line an instant.
 
     Every number is written with as many digits as bring back the same number.
-
-    Parameters
-    ----------
-    solution : Solution
-        Of one design.
-    path : str or path-like
-        The file; one that exists is replaced.
-    angle : str
-        Unit of angles, ``"deg"`` or ``"rad"``.
-
-    Raises
-    ------
-    ModelError
-        For a place where no file can be written, or a batch of designs.
 
     Examples
     --------

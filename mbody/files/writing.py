@@ -13,15 +13,7 @@ from mbody.errors import ModelError
 
 @contextmanager
 def writing(path: str | os.PathLike[str], *, binary: bool = False) -> Iterator[IO[Any]]:
-    """A file open for writing; one that exists is replaced.
-
-    Raises
-    ------
-    ModelError
-        For a place where no file can be written.
-    BrokenPipeError
-        Where the file is a pipe that nobody reads any more.
-    """
+    """A file open for writing; one that exists is replaced."""
     try:
         mode: dict[str, Any] = {"encoding": "utf-8", "newline": ""}
         with Path(path).open("wb" if binary else "w", **({} if binary else mode)) as file:

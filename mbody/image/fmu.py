@@ -78,13 +78,7 @@ OF_THIS_MACHINE = "host.fmu.so"
 
 
 def fmu_binaries() -> Mapping[Platform, Path]:
-    """The binaries by platform, built where neither the package nor the cache has them.
-
-    Raises
-    ------
-    ModelError
-        Where they would have to be built, and cannot be.
-    """
+    """The binaries by platform, built where neither the package nor the cache has them."""
     found = _there(PACKAGE / "core_libraries")
     if found:
         return found
@@ -492,28 +486,6 @@ def to_fmu(
     binaries: Mapping[Platform, Path] | None = None,
 ) -> ModelFmu:
     """The free motion of a mechanism as a unit of co-simulation, which runs without Python.
-
-    Parameters
-    ----------
-    model : Mechanism or System
-    version : str
-        Of FMI: "3.0" or "2.0".
-    name : str, optional
-        Of its binaries, letters, digits and _; by default that of the mechanism.
-    binaries : mapping, optional
-        The binary of every platform; by default those of `fmu_binaries`, which are built where
-        they are missing (once).
-
-    Returns
-    -------
-    ModelFmu
-        Its variables have dotted names; all values are in SI, angles in rad.
-
-    Raises
-    ------
-    ModelError
-        For a version that there is not, users' Python, and a mechanism without a free motion that
-        an image can make.
 
     Examples
     --------

@@ -423,13 +423,7 @@ def enter_driven(
     measured: MeasuredProgram,
     instants: int | None,
 ) -> dict[str, Any]:
-    """Put the calls of driven motion into the image; what the manifest says of them.
-
-    Raises
-    ------
-    ModelError, SolveError
-        Where the drivers do not determine the motion: then nothing was put.
-    """
+    """Put the calls of driven motion into the image; what the manifest says of them."""
     grid = _grid(system, DRIVEN_CALLS_INSTANTS if instants is None else instants)
     start = closed(system, float(grid.t[0]), grid.first(system))
     check_determined(system, start, "kinetostatics")
@@ -535,13 +529,7 @@ def enter_free(
     measured: MeasuredProgram,
     instants: int | None,
 ) -> dict[str, Any]:
-    """Put the calls of free motion into the image; what the manifest says of them.
-
-    Raises
-    ------
-    ModelError, SolveError
-        Where there is no free motion, or one that an image cannot make: then nothing was put.
-    """
+    """Put the calls of free motion into the image; what the manifest says of them."""
     _refuse_another_motion(system)
     start, state, request = _request(system, instants)
     first, q, v = state

@@ -33,13 +33,7 @@ MODULE = Path(__file__).parent / "browser" / "mbody.mjs"
 
 
 def browser_core() -> Path:
-    """The file of the core for browsers, built where neither the package nor the cache has it.
-
-    Raises
-    ------
-    ModelError
-        Where it would have to be built, and cannot be.
-    """
+    """The file of the core for browsers, built where neither the package nor the cache has it."""
     ready = ready_core()
     if ready is not None:
         return ready
@@ -75,13 +69,7 @@ def _announce() -> None:
 
 
 def build_browser_core(folder: Path, quiet: bool = False) -> None:
-    """Build the core for browsers into a folder.
-
-    Raises
-    ------
-    ModelError
-        Where numba or ziglang is missing, or the builder fails.
-    """
+    """Build the core for browsers into a folder."""
     missing = [name for name in ("numba", "ziglang") if find_spec(name) is None]
     if missing:
         raise ModelError(

@@ -72,21 +72,7 @@ class Best:
 
 
 class Profile:
-    """Samples of a function along a range, in the order of their places.
-
-    Parameters
-    ----------
-    values : Values
-    slopes : Slopes
-    low, high, start : float
-        The range and a place in it, from which one goes to both sides.
-    noise : array (columns,)
-        What is rounding of every column.
-    stops : pair of bool
-        Whether the range ends, below and above, where values first fail.
-    also : sequence of float
-        Places that are to be among the samples, such as zero.
-    """
+    """Samples of a function along a range, in the order of their places."""
 
     def __init__(
         self,
@@ -364,11 +350,6 @@ class Profile:
 def summit(look: Callable[[float], tuple[float, float]], a: float, x: float, c: float) -> float:
     """The place of the greatest value between a and c, x being greater than both: where the slope
     changes its sign, at a kink as well (regula falsi, Illinois).
-
-    Parameters
-    ----------
-    look : callable
-        Value and slope at a place; −inf where there is none.
     """
     top, slope = look(x)
     best = top, x
@@ -494,21 +475,7 @@ class _Range:
 
 
 def extremum(one: Wanted, values: Values, slopes: Slopes, noise: Array) -> Extremum:
-    """Where the last column is greatest while no other is negative.
-
-    Parameters
-    ----------
-    values : Values
-        Of the unknown in its steps.
-    slopes : Slopes
-        The same with derivatives.
-    noise : array (columns,)
-        What is rounding of every column.
-
-    Raises
-    ------
-    Unbounded
-    """
+    """Where the last column is greatest while no other is negative."""
     for reach in TURNS if one.angle else REACHES:
         space = _Range(one, reach)
         profile = space.profile(values, slopes, noise)
@@ -724,13 +691,7 @@ def _nothing() -> None:
 
 
 def climbed(rows: Residuals, equations: int, wanted: Sequence[Wanted], sign: float) -> Climbed:
-    """Where the objective, times a sign, is greatest: of rows as those of `Trials.rows`.
-
-    Parameters
-    ----------
-    equations : int
-        How many rows, the first ones, are to be zero; all others but the last not negative.
-    """
+    """Where the objective, times a sign, is greatest: of rows as those of `Trials.rows`."""
     hill = _Hill(rows, equations, wanted, sign)
     start = hill.start
     grids = [one.grid for one in wanted]

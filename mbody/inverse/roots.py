@@ -51,12 +51,7 @@ class Affine:
         return self.rest + self.slope @ (u - self.base)
 
     def solve(self, rows: Sequence[int]) -> Array:
-        """The unknowns that make as many rows zero.
-
-        Raises
-        ------
-        SingularEquations
-        """
+        """The unknowns that make as many rows zero."""
         chosen = list(rows)
         size = np.maximum(self.size[chosen], 1e-300)
         slope, rest = self.slope[chosen] / size[:, None], self.rest[chosen] / size
@@ -116,13 +111,7 @@ def differences(rows: Residuals, u: Array) -> Affine | None:
 
 
 def newton(rows: Residuals, chosen: Sequence[int], start: Array) -> Affine | None:
-    """Newton's method, its steps shortened where what is left grows.
-
-    Returns
-    -------
-    Affine or None
-        All rows about the place where the chosen ones are zero; None where it does not arrive.
-    """
+    """Newton's method, its steps shortened where what is left grows."""
     index, n = list(chosen), len(start)
     u, before = start.copy(), np.inf
     best: tuple[float, Affine] | None = None

@@ -508,13 +508,7 @@ class Solver:
     # -- results and sentences ----------------------------------------------------------------
 
     def _found(self, place: Affine) -> AnswerCase:
-        """The solution at a place.
-
-        Raises
-        ------
-        SolveError
-            Where a side condition is broken, or the analysis fails.
-        """
+        """The solution at a place."""
         run = self.trials.run(place.base)
         rest, _ = self.trials.measured(run, self.rows.relations, self.question.objective)
         first, last = len(self.equations), len(self.equations) + len(self.sides)

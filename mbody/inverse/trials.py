@@ -293,17 +293,7 @@ class Trials:
             return self.analysis(self._system(u), t=self.time, guess=near.poses)
 
     def rows(self, relations: list[Relation], objective: str, us: Array) -> tuple[Array, Array]:
-        """right − left of every relation, then the objective, and the size of their terms.
-
-        Parameters
-        ----------
-        us : array (trials, unknowns)
-            In steps.
-
-        Returns
-        -------
-        arrays (trials, relations + 1), NaN where a trial fails
-        """
+        """right − left of every relation, then the objective, and the size of their terms."""
         if self.steady and len(us) > 1:
             self.count += len(us)
             try:
@@ -478,15 +468,7 @@ _FIRST = np.array([0])
 
 
 class ConditionRows:
-    """right − left of every relation, then the objective, as functions of the unknowns in steps.
-
-    Parameters
-    ----------
-    trials : Trials
-    relations : sequence of Relation
-    objective : str
-        A quantity, empty where there is none.
-    """
+    """right − left of every relation, then the objective, as functions of the unknowns in steps."""
 
     def __init__(self, trials: Trials, relations: Sequence[Relation], objective: str) -> None:
         self.trials, self.relations, self.objective = trials, list(relations), objective

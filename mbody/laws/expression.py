@@ -309,16 +309,7 @@ class Expression(FormulaLaw):
 
 
 def stack_depth(program: tuple[int, ...]) -> int:
-    """The largest number of values that a program has on its stack.
-
-    Raises
-    ------
-    ModelError
-        When it uses values that are not on the stack, or leaves more than one.
-
-    >>> stack_depth((0, 0, 19))
-    2
-    """
+    """The largest number of values that a program has on its stack."""
     depth = deepest = 0
     for code in program:
         depth += 1 if code <= CONSTANT else -1 if code > LOG else 0

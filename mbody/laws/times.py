@@ -38,11 +38,6 @@ def monotonic_nodes(
     present rate, each following one is twice as long. Where the cubic through f′ and f″ at two
     neighbouring places does not predict f′ between them, the interval is bisected. Every extreme
     becomes a place.
-
-    Raises
-    ------
-    ModelError
-        Where the formula has no value.
     """
     first = length = _length(law.raw(np.array([t0]))[0], rest)
     found, count, end, best = [np.array([t0])], 1, t0, 0.0

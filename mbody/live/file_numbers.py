@@ -77,17 +77,6 @@ def file_numbers(mechanism: Mechanism, names: list[str]) -> CutFile:
     Every number of the file is changed by a random part, twice; a number of the mechanism whose two
     changes have the ratio of those of one in the file comes from it.
 
-    Parameters
-    ----------
-    mechanism : Mechanism
-    names : list of str
-        Dotted names that are looked for.
-
-    Raises
-    ------
-    ModelError
-        For a mechanism that no file can contain.
-
     Examples
     --------
     >>> from mbody import gallery

@@ -283,18 +283,7 @@ class ShapePlaces:
 def shape_places(
     scene: Scene, data: dict[str, Any], changeable: Changeable, names: Iterable[str]
 ) -> ShapePlaces:
-    """The rules by which a scene follows these numbers.
-
-    Parameters
-    ----------
-    scene : Scene
-    data : dict
-        The scene as a page has it, whose carriers, labels and places are numbered.
-    changeable : Changeable
-        Of the same mechanism.
-    names : iterable of str
-        Numbers that a page may offer.
-    """
+    """The rules by which a scene follows these numbers."""
     return _Follower(scene, data, changeable, list(names)).found()
 
 

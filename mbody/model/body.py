@@ -84,15 +84,7 @@ class RectangleSection(CrossSection):
 
 @dataclass(frozen=True)
 class RoundSection(CrossSection):
-    """A full circle.
-
-    Parameters
-    ----------
-    diameter : float or str
-        [length]
-    along : pair of str, optional
-        As of `RectangleSection`.
-    """
+    """A full circle."""
 
     sizes: ClassVar[tuple[str, ...]] = ("diameter",)
 
@@ -107,15 +99,7 @@ class RoundSection(CrossSection):
 
 @dataclass(frozen=True)
 class TubeSection(CrossSection):
-    """A hollow circle.
-
-    Parameters
-    ----------
-    outer, inner : float or str
-        Diameters [length].
-    along : pair of str, optional
-        As of `RectangleSection`.
-    """
+    """A hollow circle."""
 
     sizes: ClassVar[tuple[str, ...]] = ("outer", "inner")
     shear_profile: ClassVar[float] = 0.5
@@ -134,13 +118,7 @@ class TubeSection(CrossSection):
 
 
 def as_section(value: Any, name: str, points: Iterable[str]) -> CrossSection | None:
-    """A section of the link `name` with checked sizes; its line goes between two of the points.
-
-    Raises
-    ------
-    ModelError
-        For what is no section, sizes that are none, or a line between points that are not there.
-    """
+    """A section of the link `name` with checked sizes; its line goes between two of the points."""
     if value is None:
         return None
     if not isinstance(value, CrossSection):

@@ -28,13 +28,7 @@ if TYPE_CHECKING:
 
 
 def compiled_state(machine: Described, state: State) -> tuple[State, dict[str, Formula]]:
-    """An own state with its rate as a law, and what the numbers of that were made of.
-
-    Raises
-    ------
-    ModelError
-        For a rate that measures what is not there, or whose units do not fit.
-    """
+    """An own state with its rate as a law, and what the numbers of that were made of."""
     names = state.rate.names if isinstance(state.rate, Formula) else frozenset[str]()
     try:
         quantities = measured_names(machine, names)
@@ -44,13 +38,7 @@ def compiled_state(machine: Described, state: State) -> tuple[State, dict[str, F
 
 
 def compiled_stop(machine: Described, stop: Stop) -> tuple[Stop, dict[str, Formula]]:
-    """A stop with its formula as a law, and what the numbers of that were made of.
-
-    Raises
-    ------
-    ModelError
-        For a formula that measures what is not there, or what is no coordinate.
-    """
+    """A stop with its formula as a law, and what the numbers of that were made of."""
     try:
         quantities = measured_names(machine, stop.names(machine.measures))
     except FormulaError as error:
@@ -150,14 +138,7 @@ def with_changed(machine: Mechanism, elements: Iterable[Element], keys: Iterable
 
 @dataclass(frozen=True)
 class JointContact(OneSided):
-    """A joint that can separate, as a contact.
-
-    Parameters
-    ----------
-    name : str
-        That of the joint, and which of its contacts it is.
-    joint : Joint
-    """
+    """A joint that can separate, as a contact."""
 
     joint: Any = field(default=None, metadata={"internal": True})
 
@@ -220,13 +201,7 @@ class JointContact(OneSided):
 
 @dataclass(frozen=True)
 class JointLimit(JointContact):
-    """One end of the travel of a joint.
-
-    Parameters
-    ----------
-    end : str
-        "low" or "high".
-    """
+    """One end of the travel of a joint."""
 
     end: str = "low"
 
@@ -290,13 +265,7 @@ def contacts_of(joint: Joint) -> list[OneSided]:
 
 
 def limits_of(machine: Mechanism) -> list[OneSided]:
-    """The limits of the joints of a mechanism.
-
-    Raises
-    ------
-    ModelError
-        Where the name of one is taken.
-    """
+    """The limits of the joints of a mechanism."""
     limits: list[OneSided] = [
         one for joint in machine.joints for one in contacts_of(joint) if isinstance(one, JointLimit)
     ]
@@ -313,11 +282,6 @@ def limits_of(machine: Mechanism) -> list[OneSided]:
 def with_joint_contacts(machine: Mechanism) -> Mechanism:
     """The mechanism with the contacts that its joints bring, closed to additions: limits beside
     them, what can separate in their place.
-
-    Raises
-    ------
-    ModelError
-        Where the name of one is taken.
     """
     limits_of(machine)  # refuses names that are taken
     return with_others(machine, set(), [one for j in machine.joints for one in contacts_of(j)])

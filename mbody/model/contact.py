@@ -51,15 +51,6 @@ def rolling_from(
 
     On a line u·d + r (θ_j − θ_i) keeps the value that it has there, on a circle the angle between
     n(ψ) and the line of centres.
-
-    Parameters
-    ----------
-    row : ConstraintPrimitive
-        That of a circle on a line or on a circle, as `contact_spots` makes it.
-    at : Numbers
-        The numbers of the mechanism: the value is that of each design.
-    poses : mapping
-        Of both bodies by name.
     """
     parameters = list(row.parameters)
     (ix, iy), (jx, jy) = _place(row, 0, at, poses), _place(row, 1, at, poses)
@@ -778,12 +769,7 @@ def restitutions(name: str, at: Numbers) -> list[float]:
 
 
 def refuse_coefficients(name: str, mu: float, static: float | None, restitution: float) -> None:
-    """Refuse coefficients of friction and restitution that cannot be.
-
-    Raises
-    ------
-    ModelError
-    """
+    """Refuse coefficients of friction and restitution that cannot be."""
     if static is not None:
         refuse_static(name, mu, static)
     if restitution > 1.0:

@@ -57,13 +57,7 @@ class NamedCurve:
 
 
 def as_curves(given: Any, scope: Scope) -> dict[str, NamedCurve]:
-    """The curves of a mechanism, checked.
-
-    Raises
-    ------
-    ModelError
-        For what is no law, a name that formulas cannot call, or units that do not fit.
-    """
+    """The curves of a mechanism, checked."""
     if not isinstance(given, Mapping):
         raise ModelError(f'curves must be a dict such as {{"torque": Table(…)}}, not {given!r}')
     return {name: _curve(name, law, scope) for name, law in given.items()}

@@ -591,20 +591,6 @@ def resolved(
 ) -> tuple[E, dict[str, Formula], set[str]]:
     """The element with floats for all its text, in the units of the scope; laws by formulas of
     what is `measured` in a motion.
-
-    Returns
-    -------
-    element : Element
-        Checked as a whole.
-    formulas : dict
-        What its numbers were made of, by dotted name.
-    fixed : set of str
-        Parameters used where a number cannot be changed afterwards, as in a table or a guess.
-
-    Raises
-    ------
-    ModelError
-        For a parameter that there is not, or a unit that does not fit; and as the element's own.
     """
     if not element.pending:
         return element, {}, set()
@@ -705,13 +691,6 @@ class OwnPhysics:
     A system may be given other numbers than the element was made with (`with_values`, a sweep, a
     batch). They reach the kernels as parameters; here they become fields again, so that physics
     finds in ``self.k`` the number that is in force.
-
-    Parameters
-    ----------
-    element : Element
-        With a method `physics`.
-    count : int
-        Number of parameters that `physics` itself takes.
     """
 
     def __init__(self, element: Element, count: int) -> None:

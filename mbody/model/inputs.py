@@ -201,12 +201,7 @@ class Controller(Element):
 
 
 def check_formula_name(element: Element, parameters: Container[str]) -> None:
-    """Refuse a name that formulas have for something else.
-
-    Raises
-    ------
-    ModelError
-    """
+    """Refuse a name that formulas have for something else."""
     name, what = element.name, ""
     if name in parameters:
         what = "a parameter"
@@ -223,12 +218,7 @@ def check_formula_name(element: Element, parameters: Container[str]) -> None:
 def check_sets(
     controller: Controller, inputs: Sequence[Input], others: Sequence[Controller]
 ) -> None:
-    """Refuse a controller of inputs that are not there, or that another one sets.
-
-    Raises
-    ------
-    ModelError
-    """
+    """Refuse a controller of inputs that are not there, or that another one sets."""
     known = [one.name for one in inputs]
     taken = {name: one.name for one in others for name in one.sets}
     for name in controller.sets:

@@ -27,26 +27,7 @@ SPREAD = ("spread.xx", "spread.yy", "spread.xy")
 def number_in(
     mechanism: Mechanism, value: Any, dimension: str | Dimension, element: str, field: str
 ) -> float:
-    """A number for an analysis, in the units and with the parameters of a mechanism.
-
-    Parameters
-    ----------
-    value : float, str or quantity
-        As `number` takes it.
-    dimension : str or Dimension
-        What it measures.
-    element, field : str
-        Names for the error message.
-
-    Raises
-    ------
-    ModelError
-        When it is no number of that dimension.
-
-    >>> from mbody import makers
-    >>> number_in(makers.four_bar(1, 3, 2, 3.5), "20 ms", "time", "simulate", "until")
-    0.02
-    """
+    """A number for an analysis, in the units and with the parameters of a mechanism."""
     given = number(value, dimension, element, field)
     return float(evaluated(given, mechanism.parameters.scope(), element, field))
 
@@ -55,16 +36,8 @@ def meant(mechanism: Mechanism, name: str) -> tuple[str, Dimension | None]:
     """The number that an unknown's name means, by its dotted name, and its dimension; of a driver's
     motion the name itself.
 
-    Raises
-    ------
-    ModelError
-        For a number that there is not.
-
-    >>> from mbody import Torque, makers
     >>> machine = makers.four_bar(1, 3, 2, 3.5)
     >>> machine.add(Torque("brake", "rocker", value=1.0))
-    >>> meant(machine, "brake")[0], meant(machine, "motor.rate")[0]
-    ('brake.value', 'motor.rate')
     """
     if name in mechanism.parameters:
         return name, dimension_named(mechanism, name)
@@ -183,13 +156,7 @@ def moves_nothing(mechanism: Mechanism, name: str) -> bool:
 
 
 def plain(mechanism: Mechanism, name: str, given: Any, dimension: Dimension | None) -> float:
-    """A start or a bound of an unknown, in the units of the mechanism.
-
-    Raises
-    ------
-    ModelError
-        For text that measures something else.
-    """
+    """A start or a bound of an unknown, in the units of the mechanism."""
     if not isinstance(given, Formula):
         return float(given)
     try:

@@ -81,13 +81,7 @@ def _named(event: Event) -> None:
 
 
 def as_events(given: Any) -> tuple[Event, ...]:
-    """Events as a tuple, each name once.
-
-    Raises
-    ------
-    ModelError
-        For what is none, or a name given twice.
-    """
+    """Events as a tuple, each name once."""
     found = tuple(given) if isinstance(given, Iterable) and not isinstance(given, str) else (given,)
     for one in found:
         if not isinstance(one, Event):
@@ -208,12 +202,7 @@ class SimulationSettings:
 
 
 def check_method(method: Any) -> None:
-    """Refuse a method that there is not.
-
-    Raises
-    ------
-    ModelError
-    """
+    """Refuse a method that there is not."""
     if method not in METHODS:
         raise ModelError(f"there is no method {method!r} (there are: {', '.join(METHODS)})")
 

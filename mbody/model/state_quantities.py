@@ -69,11 +69,6 @@ class Described(Protocol):
 def measured_names(machine: Described, names: frozenset[str]) -> dict[str, Dimension | None]:
     """Those of the names in a formula that are no numbers of the description, with the dimension
     of each: inputs, own states, and dotted names.
-
-    Raises
-    ------
-    FormulaError
-        For a dotted name that is no quantity of the present state.
     """
     own = {one.name: one.dimension for one in machine.inputs}
     own |= {one.name: one.dimension for one in machine.states}
@@ -87,13 +82,7 @@ def measured_names(machine: Described, names: frozenset[str]) -> dict[str, Dimen
 
 
 def state_quantity(machine: Described, name: str) -> Dimension:
-    """The dimension of a quantity of the present state, by its dotted name.
-
-    Raises
-    ------
-    FormulaError
-        For a name that is none, or that needs the forces of the instant.
-    """
+    """The dimension of a quantity of the present state, by its dotted name."""
     owner, _, key = name.rpartition(".")
     element, _, point = owner.partition(".")
     if element != "ground" and element not in machine:

@@ -165,12 +165,7 @@ def rate_names(state: State) -> frozenset[str]:
 def check_unmeasured(
     elements: Iterable[Element], formulas: Mapping[str, Formula], gone: set[str]
 ) -> None:
-    """Refuse to release drivers that formulas of loads and states measure.
-
-    Raises
-    ------
-    ModelError
-    """
+    """Refuse to release drivers that formulas of loads and states measure."""
     names: dict[str, frozenset[str]] = {}
     for name, formula in formulas.items():
         owner = name.partition(".")[0]

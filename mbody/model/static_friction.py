@@ -10,12 +10,7 @@ from mbody.errors import ModelError
 
 
 def refuse_static(name: str, kinetic: float, static: float) -> None:
-    """Refuse a static coefficient below the kinetic one.
-
-    Raises
-    ------
-    ModelError
-    """
+    """Refuse a static coefficient below the kinetic one."""
     if static < kinetic:
         raise ModelError(
             f"'{name}': friction is {kinetic:g}, more than static = {static:g}: what rests is not "

@@ -105,16 +105,7 @@ class Reduced(NamedTuple):
 
 
 def reduce_history(by: str, instant: int, history: Array, t: Array) -> Array:
-    """A history (…, instants) at the times t, in s, reduced; as it is where `by` is empty.
-
-    Raises
-    ------
-    ModelError
-        For an integral over instants between which no time passes.
-
-    >>> float(reduce_history("span", 0, np.array([1.0, -2.0, 4.0]), np.arange(3.0)))
-    6.0
-    """
+    """A history (…, instants) at the times t, in s, reduced; as it is where `by` is empty."""
     if by == "at":
         return np.asarray(history[..., instant])
     check_times(by, t)
@@ -122,13 +113,7 @@ def reduce_history(by: str, instant: int, history: Array, t: Array) -> Array:
 
 
 def check_times(by: str, t: Array) -> None:
-    """Refuse an integral over instants between which no time passes.
-
-    Raises
-    ------
-    ModelError
-        For one instant, or times that do not increase.
-    """
+    """Refuse an integral over instants between which no time passes."""
     if by != "integral":
         return
     if t.shape[-1] < 2 or not (t[..., -1] > t[..., 0]).all() or (np.diff(t) < 0.0).any():
@@ -151,15 +136,7 @@ def integrand(of: str) -> str:
 def outermost(text: str) -> Reduced:
     """The reduction of a formula, the formula in it, and the instant of "at".
 
-    Raises
-    ------
-    ModelError
-        For "at" without the number of an instant.
-
-    >>> outermost("peak(A.force)")
     Reduced(by='peak', of='A.force', instant=0)
-    >>> outermost("max(A.fx, A.fy)").by
-    ''
     """
     match = re.fullmatch(r"\s*(\w+)\s*\((.*)\)\s*", text, re.DOTALL)
     if match is None or match[1] not in (*REDUCTIONS, "at"):
@@ -515,27 +492,8 @@ def measures_without(measures: Mapping[str, Measure], gone: set[str]) -> dict[st
 class OptimizationTask:
     """What is to be least or greatest, by which numbers, within which limits.
 
-    Parameters
-    ----------
-    minimize, maximize : tuple of str
-        One aim, or two in all.
-    by : mapping
-        (low, high) by number.
-    subject_to : tuple of str
-    analysis : str
-    over : str
-        ``"turn"`` or a driver, as of `Instants`; empty: the instants of the mechanism.
-    instants, turns : int, optional
-    until : float or str, optional
-        The last time, of ``analysis="simulate"``.
-    start : mapping, optional
-    starts, seed, points : int, optional
-        As of `mbody.optimize`.
-    note : str
-        The task in words.
-
+    The last time, of ``analysis="simulate"``.
     >>> OptimizationTask(minimize="peak(motor.effort)", by={"crank.A.x": (1, 2)}).minimize
-    ('peak(motor.effort)',)
     """
 
     minimize: tuple[str, ...] = ()

@@ -106,13 +106,7 @@ TABLES: dict[str, tuple[type, tuple[str, ...], tuple[str, ...]]] = {
 
 
 def as_shapes(given: Any, body: str, points: Mapping[str, Any]) -> dict[str, Shape]:
-    """Checked shapes of a body by name.
-
-    Raises
-    ------
-    ModelError
-        For a shape that is none, names a point that the body has not, or has the name of a point.
-    """
+    """Checked shapes of a body by name."""
     if not isinstance(given, Mapping):
         raise ModelError(
             f"'{body}': shapes must be a dict such as "
@@ -246,20 +240,6 @@ def refuse_shapes(
 ) -> None:
     """Refuse, of one design or of a batch, arcs without length, and discs as large as the ring that
     they touch from within.
-
-    Parameters
-    ----------
-    contact : str
-        Its name.
-    names, shapes : pairs
-        Dotted names of its shapes, and these.
-    at : Numbers
-    unit : str
-        Of lengths.
-
-    Raises
-    ------
-    ModelError
     """
     for name, shape in zip(names, shapes, strict=True):
         if isinstance(shape, Disc | Ring) and shape.begin is not None:

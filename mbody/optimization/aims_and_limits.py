@@ -170,13 +170,7 @@ class Limit:
 
 
 def aim_of(mechanism: Mechanism, given: object, greatest: bool, instants: int) -> Aim:
-    """What is to be least or greatest.
-
-    Raises
-    ------
-    ModelError
-        For a quantity that the mechanism does not have, and a history without a reduction.
-    """
+    """What is to be least or greatest."""
     (column,) = columns_of(mechanism, [given], "optimize")  # type: ignore[list-item]
     _check_instant(column, instants)
     if not column.by and instants > 1:
@@ -189,14 +183,7 @@ def aim_of(mechanism: Mechanism, given: object, greatest: bool, instants: int) -
 
 
 def limit_of(mechanism: Mechanism, text: object, instants: int) -> Limit:
-    """What is to hold, from text such as ``"peak(motor.effort) <= 20 N*m"``.
-
-    Raises
-    ------
-    ModelError
-        For text that is no relation, quantities that the mechanism does not have, and sides that do
-        not measure the same.
-    """
+    """What is to hold, from text such as ``"peak(motor.effort) <= 20 N*m"``."""
     wanted = "a limit such as 'peak(motor.effort) <= 20 N*m'"
     if not isinstance(text, str):
         raise ModelError(f"optimize: subject_to takes texts, not {brief(text)}")

@@ -148,15 +148,7 @@ class Evaluator:
         return self.system.with_values(dict(zip(self.names, x.tolist(), strict=True)))
 
     def run(self, x: np.ndarray) -> Solution:
-        """The analysis of a design on the branch of the description.
-
-        Raises
-        ------
-        ModelError
-            For numbers that the mechanism cannot have.
-        SolveError
-            Where its loops do not close, or it cannot go through all instants.
-        """
+        """The analysis of a design on the branch of the description."""
         system = self.design(x)
         grid = self._grid(system)
         try:
@@ -280,16 +272,7 @@ class MotionEvaluator:
         return np.array([float(self.system.values[name]) for name in self.names])
 
     def run(self, x: np.ndarray) -> Solution:
-        """The motion of a design.
-
-        Raises
-        ------
-        ModelError
-            For numbers that the mechanism cannot have.
-        SolveError
-            As of `simulate`, and where the motion ends at another time than that of the
-            description.
-        """
+        """The motion of a design."""
         self.count += 1
         system = self.system.with_values(dict(zip(self.names, x.tolist(), strict=True)))
         run = simulate(system, **self.options)

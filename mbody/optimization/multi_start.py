@@ -54,13 +54,7 @@ class Ranges:
 def ranges_of(
     system: System, by: Mapping[str, Any] | None, start: Mapping[str, Any] | None
 ) -> Ranges:
-    """What `by` and `start` say.
-
-    Raises
-    ------
-    ModelError
-        For numbers that there are not or that formulas make, and bounds that are none.
-    """
+    """What `by` and `start` say."""
     if not isinstance(by, Mapping) or not by:
         raise ModelError(
             'optimize: by must be a dict of bounds such as {"crank.A.x": (0.1, 0.3)}, not '
@@ -172,17 +166,7 @@ class _Values:
 
 
 class Screen:
-    """Judges many designs of one system by an aim and limits.
-
-    Parameters
-    ----------
-    job : Job or None
-        Of the measures that `columns` names; None of motions over time, which go one by one.
-    evaluator : Evaluator
-        For designs that cannot go side by side.
-    known : array (numbers,), optional
-        A design that can be analysed where any can; by default that of the description.
-    """
+    """Judges many designs of one system by an aim and limits."""
 
     def __init__(
         self,
@@ -323,13 +307,7 @@ class MultiStart:
         return Program(self.evaluator, bounds, aim, limits, self.mark)
 
     def ended(self, aim: Aim, limits: Sequence[Limit]) -> Ended:
-        """The best of all searches.
-
-        Raises
-        ------
-        SolveError
-            Where no design can be analysed, or none meets the limits.
-        """
+        """The best of all searches."""
         program, notes = self.program(aim, limits), list(self.ranges.notes)
         status, found = "completed", []
         try:
@@ -357,13 +335,7 @@ class MultiStart:
         return Ended(best, program, len(found), agreeing, status, tuple(notes))
 
     def starts(self, aim: Aim) -> list[np.ndarray]:
-        """Where searches begin: the start that was given, then the best of many that are apart.
-
-        Raises
-        ------
-        SolveError
-            Where no design can be analysed.
-        """
+        """Where searches begin: the start that was given, then the best of many that are apart."""
         ranges = self.ranges
         if self.spread is None or self.judged is None:
             many = max(LEAST, EACH * len(ranges.names), 4 * self.count)

@@ -196,17 +196,7 @@ class Found:
 
 
 class Program:
-    """What is to be least within limits and bounds, for searches from many starts.
-
-    Parameters
-    ----------
-    evaluator : callable
-        Makes an `Evaluation` of numbers, or another design with `x` and `mobility`; None where it
-        cannot be analysed.
-    low, high : array (numbers,)
-    aim : Goal
-    limits : sequence of Bound
-    """
+    """What is to be least within limits and bounds, for searches from many starts."""
 
     def __init__(
         self,

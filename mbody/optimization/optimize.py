@@ -156,15 +156,6 @@ def tolerance_band(
 
     Places between the optimum and each bound are judged, denser near the optimum; the first one
     that is too bad is then approached by halving. All numbers go side by side.
-
-    Parameters
-    ----------
-    x : array (numbers,)
-        The optimum.
-    sizes : array (aims + limits,)
-        Sizes of aims and limits, by which a loss is measured.
-    loss : float
-        The part of these by which an aim may get worse and a limit be broken.
     """
     n, aims = len(x), len(screen.aims)
     ends = np.concatenate([bounds[0], bounds[1]])

@@ -34,13 +34,7 @@ SAME = 1e-9
 
 
 def with_numbers(run: Solution, values: Mapping[str, float]) -> Mechanism:
-    """The mechanism of a result with other numbers, guesses at its first position.
-
-    Raises
-    ------
-    ModelError
-        For numbers that its file does not have as such.
-    """
+    """The mechanism of a result with other numbers, guesses at its first position."""
     machine = run.mechanism
     values = {**_overridden(run), **values}
     cut = file_numbers(machine, list(values))

@@ -299,13 +299,7 @@ class NotFinite(FormulaError):
 
 
 def float_or_formula(value: Any, dimension: Dimension | None) -> float | Formula:
-    """A finite float, or a formula for text or a quantity of pint.
-
-    Raises
-    ------
-    FormulaError
-        When it is neither; the message follows the name of the field.
-    """
+    """A finite float, or a formula for text or a quantity of pint."""
     if type(value) is float and math.isfinite(value):
         return value
     if isinstance(value, Real) and not isinstance(value, bool):
@@ -322,27 +316,7 @@ def float_or_formula(value: Any, dimension: Dimension | None) -> float | Formula
 
 
 def number(value: Any, dimension: str | Dimension, element: str, field: str) -> Any:
-    """One number of an element: a finite float in the mechanism's unit system, or a formula.
-
-    Parameters
-    ----------
-    value : float, str or quantity
-        Text has units, parameters and arithmetic: ``"1.5 lbf"``, ``"2*a"``; a quantity is pint's.
-    dimension : str or Dimension
-        Dimension of the field.
-    element, field : str
-        Names for the error message.
-
-    Returns
-    -------
-    float or Formula
-        A formula becomes a float when the element is added to a mechanism, which has the units.
-
-    Raises
-    ------
-    ModelError
-        When it is not a number, not finite, or of another dimension.
-    """
+    """One number of an element: a finite float in the mechanism's unit system, or a formula."""
     kind = f" ({dimension})" if isinstance(dimension, str) else ""
     return constant_or_formula(
         value, dimension_of(dimension), f"'{element}': {field}", element, kind
@@ -352,13 +326,7 @@ def number(value: Any, dimension: str | Dimension, element: str, field: str) -> 
 def constant_or_formula(
     value: Any, dimension: Dimension | None, what: str, element: str, kind: str = ""
 ) -> float | Formula:
-    """One number that does not change with time; `what` begins the error message.
-
-    Raises
-    ------
-    ModelError
-        As `number`.
-    """
+    """One number that does not change with time; `what` begins the error message."""
     try:
         result = float_or_formula(value, dimension)
     except NotANumber:
@@ -386,13 +354,7 @@ def one_number(value: Any, dimension: str, element: str, field: str) -> float:
 
 
 def evaluated(given: Any, scope: Scope, element: str, field: str) -> Any:
-    """A number, or a value made of numbers, with floats in the place of its formulas.
-
-    Raises
-    ------
-    ModelError
-        For a parameter that there is not; the sentence names the element and the field.
-    """
+    """A number, or a value made of numbers, with floats in the place of its formulas."""
     try:
         return substituted(given, lambda formula: formula.value(scope))
     except FormulaError as error:

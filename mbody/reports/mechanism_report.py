@@ -123,16 +123,7 @@ class MechanismReport:
 
 
 def check_format(path: Any) -> str:
-    """The ending of a report's file.
-
-    Raises
-    ------
-    ModelError
-        For one that there is not, and for a PDF without typst.
-
-    >>> check_format("pump.HTML")
-    '.html'
-    """
+    """The ending of a report's file."""
     try:
         ending = Path(path).suffix.lower()
     except TypeError:

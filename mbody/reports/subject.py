@@ -191,13 +191,6 @@ def run_of(
     A mechanism that asks for single instants is analysed over its whole turn as well where it can
     turn, so that peaks are those of the cycle; the instants are then marked in it. With an assembly
     mode, which is one of the first instant, they stay alone.
-
-    Raises
-    ------
-    ModelError
-        For a model without anything that moves or is loaded, an assembly mode of a free motion.
-    SolveError
-        As of the analysis.
     """
     if to is not None or (mechanism.simulation is not None and wanted is None):
         if assembly is not None:

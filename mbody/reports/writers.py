@@ -548,13 +548,7 @@ PART = 0.86
 
 
 def check_typst() -> Any:
-    """The package.
-
-    Raises
-    ------
-    ModelError
-        Where it is not installed.
-    """
+    """The package."""
     try:
         import typst
     except ImportError:
@@ -565,13 +559,7 @@ def check_typst() -> Any:
 
 
 def pdf(document: ReportDocument) -> bytes:
-    """The content of the file.
-
-    Raises
-    ------
-    ModelError
-        Where typst is not installed.
-    """
+    """The content of the file."""
     typst = check_typst()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

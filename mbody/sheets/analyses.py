@@ -755,12 +755,7 @@ CROSSCHECK_SHOWN, ENOUGH = 16, 8
 
 
 def crosscheck_sheet(report: Any) -> str:
-    """A cross-check as text, at most 100 characters wide.
-
-    Parameters
-    ----------
-    report : Crosscheck
-    """
+    """A cross-check as text, at most 100 characters wide."""
     run = report.run
     instants = f"{len(run)} instants" if len(run) > 1 else "1 instant"
     about = f"cross-check of {run.analysis}, {instants}"

@@ -184,23 +184,6 @@ def equations(solution: Solution, instant: int = 0) -> str:
 
     The matrix where it fits, else every equation as a line, and the solved unknowns.
 
-    Parameters
-    ----------
-    solution : Solution
-        Of kinetostatics or statics, of one design.
-    instant : int
-        Which of its instants; negative ones count from the end.
-
-    Returns
-    -------
-    str
-        Lines without a line break at the end.
-
-    Raises
-    ------
-    ModelError
-        As `system_of_equations`.
-
     Examples
     --------
     >>> import mbody
@@ -213,26 +196,6 @@ def equations(solution: Solution, instant: int = 0) -> str:
 
 def system_of_equations(solution: Solution, instant: int = 0) -> Equations:
     """The force equations of one instant as arrays: matrix · unknowns = m a − loads.
-
-    Parameters
-    ----------
-    solution : Solution
-        Of kinetostatics or statics, of one design.
-    instant : int
-        Which of its instants; negative ones count from the end.
-
-    Returns
-    -------
-    Equations
-        Of a pin two components, of a guide a normal force N and a torque, of a weld a force and a
-        torque, of a rod its tension, of a coupling or a driver its effort, of any other joint its
-        multipliers.
-
-    Raises
-    ------
-    ModelError
-        For an analysis without forces, a batch of designs, an instant that is not there, or a
-        mechanism of more than 1500 constraint rows.
 
     Examples
     --------

@@ -724,16 +724,6 @@ def sheet(solution: Solution) -> str:
     One instant: links, forces at the joints as F_ij (of link i on link j), drivers, inertia forces,
     loads, residuals. Many instants or designs: the ranges and peaks, and where they occur.
 
-    Parameters
-    ----------
-    solution : Solution
-        Of any analysis.
-
-    Returns
-    -------
-    str
-        Lines without a line break at the end.
-
     Examples
     --------
     >>> import mbody

@@ -229,11 +229,6 @@ def force_names(mechanism: Mechanism) -> dict[str, tuple[str, str]]:
     number. With ten links or more it is written F(12,3); where several joints or drivers share a
     pair of links their own name follows.
 
-    Returns
-    -------
-    dict
-        By joint and driver: its name, and the body that the force or torque acts on.
-
     Examples
     --------
     >>> import mbody

@@ -79,24 +79,14 @@ def _audited(solution: Result, design: int, moved: np.ndarray | None = None) -> 
 
 
 def check_forces(solution: Result, what: str) -> None:
-    """Refuse a result without forces, or a batch; `what` (plural) is wanted of one design.
-
-    Raises
-    ------
-    ModelError
-    """
+    """Refuse a result without forces, or a batch; `what` (plural) is wanted of one design."""
     if not solution.has_forces:
         raise ModelError(f"{solution.analysis} finds no forces: use kinetostatics or statics")
     one_design(solution, f"{what} are of one design")
 
 
 def one_design(solution: Result, what: str, element: str | None = None) -> None:
-    """Refuse a batch of designs, in a sentence that begins with `what` there is of one design.
-
-    Raises
-    ------
-    ModelError
-    """
+    """Refuse a batch of designs, in a sentence that begins with `what` there is of one design."""
     if solution.record.batch:
         raise ModelError(
             f"{what}, this is a batch of {solution.record.count} designs: analyse one of them, "
@@ -106,13 +96,7 @@ def one_design(solution: Result, what: str, element: str | None = None) -> None:
 
 
 def whole_instant(solution: Result, instant: Any) -> int:
-    """The place of an instant in a result; negative numbers count from its end.
-
-    Raises
-    ------
-    ModelError
-        For one that is not there.
-    """
+    """The place of an instant in a result; negative numbers count from its end."""
     count = len(solution)
     whole = hasattr(instant, "__index__") and not isinstance(instant, bool)
     if not whole or not -count <= instant < count:

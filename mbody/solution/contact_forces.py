@@ -30,13 +30,7 @@ def acting_contacts(solution: Any) -> tuple[OneSided, ...]:
 
 
 def with_reaction(solution: Result, name: Any) -> Any:
-    """The joint, contact or rope of that name.
-
-    Raises
-    ------
-    ModelError
-        For what has no reaction, and an analysis without forces.
-    """
+    """The joint, contact or rope of that name."""
     machine = solution.mechanism
     element: Any = None
     if isinstance(name, str) and (name in machine or machine.contacts_of(name)):

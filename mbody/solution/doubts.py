@@ -209,22 +209,6 @@ def heading(
 ) -> dict[str, Any]:
     """The first keys of a result as data: ``{"mbody", "model", "analysis", "units", "status",
     "doubts", "notes"}``.
-
-    Parameters
-    ----------
-    model : str or None
-        Title of the mechanism; None where the result is of none.
-    analysis : str
-        What was done.
-    units : mapping
-        Of the numbers that follow, by dimension or by name.
-    result : object, optional
-        With `status`, `doubts` and `notes`; by default there is no doubt and no note. What has
-        notes alone is completed.
-
-    >>> from mbody.solution.doubts import Inherited
-    >>> list(heading("a crank", "statics", {"length": "m"}, Inherited()))
-    ['mbody', 'model', 'analysis', 'units', 'status', 'doubts', 'notes']
     """
     head = {"mbody": __version__, "model": model, "analysis": analysis, "units": dict(units)}
     if hasattr(result, "doubts"):

@@ -165,17 +165,7 @@ def _named(system: System, pages: Array) -> dict[str, dict[str, AccountedEnergy]
 
 
 def account(system: System, pages: Array, gained: Array, stops: Sequence[str] = ()) -> Energy:
-    """The account of a motion.
-
-    Parameters
-    ----------
-    pages : array (instants, rows)
-        What is kept of every instant: q, then v, …, own states (`mbody.kernels.layout`).
-    gained : array (instants, causes)
-        Work of every one of `causes`.
-    stops : list of str
-        Their names.
-    """
+    """The account of a motion."""
     machine, n = system.mechanism, system.coordinates
     kinetic = 0.5 * (pages[:, n : 2 * n] ** 2) @ system.mass[:n, 0]
     loads = {load.name: load for load in machine.loads}

@@ -130,15 +130,6 @@ class ContactLimits:
 class RestingContacts:
     """The forces of one position, without units of length: multipliers of all rows, then friction
     of all closed contacts.
-
-    Parameters
-    ----------
-    limits : ContactLimits
-        Of the same system.
-    work : Work
-        At the position, with its rows.
-    load : array (coordinates,)
-        What constraints must balance, f − M a.
     """
 
     def __init__(self, limits: ContactLimits, work: Work, load: Array) -> None:
@@ -270,15 +261,7 @@ def forces_with(
     *,
     at_rest: bool = True,
 ) -> FrictionForces:
-    """Forces at the instants of a motion with these senses (instants, pairs).
-
-    Parameters
-    ----------
-    motion : StoredMotion
-        As of `stored_motion`, of the design.
-    at_rest : bool
-        Whether pairs of the rate zero have their static coefficient.
-    """
+    """Forces at the instants of a motion with these senses (instants, pairs)."""
     system = solution.system
     work = system.work(designs=design)
     output = np.empty((len(senses), PER_PRIMITIVE * len(system.owners), 1))
@@ -298,13 +281,6 @@ def forces_at_rest(solution: Result, rates: Array, rest: Array, design: int = 0)
     """Forces by each choice of the senses in which pairs at rest may begin to slide: (choices,
     instants, PER_PRIMITIVE·primitives), NaN where no pair rests or there are fewer choices. Forces
     that grow without bound, as they do where it jams in one sense, are infinite.
-
-    Parameters
-    ----------
-    rates : array (instants, pairs, PER_PAIR)
-        As of `pair_rates`.
-    rest : array (instants, pairs)
-        As of `resting_pairs`.
     """
     instants = np.flatnonzero(rest.any(axis=1))
     if not rubs_by_contacts_alone(solution.system):
@@ -429,12 +405,6 @@ def senses_with_still(senses: Array, still: Array) -> Iterator[Array]:
 def jams_at(solution: Result, rates: Array, reached: Array, design: int = 0) -> list[Jam]:
     """Where the mechanism jams: the instants at which less than all friction was reached, with the
     coefficient from which on it does.
-
-    Parameters
-    ----------
-    rates : array (instants, pairs, PER_PAIR)
-    reached : array (instants,)
-        Part of friction that was reached.
     """
     pairs = rough_pairs(solution.system)
     found = []

@@ -59,13 +59,7 @@ from mbody.system.system import polar_points
 
 
 def point_history(solution: Result, place: Marker | str) -> PointHistory:
-    """The history of a place on a body; see `Solution.point`.
-
-    Raises
-    ------
-    ModelError
-        For a body or a point that there is not.
-    """
+    """The history of a place on a body; see `Solution.point`."""
     marker = as_marker(place, "point", "place")
     body = solution[marker.body]
     x, y = _local(solution, marker)
@@ -267,13 +261,7 @@ def turned(solution: Result, load: Any) -> tuple[Array, Array]:
 
 
 def driven(solution: Result, driver: str) -> tuple[Array, Array, Array]:
-    """Value, rate and acceleration of what a driver drives; see `Solution.driven`.
-
-    Raises
-    ------
-    ModelError
-        For a driver that does not exist.
-    """
+    """Value, rate and acceleration of what a driver drives; see `Solution.driven`."""
     names = [d.name for d in solution.mechanism.drivers]
     if driver not in names:
         raise ModelError(f"there is no driver {driver!r} (there are: {listed(names)})", str(driver))
@@ -413,36 +401,8 @@ REACTION = ("fx", "fy", "force", "torque", "loss", "contact")
 def measured(solution: Result, measure: Measure | str) -> tuple[np.ndarray, Dimension, str]:
     """History of a quantity, its dimension and the unit that it is in.
 
-    Parameters
-    ----------
-    solution : Result
-        Of any analysis; forces only of one that finds them.
-    measure : Measure or str
-        Such as ``"coupler.P.y - ground.O2.y"``: of bodies x, y, angle, their rates vx, vy, omega
-        and ax, ay, alpha; of points x to ay, ``coupler.origin`` being that of the link's axes; of
-        joints fx, fy, torque (on body j) and force, the magnitude, and the loss of rough ones; of
-        loads the same, of springs
-        and dampers their tension and length or their torque and angle, and the rate; of drivers
-        effort, power, value, rate and acceleration; ``t``; the parameters. What is one number of
-        all instants, as ``"peak(A.force)"``, is the same at each.
-
-    Returns
-    -------
-    values : ndarray (instants,)
-        Angles without a unit of their own in rad; (designs, instants) of a batch.
-    dimension : Dimension
-    unit : str
-
-    Raises
-    ------
-    ModelError
-        For a name that the mechanism does not have, or units that do not fit.
-
-    >>> import mbody
     >>> run = mbody.kinetostatics(mbody.makers.slider_crank(1.0, 3.0, speed=2.0))
     >>> values, _, unit = measured(run, "rod.B.x - rod.A.x")
-    >>> round(float(values[0]), 6), unit
-    (2.872281, 'm')
     """
     wanted = measure if isinstance(measure, Measure) else Measure(measure)
     value, dimension, unit = valued(solution, wanted.history)
@@ -489,11 +449,6 @@ def quantity(solution: Result, owner: str, key: str) -> tuple[Any, Dimension]:
 def check_measure(mechanism: Mechanism, measure: Measure) -> str:
     """Refuse a history that names what the mechanism has not, or whose units do not fit; of others
     the unit that values are in.
-
-    Raises
-    ------
-    ModelError
-        Such as `measured` raises later, or for what is one number of all instants.
     """
     return _valued(measure, _Histories(mechanism, lambda *name: 1.0))[2]
 
@@ -504,13 +459,7 @@ def sides(solution: Result, left: str, right: str) -> tuple[np.ndarray, np.ndarr
 
 
 def checked_sides(mechanism: Mechanism, text: str, left: str, right: str) -> Dimension:
-    """What the sides of a relation measure.
-
-    Raises
-    ------
-    ModelError
-        Such as `sides` raises later.
-    """
+    """What the sides of a relation measure."""
     try:
         names = _Histories(mechanism, lambda *name: 1.0)
         (_, of_a, _), (_, of_b, _) = (_valued(Measure(side), names) for side in (left, right))
@@ -772,21 +721,7 @@ def formula_value(
 ) -> Any:
     """The value of a formula.
 
-    Parameters
-    ----------
-    law : MeasuredFormula
-    numbers : mapping
-        Its constants, "c0", "c1", …
-    variables : callable
-        The value of a variable by its name.
-    curves : mapping, optional
-        Those of the mechanism, by name.
-
-    >>> from mbody.laws import compile_measured
-    >>> from mbody.quantities import Scope, read
     >>> law, _ = compile_measured(read("2*u - 1", None), Scope(), {"u": None}, None)
-    >>> float(formula_value(law, law.numbers(), {"u": 3.0}.get))
-    5.0
     """
     constants, names = iter(law.parameters(numbers)), iter(law.variables)
     stack: list[Any] = []
@@ -809,16 +744,7 @@ def formula_value(
 
 
 def formula_history(solution: Result, law: MeasuredFormula, name: str) -> Array:
-    """The values of an element's formula, (instants,), or (designs, instants) of a batch.
-
-    Parameters
-    ----------
-    solution : Solution
-    law : MeasuredFormula
-        Without the variable ``x`` of a spring or a damper.
-    name : str
-        Of the law, such as ``"motor.value"``.
-    """
+    """The values of an element's formula, (instants,), or (designs, instants) of a batch."""
     values = solution.system.values
     numbers = {key: column(values[f"{name}.{key}"]) for key in law.numbers()}
 

@@ -225,18 +225,7 @@ LENIENT |= {"abs": np.abs, "min": np.minimum, "max": np.maximum, "number": np.fl
 
 
 class Present:
-    """The present instant of a motion, for functions that read it.
-
-    Parameters
-    ----------
-    system : System
-    y, slots : memoryviews (2·coordinates,), (slots,)
-        Positions and rates, and the state of the steps (its first number is the time), as the
-        integrator changes them in place.
-    page : callable
-        What is kept of the present instant (rows, 1) (see `mbody.kernels.layout`), always in the
-        same place.
-    """
+    """The present instant of a motion, for functions that read it."""
 
     def __init__(
         self,
@@ -258,11 +247,6 @@ class Present:
     def measure(self, of: str | Measure, solution: Callable[[], Solution]) -> Read:
         """A measured quantity; one that no list of operations gives is read from `solution`, the
         present instant as a result.
-
-        Raises
-        ------
-        ModelError
-            For a name that the mechanism has not, or units that do not fit.
         """
         measure = measure_named(self.system.mechanism.measures, of)
         check_measure(self.system.mechanism, measure)
@@ -272,13 +256,7 @@ class Present:
             return lambda: float(solution().measure(measure)[-1])
 
     def read(self, value: Any) -> Read:
-        """What a number of the traced instant is at present.
-
-        Raises
-        ------
-        Untraceable
-            Where no list of operations gives it.
-        """
+        """What a number of the traced instant is at present."""
         if isinstance(value, np.ndarray):
             value = value[()]
         text, needs_page = self._text(self.recording.program([value]))

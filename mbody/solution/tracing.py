@@ -49,11 +49,6 @@ class Rule:
 class Recording(recorded_numbers.NumberRecording):
     """Operations on named inputs.
 
-    Parameters
-    ----------
-    inputs : dict
-        First value and rule of every input, by name.
-
     Examples
     --------
     >>> recording = Recording({"a": Rule(3.0), "b": Rule(4.0)})
@@ -101,11 +96,6 @@ class Recording(recorded_numbers.NumberRecording):
 def driven_motion(result: Any, driver: Any) -> tuple[Any, Any, Any]:
     """Value, rate and acceleration of the coordinate of a driver: an angle, a distance, or a
     displacement along an axis of body i.
-
-    Raises
-    ------
-    Untraceable
-        For a driver of another kind.
     """
     if isinstance(driver, AngleDriver):
         i, j = result[driver.relative_to], result[driver.body]

@@ -276,20 +276,6 @@ class LaneInputs(MutableMapping[str, Array]):
 
     What is set is a number for all, or an array (n,); it acts from then on. Arrays that are read
     are copies: set them again.
-
-    Parameters
-    ----------
-    names : tuple of str
-        The inputs that can be set.
-    lanes : LaneMotion
-    others : mapping
-        Of each input that cannot be set what sets it.
-    number : callable
-        The number that a text means for an input, by its name.
-    changed : callable
-        Called when something has changed.
-    followed : mapping, optional
-        Inputs that drivers follow, with the driver of each: they keep their values.
     """
 
     def __init__(

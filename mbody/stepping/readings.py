@@ -433,15 +433,7 @@ class Minimal:
 
 
 class InstantMechanics:
-    """The arrays of one instant.
-
-    Parameters
-    ----------
-    system : System
-    t : float
-    q, v : arrays (coordinates,)
-    own : array (own states + inputs,)
-    """
+    """The arrays of one instant."""
 
     def __init__(self, system: System, t: float, q: Array, v: Array, own: Array) -> None:
         self.system, self.t, self.q, self.v, self.own = system, t, q, v, own
@@ -476,13 +468,7 @@ class InstantMechanics:
         return np.asarray(every.sum(axis=0))
 
     def minimal(self) -> Minimal:
-        """Minimal coordinates.
-
-        Raises
-        ------
-        SolveError
-            For a system that is too large for dense matrices.
-        """
+        """Minimal coordinates."""
         system = self.system
         if too_large(system):
             raise SolveError(

@@ -86,13 +86,7 @@ class Nearest:
 
 
 def prescribed_values(system: System, given: Any) -> list[Prescribed]:
-    """Values by name, ``{"crank": {"angle": 0.5}}`` or ``{"crank.angle": 0.5}``, as numbers.
-
-    Raises
-    ------
-    ModelError
-        For a name that there is not, and what is no number.
-    """
+    """Values by name, ``{"crank": {"angle": 0.5}}`` or ``{"crank.angle": 0.5}``, as numbers."""
     example = '{"crank": {"angle": 0.5, "omega": 2.0}}'
     if not isinstance(given, Mapping):
         raise ModelError(
@@ -125,13 +119,6 @@ def prescribed_values(system: System, given: Any) -> list[Prescribed]:
 def nearest_state(system: System, t: float, base: Array, given: Sequence[Prescribed]) -> Nearest:
     """The state nearest to prescribed values. Leaders of free motions that these leave free stay
     where they are in the position `base` (coordinates,), and rest; all else follows.
-
-    Raises
-    ------
-    ModelError
-        For a mechanism too large for dense matrices.
-    SolveError
-        Where the loops do not close near it, or no velocities agree.
     """
     if too_large(system):
         raise ModelError(

@@ -70,22 +70,7 @@ PLACE = {"vx": "x", "vy": "y", "omega": "angle"}
 def reset_states(
     system: System, which: Array, t: Array, base: Array, to: Mapping[str, Any]
 ) -> tuple[Array, Array]:
-    """The states nearest to prescribed values, (states, rows), and how far each is from them.
-
-    Parameters
-    ----------
-    which : array (states,)
-        Numbers of the motions: of a batch, of their designs.
-    t : array (states,)
-    base : array (states, rows)
-        To what all else is near.
-    to : mapping
-        As of `Simulators.reset`.
-
-    Raises
-    ------
-    ModelError, SolveError
-    """
+    """The states nearest to prescribed values, (states, rows), and how far each is from them."""
     n, y = system.coordinates, base.copy()
     places, values = _prescribed(system, to, len(which))
     names = [state.name for state in system.mechanism.states]

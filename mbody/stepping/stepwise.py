@@ -614,13 +614,7 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
     first_modes: dict[str, str]
 
     def start_at(self, t: float, q: Array, v: Array, own: Array | None = None) -> None:
-        """See `Stepwise`; what is open, sticks and slides is decided anew.
-
-        Raises
-        ------
-        SolveError
-            Where shapes overlap.
-        """
+        """See `Stepwise`; what is open, sticks and slides is decided anew."""
         self._open_all()
         self.lost[:] = 0.0
         super().start_at(t, q, v, own)
@@ -756,13 +750,7 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
 
 
 def stepwise(system: System, start: Solution, way: Way, events: tuple[Event, ...]) -> Stepwise:
-    """The integration of a system.
-
-    Raises
-    ------
-    ModelError
-        For contacts and friction with a method that does not decide their modes.
-    """
+    """The integration of a system."""
     if has_modes(system):
         if way.method not in ADAPTIVE:
             refuse_modes(system, f"the method '{way.method}'")
@@ -777,16 +765,7 @@ def stepwise(system: System, start: Solution, way: Way, events: tuple[Event, ...
 
 
 class Watched:
-    """Tables, contacts and ropes of one motion; events look for themselves.
-
-    Parameters
-    ----------
-    integration : Stepwise
-    present : Present
-        The present instant of it.
-    events : bool
-        Whether there are any: every step then looks at contacts and ropes, too.
-    """
+    """Tables, contacts and ropes of one motion; events look for themselves."""
 
     def __init__(self, integration: Stepwise, present: Present, events: bool) -> None:
         self.integration, self.present = integration, present

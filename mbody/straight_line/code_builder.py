@@ -51,13 +51,7 @@ def described(file: Path) -> Description:
 
 
 def straight_line_module(target: Target, one: Description, sources: str, lanes: int) -> Any:
-    """The optimised module of one topology, with so many lanes.
-
-    Raises
-    ------
-    Untraceable
-        Where what a kernel does depends on numbers.
-    """
+    """The optimised module of one topology, with so many lanes."""
     machine = machine_of(target)
     layout = str(machine.target_data)
     module = ir.Module("straight_line")

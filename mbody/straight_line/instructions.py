@@ -108,11 +108,6 @@ def instructions(
     """Instructions of all that these recorded numbers need; `read` gives the value of an input.
 
     Returns the function from a target to its value in all lanes, a number of the type `kind`.
-
-    Raises
-    ------
-    Untraceable
-        For an operation that is none of plain arithmetic.
     """
     values: dict[int, Any] = {}
     sines: dict[int, tuple[Any, Any]] = {}

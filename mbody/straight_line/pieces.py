@@ -126,13 +126,7 @@ class _PieceRecorder:
 
 
 def recorded_pieces(described: Description) -> tuple[dict[str, Piece], dict[Row, float]]:
-    """The pieces by name, and the rows that are constant throughout with their values.
-
-    Raises
-    ------
-    Untraceable
-        Where what a kernel does depends on numbers.
-    """
+    """The pieces by name, and the rows that are constant throughout with their values."""
     initial = {
         (name, n): float(value)
         for name, first in described.initial.items()

@@ -82,15 +82,7 @@ def columns_of(
     """The requested quantities; by default the measures of the mechanism. Sentences begin with the
     verb.
 
-    Raises
-    ------
-    ModelError
-        For an unknown quantity.
-
-    >>> import mbody
     >>> machine = mbody.makers.four_bar(1, 3, 2, 3.5)
-    >>> [(c.name, c.by) for c in columns_of(machine, ["peak(A.force)", "rms(motor.effort)"])]
-    [('peak(A.force)', 'peak'), ('rms(motor.effort)', 'rms')]
     """
     if given is None:
         given = list(mechanism.measures)
@@ -318,15 +310,7 @@ def prepared(
     analysis: str,
     options: Mapping[str, Any],
 ) -> Job:
-    """The job of a sweep.
-
-    Raises
-    ------
-    ModelError
-        For an unknown analysis or option, and as the analysis.
-    SolveError
-        Where drivers are missing.
-    """
+    """The job of a sweep."""
     if analysis not in (*ANALYSES, "simulate"):
         known = listed([*ANALYSES, "simulate"])
         raise ModelError(f"sweep: there is no analysis {analysis!r} (there are: {known})")
@@ -487,11 +471,6 @@ def _block(job: Job, values: np.ndarray) -> PieceResult:
 def side_by_side(job: Job, values: np.ndarray) -> tuple[list[np.ndarray], np.ndarray] | None:
     """Columns of designs, values (designs, names), and which of them can be trusted, without a look
     at why others fail; None where designs must go one by one.
-
-    Raises
-    ------
-    ModelError
-        For a number that the mechanism cannot have.
     """
     if job.course is None:
         return None

@@ -65,15 +65,7 @@ CLUSTER_AHEAD = 3
 
 
 def connected(scheduler: str) -> Any:
-    """A client of that scheduler.
-
-    Raises
-    ------
-    ModelError
-        Where `distributed` is not installed.
-    SolveError
-        Where the scheduler cannot be reached.
-    """
+    """A client of that scheduler."""
     client: Any
     try:
         from distributed import Client as client

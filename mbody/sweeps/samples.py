@@ -286,14 +286,7 @@ def monte_carlo(parameters: Spreads, count: int, seed: int = 0) -> Samples:
 
 
 def drawn(system: System, given: Samples | Values) -> DesignNumbers:
-    """The numbers of all designs.
-
-    Raises
-    ------
-    ModelError
-        For an unknown number or one that cannot be changed, text of another dimension, or lists of
-        different lengths.
-    """
+    """The numbers of all designs."""
     samples = given if isinstance(given, Samples) else Samples("grid", given)
     given_names = tuple(samples.parameters)
     names = tuple(_changeable(system, name) for name in given_names)
@@ -399,11 +392,6 @@ def scatter_of(
 ) -> tuple[Scatter, float, float]:
     """Distribution, mean and width of one number, in the units of the mechanism; (low, high) is a
     uniform one. Sentences begin with the verb.
-
-    Raises
-    ------
-    ModelError
-        For what is no distribution, a negative width, and high below low.
     """
     if isinstance(how, Scatter):
         width = _number(system, name, how.spread(), verb)

@@ -67,13 +67,7 @@ ENDING = ".part"
 
 
 def write_whole(path: Path, content: bytes) -> None:
-    """Write a file under a unique temporary name, and rename it when it is complete.
-
-    Raises
-    ------
-    OSError
-        Where it cannot be written; no file remains then.
-    """
+    """Write a file under a unique temporary name, and rename it when it is complete."""
     part = path.with_name(f"{path.stem}-{uuid.uuid4().hex}{ENDING}")
     try:
         with part.open("xb") as file:
@@ -99,22 +93,7 @@ def remove_abandoned(folder: Path) -> None:
 
 
 def fingerprint(job: Job, samples: DesignNumbers, size: int) -> dict[str, Any]:
-    """What must be equal for results to belong to the same sweep.
-
-    Parameters
-    ----------
-    job : Job
-        The analysis and its measures.
-    samples : DesignNumbers
-        The designs.
-    size : int
-        Designs of a piece.
-
-    Returns
-    -------
-    dict
-        Plain values, ready for JSON: the content of ``sweep.json``.
-    """
+    """What must be equal for results to belong to the same sweep."""
     system, machine = job.system, job.system.mechanism
     plan = [] if job.grid is None else [job.grid.s, job.grid.t, job.grid.given]
     how = sorted((k, getattr(v, "tolist", lambda v=v: v)()) for k, v in job.how.items())
@@ -187,14 +166,7 @@ MAX_MANIFEST, MAX_MESSAGE, MAX_OVERHEAD = 50_000_000, 16_384, 10_000_000
 
 
 class Store:
-    """The folder of a sweep, new or to be continued.
-
-    Raises
-    ------
-    ModelError
-        Where pyarrow is not installed, the folder cannot be written to, its manifest is damaged, or
-        it contains another sweep.
-    """
+    """The folder of a sweep, new or to be continued."""
 
     def __init__(self, folder: Any, job: Job, samples: DesignNumbers, size: int) -> None:
         try:
@@ -281,13 +253,7 @@ class Store:
         return [low for low in pieces if not self._sound(low)]
 
     def keep(self, low: int, part: PieceResult) -> None:
-        """Write the results of the designs from `low` on.
-
-        Raises
-        ------
-        ModelError
-            Where they cannot be written, as on a full disk.
-        """
+        """Write the results of the designs from `low` on."""
         content = seal(self._content(low, part), self._owner(low))
         try:
             write_whole(self._file(low), content)
@@ -342,13 +308,7 @@ class Store:
         return found
 
     def column(self, index: int) -> np.ndarray:
-        """One column, read from all files.
-
-        Raises
-        ------
-        ModelError
-            Where a file was changed after it was written.
-        """
+        """One column, read from all files."""
         whole = self.job.empty(len(self.samples.values))[index]
         for low, read in self._read(self.job.columns[index].name):
             flat = read.flatten() if whole.ndim == 2 else read

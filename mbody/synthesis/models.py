@@ -33,14 +33,7 @@ from mbody.system.system import System
 
 
 class NumberedModel:
-    """The file of a mechanism in which some numbers can be set.
-
-    Raises
-    ------
-    ModelError
-        For a mechanism that no file can contain, and for numbers that no single number of its file
-        makes.
-    """
+    """The file of a mechanism in which some numbers can be set."""
 
     def __init__(self, mechanism: Mechanism, names: Sequence[str]) -> None:
         self.mechanism = mechanism
@@ -330,13 +323,7 @@ class StudiedModel:
 
 
 def model_subject(mechanism: Mechanism, of: Any, path: bool) -> StudiedModel:
-    """What a demand on a mechanism is about: the path of a point, or an output.
-
-    Raises
-    ------
-    ModelError
-        For a point or an output that the mechanism has not, and more than one driver.
-    """
+    """What a demand on a mechanism is about: the path of a point, or an output."""
     if not isinstance(of, str) or not of:
         raise ModelError(
             'synthesize: of must name the point of the path, such as "coupler.P", or the output, '
@@ -369,14 +356,7 @@ def model_demand(
     timing: np.ndarray | None,
     closed: bool,
 ) -> Demand:
-    """A checked demand on a mechanism: goals (quantities, points) at values of the driver.
-
-    Raises
-    ------
-    ModelError
-        For a number that the mechanism has not, bounds in the wrong order, or a range of the
-        driver that is missing.
-    """
+    """A checked demand on a mechanism: goals (quantities, points) at values of the driver."""
     system, path = subject.system, len(subject.quantities) == 2
     mechanism = system.mechanism
     if not isinstance(by, Mapping) or not by:

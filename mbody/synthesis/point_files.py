@@ -31,11 +31,6 @@ def read_demand(path: str | os.PathLike[str]) -> dict[str, Any]:
     The first row names the columns: x and y, maybe timing; x, y and angle; or input and output. A
     table of two columns of numbers is a path. A heading may have the unit of its column, as
     ``x [mm]``, and a cell its own; plain angles are in degrees.
-
-    Raises
-    ------
-    ModelError
-        For a file that cannot be read, columns of other names, or rows of other lengths.
     """
     try:
         text = Path(path).read_text("utf-8-sig")

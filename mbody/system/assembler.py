@@ -67,20 +67,7 @@ def friction_table(
     place: Mapping[int, int],
     switched: Sequence[int],
 ) -> dict[str, Any]:
-    """Columns of the layout, a line a rough pair, in the order of the description.
-
-    Parameters
-    ----------
-    pairs : sequence
-        Each with its element; those of one element follow each other.
-    owners : sequence
-        The element of every primitive, and which of its primitives it is: first its own rows, then
-        the tangent rows of its pairs.
-    place : mapping
-        The place of a primitive's node in the elimination order.
-    switched : sequence of int
-        Primitives that are switched.
-    """
+    """Columns of the layout, a line a rough pair, in the order of the description."""
     number = {(one.name, part): e for e, (one, part) in enumerate(owners)}
     rows = Counter(one.name for one, _ in owners)
     left = Counter(element.name for element, _ in pairs)

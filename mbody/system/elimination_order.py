@@ -42,15 +42,7 @@ class Slots:
 
 
 def split(bodies: int, ends: Sequence[tuple[int, ...]]) -> Slots:
-    """Split busy bodies into slots.
-
-    Parameters
-    ----------
-    bodies : int
-        Number of moving bodies; the ground is body number `bodies`.
-    ends : sequence of tuples
-        Bodies that the rows of each node act on, two or more.
-    """
+    """Split busy bodies into slots."""
     degree = [0] * (bodies + 1)
     for pair in ends:
         for b in pair:
@@ -287,15 +279,7 @@ Array = np.ndarray
 
 
 def without_nodes(layout: Layout, off: Array) -> Layout:
-    """The layout whose elimination leaves some nodes alone.
-
-    Parameters
-    ----------
-    layout : Layout
-        With its whole elimination.
-    off : array (nodes,) of bool
-        Nodes whose blocks beside the diagonal are all zero.
-    """
+    """The layout whose elimination leaves some nodes alone."""
     if not off.any():
         return layout
     L, base = layout, 3 * layout.nodes

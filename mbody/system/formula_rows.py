@@ -104,14 +104,7 @@ class DriverFormula:
 def recorded_driver(
     driver: Element, signal: Signal, machine: Mechanism, at: Numbers
 ) -> DriverFormula:
-    """Record the formula that a driver follows.
-
-    Raises
-    ------
-    ModelError
-        For a formula that measures rates, jumps, or has a corner without a second derivative, and
-        for inputs that jump.
-    """
+    """Record the formula that a driver follows."""
     law: Any = signal.law
     steps = record_formula(law, signal.parameters, machine, at)
     value = Recorded(steps, steps.value)
@@ -187,13 +180,7 @@ def followed_states(driver: Element, machine: Mechanism, at: Numbers) -> tuple[s
 
 
 def _without_jumps(one: Recorded) -> Recorded:
-    """The same number.
-
-    Raises
-    ------
-    NotSmooth
-        Where a step that it needs jumps.
-    """
+    """The same number."""
     for place in one.steps.needed([one.place]):
         if one.steps.steps[place][0] in JUMPS:
             raise NotSmooth(one.steps.steps[place][0])
@@ -273,13 +260,7 @@ def _check_jumps(driver: Element, law: Any, machine: Mechanism, inputs: frozense
 
 
 def recorded_stop(stop: Stop, machine: Mechanism, at: Numbers) -> DriverFormula:
-    """The coordinate of a stop, recorded.
-
-    Raises
-    ------
-    ModelError
-        For a coordinate that jumps, or has a corner without a second derivative.
-    """
+    """The coordinate of a stop, recorded."""
     signal = at.law(stop, "gap")
     steps = record_formula(signal.law, signal.parameters, machine, at)  # type: ignore[arg-type]
     gap = Recorded(steps, steps.value)
@@ -327,17 +308,7 @@ def recorded_stop(stop: Stop, machine: Mechanism, at: Numbers) -> DriverFormula:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ComposedLaw(Law):
-    """The formula of a driver with the laws of its inputs: a function of time.
-
-    Parameters
-    ----------
-    text : str
-        The formula.
-    formula : DriverFormula
-        Of time and inputs alone.
-    inputs : mapping
-        The laws of the inputs.
-    """
+    """The formula of a driver with the laws of its inputs: a function of time."""
 
     kind: ClassVar[str] = "measured"
 
@@ -368,13 +339,7 @@ class ComposedLaw(Law):
 
 
 def driven_law(driver: Element, mechanism: Mechanism, at: Numbers) -> Law:
-    """The law of a driver that follows a formula of time and inputs.
-
-    Raises
-    ------
-    ModelError
-        Where it follows positions or own states, which are no functions of time.
-    """
+    """The law of a driver that follows a formula of time and inputs."""
     signal = at.law(driver, "law")
     formula = recorded_driver(driver, signal, mechanism, at)
     text = getattr(signal.law, "text", "")
@@ -468,15 +433,6 @@ def following(mechanism: Mechanism, at: Numbers) -> dict[str, tuple[str, ...]]:
 class FormulaRows:
     """The table of `mbody.kernels.constraints`, filled formula by formula; what two of them
     read or compute alike is there once.
-
-    Parameters
-    ----------
-    bodies : mapping
-        Number of every body.
-    inputs : mapping
-        Signal row of every input.
-    states : sequence of str
-        The own states.
     """
 
     def __init__(

@@ -353,27 +353,14 @@ class NotSmooth(ValueError):
 
 
 class Differentiated:
-    """Derivatives of the steps of a list by one variable.
-
-    Parameters
-    ----------
-    steps : StepList
-    rule : callable
-        The derivative of what is read, such as `along_motion`.
-    """
+    """Derivatives of the steps of a list by one variable."""
 
     def __init__(self, steps: StepList, rule: Rule) -> None:
         self.steps, self.rule = steps, rule
         self._known: dict[int, Derivative] = {}
 
     def of(self, one: Derivative) -> Derivative:
-        """The derivative of a number.
-
-        Raises
-        ------
-        NotSmooth
-            For a table of two variables, which has no second derivative.
-        """
+        """The derivative of a number."""
         if one is None:
             return None
         if one.place not in self._known:
@@ -545,18 +532,7 @@ BENDS = ("law", "law rate", "law bend")
 def step_values(
     steps: StepList, goals: Sequence[int], read: Callable[..., Any], shape: tuple[int, ...]
 ) -> list[FloatArray]:
-    """The numbers at some places of a list of steps, each of that shape.
-
-    Parameters
-    ----------
-    steps : StepList
-    goals : sequence of int
-        The places.
-    read : callable
-        The values of what a step reads, but of a parameter: of ("time",), ("position", body, axis)
-        and so on, see `StepList`.
-    shape : tuple of int
-    """
+    """The numbers at some places of a list of steps, each of that shape."""
     known: dict[int, Any] = {}
     with np.errstate(all="ignore"):
         for place in steps.needed(goals):

@@ -288,16 +288,7 @@ class SparseRank:
 
 
 def sparse_rank(widths: Sequence[int], fronts: Sequence[Front], zero: float) -> SparseRank:
-    """Rank of a matrix of fronts.
-
-    Parameters
-    ----------
-    widths : sequence of int
-        Columns of each group; within a group the first are preferred as pivots.
-    fronts : sequence of Front
-    zero : float
-        What is left of a column counts as zero below this.
-    """
+    """Rank of a matrix of fronts."""
     return _Elimination(widths, fronts, zero).rank()
 
 

@@ -64,15 +64,6 @@ def fixed_rows(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Proximal terms, identity rows, and blocks of the welds of one body's slots, each (rows, 1):
     equal x and y, then equal angle.
-
-    Parameters
-    ----------
-    row_kinds : sequence of str
-        By primitive a letter for each of its rows, "l" for lengths.
-    switched : container of int
-        Primitives that can be on or off.
-    length : float
-        Model length.
     """
     L = layout
     weights, pad, blocks = (np.zeros((size * L.nodes, 1)) for size in (2, 2, 12))

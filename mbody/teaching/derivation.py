@@ -90,17 +90,6 @@ class LinkEquations:
 def link_equations(solution: Solution, body: str, instant: int, floor: float) -> LinkEquations:
     """The equations of one body: Σ of all that acts on it = m a, I α.
 
-    Parameters
-    ----------
-    solution : Solution
-        Of an analysis with forces, of one design.
-    body : str
-        A moving body.
-    instant : int
-        Which of its instants.
-    floor : float
-        Forces that are no more are rounding: 0; torques by the model length.
-
     Examples
     --------
     >>> import mbody

@@ -344,13 +344,6 @@ def edges(solution: Solution) -> list[Any]:
 def vector_loops(solution: Solution, instant: int = 0) -> list[VectorLoop]:
     """The fundamental loops of a mechanism, shortest first: as many as joints close chains.
 
-    Parameters
-    ----------
-    solution : Solution
-        Of one design.
-    instant : int
-        Which of its instants.
-
     Examples
     --------
     >>> import mbody
@@ -608,15 +601,7 @@ class LoopEquations:
 
 
 def vector_symbols(solution: Solution, vector: LoopVector, floor: float) -> VectorSymbols:
-    """The symbols of a vector with its numbers.
-
-    Parameters
-    ----------
-    solution : Solution
-    vector : LoopVector
-    floor : float
-        Rates (and accelerations) that are no more are rounding: 0.
-    """
+    """The symbols of a vector with its numbers."""
     links = ["ground", *(body.name for body in solution.mechanism.bodies)]
     index, length = vector.index, solution.system.length
     turns: tuple[str, ...] = index
@@ -726,15 +711,6 @@ class Condition:
 def conditions(solution: Solution, instant: int, floor: float) -> list[Condition]:
     """One of every gear pair, rack, rolling wheel, cam, coupling and other joint that is no side of
     a vector loop.
-
-    Parameters
-    ----------
-    solution : Solution
-        Of one design.
-    instant : int
-        Which of its instants.
-    floor : float
-        Rates that are no more are rounding: 0.
     """
     found = _Conditions(solution, instant, floor)
     machine, through = solution.mechanism, {one.name for one in edges(solution)}

@@ -53,14 +53,7 @@ class LinkageArrays:
 
 
 def linkage_arrays(arrays: Mapping[str, Any]) -> LinkageArrays:
-    """The arrays of a user, checked.
-
-    Raises
-    ------
-    ModelError
-        For an array that is missing, unknown, of a wrong shape or type. What is wrong with single
-        linkages is among the `reasons`.
-    """
+    """The arrays of a user, checked."""
     if not isinstance(arrays, Mapping):
         raise ModelError(
             f"linkages takes a dict of arrays ({listed(NEEDED)}), not {type(arrays).__name__}"

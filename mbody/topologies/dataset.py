@@ -217,13 +217,7 @@ def _on_cluster(what: LinkageSet, pieces: list[int], scheduler: str) -> Any:
 
 
 def content_of(what: LinkageSet, piece: int) -> bytes:
-    """One file of a data set, with its seal: the first linkages of those drawn that move.
-
-    Raises
-    ------
-    ModelError
-        Where none of many linkages moves.
-    """
+    """One file of a data set, with its seal: the first linkages of those drawn that move."""
     import pyarrow as arrow
     import pyarrow.parquet as parquet
 
@@ -357,13 +351,7 @@ class _Folder:
             return False
 
     def keep(self, piece: int, content: bytes) -> None:
-        """Write a file.
-
-        Raises
-        ------
-        ModelError
-            Where it cannot be written, as on a full disk.
-        """
+        """Write a file."""
         try:
             write_whole(self._file(piece), content)
         except OSError as error:

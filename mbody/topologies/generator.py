@@ -76,12 +76,7 @@ Placed = tuple[np.ndarray, np.ndarray]
 
 
 def check_groups(groups: tuple[str, ...], nodes: int) -> None:
-    """Refuse groups that are not known, or of which no linkage of so many joints can be made.
-
-    Raises
-    ------
-    ModelError
-    """
+    """Refuse groups that are not known, or of which no linkage of so many joints can be made."""
     for name in groups:
         if name not in GROUPS:
             raise ModelError(f"there are no groups {name!r} (there are: {listed(GROUPS)})")

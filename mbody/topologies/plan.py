@@ -449,15 +449,7 @@ class TopologyPlan:
         """Parameters (parameters, linkages) and masses as kernels take them, and the positions
         (coordinates + 3, linkages) in which the linkages are given.
 
-        Parameters
-        ----------
-        joints : array (linkages, joints, 2)
-        cg : array (linkages, links, 2)
-        masses : array (linkages, links, 2)
-            Mass and inertia.
-        directions : array (linkages, slides)
-        motion : array (linkages, drivers + 2)
-            The turn of each driver from τ = 0 to 1, the two parts of gravity.
+        The turn of each driver from τ = 0 to 1, the two parts of gravity.
         """
         L, count = self.system.layout, len(joints)
         centre = _with_ground(cg)

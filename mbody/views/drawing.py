@@ -45,17 +45,6 @@ def first_position(model: Mechanism | System, forces: bool = False) -> Solution:
     """One instant of a model: the first that it asks for, else where its simulation begins, else of
     its drivers at t = 0; without these at its guess.
 
-    Parameters
-    ----------
-    model : Mechanism or System
-    forces : bool
-        Whether forces are needed.
-
-    Raises
-    ------
-    ModelError, SolveError
-        As of the analysis.
-
     Examples
     --------
     >>> import mbody
@@ -308,11 +297,6 @@ MOST = 60
 
 def draw_assemblies(modes: AssemblyModes) -> Figure:
     """A strip of all modes, each with its number and its name.
-
-    Raises
-    ------
-    ModelError
-        Where there is no mode; where matplotlib is not installed.
 
     Examples
     --------

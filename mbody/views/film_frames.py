@@ -45,14 +45,7 @@ VELOCITY, ACCELERATION = "#8a3ab9", "#a8650a"
 
 
 class Stretch:
-    """A motion at places between its instants: what the carriers of shapes read of a run.
-
-    Parameters
-    ----------
-    run : Solution
-    at : array
-        3.25 is a quarter of the way from instant 3 to 4.
-    """
+    """A motion at places between its instants: what the carriers of shapes read of a run."""
 
     def __init__(self, run: Solution, at: Array) -> None:
         self.run, self.at = run, at
@@ -123,20 +116,7 @@ class FilmArrow:
 
 
 class FilmSet:
-    """What all frames of a film share: the scenes, the canvas, paths and arrows.
-
-    Parameters
-    ----------
-    runs : mapping of Solution
-        The first is shown in full, others faded.
-    count : int
-        Frames.
-    width : int
-        Pixels.
-    show : sequence of str
-        As of `mbody.view`.
-    paths : sequence of str, optional
-    """
+    """What all frames of a film share: the scenes, the canvas, paths and arrows."""
 
     def __init__(
         self,
@@ -711,14 +691,7 @@ SANS = "system-ui, Segoe UI, Roboto, Arial, sans-serif"
 
 
 def film_svg(film: FilmSet, seconds: float) -> str:
-    """The text of the file.
-
-    Parameters
-    ----------
-    film : FilmSet
-    seconds : float
-        Of one round; it goes on without end.
-    """
+    """The text of the file."""
     wide, tall = film.width, film.height
     title = escape(film.title())
     parts = [

@@ -115,13 +115,6 @@ def mode_rows(run: Solution, x: Array | None = None) -> tuple[list[ModeRow], int
 
     A mode begins at the event that was located between two instants, else half way between them.
 
-    Parameters
-    ----------
-    run : Solution
-        Of one design, with several instants.
-    x : array (instants,), optional
-        The axis, which grows or falls; by default time.
-
     Examples
     --------
     >>> import mbody
@@ -278,16 +271,7 @@ def rounded_number(value: float) -> str:
 
 
 def framed(figure: Figure, sketch: Sketch, arrows: tuple[float, float, str] | None) -> None:
-    """Add title, scale and key, and set the size of the figure.
-
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-    sketch : Sketch
-        Everything else is drawn on it.
-    arrows : (length of a unit of force, greatest force, colour), optional
-        The scale of the arrows; None where there are none.
-    """
+    """Add title, scale and key, and set the size of the figure."""
     unit, margin = sketch.unit, SIZE["margin"] * sketch.unit
     left, bottom = sketch.low
     right, top = sketch.high
@@ -422,18 +406,7 @@ def in_strip(
     arrows: tuple[float, float, str] | None,
     texts: Sequence[str] = (),
 ) -> None:
-    """Lay out drawings that are finished.
-
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-    sketches : list of Sketch
-        Each on axes of its own, all of one scale.
-    arrows : (length of a unit of force, greatest force, colour), optional
-        As of `framed`.
-    texts : sequence of str, optional
-        Captions; by default their instants.
-    """
+    """Lay out drawings that are finished."""
     first, unit = sketches[0], sketches[0].unit
     low = np.min([sketch.low for sketch in sketches], axis=0)
     high = np.max([sketch.high for sketch in sketches], axis=0)

@@ -207,30 +207,6 @@ def draw_free_bodies(
     """Free-body diagrams, a row for each link: the link alone with all forces and torques, the
     force polygon at the same scale, and their numbers.
 
-    Parameters
-    ----------
-    run : Solution
-        Of one design, with forces.
-    bodies : list of str, optional
-        By default all moving bodies.
-    instants : list of int
-        Which instants of the result.
-    headed : bool
-        Whether the mechanism and the instant are named above.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        D'Alembert's forces −m a_G and torques −I α are dashed. The lines of action of two-force and
-        three-force members are thin. Artists have names (``get_gid``) such as ``"force:F32"`` in
-        the diagram and ``"side:F32"`` in the polygon.
-
-    Raises
-    ------
-    ModelError
-        For a result without forces, a batch, a body or an instant that there is not, more than
-        `MOST` diagrams; where matplotlib is not installed.
-
     Examples
     --------
     >>> import mbody

@@ -205,15 +205,7 @@ def _join(lines: list[tuple[Array, Array]], ends: tuple[Array, Array], unit: flo
 
 
 def shown_poles(centres: InstantCentres, pose: Pose, corners: Array) -> PolesShown:
-    """Choose the centres that a picture shows.
-
-    Parameters
-    ----------
-    centres : InstantCentres
-    pose : Pose
-    corners : array (2, 2)
-        The rectangle around the mechanism.
-    """
+    """Choose the centres that a picture shows."""
     k, machine = pose.k, pose.mechanism
     middle = corners.mean(axis=0)
     half = 0.5 * np.ptp(corners, axis=0) + AWAY * float(np.hypot(*np.ptp(corners, axis=0)))
@@ -665,24 +657,7 @@ class _KinematicSketch(Sketch):
 def kinematic_picture(
     run: Solution, instant: int, marks: KinematicMarks, tracks: dict[str, Array], whole: Solution
 ) -> Figure:
-    """Draw one instant.
-
-    Parameters
-    ----------
-    run : Solution
-        With velocities and accelerations, of one design.
-    instant : int
-    marks : KinematicMarks
-    tracks : dict of str to array (points, 2)
-        Paths of points that are drawn too.
-    whole : Solution
-        The motion of which centrodes are drawn.
-
-    Raises
-    ------
-    ModelError
-        As of the analyses in `mbody.engineering`.
-    """
+    """Draw one instant."""
     run = run.take([instant])
     pose, shown = Pose(run, 0), Shown(run.mechanism, ())
     corners = bounds(pose)

@@ -93,25 +93,6 @@ def motion(
 ) -> Solution:
     """The motion of a model that has not been analysed.
 
-    Parameters
-    ----------
-    model : Mechanism or System
-        A system may have other numbers than its description.
-    wanted : Instants, optional
-        Of a driven motion; by default the model's own, with as many between as are smooth; a whole
-        turn where it has one instant only, else the range of the driver.
-    to : number or str, optional
-        The last time, of free or driven motion.
-    progress : function, optional
-        Of free motion, as of `simulate`.
-    assembly : str or int, optional
-        Of driven motion, the assembly mode at its first instant, as of `kinetostatics`.
-
-    Raises
-    ------
-    ModelError, SolveError
-        As of the analysis.
-
     Examples
     --------
     >>> import mbody

@@ -54,25 +54,7 @@ ROUNDING = 1e-9
 def free_bodies_data(
     run: Solution, data: Mapping[str, Any], shown: Mapping[str, Any]
 ) -> dict[str, Any] | None:
-    """What a page needs, beside its histories, for the free-body diagram of every link.
-
-    Parameters
-    ----------
-    run : Solution
-        The motion of the page.
-    data : dict
-        As of ``run.data()``, whose histories are referred to.
-    shown : dict
-        The scene as the page has it.
-
-    Returns
-    -------
-    dict or None
-        Masses and moments of inertia by body, further histories, and by body the forces on it; None
-        without forces, or with more bodies than `LINKS`. A component of a force is a number, or a
-        product of what it names: ``by`` a factor, ``mass`` or ``inertia`` of a body, ``of`` a
-        history of the page, ``own`` a further one.
-    """
+    """What a page needs, beside its histories, for the free-body diagram of every link."""
     if not run.has_forces or len(run.mechanism.bodies) > LINKS:
         return None
     return _FreeBodies(run, data, shown).found()
@@ -260,17 +242,6 @@ DIGITS = 5
 def poles_data(scene: Scene) -> dict[str, Any] | None:
     """The instant centres of all pairs of bodies, with the centrodes of those that wander, and the
     velocity and acceleration polygons; None of statics, of one instant and of many bodies.
-
-    Parameters
-    ----------
-    scene : Scene
-
-    Returns
-    -------
-    dict
-        ``centres``: a list of {"t", "kind", "of", "x", "y"}, names, permanence, the two bodies by
-        number, and places; with {"on", "u", "v"} the moving centrode against the ground in the
-        axes of a body. ``polygons``: by quantity {"points", "links", "slides"}.
 
     Examples
     --------

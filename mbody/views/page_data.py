@@ -118,23 +118,7 @@ def scene_data(
     paths: Sequence[str] | None = None,
     on: Sequence[str] | None = None,
 ) -> dict[str, Any]:
-    """The scene as plain lists and texts.
-
-    Parameters
-    ----------
-    scene : Scene
-    plots : sequence of str
-        Quantities of the diagrams.
-    paths : sequence of str, optional
-        Points whose paths are shown; by default those that are at no joint.
-    on : sequence of str, optional
-        What is shown in the beginning.
-
-    Raises
-    ------
-    ModelError
-        For a quantity or a point that there is not.
-    """
+    """The scene as plain lists and texts."""
     run = scene.run
     machine, units = run.mechanism, run.mechanism.units
     bodies = ["ground", *(body.name for body in machine.bodies)]

@@ -181,13 +181,7 @@ def _alike(one: Array, other: Array) -> bool:
 
 
 def all_measures(run: Solution) -> list[str]:
-    """What is plotted where nobody says: all measures, else all efforts.
-
-    Raises
-    ------
-    ModelError
-        Where there are none.
-    """
+    """What is plotted where nobody says: all measures, else all efforts."""
     machine = run.mechanism
     names = [name for name, measure in machine.measures.items() if found_by(run, measure)]
     if not names and run.has_forces:
@@ -203,13 +197,7 @@ def all_measures(run: Solution) -> list[str]:
 
 
 def curve_of(run: Solution, name: str) -> PlottedCurve:
-    """The history of a quantity, in the unit in brackets behind its name.
-
-    Raises
-    ------
-    ModelError
-        For an unknown quantity, or a unit that does not fit.
-    """
+    """The history of a quantity, in the unit in brackets behind its name."""
     in_unit = _UNIT.fullmatch(name.strip())
     of = in_unit[1].strip() if in_unit else name
     measure = measure_named(run.mechanism.measures, of)
@@ -484,18 +472,6 @@ WIDTH, PANEL, MARGIN = 6.4, 1.5, 0.9
 
 def internal_diagram(found: InternalLoads, instant: int | None = None) -> Figure:
     """Diagrams of what a link carries inside: N, V, M, and the equivalent stress of its section.
-
-    Parameters
-    ----------
-    found : InternalLoads
-    instant : int, optional
-        Which of its instants, counted from 0; by default that of the greatest bending moment. Where
-        there are several, the area between the least and the greatest of all is shaded.
-
-    Raises
-    ------
-    ModelError
-        Where matplotlib is not installed.
 
     Examples
     --------

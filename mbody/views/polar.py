@@ -37,19 +37,6 @@ GRID = "#e3e7eb"
 def polar(run: Solution, *joints: str) -> Figure:
     """Magnitudes of joint forces over the direction of the crank, as polar diagrams.
 
-    Parameters
-    ----------
-    run : Solution
-        Of one design, with forces, over the angle of one driver.
-    *joints : str
-        By default all joints.
-
-    Raises
-    ------
-    ModelError
-        For a result without forces or of one instant, a batch, a joint that there is not, or a
-        motion that no driver of an angle makes.
-
     Examples
     --------
     >>> import mbody
@@ -88,22 +75,6 @@ def polar(run: Solution, *joints: str) -> Figure:
 def hodograph(run: Solution, *joints: str, axes: str = "ground") -> Figure:
     """The curves that the tips of joint forces describe, in world axes or in those of a link.
 
-    Parameters
-    ----------
-    run : Solution
-        Of one design, with forces.
-    *joints : str
-        By default all joints.
-    axes : str
-        The link in whose axes the forces are; by default the world's.
-
-    Raises
-    ------
-    ModelError
-        For a result without forces or of one instant, a batch, a joint or a body that there is not.
-
-    Notes
-    -----
     F_ij is the force of link i on link j, as in the sheet. Small marks are every 30 degrees of the
     driver, the circle is the first instant.
 
@@ -129,20 +100,7 @@ def hodograph(run: Solution, *joints: str, axes: str = "ground") -> Figure:
 
 
 def path_plot(run: Solution, *points: str) -> Figure:
-    """The paths of points, y over x with equal scales.
-
-    Parameters
-    ----------
-    run : Solution
-        Of one design, with several instants.
-    *points : str
-        Such as ``"coupler.P"``.
-
-    Raises
-    ------
-    ModelError
-        For a result of one instant, a batch, or a point that there is not.
-    """
+    """The paths of points, y over x with equal scales."""
     one_design(run, "a picture is of one design")
     _check_several(run)
     curves = [np.column_stack([p.x, p.y]) for p in map(run.point, points)]

@@ -105,20 +105,7 @@ def between(start: Place, end: Place, *, stretches: bool = True, lead: float = 0
 
 
 class Pose:
-    """Places and angles at one instant.
-
-    Parameters
-    ----------
-    run : Solution
-        Of one design.
-    instant : int
-        Which of its instants.
-
-    Raises
-    ------
-    ModelError
-        For an instant outside the solution.
-    """
+    """Places and angles at one instant."""
 
     def __init__(self, run: Solution, instant: int) -> None:
         self.run, self.k = run, whole_instant(run, instant)

@@ -258,22 +258,6 @@ class Scene:
 def scene(run: Solution, *, moves: bool = True) -> Scene:
     """The shapes of a mechanism in the axes of what carries them.
 
-    Parameters
-    ----------
-    run : Solution
-        Of one design, any analysis; free motion too.
-    moves : bool
-        Whether a result in which nothing moves is refused.
-
-    Returns
-    -------
-    Scene
-
-    Raises
-    ------
-    ModelError
-        For a batch, or where nothing moves.
-
     Examples
     --------
     >>> import mbody

@@ -80,13 +80,7 @@ Z = {
 
 
 def styled() -> Any:
-    """A context with the fonts and lines of our pictures, independent of the user's settings.
-
-    Raises
-    ------
-    ModelError
-        Where matplotlib is not installed.
-    """
+    """A context with the fonts and lines of our pictures, independent of the user's settings."""
     try:
         import matplotlib.style
     except ImportError:

@@ -434,13 +434,7 @@ def assembly_modes(
 
 
 def driver_named(system: System, name: str) -> Driver:
-    """The driver of that name, or the one that drives the body of that name.
-
-    Raises
-    ------
-    ModelError
-        When there is none, or where it follows positions.
-    """
+    """The driver of that name, or the one that drives the body of that name."""
     for driver in system.leaders:
         if name in (driver.name, getattr(driver, "body", None)):
             return driver
@@ -688,13 +682,6 @@ def _places(system: System, pose: np.ndarray) -> dict[str, tuple[float, float, f
 
 def chosen_assembly(system: System, drive: Mapping[str, float], which: str | int) -> AssemblyMode:
     """One of the assembly modes at these values of the drivers, by its name or number.
-
-    Raises
-    ------
-    ModelError
-        Where there is no such mode, or for a batch of designs.
-    SolveError
-        As of `assembly_modes`.
 
     Examples
     --------

@@ -91,16 +91,6 @@ def slide_bounds(
 ) -> tuple[np.ndarray, bool]:
     """Greatest displacements (slides,), and whether they hold for all positions.
 
-    Parameters
-    ----------
-    loops, slides : complex arrays (loops, directions), (loops, slides)
-        P and Q.
-    rest : complex array (loops,)
-    along : list of int
-        The direction of each slide, -1 where it is known.
-    scale : float
-        Size of the rows.
-
     Examples
     --------
     A slide along x and another along y close an arm of 2:

@@ -120,21 +120,7 @@ class JointCurve:
         mode_at: Callable[[int, np.ndarray], int | None],
         geared: bool = False,
     ) -> CircuitWalk:
-        """Walk from a mode, the driver's value growing first, until it is passed again.
-
-        Parameters
-        ----------
-        pose : array (coordinates + 3,)
-        begin : (int, int)
-            Number of its value among `values`, and of the mode there.
-        values : list of float
-            Where modes are known; of an angle they stand for all turns.
-        mode_at : callable
-            The mode of a position (coordinates,) at the value of that number.
-        geared : bool
-            Whether wheels turn by parts of turns, so that a position need not come again after one
-            turn of the driver.
-        """
+        """Walk from a mode, the driver's value growing first, until it is passed again."""
         q = pose[: self.n] / self.system.coordinate_units
         G = self._rows(q)[1]
         found = CircuitWalk(passed=[begin], stretches=[[begin]])

@@ -326,13 +326,7 @@ class Group:
 
 
 def assur_groups(linkage: Linkage, known: int = -1) -> list[Group]:
-    """The groups of a linkage, in the order of solution, one angle taken as known.
-
-    Raises
-    ------
-    TooFewRows
-        Where rows are too few for the unknowns.
-    """
+    """The groups of a linkage, in the order of solution, one angle taken as known."""
     from scipy.sparse import csr_matrix
     from scipy.sparse.csgraph import maximum_bipartite_matching
 

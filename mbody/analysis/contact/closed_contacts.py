@@ -231,18 +231,6 @@ def with_closed_contacts(
     """The system with the contacts that determine its position closed, by the first design of a
     batch; the system itself where there are none, or where joints and drivers leave no more than
     `free` motions.
-
-    Parameters
-    ----------
-    system : System
-    t : float
-        Time of the first position.
-    drive : mapping
-        Values of drivers by name, in place of those of their laws.
-    guess : mapping, optional
-        Guesses of bodies by name.
-    free : int
-        Motions that may be left: then what is only near stays open, and wheels may slip.
     """
     machine = system.mechanism
     limits = system.once("limits", lambda: limits_of(machine))
@@ -270,11 +258,6 @@ def reclosed(
 ) -> System:
     """The system with the same contacts closed as those of another one: by name the numbers of
     their places, and where those that roll do so from.
-
-    Raises
-    ------
-    LookupError
-        For a contact, or a place of it, that there is not.
     """
     machine = system.mechanism
     known = {one.name: one for one in (*machine.contacts, *limits_of(machine))}

@@ -40,11 +40,6 @@ def lemke(A: Array, b: Array) -> Array | None:
     """z of one solution; None where all paths end on a ray, which for copositive A means that there
     is no solution.
 
-    Parameters
-    ----------
-    A : array (n, n)
-    b : array (n,)
-
     Examples
     --------
     >>> lemke(np.array([[2.0, 1.0], [1.0, 2.0]]), np.array([-5.0, -6.0])).round(12)
@@ -126,18 +121,7 @@ def _leaving(table: Array, basis: list[int], column: Array, able: Array, equal: 
 
 
 class JointFriction:
-    """Friction of rough pair f at the position, rates and signals in a workspace.
-
-    Parameters
-    ----------
-    system : System
-    work : Work
-        With the rows of that position.
-    f : int
-        Number of the pair.
-    rate : float, optional
-        Of sliding; by default the pair is at rest and has its static coefficient.
-    """
+    """Friction of rough pair f at the position, rates and signals in a workspace."""
 
     def __init__(self, system: System, work: Work, f: int, rate: float | None = None) -> None:
         L, o = system.layout, int(system.layout.friction_par[f])
@@ -236,13 +220,7 @@ class ClosedContacts:
         return len(self.friction)
 
     def problem(self, normal: Array, tangential: Array) -> tuple[Array, Array, Array]:
-        """(A, b) in (λ_N, λ_R, a_T⁻), and which contacts have the last two.
-
-        Parameters
-        ----------
-        normal, tangential : arrays (m,)
-            Accelerations, or velocities, without contact forces.
-        """
+        """(A, b) in (λ_N, λ_R, a_T⁻), and which contacts have the last two."""
         m, mu, D = len(self), self.friction, self.delassus
         open_ones = np.flatnonzero(self.sliding == 0.0)
         E = np.zeros((m, len(open_ones)))
@@ -280,21 +258,7 @@ def impact_impulses(
 ) -> Array | None:
     """Impulses (2 m,) of an impact, normals before tangents; None where there is no solution.
 
-    Parameters
-    ----------
-    contacts : ClosedContacts
-        With `sliding` zero: the impact decides it.
-    before : array (2 m,)
-        Relative velocities.
-    restitution : array (m,)
-    newton : array (m,) of bool, optional
-        Which contacts follow Newton's law, γ_N⁺ = −e γ_N⁻ where they take part; the others, by
-        default all, Poisson's: compression until nothing approaches, then each gives back its part
-        of what it took, or more where others need it.
-    without_collision : bool
-        The solution that has an impulse though nothing approaches: Painlevé's.
-    solve : callable
-        What solves the problems of complementarity (A, b).
+    Which contacts follow Newton's law, γ_N⁺ = −e γ_N⁻ where they take part; the others, by
 
     Examples
     --------
@@ -760,8 +724,6 @@ def decide_modes(problem: FrictionProblem) -> tuple[list[FrictionSolution], bool
     """Solutions with different accelerations, the one to be taken first, and whether all sets of
     modes were tried.
 
-    Notes
-    -----
     Of several that of the least contact force is taken. Up to `MOST_MODES` sets of modes all are
     tried; of larger problems rest is taken where it is a solution, else what Lemke's method finds,
     and nothing is known of others. Rows that

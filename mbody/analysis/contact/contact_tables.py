@@ -51,13 +51,7 @@ def coupled_bodies(machine: Mechanism) -> set[str]:
 
 
 def contact_tables(system: System) -> ContactTables:
-    """The tables of a system with its groups.
-
-    Raises
-    ------
-    ModelError
-        For a polygon that is not convex, and pairs of shapes to which two groups give laws.
-    """
+    """The tables of a system with its groups."""
     machine, at = system.mechanism, system.numbers
     contacts: list[Any] = list(machine.contacts)
     groups = list(machine.groups)

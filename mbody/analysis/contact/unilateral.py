@@ -63,15 +63,7 @@ class _EdgeEnd:
 
 
 class Corners:
-    """The edges that run through the same two corners, of the touches of a system.
-
-    Parameters
-    ----------
-    spots : sequence of Spot
-        Where bodies may touch.
-    length : float
-        Model length.
-    """
+    """The edges that run through the same two corners, of the touches of a system."""
 
     def __init__(self, spots: Sequence[Spot], length: float) -> None:
         ends = [end for n, spot in enumerate(spots) for end in _ends(n, spot, length)]
@@ -101,15 +93,6 @@ class Corners:
         """Which touches are none, (touches,): by what is no corner, at a corner what is behind the
         edge but for that corner, and what approaches an edge there while another one keeps both
         bodies apart.
-
-        Parameters
-        ----------
-        gaps, rates : arrays (touches,)
-            Gaps and what they grow by.
-        along : array (touches, 2)
-            Distances from both ends of the edge, positive between them.
-        near, slow : float
-            A gap, and a rate, that is none.
         """
         found = self.never.copy()
         at_end = (np.abs(along) <= near).any(axis=1)
@@ -285,12 +268,7 @@ def with_contacts_of_joints(system: System) -> System:
 
 
 def refuse_modes(system: System, what: str) -> None:
-    """Refuse a system with modes where nothing decides them.
-
-    Raises
-    ------
-    ModelError
-    """
+    """Refuse a system with modes where nothing decides them."""
     if not has_modes(system):
         return
     L, machine = system.layout, system.mechanism

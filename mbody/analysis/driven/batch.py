@@ -129,17 +129,7 @@ def with_middle(grid: TimeGrid) -> tuple[TimeGrid, slice]:
 def on_lanes(
     system: System, setup: BatchSetup, poses: np.ndarray, wanted: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Rows of all instants: (rows, designs, instants), and which designs can be trusted.
-
-    Parameters
-    ----------
-    system : System
-        A batch.
-    poses : array (designs, coordinates + 3)
-        First positions.
-    wanted : array (rows,)
-        Which rows, as `mbody.kernels.layout` numbers them.
-    """
+    """Rows of all instants: (rows, designs, instants), and which designs can be trusted."""
     runner = Runner(system, setup.analysis)
     grid, kept = with_middle(setup.grid)
     output = np.empty((len(wanted), len(poses), len(grid.s)))
@@ -204,13 +194,7 @@ NAMED = 8
 
 
 def batch(runner: Runner, start: ClosedPosition, grid: TimeGrid) -> Solution:
-    """Every design over all instants.
-
-    Raises
-    ------
-    SolveError
-        Of the first design that cannot be solved, with its number.
-    """
+    """Every design over all instants."""
     system = runner.system
     designs, n = int(system.batch or 0), system.coordinates
     poses = _poses(runner, start, grid)

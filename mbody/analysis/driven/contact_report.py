@@ -145,13 +145,7 @@ def low_between(t: Array, force: Array) -> Array:
 
 
 def check_fits(solution: Solution) -> None:
-    """Refuse wheels that do not fit at some instant, of any design.
-
-    Raises
-    ------
-    SolveError
-        With the distance that is wrong, and when.
-    """
+    """Refuse wheels that do not fit at some instant, of any design."""
     for joint, found, wanted, far in _distances(solution):
         wrong = np.argwhere(far)
         if len(wrong):

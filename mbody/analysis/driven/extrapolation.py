@@ -32,21 +32,7 @@ def range_doubt(
     outside: str,
     met: tuple[float, float, float],
 ) -> Doubt:
-    """The doubt.
-
-    Parameters
-    ----------
-    what : tuple of str
-        The element, and what covers the points: "the table of its value".
-    points : sequence of float
-        The places of the points, ascending.
-    of : Dimension or None
-        What they measure.
-    outside : str
-        What holds beyond them.
-    met : tuple of float
-        The least and the greatest argument, and the time of the first one beyond.
-    """
+    """The doubt."""
     name, table = what
     low, high, since = met
     unit, size = (units.of(of), 1.0) if of is not None else ("", 1.0)

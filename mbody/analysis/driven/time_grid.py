@@ -40,19 +40,7 @@ SMALL = 16e6
 
 
 def check_room(system: System, instants: int) -> None:
-    """Refuse more instants than the memory of this machine can hold.
-
-    Parameters
-    ----------
-    system : System
-        Of one design, or a batch.
-    instants : int
-
-    Raises
-    ------
-    ModelError
-        With the size that they would have.
-    """
+    """Refuse more instants than the memory of this machine can hold."""
     rows = system.page_rows
     wanted = int(instants) * (NUMBER * rows * int(system.batch or 1) + BESIDE)
     if wanted < SMALL:
@@ -143,17 +131,7 @@ def time_grid(
     instants: int | None,
     turns: int | None = None,
 ) -> TimeGrid:
-    """The instants that a user requests: times, driver values given directly, or whole turns.
-
-    Raises
-    ------
-    ModelError
-        For times or values that are not finite or do not fit together, a driver that does not
-        exist, a turn of a driver that drives no angle, a law that turns back before the end, a
-        table that ends before the times do, or a formula without a value at one of them.
-    SolveError
-        When a user's law failed.
-    """
+    """The instants that a user requests: times, driver values given directly, or whole turns."""
     if drive is not None and not isinstance(drive, Mapping):
         raise ModelError(f'drive must be a dict such as {{"motor": 0.5}}, not {drive!r}')
     if turn is False:
@@ -324,12 +302,7 @@ def _given(system: System, t: PlainNumbers, drive: Drive) -> TimeGrid:
 
 
 def check_timed(system: System) -> None:
-    """Refuse drivers that follow own states: these have values in a motion of `simulate` only.
-
-    Raises
-    ------
-    ModelError
-    """
+    """Refuse drivers that follow own states: these have values in a motion of `simulate` only."""
     for driver in system.drivers:
         states = followed_states(driver, system.mechanism, system.numbers)
         if states:

@@ -75,16 +75,6 @@ def lane_motions(
 ) -> LaneMotions | None:
     """What the designs of a system share that differ in `names`; None where they go one by one:
     with other methods, events, released drivers, redundant joints, or code of the user.
-
-    Parameters
-    ----------
-    how : mapping
-        Arguments of `simulate`.
-
-    Raises
-    ------
-    ModelError, SolveError
-        As `simulate`, of the system itself.
     """
     if (
         system.has_user_code
@@ -120,17 +110,7 @@ def lane_motions(
 def integrate_lanes(
     system: System, motions: LaneMotions, values: Mapping[str, Array], wanted: Array
 ) -> tuple[Array, np.ndarray]:
-    """Rows of all instants: (rows, designs, instants), and which designs can be trusted.
-
-    Parameters
-    ----------
-    system : System
-        A batch.
-    values : mapping
-        What the designs differ in.
-    wanted : array (rows,)
-        Which rows, as `mbody.kernels.layout` numbers them.
-    """
+    """Rows of all instants: (rows, designs, instants), and which designs can be trusted."""
     q, v, good = initial_states(motions.start, system, values)
     good &= stand_ins(system.layout, system.mass, system.length) == motions.light
     good &= np.isfinite(q).all(axis=1) & np.isfinite(v).all(axis=1)

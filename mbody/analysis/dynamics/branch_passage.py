@@ -285,18 +285,7 @@ def is_suspect(system: System, start: Solution, t: float, q: Array, v: Array) ->
 def choose_branch(
     system: System, start: Solution, state: tuple[float, Array, Array]
 ) -> BranchStart | None:
-    """How a motion begins where its start is singular; None where it is not, or rests for good.
-
-    Parameters
-    ----------
-    state : tuple (t, q, v)
-        Time, positions and rates at the start.
-
-    Raises
-    ------
-    SolveError
-        For velocities that no motion has, or where branches are equally possible.
-    """
+    """How a motion begins where its start is singular; None where it is not, or rests for good."""
     t, q, v = state
     if not system.rows or not is_suspect(system, start, t, q, v):
         return None
@@ -568,11 +557,6 @@ def singular_start(
 ) -> Solution | None:
     """The first part of a motion whose start is singular; None where it is not. `state`: time,
     positions and rates at the start.
-
-    Raises
-    ------
-    SolveError
-        For velocities that no motion has, or that several branches have.
     """
     found = choose_branch(system, start, state)
     if found is None:

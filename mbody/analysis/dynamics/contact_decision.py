@@ -256,17 +256,7 @@ def strike(
     sticking: Array | None = None,
     without_collision: bool = False,
 ) -> Impact | None:
-    """An impact of closed touches at the state in the workspace; None where it has no solution.
-
-    Parameters
-    ----------
-    still : bool
-        Without restitution.
-    sticking : array (rows, coordinates), optional
-        Rows of joints that go on to stick.
-    without_collision : bool
-        See `impact_impulses`.
-    """
+    """An impact of closed touches at the state in the workspace; None where it has no solution."""
     W, rates = touch_rows(uni, uni.read(work), closed)
     touches = [uni.touches[k] for k in closed]
     Y = responses_to(uni, work, W, sticking)
@@ -290,13 +280,7 @@ def strike(
 
 
 def refuse_led(uni: Unilateral, work: Work, hit: list[int]) -> None:
-    """Refuse an impact of what drivers lead.
-
-    Raises
-    ------
-    SolveError
-        Where no velocity that is free changes the approach of a touch.
-    """
+    """Refuse an impact of what drivers lead."""
     system = uni.system
     W = touch_rows(uni, uni.read(work), hit)[0][: len(hit)]
     sizes = np.linalg.norm(W * system.coordinate_units, axis=1)
@@ -331,13 +315,7 @@ def arrest(uni: Unilateral, work: Work, closed: list[int]) -> Impact:
 
 
 def first_overlap(uni: Unilateral, work: Work, near: float) -> list[int]:
-    """The touches that are closed at the beginning; refuses shapes that overlap.
-
-    Raises
-    ------
-    ModelError
-        With the names, by how much, and where.
-    """
+    """The touches that are closed at the beginning; refuses shapes that overlap."""
     rows = uni.read(work)
     found = deepest_overlap(uni, rows, work, near)
     if found is not None:
@@ -444,17 +422,7 @@ def _lasting(uni: Unilateral) -> list[tuple[int, float]]:
 def model_of(
     motion: ModalMotion, closed: Sequence[int], sliding: Array, resting: Array
 ) -> FrictionModel:
-    """The problem at the state, derivative and page of a motion, whose modes may be any.
-
-    Parameters
-    ----------
-    closed : list of int
-        Touches that are closed and neither approach nor part.
-    sliding : array (touches,)
-        Signs of the rates of sliding, zero of those at rest.
-    resting : array (rough joints,)
-        The same of the rough joints.
-    """
+    """The problem at the state, derivative and page of a motion, whose modes may be any."""
     uni, system, n = motion.uni, motion.system, motion.system.coordinates
     work, page, a = motion.work, motion.page[:, 0], motion.K[0, n : 2 * n]
     motion.load()

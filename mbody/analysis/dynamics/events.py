@@ -54,16 +54,7 @@ def extrema(h: Array, a: Array, b: Array, da: Array, db: Array) -> tuple[Array, 
     """Where cubics are extreme within their intervals: parts of these (2, intervals), and the
     values there; NaN where there is none.
 
-    Parameters
-    ----------
-    h : array (intervals,)
-        Lengths.
-    a, b, da, db : arrays (intervals,)
-        Values and rates at both ends.
-
     >>> x, value = extrema(*np.array([[2.0], [0.1], [0.1], [-1.0], [1.0]]))
-    >>> x[:, 0], value[:, 0]
-    (array([0.5, nan]), array([-0.4,  nan]))
     """
     with np.errstate(all="ignore"):
         p, q, d = h * da, h * db, b - a
@@ -111,15 +102,6 @@ def refined(
 ) -> Samples:
     """Samples with extrema added, until no cubic between two of them reaches beyond zero without
     a sample there.
-
-    Parameters
-    ----------
-    sample : callable
-        Values and rates at times.
-    given : triple of arrays (instants,)
-        Times, values, rates.
-    near : float
-        Times nearer to each other than this are one.
     """
     t, g, r = samples
     fresh = np.ones(len(t) - 1, dtype=bool)  # intervals that are still to be looked at

@@ -79,12 +79,7 @@ from mbody.system.system import System, with_numbers_of
 
 
 def refuse_what_does_not_fit(system: System, request: MotionRequest) -> None:
-    """Refuse what this method does not do.
-
-    Raises
-    ------
-    ModelError
-    """
+    """Refuse what this method does not do."""
     machine = system.mechanism
     if request.events:
         names = listed(event.name for event in request.events)
@@ -377,13 +372,7 @@ def impulse_motion(
     progress: Callable[[float], None] | None,
     restart: Restart | None,
 ) -> Solution:
-    """The motion from the last instant of `start`, or from `restart` on; as `integrate_phases`.
-
-    Raises
-    ------
-    ModelError
-        For events, stops and drivers that are to be released, and rough joints.
-    """
+    """The motion from the last instant of `start`, or from `restart` on; as `integrate_phases`."""
     refuse_what_does_not_fit(system, request)
     first, q, v = state or state_of(system, start)
     motion = ImpulseIntegration(system, start, request.way)

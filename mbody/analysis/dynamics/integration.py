@@ -86,18 +86,7 @@ Array = np.ndarray
 
 
 class ControllerReadings:
-    """Readings of the present instant of a motion.
-
-    Parameters
-    ----------
-    system : System
-    y, state : arrays
-        Positions and rates, and the slots of the steps, as the integrator changes them in place.
-    page : callable
-        What is kept of the present instant (rows, 1).
-    regularization : float
-        Of redundant rows.
-    """
+    """Readings of the present instant of a motion."""
 
     def __init__(
         self,

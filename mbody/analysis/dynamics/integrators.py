@@ -48,15 +48,7 @@ REFINEMENTS = 2
 
 
 def coordinate_sizes(length: float, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-    """Sizes of coordinates and rates, to which absolute errors are relative: (…, 2·coordinates).
-
-    Parameters
-    ----------
-    length : float
-        The model length.
-    v, a : arrays (…, coordinates)
-        Velocities and accelerations at the beginning.
-    """
+    """Sizes of coordinates and rates, to which absolute errors are relative: (…, 2·coordinates)."""
     unit = np.broadcast_to(np.tile([length, length, 1.0], v.shape[-1] // 3), v.shape)
     swift = np.maximum(
         np.abs(v / unit).max(axis=-1, initial=0.0),
@@ -69,15 +61,7 @@ def coordinate_sizes(length: float, v: np.ndarray, a: np.ndarray) -> np.ndarray:
 def first_step(
     way: Way, y: np.ndarray, derivative: np.ndarray, scale: np.ndarray, whole: float
 ) -> np.ndarray:
-    """A rough first step (Hairer, Nørsett, Wanner, II.4): (…,).
-
-    Parameters
-    ----------
-    y, slope, scale : arrays (…, 2·coordinates)
-        The first state, its derivative, and the sizes of the coordinates.
-    whole : float
-        How long the motion goes on.
-    """
+    """A rough first step (Hairer, Nørsett, Wanner, II.4): (…,)."""
     size = way.atol * scale + way.rtol * np.abs(y)
     d0, d1 = (np.sqrt(np.mean((part / size) ** 2, axis=-1)) for part in (y, derivative))
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -115,12 +99,7 @@ class Evaluated(Protocol):
 
 
 def refuse_own_states(system: System, method: str) -> None:
-    """Refuse own states where they cannot be integrated.
-
-    Raises
-    ------
-    ModelError
-    """
+    """Refuse own states where they cannot be integrated."""
     machine = system.mechanism
     if method == "singular start" and machine.controllers:
         name = machine.controllers[0].name
@@ -166,11 +145,6 @@ def own_sizes(system: System) -> Array:
 def find_steady(motion: Evaluated) -> bool:
     """Set the own states that begin where they are steady, by Newton's method on their rates;
     whether there are any. A motion that is continued keeps its own.
-
-    Raises
-    ------
-    SolveError
-        Where no steady value is found.
     """
     states = motion.system.mechanism.states
     wanted = [n for n, one in enumerate(states) if one.start == STEADY]

@@ -60,14 +60,7 @@ def works_of_drivers(
 ) -> dict[str, float]:
     """What drivers give, by name, where velocities jump at the position in the workspace.
 
-    Parameters
-    ----------
-    momentum : array (coordinates,)
-        M Δv less the impulses of what else acts, that is Gᵀ μ of the rows that hold.
-    nu : array (rows,)
-        The rates at which drivers move their rows; of rates that jump the mean.
-    sticking : array (rows, coordinates), optional
-        Rows of what sticks, which hold too.
+    M Δv less the impulses of what else acts, that is Gᵀ μ of the rows that hold.
     """
     if not system.drivers:
         return {}
@@ -233,16 +226,7 @@ def without_held(layout: Layout, held: Mapping[str, int]) -> Layout:
 
 
 class Interruptions:
-    """The set times of one motion.
-
-    Parameters
-    ----------
-    system : System
-    work : Work
-        Whose signals are set.
-    first, until : float
-        The times between which it goes on; infinite where nobody knows (see `look_until`).
-    """
+    """The set times of one motion."""
 
     def __init__(self, system: System, work: Work, first: float, until: float) -> None:
         self.system, self.work = system, work
@@ -309,13 +293,7 @@ class Interruptions:
         return found
 
     def at(self, t: float, read: Reader) -> bool:
-        """Do what is due at a set time; whether inputs changed.
-
-        Parameters
-        ----------
-        read : callable
-            Measures what a controller reads: inputs are as the controllers before it set them.
-        """
+        """Do what is due at a set time; whether inputs changed."""
         changed = False
         for name, law in self.tables.items():
             changed = self._set(name, float(law(t))) or changed

@@ -186,23 +186,7 @@ def _times(
 
 
 def with_inputs(system: System, inputs: Any, first: float, until: float) -> System:
-    """The system whose inputs follow other histories.
-
-    Parameters
-    ----------
-    system : System
-        One design.
-    inputs : mapping
-        By name a number or text, a law of time, a function of time; a pair (t, u) of rows, joined
-        by straight lines; or one row, spread evenly over the motion.
-    first, until : float
-        The times between which the motion goes on.
-
-    Raises
-    ------
-    ModelError
-        For an input that is not there, what is no history, and units that do not fit.
-    """
+    """The system whose inputs follow other histories."""
     if not isinstance(inputs, Mapping):
         raise ModelError(f'inputs must be a table such as {{"u": 2.0}}, not {brief(inputs)}')
     machine = system.mechanism

@@ -92,20 +92,7 @@ BEFORE = 10.0
 
 
 def check_restart(system: System, restart: Restart, last: float) -> None:
-    """Refuse a state that no motion of a system can have left: going on from it would not end.
-
-    Parameters
-    ----------
-    system : System
-        Without the drivers that are released.
-    restart : Restart
-    last : float
-        The last instant of the result.
-
-    Raises
-    ------
-    ModelError
-    """
+    """Refuse a state that no motion of a system can have left: going on from it would not end."""
     if (why := _unfit(system, restart, last)) is not None:
         raise ModelError(
             f"the state that the motion of '{system.mechanism.name}' is to go on from is damaged: "

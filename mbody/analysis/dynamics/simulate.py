@@ -59,12 +59,7 @@ from mbody.system.system import System
 def refuse_readings_of_released(
     mechanism: Mechanism, gone: Collection[str], events: Sequence[Event] = ()
 ) -> None:
-    """Refuse formulas, controllers and events that read drivers which are released.
-
-    Raises
-    ------
-    ModelError
-    """
+    """Refuse formulas, controllers and events that read drivers which are released."""
     mechanism.without(*gone)  # which refuses those that formulas read
     for name, what, measure in _readings(mechanism, events):
         for quantity in sorted(measure.names):
@@ -133,13 +128,7 @@ def same_motion(one: System, other: System) -> bool:
 
 
 def then(first: Solution, *later: Solution) -> Solution:
-    """Motions that follow each other as one; see `Solution.then`.
-
-    Raises
-    ------
-    ModelError
-        For what is no motion of one mechanism, and where one does not begin where the other ended.
-    """
+    """Motions that follow each other as one; see `Solution.then`."""
     runs = [first, *later]
     for run in runs:
         if not isinstance(run, Solution) or run.analysis != "simulate":
@@ -409,15 +398,7 @@ def beginning(system: System, start: Solution, request: MotionRequest) -> Beginn
 
 
 def repeated_at(run: Solution, t: Any) -> Solution:
-    """The motion at other instants; see `Solution.at`.
-
-    Raises
-    ------
-    ModelError
-        For what is no motion that can be followed again, and times that are not within it.
-    SolveError
-        Where it does not pass through what was kept.
-    """
+    """The motion at other instants; see `Solution.at`."""
     one_design(run, "a motion is followed again for one design")
     if run.analysis != "simulate":
         raise ModelError(
@@ -550,13 +531,6 @@ ROUNDING = 1e-13
 
 def energy_doubts(run: Solution, method: str, rtol: float) -> list[Doubt]:
     """A doubt where the balance of energy of a motion is out of proportion; else none.
-
-    Parameters
-    ----------
-    run : Solution
-        Of `simulate`.
-    method, rtol : str, float
-        How it was followed.
 
     Examples
     --------

@@ -394,8 +394,6 @@ def out_of_turn(curve: MotionCurve, walk: Walk, roots: Roots) -> list[Node]:
     """Zeros beside which one must be missing: along a smooth drive its slope changes sign from each
     to the next, and all round a closed walk.
 
-    Notes
-    -----
     Nothing is said where a load jumps or a distance passes zero, nor beside a double zero.
     """
     flat = 1e-6 * max((abs(node.slope) for node in walk.nodes), default=0.0)

@@ -670,8 +670,6 @@ class _RestResults:
 def stability_of(rest: Rest, mass: Array) -> tuple[str, tuple[float, ...], list[str]]:
     """Word, natural frequencies and sentences of a rest position.
 
-    Notes
-    -----
     A symmetric stiffness is judged by its eigenvalues. One that is not, as of loads that follow a
     body, is judged by those of M⁻¹K, which show flutter too; where a free motion has no inertia,
     by its own.

@@ -498,13 +498,6 @@ class Meetings:
 def meetings(cover: Cover, ends: LoadEnds, nodes: list[int], near: Array) -> Meetings:
     """All points near some places of a cover where ends of loads meet and a force jumps, and the
     loads whose ends meet in curves.
-
-    Parameters
-    ----------
-    nodes : list of int
-        Numbers of the places.
-    near : array (nodes of the cover, loads)
-        As of `may_meet`.
     """
     found: list[tuple[CoverNode, Array]] = []
     sharp, creased = list[Load](), list[bool]()

@@ -449,13 +449,7 @@ class SurfaceRoots:
 
 
 def surface_roots(cover: Cover, polish: Polish) -> SurfaceRoots:
-    """All zeros of the drive on a covered surface.
-
-    Parameters
-    ----------
-    polish : callable
-        The rest position that is nearest to a place close by; None where there is none.
-    """
+    """All zeros of the drive on a covered surface."""
     return _SurfaceIsolation(cover, polish).found
 
 

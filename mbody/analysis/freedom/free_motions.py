@@ -118,16 +118,7 @@ def leading_order(system: System) -> list[str]:
 
 
 class FreeMotions(Sequence[FreeMotion]):
-    """Free motions of a large system: each is put into words when it is read.
-
-    Parameters
-    ----------
-    q : array (coordinates + 3,)
-    leaders : sequence of str
-        The body that leads each.
-    rates : callable
-        Rates (motions, coordinates) of the motions with these numbers, lengths by the model length.
-    """
+    """Free motions of a large system: each is put into words when it is read."""
 
     def __init__(
         self,
@@ -158,15 +149,7 @@ class FreeMotions(Sequence[FreeMotion]):
 
 
 def free_motions(system: System, q: Array, motions: Array) -> tuple[FreeMotion, ...]:
-    """A readable basis of free motions.
-
-    Parameters
-    ----------
-    q : array (coordinates + 3,)
-        The position, the ground last.
-    motions : array (free, coordinates)
-        Any basis, lengths by the model length.
-    """
+    """A readable basis of free motions."""
     return _worded(system, q, *_echelon(system, motions, leading_order(system)))
 
 

@@ -45,20 +45,7 @@ from mbody.system.system import System, with_numbers_of
 def single_design(
     analysis: str, model: Mechanism | System, free: str | Sequence[str] = ()
 ) -> System:
-    """The system of a model without some of its drivers, with the same numbers.
-
-    Parameters
-    ----------
-    analysis : str
-        Its name, for messages.
-    free : str or sequence of str, optional
-        Drivers that are released.
-
-    Raises
-    ------
-    ModelError
-        For a batch of designs, or a driver that is none.
-    """
+    """The system of a model without some of its drivers, with the same numbers."""
     system = released(as_system(model), free)
     if system.batch is not None:
         raise ModelError(f"{analysis} takes one design: choose one of the batch with design(n)")
@@ -74,13 +61,7 @@ def released(system: System, free: str | Sequence[str]) -> System:
 
 
 def single_time(analysis: str, system: System, t: PlainNumbers) -> float:
-    """The one time of an analysis.
-
-    Raises
-    ------
-    ModelError
-        For several times, or one that is not finite, or beyond a law.
-    """
+    """The one time of an analysis."""
     times = time_grid(system, t, None, None, None).t
     if len(times) != 1:
         raise ModelError(f"{analysis} takes one time, not {len(times)}")

@@ -60,15 +60,6 @@ def unsaid_rates(
 
     Drivers that move leave open how fast free bodies do; of all rates that fit those of least norm
     are taken, which is seldom what was meant.
-
-    Parameters
-    ----------
-    work : Work
-        A workspace at the closed position.
-    v : array (coordinates,)
-        The first rates, without units of length.
-    said : array (conditions, coordinates), optional
-        Rows of the rates that are prescribed.
     """
     if too_large(system) or not np.abs(dense_rates(system, work)).max(initial=0.0) > 0.0:
         return ()
@@ -155,18 +146,7 @@ def rates_of(system: System, q: Array, prescribed: Sequence[Prescribed]) -> Rate
 def fitting_rates(
     system: System, work: Work, prescribed: Sequence[Prescribed]
 ) -> tuple[Array, tuple[str, ...]]:
-    """Velocities (coordinates,) that have the rates and move least beside, and notes.
-
-    Parameters
-    ----------
-    work : Work
-        A workspace at a closed position, its signals set.
-
-    Raises
-    ------
-    SolveError
-        Where joints and drivers do not allow the rates.
-    """
+    """Velocities (coordinates,) that have the rates and move least beside, and notes."""
     near = nearest_rates(system, work, prescribed)
     scale, off, met = system.coordinate_units, near.rows, near.met
     if met is near.given.p:
@@ -195,11 +175,6 @@ def fitting_rates(
 def nearest_rates(system: System, work: Work, prescribed: Sequence[Prescribed]) -> NearestRates:
     """Velocities that joints and drivers allow, as near to the rates as may be, that move least
     beside.
-
-    Raises
-    ------
-    SolveError
-        Where drivers themselves do not agree.
     """
     q = work.q[: system.coordinates, 0].copy()
     given = rates_of(system, q, prescribed)
@@ -225,13 +200,7 @@ def nearest_rates(system: System, work: Work, prescribed: Sequence[Prescribed]) 
 def branch_rates(
     system: System, here: Singular, t: float, q: Array, prescribed: Sequence[Prescribed]
 ) -> tuple[Array, tuple[str, ...]]:
-    """Velocities (coordinates,) of the one branch that has the rates at a singular position.
-
-    Raises
-    ------
-    SolveError
-        Where no branch has the rates, or several have: with the rate that distinguishes them.
-    """
+    """Velocities (coordinates,) of the one branch that has the rates at a singular position."""
     given = rates_of(system, q, prescribed)
     if here.steady and not given.p.any():
         return np.zeros(len(q)), ()

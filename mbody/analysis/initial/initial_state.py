@@ -82,11 +82,6 @@ def fitted_places(
 ) -> Fitted | None:
     """The nearest position to what is prescribed, from a first one (coordinates + 3,); None where
     the loops do not close near it.
-
-    Parameters
-    ----------
-    work : Work
-        A workspace, its signals set.
     """
     n = system.coordinates
     scale = system.coordinate_units
@@ -184,12 +179,7 @@ RATES = {place: rate for place, rate, _ in PAIRS}
 
 
 def check_simulation(mechanism: Mechanism, simulation: SimulationSettings) -> None:
-    """Refuse a motion that begins with what the mechanism has not.
-
-    Raises
-    ------
-    ModelError
-    """
+    """Refuse a motion that begins with what the mechanism has not."""
     bodies = {body.name: body for body in mechanism.bodies}
     _number(mechanism, simulation.until, "time", "until")
     for body, given in simulation.start.items():
@@ -213,13 +203,7 @@ def check_simulation(mechanism: Mechanism, simulation: SimulationSettings) -> No
 
 
 def checked_events(mechanism: Mechanism, events: Iterable[Event]) -> tuple[Event, ...]:
-    """Events as the mechanism can have them.
-
-    Raises
-    ------
-    ModelError
-        For a name that is taken, and a quantity that there is not.
-    """
+    """Events as the mechanism can have them."""
     found = tuple(events)
     for event in found:
         if event.name in mechanism:
@@ -247,15 +231,7 @@ _BEGUN: weakref.WeakKeyDictionary[System, tuple[SimulationSettings, Solution]] =
 
 
 def initial_state_of(system: System, simulation: SimulationSettings) -> Solution:
-    """The first instant of a motion: bodies where it prescribes, moving as it prescribes.
-
-    Raises
-    ------
-    ModelError
-        As `check_simulation`.
-    SolveError
-        Where the loops do not close so, or no velocities agree.
-    """
+    """The first instant of a motion: bodies where it prescribes, moving as it prescribes."""
     check_simulation(system.mechanism, simulation)
     known, found = _BEGUN.get(system, (None, None))
     if found is None or known is not simulation:
@@ -376,17 +352,7 @@ def start_drivers(
     rates: bool,
     poses: Mapping[str, Any],
 ) -> list[StartDriver]:
-    """What is imposed at the start: name, (body, coordinate, direction), value and rate.
-
-    Parameters
-    ----------
-    system : System
-        Of a batch values and rates are arrays where they differ.
-    rates : bool
-        What has a rate, else what has a place or a rate, which is then zero.
-    poses : mapping
-        Of link axes, (x, y, angle) by body, in place of what is prescribed.
-    """
+    """What is imposed at the start: name, (body, coordinate, direction), value and rate."""
     mechanism, values = system.mechanism, parameters_of(system)
     bodies = {body.name: body for body in mechanism.bodies}
     found = []
@@ -441,13 +407,7 @@ def parameters_of(system: System) -> dict[str, Any]:
 
 
 def check_release(mechanism: Mechanism, given: Mapping[str, Any]) -> dict[str, float]:
-    """When drivers are released, by name.
-
-    Raises
-    ------
-    ModelError
-        For what is no driver, or no time.
-    """
+    """When drivers are released, by name."""
     drivers = [driver.name for driver in mechanism.drivers]
     for name in given:
         if name not in drivers:
@@ -525,13 +485,7 @@ class BatchStart:
 def batch_start(
     system: System, names: tuple[str, ...], how: Mapping[str, Any]
 ) -> tuple[BatchStart, Solution]:
-    """How designs of a system begin that differ in `names`, and how the system itself does.
-
-    Raises
-    ------
-    ModelError, SolveError
-        Where the system itself does not begin.
-    """
+    """How designs of a system begin that differ in `names`, and how the system itself does."""
     own, guess, rates = system.mechanism.simulation, how.get("guess"), how.get("rates")
     machine = system.mechanism
     alike = all(name not in machine.parameters and moves_nothing(machine, name) for name in names)
@@ -549,15 +503,7 @@ def batch_start(
 def initial_states(
     start: BatchStart, system: System, values: Mapping[str, Array]
 ) -> tuple[Array, Array, np.ndarray]:
-    """Positions and velocities, each (designs, coordinates), and which of them can be trusted.
-
-    Parameters
-    ----------
-    system : System
-        A batch.
-    values : mapping
-        What the designs differ in.
-    """
+    """Positions and velocities, each (designs, coordinates), and which of them can be trusted."""
     if start.rates is not None:
         return _one_by_one(start, system)
     designs, n3 = int(system.batch or 0), system.coordinates

@@ -55,13 +55,7 @@ class Relation:
 def relation(text: str, *, equal: bool) -> list[Relation]:
     """The relations that a text says.
 
-    Raises
-    ------
-    ModelError
-        Where it is none.
-
     >>> [(r.left, r.right) for r in relation("abs(A.fx) <= 2 N", equal=False)]
-    [('A.fx', '2 N'), ('-(A.fx)', '2 N')]
     """
     signs = _SIGN.findall(text)
     wanted = "an equation such as 'motor.effort = 0'"
@@ -124,10 +118,6 @@ def _is_bounded(mechanism: Mechanism, unknown: Unknown) -> bool:
 def check_question(mechanism: Mechanism, question: Question) -> None:
     """Refuse a question that names what the mechanism has not, gives numbers of something else, or
     has too few conditions.
-
-    Raises
-    ------
-    ModelError
     """
     equations, sides = relations(question)
     check_instants(mechanism, Instants(at=question.at))

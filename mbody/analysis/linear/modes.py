@@ -149,11 +149,6 @@ def mode_place(mechanism: Mechanism, given: object, where: str = "") -> ModePlac
 
     ``"rod.angle"``; ``"rod.x"`` of the mass centre; ``"rod.P.y"`` of a point, ``"rod.origin.y"`` of
     where the axes of the link begin; ``"A.x"`` of a pin, by the name of the joint.
-
-    Raises
-    ------
-    ModelError
-        For what has no amplitude.
     """
     owner, _, key = given.rpartition(".") if isinstance(given, str) else ("", "", "")
     first, _, point = owner.partition(".")

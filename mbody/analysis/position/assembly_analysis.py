@@ -82,17 +82,7 @@ def violations(system: System, work: Work) -> np.ndarray:
 
 
 def explain_gap(system: System, work: Work, start: np.ndarray, t: float) -> NoReturn:
-    """Say which loop stays open and by how much, or which driver is one too many.
-
-    Parameters
-    ----------
-    system, work
-        The workspace as the last attempt to close left it.
-    start : array (coordinates, 1)
-        Where the search for the smallest gap begins.
-    t : float
-        Time, for the sentence.
-    """
+    """Say which loop stays open and by how much, or which driver is one too many."""
     owners = np.array([system.owners[e][0].name for e in system.row_table[0]])
     joints = len(owners) - len(system.drivers)
     if system.rows > SEARCHED:
@@ -135,13 +125,6 @@ def explain_gap(system: System, work: Work, start: np.ndarray, t: float) -> NoRe
 def refuse_near_redundant(system: System, work: Work, start: np.ndarray) -> None:
     """Refuse joints that repeat each other but for a small error of lengths: the loops then close
     at isolated positions only, where nothing moves, though a gap that small stays along a motion.
-
-    Parameters
-    ----------
-    work : Work
-        Whose signals are set; its position is left as it was.
-    start : array (coordinates + 3, 1)
-        Where the smallest gap is looked for.
     """
     size, drivers = system.coordinates, len(system.drivers)
     joints = system.rows - drivers
@@ -321,15 +304,6 @@ def closed(
     (coordinates,) if there is one, else from the guesses. Where these lie on another branch than
     the position found, `meant` may say that this one is meant all the same.
 
-    Raises
-    ------
-    ModelError
-        For a guess that is none.
-    SolveError
-        When the loops cannot close, or a driver repeats what joints fix.
-
-    Notes
-    -----
     Bodies without a guess take the angles at which those with one are nearest to theirs; where
     these do not decide, a note says so. Where the guess leads nowhere, other starts are tried,
     always the same ones: bodies without a guess at any angle, guessed ones ever further from their
@@ -423,13 +397,7 @@ def _guessed(
 
 
 def check_fit(system: System, q: np.ndarray, design: int) -> None:
-    """Refuse joints whose places others hold where they do not fit, as wheels too far apart.
-
-    Raises
-    ------
-    SolveError
-        With the distance that is wrong.
-    """
+    """Refuse joints whose places others hold where they do not fit, as wheels too far apart."""
     spaced = [joint for joint in system.mechanism.joints if joint.spaced]
     if not spaced:
         return
@@ -571,13 +539,7 @@ def _guessed_place(body: Body, guess: Guesses | None) -> bool:
 
 
 def check_determined(system: System, result: ClosedPosition, what: str, remedy: str = "") -> None:
-    """Refuse a position that the drivers do not determine; `remedy`: what else may be done.
-
-    Raises
-    ------
-    SolveError
-        With free degrees of freedom, a driver that repeats others, or a dead centre.
-    """
+    """Refuse a position that the drivers do not determine; `remedy`: what else may be done."""
     regular = system.rows == system.coordinates and not result.regularization
     if regular and result.ratio > SUSPICIOUS:
         return

@@ -17,17 +17,6 @@ def close_batch(
 ) -> np.ndarray:
     """Close every design of a batch at time t; which of them are closed, away from singular
     positions: (designs,).
-
-    Parameters
-    ----------
-    values : array (designs, drivers)
-        Value of every driver, NaN where its law gives it.
-    poses : array (designs, coordinates + 3)
-        From where; on return where they closed, with the turns that torsion springs choose.
-    small : float or array (designs,)
-        Size of a correction that is rounding, in model lengths and radians.
-    least : float
-        A design whose least pivot is a smaller part of its diagonal is not trusted.
     """
     work, state = system.work(), np.empty((len(poses), 2))
     work.time[:] = t
@@ -82,19 +71,7 @@ def close_in_stages(
     small: float,
     least: float,
 ) -> ClosedDesigns:
-    """Close every design of a batch at time t, on the branch of one closed position.
-
-    Parameters
-    ----------
-    values : array (designs, drivers)
-        Value of every driver, NaN where its law gives it.
-    pose : array (coordinates + 3,)
-        The closed position.
-    origin : array (parameters,)
-        The numbers of the kernels for which it is closed.
-    small, least : float
-        As of `close_batch`.
-    """
+    """Close every design of a batch at time t, on the branch of one closed position."""
     poses = np.tile(pose, (len(values), 1))
     good = close_batch(system, t, values, poses, small, least)
     good &= system.extent(poses - pose) <= LEAP

@@ -33,24 +33,7 @@ def placed(
     loose: np.random.Generator | None = None,
     aimed: bool = False,
 ) -> np.ndarray:
-    """Poses of all mass centres, ground last: (3·bodies + 3,).
-
-    Parameters
-    ----------
-    guess : mapping, optional
-        By body, in place of the guess in its description: an angle [rad], (x, y, angle) or `Guess`.
-    drive : mapping
-        Value of every driver at the first instant.
-    shaken : Generator, optional
-        Another start: bodies without a guess at any angle, all others a little off.
-    numbers : Numbers, optional
-        By default those of the system; those of one design where it is a batch.
-    loose : Generator, optional
-        Another start: bodies without a guess at any angle, all others where their guess is.
-    aimed : bool
-        Another start: bodies without a guess turned so that a second pin of theirs points to where
-        it is on a body that is placed already.
-    """
+    """Poses of all mass centres, ground last: (3·bodies + 3,)."""
     own = system.numbers if numbers is None else numbers
     placing = _Placing(system, guess or {}, drive, shaken, own)
     placing.loose, placing.aimed = loose, aimed
@@ -280,19 +263,6 @@ def nearest_to_guesses(
 ) -> ClosedPosition:
     """Where bodies have no guess: the closed position in which those that have one are nearest to
     it, with a note where another one is about as near.
-
-    Parameters
-    ----------
-    system, base : System
-        What is closed, and the one design of it.
-    result : ClosedPosition
-        What was found with the link axes of such bodies parallel to those of the ground.
-    starts : arrays (coordinates + 3,), (coordinates + 3, 1)
-        That start, and the one from which it was found, another one where that led nowhere.
-    guess, values
-        As of `placed`.
-    close : callable
-        Closes the loops from a start, with the weights of the workspace.
     """
     first, start = starts
     count = next((tries for size, tries in TRIED if system.coordinates <= size), 0)

@@ -13,13 +13,7 @@ from mbody.system.system import System
 
 
 def place(system: System, q: np.ndarray, element: Element, side: str) -> np.ndarray:
-    """World place (2,) of the end `side` ("i" or "j") of an element, by the system's numbers.
-
-    Parameters
-    ----------
-    q : array (coordinates + 3,)
-        Coordinates of the mass centres, the ground last; angles in rad.
-    """
+    """World place (2,) of the end `side` ("i" or "j") of an element, by the system's numbers."""
     marker = element.place(side)
     x, y, angle = q[3 * system.bodies[marker.body] :][:3]
     ax, ay = system.numbers.arm(element, side)
@@ -46,14 +40,7 @@ def vanishing(system: System, q: np.ndarray, when: str, close: float = CLOSE) ->
     """The sentence of a motion that cannot go on since a distance becomes zero; None where none
     does.
 
-    Parameters
-    ----------
-    q : array (coordinates,)
-        The last position.
-    when : str
-        Such as "t = 2 s".
-    close : float
-        Part of the model length below which a distance is as good as zero.
+    Such as "t = 2 s".
     """
     whole = np.append(q[: system.coordinates], np.zeros(3))
     found = [

@@ -87,15 +87,7 @@ class Place:
 
 
 class Manifold:
-    """The closed positions of a system at time t, its drivers holding their values.
-
-    Parameters
-    ----------
-    work : Work
-        Closed, its signals set: a workspace of its own.
-    own : array (own states + inputs,), optional
-        By default those at the beginning.
-    """
+    """The closed positions of a system at time t, its drivers holding their values."""
 
     def __init__(self, system: System, work: Work, t: float, own: Array | None = None) -> None:
         self.system, self.work, self.layout = system, work, system.runtime()
@@ -187,13 +179,7 @@ class Manifold:
         return Place(q, force, motions, G, motions @ force)
 
     def closed(self, q: Array, fixed: Array | None = None) -> Array | None:
-        """Close the constraints from q by least motion, or by none in some directions.
-
-        Parameters
-        ----------
-        fixed : array (n, coordinates), optional
-            Directions, without units, along which the position stays where q is.
-        """
+        """Close the constraints from q by least motion, or by none in some directions."""
         q, start = q.copy(), q
         last = np.inf
         for _ in range(CORRECTIONS):
@@ -368,15 +354,7 @@ class ManyPositions:
         return np.asarray(self.loads(q).sum(axis=1))
 
     def closed(self, q: Array, frames: Array) -> ClosedPositions:
-        """The positions above points of tangent planes, as `Manifold.closed` finds each of them.
-
-        Parameters
-        ----------
-        q : array (positions, coordinates)
-            In the planes.
-        frames : array (positions, free, coordinates)
-            Orthonormal directions of the planes, in which a position stays where it is.
-        """
+        """The positions above points of tangent planes, as `Manifold.closed` finds each of them."""
         start, q = q, q.copy()
         count, free = frames.shape[:2]
         good = np.zeros(count, dtype=bool)
@@ -430,12 +408,7 @@ class ManyPositions:
     def stiffness(self, q: Array, motions: Array, rows: Array, force: Array) -> Array:
         """K (positions, free, free) along free directions, as `Manifold.stiffness`.
 
-        Parameters
-        ----------
-        motions : array (positions, free, coordinates)
-            Orthonormal free directions at q.
-        rows, force : arrays
-            Φ_q and all loads there.
+        Φ_q and all loads there.
         """
         count, free = motions.shape[:2]
         K = np.concatenate([rows, motions], axis=1)

@@ -29,17 +29,6 @@ SAME = 1e-12
 def check_own(system: System, t: float, pose: Array) -> None:
     """Refuse functions that give another answer to the same question, and joints whose Φ_q, ν or γ
     are not those of their Φ; once for a topology.
-
-    Parameters
-    ----------
-    t : float
-    pose : array (coordinates + 3,)
-        Near which it is tried.
-
-    Raises
-    ------
-    ModelError
-        Naming the element, with what it gave and what it should have given.
     """
     if not system.has_user_code or "own physics" in system.plans:
         return

@@ -168,13 +168,7 @@ def packed_positions(met: Sequence[MetPosition]) -> Array:
 
 
 def unpacked_positions(system: System, numbers: Array) -> tuple[MetPosition, ...]:
-    """The positions that were packed.
-
-    Raises
-    ------
-    ValueError
-        For numbers that are none of this system.
-    """
+    """The positions that were packed."""
     found: list[MetPosition] = []
     n, rows, at = system.coordinates, system.rows, 0
     while at < len(numbers):
@@ -198,19 +192,7 @@ def look_ahead(
     regularized: bool,
     met: tuple[MetPosition, ...] = (),
 ) -> Ahead:
-    """What lies ahead of a motion.
-
-    Parameters
-    ----------
-    state : arrays q, v, a (coordinates,)
-        Where it is at time t.
-    step : float
-        How long it goes on until it may meet a singular position.
-    regularized : bool
-        Whether rows are redundant everywhere.
-    met : tuple of MetPosition
-        Positions that it remembers.
-    """
+    """What lies ahead of a motion."""
     found = _ahead(system, t, state, step, regularized, met)
     return replace(found, met=found.met or met)
 

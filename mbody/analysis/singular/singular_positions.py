@@ -116,15 +116,7 @@ def is_flat(A: Array, T: Array) -> bool:
 
 
 def solutions(A: Array, P: Array, p: Array) -> Solutions:
-    """All y (unknowns,) with yᵀ A_i y = 0 and P y = p, p not zero; of a branch the shortest.
-
-    Parameters
-    ----------
-    A : array (quadrics, unknowns, unknowns)
-        Symmetric.
-    P, p : arrays (conditions, unknowns), (conditions,)
-        Conditions that agree with each other.
-    """
+    """All y (unknowns,) with yᵀ A_i y = 0 and P y = p, p not zero; of a branch the shortest."""
     base, Z = _affine(P, p)
     if not len(Z):
         met = np.abs(values(A, base)).max(initial=0.0) <= MET * size(A, base)
@@ -512,15 +504,7 @@ class Singular:
 
 
 def singular(system: System, work: Work, t: float, far: float = FAR) -> Singular | None:
-    """The singular position at or near a closed one; None where there is none.
-
-    Parameters
-    ----------
-    work : Work
-        A workspace of its own at the position, its signals set.
-    far : float
-        How far away it may be, in model lengths and radians.
-    """
+    """The singular position at or near a closed one; None where there is none."""
     if too_large(system) or not system.rows:
         return None
     rows = ConstraintRows(system, work, t)
@@ -814,13 +798,7 @@ def values_of(
     prescribed: Sequence[Prescribed],
     which: Prescribed | None = None,
 ) -> list[str]:
-    """Rates that distinguish branches, or that one, each with its values: "c.omega = 0 or 2 rad/s".
-
-    Parameters
-    ----------
-    velocities : list of array (coordinates,)
-        Of the branches, without units of length.
-    """
+    """Rates that distinguish branches, each with its values: "c.omega = 0 or 2 rad/s"."""
     q = here.rows.scale * here.x
     known = {one.name for one in prescribed}
     candidates = (

@@ -63,13 +63,7 @@ class OracleSpot:
 
 
 def spots_of(contact: Any) -> list[OracleSpot]:
-    """The places of a contact.
-
-    Raises
-    ------
-    NotImplementedError
-        For shapes of which both have straight edges, unless one is an endless line.
-    """
+    """The places of a contact."""
     if isinstance(contact, Rope):
         length = float(contact.length)
         return [OracleSpot(contact.name, contact.j, 0.0, contact.i, "rope", reach=length)]
@@ -370,11 +364,6 @@ class DenseContactMotion:
     ) -> tuple[str, ...]:
         """The modes with which closed contacts that neither approach nor part go on; where rounding
         leaves several, that which `ended` names for a contact whose mode has come to its end.
-
-        Raises
-        ------
-        NotImplementedError
-            Where no modes are right, or accelerations are not unique.
         """
         self._few(closed)
         W, m = self.touching.rows(q), len(self.touching)
@@ -449,13 +438,7 @@ class DenseContactMotion:
     # -- impacts ---------------------------------------------------------------------------------
 
     def strike(self, t: float, q: Array, v: Array, closed: Sequence[int], plastic: bool) -> Array:
-        """Velocities after an impact of closed contacts, compression then expansion.
-
-        Raises
-        ------
-        NotImplementedError
-            Where no impulses are right.
-        """
+        """Velocities after an impact of closed contacts, compression then expansion."""
         self._few(closed)
         e = np.zeros(len(self.touching)) if plastic else self._mu("restitution")
         newton = np.array([spot.newton for spot in self.touching.spots])
@@ -722,13 +705,7 @@ UNTIMED = ("rest", "indeterminate", "inconsistent", "paradox")
 
 
 def contact_opinion(system: System, run: Solution) -> Opinion:
-    """Positions at all instants, and the instants of the events.
-
-    Raises
-    ------
-    NotImplementedError
-        For what the oracle has not: friction of joints, own states, drivers that are released.
-    """
+    """Positions at all instants, and the instants of the events."""
     machine = system.mechanism
     if any(contacts_of(joint) for joint in machine.joints):
         raise NotImplementedError("it has no limits of joints and none that separate")

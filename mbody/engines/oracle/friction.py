@@ -125,22 +125,7 @@ class DenseForces:
 
 
 class DenseFriction:
-    """The equations of one instant.
-
-    Parameters
-    ----------
-    reference : Reference
-    q, v, a : arrays (3n,)
-        The motion.
-    t : float
-    senses : mapping, optional
-        Senses of sliding by joint, where its rate does not decide; 0 is without friction.
-    part : float
-        By which all coefficients of friction are multiplied, and what teeth with an efficiency
-        lose.
-    impending : bool
-        Whether the static coefficients hold.
-    """
+    """The equations of one instant."""
 
     def __init__(
         self,

@@ -188,25 +188,7 @@ class Geometry:
 def formula_at(
     reference: Any, law: MeasuredFormula, x: float, t: float, q: Any, v: Any, own: Any
 ) -> float:
-    """The value of a formula.
-
-    Parameters
-    ----------
-    reference : Geometry
-        The oracle of the mechanism.
-    law : MeasuredFormula
-    x, t : float
-        What the element's law is of, and the time.
-    q, v : arrays (3n + 3,)
-        Positions and rates, those of the ground too.
-    own : mapping
-        Values of inputs and of own states.
-
-    Raises
-    ------
-    NotImplementedError
-        For a quantity that the oracle does not measure.
-    """
+    """The value of a formula."""
     known = {"t": t, "x": x, **own}
     return float(_value(reference, law, known, lambda name: _quantity(reference, name, q, v, t)))
 
@@ -216,11 +198,6 @@ def formula_of_positions(
 ) -> Any:
     """The value of what a driver follows, at positions (3n + 3, …) and a time that are floats,
     complex numbers or jets.
-
-    Raises
-    ------
-    NotImplementedError
-        For a quantity that is no angle and no place.
     """
     return _value(reference, law, {"t": t, **own}, lambda name: _position(reference, name, q))
 

@@ -33,13 +33,7 @@ CLOSED, RESTS = 1e-8, 1e-11
 
 
 def closed_contact_opinion(system: System, run: Solution) -> Opinion:
-    """Gaps, and all forces, at some instants.
-
-    Raises
-    ------
-    NotImplementedError
-        For what the oracle has not: friction of joints, stops and limits.
-    """
+    """Gaps, and all forces, at some instants."""
     if any(rubs(joint) for joint in system.mechanism.joints):
         raise NotImplementedError("it has no friction of joints beside contacts")
     check = _ClosedCheck(system, run)

@@ -34,16 +34,6 @@ class PinocchioModel:
     A weld is a revolute joint with angle zero, whose effort is the torque of the weld; or, lumped,
     both bodies are one. A rotating plane has a first revolute joint about its axis, so that
     centrifugal forces are computed by Pinocchio from the inertias in space.
-
-    Parameters
-    ----------
-    system : System
-        Of one design.
-    tree : Tree
-    spin : CentrifugalField, optional
-        The load that rotates the plane.
-    lumped : bool
-        Whether welded bodies are one body.
     """
 
     def __init__(

@@ -27,19 +27,6 @@ def extrapolated(values: Sequence[Array]) -> tuple[Array, Array]:
 
     Repeated Richardson extrapolation: an error a h + b h² + c h³ … loses one power per level.
 
-    Parameters
-    ----------
-    values : list of arrays
-        All of one shape, the coarsest first.
-
-    Returns
-    -------
-    extrapolated, spread : arrays
-        The spread is the distance from the level before: its error, and far more than that of the
-        extrapolated, where the error is such a series.
-
-    Notes
-    -----
     L. F. Richardson, The approximate arithmetical solution by finite differences (1911).
 
     Examples

@@ -459,20 +459,7 @@ def _decoupled(ends: dict[str, Any], beta: list[float]) -> dict[str, Any]:
 
 
 class SpaceStepper:
-    """Integrates a space and returns positions, rates, accelerations and forces.
-
-    Parameters
-    ----------
-    space : Space
-    drive : callable
-        Values of all drivers (drivers, times) at times.
-    over : array (bodies, 3), optional
-        Further forces on the bodies at their mass centres, as of joints that pymunk does not have.
-    clock : float
-        Offset of the time in the laws of loads, where steps count from 0.
-    last : float
-        Time after which laws may have no values.
-    """
+    """Integrates a space and returns positions, rates, accelerations and forces."""
 
     def __init__(
         self,

@@ -64,11 +64,6 @@ LONGEST = 10_000  # characters of a line, more than a row of numbers takes
 def columns(name: str, folder: Path | None) -> tuple[list[float | str], list[float | str]]:
     """The first two columns of a CSV file beside the model file, (rows,) each: numbers, as text
     with the unit where the heading of a column has one, as "angle [deg]".
-
-    Raises
-    ------
-    ModelError
-        For a path that leads elsewhere, a file that is too large or has no two columns of numbers.
     """
     path, what = beside(name, folder), f"the table {brief(name)}"
     x, y = array("d"), array("d")

@@ -271,13 +271,7 @@ WORDS = {"values": "values", "operations": "operations in its formulas"}
 
 
 def limits_of(given: Limits | None) -> Limits:
-    """The limits that are given, else those of the process.
-
-    Raises
-    ------
-    ModelError
-        For what is none, here or in the environment.
-    """
+    """The limits that are given, else those of the process."""
     if given is None:
         text = os.environ.get(VARIABLE, "1")
         try:
@@ -464,11 +458,6 @@ def raise_all(
 ) -> None:
     """Raise one error with all problems, in the order of the file; `count` is how many there
     are, None where nobody looked further than to the first `ENOUGH`.
-
-    Raises
-    ------
-    ModelError
-        Where there is a problem. Its `problems` are (line, field, message) of each.
     """
     if not problems:
         return

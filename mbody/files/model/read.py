@@ -60,15 +60,7 @@ from mbody.solution.measures import check_measure
 
 
 def meant_otherwise(data: Mapping[str, Any], mechanism: Mechanism) -> tuple[str, ...]:
-    """Sentences about a file that was read, for the notes of its mechanism.
-
-    Parameters
-    ----------
-    data : mapping
-        The tables as they stood in the file.
-    mechanism : Mechanism
-        What was made of them.
-    """
+    """Sentences about a file that was read, for the notes of its mechanism."""
     degrees = data.get("angle", "deg") == "deg"
     return (
         *_laws(data, mechanism, degrees),
@@ -146,14 +138,7 @@ def _without_inertia(data: Mapping[str, Any], mechanism: Mechanism) -> list[str]
 
 
 def build(given: Any) -> tuple[Mechanism | None, list[Problem]]:
-    """The mechanism of a validated model, and what was refused on the way.
-
-    Returns
-    -------
-    mechanism : Mechanism or None
-        None where not even its frame could be made.
-    problems : list of Problem
-    """
+    """The mechanism of a validated model, and what was refused on the way."""
     problems: list[Problem] = []
     try:
         mechanism = Mechanism(
@@ -506,13 +491,7 @@ def built(
     name: str = "model",
     folder: Path | None = None,
 ) -> Mechanism:
-    """The mechanism of tables that are read already; `text` is where they stood, for errors.
-
-    Raises
-    ------
-    ModelError
-        With everything that is wrong.
-    """
+    """The mechanism of tables that are read already; `text` is where they stood, for errors."""
     mechanism, problems = build(_checked(data, text, is_json, name, folder))
     raise_all(problems, text, is_json, name)
     assert mechanism is not None  # else there was a problem
@@ -536,13 +515,7 @@ def _checked(data: dict[str, Any], text: str, is_json: bool, name: str, folder: 
 
 
 def text_of(file: Path, limits: Limits | None = None) -> str:
-    """The text of an ordinary file of bounded size.
-
-    Raises
-    ------
-    ModelError
-        When it cannot be read, is too large, or no text.
-    """
+    """The text of an ordinary file of bounded size."""
     name, most = _short(str(file)), limits_of(limits)
     try:
         kind, size = os.stat(file).st_mode, os.stat(file).st_size
@@ -679,12 +652,7 @@ def _whole(text: str) -> bool:
 
 
 def check_size(data: dict[str, Any], size: int, limits: Limits, name: str) -> None:
-    """Refuse what `load` would refuse for its size, before it is written.
-
-    Raises
-    ------
-    ModelError
-    """
+    """Refuse what `load` would refuse for its size, before it is written."""
     sentence = limits.over(f"'{name}'", size=size)
     try:
         _check_size(data, limits)

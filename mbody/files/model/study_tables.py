@@ -193,13 +193,7 @@ class OptimizeIn(of.Strict):
 
 
 def keep_task(mechanism: Mechanism, name: str, entry: Any, angle: str) -> None:
-    """Keep what a file says of one optimization; plain angles are in the unit of the file.
-
-    Raises
-    ------
-    ModelError
-        For numbers that the mechanism does not have, and bounds that are no pair.
-    """
+    """Keep what a file says of one optimization; plain angles are in the unit of the file."""
     given = {key: getattr(entry, key) for key in entry.model_fields_set}
     for number, pair in given["by"].items():
         if len(pair) != 2:
@@ -324,13 +318,7 @@ class FitSettings:
 
 
 def keep_fit(mechanism: Mechanism, given: FitIn | None, angle: str) -> None:
-    """Keep what a file says of a fit; plain angles are in the unit of the file.
-
-    Raises
-    ------
-    ModelError
-        For numbers that the mechanism does not have, and bounds that are no pair.
-    """
+    """Keep what a file says of a fit; plain angles are in the unit of the file."""
     if given is None:
         return
     for number in given.by:

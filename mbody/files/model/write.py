@@ -191,13 +191,7 @@ class NumberWriter(Protocol):
 
 
 def curve_table(writer: NumberWriter, name: str, named: NamedCurve) -> dict[str, Any]:
-    """The table of a curve.
-
-    Raises
-    ------
-    ModelError
-        For a law that is no table.
-    """
+    """The table of a curve."""
     law: Any = named.given
     if not isinstance(law, (Table, Table2)):
         raise ModelError(

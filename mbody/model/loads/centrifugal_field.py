@@ -157,13 +157,7 @@ class CentrifugalField(Load):
 
 
 def second_moments(at: Numbers, body: Any, field: str) -> list[Any]:
-    """∫x² dm, ∫y² dm, ∫xy dm of a body about its mass centre, link axes [mass·length²].
-
-    Raises
-    ------
-    ModelError
-        For a massive body without `spread`, or one that its inertia contradicts.
-    """
+    """∫x² dm, ∫y² dm, ∫xy dm of a body about its mass centre, link axes [mass·length²]."""
     name, spread = body.name, body.spread
     inertia = at[f"{name}.inertia"]
     mass = at[f"{name}.mass"] if body.weight is None else at[f"{name}.weight"]
