@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from mbody.analysis.dynamics.simulate import simulate
     from mbody.analysis.equilibria.equilibrium import Equilibria, equilibrium
     from mbody.analysis.freedom.mobility import Mobility, mobility
-    from mbody.analysis.inverse.answers import Answer
+    from mbody.analysis.inverse.conditions import Answer
     from mbody.analysis.linear.modes import Modes, modes
     from mbody.derivatives.fit import fit
     from mbody.derivatives.gradient import gradient
@@ -284,7 +284,7 @@ _MODULES = {
     "analysis.dynamics.simulate": "simulate",
     "analysis.equilibria.equilibrium": "Equilibria equilibrium",
     "analysis.freedom.mobility": "Mobility mobility",
-    "analysis.inverse.answers": "Answer",
+    "analysis.inverse.conditions": "Answer",
     "inverse.solve_for": "solve_for",
     "analysis.linear.modes": "Modes modes",
     "derivatives.fit": "fit",

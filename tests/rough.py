@@ -21,7 +21,7 @@ from mbody import (
     Torque,
 )
 from mbody.engines.oracle.friction import DenseFriction
-from mbody.engines.oracle.reference import Reference
+from mbody.engines.oracle.mechanics import Reference
 from mbody.laws import ConstantSpeed, Harmonic
 
 CRANK, ROD, FORCE = 0.05, 0.2, 1000.0

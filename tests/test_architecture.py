@@ -30,7 +30,7 @@ SHARED = {
     *(
         "model.element",
         "model.primitives",
-        "model.static_friction",
+        "model.constraint",
     ),
     *("quantities.formula", "quantities.types"),
 }

@@ -13,7 +13,7 @@ import pytest
 
 import mbody
 from mbody import cli, gallery
-from mbody.cli.demo import PRINTED
+from mbody.cli.learn import PRINTED
 from mbody.core.selection import chosen
 from mbody.errors import ModelError, SolveError
 from tests.errors import command
@@ -133,13 +133,13 @@ def test_errors_are_one_sentence_and_a_status(error, status, monkeypatch, run):
     def fails(asked: object) -> int:
         raise error("loops do not close")
 
-    monkeypatch.setattr("mbody.cli.demo.demo", fails)
+    monkeypatch.setattr("mbody.cli.learn.demo", fails)
     assert run("demo") == (status, "", "mbody: loops do not close\n")
 
 
 def test_a_reader_that_leaves_gets_no_traceback():
     code = (
-        "import os, sys, mbody.cli as cli, mbody.cli.demo as demo\n"
+        "import os, sys, mbody.cli as cli, mbody.cli.learn as demo\n"
         "read, write = os.pipe(); os.close(read); os.dup2(write, 1)\n"
         "demo.demo = lambda asked: print('x' * 100000) or 0\n"
         "sys.exit(cli.main(['demo']))"
@@ -152,7 +152,7 @@ def test_a_stop_by_the_user_is_no_traceback(monkeypatch, run):
     def stopped(asked: object) -> int:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("mbody.cli.demo.demo", stopped)
+    monkeypatch.setattr("mbody.cli.learn.demo", stopped)
     assert run("demo") == (130, "", "mbody: stopped\n")
 
 

@@ -216,7 +216,7 @@ def test_a_lack_of_memory_is_a_line(monkeypatch, capsys):
     def greedy(asked):
         raise MemoryError
 
-    monkeypatch.setattr("mbody.cli.demo.demo", greedy)
+    monkeypatch.setattr("mbody.cli.learn.demo", greedy)
     assert cli.main(["demo"]) == 1
     assert (
         capsys.readouterr().err
@@ -228,7 +228,7 @@ def test_an_error_of_the_system_is_a_line(monkeypatch, capsys):
     def full(asked):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("mbody.cli.demo.demo", full)
+    monkeypatch.setattr("mbody.cli.learn.demo", full)
     assert cli.main(["demo"]) == 1
     assert "cannot write the output (No space left on device)" in capsys.readouterr().err
 
@@ -238,7 +238,7 @@ def test_errors_without_a_place_to_tell_them(error, status, monkeypatch, capsys)
     def fails(asked):
         raise error("loops do not close")
 
-    monkeypatch.setattr("mbody.cli.demo.demo", fails)
+    monkeypatch.setattr("mbody.cli.learn.demo", fails)
     monkeypatch.setattr(sys, "stderr", None)
     assert cli.main(["demo"]) == status
     assert capsys.readouterr().out == ""

@@ -21,7 +21,7 @@ from mbody import (
     sweep,
 )
 from mbody.engines.oracle.friction import DenseFriction
-from mbody.engines.oracle.reference import Reference
+from mbody.engines.oracle.mechanics import Reference
 from mbody.laws import Polynomial
 
 pytestmark = pytest.mark.processor

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody.derivatives.prepared_gradient import PreparedGradient
+from mbody.derivatives.fit_problem import PreparedGradient
 
 MEASURES = {
     "pin": "peak(A.force)",

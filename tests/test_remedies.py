@@ -112,8 +112,8 @@ def test_what_is_no_progress_is_told(progress):
 
 
 def test_progress_may_be_shown(capsys, monkeypatch):
-    monkeypatch.setattr("mbody.analysis.dynamics.progress.PATIENCE", -1.0)
-    monkeypatch.setattr("mbody.analysis.dynamics.progress.BETWEEN", -1.0)
+    monkeypatch.setattr("mbody.analysis.dynamics.interruptions.PATIENCE", -1.0)
+    monkeypatch.setattr("mbody.analysis.dynamics.interruptions.BETWEEN", -1.0)
     machine = gallery.load("double_pendulum")
     plain = mbody.simulate(machine, 30.0, progress=False)
     assert capsys.readouterr().err == ""

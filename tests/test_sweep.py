@@ -452,11 +452,11 @@ def test_the_command_tells_what_failed(capsys):
 
 def test_progress_is_shown_of_long_sweeps(monkeypatch, capsys):
     """After a while, on standard error, written over at the end."""
-    from mbody.analysis.dynamics import progress
+    from mbody.analysis.dynamics import interruptions
 
-    monkeypatch.setattr(progress, "PATIENCE", -1.0)
-    monkeypatch.setattr(progress, "BETWEEN", -1.0)
-    show = progress.counted("designs")
+    monkeypatch.setattr(interruptions, "PATIENCE", -1.0)
+    monkeypatch.setattr(interruptions, "BETWEEN", -1.0)
+    show = interruptions.counted("designs")
     show(50, 200)
     assert "25 %" in capsys.readouterr().err
     show(200, 200)

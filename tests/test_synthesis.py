@@ -13,7 +13,7 @@ from mbody.cli import main
 from mbody.errors import ModelError, SolveError
 from mbody.synthesis.linkage_kinds import KINDS, FourBar
 from mbody.synthesis.linkages import PathDemand, best_shapes
-from mbody.synthesis.point_files import read_demand
+from mbody.synthesis.request import read_demand
 from tests.synthesis_cases import (
     CLOSED,
     CLOSED_TIMING,

@@ -918,7 +918,7 @@ def parser() -> argparse.ArgumentParser:
     command("schema", "print the JSON Schema of model files, for editors", "analyse.schema")
     installed = "what is installed, and where the kernels are kept"
     add_json(command("doctor", installed, "compile.doctor"))
-    command("demo", "a textbook four-bar: all forces, and the book's answers beside", "demo.demo")
+    command("demo", "a textbook four-bar: all forces, and the book's answers beside", "learn.demo")
     libraries = command(
         "compile",
         "the kernels as libraries: for other machines, C programs and co-simulation",

@@ -8,16 +8,15 @@ import math
 from pathlib import Path
 from typing import Any
 
-from mbody.cli.interrupts import interrupt
 from mbody.cli.option_values import bounds, model_in, model_of, named_values, path_of, whole_number
-from mbody.cli.streams import UsageError, message
+from mbody.cli.streams import UsageError, interrupt, message
 from mbody.solution.doubts import heading, unit_symbols
 
 
 def synthesize(args: Any) -> int:
     """Find designs, write them as model files, and print them as a table or as data."""
     from mbody.synthesis import synthesize as designs_for
-    from mbody.synthesis.point_files import read_demand
+    from mbody.synthesis.request import read_demand
 
     if args.model is not None and args.point is None:
         raise UsageError(
@@ -133,7 +132,7 @@ def add_linkages(command: argparse.ArgumentParser) -> None:
 
 def linkages(args: Any) -> int:
     """Write a data set, or go on with one."""
-    from mbody.analysis.dynamics.progress import counted
+    from mbody.analysis.dynamics.interruptions import counted
     from mbody.sweeps.run import cores
     from mbody.topologies.dataset import LinkageSet, write_linkages
 

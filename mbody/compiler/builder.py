@@ -34,8 +34,7 @@ from numba.core.codegen import CPUCodegen, JITCodeLibrary
 from mbody.compiler import cache
 from mbody.compiler.c_interface import FORMS, WORDS, common, wrapper
 from mbody.compiler.linking import Inner, called_libraries, link_into
-from mbody.compiler.numba_bundle import number_type
-from mbody.compiler.numba_callbacks import SYMBOL
+from mbody.compiler.numba_bundle import SYMBOL, number_type
 from mbody.compiler.targets import TARGETS, Target, link
 from mbody.core.interface import Array, signature
 from mbody.core.library import seal

@@ -23,7 +23,7 @@ from typing import Any
 from llvmlite import ir
 from numba import types
 
-from mbody.compiler.numba_callbacks import SYMBOL
+from mbody.compiler.numba_bundle import SYMBOL
 
 #: Endings of the names; programs in C need the last one alone.
 WORDS = "_words"

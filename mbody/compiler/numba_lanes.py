@@ -2,35 +2,408 @@
 
 from __future__ import annotations
 
-from typing import Any
+import operator
+from collections.abc import Callable
+from typing import Any, TypeVar
 
 import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
+from numba.core.typeconv.castgraph import Conversion
 from numba.core.typing.templates import signature
-from numba.extending import lower_builtin, overload, type_callable
+from numba.extending import (
+    lower_builtin,
+    lower_cast,
+    models,
+    overload,
+    register_model,
+    type_callable,
+)
 
 from mbody.compiler.jit import inline
-from mbody.compiler.lanes_type import (
-    Lanes,
-    elementwise,
-    extreme,
-    if_odd,
-    is_plain,
-    lane_count,
-    llvm_type,
-    negate_if_two,
-    reduction,
-    row_load,
-    row_store,
-    select_ordered,
-    witness,
-)
 from mbody.core import lanes as plain
 from mbody.core.interface import FASTMATH
 from mbody.core.lanes import LANES, Number, sincos
 from mbody.core.stack import FRAME_NUMBERS, numbers_in_frame
+
+# -- Numba's type of numbers with many lanes, and the LLVM instructions of their operations ----
+#
+# The arithmetic of :class:`Lanes` is defined here.  The functions of `mbody.core.lanes` are plain
+# Python there, each with a decorator of this module that defines its compiled version.
+
+# mypy: disallow-any-unimported=False, disallow-subclassing-any=False
+# mypy: disallow-untyped-decorators=False, disallow-untyped-calls=False
+
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+# ---------------------------------------------------------------------------------------------
+# The type
+
+
+class Lanes(types.Type):
+    """Numba's type of ``lanes`` float64 numbers that are computed in parallel."""
+
+    #: Whether the lanes are one number with its derivatives (`mbody.compiler.numba_duals`).
+    dual = False
+
+    def __init__(self, lanes: int) -> None:
+        self.lanes = lanes
+        super().__init__(f"{type(self).__name__}({lanes})")
+
+    @property
+    def key(self) -> int:
+        return self.lanes
+
+    @property
+    def positions(self) -> int:
+        """How many positions a number is of."""
+        return 1 if self.dual else self.lanes
+
+    def can_convert_from(self, typing_context: Any, other: Any) -> Any:
+        return Conversion.safe if is_plain(other) else None
+
+    def unify(self, typing_context: Any, other: Any) -> Any:
+        return self if other is self or is_plain(other) else None
+
+
+@register_model(Lanes)
+class _LanesModel(models.PrimitiveModel):
+    def __init__(self, manager: Any, kind: Lanes) -> None:
+        super().__init__(manager, kind, llvm_type(kind))
+
+
+def is_plain(kind: Any) -> bool:
+    """Whether a type is one ordinary number."""
+    return isinstance(kind, types.Float | types.Integer)
+
+
+def llvm_type(kind: Any) -> Any:
+    if isinstance(kind, Lanes):
+        return ir.VectorType(ir.DoubleType(), kind.lanes)
+    return ir.DoubleType()
+
+
+def common(*kinds: Any) -> Any:
+    """The type to compute in: the Lanes among the operands, or float64; None if they do not
+    match.
+    """
+    found = {kind for kind in kinds if isinstance(kind, Lanes)}
+    if len(found) > 1 or not all(isinstance(kind, Lanes) or is_plain(kind) for kind in kinds):
+        return None
+    return found.pop() if found else types.float64
+
+
+@lower_cast(types.Float, Lanes)
+@lower_cast(types.Integer, Lanes)
+def _broadcast(context: Any, builder: Any, source: Any, target: Any, value: Any) -> Any:
+    """Copy one ordinary number to all lanes."""
+    number = context.cast(builder, value, source, types.float64)
+    vector = llvm_type(target)
+    index = ir.IntType(32)
+    undefined = ir.Constant(vector, ir.Undefined)
+    first = builder.insert_element(undefined, number, ir.Constant(index, 0))
+    zeros = ir.Constant(ir.VectorType(index, target.lanes), [0] * target.lanes)
+    return builder.shuffle_vector(first, undefined, zeros)
+
+
+# ---------------------------------------------------------------------------------------------
+# Arithmetic
+
+
+def _unary(function: Any, generate: Callable[[Any, Any], Any]) -> None:
+    """Define a function of one number for lanes."""
+
+    @type_callable(function)
+    def _typer(context: Any) -> Any:
+        def typer(x: Any) -> Any:
+            return x if isinstance(x, Lanes) else None
+
+        return typer
+
+    @lower_builtin(function, Lanes)
+    def _lower(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        return generate(builder, arguments[0])
+
+
+def _binary(function: Any, instruction: str) -> None:
+    @type_callable(function)
+    def _typer(context: Any) -> Any:
+        def typer(a: Any, b: Any) -> Any:
+            kind = common(a, b)
+            return signature(kind, kind, kind) if isinstance(kind, Lanes) else None
+
+        return typer
+
+    @lower_builtin(function, Lanes, Lanes)
+    def _lower(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        return getattr(builder, instruction)(*arguments, flags=tuple(FASTMATH))
+
+
+def intrinsic(name: str) -> Callable[[Any, Any], Any]:
+    """Generator of a call of LLVM's function ``llvm.<name>`` of one number."""
+
+    def generate(builder: Any, x: Any) -> Any:
+        lanes = f"v{x.type.count}" if isinstance(x.type, ir.VectorType) else ""
+        function = cgutils.get_or_insert_function(
+            builder.module, ir.FunctionType(x.type, [x.type]), f"llvm.{name}.{lanes}f64"
+        )
+        return builder.call(function, [x])
+
+    return generate
+
+
+for _function, _instruction in (
+    (operator.add, "fadd"),
+    (operator.iadd, "fadd"),
+    (operator.sub, "fsub"),
+    (operator.isub, "fsub"),
+    (operator.mul, "fmul"),
+    (operator.imul, "fmul"),
+    (operator.truediv, "fdiv"),
+    (operator.itruediv, "fdiv"),
+):
+    _binary(_function, _instruction)
+
+_unary(operator.neg, lambda builder, x: builder.fneg(x))
+_unary(np.sqrt, intrinsic("sqrt"))
+_unary(np.abs, intrinsic("fabs"))
+_unary(abs, intrinsic("fabs"))
+
+
+# ---------------------------------------------------------------------------------------------
+# Rows of arrays
+
+
+def witness(lanes: int, kind: type[Lanes] = Lanes) -> Callable[[F], F]:
+    """Decorator of the function without arguments that returns this many zeros."""
+
+    def decorate(function: F) -> F:
+        @type_callable(function)
+        def _typer(context: Any) -> Any:
+            def typer() -> Any:
+                return kind(lanes)
+
+            return typer
+
+        @lower_builtin(function)
+        def _lower(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+            return ir.Constant(llvm_type(sig.return_type), None)
+
+        return function
+
+    return decorate
+
+
+def is_rows(array: Any, row: Any, w: Any) -> bool:
+    return (
+        isinstance(array, types.Array)
+        and array.dtype == types.float64
+        and array.layout == "C"
+        and isinstance(row, types.Integer)
+        and ((array.ndim == 2 and isinstance(w, Lanes)) or _is_column(array, w))
+    )
+
+
+def _is_column(array: Any, w: Any) -> bool:
+    """Whether the numbers of one design: of shape (rows, 1) or (rows,)."""
+    return w == types.float64 and array.ndim in (1, 2)
+
+
+def row_address(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+    """Address of a row, from the arguments (array, row, ...) of a load or a store."""
+    kind = sig.args[-1]
+    array = context.make_array(sig.args[0])(context, builder, arguments[0])
+    row = context.cast(builder, arguments[1], sig.args[1], types.intp)
+    if isinstance(kind, Lanes):
+        row = builder.mul(row, ir.Constant(row.type, kind.lanes), flags=("nsw",))
+    return builder.bitcast(builder.gep(array.data, [row]), llvm_type(kind).as_pointer())
+
+
+def row_load(function: F) -> F:
+    """Decorator of the load of a row: (array, row, witness)."""
+
+    @type_callable(function)
+    def _typer(context: Any) -> Any:
+        def typer(array: Any, row: Any, w: Any) -> Any:
+            return w if is_rows(array, row, w) else None
+
+        return typer
+
+    @lower_builtin(function, types.Array, types.Integer, Lanes)
+    @lower_builtin(function, types.Array, types.Integer, types.float64)
+    def _lower(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        value = builder.load(row_address(context, builder, sig, arguments))
+        value.align = 8  # LLVM would assume the alignment of a whole row
+        return value
+
+    return function
+
+
+def row_store(*, constants: bool) -> Callable[[F], F]:
+    """Decorator of a store of a row: (array, row, value, witness). Without `constants` a plain
+    number is left out where there are lanes.
+    """
+
+    def decorated(function: F) -> F:
+        @type_callable(function)
+        def _typer(context: Any) -> Any:
+            def typer(array: Any, row: Any, value: Any, w: Any) -> Any:
+                if not is_rows(array, row, w) or not array.mutable or common(value, w) != w:
+                    return None
+                left = not constants and isinstance(w, Lanes) and is_plain(value)
+                return signature(types.none, array, row, types.float64 if left else w, w)
+
+            return typer
+
+        @lower_builtin(function, types.Array, types.Integer, Lanes, Lanes)
+        @lower_builtin(function, types.Array, types.Integer, types.float64, types.float64)
+        def _lower(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+            store = builder.store(arguments[2], row_address(context, builder, sig, arguments))
+            store.align = 8
+            return context.get_dummy_value()
+
+        @lower_builtin(function, types.Array, types.Integer, types.float64, Lanes)
+        def _left_out(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+            return context.get_dummy_value()
+
+        return function
+
+    return decorated
+
+
+def lane_count(function: F) -> F:
+    """Decorator of the function that returns the number of positions."""
+
+    @type_callable(function)
+    def _typer(context: Any) -> Any:
+        def typer(w: Any) -> Any:
+            return types.intp if common(w) is not None else None
+
+        return typer
+
+    @lower_builtin(function, types.Any)
+    def _lower(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        kind = sig.args[0]
+        return context.get_constant(types.intp, kind.positions if isinstance(kind, Lanes) else 1)
+
+    return function
+
+
+# ---------------------------------------------------------------------------------------------
+# Choices and reductions
+
+
+def elementwise(operands: int, generate: Callable[..., Any]) -> Callable[[F], F]:
+    """Decorator of a function of several numbers, of lanes or of float64."""
+
+    def typed(*kinds: Any) -> Any:
+        kind = common(*kinds)
+        return None if kind is None else signature(kind, *[kind] * operands)
+
+    def lower(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        return generate(builder, *arguments)
+
+    def decorate(function: F) -> F:
+        @type_callable(function)
+        def _typer(context: Any) -> Any:
+            if operands == 2:
+                return lambda a, b: typed(a, b)
+            if operands == 3:
+                return lambda a, b, c: typed(a, b, c)
+            return lambda a, b, x, y: typed(a, b, x, y)
+
+        for kind in (Lanes, types.float64):
+            lower_builtin(function, *[kind] * operands)(lower)
+        return function
+
+    return decorate
+
+
+def extreme(relation: str) -> Callable[[Any, Any, Any], Any]:
+    """Generator of the smaller or the larger of two numbers, where NaN prevails."""
+
+    def generate(builder: Any, a: Any, b: Any) -> Any:
+        # "Unordered" relations are true for NaN: this is a if either is NaN ...
+        chosen = builder.select(builder.fcmp_unordered(relation, a, b), a, b)
+        # ... so that only a NaN in b alone remains.
+        return builder.select(builder.fcmp_unordered("uno", b, b), b, chosen)
+
+    return generate
+
+
+def select_ordered(builder: Any, a: Any, b: Any, x: Any, y: Any) -> Any:
+    """Instructions of x where a <= b, else y."""
+    return builder.select(builder.fcmp_ordered("<=", a, b), x, y)
+
+
+def _integer_type(kind: Any) -> Any:
+    """The type of 64-bit integers with as many lanes as a type of floats."""
+    word = ir.IntType(64)
+    return ir.VectorType(word, kind.count) if isinstance(kind, ir.VectorType) else word
+
+
+def _constant(kind: Any, value: int) -> Any:
+    return ir.Constant(kind, [value] * kind.count if isinstance(kind, ir.VectorType) else value)
+
+
+def if_odd(builder: Any, t: Any, x: Any, y: Any) -> Any:
+    """Instructions of x where the last bit of t is set, else y."""
+    kind = _integer_type(t.type)
+    bit = builder.and_(builder.bitcast(t, kind), _constant(kind, 1))
+    return builder.select(builder.icmp_unsigned("!=", bit, _constant(kind, 0)), x, y)
+
+
+def negate_if_two(builder: Any, t: Any, x: Any) -> Any:
+    """Instructions of -x where the last bit but one of t is set, else x."""
+    kind = _integer_type(t.type)
+    bit = builder.and_(builder.bitcast(t, kind), _constant(kind, 2))
+    sign = builder.shl(bit, _constant(kind, 62))
+    return builder.bitcast(builder.xor(builder.bitcast(x, kind), sign), x.type)
+
+
+def reduction(combine: Callable[[Any, Any, Any], Any]) -> Callable[[F], F]:
+    """Decorator of a function from all lanes to one float64: halves against each other."""
+
+    def decorate(function: F) -> F:
+        @type_callable(function)
+        def _typer(context: Any) -> Any:
+            def typer(a: Any) -> Any:
+                kind = common(a)
+                return None if kind is None else signature(types.float64, kind)
+
+            return typer
+
+        @lower_builtin(function, Lanes)
+        def _lower(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+            value = arguments[0]
+            index = ir.IntType(32)
+            parts = [value]
+            lanes = sig.args[0].lanes
+            while lanes > 1 and lanes % 2 == 0:
+                lanes //= 2
+                kind = ir.VectorType(index, lanes)
+                low = ir.Constant(kind, list(range(lanes)))
+                high = ir.Constant(kind, list(range(lanes, 2 * lanes)))
+                undefined = ir.Constant(value.type, ir.Undefined)
+                parts = [builder.shuffle_vector(value, undefined, half) for half in (low, high)]
+                value = combine(builder, *parts)
+            result = builder.extract_element(value, ir.Constant(index, 0))
+            for lane in range(1, lanes):  # of an odd number of lanes
+                other = builder.extract_element(value, ir.Constant(index, lane))
+                result = combine(builder, result, other)
+            return result
+
+        @lower_builtin(function, types.float64)
+        def _lower_one(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+            return arguments[0]
+
+        return function
+
+    return decorate
+
 
 # mypy: disallow-any-unimported=False, disallow-subclassing-any=False
 # mypy: disallow-untyped-decorators=False, disallow-untyped-calls=False

@@ -124,6 +124,6 @@ def call_user(handle: int, x: np.ndarray, y: np.ndarray) -> int:
 
     ``x`` and ``y`` are contiguous 1-D float64 arrays; the function fills ``y``.  Returns 0, or 1 if
     it raised: then ``y`` is as before and :func:`failure` gives the exception. In compiled code the
-    same, through `DOOR` (`mbody.compiler.numba_callbacks`).
+    same, through `DOOR` (`mbody.compiler.numba_bundle`).
     """
     return _call(handle, x, y)

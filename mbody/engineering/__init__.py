@@ -5,7 +5,7 @@ from mbody.analysis.initial.close_loops import close_loops
 from mbody.analysis.linear.linearize import linearize
 from mbody.engineering.bearing_loads import BearingLoad, bearing_load
 from mbody.engineering.cam_limits import CamAnalysis, CamPlace, cam_analysis
-from mbody.engineering.cam_profile import cam_profile
+from mbody.engineering.cam_profile import CamUndercut, cam_profile, cam_undercut
 from mbody.engineering.fluctuation import Fluctuation, energy_fluctuation, fluctuation
 from mbody.engineering.flywheel import FlywheelProof, FlywheelSizing, flywheel, size_flywheel
 from mbody.engineering.force_balance import ForceBalance, force_balance
@@ -43,8 +43,7 @@ from mbody.engineering.shaking import (
     shaking_orders,
 )
 from mbody.engineering.spring_balance import SpringBalance, spring_balance
-from mbody.engineering.undercutting import CamUndercut, cam_undercut
-from mbody.solution.momentum import momentum
+from mbody.solution.balances import momentum
 
 __all__ = [
     "CamAnalysis",

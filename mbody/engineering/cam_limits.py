@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.analysis.driven.driven import kinematics
-from mbody.engineering.relative_motion import check_moving, pose_at
+from mbody.engineering.motion_polygons import check_moving, pose_at
 from mbody.errors import ModelError, SolveError, brief
 from mbody.laws import Law
 from mbody.model.element import listed

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.engineering.relative_motion import (
+from mbody.engineering.motion_polygons import (
     AT_REST,
     at_unit_speed,
     check_moving,

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbody.engineering.relative_motion import check_moving, relative_motion, relative_path
+from mbody.engineering.motion_polygons import check_moving, relative_motion, relative_path
 from mbody.model.element import Marker
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution, as_solution

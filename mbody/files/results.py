@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.analysis.inverse.answers import Answer, AnswerCase
+from mbody.analysis.inverse.conditions import Answer, AnswerCase
 from mbody.files.tables import driving_powers, friction_data, own_column
 from mbody.files.writing import writing
 from mbody.quantities.evaluate import degrees_of

@@ -10,8 +10,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mbody.analysis.inverse.answers import Answer, AnswerCase
-from mbody.analysis.inverse.conditions import Relation, check_question, relations
+from mbody.analysis.inverse.conditions import (
+    Answer,
+    AnswerCase,
+    Relation,
+    check_question,
+    relations,
+)
 from mbody.errors import ModelError, SolveError, brief
 from mbody.inverse.extremum import Extremum, Unbounded, climbed, extremum
 from mbody.inverse.roots import HOLDS, Affine, SingularEquations, affine, newton, scan, spread

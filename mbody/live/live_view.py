@@ -4,26 +4,636 @@ from __future__ import annotations
 
 import base64
 import gzip
+import math
+import random
 import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
 from functools import cache
 from importlib import resources
 from typing import Any
 
+import numpy as np
+
+from mbody.analysis.driven.driven import kinematics
+from mbody.analysis.initial.close_loops import close_loops
+from mbody.core.recorded_numbers import Untraceable
 from mbody.errors import ModelError, SolveError
 from mbody.image.changeable import Changeable, changeable_numbers
 from mbody.image.model_image import to_image
 from mbody.image.webassembly import MODULE, browser_core
 from mbody.kernels.layout import PER_PRIMITIVE
+from mbody.laws.kernels import OPERATIONS
 from mbody.live.file_numbers import CutFile, file_numbers
-from mbody.live.shape_places import shape_places
+from mbody.model.element import Numbers
+from mbody.model.joints import PinSlot, Prismatic
+from mbody.model.loads import ReciprocatingCylinder
 from mbody.model.numbers import dimension_named
 from mbody.quantities.units import DIMENSIONS
 from mbody.solution.contact_forces import rough_pairs
 from mbody.solution.solution import Solution
-from mbody.system.system import System
+from mbody.solution.tracing import Recording
+from mbody.system.system import System, polar_points
+from mbody.views.body_shapes import guide, travel
+from mbody.views.links import places as link_places
 from mbody.views.page import Viewer, runs_of, view
 from mbody.views.page_data import scene_data
-from mbody.views.scene import scene
+from mbody.views.pose import Carrier, Pose, on
+from mbody.views.scene import Scene, scene, sketched
+from mbody.views.sketch import KeptShape, SceneSketch
+
+# -- How the shapes of a scene follow numbers of the mechanism that change ---------------------
+#
+# A shape is made for certain numbers. Here every corner of it is put down as a place between two
+# anchors: places on its body that follow from the numbers by a recorded program, the ends of
+# guides, or of cylinders. What moves with what is not guessed from coincidences: the scene is made
+# for two sets of numbers that differ at random, and only an anchor that moves as the corner does is
+# taken. Numbers that move a corner for which there is none cannot be changed on a page.
+
+# -- Places on bodies that shapes of a live page are drawn at, as they follow from the numbers -
+
+Array = np.ndarray
+
+#: Directions of markers, such as those of guides.
+MARKER = re.compile(r"\.(i|j|at|axis)\.angle$")
+#: Change of a length, in parts of that of the model, and of an angle: large beside rounding, small
+#: beside what would make other shapes.
+STEP = 1e-6
+#: Two changes are the same, in parts of the greatest change: what is left out is of second order.
+SAME = 1e-3
+#: Analyses of driven motion.
+DRIVEN = ("kinematics", "kinetostatics", "statics")
+#: Instants of the motion for which the shapes are made again, those of guides among them.
+INSTANTS = 13
+
+
+@dataclass
+class Anchor:
+    """A place on a body, in axes at its mass centre: in the scene, and in both sets of numbers."""
+
+    body: str
+    made: Any
+    shown: Array
+    base: Array
+    other: Array
+    key: str = ""
+
+    @property
+    def moved(self) -> Array:
+        """The change between the sets."""
+        return np.asarray(self.other - self.base)
+
+
+class Anchors:
+    """The anchors of a scene, for its numbers and for two sets that differ at random."""
+
+    def __init__(
+        self, scene: Scene, data: dict[str, Any], changeable: Changeable, names: list[str]
+    ) -> None:
+        self.scene, self.data, self.changeable = scene, data, changeable
+        self.system: System = changeable.system
+        self.shown = SceneSketch(Pose(scene.run, 0), scene.unit, scene.small)
+        chance = random.Random(2)
+        steps = {name: self._step(name) * chance.uniform(0.5, 1.5) for name in names}
+        steps = {name: step for name, step in steps.items() if step}
+        # directions of markers turn shapes, for which there are no rules
+        self.turns = {name: step for name, step in steps.items() if MARKER.search(name)}
+        self.steps = {name: step for name, step in steps.items() if name not in self.turns}
+        self.other_system = self._changed(self.steps)
+        self.driven = len(scene.run) > 1 and scene.run.analysis in DRIVEN
+        try:
+            self.base, self.other = self._made(self.system), self._made(self.other_system)
+        except (ModelError, SolveError):  # other numbers move the ends of its range
+            self.driven = False
+            self.base, self.other = self._made(self.system), self._made(self.other_system)
+        recording = Recording(changeable.rules)
+        self.recording, self.values = recording, changeable.values(dict(recording.inputs))
+        machine = self.system.mechanism
+        self.traced = Numbers(self.values, polar_points(machine), machine.bodies)
+        self.targets: list[Any] = []
+        self.anchors: list[Anchor] = []
+        self.guides: list[dict[str, Any]] = []
+        self.spans: list[tuple[int, int]] = []
+        self.radii: dict[str, int] = {}
+        self._find_anchors()
+        most = max((float(np.abs(one.moved).max()) for one in self.anchors), default=0.0)
+        self.same = SAME * max(most, STEP * 0.1 * self.system.length)
+
+    def _step(self, name: str) -> float:
+        """A small change of a number; none of one that is zero and no length and no angle."""
+        value = abs(float(self.system.values[name]))
+        dimension = dimension_named(self.system.mechanism, name)
+        if dimension == DIMENSIONS["length"]:
+            return STEP * max(value, 0.1 * self.system.length)
+        return STEP if dimension == DIMENSIONS["angle"] else STEP * value
+
+    def _changed(self, changes: dict[str, float]) -> System:
+        return self.system.with_values(
+            {name: float(self.system.values[name]) + by for name, by in changes.items()}
+        )
+
+    def _made(self, system: System) -> SceneSketch:
+        """The scene for some numbers, with a motion as that of the scene where it is driven."""
+        return sketched(Pose(self._run(system), 0), self.scene.unit, self.scene.small)
+
+    def _run(self, system: System) -> Solution:
+        run = self.scene.run
+        drivers = system.mechanism.drivers
+        if not self.driven:
+            return close_loops(system)
+        index = np.unique(np.round(np.linspace(0, len(run) - 1, INSTANTS)).astype(np.int64))
+        if np.ptp(run.t) > 0.0 or not drivers:
+            return kinematics(system, t=run.t[index])
+        # the ends of a range are dead centres, which other numbers move
+        index = np.unique(
+            np.round(np.linspace(0.1, 0.9, INSTANTS) * (len(run) - 1)).astype(np.int64)
+        )
+        drive = {one.name: run.driven(one.name)[0][index] for one in drivers}
+        return kinematics(system, drive=drive)
+
+    # -- anchors ----------------------------------------------------------------------------------
+
+    def _add(self, body: str, made: Any, plain: Any, key: str = "") -> int:
+        """An anchor: traced, and as the numbers (shown, base, other) have it."""
+        try:
+            for part in made if made is not None else ():
+                self.recording.place_of(part)
+        except Untraceable:
+            made = None
+        shown, base, other = (np.array(one, dtype=float) for one in plain)
+        self.anchors.append(Anchor(body, made, shown, base, other, key))
+        return len(self.anchors) - 1
+
+    def _find_anchors(self) -> None:
+        machine = self.system.mechanism
+        sets = self.system.numbers, self.system.numbers, self.other_system.numbers
+        for element in machine:
+            for side, marker in element.places().items():
+                made = self.traced.arm(element, side)
+                plain = [one.arm(element, side) for one in sets]
+                self._add(marker.body, made, plain, f"{element.name}.{side}")
+        for body in (*machine.bodies, machine.ground):
+            for point in body.points:
+                made, *plain = (_place(one, body.name, point) for one in (self.traced, *sets))
+                self._add(body.name, made, plain, f"{body.name}.{point}")
+            self._add(body.name, (0.0, 0.0), [(0.0, 0.0)] * 3, body.name)
+        for joint in machine.joints:
+            if isinstance(joint, (Prismatic, PinSlot)):
+                self._guide(joint)
+        for load in machine.loads:
+            if isinstance(load, ReciprocatingCylinder):
+                self._cylinder(load)
+
+    def _key(self, key: str) -> int:
+        return next(n for n, one in enumerate(self.anchors) if one.key == key)
+
+    def _guide(self, joint: Prismatic | PinSlot) -> None:
+        """Both ends of a guide, which are those of the way in the whole motion."""
+        body, rail, slides = guide(joint)
+        ends = []
+        for sketch in (self.shown, self.base, self.other):
+            world = np.array(travel(sketch, joint))
+            ends.append(on(body).kept(world, sketch.pose.run, sketch.pose.k))
+        low, high = (
+            self._add(body, None, [one[n] for one in ends], f"{joint.name}:{n}") for n in (0, 1)
+        )
+        more = (
+            2.1 * self.base.size("block")
+            if isinstance(joint, Prismatic)
+            else 2.2 * self.base.size("pin")
+        )
+        self.guides.append(
+            {
+                "ends": [low, high],
+                "rail": self._key(f"{joint.name}.{rail}"),
+                "slides": self._key(f"{joint.name}.{slides}"),
+                "angle": self._target(self.traced.angle(joint, rail)),
+                "more": more,
+            }
+        )
+        self.spans.append((low, high))
+
+    def _cylinder(self, load: ReciprocatingCylinder) -> None:
+        """Head, mouth and piston, as `mbody.views.load_symbols.barrel` has them."""
+        block = self.base.size("block")
+
+        def made(values: Any, numbers: Numbers) -> list[Any]:
+            near, far, spare = (
+                values[f"{load.name}.{key}"] for key in ("near", "far", "clearance")
+            )
+            plain = self.system.values
+            sense = math.copysign(1.0, plain[f"{load.name}.near"] - plain[f"{load.name}.far"])
+            near, far, thick = sense * near, sense * far, 0.3 * block
+            ahead = near - far + spare + thick + 1.3 * block
+            if sense * plain[f"{load.name}.near"] < 0.0:
+                ahead = np.maximum(np.minimum(ahead, -near - spare - thick), 0.0)
+            angle, (x, y) = numbers.angle(load, "i"), numbers.arm(load, "i")
+            c, s = sense * np.cos(angle), sense * np.sin(angle)
+            head, mouth = near + ahead + spare + thick, far + ahead - spare - thick
+            return [
+                (x + head * c, y + head * s),
+                (x + mouth * c, y + mouth * s),
+                (ahead * c, ahead * s),
+            ]
+
+        traced = made(self.values, self.traced)
+        own = made(self.system.values, self.system.numbers)
+        other = made(self.other_system.values, self.other_system.numbers)
+        found = [
+            self._add(body, traced[n], [own[n], own[n], other[n]], f"{load.name}:{n}")
+            for n, body in enumerate((load.i.body, load.i.body, f"{load.name}.piston"))
+        ]
+        self._add(f"{load.name}.piston", (0.0, 0.0), [(0.0, 0.0)] * 3)
+        self.spans.append((found[0], found[1]))
+
+    def _target(self, value: Any) -> int:
+        self.targets.append(value)
+        return len(self.targets) - 1
+
+    def _of(self, body: str) -> list[int]:
+        return [n for n, one in enumerate(self.anchors) if one.body == body]
+
+    def _nearest(self, body: str, at: Array) -> int:
+        return min(self._of(body), key=lambda n: float(np.hypot(*(self.anchors[n].shown - at))))
+
+
+def _place(numbers: Numbers, body: str, point: str) -> tuple[Any, Any]:
+    """A named point from the mass centre of its body."""
+    (x, y), (cx, cy) = numbers.point(f"{body}.{point}"), numbers.point(f"{body}.cg")
+    return x - cx, y - cy
+
+
+#: Shapes that have dimensions of the mechanism; others are signs, which go with a place.
+SOLID = ("link:", "wheel:", "cam:", "base:", "roller:", "face:", "rail:", "road:", "rack:")
+JOINED = ("pulley:", "belt:", "rope:", "cylinder:", "rod:", "piston:", "stem:", "block:")
+MEASURED = (*SOLID, *JOINED, "cg:", "edge:")
+#: The greatest extent of a sign, in points of the paper.
+SMALL = 70.0
+#: Hatching about a wheel leans less where the wheel is larger: this part is not followed.
+LEAN = 0.1
+
+
+@dataclass
+class ShapePlaces:
+    """Anchors, and what lies at them.
+
+    Attributes
+    ----------
+    program : dict
+        From the numbers that an image takes to the anchors and further numbers.
+    rules : dict
+        Of the scene: its shapes, carriers, labels, movers and forces.
+    unmoved : dict
+        By name of the numbers that shapes do not follow, why.
+    """
+
+    program: dict[str, Any]
+    rules: dict[str, Any]
+    unmoved: dict[str, str] = field(default_factory=dict)
+
+
+def shape_places(
+    scene: Scene, data: dict[str, Any], changeable: Changeable, names: Iterable[str]
+) -> ShapePlaces:
+    """The rules by which a scene follows these numbers."""
+    return _Follower(scene, data, changeable, list(names)).found()
+
+
+class _Follower(Anchors):
+    """Works the rules out."""
+
+    # -- rules ------------------------------------------------------------------------------------
+
+    def found(self) -> ShapePlaces:
+        """All rules."""
+        base, other = self.base.record.shapes, self.other.record.shapes
+        own = self._unsorted()
+        alike = len(base) == len(other) == len(own) and all(
+            (a.kind, a.look.name) == (b.kind, b.look.name) == (c.kind, c.look.name)
+            for a, b, c in zip(base, other, own, strict=True)
+        )
+        shapes: list[Any] = [None] * len(own)
+        loose: list[int] = []
+        if alike:
+            for n, shape in enumerate(own):
+                rule = self._shape(shape, base[n], other[n])
+                if rule == "loose":
+                    loose.append(n)
+                else:
+                    shapes[n] = rule
+        else:
+            loose = list(range(len(base)))
+        unmoved = self._unmoved(loose, alike)
+        order = sorted(range(len(own)), key=lambda n: own[n].look.z)
+        rules = {
+            "shapes": {str(k): shapes[n] for k, n in enumerate(order) if shapes[n] is not None},
+            "carriers": [self._carrier(one) for one in self.scene.carriers],
+            "labels": [self._label(one) for one in self.scene.labels],
+            "movers": [self._mover(one["n"]) for one in self.data["movers"]],
+            "forces": [self._force(one["of"], one.get("load")) for one in self.data["forces"]],
+            "guides": self.guides,
+            "places": {one.key: n for n, one in enumerate(self.anchors) if self._is_arm(one.key)},
+            "points": {one.key: n for n, one in enumerate(self.anchors) if self._is_point(one.key)},
+        }
+        return ShapePlaces(self._program(rules), rules, unmoved)
+
+    def _unsorted(self) -> list[KeptShape]:
+        """The shapes of the scene in the order in which they were drawn: both are sorted alike."""
+        drawn = sketched(self.shown.pose, self.scene.unit, self.scene.small)
+        return drawn.record.shapes
+
+    def _shape(self, shown: KeptShape, base: KeptShape, other: KeptShape) -> Any:
+        """The rule of one shape, None where it stays as it is on its carrier, or "loose"."""
+        name = shown.look.name
+        if name.startswith("link:"):
+            return self._link(name.removeprefix("link:"), shown)
+        sign = not name.startswith(MEASURED)
+        if shown.carrier.end is not None and (sign or name.startswith(("rod:", "rope:"))):
+            return None
+        if name.startswith("tie:"):
+            return self._tie(shown)
+        body = self._body(shown.carrier)
+        pair = self._stretched(body, shown, base, other)
+        if pair is not None:
+            return self._placed(shown, pair)
+        if not base.points.shape == other.points.shape == shown.points.shape:
+            return None if _along(base, other, self.same) else "loose"
+        moved, grown = other.points - base.points, other.radius - base.radius
+        finite = np.isfinite(moved).all(axis=1)
+        if not finite.any() or (
+            float(np.abs(moved[finite]).max()) <= self.same and abs(grown) <= self.same
+        ):
+            return None
+        if shown.carrier.end is not None:
+            return "loose"
+        at = self._rigid(body, base.points, moved, finite)
+        if shown.kind == "circle":
+            radius = self._radius(grown) if abs(grown) > self.same else -1
+            if at is None or radius is None:
+                return "loose"
+            return self._placed(shown, [(at, at, 0.0)]) | ({"r": radius} if radius >= 0 else {})
+        if at is not None:
+            return {"at": at}
+        rows = self._rows(body, shown, moved, finite)
+        if rows is not None:
+            return self._placed(shown, rows)
+        scaled = self._scaled(body, base, moved, finite)
+        if scaled is not None:
+            return scaled
+        if sign and body not in self.system.bodies and body != "ground":
+            return None
+        extent = np.ptp(shown.points[finite], axis=0).max()
+        if sign and extent < SMALL * self.scene.unit:
+            return {"at": self._nearest(body, shown.points[finite].mean(axis=0))}
+        return None if _along(base, other, self.same) else "loose"
+
+    def _stretched(
+        self, body: str, shown: KeptShape, base: KeptShape, other: KeptShape
+    ) -> list[tuple[int, int, float]] | None:
+        """Rows of what lies between both ends of a guide or a cylinder."""
+        if base.points.shape != other.points.shape or shown.kind == "circle":
+            return None
+        moved = other.points - base.points
+        finite = np.isfinite(moved).all(axis=1)
+        if not finite.any() or float(np.abs(moved[finite]).max()) <= self.same:
+            return None
+        for a, b in self.spans:
+            if self.anchors[a].body == body:
+                rows = self._between(a, b, shown, base, moved, finite)
+                if rows is not None:
+                    return rows
+        return None
+
+    def _body(self, carrier: Carrier) -> str:
+        """Whose anchors the points of a carrier have; "" where its axes begin elsewhere."""
+        name, x, y = carrier.start
+        if x == y == 0.0 and name == carrier.turn:
+            return name
+        for load in self.system.mechanism.loads:
+            if isinstance(load, ReciprocatingCylinder):
+                site = self.shown.pose.site(load, "j")
+                if carrier.start == site and carrier.turn == load.i.body:
+                    return f"{load.name}.piston"
+        return ""
+
+    def _rigid(self, body: str, points: Array, moved: Array, finite: Array) -> int | None:
+        """The anchor with which all points move."""
+        first = moved[finite][0]
+        if float(np.abs(moved[finite] - first).max()) > self.same:
+            return None
+        fits = [n for n in self._of(body) if self._equal(self.anchors[n].moved, first)]
+        middle = points[finite].mean(axis=0)
+        return min(
+            fits, key=lambda n: float(np.hypot(*(self.anchors[n].base - middle))), default=None
+        )
+
+    def _equal(self, a: Array, b: Array) -> bool:
+        return float(np.abs(a - b).max()) <= self.same
+
+    def _rows(
+        self, body: str, shown: KeptShape, moved: Array, finite: Array
+    ) -> list[tuple[int, int, float]] | None:
+        """The anchor with which every point moves."""
+        rows = []
+        for k in np.flatnonzero(finite):
+            own = self._of(body)
+            fits = [n for n in own if self._equal(self.anchors[n].moved, moved[k])]
+            if not fits:
+                return None
+            place = shown.points[k]
+            n = min(fits, key=lambda n: float(np.hypot(*(self.anchors[n].shown - place))))
+            rows.append((n, n, 0.0))
+        return rows
+
+    def _between(
+        self, a: int, b: int, shown: KeptShape, base: KeptShape, moved: Array, finite: Array
+    ) -> list[tuple[int, int, float]] | None:
+        one, two = self.anchors[a], self.anchors[b]
+        way, long = two.base - one.base, two.shown - one.shown
+        if not np.hypot(*way) or not np.hypot(*long):
+            return None
+        change = two.moved - one.moved
+        # hatching is slanted: its ends lie a little farther along than what they belong to
+        slack = 0.1 * float(np.abs(change).max())
+        for k in np.flatnonzero(finite):
+            part = float((base.points[k] - one.base) @ way / (way @ way))
+            off = one.moved + min(max(part, 0.0), 1.0) * change - moved[k]
+            if float(np.abs(off).max()) > self.same + slack * (not shown.look.name):
+                return None
+        rows = []
+        for point in shown.points[np.isfinite(shown.points).all(axis=1)]:
+            there = float((point - one.shown) @ long / (long @ long))
+            rows.append((a, b, min(max(there, 0.0), 1.0)))
+        return rows
+
+    def _placed(self, shown: KeptShape, rows: list[tuple[int, int, float]]) -> dict[str, Any]:
+        """Rows with what lies between the place of the anchors and the point."""
+        found: list[Any] = []
+        rest = iter(rows)
+        for point in shown.points:
+            if not np.isfinite(point).all():
+                found.append(None)
+                continue
+            a, b, part = next(rest)
+            one, two = self.anchors[a].shown, self.anchors[b].shown
+            x, y = point - (one + part * (two - one))
+            found.append([a, b, part, float(x), float(y)])
+        return {"rows": found}
+
+    def _radius(self, grown: float) -> int | None:
+        """The number that grows as a radius does."""
+        for name, value in self.system.values.items():
+            if abs(float(self.other_system.values[name]) - float(value) - grown) < 1e-3 * abs(
+                grown
+            ):
+                if name not in self.radii:
+                    self.radii[name] = self._target(self.values[name])
+                return self.radii[name]
+        return None
+
+    def _scaled(self, body: str, base: KeptShape, moved: Array, finite: Array) -> Any:
+        """A shape whose points lie about an anchor at distances that grow with a radius."""
+        for name, target in self.radii.items():
+            value = float(self.system.values[name])
+            grown = float(self.other_system.values[name]) - value
+            for n in self._of(body) if value and grown else ():
+                away = base.points[finite] - self.anchors[n].base
+                rest = moved[finite] - self.anchors[n].moved
+                if self._equal(rest, grown / value * away):
+                    return {"at": n, "by": target}
+                size = np.maximum(np.hypot(*away.T), 1e-300)[:, None]
+                if not base.look.name and np.abs(rest - grown * away / size).max() <= (
+                    LEAN * abs(grown)
+                ):
+                    return {"at": n, "out": target}
+        return None
+
+    def _tie(self, shown: KeptShape) -> Any:
+        """The line from a link to its mass centre, which is the origin of its axes."""
+        near = 2.0 * self.shown.size("pin")
+        own = [n for n in self._of(shown.carrier.turn) if self.anchors[n].key != shown.carrier.turn]
+        far = [
+            n for n in own if np.hypot(*(self.anchors[n].shown - self.anchors[own[0]].shown)) > near
+        ]
+        return {"tie": [own[0], far[0]]} if far else "loose"
+
+    def _link(self, body: str, shown: KeptShape) -> Any:
+        """A plate or bar about its nodes."""
+        sketch = self.shown
+        half = sketch.size("link")
+        nodes = link_places(sketch, body)
+        run, k = sketch.pose.run, sketch.pose.k
+        kept = on(body).kept(np.array(nodes), run, k) if nodes else np.zeros((0, 2))
+        own = [n for n in self._of(body) if self.anchors[n].key != body]
+        if len(nodes) < 2:
+            if len(nodes) == 0 or np.hypot(*kept[0]) > half:
+                own.append(self._key(body))
+            half *= 1.0 if len(own) > 1 and len(nodes) else 1.8
+        near = 1e-9 * self.system.length
+        if any(min(np.hypot(*(self.anchors[n].shown - at)) for n in own) > near for at in kept):
+            return "loose"
+        return {"nodes": own, "half": half}
+
+    def _is_arm(self, key: str) -> bool:
+        machine = self.system.mechanism
+        owners = {one.name for one in (*machine.loads, *machine.drivers)}
+        return key.partition(".")[0] in owners and ":" not in key
+
+    def _is_point(self, key: str) -> bool:
+        body, _, point = key.partition(".")
+        return body in self.system.bodies and bool(point) and ":" not in key
+
+    def _carrier(self, carrier: Carrier) -> list[int | None]:
+        return [
+            None if place is None or self._axis(place) is None else self._axis(place)
+            for place in (carrier.start, carrier.end)
+        ]
+
+    def _axis(self, place: tuple[str, float, float]) -> int | None:
+        name, *at = place
+        return self._nearest(name, np.array(at)) if any(at) else None
+
+    def _label(self, label: Any) -> int | None:
+        body = self._body(label.carrier)
+        if body not in self.system.bodies or label.carrier.end is not None:
+            return None
+        return self._nearest(body, label.anchor[0])
+
+    def _mover(self, name: str) -> int | None:
+        return self._key(name) if "." in name else None
+
+    def _force(self, name: str, load: Any) -> int:
+        return self._key(f"{name}.at" if load else f"{name}.j")
+
+    # -- numbers that shapes do not follow --------------------------------------------------------
+
+    def _unmoved(self, loose: Sequence[int], alike: bool) -> dict[str, str]:
+        """Which numbers move shapes that have no rule."""
+        if not loose and not self.turns:
+            return {}
+        found: dict[str, str] = {}
+        everything = range(len(self.base.record.shapes))
+        tested: list[tuple[str, Sequence[int]]] = [(name, loose) for name in self.steps]
+        tested += [(name, everything) for name in self.turns]
+        for name, moves in tested:
+            step = self.steps.get(name) or self.turns[name]
+            try:
+                made = self._made(self._changed({name: step})).record.shapes
+            except (ModelError, SolveError):
+                found[name] = "its loops do not close with it"
+                continue
+            base = self.base.record.shapes
+            for n in moves:
+                shape = made[n] if n < len(made) else None
+                if base[n].carrier.end is not None:
+                    continue
+                if shape is None or not _same(shape, base[n], 1e-9 * self.system.length):
+                    what = base[n].look.name.replace(":", " ") or "picture"
+                    found[name] = f"the {what} is drawn for the value that it has"
+                    break
+        return found
+
+    def _program(self, rules: dict[str, Any]) -> dict[str, Any]:
+        count = len(self.targets)
+        for one in self.anchors:
+            self.targets += one.made if one.made is not None else one.shown.tolist()
+        program = self.recording.program(self.targets)
+        return {
+            "inputs": list(self.changeable.rules),
+            "slots": program.slots.tolist(),
+            "operations": [
+                [OPERATIONS[code], *rest] for code, *rest in program.operations.tolist()
+            ],
+            "targets": program.targets.tolist(),
+            "numbers": count,
+            "bodies": [self._index(one.body) for one in self.anchors],
+            "shown": np.round([one.shown for one in self.anchors], 12).tolist(),
+        }
+
+    def _index(self, body: str) -> int:
+        return self.system.bodies.get(body, -2) + 1
+
+
+def _same(a: KeptShape, b: KeptShape, near: float) -> bool:
+    """Whether two shapes differ by rounding only."""
+    return a is b or (
+        a.points.shape == b.points.shape
+        and abs(a.radius - b.radius) <= near
+        and float(np.nanmax(np.abs(a.points - b.points), initial=0.0)) <= near
+    )
+
+
+def _along(a: KeptShape, b: KeptShape, near: float) -> bool:
+    """Whether a line, a road or rail, moves along itself only; its ends are no dimension."""
+    if a.kind != "line" or (a.look.name and not a.look.name.startswith(("rail:", "road:"))):
+        return False
+    first = a.points[np.isfinite(a.points).all(axis=1)]
+    second = b.points[np.isfinite(b.points).all(axis=1)]
+    middle = first.mean(axis=0)
+    _, _, axes = np.linalg.svd(first - middle, full_matrices=False)
+    off, there = (first - middle) @ axes[1], (second - middle) @ axes[1]
+    return bool(abs(off.min() - there.min()) <= near and abs(off.max() - there.max()) <= near)
+
 
 #: Dimensions of numbers that shapes follow, or do not.
 SHAPES = (DIMENSIONS["length"], DIMENSIONS["angle"])

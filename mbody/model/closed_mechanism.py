@@ -14,8 +14,7 @@ from mbody.model.element import Element, Marker
 from mbody.model.joints import Joint, Revolute
 from mbody.model.mechanism import Mechanism
 from mbody.model.primitives import Signal
-from mbody.model.state_quantities import Described, measured_names
-from mbody.model.states import State
+from mbody.model.states import Described, State, measured_names
 from mbody.model.stop import Stop
 from mbody.quantities import Formula, FormulaError
 

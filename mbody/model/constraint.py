@@ -6,11 +6,33 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 
+import numpy as np
+
+from mbody.errors import ModelError
 from mbody.model.element import Element
 from mbody.model.primitives import ConstraintPrimitive, FrictionPrimitive
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
+
+
+# -- What sticks holds at least as much as what slides -----------------------------------------
+
+
+def refuse_static(name: str, kinetic: float, static: float) -> None:
+    """Refuse a static coefficient below the kinetic one."""
+    if static < kinetic:
+        raise ModelError(
+            f"'{name}': friction is {kinetic:g}, more than static = {static:g}: what rests is not "
+            "easier to move than what slides; exchange them, or leave out static",
+            name,
+        )
+
+
+def refuse_static_of_designs(name: str, kinetic: Any, static: Any) -> None:
+    """The same of every design: numbers, or arrays (batch,)."""
+    for one, other in zip(*map(np.ravel, np.broadcast_arrays(kinetic, static)), strict=True):
+        refuse_static(name, float(one), float(other))
 
 
 #: What a row measures, by its letter.

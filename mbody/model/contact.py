@@ -15,10 +15,9 @@ import numpy as np
 from mbody.core.dual_number import value, where
 from mbody.errors import ModelError, brief
 from mbody.laws import Constant
-from mbody.model.constraint import Constraint
+from mbody.model.constraint import Constraint, refuse_static
 from mbody.model.element import InheritedPlace, listed, number_field, place_field, two_bodies
 from mbody.model.primitives import ConstraintPrimitive, FrictionPrimitive, Signal
-from mbody.model.static_friction import refuse_static
 from mbody.model.touching_shapes import (
     ArcEnd,
     Disc,

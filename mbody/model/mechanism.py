@@ -24,8 +24,7 @@ from mbody.model.inputs import Controller, Input, check_formula_name, check_sets
 from mbody.model.joints import Joint
 from mbody.model.loads import Load
 from mbody.model.simulation import SimulationSettings
-from mbody.model.state_quantities import measured_names
-from mbody.model.states import State, check_unmeasured
+from mbody.model.states import State, check_unmeasured, measured_names
 from mbody.model.study import Instants, Measure, Question, measures_without
 from mbody.model.touching_shapes import ShapeLike
 from mbody.quantities import Formula, FormulaError, Parameters

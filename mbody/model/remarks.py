@@ -12,8 +12,7 @@ from mbody.model.contact import Contact
 from mbody.model.element import Element, listed
 from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
-from mbody.model.state_quantities import measured_names
-from mbody.model.states import STEADY, rate_names
+from mbody.model.states import STEADY, measured_names, rate_names
 from mbody.quantities import Formula, FormulaError, Scope, Valued, read
 from mbody.quantities.evaluate import has_units
 from mbody.quantities.units import DIMENSIONS, Dimension, UnitSystem, dimension_of

@@ -12,8 +12,7 @@ from mbody.analysis.driven.path_following import PathEnded, Runner
 from mbody.analysis.driven.time_grid import TimeGrid, time_grid
 from mbody.analysis.dynamics.simulate import simulate
 from mbody.analysis.position.assembly_analysis import SUSPICIOUS, check_determined, closed, rounding
-from mbody.analysis.position.batch_closing import close_in_stages
-from mbody.analysis.position.closed_position import ClosedPosition
+from mbody.analysis.position.closed_position import ClosedPosition, close_in_stages
 from mbody.core.dual_number import DualNumber
 from mbody.derivatives.driven_instants import DrivenInstants
 from mbody.derivatives.free_instants import MotionInstants, motion_instants

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.driven.driven import ANALYSES, turned_driver
-from mbody.analysis.dynamics.progress import counted
+from mbody.analysis.dynamics.interruptions import counted
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.errors import ModelError, brief
 from mbody.files.model.study_tables import optimization_tasks

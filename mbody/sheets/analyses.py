@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from mbody.analysis.equilibria.equilibrium_curve import EquilibriumCurve
     from mbody.analysis.freedom.free_motions import FreeMotion
     from mbody.analysis.freedom.mobility import Count, Mobility
-    from mbody.analysis.inverse.answers import Answer, AnswerCase
+    from mbody.analysis.inverse.conditions import Answer, AnswerCase
     from mbody.analysis.linear.modes import Mode, Modes, ModesAt
     from mbody.model.coupling import Coupling
     from mbody.model.driver import Driver

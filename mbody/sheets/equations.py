@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from mbody.analysis.position.joint_places import direction, place
+from mbody.analysis.position.closed_position import direction, place
 from mbody.errors import ModelError
 from mbody.kernels.layout import PER_PRIMITIVE
 from mbody.sheets.text_table import (
@@ -28,8 +28,8 @@ from mbody.sheets.text_table import (
     paragraph,
     table,
 )
+from mbody.solution.balances import Equations
 from mbody.solution.checks import check_forces, loaded, whole_instant
-from mbody.solution.force_equations import Equations
 from mbody.system.rank import DENSE, dense, jacobian, rank_of
 
 if TYPE_CHECKING:

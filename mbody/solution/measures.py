@@ -19,7 +19,7 @@ from mbody.model.joints import Joint
 from mbody.model.loads import Load
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import varied
-from mbody.model.state_quantities import MOTION, ORIGIN, TURNING
+from mbody.model.states import MOTION, ORIGIN, TURNING
 from mbody.model.study import Measure, reduce_history
 from mbody.quantities import (
     VARIABLES,

@@ -17,6 +17,7 @@ from mbody.model.element import Marker, listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.study import Measure, measure_named
 from mbody.quantities.types import PlainNumbers
+from mbody.solution.balances import Equations, Momentum, PlaceLike, momentum
 from mbody.solution.checks import (
     Certified,
     as_reported,
@@ -29,7 +30,6 @@ from mbody.solution.checks import (
 from mbody.solution.contact_forces import contact_reaction, pressing_force, with_reaction
 from mbody.solution.doubts import Doubt
 from mbody.solution.energy import Energy
-from mbody.solution.force_equations import Equations
 from mbody.solution.friction_results import FrictionResults
 from mbody.solution.histories import (
     BodyHistory,
@@ -45,7 +45,6 @@ from mbody.solution.histories import (
     reaction_torque,
 )
 from mbody.solution.measures import drive_states, driven, load_history, measured, point_history
-from mbody.solution.momentum import Momentum, PlaceLike, momentum
 from mbody.solution.stepped_contacts import SteppedContacts
 from mbody.system.read_only import locked
 from mbody.system.system import System

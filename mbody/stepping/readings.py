@@ -20,7 +20,7 @@ from mbody.kernels.loop_closure import laws_of_time
 from mbody.kernels.step_state import TIME
 from mbody.model.element import as_marker, listed
 from mbody.model.loads import Gravity
-from mbody.model.state_quantities import ORIGIN
+from mbody.model.states import ORIGIN
 from mbody.model.study import Measure
 from mbody.solution.doubts import Doubt
 from mbody.solution.histories import EventRecord, Record

@@ -17,7 +17,7 @@ from mbody.analysis.dynamics.interruptions import tables_of_time
 from mbody.analysis.dynamics.options import tolerances
 from mbody.analysis.initial.initial_state import with_start_drivers
 from mbody.analysis.position.assembly_analysis import as_system, rounding
-from mbody.analysis.position.batch_closing import close_batch
+from mbody.analysis.position.closed_position import close_batch
 from mbody.analysis.singular.singular_positions import SUSPECT, Prescribed
 from mbody.errors import ModelError, SolveError, brief
 from mbody.kernels.loop_closure import project_designs

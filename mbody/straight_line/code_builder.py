@@ -27,8 +27,7 @@ from mbody.compiler.c_interface import common
 from mbody.compiler.targets import TARGETS, Target
 from mbody.core.recorded_numbers import Untraceable
 from mbody.straight_line.code_interface import NONE
-from mbody.straight_line.function_of_designs import DesignsWriter
-from mbody.straight_line.function_of_motion import MotionWriter
+from mbody.straight_line.compiled_functions import DesignsWriter, MotionWriter
 from mbody.straight_line.instructions import lanes_of
 from mbody.straight_line.pieces import Description, recorded_pieces
 

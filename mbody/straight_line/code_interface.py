@@ -1,5 +1,14 @@
 """What straight-line code and those who call it agree on."""
 
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbody.kernels.continuation_lanes import LanePath
+
 #: Name of the function, as `mbody.core.library.Library.function` looks it up.
 ENTRY = "mbody_straight_line_np"
 #: Numbers of a step, which designs share, while each piece of a motion has its own: path parameter,
@@ -71,3 +80,25 @@ FACTORS = ("first factor", "second factor")
 STRUCTURAL = (0.0, 1.0, -1.0)
 #: How the builder ends where there is no straight-line code.
 NONE = 3
+
+
+# -- The instants of all lanes, and what the drivers prescribe at them -------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class LaneInstants:
+    """The fields of `LanePath`; kernels take that one, which takes time to make."""
+
+    mode: int
+    s: np.ndarray
+    t: np.ndarray
+    given: np.ndarray
+    reach: float
+    with_forces: bool
+    at_rest: bool
+
+    @functools.cached_property
+    def path(self) -> LanePath:
+        """The same for kernels."""
+        names = LanePath.fields
+        return LanePath(**{name: getattr(self, name) for name in names})

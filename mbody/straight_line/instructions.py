@@ -9,8 +9,14 @@ from typing import Any
 
 from llvmlite import ir
 
-from mbody.compiler.lanes_type import extreme, if_odd, intrinsic, negate_if_two, select_ordered
-from mbody.compiler.numba_lanes import sincos_near_zero
+from mbody.compiler.numba_lanes import (
+    extreme,
+    if_odd,
+    intrinsic,
+    negate_if_two,
+    select_ordered,
+    sincos_near_zero,
+)
 from mbody.compiler.targets import Target
 from mbody.core.interface import FASTMATH
 from mbody.core.recorded_numbers import NumberRecording, Untraceable

@@ -32,8 +32,8 @@ from mbody.straight_line.code_interface import (
     NONE,
     STRUCTURAL,
     WORDS_OF_MOTION,
+    LaneInstants,
 )
-from mbody.straight_line.lane_instants import LaneInstants
 
 #: Fields of which the code needs to know only how many rows they have.
 OWN = ("par", "mass", "q", "past", "time")

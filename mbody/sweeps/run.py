@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.dynamics.progress import counted
+from mbody.analysis.dynamics.interruptions import counted
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core.lanes import LANES
 from mbody.errors import ModelError, SolveError

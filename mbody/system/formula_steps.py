@@ -18,7 +18,7 @@ from mbody.model.driver import AngleDriver, DistanceDriver
 from mbody.model.element import Element, Marker, Numbers, OwnState, equation, signal_of
 from mbody.model.mechanism import Mechanism
 from mbody.model.primitives import Signal
-from mbody.model.state_quantities import ORIGIN
+from mbody.model.states import ORIGIN
 from mbody.quantities.evaluate import ONE, TWO
 
 CODES = {name: n for n, name in enumerate(OPERATIONS)}

@@ -13,7 +13,7 @@ import numpy as np
 
 from mbody.analysis.driven.path_following import PathEnded, Runner, followed_lanes
 from mbody.analysis.driven.time_grid import TimeGrid, memory
-from mbody.analysis.dynamics.progress import counted
+from mbody.analysis.dynamics.interruptions import counted
 from mbody.analysis.position.closed_position import ClosedPosition
 from mbody.core.lanes import LANES, aligned
 from mbody.errors import ModelError, SolveError

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.dynamics.progress import counted
+from mbody.analysis.dynamics.interruptions import counted
 from mbody.errors import ModelError, brief
 from mbody.files.writing import writing
 from mbody.views.film_frames import FilmSet, film_svg, lasting

@@ -2,7 +2,7 @@
 
 import mbody
 from mbody import Mechanism, SimulationSettings, Torque
-from mbody.derivatives.prepared_gradient import PreparedGradient
+from mbody.derivatives.fit_problem import PreparedGradient
 from tests.errors.command import said
 from tests.errors.models import four_bar
 from tests.rough import slider_crank

@@ -20,8 +20,7 @@ import numpy as np
 from mbody.analysis.driven.path_following import PathEnded, Runner, followed_lanes
 from mbody.analysis.driven.time_grid import TimeGrid
 from mbody.analysis.position.assembly_analysis import SUSPICIOUS, check_determined, closed, rounding
-from mbody.analysis.position.batch_closing import ClosedDesigns, close_in_stages
-from mbody.analysis.position.closed_position import ClosedPosition
+from mbody.analysis.position.closed_position import ClosedDesigns, ClosedPosition, close_in_stages
 from mbody.core.lanes import LANES, aligned
 from mbody.errors import ModelWarning, SolveError
 from mbody.kernels.continuation import BY_DRIVER

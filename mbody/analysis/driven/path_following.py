@@ -25,8 +25,7 @@ from mbody.analysis.driven.diagnosis import open_note, open_reactions, valueless
 from mbody.analysis.driven.extrapolation import extrapolated
 from mbody.analysis.driven.time_grid import TimeGrid, by_time, check_laws
 from mbody.analysis.position.assembly_analysis import check_determined, closed, raise_user_error
-from mbody.analysis.position.closed_position import ClosedPosition
-from mbody.analysis.position.joint_places import vanishing
+from mbody.analysis.position.closed_position import ClosedPosition, vanishing
 from mbody.core.lanes import LANES, aligned
 from mbody.errors import SolveError
 from mbody.kernels.continuation import (
@@ -63,7 +62,7 @@ from mbody.solution.checks import as_reported, changed
 from mbody.solution.doubts import Doubt
 from mbody.solution.histories import BranchDistance, Record
 from mbody.solution.solution import Solution
-from mbody.straight_line.lane_instants import LaneInstants
+from mbody.straight_line.code_interface import LaneInstants
 from mbody.straight_line.programs import MotionCall, StraightLineCode, straight_line_code
 from mbody.system.pivoting import PivotChoices, choose_pivots, lane_workspace
 from mbody.system.rank import dense, too_large

@@ -44,7 +44,7 @@ from mbody.analysis.dynamics.interruptions import (
     without_held,
 )
 from mbody.analysis.position.assembly_analysis import SOFT, raise_user_error
-from mbody.analysis.position.joint_places import GONE, vanishing
+from mbody.analysis.position.closed_position import GONE, vanishing
 from mbody.analysis.singular.nearby_singularity import packed_positions, unpacked_positions
 from mbody.errors import ModelError, SolveError
 from mbody.kernels.layout import stand_ins

@@ -717,7 +717,7 @@ def simulate(
         release=release,
     )
     if progress is True:
-        from mbody.analysis.dynamics.progress import shown
+        from mbody.analysis.dynamics.interruptions import shown
 
         progress = shown(last)
     try:

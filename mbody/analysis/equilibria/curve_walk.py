@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from mbody.analysis.position.joint_places import place
+from mbody.analysis.position.closed_position import place
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
 
 #: Step of a walk, in model lengths and radians of the fastest coordinate; where the curve is

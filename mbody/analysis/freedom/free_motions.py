@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.position.joint_places import place
+from mbody.analysis.position.closed_position import place
 from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
 from mbody.system.system import System

@@ -17,7 +17,7 @@ from mbody.errors import ModelError, SolveError, brief
 from mbody.model.body import Guesses
 from mbody.model.element import Marker, listed
 from mbody.model.mechanism import Mechanism
-from mbody.model.state_quantities import ORIGIN
+from mbody.model.states import ORIGIN
 from mbody.solution.doubts import Inherited, certificate, heading, inherited, unit_symbols
 from mbody.solution.solution import Solution
 from mbody.system.read_only import lock

@@ -22,7 +22,7 @@ import numpy as np
 
 from mbody.engines.opinion import Comparison, Opinion
 from mbody.engines.oracle.friction import rubs
-from mbody.engines.oracle.reference import Reference
+from mbody.engines.oracle.mechanics import Reference
 from mbody.model.closed_mechanism import contacts_of
 from mbody.model.contact import Contact, Rope
 from mbody.model.element import Marker

@@ -11,7 +11,7 @@ from mbody.engines.load_forces import follows_formula
 from mbody.engines.opinion import Comparison, Inexpressible, Opinion
 from mbody.engines.oracle.contact_motion import OracleTouching, contact_opinion
 from mbody.engines.oracle.friction import rubs
-from mbody.engines.oracle.reference import Reference
+from mbody.engines.oracle.mechanics import Reference
 from mbody.solution.histories import own_history
 from mbody.solution.solution import Solution
 from mbody.system.assembler import assemble

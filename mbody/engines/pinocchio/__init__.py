@@ -18,11 +18,11 @@ from mbody.engines.pinocchio.dynamics import (
     EPSILON,
     Forces,
     Forward,
+    Instant,
     Inverse,
     Undetermined,
     integrate,
 )
-from mbody.engines.pinocchio.model import Instant
 from mbody.engines.spanning_tree import spanning_tree
 from mbody.errors import SolveError
 from mbody.model.element import listed

@@ -12,9 +12,8 @@ import numpy as np
 
 from mbody.engines.independent_reading import reading
 from mbody.engines.opinion import Inexpressible, Opinion, Row
-from mbody.engines.pymunk.contact_steps import contact_opinion
 from mbody.engines.pymunk.instants import InstantForces, at_instants, kinematic
-from mbody.engines.pymunk.motion import Trajectory, trajectory
+from mbody.engines.pymunk.motion import Trajectory, contact_opinion, trajectory
 from mbody.engines.pymunk.space import PRESSED, inexpressible
 from mbody.errors import ModelError, SolveError
 from mbody.model.element import listed

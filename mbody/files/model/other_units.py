@@ -11,8 +11,7 @@ from mbody.files.model.read import built
 from mbody.files.model.write import Writer, plain
 from mbody.laws import MeasuredFormula
 from mbody.model.mechanism import Mechanism
-from mbody.model.state_quantities import measured_names
-from mbody.model.states import State
+from mbody.model.states import State, measured_names
 from mbody.quantities import VARIABLES, Formula, FormulaError, Scope, evaluate
 from mbody.quantities.evaluate import APART, Valued, has_units
 from mbody.quantities.tree import Call, walk

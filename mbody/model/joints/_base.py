@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from mbody.errors import ModelError
-from mbody.model.constraint import Constraint, TurnRow
+from mbody.model.constraint import Constraint, TurnRow, refuse_static, refuse_static_of_designs
 from mbody.model.element import (
     ENDS,
     InheritedPlace,
@@ -20,7 +20,6 @@ from mbody.model.element import (
     two_bodies,
 )
 from mbody.model.primitives import ConstraintPrimitive, FrictionPrimitive
-from mbody.model.static_friction import refuse_static, refuse_static_of_designs
 from mbody.quantities.types import NumberField, OptionalNumberField
 
 if TYPE_CHECKING:

@@ -9,12 +9,12 @@ import numpy as np
 
 from mbody.errors import ModelError
 from mbody.laws import Constant
+from mbody.model.constraint import refuse_static, refuse_static_of_designs
 from mbody.model.element import number_field
 from mbody.model.joints._base import Flank, StrikingJoint
 from mbody.model.joints.gear import signed, touching, turns_of_wheels, without_slip
 from mbody.model.joints.rack import along_line, below, turns_on_line
 from mbody.model.primitives import ConstraintPrimitive, FrictionPrimitive, Signal
-from mbody.model.static_friction import refuse_static, refuse_static_of_designs
 from mbody.quantities.types import NumberField, OptionalNumberField
 
 if TYPE_CHECKING:
