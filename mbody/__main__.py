@@ -3,7 +3,7 @@
 import os
 import sys
 
-from mbody.cli.streams import interrupt
+from mbody.cli.interrupts import interrupt
 
 
 def run() -> int:

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import mbody
-from mbody.topologies.generator import random_linkages
+from mbody.topologies.dataset import random_linkages
 from mbody.views import save
 from mbody.views.style import CURVES, DRIVE, GROUND, INK, PAPER, SOFT
 

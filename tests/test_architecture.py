@@ -48,15 +48,15 @@ ONLY = {
 COMPILER = {"numba", "llvmlite"}
 BUILDERS = [
     "mbody.compiler",
-    *(f"mbody.straight_line.{name}" for name in ("code_builder", "instructions", "whole_function")),
-    *(f"mbody.straight_line.function_of_{what}" for what in ("designs", "motion")),
+    *(f"mbody.straight_line.{name}" for name in ("code_builder", "compiled_functions")),
+    *(f"mbody.straight_line.{name}" for name in ("instructions", "whole_function")),
 ]
 HEAVY = {
     *("matplotlib", "mujoco", "pandas", "scipy", "pint", "pymunk", "pinocchio"),
     *("distributed", "pyarrow"),
 }
 LONGEST = 1200
-LOOSE = {"__init__.py", "__main__.py", "_version.py", "errors.py"}
+LOOSE = {"__init__.py", "__main__.py", "_version.py", "errors.py", "makers.py"}
 
 
 @pytest.fixture(scope="module")

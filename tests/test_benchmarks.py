@@ -114,7 +114,7 @@ def test_equations_of_andrews_by_hand():
 
 
 def test_positions_dyad_by_dyad():
-    from mbody.topologies.generator import random_linkages
+    from mbody.topologies.dataset import random_linkages
 
     arrays = random_linkages(2, 7, np.random.default_rng(3))
     found = mbody.linkages(arrays, instants=41)

@@ -26,7 +26,7 @@ from mbody import (
 )
 from mbody.engineering import close_loops
 from mbody.engines.oracle import Reference
-from mbody.makers.makers import bar
+from mbody.makers import bar
 from mbody.sheets.text_table import WIDTH
 from tests.linkages import random_linkage
 from tests.test_errors import says

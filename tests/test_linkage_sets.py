@@ -11,8 +11,7 @@ import pytest
 import mbody
 from mbody.cli import main
 from mbody.errors import ModelError
-from mbody.topologies.dataset import LinkageSet, write_linkages
-from mbody.topologies.generator import shape_of
+from mbody.topologies.dataset import LinkageSet, shape_of, write_linkages
 
 parquet = pytest.importorskip("pyarrow.parquet")
 

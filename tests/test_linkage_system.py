@@ -11,7 +11,7 @@ from numpy.testing import assert_array_equal
 from mbody.system.assembler import assemble
 from mbody.system.elimination_order import eliminate, split
 from mbody.topologies.arrays import canonical_order, linkage_arrays
-from mbody.topologies.generator import random_linkages
+from mbody.topologies.dataset import random_linkages
 from mbody.topologies.plan import graph_of, linkage_system
 from tests.dense_linkages import random_dyads
 from tests.elimination_lists import lists_of

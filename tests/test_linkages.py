@@ -8,7 +8,7 @@ import pytest
 import mbody
 from mbody.errors import ModelError
 from mbody.laws import ConstantSpeed
-from mbody.topologies.generator import GROUPS, assur_bars, random_linkages
+from mbody.topologies.dataset import GROUPS, assur_bars, random_linkages
 from mbody.topologies.plan import graph_of, planned
 from tests.dense_linkages import forces_of, moved, random_dyads
 

@@ -30,9 +30,9 @@ def world(found, shape, k):
 
 def drawn_at(run, k, like):
     """The same elements drawn anew at another instant, by name."""
+    from mbody.views.acting import load_symbol
     from mbody.views.joint_symbols import joint_symbol
     from mbody.views.links import link
-    from mbody.views.load_symbols import load_symbol
 
     sketch = SceneSketch(Pose(run, k), like.unit, like.small)
     for order, body in enumerate(run.mechanism.bodies):

@@ -10,7 +10,7 @@ import numpy as np
 import mbody
 from benchmarks.frame import OURS, Row, Scope, in_turn
 from benchmarks.peers.dyads import dyad_positions
-from mbody.topologies.generator import random_linkages
+from mbody.topologies.dataset import random_linkages
 from mbody.topologies.plan import planned
 
 __all__ = ["TITLE", "measure"]

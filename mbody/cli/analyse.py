@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.analysis.dynamics.interruptions import shown
+from mbody.cli.interrupts import interrupt
 from mbody.cli.option_values import equal_steps, model_of, named_values, path_of, whole_number
-from mbody.cli.streams import UsageError, check_printed, interrupt, message
+from mbody.cli.streams import UsageError, check_printed, message
 from mbody.errors import ModelError, SolveError
 from mbody.model.numbers import number_in
 from mbody.solution.doubts import heading, succeeded

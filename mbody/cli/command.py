@@ -10,8 +10,9 @@ from collections.abc import Callable, Sequence
 from importlib import import_module
 from typing import Any
 
+from mbody.cli.interrupts import STATUS, interrupt
 from mbody.cli.parser import parser
-from mbody.cli.streams import STATUS, UsageError, interrupt, message, opened, silenced
+from mbody.cli.streams import UsageError, message, opened, silenced
 from mbody.errors import ModelError, SolveError, at_the_command
 
 #: New objects after which cycles are looked for: reading a large file makes millions, and none.

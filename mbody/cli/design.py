@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from mbody.cli.analyse import exit_status, question
+from mbody.cli.interrupts import interrupt
 from mbody.cli.option_values import (
     bounds,
     low_and_high,
@@ -15,7 +16,7 @@ from mbody.cli.option_values import (
     named_values,
     whole_number,
 )
-from mbody.cli.streams import PRINTED, UsageError, check_printed, interrupt, message, write_rows
+from mbody.cli.streams import PRINTED, UsageError, check_printed, message, write_rows
 from mbody.errors import ModelError, SolveError
 from mbody.model.element import listed
 from mbody.solution.doubts import heading

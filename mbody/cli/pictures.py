@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING, Any
 
 from mbody.cli.analyse import assembly_of, exit_status, question
 from mbody.cli.design import note_plain, values_of
+from mbody.cli.interrupts import interrupt
 from mbody.cli.option_values import in_degrees, model_of, named_values, path_of
-from mbody.cli.streams import UsageError, interrupt, message
+from mbody.cli.streams import UsageError, message
 from mbody.errors import ModelError
 
 if TYPE_CHECKING:

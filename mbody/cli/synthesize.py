@@ -8,8 +8,9 @@ import math
 from pathlib import Path
 from typing import Any
 
+from mbody.cli.interrupts import interrupt
 from mbody.cli.option_values import bounds, model_in, model_of, named_values, path_of, whole_number
-from mbody.cli.streams import UsageError, interrupt, message
+from mbody.cli.streams import UsageError, message
 from mbody.solution.doubts import heading, unit_symbols
 
 

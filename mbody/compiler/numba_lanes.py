@@ -23,9 +23,9 @@ from numba.extending import (
 
 from mbody.compiler.jit import inline
 from mbody.core import lanes as plain
+from mbody.core.callbacks import FRAME_NUMBERS, numbers_in_frame
 from mbody.core.interface import FASTMATH
 from mbody.core.lanes import LANES, Number, sincos
-from mbody.core.stack import FRAME_NUMBERS, numbers_in_frame
 
 # -- Numba's type of numbers with many lanes, and the LLVM instructions of their operations ----
 #
@@ -499,7 +499,7 @@ def _overload_sincos(x: Any) -> Any:
     return scalar if is_plain(x) else None
 
 
-# -- `mbody.core.stack.numbers_in_frame` in compiled code --------------------------------------
+# -- `mbody.core.callbacks.numbers_in_frame` in compiled code --------------------------------------
 
 # mypy: disallow-any-unimported=False, disallow-untyped-decorators=False
 # mypy: disallow-untyped-calls=False

@@ -15,7 +15,6 @@ COMPILED = (
     "core/decorators.py",
     "core/dual_number.py",
     "core/duals.py",
-    "core/stack.py",
     "core/interface.py",
     "core/lanes.py",
     "kernels/*.py",

@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbody.core.bundle import Floats, Rows
+from mbody.core.callbacks import FRAME_NUMBERS, numbers_in_frame
 from mbody.core.decorators import PLAIN, inline, kernel, njit
 from mbody.core.dual_number import value
 from mbody.core.duals import constant, entry
 from mbody.core.lanes import larger, smaller
-from mbody.core.stack import FRAME_NUMBERS, numbers_in_frame
 
 # -- Evaluation of a law given by a formula: a postfix program on jets (f, f′, f″) -------------
 #

@@ -214,7 +214,7 @@ class Anchors:
         self.spans.append((low, high))
 
     def _cylinder(self, load: ReciprocatingCylinder) -> None:
-        """Head, mouth and piston, as `mbody.views.load_symbols.barrel` has them."""
+        """Head, mouth and piston, as `mbody.views.acting.barrel` has them."""
         block = self.base.size("block")
 
         def made(values: Any, numbers: Numbers) -> list[Any]:

@@ -4,20 +4,40 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import singledispatch
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mbody.analysis.driven.free_body import FreeBody, Wrench
-from mbody.model.loads import Gravity
-from mbody.sheets.text_table import force_floor, forces_on
+from mbody.model.driver import AngleDriver, CoordinateDriver, Driver
+from mbody.model.loads import (
+    CentrifugalField,
+    Damper,
+    Force,
+    Gravity,
+    Load,
+    PistonPressure,
+    ReciprocatingCylinder,
+    Spring,
+    Torque,
+    TorsionDamper,
+    TorsionSpring,
+    Tyre,
+)
+from mbody.sheets.text_table import force_floor, force_names, forces_on
+from mbody.solution.measures import measured
 from mbody.views.frame import rounded_number
 from mbody.views.labels import symbolic
-from mbody.views.style import DRIVE, FORCE, INK, LOAD
+from mbody.views.pose import Carrier, between, heading, on, placed
+from mbody.views.shapes import box, direction, hatching, spiral, zigzag
+from mbody.views.style import DRIVE, FORCE, INK, LINK, LOAD, PAPER, SOFT, WHEEL, Z
 
 if TYPE_CHECKING:
     from mbody.views.pose import Pose
+    from mbody.views.sketch import Sketch
 
 
 Array = np.ndarray
@@ -143,3 +163,533 @@ def wrench_names(
     if isinstance(pose.mechanism[cause], Gravity):
         return ((f"{cause}", f"$m_{{{number}}}\\,g$"),) * 2
     return ((cause, symbolic(cause)),) * 2
+
+
+# -- Symbols of loads and drivers, by class, and the arrows of forces --------------------------
+#
+# As `joint_symbols`: another kind is one function, registered for its class with
+# ``@load_symbol.register(Class)`` or
+# ``@driver_symbol.register(Class)``.
+
+# -- Tyres: their circles ----------------------------------------------------------------------
+
+
+def tyre_circle(load: Tyre, pose: Pose) -> tuple[Array, float]:
+    """The centre of the wheel, and the radius of the tyre."""
+    return pose.place(load, "j"), pose.number(load, "radius")
+
+
+def tyre_symbol(load: Tyre, sketch: Sketch) -> None:
+    """The tyre on its wheel; its road is drawn with the shapes of the ground."""
+    centre, radius = tyre_circle(load, sketch.pose)
+    body = load.places()["j"].body
+    with sketch.carried(on(body)):
+        sketch.disc(
+            centre, radius, WHEEL, INK, 1.5, Z["wheel"], name=f"load:{load.name}", weight=0.6
+        )
+        rim = centre + 0.86 * radius * direction(sketch.pose.angle(body))
+        sketch.line([centre, rim], 0.9, SOFT, Z["wheel"] + 0.01, weight=0.2)
+        sketch.label(symbolic(load.name), centre, math.pi / 4.0, 0.6 * radius, italic=True)
+
+
+# -- Cylinders of pressure loads: place and drawing of the barrel and the piston ---------------
+#
+# Pressure acts along a line, so the place of the piston on it is arbitrary. It is drawn ahead of
+# the place that it acts on, at the end of a piston rod, so that it does not cover a pin or
+# crosshead.
+
+#: Default clearance beyond the dead centres, relative to the stroke.
+CLEARANCE = 0.12
+
+
+@dataclass(frozen=True)
+class Barrel:
+    """A cylinder with its piston.
+
+    Attributes
+    ----------
+    head, mouth : arrays (2,)
+        Middles of the closed end, and of the end where the piston rod comes out.
+    piston : array (2,)
+        Its middle.
+    place : array (2,)
+        End of the piston rod.
+    angle : float
+        From the mouth to the head [rad].
+    """
+
+    head: Array
+    mouth: Array
+    piston: Array
+    place: Array
+    angle: float
+
+
+def barrel(load: PistonPressure | ReciprocatingCylinder, pose: Pose, block: float) -> Barrel:
+    """A cylinder for a piston of that size, at one instant.
+
+    The stroke is between the dead centres of the load; without any it is the range in this run.
+    """
+    angle, place = pose.direction(load, "i"), pose.place(load, "j")
+    u = direction(angle)
+    here = float(u @ (place - pose.place(load, "i")))
+    if isinstance(load, ReciprocatingCylinder):
+        near, far = pose.number(load, "near"), pose.number(load, "far")
+        sense, spare = math.copysign(1.0, near - far), pose.number(load, "clearance")
+    else:
+        near, far = _stroke(load, pose, 2.0 * block, here)
+        sense = -1.0
+        spare = CLEARANCE * abs(near - far)
+    # from here on counted towards the head
+    near, far, here, thick = sense * near, sense * far, sense * here, 0.3 * block
+    ahead = near - far + spare + thick + 1.3 * block
+    if near < 0.0:  # the place on i lies beyond: it is the head
+        ahead = max(min(ahead, -near - spare - thick), 0.0)
+    w = sense * u
+    piston = place + ahead * w
+    head = piston + (near - here + spare + thick) * w
+    mouth = piston + (far - here - spare - thick) * w
+    return Barrel(head, mouth, piston, place, math.atan2(w[1], w[0]))
+
+
+def _stroke(load: PistonPressure, pose: Pose, least: float, here: float) -> tuple[float, float]:
+    """Coordinates of the piston nearest to the head and farthest from it."""
+    angle = pose.run[load.i.body].angle + float(pose.system.numbers.angle(load, "i"))
+    way = pose.track(load, "j") - pose.track(load, "i")
+    along = way[:, 0] * np.cos(angle) + way[:, 1] * np.sin(angle)
+    if np.ptp(along) < least:
+        return here - 0.5 * least, here + 0.5 * least
+    return float(along.min()), float(along.max())
+
+
+def barrel_symbol(load: PistonPressure | ReciprocatingCylinder, sketch: Sketch) -> None:
+    """A barrel with its piston and piston rod, hatched where it is fixed; open where no pressure
+    acts on the side of the rod.
+    """
+    own = barrel(load, sketch.pose, sketch.size("block"))
+    half, z = 0.85 * sketch.size("block"), Z["block"] - 0.5
+    u = direction(own.angle)
+    n = np.array([-u[1], u[0]])
+    if n[1] > 1e-9:  # below, or on the right
+        n = -n
+    length = float(np.hypot(*(own.head - own.mouth)))
+    inside = box(0.5 * (own.head + own.mouth), 0.5 * length, half, own.angle)
+    fixed, moving = on(load.i.body), placed(sketch.pose.site(load, "j"), load.i.body)
+    with sketch.carried(fixed):
+        sketch.shape(inside, WHEEL, "none", 0.0, z, weight=0.0)
+    walls = [own.mouth + half * n, own.head + half * n, own.head - half * n, own.mouth - half * n]
+    if _double(load, sketch.pose):
+        walls.append(walls[0])
+    with sketch.carried(fixed):
+        sketch.line(walls, 1.5, INK, z + 0.1, name=f"cylinder:{load.name}")
+    if load.i.body == "ground":
+        depth = sketch.size("hatch")
+        ends = (own.mouth, own.head) if n @ (u[1], -u[0]) > 0.0 else (own.head, own.mouth)
+        edge = [end + half * n for end in ends]
+        sketch.strokes(hatching(edge[0], edge[1], depth, 1.05 * depth), Z["ground"])
+    thick = 0.3 * sketch.size("block")
+    disc = box(own.piston, thick, 0.92 * half, own.angle)
+    with sketch.carried(moving):
+        sketch.line([own.place, own.piston], 2.6, INK, z + 0.2, name=f"rod:{load.name}")
+        sketch.shape(disc, LINK, INK, 1.1, z + 0.3, name=f"piston:{load.name}")
+    wanted, gap = math.atan2(-n[1], -n[0]), half + 3.0 * sketch.unit
+    middle = 0.5 * (own.head + own.mouth)
+    with sketch.carried(fixed):
+        sketch.label(symbolic(load.name), middle, wanted, gap, turn=0.4, italic=True)
+
+
+def _double(load: PistonPressure | ReciprocatingCylinder, pose: Pose) -> bool:
+    """Whether pressure acts on the side of the piston rod too."""
+    if isinstance(load, ReciprocatingCylinder):
+        return load.opposite_area is not None
+    return pose.number(load, "rod_area") > 0.0
+
+
+# -- forces ------------------------------------------------------------------------------------
+
+
+def forces_shown(pose: Any, joints: bool) -> list[tuple[str, Array, Array, str, str]]:
+    """Forces that are drawn: name, place, components, colour, and the body that they act on.
+
+    Applied forces always, joint forces if requested, as in the sheet: F_ij of
+    link i on link j.
+    """
+    found = []
+    for load in pose.mechanism.loads:
+        if isinstance(load, Force):
+            angle = pose.number(load, "angle")
+            if load.follows:
+                angle += pose.direction(load, "at")
+            vector = pose.law(load, "value") * direction(angle)
+            found.append((load.name, pose.place(load, "at"), vector, LOAD, load.at.body))
+    if not joints:
+        return found
+    names = force_names(pose.mechanism)
+    for joint in pose.mechanism.joints:
+        name, on = names[joint.name]
+        reaction = pose.run.reaction(joint.name, on)
+        vector = np.array([reaction.fx[pose.k], reaction.fy[pose.k]])
+        found.append((name, pose.reaction_point(joint), vector, FORCE, on))
+    return found
+
+
+def force_arrow(
+    sketch: Sketch,
+    name: str,
+    place: Array,
+    vector: Array,
+    color: str,
+    text: str,
+    scale: float,
+    *,
+    begins: bool = False,
+) -> None:
+    """An arrow that begins or ends at the place, on the side with fewer obstacles; one that
+    `begins` there in any case.
+    """
+    way = scale * vector
+    if np.hypot(*way) < 2.5 * sketch.unit:
+        return
+    u = way / np.hypot(*way)
+    clear = _clear(sketch, place, u) * u
+    pulls, pushes = place + clear + way, place - clear - way
+    beside = begins or (
+        _covered(sketch, place + clear, pulls) <= _covered(sketch, place - clear, pushes)
+    )
+    if beside:
+        free = pulls
+        sketch.arrow(place + clear, free, color, name=f"force:{name}")
+    else:
+        free = pushes
+        sketch.arrow(free, place - clear, color, name=f"force:{name}")
+    wanted = heading(free - place)
+    sketch.label(text, free, wanted, 4.0 * sketch.unit, color=color, turn=1.5, name=f"label:{name}")
+
+
+def _clear(sketch: Sketch, place: Array, u: Array) -> float:
+    """How far from its place an arrow begins: outside the pin, or the slider."""
+    for block, angle in sketch.blocks:
+        if np.hypot(*(block - place)) < sketch.size("pin"):
+            along, across = (
+                abs(float(u @ direction(angle))),
+                abs(float(u @ direction(angle + 0.5 * math.pi))),
+            )
+            half = sketch.size("block")
+            return min(half / max(along, 1e-9), 0.6 * half / max(across, 1e-9)) + 1.5 * sketch.unit
+    return 1.8 * sketch.size("pin")
+
+
+def _covered(sketch: Sketch, fixed: Array, free: Array) -> float:
+    """How much an arrow would cover what is already drawn."""
+    places = [fixed + p * (free - fixed) for p in (0.25, 0.4, 0.55, 0.7, 0.85, 1.0)]
+    return _crowded(sketch, places)
+
+
+def _crowded(sketch: Sketch, places: Sequence[Array]) -> float:
+    """How much is drawn within a few points of places, as a sum."""
+    return sketch.places.crowd(places, 7.0 * sketch.unit)
+
+
+def clear_arc(sketch: Sketch, centre: Array, radius: float, choices: Any) -> tuple[float, float]:
+    """First and last angle of the arc with the fewest obstacles, the first of equal ones."""
+
+    def crowd(ends: tuple[float, float]) -> float:
+        angles = np.linspace(*ends, 9)
+        return _crowded(sketch, [centre + radius * direction(angle) for angle in angles])
+
+    costs = [round(crowd(ends), 6) + 0.04 * n for n, ends in enumerate(choices)]
+    return choices[int(np.argmin(costs))]
+
+
+# -- loads ------------------------------------------------------------------------------------
+
+
+@singledispatch
+def load_symbol(load: Load, sketch: Sketch) -> None:
+    """A load of any other type: a dotted line between its places with a lozenge, or its name at the
+    body.
+    """
+    pose = sketch.pose
+    ends = [pose.place(load, field) for field in load.places()]
+    bodies = [name for name in load.bodies if name != "ground"]
+    if not ends:
+        ends = [pose.centre(name) for name in bodies]
+    if not ends:
+        return
+    on_bodies = [marker.body for marker in load.places().values()] or bodies
+    sites = [pose.fixed(*one) for one in zip(on_bodies, ends, strict=True)]
+    if len(ends) > 1:
+        with sketch.carried(between(sites[0], sites[-1])):
+            sketch.line(ends, 1.1, LOAD, Z["block"], dashes=(0, (1.2, 2)), name=f"load:{load.name}")
+    half = 1.1 * sketch.size("pin")
+    lozenge = box(ends[-1], half, half, math.pi / 4.0)
+    middle = np.mean(ends, axis=0)
+    look: dict[str, Any] = {"color": LOAD, "italic": True}
+    with sketch.carried(on(on_bodies[-1])):
+        sketch.shape(lozenge, PAPER, LOAD, 1.2, Z["pin"] + 0.1, name=f"at:{load.name}")
+        sketch.label(symbolic(load.name), middle, math.pi / 2.0, 6.0 * sketch.unit, **look)
+
+
+@load_symbol.register(Force)
+@load_symbol.register(Gravity)
+def _(load: Force | Gravity, sketch: Sketch) -> None:
+    """Arrows of forces are drawn together; gravity is in the key."""
+
+
+@load_symbol.register(Spring)
+def _(load: Spring, sketch: Sketch) -> None:
+    i, j = (sketch.pose.place(load, side) for side in "ij")
+    _anchored(sketch, load, i, j)
+    lead = 9.0 * sketch.unit * sketch.small
+    if sketch.lasting:
+        lead = min(lead, 0.3 * _shortest(sketch, load))
+    coil = zigzag(i, j, 4.6 * sketch.unit * sketch.small, lead)
+    with sketch.carried(_way(sketch, load, lead=lead)):
+        # below sliders, which it presses on
+        sketch.line(coil, 1.2, INK, Z["block"] - 0.3, name=f"spring:{load.name}")
+        _beside_middle(sketch, load.name, i, j)
+
+
+@load_symbol.register(Damper)
+def _(load: Damper, sketch: Sketch) -> None:
+    i, j = (sketch.pose.place(load, side) for side in "ij")
+    _anchored(sketch, load, i, j)
+    with sketch.carried(_way(sketch, load)):
+        _dashpot(sketch, i, j, f"damper:{load.name}", INK, 4.4)
+        _beside_middle(sketch, load.name, i, j)
+
+
+def _way(sketch: Sketch, element: Any, *, stretches: bool = True, lead: float = 0.0) -> Carrier:
+    """The way from the place on i to that on j."""
+    i, j = (sketch.pose.site(element, side) for side in "ij")
+    return between(i, j, stretches=stretches, lead=lead)
+
+
+def _anchored(sketch: Sketch, load: Any, i: Array, j: Array) -> None:
+    """Eyes at both ends, and a support where one is the ground."""
+    for marker, place, other in ((load.i, i, j), (load.j, j, i)):
+        with sketch.carried(on(marker.body)):
+            sketch.disc(place, 0.6 * sketch.size("pin"), z=Z["pin"] - 0.1)
+        if marker.body == "ground":
+            sketch.support(place, [other], load.name)
+
+
+def _dashpot(sketch: Sketch, i: Array, j: Array, name: str, color: str, half: float) -> None:
+    """A cylinder on the side of i and a piston on that of j."""
+    way = j - i
+    length = float(np.hypot(*way))
+    if length == 0.0:
+        return
+    n = np.array([-way[1], way[0]]) / length
+    half *= sketch.unit * sketch.small
+    a, b, p = i + 0.28 * way, i + 0.72 * way, i + 0.52 * way
+    sketch.line([i, a], 1.2, color, Z["block"])
+    sketch.line([b + half * n, a + half * n, a - half * n, b - half * n], 1.2, color, Z["block"])
+    sketch.line([p + 0.75 * half * n, p - 0.75 * half * n], 2.2, color, Z["block"])
+    sketch.line([p, j], 1.2, color, Z["block"], name=name)
+
+
+def _beside_middle(sketch: Sketch, name: str, i: Array, j: Array, color: str = INK) -> None:
+    wanted = heading(j - i) + math.pi / 2.0
+    gap = 7.0 * sketch.unit
+    sketch.label(symbolic(name), 0.5 * (i + j), wanted, gap, turn=0.2, italic=True, color=color)
+
+
+@load_symbol.register(Torque)
+def _(load: Torque, sketch: Sketch) -> None:
+    """An arc about the body's pin, in the direction of the torque; none where it is zero."""
+    value, unit = sketch.pose.law(load, "value"), sketch.pose.mechanism.units.of("torque")
+    senses = _senses(sketch, f"{load.name}.torque", value)
+    if not senses or (not value and not sketch.lasting):
+        return
+    _turning(sketch, load, f"{symbolic(load.name)} = {rounded_number(value)} {unit}", senses)
+
+
+def _senses(sketch: Sketch, quantity: str, value: float) -> list[tuple[str, float]]:
+    """The senses that an arrow has, and the quantity by which each is chosen; "" where there is
+    nothing to choose.
+    """
+    if not sketch.lasting:
+        return [("", math.copysign(1.0, value))]
+    history = measured(sketch.pose.run, quantity)[0]
+    floor = 1e-9 * float(np.abs(history).max(initial=0.0))
+    found = [sign for sign in (1.0, -1.0) if bool((sign * history > floor).any())]
+    whole = len(found) == 1 and bool((found[0] * history > floor).all())
+    return [("" if whole else quantity, sign) for sign in found]
+
+
+def _turning(sketch: Sketch, load: Torque, text: str, senses: list[tuple[str, float]]) -> None:
+    centre = sketch.pose.pivot(load.by, load.body)
+    radius = free_radius(sketch, centre)
+    wanted = outward_from(sketch, centre, load.body)
+    look: dict[str, Any] = {"color": LOAD, "name": f"label:{load.name}"}
+    with sketch.carried(placed(sketch.pose.fixed(load.body, centre))):
+        for quantity, sense in senses[::-1]:
+            choices = [(wanted + a, wanted + a + 2.4 * sense) for a in _STARTS]
+            first, last = clear_arc(sketch, centre, radius, choices)
+            with sketch.sensed(quantity, sense):
+                sketch.curved(centre, radius, first, last, LOAD, name=f"torque:{load.name}")
+        wanted = 0.5 * (first + last)
+        sketch.label(text, centre, wanted, radius + 3.0 * sketch.unit, **look)
+
+
+@load_symbol.register(TorsionSpring)
+@load_symbol.register(TorsionDamper)
+def _(load: TorsionSpring | TorsionDamper, sketch: Sketch) -> None:
+    """A spiral about the body's pin; a damper's is an arc in a cup."""
+    centre = sketch.pose.pivot(load.by, load.body)
+    start, radius = outward_from(sketch, centre, load.body), free_radius(sketch, centre)
+    gap = radius + 3.0 * sketch.unit
+    with sketch.carried(on(load.body)):
+        if isinstance(load, TorsionSpring):
+            coil = spiral(centre, 1.3 * sketch.size("pin"), radius, start)
+            sketch.line(coil, 1.0, INK, Z["block"], name=f"spring:{load.name}", weight=0.5)
+        else:
+            for part in (0.8, 1.0):
+                wing = centre + part * radius * np.array([direction(start + a) for a in _CUP])
+                sketch.line(wing, 1.2, INK, Z["block"], name=f"damper:{load.name}")
+        sketch.label(symbolic(load.name), centre, start + math.pi, gap, italic=True)
+
+
+@load_symbol.register(PistonPressure)
+@load_symbol.register(ReciprocatingCylinder)
+def _(load: PistonPressure | ReciprocatingCylinder, sketch: Sketch) -> None:
+    barrel_symbol(load, sketch)
+
+
+@load_symbol.register(Tyre)
+def _(load: Tyre, sketch: Sketch) -> None:
+    tyre_symbol(load, sketch)
+
+
+@load_symbol.register(CentrifugalField)
+def _(load: CentrifugalField, sketch: Sketch) -> None:
+    """The axis, and at its end an arrow around it with ω, seen a little from above."""
+    with sketch.carried(on(load.places()["axis"].body)):
+        _field(load, sketch)
+
+
+def _field(load: CentrifugalField, sketch: Sketch) -> None:
+    pose = sketch.pose
+    origin, u = pose.place(load, "axis"), direction(pose.direction(load, "axis"))
+    across = np.array([u[1], -u[0]])
+    corners = np.array(np.meshgrid(*zip(sketch.low, sketch.high, strict=True))).reshape(2, -1).T
+    along, half = (corners - origin) @ u, sketch.size("support")
+    top = max([along.max(), *_arc_tops(sketch, origin, u)])
+    ends = origin + (along.min() - half) * u, origin + (top + 1.6 * half) * u
+    look: dict[str, Any] = {"dashes": (0, (12, 3, 2, 3)), "weight": 0.4}
+    sketch.line(ends, 0.9, LOAD, Z["path"], name=f"axis:{load.name}", **look)
+    speed = float(load.spindle(pose.run).speed[pose.k])
+    turn = np.linspace(2.3, 6.6, 40)
+    turn = turn if speed >= 0.0 else math.pi - turn
+    ring = np.outer(np.cos(turn), across) + 0.32 * np.outer(np.sin(turn), u)
+    centre = ends[1] - 0.9 * half * u
+    if speed:
+        sketch.bent(centre + 1.3 * half * ring, LOAD, name=f"field:{load.name}")
+    unit = pose.mechanism.units.of("angular velocity")
+    text = f"$\\omega$ = {rounded_number(speed)} {unit}"
+    gap = 1.3 * half + 6.0 * sketch.unit
+    sketch.label(text, centre, heading(across), gap, color=LOAD, name=f"label:{load.name}")
+
+
+def _arc_tops(sketch: Sketch, origin: Array, u: Array) -> list[float]:
+    """How far along an axis the arcs of those drivers reach whose pivot is near it."""
+    pose, found = sketch.pose, []
+    for driver in pose.mechanism.drivers:
+        if isinstance(driver, AngleDriver):
+            pivot = pose.pivot(driver.relative_to, driver.body)
+            reach = sketch.size("arc") + 8.0 * sketch.unit
+            along = float((pivot - origin) @ u)
+            if math.hypot(*(pivot - origin - along * u)) < 2.0 * reach:
+                found.append(along + reach)
+    return found
+
+
+#: Where an arc may begin, from the direction of its link [rad].
+_STARTS = [sign * n * math.pi / 12.0 for n in range(1, 12) for sign in (1.0, -1.0)]
+_CUP = np.linspace(-0.8, 0.8, 12)
+
+
+def free_radius(sketch: Sketch, centre: Array) -> float:
+    """Radius of a new arc at a place, outside the arcs that are already there."""
+    taken = sum(np.hypot(*(centre - other)) < sketch.size("pin") for other in sketch.arcs)
+    sketch.arcs.append(centre)
+    return (1.0 + 0.5 * taken) * sketch.size("arc")
+
+
+def outward_from(sketch: Sketch, centre: Array, body: str) -> float:
+    """The direction in which a body lies from a place [rad]."""
+    ways = [node - centre for node in sketch.pose.nodes[body]]
+    ways.append(sketch.pose.centre(body) - centre)
+    far = max(ways, key=lambda way: round(float(np.hypot(*way)) / sketch.unit, 3))
+    return heading(far) if np.hypot(*far) > sketch.unit else 0.0
+
+
+# -- drivers -----------------------------------------------------------------------------------
+
+
+@singledispatch
+def driver_symbol(driver: Driver, sketch: Sketch, text: str) -> None:
+    """A driver between two places: a cylinder with its piston."""
+    i, j = (sketch.pose.place(driver, side) for side in "ij")
+    for marker, place, other in ((driver.places()["i"], i, j), (driver.places()["j"], j, i)):
+        with sketch.carried(on(marker.body)):
+            sketch.pin(place, "")
+        if marker.body == "ground":
+            sketch.support(place, [other], driver.name)
+    way = j - i
+    length = float(np.hypot(*way))
+    if length > sketch.unit:
+        half, u = 4.2 * sketch.unit * sketch.small, way / length
+        # a barrel keeps its length in the whole motion: that of the shortest way
+        part = _shortest(sketch, driver) / length if sketch.lasting else 1.0
+        with sketch.carried(_way(sketch, driver)):
+            sketch.line([i, j], 2.0, DRIVE, Z["block"], name=f"driver:{driver.name}")
+        barrel = box(i + 0.36 * part * way, 0.26 * part * length, half, heading(u))
+        with sketch.carried(_way(sketch, driver, stretches=False)):
+            sketch.shape(barrel, PAPER, DRIVE, 1.2, Z["block"] + 0.1)
+    wanted = heading(way) + math.pi / 2.0
+    gap = 7.0 * sketch.unit
+    with sketch.carried(_way(sketch, driver)):
+        sketch.label(text, 0.5 * (i + j), wanted, gap, turn=0.2, color=DRIVE)
+
+
+def _shortest(sketch: Sketch, element: Any) -> float:
+    """The least distance of the places of an element in this run."""
+    return float(_way(sketch, element).axes(sketch.pose.run)[2].min())
+
+
+@driver_symbol.register(AngleDriver)
+def _(driver: AngleDriver, sketch: Sketch, text: str) -> None:
+    """A curved arrow that runs ahead of the driven link."""
+    centre = sketch.pose.pivot(driver.relative_to, driver.body)
+    start, radius = outward_from(sketch, centre, driver.body), free_radius(sketch, centre)
+    gap = radius + 3.0 * sketch.unit
+    senses = _senses(sketch, f"{driver.name}.rate", sketch.pose.rate(driver.name))
+    with sketch.carried(placed(sketch.pose.fixed(driver.body, centre), driver.relative_to)):
+        for quantity, sense in senses[::-1] or [("", 1.0)]:
+            ahead = [
+                (start + a * sense, start + (a + b) * sense)
+                for b in (1.6, 1.2)
+                for a in (0.45, 0.6)
+            ]
+            behind = [(start - a * sense, start - 0.45 * sense) for a in (2.05, 1.7)]
+            first, last = clear_arc(sketch, centre, radius, [*ahead, *behind])
+            with sketch.sensed(quantity, sense):
+                sketch.curved(centre, radius, first, last, DRIVE, name=f"driver:{driver.name}")
+        sketch.label(text, centre, 0.5 * (first + last), gap, turn=2.0, color=DRIVE)
+
+
+@driver_symbol.register(CoordinateDriver)
+def _(driver: CoordinateDriver, sketch: Sketch, text: str) -> None:
+    """An arrow along the driven direction."""
+    pose = sketch.pose
+    place, u = pose.place(driver, "j"), direction(pose.direction(driver, "i"))
+    first = 1.5 * sketch.size("block")
+    senses = _senses(sketch, f"{driver.name}.rate", pose.rate(driver.name))
+    with sketch.carried(placed(pose.site(driver, "j"), driver.places()["i"].body)):
+        for quantity, sense in senses[::-1] or [("", 1.0)]:
+            tail, tip = place + sense * first * u, place + sense * 3.6 * first * u
+            with sketch.sensed(quantity, sense):
+                sketch.arrow(tail, tip, DRIVE, name=f"driver:{driver.name}")
+        sketch.label(text, tip, heading(tip - tail), 4.0 * sketch.unit, color=DRIVE)

@@ -12,7 +12,7 @@ from mbody.engineering.cam_limits import cam_contour
 from mbody.model.joints import CamFollower, Gear, Joint, PinSlot, Prismatic, RackPinion, Rolling
 from mbody.model.loads import PistonPressure, ReciprocatingCylinder, Tyre
 from mbody.model.touching_shapes import Disc, Line, Polygon, Ring, Segment, Shape
-from mbody.views.load_symbols import barrel, tyre_circle
+from mbody.views.acting import barrel, tyre_circle
 from mbody.views.pose import on
 from mbody.views.shapes import arc, direction, within
 from mbody.views.style import INK, PLATE, SOFT, WHEEL, Z

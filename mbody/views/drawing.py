@@ -18,11 +18,12 @@ from mbody.solution.histories import Record
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 from mbody.views.frame import framed, in_strip
-from mbody.views.kinematic_picture import KinematicMarks, kinematic_picture
-from mbody.views.mechanism_sketch import (
+from mbody.views.kinematic_picture import (
+    KinematicMarks,
     LoadedPose,
     Shown,
     faded,
+    kinematic_picture,
     longest_force,
     sketch_mechanism,
     sketch_scale,

@@ -15,11 +15,10 @@ import numpy as np
 from mbody.sheets.text_table import force_names
 from mbody.solution.histories import Place, moved
 from mbody.solution.solution import Solution
-from mbody.views.acting import notation
+from mbody.views.acting import forces_shown, notation
 from mbody.views.frame import nice, rounded_number
 from mbody.views.friction_symbols import CONSTRUCTION, contact_arrows, line_of_action, sense_history
 from mbody.views.labels import drawable, extent, symbolic
-from mbody.views.load_symbols import forces_shown
 from mbody.views.page_data import coupler_points, text_runs
 from mbody.views.pose import Carrier, Pose
 from mbody.views.scene import Scene, scene

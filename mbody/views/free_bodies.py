@@ -16,11 +16,10 @@ from mbody.errors import ModelError
 from mbody.model.element import listed
 from mbody.model.loads import Force, Gravity
 from mbody.solution.checks import check_forces, whole_instant
-from mbody.views.acting import ROUNDING, Acting, acting_on
+from mbody.views.acting import ROUNDING, Acting, acting_on, clear_arc, free_radius, outward_from
 from mbody.views.frame import nice, rounded_number
 from mbody.views.labels import Label, beside, drawable, extent
 from mbody.views.links import lone_link, scale_of
-from mbody.views.load_symbols import clear_arc, free_radius, outward_from
 from mbody.views.pose import Pose, heading
 from mbody.views.shapes import arc, direction
 from mbody.views.sketch import Sketch

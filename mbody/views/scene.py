@@ -12,6 +12,7 @@ import numpy as np
 from mbody.errors import ModelError, remedy
 from mbody.solution.checks import one_design
 from mbody.solution.solution import Solution
+from mbody.views.acting import driver_symbol, load_symbol
 from mbody.views.body_shapes import body_shapes, bounds, wheels
 from mbody.views.friction_symbols import (
     circle_scale,
@@ -22,7 +23,6 @@ from mbody.views.friction_symbols import (
 from mbody.views.joint_symbols import coupling_symbol, joint_symbol
 from mbody.views.labels import symbolic, together
 from mbody.views.links import link, places, points
-from mbody.views.load_symbols import driver_symbol, load_symbol
 from mbody.views.pose import GROUND_CARRIER, Carrier, Pose, on
 from mbody.views.shapes import direction, hull, unique
 from mbody.views.sketch import KeptLabel, KeptShape, SceneSketch

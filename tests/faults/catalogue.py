@@ -46,13 +46,13 @@ FAULTS = (
     ),
     Fault(
         "units: a pound force of 4.45 N",
-        *("quantities/units/systems.py", '("lbf", _LBF, 0', '("lbf", Fraction(445, 100), 0'),
+        *("quantities/units.py", '("lbf", _LBF, 0', '("lbf", Fraction(445, 100), 0'),
         "units",
     ),
     Fault(
         "units: an inch of 25 mm",
         *(
-            "quantities/units/systems.py",
+            "quantities/units.py",
             '_IN, _FT = Fraction("0.0254")',
             '_IN, _FT = Fraction("0.025")',
         ),
@@ -61,7 +61,7 @@ FAULTS = (
     Fault(
         "units: a degree of 1/181 of π",
         *(
-            "quantities/units/systems.py",
+            "quantities/units.py",
             '("deg degree degrees °", Fraction(1, 180)',
             '("deg degree degrees °", Fraction(1, 181)',
         ),

@@ -9,8 +9,7 @@ import numpy as np
 from mbody.engines.mjcf import to_mjcf
 from mbody.engines.mujoco.contact_steps import contact_opinion
 from mbody.engines.mujoco.forces import force_rows
-from mbody.engines.mujoco.motion import motion_rows
-from mbody.engines.mujoco.replay import Replay
+from mbody.engines.mujoco.motion import Replay, motion_rows
 from mbody.engines.opinion import Inexpressible, Opinion, Row
 from mbody.errors import ModelError, SolveError
 from mbody.model.coupling import Coupling

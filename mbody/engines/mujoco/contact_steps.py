@@ -12,12 +12,11 @@ from xml.etree import ElementTree as ET
 import numpy as np
 
 from mbody.engines.independent_reading import reading
-from mbody.engines.mjcf import to_mjcf
-from mbody.engines.mjcf.writer import Exported, numbers, safe
+from mbody.engines.load_forces import Outline, not_as_rigid_contacts, outlines
+from mbody.engines.mjcf import Exported, numbers, safe, to_mjcf
 from mbody.engines.motions_in_steps import Stepped, StepwiseCheck, strikes
 from mbody.engines.mujoco.motion import LawStepper
 from mbody.engines.opinion import Inexpressible, Opinion
-from mbody.engines.shape_outlines import Outline, not_as_rigid_contacts, outlines
 from mbody.model.contact import Contact, Rope
 from mbody.solution.solution import Solution
 from mbody.system.system import System

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.engines.load_forces import turning
-from mbody.engines.mjcf.writer import Exported, safe
-from mbody.engines.mujoco.replay import Replay
+from mbody.engines.mjcf import Exported, safe
+from mbody.engines.mujoco.motion import Replay
 from mbody.engines.opinion import Inexpressible, Row
 from mbody.engines.spanning_tree import Branch
 from mbody.model.coupling import AngleCoupling

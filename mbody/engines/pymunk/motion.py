@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from mbody.engines.independent_reading import reading
+from mbody.engines.load_forces import Outline, not_as_rigid_contacts, outlines
 from mbody.engines.motions_in_steps import Stepped, StepwiseCheck, by_newtons_law, first_of_several
 from mbody.engines.opinion import Inexpressible, Opinion
 from mbody.engines.pymunk.instants import (
@@ -25,7 +26,6 @@ from mbody.engines.pymunk.instants import (
     sizes_of,
 )
 from mbody.engines.pymunk.space import Space, SpaceStepper, inexpressible, of_system
-from mbody.engines.shape_outlines import Outline, not_as_rigid_contacts, outlines
 from mbody.model.contact import Contact, Rope
 from mbody.model.element import listed
 from mbody.solution.solution import Solution

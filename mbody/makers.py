@@ -11,7 +11,7 @@ from mbody.errors import ModelError
 from mbody.laws import ConstantSpeed
 from mbody.model.body import Body, GuessLike
 from mbody.model.driver import AngleDriver
-from mbody.model.element import Point, PointLike
+from mbody.model.element import Point, PointLike, polar
 from mbody.model.joints import Prismatic, Revolute
 from mbody.model.mechanism import Mechanism
 from mbody.quantities import Formula, Scope, text_of
@@ -19,6 +19,8 @@ from mbody.quantities.formula import evaluated, number
 from mbody.quantities.tree import Binary, Node, Plain
 from mbody.quantities.types import Number
 from mbody.quantities.units import UnitSystem, unit_system
+
+__all__ = ["bar", "four_bar", "polar", "slider_crank"]
 
 
 def bar(
