@@ -3,10 +3,21 @@
 import numpy as np
 from numpy.testing import assert_allclose
 
-from mbody import AngleDriver, Body, Force, Gravity, Mechanism, Revolute, Spring, Torque, assemble
+from mbody import (
+    AngleDriver,
+    Body,
+    Force,
+    Gravity,
+    Mechanism,
+    Revolute,
+    Spring,
+    Torque,
+    assemble,
+    makers,
+)
 from mbody.core.lanes import LANES
 from mbody.laws import ConstantAcceleration, Harmonic, Polynomial
-from mbody.makers import makers, polar
+from mbody.makers import polar
 
 DESIGNS = 2 * LANES + 9
 # uneven, with an instant given twice

@@ -1,8 +1,7 @@
 """Formulas of a law made as their fields make them."""
 
-from mbody import AngleDriver
+from mbody import AngleDriver, makers
 from mbody.laws import Expression, compile_formula
-from mbody.makers import makers
 from mbody.quantities import Scope, Valued, read
 from mbody.quantities.units import DIMENSIONS
 

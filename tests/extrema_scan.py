@@ -21,11 +21,10 @@ from typing import Any
 import numpy as np
 
 import mbody
-from mbody import ModelError, SolveError, Torque, gallery, solve_for
+from mbody import ModelError, SolveError, Torque, gallery, makers, solve_for
 from mbody.analysis.driven.driven import analyse_at
 from mbody.errors import ModelWarning
 from mbody.inverse.trials import Trials
-from mbody.makers import makers
 from mbody.model.study import Instants, Question, Unknown
 from mbody.solution.histories import link_poses
 from mbody.solution.measures import measured

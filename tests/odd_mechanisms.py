@@ -27,9 +27,9 @@ from mbody import (
     Torque,
     TorsionDamper,
     TorsionSpring,
+    makers,
 )
 from mbody.laws import ConstantSpeed
-from mbody.makers import makers
 from mbody.model.joints import CustomJoint
 from mbody.model.loads import CustomLoad
 

@@ -2,8 +2,7 @@
 
 import math
 
-from mbody import Body, Gravity, Marker, Mechanism, Revolute
-from mbody.makers import makers
+from mbody import Body, Gravity, Marker, Mechanism, Revolute, makers
 from mbody.model.loads import CentrifugalField
 
 UPRIGHT = Marker("ground", (0.0, 0.0), 0.5 * math.pi)

@@ -2,7 +2,7 @@
 
 from numpy.testing import assert_array_equal
 
-from mbody.makers import makers
+from mbody import makers
 from mbody.sweeps import (
     Normal,
     Uniform,

@@ -12,12 +12,12 @@ from mbody import (
     assemble,
     kinematics,
     kinetostatics,
+    makers,
     statics,
 )
 from mbody.analysis.driven.path_following import Runner
 from mbody.core.lanes import LANES
 from mbody.engineering import close_loops
-from mbody.makers import makers
 from tests.batches import DESIGNS, TIMES, OneOf, four_bar, same, spread
 
 

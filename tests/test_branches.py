@@ -9,12 +9,11 @@ import pytest
 from numpy.testing import assert_allclose
 
 import mbody
-from mbody import assemble, gallery, kinematics
+from mbody import assemble, gallery, kinematics, makers
 from mbody.analysis.driven.path_following import Runner
 from mbody.analysis.driven.time_grid import time_grid
 from mbody.analysis.position.assembly_analysis import closed
 from mbody.errors import ModelWarning
-from mbody.makers import makers
 from mbody.system.pivoting import diagonal_blocks
 from mbody.system.rank import dense
 from tests import near_grashof

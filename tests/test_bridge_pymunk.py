@@ -25,6 +25,7 @@ from mbody import (
     Torque,
     TorsionSpring,
     gallery,
+    makers,
 )
 from mbody.engineering import close_loops
 from mbody.engines.pymunk import MARGIN, opinion
@@ -32,7 +33,6 @@ from mbody.engines.pymunk.instants import extrapolated, kinematic
 from mbody.engines.pymunk.motion import trajectory
 from mbody.engines.pymunk.space import Space, SpaceStepper, of_system
 from mbody.laws import ConstantSpeed, Harmonic
-from mbody.makers import makers
 from tests.linkages import random_linkage, times_within
 
 pytest.importorskip("pymunk")

@@ -19,11 +19,11 @@ from mbody import (
     assemble,
     kinematics,
     kinetostatics,
+    makers,
     statics,
 )
 from mbody.engines.oracle import Reference
 from mbody.laws import ConstantSpeed, Table
-from mbody.makers import makers
 
 pytestmark = pytest.mark.processor
 

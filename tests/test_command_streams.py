@@ -13,9 +13,8 @@ from pathlib import Path
 import pytest
 
 import mbody
-from mbody import ModelError, SolveError, cli, gallery
+from mbody import ModelError, SolveError, cli, gallery, makers
 from mbody.analysis.driven import time_grid
-from mbody.makers import makers
 from tests.interrupts import ENVIRONMENT, trial
 
 ROOT = Path(__file__).parents[1]

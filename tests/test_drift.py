@@ -19,10 +19,10 @@ from mbody import (
     Spring,
     Torque,
     TorsionDamper,
+    makers,
 )
 from mbody.core.lanes import LANES
 from mbody.laws import Harmonic
-from mbody.makers import makers
 from mbody.sweeps import Uniform, monte_carlo, together
 
 COUNT, INSTANTS = 40, 9

@@ -18,11 +18,11 @@ from mbody import (
     SolveError,
     driver_range,
     gallery,
+    makers,
 )
 from mbody.analysis.driven import dead_centres
 from mbody.analysis.driven.dead_centres import DriverRange
 from mbody.laws import ConstantSpeed
-from mbody.makers import makers
 
 pytestmark = pytest.mark.processor
 

@@ -18,11 +18,11 @@ from mbody import (
     SimulationSettings,
     TorsionDamper,
     from_toml,
+    makers,
     simulate,
 )
 from mbody.engineering import close_loops
 from mbody.laws import Harmonic
-from mbody.makers import makers
 
 pytestmark = pytest.mark.processor
 

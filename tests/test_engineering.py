@@ -25,11 +25,11 @@ from mbody import (
     engineering,
     kinematics,
     kinetostatics,
+    makers,
 )
 from mbody.engineering import energy_fluctuation, fluctuation, flywheel, shaking_force
 from mbody.errors import ModelError
 from mbody.laws import ConstantAcceleration, ConstantSpeed
-from mbody.makers import makers
 from tests.linkages import random_linkage, times_within
 
 TURN = 2.0 * math.pi

@@ -25,9 +25,9 @@ from mbody import (
     assemble,
     equilibrium,
     gallery,
+    makers,
 )
 from mbody.engines.oracle import Reference
-from mbody.makers import makers
 from tests.rest_examples import angles, four_bar, pendulum
 
 pytestmark = pytest.mark.processor

@@ -24,12 +24,12 @@ from mbody import (
     assemble,
     kinematics,
     kinetostatics,
+    makers,
     statics,
 )
 from mbody.engineering import close_loops
 from mbody.errors import ModelWarning
 from mbody.laws import ConstantAcceleration, ConstantSpeed, Function, Table
-from mbody.makers import makers
 from tests.errors import solving
 from tests.errors.catalogue import told
 from tests.errors.models import (

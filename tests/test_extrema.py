@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody import AngleDriver, Body, Mechanism, Revolute, SolveError, Torque, cli, solve_for
-from mbody.makers import makers
+from mbody import AngleDriver, Body, Mechanism, Revolute, SolveError, Torque, cli, makers, solve_for
 from mbody.model.study import Question, Unknown
 from tests import extrema_scan
 from tests.linkages import held_bar

@@ -22,13 +22,13 @@ from mbody import (
     kinematics,
     kinetostatics,
     load,
+    makers,
     mobility,
     simulate,
 )
 from mbody.engineering import close_loops
 from mbody.engines.oracle import Reference
 from mbody.laws import ConstantSpeed
-from mbody.makers import makers
 from mbody.model.driver import CoordinateDriver
 from tests.errors import starting
 

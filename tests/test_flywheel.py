@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody import AngleDriver, Body, Gravity, Mechanism, Revolute, Torque
+from mbody import AngleDriver, Body, Gravity, Mechanism, Revolute, Torque, makers
 from mbody.cli import main
 from mbody.engineering import flywheel, size_flywheel
 from mbody.errors import ModelError
 from mbody.laws import ConstantAcceleration, ConstantSpeed
-from mbody.makers import makers
 from tests.engines import engine
 
 TURN = 2.0 * math.pi

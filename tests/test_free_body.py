@@ -21,9 +21,9 @@ from mbody import (
     Torque,
     free_body,
     gallery,
+    makers,
     member_forces,
 )
-from mbody.makers import makers
 from tests.linkages import random_linkage, times_within
 
 #: Roundings of some hundred terms.

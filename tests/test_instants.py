@@ -19,6 +19,7 @@ from mbody import (
     from_toml,
     kinematics,
     kinetostatics,
+    makers,
     statics,
     to_toml,
 )
@@ -33,7 +34,6 @@ from mbody.laws import (
     Rise,
     Table,
 )
-from mbody.makers import makers
 from mbody.model.study import Instants
 from tests.test_errors import says
 

@@ -20,12 +20,12 @@ from mbody import (
     Revolute,
     Spring,
     Torque,
+    makers,
 )
 from mbody.cli import main
 from mbody.engineering import internal_loads
 from mbody.errors import ModelError
 from mbody.laws import ConstantAcceleration, ConstantSpeed
-from mbody.makers import makers
 from mbody.model.body import RectangleSection, RoundSection, TubeSection
 from tests.linkages import random_linkage, times_within
 

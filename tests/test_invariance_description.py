@@ -18,10 +18,10 @@ from mbody import (
     Mechanism,
     Revolute,
     kinetostatics,
+    makers,
     statics,
 )
 from mbody.laws import Polynomial
-from mbody.makers import makers
 from mbody.model.body import Guess
 from mbody.model.element import Marker, Polar
 from mbody.model.joints import Joint

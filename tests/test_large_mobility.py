@@ -20,12 +20,12 @@ from mbody import (
     Mechanism,
     Prismatic,
     Revolute,
+    makers,
     mobility,
 )
 from mbody.analysis.freedom import mobility as mobility_analysis
 from mbody.analysis.position.assembly_analysis import DEAD, closed
 from mbody.laws import Constant
-from mbody.makers import makers
 from mbody.system.rank import dense, large_rank, rank_of, sparse_rows
 
 RIGHT, UP, DIAGONAL = 0.0, np.pi / 2, np.pi / 4

@@ -21,8 +21,8 @@ from mbody import (
     Torque,
     TorsionDamper,
     TorsionSpring,
+    makers,
 )
-from mbody.makers import makers
 from mbody.model.loads import CustomLoad
 from mbody.model.study import Question
 

@@ -16,11 +16,12 @@ from mbody import (
     gradient,
     kinematics,
     kinetostatics,
+    makers,
     statics,
     to_toml,
 )
 from mbody.engineering import close_loops
-from mbody.makers import makers, polar
+from mbody.makers import polar
 from mbody.model.study import Measure
 from mbody.quantities.units import name_of
 from mbody.solution.measures import measured

@@ -22,10 +22,11 @@ from mbody import (
     from_toml,
     gallery,
     kinetostatics,
+    makers,
     to_toml,
 )
 from mbody.laws import Table
-from mbody.makers import makers, polar
+from mbody.makers import polar
 from mbody.model.joints import CustomJoint
 from tests.linkages import random_linkage, times_within
 from tests.model_files import SCHEMA

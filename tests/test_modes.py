@@ -25,6 +25,7 @@ from mbody import (
     equilibrium,
     gallery,
     kinetostatics,
+    makers,
     modes,
     simulate,
 )
@@ -32,7 +33,6 @@ from mbody.cli import main
 from mbody.engineering import close_loops, linearize, momentum
 from mbody.files.model import in_units
 from mbody.laws import ConstantSpeed
-from mbody.makers import makers
 
 pytestmark = pytest.mark.processor
 

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody import cli, gallery
+from mbody import cli, gallery, makers
 from mbody.analysis.driven.driven import analyse_at
-from mbody.makers import makers
 from mbody.model.study import Measure
 
 

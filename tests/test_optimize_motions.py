@@ -5,9 +5,8 @@ import math
 import pytest
 
 import mbody
-from mbody import Event, Gravity, SolveError
+from mbody import Event, Gravity, SolveError, makers
 from mbody.cli import main
-from mbody.makers import makers
 
 #: A mass of 1 kg on a spring of 6 N/m, let go 0.3 m out.
 SPRING = """

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from mbody import Gravity, Torque, assemble, kinematics, kinetostatics, statics
+from mbody import Gravity, Torque, assemble, kinematics, kinetostatics, makers, statics
 from mbody.analysis.driven.path_following import Runner
 from mbody.analysis.driven.time_grid import time_grid
 from mbody.analysis.position.assembly_analysis import closed
@@ -15,7 +15,6 @@ from mbody.core.lanes import LANES
 from mbody.engineering import close_loops
 from mbody.engines.oracle import Reference
 from mbody.laws import ConstantSpeed
-from mbody.makers import makers
 from mbody.solution.histories import Record
 from tests.oracle_runs import (
     FINE,

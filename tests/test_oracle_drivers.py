@@ -21,11 +21,11 @@ from mbody import (
     assemble,
     kinematics,
     kinetostatics,
+    makers,
 )
 from mbody.core.lanes import LANES
 from mbody.engines.oracle import Reference
 from mbody.laws import Harmonic, Polynomial
-from mbody.makers import makers
 from mbody.model.element import Marker
 from tests.oracle_runs import (
     FINE,

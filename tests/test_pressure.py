@@ -23,11 +23,11 @@ from mbody import (
     Spring,
     engineering,
     kinetostatics,
+    makers,
     statics,
 )
 from mbody.core.lanes import LANES
 from mbody.laws import Cam, ConstantSpeed, Rise, Table
-from mbody.makers import makers
 from mbody.model.loads import PistonPressure, ReciprocatingCylinder
 from tests.linkages import random_linkage, times_within
 from tests.oracle_runs import assert_checked, assert_forces, assert_motion, forces_of

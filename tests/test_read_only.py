@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody import Gravity, Spring, engineering
-from mbody.makers import makers
+from mbody import Gravity, Spring, engineering, makers
 from mbody.solution.solution import Solution
 
 

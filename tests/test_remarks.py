@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody import Body, Mechanism, Revolute, gallery
+from mbody import Body, Mechanism, Revolute, gallery, makers
 from mbody.laws import Table
-from mbody.makers import makers
 from mbody.model.remarks import remarks
 
 FILE = """

@@ -11,9 +11,9 @@ from mbody import (
     Revolute,
     cli,
     gallery,
+    makers,
 )
 from mbody.files.model import from_toml
-from mbody.makers import makers
 from tests.model_text import model_from, text_from
 
 ARM = """

@@ -26,12 +26,12 @@ from mbody import (
     Torque,
     TorsionSpring,
     equilibrium,
+    makers,
     to_toml,
 )
 from mbody.analysis.equilibria import search
 from mbody.cli import main
 from mbody.engineering import equilibrium_curve
-from mbody.makers import makers
 from mbody.model.loads import CentrifugalField
 from tests import rest_scan
 from tests.rest_linkages import FAMILIES

@@ -27,12 +27,12 @@ from mbody import (
     cli,
     from_toml,
     gallery,
+    makers,
     simulate,
     to_toml,
 )
 from mbody.files.model import in_units
 from mbody.laws import ConstantSpeed, Harmonic, Table
-from mbody.makers import makers
 from tests.linkages import random_linkage
 
 G = 9.81

@@ -12,12 +12,21 @@ from numpy.testing import assert_allclose
 from scipy.sparse import bmat, coo_matrix, diags
 from scipy.sparse.linalg import splu
 
-from mbody import AngleDriver, Body, Gravity, Mechanism, Revolute, Torque, assemble, kinetostatics
+from mbody import (
+    AngleDriver,
+    Body,
+    Gravity,
+    Mechanism,
+    Revolute,
+    Torque,
+    assemble,
+    kinetostatics,
+    makers,
+)
 from mbody.core.lanes import LANES
 from mbody.engineering import close_loops
 from mbody.kernels.accelerations import free_motion
 from mbody.laws import Harmonic
-from mbody.makers import makers
 
 MANY = 1000
 G = 9.81

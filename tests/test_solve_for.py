@@ -27,12 +27,12 @@ from mbody import (
     cli,
     from_toml,
     gallery,
+    makers,
     solve_for,
     to_toml,
 )
 from mbody.files.model import in_units
 from mbody.laws import ConstantSpeed
-from mbody.makers import makers
 from mbody.model.body import SecondMoments
 from mbody.model.loads import CentrifugalField
 from mbody.model.study import Question, Unknown

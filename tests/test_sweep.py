@@ -26,9 +26,9 @@ from mbody import (
     SolveError,
     Torque,
     cli,
+    makers,
 )
 from mbody.core.lanes import LANES
-from mbody.makers import makers
 from mbody.model.study import Instants, Measure
 from mbody.sweeps import (
     Uniform,

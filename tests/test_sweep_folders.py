@@ -10,8 +10,8 @@ import pytest
 from numpy.testing import assert_array_equal
 
 import mbody
+from mbody import makers
 from mbody.files.arrays import OPEN_SEAL, seal, sealed
-from mbody.makers import makers
 from mbody.sweeps import Normal, monte_carlo, store
 from mbody.sweeps.store import remove_abandoned, write_whole
 

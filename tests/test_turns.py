@@ -21,9 +21,9 @@ from mbody import (
     Revolute,
     SimulationSettings,
     TorsionSpring,
+    makers,
 )
 from mbody.engineering import close_loops
-from mbody.makers import makers
 
 TURN = 2.0 * math.pi
 TURNS = (-3, -1, 1, 2)

@@ -21,6 +21,7 @@ from mbody import (
     assemble,
     gallery,
     kinematics,
+    makers,
 )
 from mbody.analysis.driven.diagnosis import (
     adjusted,
@@ -32,7 +33,6 @@ from mbody.analysis.driven.diagnosis import (
 )
 from mbody.analysis.initial.initial_state import initial_state_of
 from mbody.engineering import close_loops
-from mbody.makers import makers
 
 G = 9.81
 

@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody import Body, Mechanism, Revolute, Torque, cli, gallery, kinematics, kinetostatics
+from mbody import Body, Mechanism, Revolute, Torque, cli, gallery, kinematics, kinetostatics, makers
 from mbody.analysis.driven.driven import analyse_at
-from mbody.makers import makers
 from mbody.model.study import Instants
 from mbody.sheets.text_table import force_names
 from mbody.views import draw, plot, save

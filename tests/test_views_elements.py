@@ -17,9 +17,9 @@ from mbody import (
     Revolute,
     gallery,
     kinematics,
+    makers,
 )
 from mbody.laws import ConstantSpeed, Harmonic
-from mbody.makers import makers
 from mbody.model.loads import CentrifugalField, PistonPressure, ReciprocatingCylinder
 from mbody.views import draw
 from mbody.views.joint_symbols import joint_symbol

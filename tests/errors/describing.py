@@ -23,9 +23,10 @@ from mbody import (
     Torque,
     TorsionDamper,
     assemble,
+    makers,
 )
 from mbody.laws import ConstantSpeed
-from mbody.makers import makers, polar
+from mbody.makers import polar
 from mbody.model.body import Guess, SecondMoments, SlenderRod
 from mbody.model.loads import CustomLoad, TorsionSpring
 from tests.errors.models import crank_alone

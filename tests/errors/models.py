@@ -12,9 +12,9 @@ from mbody import (
     Revolute,
     Spring,
     Torque,
+    makers,
 )
 from mbody.laws import ConstantSpeed
-from mbody.makers import makers
 from mbody.model.joints import CustomJoint
 from mbody.model.loads import CustomLoad
 

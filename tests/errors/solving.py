@@ -25,12 +25,12 @@ from mbody import (
     driver_range,
     kinematics,
     kinetostatics,
+    makers,
     mobility,
     statics,
 )
 from mbody.engineering import close_loops
 from mbody.laws import ConstantAcceleration, ConstantSpeed, Polynomial, Table
-from mbody.makers import makers
 from tests import near_grashof
 from tests.errors.models import FOLDED, STRETCHED, by_law, by_rocker, chain, four_bar
 

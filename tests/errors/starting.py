@@ -22,11 +22,11 @@ from mbody import (
     TorsionSpring,
     gallery,
     kinematics,
+    makers,
     simulate,
 )
 from mbody.engineering import close_loops
 from mbody.laws import ConstantSpeed
-from mbody.makers import makers
 from mbody.solution.histories import Record
 from tests.errors.models import four_bar
 

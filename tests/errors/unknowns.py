@@ -2,8 +2,17 @@
 
 from unittest import mock
 
-from mbody import AngleDriver, Body, Force, Mechanism, Revolute, Torque, from_toml, solve_for
-from mbody.makers import makers
+from mbody import (
+    AngleDriver,
+    Body,
+    Force,
+    Mechanism,
+    Revolute,
+    Torque,
+    from_toml,
+    makers,
+    solve_for,
+)
 from mbody.model.study import Question, Unknown
 from tests.errors.command import said
 from tests.errors.models import four_bar

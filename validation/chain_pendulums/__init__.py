@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import mbody
-from mbody import Gravity, Mechanism, Revolute, SimulationSettings
-from mbody.makers import makers
+from mbody import Gravity, Mechanism, Revolute, SimulationSettings, makers
 from validation.case import Row, Source
 from validation.extrapolation import followed
 

@@ -9,8 +9,7 @@ from __future__ import annotations
 import math
 
 import mbody
-from mbody import gallery
-from mbody.makers import makers
+from mbody import gallery, makers
 from validation.case import Row, Source
 
 __all__ = ["build", "rows"]
