@@ -23,8 +23,8 @@ _AT_THE_COMMAND = ContextVar("at_the_command", default=False)
 
 
 class ModelError(ValueError):
-    """What the user described cannot be a mechanism, or cannot begin to move; raised while
-    describing and assembling, and where a motion begins.
+    """The description cannot be a mechanism, or cannot begin to move; raised while describing and
+    assembling, and where a motion begins.
 
     Attributes
     ----------
@@ -119,7 +119,7 @@ def angle_text(value: float) -> str:
 
 
 def remedy(*, python: str, command: str) -> str:
-    """What to try, in the words of the interface that the user works with.
+    """The remedy in the words of the interface that the user works with.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What the command does with its arguments, streams, errors and exit status."""
+"""Arguments, streams, errors and exit status of the command."""
 
 from __future__ import annotations
 

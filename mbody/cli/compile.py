@@ -326,7 +326,7 @@ def lines(report: dict[str, Any]) -> list[str]:
 
 
 def _remedy(report: dict[str, Any]) -> str:
-    """What is wrong, and what helps."""
+    """Verdict on the installation, with its remedy."""
     if not all(report["needed"].values()):
         return "NOT READY: install what is missing"
     if report["kernel_check"]["error"] is not None:

@@ -82,7 +82,7 @@ def _is_plain(text: str) -> bool:
 
 
 def values_of(name: str, text: str) -> Any:
-    """What a parameter takes: from one value to another in so many, or one after the other."""
+    """Values of a parameter: LOW:HIGH:COUNT, or a list with commas."""
     from mbody.quantities import FormulaError, read
     from mbody.sweeps import Steps
 

@@ -25,7 +25,7 @@ LINE = b"mbody: stopped\n"
 
 
 class Interrupt:
-    """What happens at Ctrl-C.
+    """Handler of Ctrl-C.
 
     Attributes
     ----------
@@ -63,7 +63,7 @@ class Interrupt:
             end(STATUS)
 
     def mark(self) -> None:
-        """What is under way can stop here with what it has.
+        """A point where the work can stop with the results it has.
 
         Raises
         ------

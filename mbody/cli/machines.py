@@ -216,7 +216,7 @@ def _kind(text: str) -> str | float:
 
 
 def _plain(data: dict[str, Any]) -> dict[str, Any]:
-    """What is infinite is null."""
+    """Data with None for infinite values."""
     return {
         key: value if value is None or math.isfinite(value) else None for key, value in data.items()
     }

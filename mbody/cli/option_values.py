@@ -1,4 +1,4 @@
-"""What options say: models with their parameters, values, steps and units."""
+"""Values of options: models with their parameters, values, steps and units."""
 
 from __future__ import annotations
 

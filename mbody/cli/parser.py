@@ -152,7 +152,7 @@ def add_analysis(command: argparse.ArgumentParser) -> None:
 
 
 def add_resting(command: argparse.ArgumentParser) -> None:
-    """What is free at rest."""
+    """Options of analyses at rest: model, released drivers, time."""
     add_model(command)
     command.add_argument(
         "--free", action="append", default=[], metavar="DRIVER", help="a driver to release"

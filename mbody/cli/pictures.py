@@ -480,7 +480,7 @@ def _runs(args: Any) -> dict[str, Solution]:
 
 
 def _no_parameters(args: Any) -> list[str]:
-    """What --vary changes that is no parameter of the model, as "crank.A.x"."""
+    """Names in --vary that are no parameters of the model, as "crank.A.x"."""
     names = named_values(args.vary, "--vary")
     known = model_of(args).parameters if names else ()
     return [name for name in names if name not in known]
@@ -591,7 +591,7 @@ def report(args: Any) -> int:
 
 
 def _labels(args: Any) -> tuple[str, str]:
-    """What two designs are called."""
+    """Labels of two compared designs."""
     return ", ".join(args.set) or "as given", ", ".join(args.compare)
 
 

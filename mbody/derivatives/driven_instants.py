@@ -223,7 +223,7 @@ class RestInstants:
         return np.zeros(len(instants), dtype=bool)
 
     def _units(self) -> np.ndarray:
-        """What efforts by values are compared by: lengths by the model length."""
+        """Units of a stiffness in the leading coordinates: lengths by the model length."""
         length = self.driven.length
         one = np.array([1.0 if motion.turns else length for motion in self.rest.motions])
         return np.asarray(1.0 / np.outer(one, one))

@@ -302,7 +302,7 @@ def _product(a: DualNumber, b: DualNumber) -> DualNumber:
 
 
 def _beside(parts: Sequence[DualNumber]) -> DualNumber:
-    """The same numbers with the tangents of all parts."""
+    """The first number's value with the tangents of all parts side by side."""
     return DualNumber(parts[0].value, np.concatenate([one.tangents for one in parts], axis=-1))
 
 
@@ -563,7 +563,9 @@ class ChangeTimes:
                 self.events.append(EventTime(one.name, one.contact, one.t, row))
 
     def _measured(self, name: str, now: DualInstant, part: int) -> Any:
-        """What an event is of, at an instant; of its part 1 numbers have no tangents."""
+        """Value of an event's measure at an instant; for part 1, without tangents of the
+        parameters.
+        """
         page, n = now.page, self.motion.system.coordinates
         width = page.tangents.shape[-1]
         record = DualRecord(page.value[None], page.tangents[None], self.motion.first_load, n)
@@ -708,7 +710,9 @@ def _with(one: DualNumber, k: int) -> Array:
 
 
 def _with_all(some: list[Any], k: int) -> Array:
-    """The same of numbers of which some are dual."""
+    """Complex-step numbers x + i·TINY·tangent k of numbers of which some are dual; plain floats for
+    k < 0.
+    """
     plain = np.array([float(value(one)) for one in some])
     if k < 0:
         return plain
@@ -722,7 +726,9 @@ def _with_all(some: list[Any], k: int) -> Array:
 def anchored(
     uni: Unilateral, tangents: Tangents, stretch: ModeStretch, now: DualInstant
 ) -> Tangents:
-    """The same tangents; where sticking begins at an instant depends on the numbers."""
+    """Tangents with the anchors of contacts that begin to stick at an instant, which depend on the
+    parameters.
+    """
     anchor, phases = 0.0 * tangents.anchor, tangents.phases.copy()
     for n, touch in enumerate(uni.touches):
         if uni.one_way[n] and stretch.on[touch.normal]:

@@ -57,11 +57,11 @@ class DualRecord(Record):
         return [self.take(row) for row in range(first, first + count)]
 
     def table(self, rows: slice) -> np.ndarray:
-        """What compiled code would take."""
+        """Raises: compiled code reads tables without derivatives."""
         raise TypeError("compiled code computes it without derivatives")
 
     def at(self, rows: slice, instants: np.ndarray, design: int = 0) -> np.ndarray:
-        """The same."""
+        """Raises: compiled code reads instants without derivatives."""
         raise TypeError("compiled code computes it without derivatives")
 
     def load_on(self, cause: int, first: int) -> tuple[Any, Any, Any]:
@@ -139,8 +139,8 @@ def _made(run: Solution, system: System, record: DualRecord) -> DualSolution:
 
 
 class WorkspaceKind(NamedTuple):
-    """What tells apart the workspaces of one topology, as `DualInstants` has it; `loads`: whether
-    every load is computed alone.
+    """Properties that tell apart the workspaces of one topology, as `DualInstants` has them;
+    `loads`: every load is computed alone.
     """
 
     instants: int

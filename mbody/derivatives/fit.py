@@ -76,7 +76,7 @@ class Combination:
 
 @dataclass(frozen=True, eq=False)
 class Identified:
-    """What the derivatives of the data say of the unknowns.
+    """Identifiability of the unknowns: rank, covariance factor and undetermined directions.
 
     Attributes
     ----------
@@ -135,7 +135,7 @@ def identified(
 
 
 def _reduced(rows: Array) -> tuple[Array, list[int]]:
-    """The same null space by rows of few entries: each has a pivot that the others lack."""
+    """Sparse basis of a null space: each row has a pivot that the others lack."""
     rows, pivots = np.array(rows), []
     for n in range(len(rows)):
         left = np.abs(rows[n:])
@@ -229,7 +229,7 @@ class Fit(Inherited):
         return self.values[name]
 
     def data(self) -> dict[str, Any]:
-        """As plain values, ready for JSON; None for what is infinite or no number."""
+        """Plain values of the result, ready for JSON; None for infinite values and NaN."""
 
         def finite(value: float) -> float | None:
             return float(value) if np.isfinite(value) else None
@@ -667,7 +667,7 @@ def _result(
 def _notes(
     problem: FitProblem, best: BestNumbers, keys: Sequence[str], bounds: tuple[Array, Array]
 ) -> list[str]:
-    """What is to be said of the answer."""
+    """Notes on the fitted values: undetermined directions, bounds met, differencing."""
     numbers, known = best.numbers, best.known
     notes = [f"not determined: {one}" for one in known.undetermined]
     if not problem.exact:

@@ -125,7 +125,7 @@ def _refuse_motion(run: Solution) -> None:
 
 
 def _without_derivatives(run: Solution) -> str:
-    """What a motion has that is not followed; empty where it has nothing of these."""
+    """Feature of a motion through which no derivatives are followed; "" where it has none."""
     machine = run.mechanism
     if machine.groups or run.begun[0].request.way.method == "moreau":
         return "impulses in place of located impacts"
@@ -388,7 +388,9 @@ class DualWalk:
         return DualNumber(begun.value, begun.tangents + later), y
 
     def _meet(self, changes: Array, near: Array, t: float, moving: Array) -> None:
-        """What numbers move falls on an instant: its positions alone have derivatives by them."""
+        """Leaves derivatives to positions alone where a time that the parameters move falls on an
+        instant.
+        """
         n = self.system.coordinates
         if near.size:
             rows = np.arange(n, self.motion.rows)
@@ -543,7 +545,7 @@ class DualWalk:
     def _check_that_it_crosses(
         self, place: int, stretch: ModeStretch, begun: DualNumber, y: DualNumber
     ) -> None:
-        """What jumps must not be driven back to its jump."""
+        """Loses the derivatives where a jump of a formula holds its own argument at zero."""
         still = DualNumber(begun.value, 0.0 * begun.tangents)
         now = self.motion.at(stretch, still, y, self.tangents)
         rate = float(self.times.ahead(stretch, now, self.tangents).formula.tangents[place, 0])
@@ -764,7 +766,7 @@ class ReleasedInstants:
         return self._since_release(t, dual_solution(self.run, self.values, record), record)
 
     def without_derivative(self, instants: Array, _: DualRecord) -> Array:
-        """As of `FreeInstants`."""
+        """Instants without derivatives (instants,): none."""
         return np.zeros(len(instants), dtype=bool)
 
     def _going_on(self, part: FreeInstants, after: Solution) -> FirstState:

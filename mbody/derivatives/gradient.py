@@ -364,7 +364,7 @@ class _BesideRest:
 
 
 def _ways(linear: Linearization, places: Sequence[ModePlace]) -> Array:
-    """What places do for unit rates of the leaders (places, free)."""
+    """Rates of coordinates for unit rates of the leading bodies, (places, free)."""
     solution, rates = linear.solution, linear.rates
     found = [rates_at(solution, rates, place) for place in places]
     return np.array(found).reshape(len(places), len(rates))
@@ -833,7 +833,7 @@ class Sensitivity(Inherited):
     time_unit: str
 
     def data(self) -> dict[str, Any]:
-        """As plain dicts: ``{"measure", "value", "unit", "by", "at"}``."""
+        """Plain dicts: ``{"measure", "value", "unit", "by", "at"}``."""
         return {
             "measure": self.measure,
             "value": None if math.isnan(self.value) else self.value,

@@ -317,7 +317,7 @@ class ModeStretch:
     sampled: bool = False
 
     def all_off(self) -> ModeStretch:
-        """The same with no row on and nothing that slides: what rows measure alone."""
+        """A stretch with no active constraint and no sliding, as rows are measured alone."""
         return ModeStretch(
             self.t,
             on=0.0 * self.on,

@@ -176,7 +176,9 @@ def number_tangents(system: System, names: Sequence[str]) -> tuple[np.ndarray, n
 def tangents_by_elements(
     system: System, values: dict[str, Any], count: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The same by the elements themselves, from the dual `values` of `dual_values`."""
+    """Tangents of parameters and masses by the elements themselves, from the dual `values` of
+    `dual_values`.
+    """
     par, mass = system.kernel_numbers(values)
     return _tangents(par, count), _tangents(mass, count)
 
@@ -233,8 +235,8 @@ class RecordedNumbers:
 
 
 def recorded_numbers(system: System) -> RecordedNumbers | None:
-    """What is recorded of this topology for these constants, made once; None where an element does
-    what no list of operations repeats.
+    """Recorded operations that make the numbers of this topology, recorded once; None where an
+    element does something that cannot be recorded.
     """
     key = ("number tangents", frozenset(system.formulas))
     plans: dict[Any, Any] = system.plans

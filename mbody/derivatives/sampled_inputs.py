@@ -60,7 +60,7 @@ class ControllerDuals:
         return bool(self.copies)
 
     def __call__(self, t: DualNumber, reads: Sequence[DualNumber]) -> dict[str, DualNumber]:
-        """What it sets at the next sample."""
+        """Dual values of the inputs that the controller sets at the next sample."""
         self.samples.append((t, list(reads)))
         if self.exact is not None:
             time = t if t.tangents.any() else float(t.value)
@@ -104,7 +104,9 @@ class ControllerDuals:
 
 
 def _named(controller: Controller, found: Any) -> dict[str, Any]:
-    """What a function returned, by the names of the inputs; a motion has checked it before."""
+    """Values that a controller's function returned, by the names of the inputs; a motion has
+    checked them before.
+    """
     if isinstance(found, Mapping):
         return dict(found)
     row = np.asarray(found, dtype=object).reshape(-1)
@@ -209,7 +211,7 @@ class SampledInputs:
 
     @property
     def notes(self) -> list[str]:
-        """What is differenced, and where there are no derivatives."""
+        """Notes on differenced controllers, and on instants without derivatives."""
         own = [one.state.controller.name for one in self.sampled if one.duals.differenced]
         found = []
         if own:

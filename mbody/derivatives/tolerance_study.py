@@ -165,11 +165,11 @@ class Allocation:
         }
 
     def tried(self, inside: float, count: int) -> Allocation:
-        """The same with the part of random designs in the band."""
+        """A copy with the share of random designs inside the band, of `count` tried."""
         return replace(self, inside=inside, count=count)
 
     def data(self) -> dict[str, Any]:
-        """As plain values, ready for JSON; None for no limit."""
+        """Plain values of the result, ready for JSON; None for no limit."""
 
         def finite(row: Mapping[str, float]) -> dict[str, float | None]:
             return {k: v if np.isfinite(v) else None for k, v in row.items()}
@@ -328,7 +328,7 @@ Scatters = Mapping[str, "Number | Scatter | tuple[Number, Number]"]
 
 @dataclass(frozen=True)
 class Contribution:
-    """What one number does to the quantity.
+    """Contribution of one tolerance to the variation of the measure.
 
     Attributes
     ----------
@@ -388,7 +388,7 @@ class ToleranceStudy:
     notes: tuple[str, ...] = field(default=())
 
     def data(self) -> dict[str, Any]:
-        """As plain values, ready for JSON."""
+        """Plain values of the result, ready for JSON."""
         bands = {"first": self.first, "second": self.second, "monte_carlo": self.monte_carlo}
         return {
             "measure": self.measure,

@@ -98,7 +98,7 @@ class BearingLoad(Inherited):
         return [(float(a), float(b), float(r), float(s)) for a, b, r, s in rows]
 
     def data(self) -> dict[str, Any]:
-        """As plain values, ready for JSON."""
+        """Plain values of the result, ready for JSON."""
         keys = ("equivalent", "in_time", "greatest", "mean", "revolutions", "cycle", "exponent")
         return {key: getattr(self, key) for key in (*keys, "life", "time")}
 

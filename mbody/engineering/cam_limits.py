@@ -240,7 +240,7 @@ class CamAnalysis(Inherited):
         return np.column_stack([psi, edge, pitch, radius])
 
     def data(self, angle: str = "deg") -> dict[str, Any]:
-        """As plain values, ready for JSON; what is infinite or undefined is null."""
+        """Plain values of the result, ready for JSON; infinite or undefined values are null."""
         turn = np.degrees if angle == "deg" else np.asarray
 
         def place(one: CamPlace | None, angular: bool = False) -> dict[str, float | None] | None:
@@ -408,7 +408,7 @@ class FollowerPath:
     roller: float
 
     def shifted(self, by: float) -> FollowerPath:
-        """The same motion from another place on the guide [length] or the arm [rad]."""
+        """The path of another point of the guide [length] or the arm [rad]."""
         if self.along:
             return replace(self, place=self.place + by * self.along)
         turn = complex(math.cos(by), math.sin(by))
@@ -769,7 +769,7 @@ def _greatest(run: Solution, cam: CamFollower, pressure: Array, psi: Array) -> C
 
 
 def _fine(run: Solution) -> Solution:
-    """The same motion at many instants and unit speed, where one driver makes it."""
+    """The motion at many instants and unit speed, where one driver makes it."""
     leaders = run.system.leaders
     if len(leaders) != 1 or len(run) < 2:
         return run

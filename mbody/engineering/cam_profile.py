@@ -182,7 +182,7 @@ class CamUndercut(Inherited):
         lock(self)
 
     def data(self, angle: str = "deg") -> dict[str, Any]:
-        """As plain values, ready for JSON; what is infinite or undefined is null."""
+        """Plain values of the result, ready for JSON; infinite or undefined values are null."""
         turn = np.degrees if angle == "deg" else np.asarray
         symbols = unit_symbols(self.mechanism.units, angle)
         value = self.least.value

@@ -220,7 +220,8 @@ def fluctuation(run: Solution, driver: str | None = None) -> Fluctuation:
 def energy_fluctuation(
     angle: npt.ArrayLike | Solution, torque: npt.ArrayLike | None = None
 ) -> Fluctuation:
-    """As `fluctuation`, for a torque at given angles: arrays (instants,), both ends included.
+    """Fluctuation of energy of a torque at given angles: arrays (instants,), both ends included; or
+    of a result, as `fluctuation`.
 
     Parameters
     ----------

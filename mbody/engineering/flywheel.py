@@ -158,7 +158,7 @@ class FlywheelSizing(Inherited):
         )
 
     def data(self) -> dict[str, Any]:
-        """As plain values, ready for JSON; angles in rad."""
+        """Plain values of the result, ready for JSON; angles in rad."""
         found = self.fluctuation
         return {
             "driver": self.driver,

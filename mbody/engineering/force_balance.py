@@ -82,7 +82,7 @@ def link_columns(run: Solution, of: str) -> Array:
 
 
 def counterweight_columns(run: Solution, places: Sequence[Marker], of: str) -> Array:
-    """The same of point masses by their m, m x, m y about places, in link axes."""
+    """Columns of the momentum of point masses by their m, m x, m y about `places`, in link axes."""
     columns = []
     for place in places:
         columns += _columns(run, place.body, run.point(place), of)
@@ -240,7 +240,7 @@ ROUNDING = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class Shaking:
-    """What the inertia forces of all links are together: arrays (instants,), world axes.
+    """Resultant of the inertia forces of all links: arrays (instants,), world axes.
 
     Attributes
     ----------
@@ -309,7 +309,7 @@ class ForceBalance(Inherited):
     system: Any = None
 
     def data(self) -> dict[str, Any]:
-        """As plain values, ready for JSON; angles in rad."""
+        """Plain values of the result, ready for JSON; angles in rad."""
         peaks = {
             name: {
                 "force": float(one.magnitude.max(initial=0.0)),
@@ -562,7 +562,7 @@ def _poses(run: Solution) -> dict[str, tuple[float, float, float]]:
 
 
 def _unit_rates(run: Solution) -> list[Solution]:
-    """The same positions with one driver after the other at unit rate."""
+    """Results at the positions of `run`, one for each driver, which alone moves at unit rate."""
     values = {one.name: np.asarray(run.driven(one.name)[0]) for one in run.system.leaders}
     guess = _poses(run)
     found = []
@@ -600,7 +600,7 @@ def _rank(columns: Array, length: float) -> int:
 
 
 def _left(columns: Array, moments: Array, radii: Array, present: Array) -> float:
-    """What is left of the present momentum."""
+    """Norm of the momentum left by counterweights."""
     masses = np.hypot(*moments.T) / radii
     added = np.column_stack([masses, moments]).ravel()
     return float(np.linalg.norm(present + columns @ added))

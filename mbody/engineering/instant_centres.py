@@ -86,7 +86,7 @@ class InstantCentre:
         return np.asarray(found / np.linalg.norm(found, axis=1)[:, None])
 
     def data(self) -> dict[str, Any]:
-        """As numbers and lists, for JSON; None for what is no number."""
+        """Plain numbers and lists, for JSON; None for NaN and infinite values."""
         parts = {
             name: [float(v) if np.isfinite(v) else None for v in getattr(self, name)]
             for name in ("x", "y", "direction")
@@ -170,8 +170,7 @@ class InstantCentres(Inherited):
         return [group for group in groups if len(group) > 1]
 
     def sentences(self, instant: int = 0) -> list[str]:
-        """What is to be said of centres at infinity, of those that are one point, and of bodies
-        that move as one.
+        """Sentences on centres at infinity, on coincident centres, and on bodies that move as one.
 
         Examples
         --------
@@ -215,7 +214,7 @@ class InstantCentres(Inherited):
         return worst
 
     def data(self) -> list[dict[str, Any]]:
-        """As lists, for JSON."""
+        """Plain lists of all centres, for JSON."""
         return [{"symbol": self.symbol(one)} | one.data() for one in self.pairs]
 
 

@@ -344,7 +344,7 @@ class Stress(Inherited):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class InternalLoads(Inherited):
-    """What a link carries inside, at cuts along its bar.
+    """Axial force, shear force and bending moment of a link, at cuts along its bar.
 
     Attributes
     ----------
@@ -445,7 +445,7 @@ class InternalLoads(Inherited):
         return found
 
     def data(self) -> dict[str, Any]:
-        """As plain values, ready for JSON."""
+        """Plain values of the result, ready for JSON."""
         whole = {
             "body": self.body,
             "along": list(self.along),

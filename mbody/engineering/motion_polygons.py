@@ -221,7 +221,7 @@ class MotionPolygon(Inherited):
         return self.x[second] - self.x[first], self.y[second] - self.y[first]
 
     def data(self) -> dict[str, Any]:
-        """As lists, for JSON."""
+        """Plain lists of the polygon's points, for JSON."""
         points = {name: {"x": x.tolist(), "y": self.y[name].tolist()} for name, x in self.x.items()}
         links = {name: list(points) for name, points in self.links.items()}
         joints = {name: list(points) for name, points in self.joints.items()}

@@ -55,7 +55,7 @@ class MotorCurve:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MotorSizing(Inherited):
-    """What a motor has to give, and how near its limits that is.
+    """Torques and speeds required of a motor, and how much of its limits they use.
 
     Attributes
     ----------
@@ -111,7 +111,7 @@ class MotorSizing(Inherited):
         return self.used[self.active] <= 1.0
 
     def data(self) -> dict[str, Any]:
-        """As plain values, ready for JSON; what is infinite is null."""
+        """Plain values of the result, ready for JSON; infinite values are null."""
         keys = ("ratio", "rms", "peak", "rms_speed", "top_speed", "inertia_ratio", "best_ratio")
         plain = {key: getattr(self, key) for key in keys}
         return {
@@ -309,7 +309,7 @@ def _curve(run: Solution, motor: MotorCurve) -> _CurveNumbers:
 
 
 class _Load:
-    """What a driver asks of its motor, over time."""
+    """Torque and speed that a driver requires of its motor, over time."""
 
     def __init__(
         self, run: Solution, name: str, inertia: float, efficiency: float, rest: float

@@ -170,7 +170,7 @@ def _by_joints(run: Solution, x: Array, y: Array) -> Array:
 
 
 def _by_driver(run: Solution, driver: Driver, x: Array, y: Array) -> Array:
-    """The same of one driver."""
+    """Wrench of one driver on the ground, about (x, y)."""
     force = driven(run, driver.name) * (1.0 if driver.bodies[1] == "ground" else -1.0)
     if "j" not in driver.places():
         return force
@@ -476,7 +476,7 @@ class ShakingOrders(Inherited):
         return place_of(order, self.orders, self.turns)
 
     def data(self) -> dict[str, Any]:
-        """As plain values, ready for JSON; complex numbers as pairs."""
+        """Plain values of the result, ready for JSON; complex numbers as pairs."""
         pairs = {
             key: [[float(c.real), float(c.imag)] for c in getattr(self, key)]
             for key in ("forward", "backward")

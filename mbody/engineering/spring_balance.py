@@ -85,7 +85,7 @@ class SpringBalance(Inherited):
         lock(self)
 
     def data(self) -> dict[str, Any]:
-        """As plain values, ready for JSON."""
+        """Plain values of the result, ready for JSON."""
         peaks = {
             name: {"before": _peak(effort), "after": _peak(self.after[name])}
             for name, effort in self.before.items()
@@ -323,7 +323,7 @@ def _loads(system: System, springs: list[str], against: Sequence[str] | None) ->
 
 
 def _effort(run: Solution, driver: str, loads: Sequence[str]) -> Array:
-    """What these loads need of a driver."""
+    """Effort of a driver due to some loads, (instants,)."""
     parts = run.breakdown(driver)
     return np.asarray(sum((parts[name] for name in loads), np.zeros(len(run.t))))
 

@@ -1,1 +1,1 @@
-"""The same mechanism in other engines, and what they say of our results."""
+"""Cross-checks: the mechanism in other engines, and their results beside ours."""

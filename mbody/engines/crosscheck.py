@@ -93,9 +93,9 @@ class Crosscheck:
         return all(opinion.agrees for opinion in self.opinions.values())
 
     def data(self) -> dict[str, Any]:
-        """The same as plain lists and texts, ready for JSON: the heading, ``"agrees"`` and
-        ``"engines": {ENGINE: {"engine", "rows", "not_expressible", "notes"}}``; numbers that
-        are not finite are null.
+        """Plain lists and texts, ready for JSON: the heading, ``"agrees"`` and ``"engines":
+        {ENGINE: {"engine", "rows", "not_expressible", "notes"}}``; numbers that are not finite are
+        null.
         """
         engines = {name: _finite(opinion.data()) for name, opinion in self.opinions.items()}
         mechanism, analysis = self.run.mechanism, self.run.analysis
@@ -254,7 +254,7 @@ def _checkable(system: System, run: Solution) -> Solution:
 
 
 def _finite(value: Any) -> Any:
-    """The same data, with None for numbers that are not finite."""
+    """Data with None for numbers that are not finite."""
     if isinstance(value, dict):
         return {key: _finite(part) for key, part in value.items()}
     if isinstance(value, list):

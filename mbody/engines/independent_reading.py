@@ -308,7 +308,7 @@ class PlainLaw:
 
 
 def law_by_formula(law: Law) -> Any:
-    """The same law by a formula of this file; the law itself where there is none.
+    """A law by a formula of this file; the law itself where there is none.
 
     >>> law_by_formula(Harmonic(1.0, 2.0, 10.0)).derivatives(0.0)[:2]
     (1.0, 20.0)

@@ -127,8 +127,8 @@ def follows_formula(element: Element) -> bool:
 
 
 def without_counterpart(mechanism: Mechanism) -> tuple[Inexpressible, ...]:
-    """What another engine's model of a mechanism has no counterpart of: loads and drivers by
-    formulas, inputs, own states, controllers, friction in joints.
+    """Features of a mechanism without a counterpart in other engines: loads and drivers by
+    formulas, inputs, auxiliary states, controllers, friction in joints.
 
     >>> from mbody import makers
     >>> without_counterpart(makers.four_bar(1, 3, 2, 3.5))
@@ -175,8 +175,8 @@ def signals_of(mechanism: Mechanism) -> tuple[Inexpressible, ...]:
 
 
 def smooth_alone(mechanism: Mechanism) -> tuple[Inexpressible, ...]:
-    """What elements do besides in a motion, and a file of smooth joints, always closed, does not:
-    they touch, rub, separate, or meet limits.
+    """Features of elements that a file of smooth joints, always closed, lacks: contacts, friction,
+    separation, limits.
 
     >>> from mbody import gallery
     >>> [one.element for one in smooth_alone(gallery.load("bouncing_ball"))]

@@ -45,7 +45,7 @@ class Row:
         return AGREES if self.difference <= self.expected else DIFFERS
 
     def data(self) -> dict[str, Any]:
-        """The same, ready for JSON."""
+        """Plain values of the row, ready for JSON."""
         data = {key: getattr(self, key) for key in ("quantity", "ours", "theirs", "difference")}
         return data | {"expected": self.expected, "reason": self.reason, "verdict": self.verdict}
 
@@ -58,7 +58,7 @@ class Inexpressible:
     why: str
 
     def data(self) -> dict[str, str]:
-        """The same, ready for JSON."""
+        """Plain values, ready for JSON."""
         return {"element": self.element, "why": self.why}
 
 
@@ -88,7 +88,7 @@ class Opinion:
         return all(row.verdict == AGREES for row in self.rows)
 
     def data(self) -> dict[str, Any]:
-        """The same, ready for JSON."""
+        """Plain values of the cross-check, ready for JSON."""
         return {
             "engine": self.engine,
             "rows": [row.data() for row in self.rows],

@@ -1,4 +1,6 @@
-"""What an environment is, without Gymnasium: a mechanism with actions, observations and ends."""
+"""Description of an environment, without Gymnasium: a mechanism with actions, observations and
+ends.
+"""
 
 from __future__ import annotations
 
@@ -41,7 +43,7 @@ class Variable:
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """What an environment is.
+    """Description of an environment.
 
     Attributes
     ----------
@@ -170,7 +172,7 @@ def _observations(machine: Mechanism, given: Any) -> list[Variable]:
 
 
 def _range(machine: Mechanism, name: str, given: Any) -> Variable:
-    """What begins at random: a place, a rate, or an own state."""
+    """A random initial value: a position, a rate, or an auxiliary state."""
     dimension: Any = STATE.get(name.rpartition(".")[2])
     for state in machine.states:
         if state.name == name:
@@ -271,7 +273,7 @@ class Episodes:
             self.truncated = going & (self.steps >= self.task.most)
 
     def observe(self) -> Array:
-        """What is observed (n, observations), within its bounds."""
+        """Observations (n, observations), within their bounds."""
         found = [
             np.clip(self.sims.measure(one.text), one.low, one.high)
             for one in self.task.observations

@@ -121,7 +121,7 @@ def _part(system: System, link: Body, width: float, hole: float) -> PartOutline:
 def _add(
     joint: Element, part: PartOutline, side: str, at: Place, system: System, hole: float
 ) -> None:
-    """What a joint needs on one of its parts: here nothing."""
+    """Drawing of a joint on one of its parts: nothing by default."""
 
 
 @_add.register

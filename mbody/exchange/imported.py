@@ -1,4 +1,4 @@
-"""What comes of reading another program's file."""
+"""Result of reading another program's file."""
 
 from __future__ import annotations
 

@@ -363,7 +363,7 @@ def planar_bodies(path: Path, root: Node, units: str) -> Imported:
 
 
 def _fused(root: Node, mechanism: Mechanism) -> tuple[str, ...]:
-    """What a URDF has and MuJoCo does not keep: links that it joins to others, and loads."""
+    """Notes on elements of a URDF that MuJoCo does not keep: links fused with others, and loads."""
     gone = [n.get("name") or "?" for n in root.iterfind("link") if n.get("name") not in mechanism]
     notes = [f"links that are part of others or of the ground: {', '.join(gone)}"] if gone else []
     for word in ("mimic", "dynamics", "safety_controller"):
@@ -377,7 +377,7 @@ def _fused(root: Node, mechanism: Mechanism) -> tuple[str, ...]:
 
 
 class _Planar:
-    """What the bodies and joints of a compiled model are in its plane."""
+    """Planar bodies and joints of a compiled MuJoCo model."""
 
     def __init__(self, mujoco: Any, model: Any, form: str) -> None:
         self.mujoco, self.model, self.form = mujoco, model, form

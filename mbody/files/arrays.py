@@ -33,7 +33,7 @@ CHUNK = 1 << 20
 
 
 def seal(content: bytes, owner: str) -> bytes:
-    """The same with its seal in the place of the last open one.
+    """Content with its seal in the place of the last open one.
 
     >>> whole = seal(b"numbers " + OPEN_SEAL, "sweep 0")
     """
@@ -51,7 +51,7 @@ def sealed(content: bytes, owner: str) -> bool:
 
 
 def sealed_at_the_end(file: IO[bytes], owner: str) -> bool:
-    """The same of an open file whose seal is its last bytes, in little memory."""
+    """Whether an open file ends with its own seal, checked in little memory."""
     size = file.seek(0, 2) - SIGNS
     if size < len(MARK):
         return False
@@ -95,7 +95,7 @@ BROKEN = (
 
 
 class Unreadable(ValueError):
-    """What is wrong with a file, for a sentence."""
+    """A file that cannot be read; the message says why."""
 
 
 def packed(arrays: Mapping[str, np.ndarray], owner: str) -> bytes:

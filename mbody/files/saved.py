@@ -68,7 +68,7 @@ def array(
 def pages(
     arrays: Mapping[str, np.ndarray], name: str, system: System, count: int, analysis: str
 ) -> np.ndarray:
-    """What was kept of so many instants: (instants, rows)."""
+    """Kept records of so many instants: (instants, rows)."""
     rows = system.page_rows
     return array(arrays, name, (count, rows), open=analysis != "simulate")
 
@@ -228,7 +228,7 @@ def stepped_arrays(stepped: SteppedContacts) -> dict[str, np.ndarray]:
 
 
 def stepped_contacts(header: Any, arrays: Mapping[str, np.ndarray], n: int) -> SteppedContacts:
-    """What was written of n instants, checked."""
+    """Stepped contacts of n instants from a file, checked."""
     names = ("laws", "shapes")
     sound = isinstance(header, dict) and all(
         isinstance(header.get(key), list) and all(isinstance(one, str) for one in header[key])

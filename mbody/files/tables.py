@@ -361,7 +361,7 @@ def write_csv(solution: Solution, path: str | os.PathLike[str], angle: str = "ra
 
 
 def print_csv(solution: Solution, stream: Any, angle: str = "rad") -> None:
-    """The same to a stream of text."""
+    """Writes a result as CSV to a stream of text."""
     table = columns(solution, angle)
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(table)

@@ -204,7 +204,7 @@ class UnitVariable:
 
 @dataclass(frozen=True)
 class UnitFacts:
-    """What the description says of a unit beside its variables.
+    """Facts of a unit's description beside its variables.
 
     Attributes
     ----------
@@ -289,7 +289,7 @@ def _attributes(values: Mapping[str, Any]) -> str:
 
 
 def _abilities(version: str, identifier: str) -> dict[str, str]:
-    """What the unit can do."""
+    """Capability flags of the unit, by attribute."""
     common = {
         "modelIdentifier": identifier,
         "needsExecutionTool": "false",
@@ -433,7 +433,7 @@ def _structure_two(variables: list[UnitVariable]) -> list[str]:
 
 
 def _structure_three(variables: list[UnitVariable]) -> list[str]:
-    """The same by value references."""
+    """Lines of the model structure of FMI 3.0, by value references."""
     outputs = [one for one in variables if KINDS[one.kind][0] == "output"]
     lines = [f'    <Output valueReference="{one.reference}"/>' for one in outputs]
     return lines + [
@@ -559,8 +559,8 @@ def _variables(system: System, image: ModelImage) -> Iterable[UnitVariable]:
 
 
 def _told_apart(variables: Iterable[UnitVariable]) -> Iterable[UnitVariable]:
-    """The same with names that differ, as where a parameter and a measure have one name: the later
-    one has its kind behind.
+    """Variables with distinct names: where a parameter and a measure have one name, the later one
+    has its kind appended.
     """
     known: set[str] = {"time"}
     for one in variables:
@@ -585,7 +585,7 @@ def _rate(system: System, name: str) -> str:
 
 
 def _facts(system: System, image: ModelImage, identifier: str) -> UnitFacts:
-    """What the description says of the model."""
+    """Facts of the model for the unit's description."""
     machine, free = system.mechanism, image.manifest["free"]
     (checksum,) = struct.unpack_from("<Q", image.content, 8 * 13)
     second = si_unit(machine.units.time).factor

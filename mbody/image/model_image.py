@@ -120,8 +120,8 @@ NUMBER, INPUT, MEASURE, CALL, ARRAY, STATE = range(1, 7)
 
 @dataclass(frozen=True)
 class ImageEntry:
-    """What an image offers by a name: its kind, the byte at which it begins, how many numbers or
-    words it is, and its unit.
+    """A named entry of an image: its kind, the byte at which it begins, how many numbers or words
+    it has, and its unit.
     """
 
     kind: int
@@ -409,7 +409,7 @@ MODES = {BY_TIME: "time", BY_DRIVER: "driver", BY_INSTANT: "instant"}
 
 @dataclass(frozen=True)
 class _Programs:
-    """What all calls share: numbers, measures."""
+    """System and programs shared by all calls: numbers, measures."""
 
     system: System
     numbers: NumberProgram
@@ -641,7 +641,7 @@ def _refuse_another_motion(system: System) -> None:
 
 
 def _notes(system: System) -> list[str]:
-    """What the motion of the image lacks."""
+    """Notes on what the motion of the image leaves out."""
     own = system.mechanism.simulation
     if own is None:
         return []
@@ -678,7 +678,7 @@ class ModelImage:
 
     @property
     def notes(self) -> list[str]:
-        """What it lacks, in sentences."""
+        """Notes on what the image leaves out."""
         found: list[str] = self.manifest["notes"]
         return found
 
@@ -777,7 +777,7 @@ def to_image(
 
 
 def _fits(system: System) -> list[str]:
-    """What is checked in Python when loops are closed, and not in an image."""
+    """Checks made in Python when loops are closed, and not in an image, in sentences."""
     spaced = [joint.name for joint in system.mechanism.joints if joint.spaced]
     if not spaced:
         return []
@@ -795,7 +795,7 @@ def _unit(system: System, name: str) -> str:
 def _manifest(
     system: System, changeable: Changeable, measured: MeasuredProgram, numbers: NumberProgram
 ) -> dict[str, Any]:
-    """What an image says of itself, apart from its analyses."""
+    """Manifest of an image, apart from its analyses."""
     machine = system.mechanism
 
     def number(name: str, follows: bool) -> dict[str, Any]:

@@ -392,7 +392,7 @@ class Unbounded(Exception):
 
 @dataclass(frozen=True)
 class Extremum:
-    """What the search over one unknown found, in its steps.
+    """Result of the search over one unknown, in its steps.
 
     Attributes
     ----------
@@ -499,7 +499,7 @@ def extremum(one: Wanted, values: Values, slopes: Slopes, noise: Array) -> Extre
 
 
 def _inwards(profile: Profile, space: _Range, edge: float) -> tuple[float, ...]:
-    """See `Extremum`."""
+    """Unknowns close to an edge of the range, towards its inside: see `Extremum.inwards`."""
     k = int(np.searchsorted(profile.x, edge))
     below = k > 0 and bool(profile.found[k - 1])
     step = (-1.0 if below else 1.0) * profile.spacing
@@ -508,7 +508,7 @@ def _inwards(profile: Profile, space: _Range, edge: float) -> tuple[float, ...]:
 
 
 def _nearest(profile: Profile, space: _Range) -> float:
-    """See `Extremum`."""
+    """Unknown with the least violation of conditions: see `Extremum.nearest`."""
     if not profile.found.any():
         return math.nan
     margins = profile.y[:, :-1] / np.maximum(profile.size[:, :-1], 1e-300)
@@ -546,7 +546,7 @@ SEVERAL_UNKNOWNS_NEAR = 1e-3
 
 @dataclass(frozen=True)
 class Climbed:
-    """What climbs found.
+    """Result of the climbs from all starts.
 
     Attributes
     ----------
@@ -669,7 +669,7 @@ class _Hill:
         return self.sign * float(here.rest[-1]), -min(float(part.min(initial=0.0)), 0.0)
 
     def refined(self, u: Array) -> Array:
-        """The same with conditions, and what binds, met to rounding."""
+        """Unknowns at which the conditions, and those that bind, are met to rounding."""
         here = self.rows.about(u)
         if here is None:
             return u

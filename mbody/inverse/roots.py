@@ -47,7 +47,7 @@ class Affine:
     size: Array
 
     def __call__(self, u: Array) -> Array:
-        """What is left of every row at u: (rows,)."""
+        """Residual of every row at u: (rows,)."""
         return self.rest + self.slope @ (u - self.base)
 
     def solve(self, rows: Sequence[int]) -> Array:

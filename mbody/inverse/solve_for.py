@@ -47,7 +47,7 @@ class Refusals:
 
     @property
     def word(self) -> str:
-        """What of the objective is sought."""
+        """The word for the sought extremum: greatest or least."""
         return "greatest" if self.question.greatest else "least"
 
     def at(self, u: float) -> str:
@@ -122,7 +122,9 @@ class Refusals:
         )
 
     def endless(self, u: float, edge: bool) -> str:
-        """The same of one unknown: the best value is at a pole, or where the search ends."""
+        """Sentence for an unbounded objective of one unknown: the best value is at a pole, or at
+        the end of the search.
+        """
         way = "grows" if self.question.greatest else "falls"
         name, where = self.wanted[0].unknown.name, self.at(u)
         if edge:
@@ -167,7 +169,7 @@ class Refusals:
         )
 
     def _rows(self, u: Array) -> tuple[Array, Array]:
-        """What is left of all relations at a place, and their sizes."""
+        """Residuals of all relations at a place, and their sizes."""
         relations = [*self.equations, *self.sides]
         return self.trials.rows(relations, self.question.objective, u[None])
 
@@ -273,7 +275,7 @@ class Solver:
         return [self._refined(straight, best.base, rows)]
 
     def _with_bounds(self, straight: Affine) -> Affine:
-        """The same with a row for each bound of an unknown, before the objective."""
+        """The linearized rows with one more for each bound of an unknown, before the objective."""
         rest, slope, size = [], [], []
         for n, one in enumerate(self.wanted):
             for bound, sign in zip(one.bounds, (1.0, -1.0), strict=True):
@@ -402,7 +404,7 @@ class Solver:
         return True
 
     def _noise(self) -> Array:
-        """What is rounding of every side condition and of the objective."""
+        """Rounding of every side condition and of the objective."""
         texts = [*(one.left for one in self.sides), self.question.objective]
         return NOISE * np.array([self.trials.size_of(text) for text in texts])
 
@@ -460,7 +462,7 @@ class Solver:
         return sorted(found, key=lambda place: float(np.abs(place.base - start).sum()))
 
     def _unwound(self, place: Affine, rows: Sequence[int]) -> Affine:
-        """The same without whole turns of drivers, where they make no difference."""
+        """The solution without whole revolutions of drivers, where they make no difference."""
         u = np.array([one.unwound(part) for one, part in zip(self.wanted, place.base, strict=True)])
         if (u == place.base).all():
             return place

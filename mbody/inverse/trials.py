@@ -364,7 +364,7 @@ class Trials:
         return None
 
     def _from(self, u: Array, poses: Poses) -> Reached | None:
-        """What is found there from the poses of a place nearby; None where nothing is."""
+        """Result at u from the poses of a place nearby; None where there is none."""
         try:
             return self._reached(u, poses)
         except (ModelError, SolveError):

@@ -672,7 +672,7 @@ def live_view(model: Any, **options: Any) -> Viewer:
 
 
 def live_part(run: Solution) -> dict[str, Any]:
-    """What a live page needs beside what a recorded one has."""
+    """Data that a live HTML page needs beside those of a recorded one."""
     found = scene(run)
     system = run.system
     image = to_image(system, len(found.run))

@@ -1,1 +1,3 @@
-"""What a user describes: mechanism, bodies, joints, loads, drivers, couplings, events, studies."""
+"""Descriptions by the user: mechanism, bodies, joints, loads, drivers, couplings, events,
+studies.
+"""

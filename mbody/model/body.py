@@ -41,7 +41,7 @@ Along = Converted[tuple[str, ...], Sequence[str]]
 
 @dataclass(frozen=True)
 class CrossSection:
-    """What all sections have: sizes [length], and the line of the bar."""
+    """Base of all sections: sizes [length], and the line of the bar."""
 
     sizes: ClassVar[tuple[str, ...]] = ()
     #: Shear stress falls from the middle to the outer fibres as (1 − η²) to this power.

@@ -100,7 +100,7 @@ def with_element(machine: Mechanism, element: Element) -> Mechanism:
 
 
 def _without(machine: Mechanism, gone: set[str]) -> dict[str, Formula]:
-    """What numbers are made of, but for those of some elements."""
+    """Formulas of the numbers, except those of some elements."""
     return {
         name: formula
         for name, formula in machine.formulas.items()
@@ -166,7 +166,7 @@ class JointContact(OneSided):
         return own
 
     def refuse(self, at: Numbers, unit: str) -> None:
-        """As of the joint."""
+        """Refuses numbers that the joint refuses."""
         self.joint.refuse(at, unit)
 
     def coefficients(self, at: Numbers) -> tuple[float, float]:
@@ -220,7 +220,7 @@ class JointLimit(JointContact):
         return "angle" in self.joint.coordinates
 
     def quantities(self) -> dict[str, str]:
-        """As of a contact; of a turning joint it presses with a torque."""
+        """Quantities of a contact; the normal reaction of a revolute joint's limit is a torque."""
         return super().quantities() | ({"contact": "torque"} if self._angular else {})
 
     def every_spot(self, at: Numbers) -> list[Spot]:

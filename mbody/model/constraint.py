@@ -30,7 +30,7 @@ def refuse_static(name: str, kinetic: float, static: float) -> None:
 
 
 def refuse_static_of_designs(name: str, kinetic: Any, static: Any) -> None:
-    """The same of every design: numbers, or arrays (batch,)."""
+    """Refuses static friction below kinetic friction in any design: numbers, or arrays (batch,)."""
     for one, other in zip(*map(np.ravel, np.broadcast_arrays(kinetic, static)), strict=True):
         refuse_static(name, float(one), float(other))
 
@@ -95,7 +95,7 @@ class Constraint(Element):
         return "torque" if self.angular else "force"
 
     def unit(self, length: float) -> float:
-        """What a coordinate is compared with: 1 rad, or the model length [length]."""
+        """Scale of a coordinate: 1 rad, or the model length [length]."""
         return 1.0 if self.angular else length
 
     def distances(self) -> tuple[tuple[str, str], ...]:

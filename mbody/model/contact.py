@@ -537,7 +537,7 @@ class Contact(OneSided):
         refuse_coefficients(self.name, self.friction, self.static, self.restitution)
 
     def refuse(self, at: Numbers, unit: str) -> None:
-        """As of one contact, of every design; arcs without length, and discs that fill a ring."""
+        """Refuses coefficients of any design, arcs without length, and discs that fill a ring."""
         refuse_of_designs(self, at)
         refuse_shapes(self.name, (self.i, self.j), self.shapes, at, unit)
 
@@ -640,7 +640,7 @@ class Between(OneSided):
         refuse_coefficients(self.name, self.friction, self.static, self.restitution)
 
     def refuse(self, at: Numbers, unit: str) -> None:
-        """As of one contact, of every design."""
+        """Refuses coefficients of any design."""
         refuse_of_designs(self, at)
 
     def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
@@ -779,7 +779,7 @@ def refuse_coefficients(name: str, mu: float, static: float | None, restitution:
 
 
 def refuse_of_designs(one: Contact | Between, at: Numbers) -> None:
-    """The same of every design."""
+    """Refuses friction, static friction and restitution out of range in any design."""
     static = None if one.static is None else at[f"{one.name}.static"]
     numbers = (at[f"{one.name}.friction"], static, at[f"{one.name}.restitution"])
     rows = np.broadcast_arrays(*(np.nan if part is None else part for part in numbers))

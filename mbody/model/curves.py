@@ -96,7 +96,7 @@ def _curve(name: Any, law: Any, scope: Scope) -> NamedCurve:
 
 
 def _measured(row: Any, scope: Scope) -> Dimension | None:
-    """What the numbers of a row measure, by the first of them that has a unit."""
+    """Dimension of the numbers of a row, by the first of them that has a unit."""
     for _, formula in formulas_in(row):
         found = evaluate(formula.tree, scope).dimension
         if found is not None:

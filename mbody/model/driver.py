@@ -47,7 +47,7 @@ class Driver(Constraint):
 
     @property
     def coordinate(self) -> str:
-        """What it drives, in words."""
+        """The driven coordinate, in words."""
         raise NotImplementedError
 
     @property
@@ -114,7 +114,7 @@ class AngleDriver(Driver):
 
     @property
     def coordinate(self) -> str:
-        """As "angle of arm from crank"; of an angle from the ground without it."""
+        """Words such as "angle of arm from crank", or "angle of arm" of one from the ground."""
         rest = "" if self.relative_to == "ground" else f" from {self.relative_to}"
         return f"angle of {self.body}{rest}"
 
@@ -178,7 +178,7 @@ class DistanceDriver(Driver):
 
     @property
     def coordinate(self) -> str:
-        """As "distance of jib.P from ground.C"."""
+        """Words such as "distance of jib.P from ground.C"."""
         return f"distance of {self.j} from {self.i}"
 
     def distances(self) -> tuple[tuple[str, str], ...]:
@@ -238,7 +238,7 @@ class CoordinateDriver(Driver):
 
     @property
     def coordinate(self) -> str:
-        """As "displacement of ram from base"; of one from the ground without it."""
+        """Words such as "displacement of ram from base", without "from" of one from the ground."""
         rest = "" if self.i.body == "ground" else f" from {self.i}"
         return f"displacement of {self.j}{rest}"
 

@@ -1,4 +1,4 @@
-"""What every element of a mechanism shares: a name, checked numbers, places on bodies.
+"""Base of every element of a mechanism: a name, checked numbers, points on bodies.
 
 An element is a frozen dataclass. Its number fields are declared with `number_field`, so that they
 are checked when it is made and can be changed by dotted name (``"crank.mass"``,
@@ -100,7 +100,7 @@ class OwnState:
 
     @property
     def dimension(self) -> Dimension:
-        """What it measures."""
+        """Dimension of the state."""
         return DIMENSIONS[self.measure]
 
 
@@ -731,7 +731,7 @@ class OwnPhysics:
 
 
 class WithOwnPhysics:
-    """What an element between two places needs so that its ``physics(i, j, p, t)`` is called."""
+    """Mixin of elements between two points whose ``physics(i, j, p, t)`` the user gives."""
 
     def parameters(self: Any, at: Numbers) -> list[Any]:
         """Numbers handed to `physics` as `p`; by default both arms, from the mass centres [length],

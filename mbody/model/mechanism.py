@@ -45,7 +45,7 @@ def _stated(machine: Any, value: Any) -> Any:
 
 
 def _worth(machine: Any, value: Any, dimension: Dimension | None) -> Any:
-    """The same, as a number where it follows no parameters."""
+    """A formula's value as a number where it depends on no parameters."""
     if not isinstance(value, Formula):
         return value
     own = replace(value, dimension=dimension)
@@ -299,8 +299,8 @@ class Mechanism:
         return self._groups[name] if self.contacts_of(name) else self[name]
 
     def without(self, *drivers: str) -> Mechanism:
-        """The same mechanism without some of its drivers, whose coordinates are free then;
-        measures, questions and instants that name them are left out.
+        """A copy without some of its drivers, whose coordinates are then free; measures, questions
+        and instants that name them are left out.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""What a changeable number of a mechanism measures, and what depends on it."""
+"""Dimensions of a mechanism's changeable numbers, and the numbers that depend on them."""
 
 from __future__ import annotations
 

@@ -189,7 +189,7 @@ class SimulationSettings:
         object.__setattr__(self, "release", times)
 
     def without(self, gone: set[str]) -> SimulationSettings:
-        """The same without what speaks of elements that are gone."""
+        """A copy without entries for elements that are gone."""
         kept = [
             event
             for event in self.events

@@ -191,7 +191,7 @@ class Stop(OneSided):
 def _dimension(
     formula: Formula, scope: Scope, quantities: Mapping[str, Dimension | None]
 ) -> Dimension | None:
-    """What a formula measures; None where plain numbers leave that open."""
+    """Dimension of a formula; None where plain numbers leave it open."""
     measured = {name: Valued(1.0, of) for name, of in quantities.items()}
     whole = Scope(scope.system, {**scope.names, **measured})
     plain = any(scope.names[n].dimension is None for n in formula.names & scope.names.keys())
@@ -255,7 +255,7 @@ class Freewheel(OneSided):
         return self.i.body, self.j.body
 
     def quantities(self) -> dict[str, str]:
-        """As of a contact; it presses with a torque."""
+        """Quantities of a contact; the normal reaction is a torque."""
         return super().quantities() | {"contact": "torque"}
 
     def every_spot(self, at: Numbers) -> list[Spot]:

@@ -1,4 +1,4 @@
-"""What a description asks beside itself: at which instants, which quantities, which unknowns."""
+"""Studies in a description: instants, measured quantities, questions with unknowns."""
 
 from __future__ import annotations
 
@@ -309,7 +309,7 @@ class Measure:
 
     @property
     def names(self) -> frozenset[str]:
-        """What its formula names.
+        """Names in the measure's formula.
 
         >>> sorted(Measure("peak(A.fx - B.fx)").names)
         ['A.fx', 'B.fx']
@@ -430,7 +430,7 @@ class Question:
 
     @property
     def objective(self) -> str:
-        """What is to be greatest or least, empty where nothing is."""
+        """Formula to be maximized or minimized; "" without one."""
         return self.greatest or self.least
 
     @property
@@ -457,7 +457,7 @@ def _several(value: Any) -> Iterable[Any]:
 
 
 def _options(name: str, options: Any) -> Mapping[str, Any]:
-    """What is said of an unknown: its start, or several things by name."""
+    """Options of an unknown: its start, or several by name."""
     if not isinstance(options, Mapping):
         return {"start": options}
     known = ("start", "low", "high", "unit")
@@ -490,7 +490,7 @@ def measures_without(measures: Mapping[str, Measure], gone: set[str]) -> dict[st
 
 @dataclass(frozen=True)
 class OptimizationTask:
-    """What is to be least or greatest, by which numbers, within which limits.
+    """Aims, numbers and limits of an optimization.
 
     The last time, of ``analysis="simulate"``.
     >>> OptimizationTask(minimize="peak(motor.effort)", by={"crank.A.x": (1, 2)}).minimize

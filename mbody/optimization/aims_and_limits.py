@@ -1,4 +1,4 @@
-"""What is to be least and what is to hold, read from text, and as rows with derivatives."""
+"""Objectives and limits of an optimization, read from text, and as rows with derivatives."""
 
 from __future__ import annotations
 
@@ -137,7 +137,7 @@ class Aim:
 
 @dataclass(frozen=True)
 class Limit:
-    """What is to hold: left ≤ right, or left = right.
+    """A constraint: left ≤ right, or left = right.
 
     Attributes
     ----------
@@ -170,7 +170,7 @@ class Limit:
 
 
 def aim_of(mechanism: Mechanism, given: object, greatest: bool, instants: int) -> Aim:
-    """What is to be least or greatest."""
+    """Objective to be minimized or maximized."""
     (column,) = columns_of(mechanism, [given], "optimize")  # type: ignore[list-item]
     _check_instant(column, instants)
     if not column.by and instants > 1:
@@ -183,7 +183,7 @@ def aim_of(mechanism: Mechanism, given: object, greatest: bool, instants: int) -
 
 
 def limit_of(mechanism: Mechanism, text: object, instants: int) -> Limit:
-    """What is to hold, from text such as ``"peak(motor.effort) <= 20 N*m"``."""
+    """Constraint from text such as ``"peak(motor.effort) <= 20 N*m"``."""
     wanted = "a limit such as 'peak(motor.effort) <= 20 N*m'"
     if not isinstance(text, str):
         raise ModelError(f"optimize: subject_to takes texts, not {brief(text)}")

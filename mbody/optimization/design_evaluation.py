@@ -197,7 +197,7 @@ class Evaluator:
         return "the quantities have no finite value there"
 
     def plain(self, x: np.ndarray) -> Evaluation | None:
-        """As it is judged before searches: with derivatives, which cost little here."""
+        """Evaluation of a design before searches: with derivatives, which cost little here."""
         return self(x)
 
     def __call__(self, x: np.ndarray) -> Evaluation | None:

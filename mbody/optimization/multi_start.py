@@ -54,7 +54,7 @@ class Ranges:
 def ranges_of(
     system: System, by: Mapping[str, Any] | None, start: Mapping[str, Any] | None
 ) -> Ranges:
-    """What `by` and `start` say."""
+    """Ranges of the numbers from `by` and `start`."""
     if not isinstance(by, Mapping) or not by:
         raise ModelError(
             'optimize: by must be a dict of bounds such as {"crank.A.x": (0.1, 0.3)}, not '
@@ -180,7 +180,7 @@ class Screen:
         self._known = evaluator.present() if known is None else known
 
     def about(self, at: Evaluation) -> Screen:
-        """The same, designs closed from the position of one of them."""
+        """A copy whose designs are closed from the position of an evaluated one."""
         job = self.job
         if job is not None and isinstance(job.course, BatchSetup):
             near = replace(job.course, pose=at.pose, origin=at.run.system.par[:, 0].copy())
@@ -255,7 +255,7 @@ APART = 0.15
 
 @dataclass(frozen=True)
 class Ended:
-    """What the searches found.
+    """Result of the searches from all starts.
 
     Attributes
     ----------
@@ -302,7 +302,7 @@ class MultiStart:
             self.seen(self.done, self.count * len(self.screen.aims))
 
     def program(self, aim: Aim, limits: Sequence[Limit]) -> Program:
-        """What is to be least, within the ranges."""
+        """Nonlinear program of an objective within limits and ranges."""
         bounds = self.ranges.low, self.ranges.high
         return Program(self.evaluator, bounds, aim, limits, self.mark)
 

@@ -56,7 +56,7 @@ class Linearized:
     by_equal: np.ndarray
 
     def merit(self, weight: float) -> float:
-        """What is least, with the sum of what is broken by its weight."""
+        """Merit function: objective, plus weighted violations of the constraints."""
         broken = max(0.0, -float(self.limits.min(initial=0.0)))
         return float(self.aims.max()) + weight * (broken + float(np.abs(self.equal).sum()))
 
@@ -149,7 +149,7 @@ SLIGHT = 1e-3
 
 
 class Goal(Protocol):
-    """What is to be least, as an `Aim`."""
+    """Interface of an objective, such as `Aim`."""
 
     @property
     def each(self) -> bool:
@@ -164,14 +164,14 @@ class Goal(Protocol):
 
 
 class Bound(Protocol):
-    """What is to hold, as a `Limit`."""
+    """Interface of a constraint, such as `Limit`."""
 
     @property
     def equal(self) -> bool:
         """Whether its rows are to be zero, not only not negative."""
 
     def rows(self, at: Any) -> AimRows:
-        """What is left of it."""
+        """Residuals with derivatives, not negative where the constraint holds."""
 
     def margin(self, at: Any) -> float:
         """By how much it holds."""
@@ -196,7 +196,7 @@ class Found:
 
 
 class Program:
-    """What is to be least within limits and bounds, for searches from many starts."""
+    """A minimization within limits and bounds, for searches from many starts."""
 
     def __init__(
         self,
@@ -231,7 +231,7 @@ class Program:
         return max(0.0, -min(parts, default=0.0))
 
     def value(self, at: Any) -> float:
-        """What is least, with the sign that makes it so."""
+        """Objective, with the sign that makes it a minimum."""
         return float(self.aim.rows(at).values.max())
 
     # -- the search -----------------------------------------------------------------------------
@@ -468,7 +468,7 @@ def _lowest(values: np.ndarray) -> np.ndarray:
 
 
 def _size(rows: AimRows) -> float:
-    """What the rows of a limit are measured by."""
+    """Scale of the rows of a limit."""
     return max(float(np.abs(rows.values).max(initial=0.0)), 1e-300)
 
 

@@ -64,9 +64,10 @@ class Binding:
 
 
 def binding(program: Program, at: Evaluation) -> tuple[list[Binding], float]:
-    """What binds at a design, by Karush's, Kuhn's and Tucker's conditions: the derivatives of the
-    objective as those of what binds, with multipliers that are not negative (non-negative least
-    squares; Lawson and Hanson 1974). Also what is left of the objective's derivatives, as a part.
+    """Binding limits at a design, by Karush's, Kuhn's and Tucker's conditions: the derivatives of
+    the objective as those of the binding rows, with multipliers that are not negative (non-negative
+    least squares; Lawson and Hanson 1974). Also the residual of the objective's derivatives, as a
+    part.
     """
     found = []
     for near in NEAR:
@@ -77,7 +78,7 @@ def binding(program: Program, at: Evaluation) -> tuple[list[Binding], float]:
 
 
 def _binding(program: Program, at: Evaluation, near: float) -> tuple[list[Binding], float]:
-    """The same with all that is so near to its limit."""
+    """Binding limits and residual with all limits as near as `near`."""
     from scipy.optimize import nnls
 
     width, sizes = program.width, program.sizes or []
@@ -511,7 +512,7 @@ def _task(machine: Mechanism, task: str | OptimizationTask) -> OptimizationTask:
 
 
 def _aims_given(minimize: Wanted, maximize: Wanted) -> list[tuple[Any, bool]]:
-    """What is to be least, and what is to be greatest: one aim, or two."""
+    """Objectives with the choice of least or greatest: one, or two."""
     found: list[tuple[Any, bool]] = []
     for given, greatest in ((minimize, False), (maximize, True)):
         several = list(given) if isinstance(given, list | tuple) else [given]

@@ -148,7 +148,7 @@ class ParetoPoint:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Optimum(Inherited):
-    """What `mbody.optimize` found.
+    """Result of `mbody.optimize`.
 
     Attributes
     ----------
@@ -227,7 +227,7 @@ class Optimum(Inherited):
         save(self.mechanism, path)
 
     def data(self) -> dict[str, Any]:
-        """As plain dicts: a case of ``mbody optimize --json``."""
+        """Plain dicts: a case of ``mbody optimize --json``."""
         many = isinstance(self.objective, tuple)
         return {
             "aim": self.aim,
@@ -295,7 +295,7 @@ def sheet(found: Optimum, name: str = "") -> str:
 
 
 def _aims(found: Optimum) -> list[str]:
-    """What is least or greatest, before and after."""
+    """Lines with the objectives, before and after."""
     several = isinstance(found.objective, tuple)
     values = found.objective if several else (found.objective,)
     before: Any = found.start_objective if several else (found.start_objective,)

@@ -353,7 +353,7 @@ class _Evaluation:
         return np.power(np.multiply(base, 1.0), exponent), dimension
 
     def _meant(self) -> str:
-        """What was meant where an exponent has the unit of the whole power."""
+        """Suggestion where an exponent has the unit of the whole power; "" without one."""
         whole = units_of_powers(self.whole)
         if whole == self.whole:  # a parameter has the unit
             return ""
@@ -391,7 +391,7 @@ class _Evaluation:
     def curve(
         self, name: str, values: list[Any], dimensions: list[Dimension]
     ) -> tuple[Any, Dimension]:
-        """What a curve of the mechanism gives."""
+        """Value and dimension of a curve of the mechanism."""
         valued = self.scope.names.get(name)
         if valued is None or not isinstance(valued.value, Curve):
             curves = [n for n, v in self.scope.names.items() if isinstance(v.value, Curve)]

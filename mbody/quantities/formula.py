@@ -100,7 +100,7 @@ class Formula:
         return has_units(self.tree, scope)
 
     def of(self, dimension: Dimension) -> Formula:
-        """The same formula for a field of that dimension."""
+        """A copy for a field of another dimension."""
         return replace(self, dimension=dimension)
 
     def value(self, scope: Scope) -> Any:
@@ -224,7 +224,7 @@ def _field_names(kind: Any) -> tuple[str, ...]:
 
 @functools.cache
 def _parts_of(kind: Any) -> Callable[[Any], tuple[Any, ...]]:
-    """What gives the values of all fields of a dataclass; of another class none."""
+    """Getter of the values of all fields of a dataclass; of another class one that gives none."""
     names = _field_names(kind)
     if len(names) > 1:
         return operator.attrgetter(*names)

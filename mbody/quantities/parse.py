@@ -50,7 +50,7 @@ _TOKEN = re.compile(
 
 
 class FormulaError(ValueError):
-    """What is wrong with a formula; the message follows the name of the element and the field."""
+    """An invalid formula; the message follows the name of the element and the field."""
 
 
 class _Token:

@@ -29,7 +29,7 @@ class Quantity(Protocol):
 
     @property
     def dimensionality(self) -> Any:
-        """What it measures."""
+        """Dimension by base quantities, as Pint has it."""
 
 
 class Converted(Generic[Read, Given]):

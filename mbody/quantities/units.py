@@ -66,7 +66,7 @@ class Dimension:
 
     @property
     def mechanical(self) -> Dimension:
-        """The same with the radian counted as one."""
+        """The dimension with the radian counted as one."""
         return replace(self, angle=Fraction(0))
 
 

@@ -84,7 +84,7 @@ def plots(subject: Subject) -> list[Block]:
 
 
 def untitled(figure: Figure) -> Figure:
-    """The same figure without its title, which every figure of a report would repeat."""
+    """A figure without its title, which every figure of a report would repeat."""
     titles = [text for text in figure.texts if text.get_gid() == "title"]
     if not titles:
         return figure
@@ -505,7 +505,7 @@ def _curve(name: str, values: Array, unit: str) -> PlottedCurve:
 
 
 def shaking(subject: Subject) -> list[Block]:
-    """What the mechanism does to its frame, by two ways."""
+    """Chapter on the shaking force and moment, computed in two ways."""
     run = subject.run
     if not run.has_forces or not subject.mechanism.joints:
         return []
@@ -640,7 +640,7 @@ def _losses(subject: Subject) -> list[Block]:
 
 
 def _kind(subject: Subject, names: list[str]) -> str:
-    """What a table of losses is of."""
+    """Word for the elements of a table of losses: joint, contact, or both."""
     contacts = {one.name for one in subject.mechanism.contacts}
     kinds = [
         word for word, there in (("joint", set(names) - contacts), ("contact", contacts)) if there
@@ -728,7 +728,7 @@ def _change(here: float, there: float) -> str:
 
 
 def amounts(subject: Subject) -> dict[str, tuple[float, str]]:
-    """What is compared: peaks of forces and efforts, extremes of measures, with their units."""
+    """Compared quantities with their units: peaks of forces and efforts, extremes of measures."""
     run, found = subject.run, {}
     if subject.loaded:
         for joint in subject.mechanism.joints:
@@ -814,7 +814,7 @@ def checks(subject: Subject) -> list[Block]:
 
 
 def opinions(subject: Subject) -> list[Block]:
-    """What other engines find, each with a verdict in words."""
+    """Chapter on the results of other engines, each with a verdict in words."""
     try:
         found = subject.opinions
     except (ModelError, SolveError) as error:

@@ -233,7 +233,7 @@ def _flat(value: Any) -> str:
 
 
 def method(subject: Subject) -> list[Block]:
-    """What is assumed, and how the numbers were computed."""
+    """Chapter on assumptions and numerical methods."""
     run = subject.run
     assumed = ["All links are rigid, and the motion is plane.", *_rubbing(subject)]
     if not any(type(load).__name__ == "Gravity" for load in subject.mechanism.loads):
@@ -255,7 +255,7 @@ def method(subject: Subject) -> list[Block]:
 
 
 def _rubbing(subject: Subject) -> Iterator[str]:
-    """What is assumed of clearance, friction and contact."""
+    """Sentences on the assumptions about clearance, friction and contact."""
     run, machine = subject.run, subject.mechanism
     rough = [name for name in run.losses if name not in {one.name for one in machine.contacts}]
     if rough:

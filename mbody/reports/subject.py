@@ -1,4 +1,4 @@
-"""What a report is of: a result over the cycle, its names and peaks, and what else it is asked."""
+"""Subject of a report: a result over the cycle, its names and peaks, and further analyses."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ class Subject:
 
     @property
     def course(self) -> str:
-        """What the instants are of, in a word."""
+        """Word for the range of the instants: motion or cycle."""
         return "motion" if self.run.analysis == "simulate" else "cycle"
 
     def unit(self, dimension: str) -> str:
@@ -112,11 +112,11 @@ class Subject:
 
     @functools.cached_property
     def floor(self) -> float:
-        """What of a force is rounding."""
+        """Rounding level of forces."""
         return force_floor(self.run)
 
     def floor_of(self, kind: str) -> float:
-        """What of a force or of a torque is rounding."""
+        """Rounding level of forces or of torques."""
         return self.floor * (self.run.system.length if kind == "torque" else 1.0)
 
     @property

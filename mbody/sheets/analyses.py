@@ -77,7 +77,7 @@ def mobility_sheet(report: Mobility) -> str:
 
 
 def counts(report: Mobility) -> tuple[list[str], dict[str, list[str]]]:
-    """What is counted, and the counts by the title of their column."""
+    """Titles of the counted quantities, and the counts by the title of their column."""
     titles = [
         "coordinates, 3 a link",
         "rows of constraints",
@@ -142,7 +142,7 @@ def _redundant(report: Mobility) -> list[str]:
 
 
 def _one_sided(report: Mobility) -> list[str]:
-    """What holds in one sense only: how many of each kind, and which."""
+    """Lines on one-sided constraints: how many of each kind, and which."""
     parts = []
     for kind, names in report.one_sided.items():
         one, several, counted = ONE_SIDED[kind]

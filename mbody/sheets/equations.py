@@ -74,7 +74,9 @@ def sheet(system: Equations) -> str:
 
 
 def _rounded(system: Equations, values: Array, units: tuple[str, ...]) -> Array:
-    """The same, 0 for what is rounding beside the greatest force, or torque by the greatest arm."""
+    """Values with 0 in place of rounding: relative to the greatest force, or torque by the greatest
+    moment arm.
+    """
     part = ROUNDING if system.rank == len(system.unknowns) else REDUNDANT
     force = np.array(units) == system.row_units[0]
     arm = max(1e-300, float(np.abs(system.matrix[2::3]).max(initial=0.0)))
@@ -274,7 +276,7 @@ class _UnknownColumns:
         )
 
     def _rubbing(self) -> Array:
-        """What friction exerts on the coordinates, those of the ground the last."""
+        """Friction forces on the coordinates, those of the ground last."""
         L, n3 = self.system.layout, 3 * self.system.coordinates
         block = self.work.block[:, 0].reshape(-1, 3)
         force = np.zeros(self.system.coordinates + 3)
@@ -295,7 +297,7 @@ class _UnknownColumns:
         return f"equations at {time} (instant {self.instant} of 0 … {count - 1})"
 
     def _multipliers(self, name: str) -> tuple[Array, Array]:
-        """What unit multipliers of an element exert (coordinates, rows), and its λ (rows,)."""
+        """Forces of unit multipliers of an element, (coordinates, rows), and its λ (rows,)."""
         primitive, row, _ = self.system.row_table
         own = np.isin(primitive, self.system.primitives_of[name])
         places = 3 * self.system.coordinates + PER_PRIMITIVE * primitive[own] + row[own]

@@ -52,9 +52,8 @@ if TYPE_CHECKING:
 
 
 def contacts(solution: Solution) -> list[str]:
-    """What every contact did: how often it struck, its mode at the end, its greatest force,
-    what it took of the energy; of a driven motion its modes and the greatest force alone, of
-    kinematics the modes.
+    """Lines on every contact: number of impacts, mode at the end, greatest force, energy lost; of a
+    driven motion its modes and the greatest force alone, of kinematics the modes.
     """
     modes = solution.modes
     if not modes or not len(solution):
@@ -246,8 +245,8 @@ def _ends(values: tuple[float, ...]) -> list[str]:
 
 
 def _floor(solution: Solution, dimension: Dimension) -> float:
-    """What of a quantity is rounding beside the greatest of its kind in the mechanism; 0 of what
-    there is nothing to compare with.
+    """Rounding level of a quantity beside the greatest of its kind in the mechanism; 0 where there
+    is nothing to compare with.
     """
     length, swift = solution.system.length, swiftness(solution)
     force = force_floor(solution) if solution.has_forces else 0.0
@@ -924,7 +923,7 @@ class _Instant:
         return angles(self.solution.system.values[f"{load.name}.{field}"])[0]
 
     def _load(self, load: Any) -> str:
-        """What a load is at this instant, and between which bodies."""
+        """Line on a load at this instant, with its two bodies."""
         values, unit = self.solution.system.values, self.unit
         line: str = load.line(self)
         if line:

@@ -161,7 +161,7 @@ def table(columns: Iterable[Column]) -> list[str]:
 
 
 def even(lines: Sequence[str]) -> list[str]:
-    """The same lines, all rules as wide as the widest.
+    """Lines with all rules as wide as the widest.
 
     >>> even(["──", "text", "───"])
     ['───', 'text', '───']
@@ -382,7 +382,7 @@ def swiftness(solution: Solution) -> float:
 
 
 def force_floor(solution: Solution) -> float:
-    """What is no more than rounding beside the greatest joint force or effort."""
+    """Rounding level beside the greatest joint force or effort."""
     length, peak = solution.system.length, 0.0
     for joint in (*solution.mechanism.joints, *acting_contacts(solution)):
         peak = np.fmax(peak, np.fmax.reduce(solution.reaction(joint.name).magnitude, axis=None))

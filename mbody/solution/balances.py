@@ -168,7 +168,7 @@ class Equations:
 
     @property
     def residual(self) -> Array:
-        """What the solution leaves, matrix · values − rhs (rows,)."""
+        """matrix · values − rhs, (rows,)."""
         return self.matrix @ self.values - self.rhs
 
     def data(self) -> dict[str, Any]:

@@ -319,7 +319,7 @@ class Certified(Generic[T]):
 
 
 def as_reported(solution: Result) -> Certificate:
-    """What the analysis itself reported of a result, without computing its residuals."""
+    """Status, doubts and notes that the analysis itself reported, without computing residuals."""
     fields = solution.__dict__
     status = fields.get("reported_status", "completed")
     return Certificate(status, fields["reported_doubts"], fields["reported_notes"])

@@ -174,7 +174,9 @@ def least_pressing(solution: Any, contact: Any) -> Array:
 def pressing_forces(
     solution: Any, contact: Any, forces: Callable[[int, int], Array] | None = None
 ) -> list[Array]:
-    """The same of every place of a contact: arrays (instants,); `forces` as of `contact_wrench`."""
+    """Normal force at every point of a contact: arrays (instants,); `forces` as of
+    `contact_wrench`.
+    """
     forces = solution.primitive_history if forces is None else forces
     found = []
     spots = contact.spots(solution.system.numbers)
@@ -290,7 +292,9 @@ def pair_rates(solution: Result) -> Array:
 
 
 def rates_at(solution: Result, design: int = 0, instants: Array | None = None) -> Array:
-    """The same of one design at some instants, by default at all: (instants, pairs, PER_PAIR)."""
+    """Sliding and rolling rates of one design at some instants, by default at all: (instants,
+    pairs, PER_PAIR).
+    """
     system = solution.system
     motion = stored_motion(solution, design, instants)
     output = np.zeros((len(motion.t), len(system.layout.friction_kind), PER_PAIR))

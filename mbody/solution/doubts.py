@@ -65,7 +65,7 @@ class Doubt:
             raise ValueError(f"a doubt is about one of {', '.join(KINDS)}, not {self.kind!r}")
 
     def data(self) -> dict[str, Any]:
-        """The same as plain values, ready for JSON."""
+        """Plain values of the doubt, ready for JSON."""
         return {
             "kind": self.kind,
             "t": self.t,
@@ -95,8 +95,8 @@ def status_of(status: str, doubts: Sequence[Doubt]) -> str:
 
 
 def doubted(result: Result, doubts: Iterable[Doubt]) -> Result:
-    """The same result with further doubts: they are in `doubts` and in `notes`, and they decide
-    the `status`. A doubt that the result has already is not said again.
+    """A copy of the result with further doubts: they are in `doubts` and in `notes`, and they
+    decide the `status`. A doubt that the result has already is not repeated.
     """
     doubts = list(doubts)
     if not doubts:

@@ -112,7 +112,7 @@ class Energy:
         return Energy(**own, by=by, lost=lost, rounding=self.rounding)
 
     def data(self) -> dict[str, Any]:
-        """The same as lists, ready for JSON."""
+        """Plain lists of the energies, ready for JSON."""
         data: dict[str, Any] = {name: getattr(self, name).tolist() for name in PLAIN}
         data["by"] = {name: part.tolist() for name, part in self.by.items()}
         lost = {name: part.tolist() for name, part in self.lost.items()}
@@ -142,7 +142,7 @@ def works_of_pairs(system: System) -> dict[str, str]:
 
 
 def works_of_moving(system: System) -> list[str]:
-    """What the work of every stop that moves is named by, as "floor.moving"."""
+    """Names of the work of every moving stop, as "floor.moving"."""
     L = system.layout
     return [f"{system.owners[int(L.switched[s])][0].name}.moving" for s in L.moving]
 

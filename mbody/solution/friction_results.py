@@ -1,4 +1,4 @@
-"""What a result says of friction: losses, modes, ranges, uniqueness, jams, efficiency."""
+"""Friction results: losses, modes, ranges, uniqueness, jams, efficiency."""
 
 from __future__ import annotations
 
@@ -63,8 +63,8 @@ def rubs_by_contacts_alone(system: System) -> bool:
 
 
 class ContactLimits:
-    """What the forces of closed contacts are limited by, the same at every position of a system of
-    one design: multipliers of all rows, then friction of all closed contacts.
+    """Limits of the forces of closed contacts, equal at every position of a system of one design:
+    multipliers of all rows, then friction of all closed contacts.
 
     Parameters
     ----------
@@ -188,8 +188,8 @@ class RestingContacts:
         return int(found.status), None if found.x is None else self.size * np.asarray(found.x)
 
     def table(self, forces: Array) -> Array:
-        """The same as numbers of all primitives (PER_PRIMITIVE·primitives,), as results keep
-        them; torques about the mass centres.
+        """Forces as numbers of all primitives, (PER_PRIMITIVE·primitives,), as results keep them;
+        torques about the mass centres.
         """
         L, system = self.system.layout, self.system
         found = np.zeros((len(system.owners), PER_PRIMITIVE))
@@ -296,8 +296,8 @@ def forces_at_rest(solution: Result, rates: Array, rest: Array, design: int = 0)
 
 
 def _by_programs(solution: Result, instants: Array, design: int) -> Array:
-    """The same where closed contacts alone rub and nothing slides: the ends of the efforts, of each
-    driver two, not a number where nothing holds.
+    """Ends of the efforts by linear programs, two of each driver, where closed contacts alone have
+    friction and nothing slides; NaN where nothing holds.
     """
     whole, n = solution.system, solution.system.coordinates
     system = whole if whole.batch is None else whole.design(design)
@@ -321,7 +321,7 @@ def _by_programs(solution: Result, instants: Array, design: int) -> Array:
 
 
 def _by_senses(solution: Result, rates: Array, rest: Array, instants: Array, design: int) -> Array:
-    """The same by the senses in which what rests may begin to slide."""
+    """Forces for every combination of directions in which resting pairs may begin to slide."""
     impending = _impending(solution, instants, design)
     every = [
         list(_choices(rates[k], rest[k], impending[n])) for n, k in enumerate(instants.tolist())
@@ -479,7 +479,7 @@ class FrictionReport:
 
 @dataclass(frozen=True)
 class Efficiency:
-    """What a mechanism makes of the work that it gets.
+    """Work given to a mechanism, and the useful part of it.
 
     Attributes
     ----------
@@ -509,7 +509,7 @@ def _limits(plain: Array, choices: Array) -> tuple[Array, Array]:
 
 
 class FrictionResults:
-    """What `Solution` has of friction."""
+    """Friction part of a `Solution`."""
 
     @functools.cached_property
     def _pair_rates(self: Any) -> Array:
@@ -670,7 +670,7 @@ class FrictionResults:
         return found
 
     def efficiency(self: Any, output: str) -> Efficiency:
-        """What the mechanism makes of the work of its drivers over the motion.
+        """Efficiency over the motion: useful work by the work of the drivers.
 
         Parameters
         ----------

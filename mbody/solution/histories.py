@@ -217,8 +217,8 @@ class Checks:
 
 @dataclass(frozen=True)
 class LoadHistory:
-    """What a load does: its force and torque on body `on`, world axes, and what it goes by; arrays
-    (instants,), of a batch (designs, instants).
+    """Force and torque of a load on body `on`, world axes, and the quantities that it depends on;
+    arrays (instants,), of a batch (designs, instants).
 
     Attributes
     ----------
@@ -269,7 +269,7 @@ class Result(Protocol):
 
     @property
     def system(self) -> System:
-        """What was analysed."""
+        """The analysed system."""
 
     @property
     def mechanism(self) -> Mechanism:
@@ -320,11 +320,13 @@ class Result(Protocol):
 
     @property
     def stepped(self) -> SteppedContacts | None:
-        """What touches, of a motion by steps with impulses."""
+        """Contacts of a motion by steps with impulses; None of other motions."""
 
     @property
     def residuals(self) -> Array:
-        """See `mbody.kernels.finished_instants`: (designs, instants, 5)."""
+        """Residuals of every instant, (designs, instants, 5), see
+        `mbody.kernels.finished_instants`.
+        """
 
     @property
     def status(self) -> str:
@@ -332,7 +334,7 @@ class Result(Protocol):
 
     @property
     def doubts(self) -> tuple[Doubt, ...]:
-        """What the evidence of the result does not support."""
+        """Doubts about the result."""
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -358,7 +360,7 @@ class Result(Protocol):
         """Effort of a driver or a coupling."""
 
     def load(self, name: str, on: str | None = None) -> LoadHistory:
-        """What a load does."""
+        """Force and torque of a load."""
 
     def driven(self, driver: str) -> tuple[Array, Array, Array]:
         """Value, rate and acceleration of what a driver drives."""
@@ -384,7 +386,7 @@ def motion_rows(solution: Result) -> Array:
 
 
 def motion_at(solution: Result, instants: Array, design: int = 0) -> Array:
-    """The same of one design at some instants, by their numbers: (instants, 9·bodies + …)."""
+    """Stored motion of one design at some instants, by their numbers: (instants, 9·bodies + …)."""
     parts = [solution.record.at(rows, instants, design) for rows in _kept_rows(solution)]
     return np.concatenate(parts, axis=-1) if len(parts) > 1 else parts[0]
 
@@ -497,7 +499,7 @@ def _offset(solution: Result, joint: Joint) -> Any:
 
 @dataclass(frozen=True, eq=False)
 class EventRecord:
-    """What has happened along a motion, and when.
+    """An event of a motion: its name, its time, and the states before and after.
 
     Attributes
     ----------

@@ -142,7 +142,7 @@ def load_history(solution: Result, name: str, on: str | None = None) -> LoadHist
 
 
 def argument(solution: Result, element: Any, field: str) -> Array | None:
-    """What a law of an element is evaluated at, over the instants; None where that is not known."""
+    """Argument of a law of an element over the instants; None where it is not known."""
     of = element.__dataclass_fields__[field].metadata["of"]
     if of == "time":
         return solution.t
@@ -423,8 +423,8 @@ def measured(solution: Result, measure: Measure | str) -> tuple[np.ndarray, Dime
 
 
 def valued(solution: Result, measure: Measure) -> tuple[Any, Dimension, str]:
-    """What a measure is, as its formula gives it: a number where it does not change, and of any
-    kind that the histories of the result are of.
+    """Value, dimension and unit of a measure's formula: a number where it does not change, else of
+    the kind of the result's histories.
     """
     names = _Histories(
         solution.mechanism,
@@ -459,7 +459,7 @@ def sides(solution: Result, left: str, right: str) -> tuple[np.ndarray, np.ndarr
 
 
 def checked_sides(mechanism: Mechanism, text: str, left: str, right: str) -> Dimension:
-    """What the sides of a relation measure."""
+    """Dimension of the two sides of a relation."""
     try:
         names = _Histories(mechanism, lambda *name: 1.0)
         (_, of_a, _), (_, of_b, _) = (_valued(Measure(side), names) for side in (left, right))
@@ -616,7 +616,7 @@ def _output(mechanism: Mechanism, owner: str, key: str) -> tuple[str, str] | Non
 
 
 def _fixed(mechanism: Mechanism, owner: str, key: str) -> Dimension | None:
-    """What a number of a load measures, as its resistance; None of any other quantity."""
+    """Dimension of a number of a load, as its resistance; None of any other quantity."""
     if owner not in mechanism or mechanism[owner].role != "load":
         return None
     load: Any = mechanism[owner]
@@ -627,8 +627,8 @@ def _fixed(mechanism: Mechanism, owner: str, key: str) -> Dimension | None:
 
 
 def _dimension(mechanism: Mechanism, owner: str, key: str) -> Dimension:
-    """What the history `key` of a body, a point, a joint, a load or a driver measures;
-    FormulaError where there is none.
+    """Dimension of the history `key` of a body, a point, a joint, a load or a driver; FormulaError
+    where there is none.
     """
     element, _, point = owner.partition(".")
     known_name = element == "ground" or element in mechanism

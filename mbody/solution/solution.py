@@ -91,8 +91,7 @@ class Way:
 
 @dataclass(frozen=True)
 class ModalState:
-    """What a motion with contacts and rough joints goes on with, in numbers and words that a file
-    can have.
+    """Contact modes from which a motion continues, in numbers and words that a file can have.
 
     Attributes
     ----------
@@ -174,7 +173,7 @@ class Restart:
 
 
 def as_solution(given: Any) -> Solution:
-    """The same; refuses what is not the result of an analysis."""
+    """The given result of an analysis; anything else is refused."""
     if isinstance(given, Solution):
         return given
     raise ModelError(
@@ -185,7 +184,7 @@ def as_solution(given: Any) -> Solution:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Solution(FrictionResults):
-    """What an analysis found: histories by name, in the units of the mechanism.
+    """Result of an analysis: histories by name, in the units of the mechanism.
 
     Histories have one entry an instant; those of a batch have a first axis of designs. `status`,
     `doubts` and `notes` say what the result certifies of itself; its residuals are looked at when
@@ -459,8 +458,8 @@ class Solution(FrictionResults):
             )
 
     def load(self, name: str, on: str | None = None) -> LoadHistory:
-        """What a load does: its force and torque on a body, and the length, angle and rate that a
-        spring or damper goes by; see `LoadHistory`.
+        """Force and torque of a load on a body, and the length, angle and rate that a spring or
+        damper depends on; see `LoadHistory`.
 
         Parameters
         ----------
@@ -528,7 +527,7 @@ class Solution(FrictionResults):
 
     @functools.cached_property
     def residuals(self) -> Array:
-        """What `checks` and doubts are made of: (designs, instants, 5), see
+        """Residuals on which `checks` and doubts rest: (designs, instants, 5), see
         `mbody.kernels.finished_instants`.
         """
         return residuals(self)
@@ -539,7 +538,7 @@ class Solution(FrictionResults):
         return checks(self)
 
     def breakdown(self, name: str, on: str | None = None) -> dict[str, Any]:
-        """What inertia and each load alone would make of a joint's reaction or a driver's effort.
+        """A joint's reaction or a driver's effort split into the parts of inertia and of each load.
 
         Returns
         -------

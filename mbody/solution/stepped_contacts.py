@@ -1,4 +1,4 @@
-"""What touches at the kept instants of a motion by steps with impulses: contacts of groups too."""
+"""Contacts at the kept instants of a motion by steps with impulses, those of groups included."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ class SteppedContacts:
         )
 
     def touching(self, instant: int, name: str | None = None) -> Touching:
-        """What touches at an instant, by its number, of one contact or group or of all."""
+        """Contact points at an instant, by its number, of one contact or group or of all."""
         rows = np.arange(self.first[instant], self.first[instant + 1])
         if name is not None:
             rows = rows[self.which[rows, 0] == self._number(name)]

@@ -81,8 +81,8 @@ def touches_of(run: Solution, contact: Any) -> list[TouchPlace]:
 
 
 def touches_at(run: Solution, k: int, name: str) -> list[TouchPlace]:
-    """The same of one contact, group or rope at one instant, its arrays of that instant alone, and
-    only what is closed or, of an open contact, nearest; of steps with impulses what touches.
+    """Contact points of one contact, group or rope at one instant: the closed ones or, of an open
+    contact, the nearest; of steps with impulses those in contact.
     """
     if run.stepped is not None:
         return _stepped(run, k, name)
@@ -220,7 +220,7 @@ def _on_arc(run: Solution, spot: Spot, arc: Arc, normal: Array, bodies: tuple[st
 
 
 def _stepped(run: Solution, k: int, name: str) -> list[TouchPlace]:
-    """What touches at an instant of a motion by steps with impulses."""
+    """Contact points at an instant of a motion by steps with impulses."""
     assert run.stepped is not None
     found = run.stepped.touching(k, name)
     x, y = found.force

@@ -50,11 +50,11 @@ class TracedRecord:
         return self.rows[first : first + count]
 
     def table(self, rows: slice) -> Any:
-        """What compiled code would take."""
+        """Raises Untraceable: compiled code computes tables."""
         raise Untraceable("compiled code computes it")
 
     def at(self, rows: slice, instants: Any, design: int = 0) -> Any:
-        """The same."""
+        """Raises Untraceable: compiled code computes instants."""
         raise Untraceable("compiled code computes it")
 
 
@@ -95,7 +95,7 @@ class TracedInstant(Solution):
         return driven_motion(self, self.mechanism[driver])
 
     def load(self, name: str, on: str | None = None) -> LoadHistory:
-        """What a load does to body j, by its law."""
+        """Force and torque of a load on body j, by its law."""
         own: Any = self.mechanism[name]
         actions = own.actions(self.system.numbers)
         if len(actions) != 1 or actions[0].kind not in ("stretch", "twist", "force", "torque"):
@@ -256,7 +256,7 @@ class Present:
             return lambda: float(solution().measure(measure)[-1])
 
     def read(self, value: Any) -> Read:
-        """What a number of the traced instant is at present."""
+        """Function that evaluates a traced number at the present instant."""
         if isinstance(value, np.ndarray):
             value = value[()]
         text, needs_page = self._text(self.recording.program([value]))

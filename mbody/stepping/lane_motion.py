@@ -130,7 +130,7 @@ class LaneMotion:
         return found
 
     def _worker(self) -> tuple[Work, LaneWorkspace]:
-        """What one thread works with."""
+        """Workspaces of one thread."""
         n, terms = self.system.state_count, 3 + len(self.table.D)
         workspace = LaneWorkspace(
             state=aligned(CONTROLS, LANES),

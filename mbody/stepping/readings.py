@@ -1,4 +1,4 @@
-"""What can be read of a motion at its present instant, by name."""
+"""Readings of a motion at its present instant, by name."""
 
 from __future__ import annotations
 
@@ -347,7 +347,7 @@ class Readings:
         return read()
 
     def _page(self) -> memoryview:
-        """What is kept of the present instant."""
+        """Record of the present instant."""
         if not self._page_valid:
             self._integration.instant()
             self._page_valid = True
@@ -385,7 +385,7 @@ class Readings:
 
     @property
     def doubts(self) -> tuple[Doubt, ...]:
-        """What the evidence does not support, of the motion since it began or was reset."""
+        """Doubts about the motion since it began or was reset."""
         before = () if self._before is None else self._before.doubts
         return tuple(dict.fromkeys((*before, *self.solution().doubts)))
 

@@ -165,8 +165,8 @@ def nearest_state(system: System, t: float, base: Array, given: Sequence[Prescri
 def _kept(
     system: System, work: Work, q: Array, given: Sequence[Prescribed], *, rates: bool
 ) -> list[Prescribed]:
-    """What leaders of free motions keep, their places or rates of zero: those that what is given
-    leaves free.
+    """Zero positions or rates of the leading bodies' free motions, as far as `given` leaves them
+    free.
     """
     own = rank_of(dense(system, work)[1]).motions
     found: list[Prescribed] = []
@@ -218,7 +218,7 @@ def _led(
 
 
 def _sentence(system: System, wrong: Sequence[tuple[Prescribed, float]]) -> str:
-    """What is not as it was to be, in the units of the user."""
+    """Sentence on prescribed values that were not met, in the user's units."""
     shown = [
         f"{one.with_value(system, one.value + part * one.unit(system))}, not "
         f"{one.with_value(system, one.value).partition(' = ')[2]}"
@@ -492,7 +492,9 @@ class Simulator(MechanicsNow):
                 self._beyond = self._watched.after_call(self._beyond)
 
     def _prepared(self, until: float) -> float:
-        """What comes before a step now and then; the time to go to by steps."""
+        """Leads the motion out of its start and refreshes it before a step; returns the time to
+        step to.
+        """
         if self._ended:
             raise SolveError(
                 f"the motion of '{self.system.mechanism.name}' has ended: "

@@ -94,7 +94,7 @@ def reset_states(
 
 
 def _prescribed(system: System, to: Any, count: int) -> tuple[list[Prescribed], Array]:
-    """What is prescribed, and the values (prescribed, states)."""
+    """Prescribed coordinates and their values, (prescribed, states)."""
     own = {state.name for state in system.mechanism.states}
     flat: dict[str, Any] = {}
     if not isinstance(to, Mapping):
@@ -209,7 +209,7 @@ TAKEN = [NEXT, STEPS, REJECTED, BEST_CONDITIONING, STIFF_COUNT, SMOOTH_COUNT, FA
 
 
 class SinglyLed(LaneReadings):
-    """What leads single motions on; all together are led on in `Simulators`."""
+    """Scalar fallback of `Simulators`: motions that are led on one by one."""
 
     #: The system as it was given; arguments of `Simulator`; simulators by design.
     _whole: System
@@ -294,7 +294,7 @@ class SinglyLed(LaneReadings):
         return sim
 
     def _take_back(self, k: int, sim: Simulator) -> None:
-        """What a motion has become alone; it goes back to the lanes where all is ordinary."""
+        """Returns a single motion's state; it goes back to the lanes where nothing forbids it."""
         lanes, one, found = self._lanes, np.array([k]), sim.state
         many, carried = lanes.many, found.carried
         y = np.concatenate([found.q, found.v, found.own])[None]
@@ -461,7 +461,7 @@ class Simulators(SinglyLed):
         return number_in(machine, value, own.dimension or DIMENSIONS["number"], "inputs", name)
 
     def _changed(self) -> None:
-        """What was evaluated does not hold any more."""
+        """Invalidates readings after a change of state or inputs."""
         self._page_valid = False
 
     # -- how motions begin --------------------------------------------------------------------

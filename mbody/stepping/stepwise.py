@@ -63,7 +63,7 @@ Array = np.ndarray
 
 @dataclass(frozen=True, eq=False)
 class CarriedModes:
-    """What a motion with modes carries on besides its state.
+    """Contact modes of a checkpoint: what a motion with contacts needs besides its state.
 
     Attributes
     ----------
@@ -181,7 +181,7 @@ class Stepwise(Integration):
 
     @functools.cached_property
     def _blank(self) -> tuple[Array, ...]:
-        """What the method itself carries on, before its first step."""
+        """Initial memory of the method itself, before its first step."""
         return tuple(part.copy() for part in self.steps.own)
 
     @functools.cached_property
@@ -192,7 +192,7 @@ class Stepwise(Integration):
 
     @functools.cached_property
     def shown(self) -> Array:
-        """What is kept of an instant (rows, 1): see `instant`."""
+        """Record of an instant, (rows, 1): see `instant`."""
         return np.zeros((self.system.page_rows, 1))
 
     def regularize(self, regularization: float) -> None:
@@ -276,7 +276,7 @@ class Stepwise(Integration):
         return self._far(until)
 
     def _far(self, until: float) -> str:
-        """The same in any number of steps."""
+        """Advances to `until` in any number of steps; the state is restored after an error."""
         saved, self.until = self.snapshot(), until
         self.state[LAST_STEP_ALLOWED] = 1.0
         try:
@@ -295,7 +295,7 @@ class Stepwise(Integration):
         return np.linspace(t, self.until, count + 1)[1:]
 
     def _watched_steps(self) -> str:
-        """The same, the instants within the call kept."""
+        """Advances to `until` and keeps the records of the instants within the call."""
         times, gained = self._instants(), self._gained.copy()
         pages = np.empty((len(times), self.rows, 1))
         work = np.zeros((len(times) + 1, self.causes))
@@ -317,7 +317,7 @@ class Stepwise(Integration):
         return Outputs(times=np.empty(0), pages=pages, work=work)
 
     def _set_times(self) -> None:
-        """What is due at the beginning, and the first set time after it."""
+        """Interrupts due at the beginning, and the first set time after it."""
         t = float(self.state[TIME])
         self.target = self.until
         if not self.timed:
@@ -414,9 +414,8 @@ class Stepwise(Integration):
     def instant(
         self, inputs: Array | None = None, held: Mapping[str, float] | None = None
     ) -> Array:
-        """What is kept of the present instant, (rows, 1), as results have it, with the present
-        inputs or with others, set from outside or `held` between set times; the motion is left as
-        it is.
+        """Record of the present instant, (rows, 1), with the present inputs or with others, set
+        from outside or `held` between set times; the motion is left unchanged.
         """
         (work, memory), page = self._probe, self.shown
         memory.y[:] = self.y
@@ -480,7 +479,7 @@ LITTLE = 1e-4
 
 
 class StepwiseEvents(Stepwise, EventIntegration):
-    """The same with events, which every step looks for."""
+    """Motion by steps with events, which every step looks for."""
 
     #: Of each event the value at the state in `at`; none where one needs more than that.
     values: Sequence[StepwiseEventsRead] = ()
@@ -501,7 +500,7 @@ class StepwiseEvents(Stepwise, EventIntegration):
         self.instants, self.pages, self.works = list[float](), list[Array](), list[Array]()
 
     def reach(self, until: float) -> str:
-        """See `Stepwise`."""
+        """Advances to a time, event by event; returns how it ended, "" for completed."""
         if not self.state[STEPS]:
             self.until = until
             self._begin_steps()
@@ -555,7 +554,7 @@ class StepwiseEvents(Stepwise, EventIntegration):
             self.page, self.late = self.instant().copy(), False
 
     def refresh(self) -> None:
-        """See `Stepwise`."""
+        """Evaluates the present state after changed inputs; events are looked for anew."""
         super().refresh()
         self.late = False
 
@@ -586,12 +585,12 @@ class StepwiseEvents(Stepwise, EventIntegration):
         return status
 
     def snapshot(self) -> Carried:
-        """See `Stepwise`."""
+        """Checkpoint of the motion with its event values."""
         self._renew()
         return super().snapshot()
 
     def go_on_from(self, given: Carried) -> None:
-        """See `Stepwise`."""
+        """Continues from a checkpoint; later events are dropped."""
         super().go_on_from(given)
         self.late = False
         t = float(self.state[TIME])
@@ -607,14 +606,14 @@ class StepwiseEvents(Stepwise, EventIntegration):
 
 
 class StepwiseContacts(StepwiseEvents, ContactIntegration):
-    """The same with contacts, ropes and rough joints: modes as of `simulate`, found again where
-    inputs change.
+    """Motion by steps with contacts, ropes and frictional joints: modes as of `simulate`, decided
+    again where inputs change.
     """
 
     first_modes: dict[str, str]
 
     def start_at(self, t: float, q: Array, v: Array, own: Array | None = None) -> None:
-        """See `Stepwise`; what is open, sticks and slides is decided anew."""
+        """Starts at positions q and velocities v; contact modes are decided anew."""
         self._open_all()
         self.lost[:] = 0.0
         super().start_at(t, q, v, own)
@@ -624,7 +623,7 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
         self._show(None)
 
     def place_at(self, t: float, page: Array) -> None:
-        """See `Stepwise`."""
+        """Places the motion at a record of an instant, with all contacts open."""
         self._open_all()
         super().place_at(t, page)
         self.first_modes = self.named_modes()
@@ -647,7 +646,7 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
         self.kept_modes = []
 
     def reach(self, until: float) -> str:
-        """See `Stepwise`."""
+        """Advances to a time; returns how it ended, "" for completed."""
         return self.ending or super().reach(until)
 
     def _quiet(self, until: float) -> bool:
@@ -655,7 +654,7 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
         return False
 
     def refresh(self) -> None:
-        """See `Stepwise`; forces that change may end what sticks."""
+        """Evaluates the present state after changed inputs; changed forces may end sticking."""
         super().refresh()
         self.ending = self.settle_jump()
 
@@ -665,7 +664,7 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
         return work.on, work.pad, work.regularization_weight, work.anchor, work.sense, work.par
 
     def snapshot(self) -> Carried:
-        """See `Stepwise`."""
+        """Checkpoint of the motion with its contact modes."""
         self.before_end = None  # that of the present state
         return replace(super().snapshot(), modes=self._modes_carried())
 
@@ -688,7 +687,7 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
         )
 
     def go_on_from(self, given: Carried) -> None:
-        """See `Stepwise`."""
+        """Continues from a checkpoint with its contact modes."""
         super().go_on_from(given)
         assert given.modes is not None
         self._take_modes(given.modes)
@@ -710,7 +709,7 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
         self.contact_notes, self.ending = list(given.notes), ""
 
     def unfit(self, given: Carried, inputs: Array) -> str:
-        """See `Stepwise`."""
+        """Reason why a checkpoint does not fit this motion; "" where it fits."""
         modes = given.modes
         if modes is None or [part.shape for part in modes.rows] != [
             part.shape for part in self._rows_of(self.work)
@@ -734,7 +733,7 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
     def instant(
         self, inputs: Array | None = None, held: Mapping[str, float] | None = None
     ) -> Array:
-        """See `Stepwise`; in the present modes."""
+        """Record of the present instant, (rows, 1), in the present modes."""
         probe = self._probe[0]
         for part, own in zip(self._rows_of(probe), self._rows_of(self.work), strict=True):
             part[:] = own

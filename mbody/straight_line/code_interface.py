@@ -1,4 +1,4 @@
-"""What straight-line code and those who call it agree on."""
+"""Interface between straight-line code and its callers."""
 
 from __future__ import annotations
 
@@ -99,6 +99,6 @@ class LaneInstants:
 
     @functools.cached_property
     def path(self) -> LanePath:
-        """The same for kernels."""
+        """Instants of the lanes as a bundle for kernels."""
         names = LanePath.fields
         return LanePath(**{name: getattr(self, name) for name in names})

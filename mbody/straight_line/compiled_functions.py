@@ -37,7 +37,7 @@ class MotionWriter(FunctionWriter):
             self._lanes()
 
     def _lanes(self) -> None:
-        """As many pieces as lanes of the code, from `low` on."""
+        """Code for as many pieces as it has lanes, from `low` on."""
         for name in (*OWN, "q"):
             with self._loop(len(self.described.initial[name])) as row:
                 self._store(self._theirs(name, row), self._at(self.own[name], row))
@@ -217,7 +217,9 @@ class DesignsWriter(FunctionWriter):
             self._designs(low)
 
     def _designs(self, low: Any) -> None:
-        """As many designs as there are lanes, from `low` on; the last lanes repeat the last one."""
+        """Code for as many designs as it has lanes, from `low` on; the last lanes repeat the last
+        one.
+        """
         b, count = self.b, self.word["designs"]
         last = b.sub(count, ir.Constant(I64, 1))
         members = []

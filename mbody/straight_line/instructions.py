@@ -70,8 +70,8 @@ class _Emitted:
 
 
 def lanes_of(target: Target) -> int:
-    """As many lanes as the widest registers of a processor hold numbers; four also where they hold
-    two, or are not known.
+    """Number of lanes: numbers in the widest registers of a processor, four where these hold two or
+    are not known.
 
     With more, a number takes several registers, of which there are too few: eight lanes in
     registers of four take up to a fifth longer than four.

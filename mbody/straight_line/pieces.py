@@ -55,7 +55,7 @@ class Description:
 
 @dataclass(frozen=True)
 class Piece:
-    """What a piece does.
+    """Recorded operations of a piece of the code, and its results.
 
     Attributes
     ----------
@@ -239,7 +239,7 @@ def _conclude(L: Any, path: Any, square: Any, n: int) -> Callable[..., dict[str,
 
 
 def _outputs(L: Any) -> list[tuple[str, Callable[..., dict[str, Any]]]]:
-    """What is kept of an instant, in groups, each row by its number as `keep` counts them."""
+    """Outputs of an instant, in groups, each row by its number as `keep` counts them."""
     n3 = 3 * L.bodies
 
     def motion(W: Any, factors: Any, given: Any) -> dict[str, Any]:

@@ -182,7 +182,9 @@ def straight_line_code(
 def _description(
     L: Layout, pivots: tuple[Square, Square], path: LanePath, work: Work
 ) -> dict[str, np.ndarray]:
-    """What the code depends on, as arrays by name; of numbers only whether they are structural."""
+    """Inputs on which the code depends, as arrays by name; of numbers only whether they are
+    structural.
+    """
     found: dict[str, Any] = {}
     for name in L.fields:
         value = getattr(L, name)

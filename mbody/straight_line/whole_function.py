@@ -1,4 +1,4 @@
-"""What the functions of designs and of one motion have in common: the order of the pieces.
+"""Order of the pieces, shared by the functions of designs and of one motion.
 
 They do what `mbody.kernels.continuation_lanes` does, for one topology: the same predictions,
 corrections and tests in the same order. Rows of the workspace that pass from one piece to another
@@ -128,7 +128,7 @@ class FunctionWriter(ABC):
         return self.b.gep(memory, [place])
 
     def _bytes(self, kind: Any) -> int:
-        """What a value takes, at a multiple of which those of our own memory are."""
+        """Size of a value in bytes, and its alignment in our own memory."""
         return 8 * self.lanes if kind == self.number else 8
 
     def _load(self, place: Any, align: int | None = None) -> Any:

@@ -233,7 +233,7 @@ class Job:
         return max(LANES, min(most, NUMBERS // each // LANES * LANES))
 
     def of_many(self, designs: int) -> Job:
-        """The same for so many designs in all: where they are many, by straight-line code."""
+        """A copy for so many designs in all: where they are many, by straight-line code."""
         if not isinstance(self.course, BatchSetup) or self.grid is None:
             return self
         straight = self.system.machine_code or designs * len(self.grid.t) >= STRAIGHT
@@ -366,7 +366,9 @@ def _drift(
     columns: tuple[MeasuredColumn, ...],
     how: Mapping[str, Any],
 ) -> LaneMotions | None:
-    """What free motions share; None where they must go one by one, and each says for itself why."""
+    """Start and settings shared by free motions; None where they must go one by one, and each says
+    for itself why.
+    """
     try:
         drift = lane_motions(system, names, how)
     except (ModelError, SolveError):
@@ -396,7 +398,7 @@ def _course(
     guess: Any,
     at_times: bool,
 ) -> BatchSetup | None:
-    """What the designs share; None where they must go one by one."""
+    """Settings shared by the designs of a driven motion; None where they must go one by one."""
     two = system.with_values({name: [system.values[name]] * 2 for name in names})
     if not at_times and any(varied(two.values, driver) for driver in system.drivers):
         return None  # each has its own times

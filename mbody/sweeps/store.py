@@ -93,7 +93,7 @@ def remove_abandoned(folder: Path) -> None:
 
 
 def fingerprint(job: Job, samples: DesignNumbers, size: int) -> dict[str, Any]:
-    """What must be equal for results to belong to the same sweep."""
+    """Properties that must be equal for results to belong to one sweep."""
     system, machine = job.system, job.system.mechanism
     plan = [] if job.grid is None else [job.grid.s, job.grid.t, job.grid.given]
     how = sorted((k, getattr(v, "tolist", lambda v=v: v)()) for k, v in job.how.items())

@@ -148,7 +148,7 @@ class Sweep:
 
     @property
     def status(self) -> str:
-        """As `ending`, or "doubtful: …" where a design is in doubt."""
+        """`ending`, or "doubtful: …" where a design is in doubt."""
         if not self.doubts:
             return self.ending
         count = len(self.kept.doubts)

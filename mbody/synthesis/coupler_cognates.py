@@ -71,7 +71,7 @@ class Cognate:
         save(self.mechanism, path)
 
     def data(self) -> dict[str, Any]:
-        """As plain values, for JSON."""
+        """Plain values, for JSON."""
         return {
             "name": self.mechanism.name,
             "lengths": dict(self.lengths),

@@ -260,7 +260,7 @@ def slider_cranks(phi: np.ndarray, x: np.ndarray) -> list[Generated]:
 
 
 def _slider_cranks(phi: np.ndarray, x: np.ndarray) -> list[Generated]:
-    """The same of travels of the size of 1."""
+    """Slider-cranks for angles and travels, scaled to travels of size 1."""
     if len(phi) == 3:
         matrix = np.column_stack([x * np.cos(phi), np.sin(phi), np.ones(3)])
         solution = _solved(matrix, x**2)

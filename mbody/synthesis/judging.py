@@ -344,7 +344,7 @@ class Design:
         save(self.mechanism, path)
 
     def data(self, angle: str = "deg") -> dict[str, Any]:
-        """As plain values, angles in ``"deg"`` or ``"rad"``."""
+        """Plain values, angles in ``"deg"`` or ``"rad"``."""
         turned = math.degrees if angle == "deg" else float
         values = {
             name: turned(value) if name.endswith(".angle") else value

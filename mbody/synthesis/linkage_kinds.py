@@ -1,4 +1,4 @@
-"""What a kind of mechanism is for its synthesis, and which kinds there are."""
+"""Kinds of mechanisms for synthesis: unknowns, generated quantities, defects."""
 
 from __future__ import annotations
 
@@ -388,7 +388,7 @@ class Kind(Protocol):
 
     @property
     def name(self) -> str:
-        """As it is requested."""
+        """Name by which the kind is requested."""
         ...
 
     @property
@@ -453,7 +453,7 @@ class Kind(Protocol):
         units: str,
         plane: float | None = None,
     ) -> Mechanism:
-        """As a description."""
+        """Description of the mechanism with these unknowns."""
         ...
 
     def turns(self, x: np.ndarray) -> bool:

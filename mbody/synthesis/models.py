@@ -74,7 +74,7 @@ WITHIN = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Demand:
-    """What a mechanism is to do.
+    """Requirements on a mechanism in synthesis.
 
     Attributes
     ----------
@@ -323,7 +323,7 @@ class StudiedModel:
 
 
 def model_subject(mechanism: Mechanism, of: Any, path: bool) -> StudiedModel:
-    """What a demand on a mechanism is about: the path of a point, or an output."""
+    """Subject of a demand on a mechanism: the path of a point, or an output."""
     if not isinstance(of, str) or not of:
         raise ModelError(
             'synthesize: of must name the point of the path, such as "coupler.P", or the output, '

@@ -285,7 +285,7 @@ def synthesize(
 
 @dataclass(frozen=True)
 class _Request:
-    """What all demands have in common."""
+    """Base of all requests."""
 
     units: UnitSystem
     count: int

@@ -180,7 +180,7 @@ def followed_states(driver: Element, machine: Mechanism, at: Numbers) -> tuple[s
 
 
 def _without_jumps(one: Recorded) -> Recorded:
-    """The same number."""
+    """The given number; NotSmooth where it depends on a jump."""
     for place in one.steps.needed([one.place]):
         if one.steps.steps[place][0] in JUMPS:
             raise NotSmooth(one.steps.steps[place][0])
@@ -411,7 +411,7 @@ def recorded(
 
 
 def followed(signal: Signal, driver: Element, machine: Mechanism, at: Numbers) -> RecordedLaw:
-    """What a driver follows, or the coordinate of a stop."""
+    """Law that a driver follows, or the coordinate of a stop."""
     if not isinstance(signal.law, MeasuredFormula):
         return RecordedLaw(signal, derivatives=True)
     if isinstance(driver, Stop):

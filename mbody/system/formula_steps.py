@@ -85,7 +85,7 @@ class StepList:
         return self.read("parameter", len(self.numbers) - 1)
 
     def law(self, signal: Signal, *arguments: Recorded) -> Recorded:
-        """What a law gives at a number, or at two."""
+        """Value of a law at a number, or at two."""
         self.laws.append(signal)
         return self.read("law", len(self.laws) - 1, *(one.place for one in arguments))
 
@@ -108,7 +108,7 @@ class StepList:
         return [int(one) for one in rest] if kind in CODES else []
 
     def operation(self, name: str, *operands: Recorded) -> Recorded:
-        """What an operation gives."""
+        """Value of an operation."""
         return self.read(name, *(one.place for one in operands))
 
 
@@ -319,7 +319,7 @@ def _turned(steps: StepList, i: str, j: str, rate: bool) -> Recorded:
 
 
 def _own_argument(steps: StepList, load: Any, at: Numbers) -> Recorded:
-    """What the law of a spring or a damper is of: stretch or rate, angle or rate."""
+    """Argument of the law of a spring or a damper: stretch or rate, angle or rate."""
     rate = not load.free
     found = (
         _turned(steps, load.by, load.body, rate)

@@ -114,7 +114,7 @@ def _row_places(system: System) -> tuple[np.ndarray, np.ndarray, list[tuple[int,
 
 
 def dense(system: System, work: Work) -> tuple[np.ndarray, np.ndarray]:
-    """The same without units: lengths by the model length."""
+    """Dimensionless Φ (rows,) and Φ_q (rows, coordinates): lengths by the model length."""
     phi, G = jacobian(system, work)
     unit = system.row_units
     return unit * phi, unit[:, None] * G * system.coordinate_units
@@ -419,7 +419,9 @@ class _Elimination:
         return list(range(rank)), list(range(rank, width)), triangle, reflections
 
     def _by_size(self, own: Array) -> _Reflected:
-        """The same, one after the other, of those that are left the first that is large enough."""
+        """Reflections one after the other, each by the first remaining column that is large
+        enough.
+        """
         own, open_columns = own.copy(), list(range(own.shape[1]))
         pivots: list[int] = []
         reflections: list[Array] = []

@@ -35,8 +35,8 @@ class ReadOnly(dict[str, Any]):
 
 
 def locked(value: Any) -> Any:
-    """The same array as a view that cannot be written to, a tuple of such, a dict of such as
-    `ReadOnly`; anything else as it is.
+    """A view of an array that cannot be written to, a tuple of such, a dict of such as `ReadOnly`;
+    anything else unchanged.
 
     >>> a = np.zeros(3)
     >>> locked(a)[0] = 1.0

@@ -106,7 +106,7 @@ def polar_points(mechanism: Mechanism) -> frozenset[str]:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class System:
-    """What the computer runs: arrays, names and indices of one topology, immutable.
+    """A mechanism as the kernels take it: arrays, names and indices of one topology, immutable.
 
     Attributes
     ----------
@@ -254,7 +254,7 @@ class System:
     def with_values(
         self, values: Mapping[str, PlainNumbers] | None = None, /, **more: PlainNumbers
     ) -> System:
-        """The same topology with other numbers: one set, or a batch.
+        """A system of equal topology with other numbers: one set, or a batch.
 
         Parameters
         ----------
@@ -359,7 +359,7 @@ class System:
         return array[()]  # a float where it is one number
 
     def rule(self, name: str) -> tuple[str, str]:
-        """What is required of a number, "positive", "not negative" or nothing, and its unit."""
+        """Requirement on a number, "positive", "not negative" or nothing, and its unit."""
         element, _, key = name.partition(".")
         unit = self.mechanism.units.of
         if not key:
@@ -407,7 +407,9 @@ class System:
         return found
 
     def once(self, key: Hashable, make: Callable[[], Any]) -> Any:
-        """What depends on the topology and the description alone, made when it is first needed."""
+        """Value that depends on the topology and the description alone, made when it is first
+        needed.
+        """
         if key not in self.plans:
             self.plans[key] = make()
         return self.plans[key]

@@ -167,7 +167,7 @@ class _Link:
             self._force(wrench, True, "T" in joint.unknowns if known else None)
 
     def _meaning(self, symbol: Symbol, wrench: Wrench, sign: int, what: str) -> None:
-        """What an unknown is, said where it is on this body with its own sign."""
+        """Records the meaning of an unknown on the body where it has its own sign."""
         if sign > 0:
             at = f"on {self.body} by {wrench.cause}, {what}"
             self.meanings[symbol.text] = (wrench.cause, at)
@@ -372,15 +372,15 @@ class Derivation(Inherited):
     document: ReportDocument = field(repr=False)
 
     def text(self) -> str:
-        """As plain text."""
+        """The derivation in plain text."""
         return plain_text(self.document)
 
     def markdown(self) -> str:
-        """As Markdown, with equations in LaTeX between dollar signs."""
+        """The derivation in Markdown, with equations in LaTeX between dollar signs."""
         return markdown(self.document, "")
 
     def latex(self) -> str:
-        """As a whole document of LaTeX."""
+        """The derivation as a complete LaTeX document."""
         return latex(self.document, "")
 
     def __str__(self) -> str:

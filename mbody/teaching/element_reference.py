@@ -1,4 +1,4 @@
-"""What a kind of element is: its fields with units and meaning, and an example of it."""
+"""Reference of the kinds of elements: fields with units and meaning, and an example."""
 
 from __future__ import annotations
 

@@ -68,7 +68,7 @@ class Symbol:
 
     @property
     def text(self) -> str:
-        """As plain text.
+        """The symbol in plain text.
 
         >>> Symbol("F", ("32x",), 1.0).text, Symbol("r", ("pin", "B"), 1.0, dots=1).text
         ('F32x', 'ṙ(pin,B)')
@@ -82,7 +82,7 @@ class Symbol:
 
     @property
     def rich(self) -> str:
-        """As words of a document write it, with an index.
+        """The symbol in marked-up text, with an index.
 
         >>> Symbol("F", ("32x",), 1.0).rich
         'F_{32x}'
@@ -242,7 +242,7 @@ def _equals(side: Line) -> Line:
 
 
 def vanishing(value: float, floor: float) -> float:
-    """The same, 0 for what is no more than `floor`, rounding beside others of its kind."""
+    """The value, 0 where it is at most `floor`, which is rounding beside others of its kind."""
     return 0.0 if abs(value) <= floor else float(value)
 
 

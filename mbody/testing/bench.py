@@ -423,7 +423,7 @@ class Bench:
         return {body.name: rng.normal(size=2) * self.length for body in self.bodies}
 
     def redrawn(self, axes: Frames, centres: Shifts | None = None) -> Bench:
-        """The same things in other axes, with other mass centres."""
+        """A bench of equal physics in other axes, with other mass centres."""
 
         def points(frame: Frame, old: dict[str, Any]) -> dict[str, Any]:
             return {key: _in_axes(frame, point) for key, point in old.items()}
@@ -440,7 +440,7 @@ class Bench:
         return Bench(_replaced(self.element, axes), tuple(bodies), ground, pushes, self.length)
 
     def carried(self, state: BenchState, axes: Frames, centres: Shifts | None = None) -> BenchState:
-        """The same state in the coordinates of the redrawn bench."""
+        """The state in the coordinates of the redrawn bench."""
         world = axes.get("ground", STILL)
         turn = rotation(world[0])
         q, v = state.q.reshape(-1, 3).copy(), state.v.reshape(-1, 3).copy()

@@ -39,7 +39,7 @@ UNITS = (7.3, 0.31, 1.9)
 
 
 class OtherUnits:
-    """The same bench with every number in other units of length, mass and time.
+    """A bench with every number in other units of length, mass and time.
 
     Attributes
     ----------
@@ -73,7 +73,7 @@ class OtherUnits:
             ledger.record(name, error, "it is right in any units", "it is right in one unit system")
 
     def state(self, state: BenchState) -> BenchState:
-        """The same state in the other units."""
+        """The state in the other units."""
         length, time = _size(DIMENSIONS["length"]), _size(DIMENSIONS["time"])
         unit = np.tile([length, length, 1.0], len(state.q) // 3)
         return BenchState(state.t / time, state.q / unit, state.v / unit * time)

@@ -164,7 +164,7 @@ def _drawn(
     groups: tuple[str, ...],
     turn: float,
 ) -> dict[str, np.ndarray]:
-    """The same, all at once; drawn: linkages of each topology."""
+    """Linkages drawn all at once, `drawn` of each topology: arrays by name."""
     grown = _Growth(topologies, drawn, nodes, random, groups, turn)
     kinds = _kinds(topologies, nodes, random, groups)
     for k, own in enumerate(kinds.T):
@@ -412,7 +412,7 @@ DATASET_MOST = 100_000
 
 @dataclass(frozen=True)
 class LinkageSet:
-    """What a data set is: all that its numbers follow from.
+    """Specification of a data set: all that its numbers follow from.
 
     Attributes
     ----------
@@ -472,7 +472,7 @@ class LinkageSet:
 
 @dataclass(frozen=True)
 class Written:
-    """What `write_linkages` did.
+    """Progress of `write_linkages`: folder, pieces done, status.
 
     Attributes
     ----------
@@ -574,7 +574,7 @@ def _on_threads(what: LinkageSet, pieces: list[int], threads: int) -> Any:
 
 
 def _on_cluster(what: LinkageSet, pieces: list[int], scheduler: str) -> Any:
-    """The same by the workers of a cluster."""
+    """Results of the pieces from the workers of a cluster."""
     with contextlib.closing(connected(scheduler)) as client:
         yield from results(client, pieces, lambda n: (content_of, what, n))
 

@@ -276,7 +276,7 @@ class _GroupContinuation:
         self.margins[row] = np.nan
 
     def _page(self, found: np.ndarray, linkage: int) -> np.ndarray:
-        """What is kept of all instants, from all rows of the kernel (instants, rows)."""
+        """Records of all instants, from all rows of the kernel: (instants, rows)."""
         plan, n3 = self.group.plan, self.system.coordinates
         arm, length = self.group.arm[:, linkage], self.group.length[linkage]
         nodes, drivers = plan.graph.joints, len(plan.drivers)
@@ -313,7 +313,8 @@ EXTREME = (
 
 @dataclass(frozen=True, eq=False)
 class Linkages:
-    """What `linkages` found; NaN where a linkage failed, or has no more joints or links.
+    """Positions, forces and torques of many linkages; NaN where a linkage failed, or has no more
+    joints or links.
 
     Attributes
     ----------

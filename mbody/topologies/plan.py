@@ -1,4 +1,5 @@
-"""What all linkages of one topology share: the system, its pivots, and where each number goes.
+"""Plan shared by all linkages of one topology: the system, its pivots, and the index of each
+number.
 
 Links hang on a tree of pins that begins at the ground. Every other pin closes a loop; its two rows
 are written in the axes of one of its links, along and across the line from the pin by which this

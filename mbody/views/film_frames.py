@@ -115,7 +115,7 @@ class FilmArrow:
 
 
 class FilmSet:
-    """What all frames of a film share: the scenes, the canvas, paths and arrows."""
+    """Data shared by all frames of a film: the scenes, the canvas, paths and arrows."""
 
     def __init__(
         self,
@@ -437,7 +437,7 @@ def _by_arrow(place: Array, vector: Array, half: Array) -> Array:
 
 
 class _Crowd:
-    """What is in a frame already: arrows and pins, outlines of links, names."""
+    """Occupied areas of a frame: arrows and pins, outlines of links, names."""
 
     def __init__(self, film: FilmSet, frame: int, pins: Sequence[Array]) -> None:
         self.size = np.array([film.width, film.height], dtype=float)

@@ -1,4 +1,4 @@
-"""What a picture shows of contacts and friction: marks of modes, ropes, cones, friction circles."""
+"""Symbols of contacts and friction: marks of modes, ropes, cones, friction circles."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def _decided(run: Solution, element: Any) -> bool:
 
 
 def _gap(sketch: Sketch, one: TouchPlace) -> None:
-    """What is open: a dashed circle, and a dotted line to the nearest place."""
+    """Draws a gap: a dashed circle, and a dotted line to the nearest point."""
     gap = float(one.gap[0])
     if not 0.0 < gap < FAR * sketch.pose.system.length:
         return
@@ -118,8 +118,8 @@ def _many(run: Solution) -> bool:
 
 
 def sense_history(run: Solution, quantity: str) -> Array:
-    """What a shape that is there at times depends on: a measured quantity, or 1 where a mark is
-    there and −1 where not, of "touch:CONTACT:PLACE:MODE" and "mode:JOINT:MODE".
+    """History that decides when a shape is shown: a measured quantity, or 1 where a mark is there
+    and −1 where not, of "touch:CONTACT:PLACE:MODE" and "mode:JOINT:MODE".
     """
     kind, _, rest_of = quantity.partition(":")
     if not rest_of:

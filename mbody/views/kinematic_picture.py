@@ -921,7 +921,7 @@ LEAST = 340.0
 
 @dataclass(frozen=True)
 class KinematicMarks:
-    """What is drawn into and beside a mechanism.
+    """Kinematic constructions drawn into and beside a mechanism.
 
     Attributes
     ----------

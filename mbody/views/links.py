@@ -245,7 +245,9 @@ def _cam(sketch: Sketch, joint: CamFollower, side: str, radius: float) -> None:
 
 
 def _end(sketch: Sketch, joint: Joint, body: str) -> bool:
-    """What of a joint belongs to the body; whether that shows the body where it is one place."""
+    """Draws the part of a joint that belongs to the body; whether it shows the body where that is
+    one point.
+    """
     pose = sketch.pose
     side = "i" if joint.i.body == body else "j"
     place = pose.place(joint, side)

@@ -1,4 +1,4 @@
-"""What a notebook shows of mechanisms and results: the sheet, and a small picture beside it."""
+"""Notebook displays of mechanisms and results: the summary, and a small picture beside it."""
 
 from __future__ import annotations
 

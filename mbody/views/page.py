@@ -54,7 +54,7 @@ ROUNDING = 1e-9
 def free_bodies_data(
     run: Solution, data: Mapping[str, Any], shown: Mapping[str, Any]
 ) -> dict[str, Any] | None:
-    """What a page needs, beside its histories, for the free-body diagram of every link."""
+    """Data of the free-body diagram of every link, beside the histories of an HTML page."""
     if not run.has_forces or len(run.mechanism.bodies) > LINKS:
         return None
     return _FreeBodies(run, data, shown).found()
@@ -544,7 +544,7 @@ class Viewer:
 
     @property
     def document(self) -> dict[str, Any]:
-        """What the web component reads: {"data", "scene", "others", "made"}."""
+        """Data for the web component: {"data", "scene", "others", "made"}."""
         return self._whole
 
     def add(self, key: str, part: dict[str, Any], module: str) -> None:

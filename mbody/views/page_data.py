@@ -167,7 +167,7 @@ def scene_data(
 
 
 def axis(run: Solution) -> dict[str, Any]:
-    """What the diagrams go over: the angle of the one driver that turns, else time."""
+    """Abscissa of the diagrams: the angle of the one driver that rotates, else time."""
     found = one_way(run)
     still = len(run) < 2 or np.ptp(run.t) == 0.0
     if found is not None:
@@ -184,7 +184,7 @@ def axis(run: Solution) -> dict[str, Any]:
 
 
 def _floors(run: Solution) -> dict[str, float]:
-    """What is smaller than these is rounding."""
+    """Rounding levels of forces and torques."""
     if not run.has_forces:
         return {}
     floor = force_floor(run)

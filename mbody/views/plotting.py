@@ -181,7 +181,7 @@ def _alike(one: Array, other: Array) -> bool:
 
 
 def all_measures(run: Solution) -> list[str]:
-    """What is plotted where nobody says: all measures, else all efforts."""
+    """Quantities plotted by default: all measures, else all efforts."""
     machine = run.mechanism
     names = [name for name, measure in machine.measures.items() if found_by(run, measure)]
     if not names and run.has_forces:
@@ -245,7 +245,7 @@ def _events(run: Solution) -> list[tuple[float, str]]:
 
 
 def _over(run: Solution, x: str) -> Abscissa:
-    """What curves are plotted over."""
+    """Abscissa of the curves."""
     if not x:
         return _abscissa(run)
     curve = curve_of(run, x)

@@ -207,7 +207,7 @@ class Sketch:
 
     @contextmanager
     def carried(self, carrier: Carrier) -> Iterator[None]:
-        """What is drawn within moves with a body, or between two; a picture of one instant does
+        """Context whose drawings move with a body, or between two; a picture of one instant does
         not need it, one of the whole motion does.
         """
         before, self.surface.carrier = self.surface.carrier, carrier
@@ -218,8 +218,8 @@ class Sketch:
 
     @contextmanager
     def sensed(self, quantity: str, sign: float) -> Iterator[None]:
-        """What is drawn within is shown while a quantity has that sign, in a moving picture; always
-        where it is "".
+        """Context whose drawings are shown while a quantity has that sign, in a moving picture;
+        always where it is "".
         """
         before = self.surface.sense
         self.surface.sense = (quantity, sign) if quantity else None

@@ -113,7 +113,7 @@ def content_of(figure: Figure, ending: str) -> bytes:
 
 
 def _shortened(svg: str) -> str:
-    """The same drawing, a third smaller: outlines to a hundredth of a point, no superfluous spaces.
+    """The drawing a third smaller: outlines to a hundredth of a point, no superfluous spaces.
 
     >>> _shortened('<path d="M 1.23456 0.5 z" transform="scale(0.012345)"/>')
     '<path d="M1.23 0.5z" transform="scale(0.012345)"/>'

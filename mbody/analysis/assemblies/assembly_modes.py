@@ -102,7 +102,7 @@ class Unresolved:
     width: float
 
     def data(self) -> dict[str, Any]:
-        """The same as plain values."""
+        """Plain values of the fields, for JSON."""
         return {"reason": self.reason, "bodies": list(self.bodies), "width": self.width}
 
 

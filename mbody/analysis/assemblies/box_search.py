@@ -541,7 +541,7 @@ INFLATED, BOX_SEARCH_LEAST = 1.05, 1e-9
 
 @dataclass(frozen=True)
 class BoxRoots:
-    """What the search found.
+    """Roots found in a box, and the boxes left undecided.
 
     Attributes
     ----------

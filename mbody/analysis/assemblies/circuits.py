@@ -492,7 +492,9 @@ def _between(dead: DeadCentres | None, value: float) -> list[float]:
 
 
 def _between_lengths(values: list[float], value: float) -> list[float]:
-    """The same of lengths, which do not come back: from 0 to the first one, too."""
+    """Midpoints between successive lengths, from 0 to the first one too: lengths are not
+    periodic.
+    """
     ends = [0.0, *(x for x in values if x > 0.0)]
     ends = [*(x for x in values if x <= 0.0), *ends]
     return [

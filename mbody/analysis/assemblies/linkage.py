@@ -26,7 +26,9 @@ SAME = 1e-9
 
 
 class NotCovered(Exception):
-    """What the search with a certificate has no equations for: a clause naming it."""
+    """The linkage has a part without polynomial equations for the certified search: a clause that
+    names it.
+    """
 
 
 @dataclass(frozen=True)

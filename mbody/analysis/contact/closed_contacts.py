@@ -58,7 +58,7 @@ class _Candidate:
 
 
 class ContactChoice:
-    """What is closed at the position of a workspace, whose signals are set.
+    """Contacts closed at the position of a workspace, whose signals are set.
 
     Attributes
     ----------
@@ -144,7 +144,9 @@ class ContactChoice:
 
     @property
     def remedy(self) -> str:
-        """What contacts could do where a motion is left."""
+        """Hint naming the open contact nearest to closing, where degrees of freedom are left; empty
+        without one.
+        """
         if self.left <= self.free:
             return ""
         touches, gaps = self.uni.touches, self.uni.gaps(self.rows)
@@ -170,7 +172,9 @@ class ContactChoice:
 
     @property
     def key(self) -> tuple[tuple[str, tuple[int, ...], bool], ...]:
-        """What is closed, in the order of the names."""
+        """Names, contact points and rolling of the closed contacts, sorted: a key to compare
+        choices by.
+        """
         return tuple(
             (name, tuple(sorted(self.places[name])), name in self.rolls)
             for name in sorted(self.places)

@@ -451,8 +451,8 @@ class Unilateral:
         return self.along_at(work.q[:, 0])
 
     def along_at(self, q: Array) -> Array:
-        """As `along`, by the positions of all bodies, the ground among them: (…, coordinates), to
-        (…, touches, 2).
+        """Positions along the edges of both shapes, (…, contacts, 2), from the coordinates of all
+        bodies with the ground, (…, coordinates).
         """
         found = np.full((*q.shape[:-1], len(self.touches), 2), np.inf)
         which, bodies, (ax, ay, ux, uy, length, jx, jy) = (*self._edges[:2], self._edges[2].T)

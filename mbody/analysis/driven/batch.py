@@ -43,7 +43,7 @@ from mbody.system.system import System
 
 @dataclass(frozen=True, eq=False)
 class BatchSetup:
-    """What the designs of a batch share.
+    """Settings and first position that all designs of a batch share.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What is to be said of contacts and friction of a driven motion: contacts that would have to
+"""Doubts and notes about contacts and friction of a driven motion: contacts that would have to
 pull, ropes that would have to push, contacts that are kept closed, and jams.
 """
 
@@ -179,7 +179,7 @@ def _when(solution: Solution, t: float, where: tuple[int, ...]) -> str:
 
 
 def _pressing(element: Joint | Coupling | OneSided) -> str:
-    """What it holds with: a force, or a torque."""
+    """The word for the normal reaction: a force, or a torque."""
     return element.quantities()["contact"] if isinstance(element, OneSided) else "force"
 
 

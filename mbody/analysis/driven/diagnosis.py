@@ -289,8 +289,8 @@ def open_reactions(system: System, report: Rank | None) -> dict[str, list[bool]]
 
 
 def open_along(system: System, q: np.ndarray) -> dict[str, list[bool]] | None:
-    """The same at the one of some positions (instants, coordinates) at which the dependencies are
-    fewest: a singular position has more of them.
+    """Undetermined reactions along a motion q (instants, coordinates), from the instant with the
+    fewest dependent constraints: a singular position has more of them.
     """
     if too_large(system) or not len(q):
         return None

@@ -362,7 +362,7 @@ def analyse_at(
 def analyse_system_at(
     system: System, analysis: str, ask: Instants, assembly: str | int | None = None
 ) -> Solution:
-    """The same of a system, with the numbers that it has."""
+    """Driven analysis of a system with the parameter values it has, at the requested instants."""
     verb = ANALYSES[analysis]
     how, before = arguments_at(system, ask)
     if assembly is not None:
@@ -577,8 +577,8 @@ def requested_instants(
     verb: str,
     others: Sequence[str] = (),
 ) -> RequestedInstants:
-    """What was requested; by default the instants of the mechanism itself. Sentences begin with
-    the verb; `others`: analyses that it takes besides.
+    """Instants and options of an analysis as requested; by default the mechanism's own instants.
+    Messages begin with the verb; `others`: further analyses that it accepts.
     """
     if analysis not in ANALYSES:
         raise ModelError(

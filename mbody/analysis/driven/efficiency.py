@@ -29,7 +29,9 @@ ALIKE = 1e-9
 
 
 def efficiency(found: Solution, output: str) -> Efficiency:
-    """See `Solution.efficiency`."""
+    """Work put in by the drivers, delivered at the output and lost to friction and damping; the
+    body of `Solution.efficiency`.
+    """
     machine = found.mechanism
     drivers = [driver.name for driver in machine.drivers]
     loads = [load.name for load in machine.loads]

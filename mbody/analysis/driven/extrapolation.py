@@ -115,7 +115,7 @@ class _Recorder:
 
     @property
     def takes(self) -> tuple[Any, ...]:
-        """As of the curve."""
+        """Arguments of the recorded curve."""
         return self.curve.takes
 
     def at(self, *taken: Any) -> Any:

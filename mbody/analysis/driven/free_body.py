@@ -56,7 +56,7 @@ def acting_on_several(solution: Solution) -> list[tuple[Constraint, tuple[str, .
 
 
 def coupled(solution: Solution, name: str, instant: int) -> Array:
-    """What a coupling, a driver that follows positions, or a stop does to the bodies (bodies, 3):
+    """Wrenches of a coupling, a position-following driver or a stop on the bodies, (bodies, 3):
     forces at the mass centres, and torques.
     """
     system = solution.system
@@ -335,7 +335,7 @@ def driven(solution: Solution, driver: str) -> np.ndarray:
 
 
 def _driven(solution: Solution, driver: str, body: str, instant: int) -> Wrench:
-    """What a driver does to one of its two bodies, at its place on j."""
+    """Wrench of a driver on one of its two bodies, at its point on body j."""
     element: Any = solution.mechanism[driver]
     fx, fy, torque = driven(solution, driver)[instant].tolist()
     sign = 1.0 if element.bodies[1] == body else -1.0

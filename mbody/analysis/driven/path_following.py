@@ -143,7 +143,8 @@ class Passed:
 
 
 class BranchRecord:
-    """What is known of the branch of one analysis, gathered from all its pieces.
+    """Least distance from other branches and the change points passed, gathered over all pieces of
+    one analysis.
 
     Attributes
     ----------
@@ -161,7 +162,7 @@ class BranchRecord:
 
     @property
     def distance(self) -> BranchDistance | None:
-        """As results have it; None where nothing was followed."""
+        """Least branch distance and its instant; None where no path was followed."""
         if not math.isfinite(self.least):
             return None
         return BranchDistance(math.sqrt(max(self.least, 0.0)), self.t)
@@ -169,7 +170,9 @@ class BranchRecord:
     def followed(
         self, grid: TimeGrid, nearest: np.ndarray, passed: np.ndarray, design: int = 0
     ) -> None:
-        """What `follow` found on a piece: nearest (3,), passed (change points, 1 + coordinates)."""
+        """Adds the record of `follow` on a piece: nearest (3,), change points (n, 1 +
+        coordinates).
+        """
         least, s, k = nearest.tolist()
         if least < self.least:
             self.least = least
@@ -181,8 +184,8 @@ class BranchRecord:
                 self.passed.append(Passed(float(row[0]), row[1:].copy(), design))
 
     def on_lanes(self, found: np.ndarray, t: np.ndarray, near: Callable[[int, int], Work]) -> None:
-        """What `follow_lanes` found, (FOUND, lanes); t (steps, lanes); `near` gives a workspace at
-        the position of a step and a lane.
+        """Adds the record of `follow_lanes`, (FOUND, lanes); t (steps, lanes); `near` gives a
+        workspace at the position of a step and a lane.
         """
         greatest = found[GREATEST]
         if found[FAILED].any():
@@ -387,7 +390,7 @@ def borrowed_pieces(
 def instants_on_lanes(
     grid: TimeGrid, index: np.ndarray, reach: float, with_forces: bool, at_rest: bool
 ) -> LaneInstants:
-    """What the drivers prescribe in every lane, by the instants of the grid that it takes: (steps,
+    """Prescribed driver values and rates in every lane at the grid's instants `index`, (steps,
     lanes).
     """
     given = np.zeros((2, LANES))
@@ -591,8 +594,8 @@ class Runner:
         return regular and grid.mode != BY_INSTANT
 
     def lane_instants(self, grid: TimeGrid, index: np.ndarray, reach: float) -> LaneInstants:
-        """What the drivers prescribe in every lane, by the instants of the grid that it takes:
-        (steps, lanes).
+        """Prescribed driver values and rates in every lane at the grid's instants `index`, (steps,
+        lanes).
         """
         return instants_on_lanes(grid, index, reach, self.with_forces, self.at_rest)
 
@@ -645,7 +648,9 @@ class Runner:
     def solution(
         self, start: ClosedPosition, grid: TimeGrid, record: Record, status: str = "completed"
     ) -> Solution:
-        """What was computed, as the user gets it; wheels that do not fit are an error."""
+        """The `Solution` of the computed instants, with its notes and doubts; wheels that do not
+        fit raise an error.
+        """
         dependencies = open_reactions(self.system, start.rank) if start.regularization else None
         machine, own = self.system.mechanism, self.system.first_states[:, 0]
         notes = [*start.notes, *self.system.once("remarks", lambda: remarks(machine))]
@@ -898,7 +903,7 @@ def through_change_points(
 
 
 def _incomplete(runner: Runner, grid: TimeGrid, missing: dict[int, list[str]]) -> Doubt:
-    """What is said of forces that are not given, by instant the names of their elements."""
+    """Doubt about forces without a value, from the names of their elements by instant."""
     names = list(dict.fromkeys(name for found in missing.values() for name in found))
     places = [runner.where(float(grid.s[k]), grid) for k in missing]
     listing = "; ".join(places[:CHANGE_POINTS_NAMED])

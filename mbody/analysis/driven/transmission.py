@@ -125,7 +125,7 @@ LOOKED = 8
 
 @dataclass(frozen=True)
 class Transferred:
-    """What comes through at one instant.
+    """Transmission angle, ratio and index at one instant.
 
     Attributes
     ----------
@@ -180,7 +180,7 @@ class ForcePath:
         self.names = self._found() if joint is None else self._given(joint)
 
     def at(self, k: int) -> Transferred:
-        """What comes through at an instant."""
+        """Transmission angle, ratio and index at instant k."""
         return self.of[k].at(k, self.names)
 
     @property
@@ -236,7 +236,7 @@ class ForcePath:
         )
 
     def _contact_remedy(self) -> str:
-        """What to do where contacts drive the output that no instant of the result has closed."""
+        """Advice where contacts drive the output that no instant of the result has closed."""
         contacts = [one for one in self.run.mechanism.contacts if self.body in one.bodies]
         if not contacts:
             return ""
@@ -292,8 +292,8 @@ class _Phase:
         return [r for r, e in enumerate(self.primitive) if int(e) in own]
 
     def carriers(self, name: str) -> list[_Carrier]:
-        """What may carry a force, of a joint or of the places of a contact; none where it is
-        open.
+        """Reactions that may carry a force, of a joint or of the points of a contact; none where it
+        is open.
         """
         if name not in self.rows_of:
             return []
@@ -431,7 +431,9 @@ class _Phase:
         )
 
     def at(self, k: int, names: tuple[str, ...]) -> Transferred:
-        """What comes through at an instant, by that of some joints or contacts that has most."""
+        """Transmission at instant k, by the joint or contact of `names` that carries the greatest
+        force.
+        """
         G, along = self._motion(k)
         if along is None:
             return NOTHING

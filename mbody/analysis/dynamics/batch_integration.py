@@ -53,7 +53,7 @@ TABLES = {"dop853": order_8, "dopri5": order_5}
 
 @dataclass(frozen=True, eq=False)
 class LaneMotions:
-    """What the free motions of a batch share.
+    """Start and settings that all free motions of a batch share.
 
     Attributes
     ----------
@@ -73,8 +73,9 @@ class LaneMotions:
 def lane_motions(
     system: System, names: tuple[str, ...], how: Mapping[str, Any]
 ) -> LaneMotions | None:
-    """What the designs of a system share that differ in `names`; None where they go one by one:
-    with other methods, events, released drivers, redundant joints, or code of the user.
+    """Start and settings shared by the designs of a system that differ in `names`; None where they
+    go one by one: with other methods, events, released drivers, redundant joints, or code of the
+    user.
     """
     if (
         system.has_user_code

@@ -111,7 +111,7 @@ class BranchPassage:
 
     @property
     def known(self) -> KnownCrossings:
-        """What is known until now, to come back to."""
+        """Open crossing, crossings, doubts and singular positions until now, for a restart."""
         return self.open, self.crossings, self.doubts, self.met
 
     @known.setter
@@ -170,8 +170,8 @@ class BranchPassage:
         self.open = ()
 
     def check_inertia(self, y: Array) -> None:
-        """See whether the inertia of the free motion vanishes at the state y, where masses that
-        replace missing ones take much of the energy.
+        """Notes in `state` whether the inertia of the free motion vanishes at y, where artificial
+        masses take much of the energy.
         """
         state, n = self.state, self.system.coordinates
         if state[STAND_IN_ENERGY] <= state[STAND_IN_LIMIT]:
@@ -628,7 +628,7 @@ class _SingularStart:
     # -- the polynomial -----------------------------------------------------------------------
 
     def _part(self) -> Collocation:
-        """As long as the polynomial allows."""
+        """Collocation polynomial of the longest admissible first span."""
         first, scale = self.first, self.first.scale
         swift, pull = (float(np.abs(one / scale).max()) for one in (first.v, first.a))
         # swift t + pull t²/2 = FAR
@@ -645,7 +645,7 @@ class _SingularStart:
         return self._tried(float(span))
 
     def _tried(self, span: float) -> Collocation:
-        """The same, shortened where it is too long."""
+        """Collocation polynomial of a span, halved until its last coefficients are small."""
         best: tuple[float, Collocation] | None = None
         for _ in range(HALVED):
             found = self._settled(span)

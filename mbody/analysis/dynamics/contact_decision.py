@@ -43,7 +43,7 @@ Array = np.ndarray
 
 @dataclass
 class Closing:
-    """What an event has just decided, where complementarity is at its limit.
+    """Mode changes that an event has just decided, at the limit of complementarity.
 
     Attributes
     ----------
@@ -97,7 +97,7 @@ class SharedForces(Protocol):
 
     @property
     def pressing(self) -> frozenset[int]:
-        """See above."""
+        """Contacts whose normal forces are undetermined."""
 
     @property
     def parts(self) -> tuple[tuple[int, ...], ...]:
@@ -105,7 +105,7 @@ class SharedForces(Protocol):
 
     @property
     def members(self) -> frozenset[int]:
-        """See above."""
+        """Sticking contacts and frictional joints whose forces are undetermined."""
 
     def reserve(self, motion: ModalMotion, page: Array, work: Work) -> Reserve:
         """The greatest reserve by a page (rows,), with the rows of that position."""
@@ -613,9 +613,9 @@ class SharedFriction:
     def _limits(
         self, motion: ModalMotion, page: Array, work: Work, forces: Array, change: Array
     ) -> list[tuple[int, float, Array, float]]:
-        """What is to be at least the reserve: whose it is, the sense in which that would slide, 0
-        of normal forces, by all forces, and its value now; with tangents where forces have changed
-        so.
+        """Friction reserves that must stay positive: number of the contact or pair, sign of the
+        sliding (0 of a normal force), gradient by all forces, and value now; with tangents where
+        forces change by `change`.
         """
         uni, found = motion.uni, list[tuple[int, float, Array, float]]()
         every = np.eye(len(forces))
@@ -662,7 +662,9 @@ class SharedFriction:
 
 
 def shared_friction(motion: ModalMotion) -> SharedFriction | None:
-    """What sticks in the present modes with forces that are open; None where all are decided."""
+    """Sticking contacts and joints of the present modes whose friction forces are undetermined;
+    None where all are determined.
+    """
     uni = motion.uni
     normals = tuple(n for n, mode in enumerate(motion.modes) if mode != "open")
     followers = {n for group in motion.groups.values() for n in group[1:]}
@@ -716,7 +718,7 @@ CHANGES = 30
 
 @dataclass(frozen=True)
 class Verdict:
-    """What was found of the modes that go on.
+    """Consistency and uniqueness of the modes that continue.
 
     Attributes
     ----------
@@ -735,7 +737,7 @@ class Verdict:
 
 @dataclass(frozen=True, eq=False)
 class _DecisionState:
-    """What is closed and at rest where modes are decided.
+    """State, closed contacts and velocities at rest at which modes are decided.
 
     Attributes
     ----------

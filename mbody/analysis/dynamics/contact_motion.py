@@ -75,7 +75,7 @@ FLUSH = 1e-14
 
 
 def guards_of(motion: ModalMotion) -> list[Guard]:
-    """What is to be watched in the present modes."""
+    """Guards of the present modes: gaps, normal forces, friction reserves, sliding velocities."""
     found, touches = list[Guard](), motion.uni.touches
     shared = motion.shared.members if motion.shared is not None else frozenset[int]()
     pressing = motion.shared.pressing if motion.shared is not None else frozenset[int]()
@@ -215,7 +215,7 @@ def _reserve(motion: ModalMotion, pages: Array, number: int) -> Array:
 
 
 def guard_sizes(motion: ModalMotion) -> list[float]:
-    """What the values of the guards are compared with."""
+    """Scales of the guards' values: length, velocity, force or 1."""
     force = force_size(motion)
     lengths = dict.fromkeys(("close", "edge", "enter"), motion.system.length)
     kinds = {**lengths, "stop": motion.speed, "lock": motion.speed, "paradox": 1.0}
@@ -427,7 +427,9 @@ class ModalIntegration(JumpIntegration):
         return bool((error <= np.maximum(UNSEEN * far, RESOLVED * size)).all())
 
     def _may_count(self, saved: Saved, event: Event | Guard, times: Array) -> bool:
-        """What is well behind an edge from one time to the other closes no gap between them."""
+        """A gap well behind an edge from one time to the other closes nothing between them: then
+        False.
+        """
         if not isinstance(event, Guard) or event.kind != "close":
             return True
         later = times[times > saved.state[TIME]]
@@ -522,7 +524,9 @@ class ModalIntegration(JumpIntegration):
         return replace(found, modal=replace(found.modal, lost=lost))
 
     def _begin(self) -> None:
-        """What the motion that this one continues took before its last instant it takes again."""
+        """Takes over lost contacts and record of the last instant of the motion that this one
+        continues.
+        """
         if self.resumed is not None:
             self.lost = np.array(self.resumed.lost)
             self.page = np.array(self.resumed.page)[:, None]
@@ -876,7 +880,9 @@ class ContactIntegration(ModalIntegration):
         self.occurred.append(EventRecord(kind, t, states[0], states[1], name))
 
     def _record_changes(self, before: tuple[list[str], list[str]], page: Array) -> None:
-        """What was closed before and has another mode now; what takes hold without an impact."""
+        """Records mode changes of contacts that were closed before, and contacts that close without
+        an impact.
+        """
         touches = self.uni.touches
         free = {touches[n].name for n in np.flatnonzero(self.uni.one_way)}
         t, now = float(self.state[TIME]), self.named_modes()

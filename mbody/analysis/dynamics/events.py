@@ -238,7 +238,7 @@ class Saved:
 
 @dataclass(frozen=True)
 class Guard:
-    """What is positive as long as a mode of a contact holds.
+    """A function that stays positive as long as a mode of a contact holds.
 
     Attributes
     ----------

@@ -162,7 +162,7 @@ class ImpulseMemory:
         self.interior = self._interior(0)
 
     def kept(self) -> tuple[Array, Array, Array]:
-        """What the next step begins with: contacts (shapes, feature, impulses), what joints take,
+        """Warm start of the next step: contacts (shapes, feature, impulses), impulses of joints,
         and for how many steps sweeps are not tried.
         """
         B, N = self.contacts, self.interior
@@ -264,7 +264,7 @@ class ImpulseMemory:
         self.recall(old.old[kept], old.old_impulse[kept])
 
     def _go_on_from(self, before: InteriorWork) -> None:
-        """What new memory of the interior-point method has of the old one."""
+        """Copies the warm start of the interior-point method from the memory before."""
         new = self.interior
         new.pull[:], new.old_pull[:], new.count[:] = before.pull, before.old_pull, before.count
 
@@ -294,7 +294,7 @@ FEW = 12
 
 
 def judged_steps(whole: System, motion: ImpulseSteps, way: Way) -> tuple[list[str], list[Doubt]]:
-    """What is to be known of the steps, and what is in doubt."""
+    """Notes and doubts about the steps: iterations, penetration, residuals."""
     state, units = motion.state, whole.mechanism.units
     machine, notes, doubts = whole.mechanism, list[str](), list[Doubt]()
     steps = int(state[STEPS_DONE])
@@ -423,7 +423,7 @@ class ImpulseIntegration(Integration):
     def begin(
         self, first: float, q: Array, v: Array, until: float, own: Array | None = None
     ) -> None:
-        """As of other methods, with the first step from there."""
+        """Starts the motion at time `first`, from which the first step is counted."""
         super().begin(first, q, v, until, own)
         self.impulses.state[NOW] = first
 

@@ -105,7 +105,7 @@ class ControllerReadings:
         self._found: dict[str, list[Read]] = {}
 
     def of(self, controller: Controller) -> list[float]:
-        """What a controller reads now."""
+        """Measured values that a controller reads at the present instant."""
         found = self._found.get(controller.name)
         if found is None:
             measure = self.present.measure
@@ -324,7 +324,9 @@ class Integration(RateJumps):
         self.target = min(self.until, self.interruptions.next(t))
 
     def _read(self, controller: Controller, changed: bool) -> list[float]:
-        """What a controller reads, measured at the present instant, anew where inputs changed."""
+        """Measured values that a controller reads at the present instant, evaluated anew where
+        inputs changed.
+        """
         if changed:
             self.evaluate()
         return self._readings.of(controller)

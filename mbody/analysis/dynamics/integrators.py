@@ -292,7 +292,7 @@ class ExplicitSteps:
         return 1e-14 * abs(until)
 
     def steps(self, motion: Motion, until: float, count: int, outputs: Outputs) -> int:
-        """See `Integrator`."""
+        """Explicit Runge-Kutta steps until a time, at most `count`; returns the kernel's code."""
         m = motion
         bundles = m.layout, m.work, self.method, m.stepping, m.tolerances, outputs
         return int(runge_kutta(*bundles, until, count))
@@ -317,7 +317,9 @@ class _WithPassages:
         raise NotImplementedError
 
     def steps(self, motion: Motion, until: float, count: int, outputs: Outputs) -> int:
-        """See `Integrator`."""
+        """Steps until a time, at most `count`, with short steps near singular positions; returns
+        the kernel's code.
+        """
         state, code = motion.stepping.state, MORE
         while count > 0 and code == MORE:
             done, t = state[STEPS], state[TIME]
@@ -381,7 +383,7 @@ class RadauSteps(_WithPassages):
         return 1e-14 * abs(until)
 
     def kernel(self, motion: Motion, until: float, count: int, outputs: Outputs) -> Any:
-        """See `mbody.kernels.radau`."""
+        """Implicit steps of Radau IIA, by `mbody.kernels.radau`."""
         m = motion
         bundles = m.layout, m.work, self.method, m.stepping, m.tolerances, outputs
         return radau(*bundles, until, count)
@@ -428,7 +430,7 @@ class FixedSteps(_WithPassages):
         return 1e-9 * float(self.method.length)
 
     def kernel(self, motion: Motion, until: float, count: int, outputs: Outputs) -> Any:
-        """See `mbody.kernels.fixed_step`."""
+        """Steps of equal length, by `mbody.kernels.fixed_step`."""
         m, hat = motion, self.method.acceleration
         if np.isnan(hat).any():
             hat[:] = m.stepping.K[0, self.coordinates :]

@@ -1,4 +1,5 @@
-"""What happens at set times of a motion: inputs that jump, samples of controllers, corners of laws.
+"""Interruptions at set times of a motion: inputs that jump, samples of controllers, corners of
+laws.
 
 Steps end there. Inputs that jump keep their value in a signal of their own until the next time, so
 that no step sees two values.
@@ -39,7 +40,9 @@ WIDTH = 32
 
 
 def shown(until: float) -> Callable[[float], None]:
-    """What is called with the time reached, and shows it after a while, until the last time."""
+    """Progress display: a function of the time reached, silent for the first seconds, cleared at
+    the last time.
+    """
     begun = last = time.monotonic()
     first: float | None = None
 
@@ -58,8 +61,8 @@ def shown(until: float) -> Callable[[float], None]:
 
 
 def counted(what: str) -> Callable[[int, int], None]:
-    """What is called with how many of a thing are done, and of how many, and shows it after a
-    while, in a terminal and in a notebook.
+    """Progress display: a function of the number done and of the total, silent for the first
+    seconds, in a terminal and in a notebook.
     """
     begun = last = time.monotonic()
 
@@ -122,7 +125,8 @@ def jump_times(system: System, first: float, until: float) -> Array:
 def works_of_drivers(
     system: System, work: Work, momentum: Array, nu: Array, sticking: Array | None = None
 ) -> dict[str, float]:
-    """What drivers give, by name, where velocities jump at the position in the workspace.
+    """Work of the impulses of drivers, by name, where velocities jump at the position in the
+    workspace.
 
     M Δv less the impulses of what else acts, that is Gᵀ μ of the rows that hold.
     """
@@ -191,10 +195,10 @@ class RateJumps:
         return dense_rates(self.system, self.work)
 
     def _loosen(self) -> None:
-        """What does not hold where drivers jerk holds no more."""
+        """Releases contact constraints before a jump of driver rates; nothing without contacts."""
 
     def _settle_jump(self) -> None:
-        """What follows at once from velocities that jumped with drivers."""
+        """Impacts and openings that follow from a jump of driver rates; none without contacts."""
 
     def _give(self, works: Mapping[str, float]) -> None:
         """Add what drivers gave at one instant to the work since the beginning."""
@@ -249,7 +253,7 @@ class SampledState:
         return min([sample, *(t for t, _ in self.pending[:1])])
 
     def copied(self) -> SampledState:
-        """The same with a memory of its own."""
+        """A copy with its own function state and pending samples."""
         return dataclasses.replace(
             self, function=copy.deepcopy(self.function), pending=list(self.pending)
         )
@@ -383,9 +387,7 @@ class Interruptions:
         self.go_on_from(values, sampled)
 
     def go_on_from(self, values: Mapping[str, float], sampled: Sequence[SampledState]) -> None:
-        """The same, whatever functions the controllers have: a state that was in a file has copies
-        of them.
-        """
+        """Restores input values and sampled states, with copies of the controllers' functions."""
         for name, value in values.items():
             self._set(name, value)
         self.sampled = [one.copied() for one in sampled]
@@ -398,7 +400,7 @@ class Interruptions:
         return changed
 
     def _called(self, one: SampledState, t: float, reads: list[float]) -> dict[str, float]:
-        """What a controller sets, checked."""
+        """Values that a controller sets at time t, checked."""
         controller, unit = one.controller, self.system.mechanism.units.time
         when = f"controller '{controller.name}' at t = {t:.6g} {unit}"
         try:
@@ -421,7 +423,7 @@ class Interruptions:
 
 
 def _by_name(controller: Controller, found: Any, when: str) -> Iterator[tuple[str, float]]:
-    """What a controller returned, by the names of its inputs."""
+    """Names and values of the inputs that a controller returned."""
     names = controller.sets
     if isinstance(found, Mapping):
         strange = [name for name in found if name not in names]

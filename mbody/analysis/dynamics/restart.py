@@ -1,4 +1,4 @@
-"""What a motion is continued from: checks of the state, and the modes that were kept."""
+"""Restart of a motion: checks of the state, and the modes that were kept."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def set_switched(uni: Unilateral, work: Work, found: ModalState) -> np.ndarray:
 
 
 def shared_of(found: ModalState) -> SharedFriction | None:
-    """What sticks with forces that no equation decides."""
+    """Undetermined friction forces of a kept modal state; None without any."""
     if not found.shared:
         return None
     normals, sticking, joints, members, pressing = found.shared
@@ -52,7 +52,7 @@ def fresh_guards(found: ModalState) -> dict[Guard, float]:
 
 
 def unfit_modes(system: System, found: ModalState) -> str | None:
-    """What is wrong with modes that are said to be of a system; None where nothing is."""
+    """Reason why modes do not fit a system; None where they fit."""
     uni = Unilateral(system)
     touches, every = len(uni.touches), len(uni.touches) + len(uni.rough)
     sizes = {
@@ -109,7 +109,7 @@ def finite(state: np.ndarray) -> np.ndarray:
 
 
 def _unfit(system: System, restart: Restart, last: float) -> str | None:
-    """What is wrong with it."""
+    """Reason why a restart does not fit a system; None where it fits."""
     way, width = restart.way, system.state_count
     if way.method not in METHODS:
         return f"there is no method {str(way.method)[:40]!r}"
@@ -137,7 +137,7 @@ def _unfit(system: System, restart: Restart, last: float) -> str | None:
 
 
 def _unfit_own(system: System, restart: Restart) -> str | None:
-    """What is wrong with the numbers of the method itself."""
+    """Reason why the numbers of the method itself do not fit; None where they fit."""
     way = restart.way
     if way.method == "moreau":
         widths = [part.shape[1:] for part in restart.own]
@@ -159,7 +159,7 @@ def _unfit_own(system: System, restart: Restart) -> str | None:
 
 
 def _unfit_time(restart: Restart, last: float) -> str | None:
-    """What is wrong with its sizes and its time."""
+    """Reason why the sizes or the time do not fit; None where they fit."""
     if not (restart.scale > 0.0).all():
         return "'scale' holds sizes that are not positive"
     t, step = float(restart.state[TIME]), float(restart.state[NEXT])

@@ -101,7 +101,7 @@ def stops_of(run: Solution) -> list[str]:
 
 
 def sizes(run: Solution, state: Array) -> Array:
-    """What differences of positions and rates (2·coordinates,) are compared with."""
+    """Scales of differences of positions and rates, (2·coordinates,)."""
     length, n = max(run.system.length, 1.0), run.system.coordinates
     greatest = [np.abs(part).max(initial=0.0) for part in (state[:n], state[n:])]
     return np.repeat(length + np.array(greatest), n)
@@ -380,7 +380,9 @@ REPEATED = 1e-6
 
 
 def beginning(system: System, start: Solution, request: MotionRequest) -> Beginning:
-    """What it takes to follow a motion again; of `start` its last instant alone is kept."""
+    """Initial state and request by which a motion can be followed again; of `start` its last
+    instant alone is kept.
+    """
     page = start.record.table(slice(None))[-1:, :, None]
     last = Solution(
         system=start.system,

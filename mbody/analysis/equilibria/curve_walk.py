@@ -92,7 +92,9 @@ class MotionCurve:
         self.start = self.node(start, forward(start.motions[0]))
 
     def node(self, place: Place, along: Array) -> Node:
-        """What the drive does at a place; along is near the tangent there."""
+        """Tangential residual force and its derivative at a position; `along` is near the tangent
+        there.
+        """
         found = along @ place.motions.T @ place.motions
         along = found / np.linalg.norm(found)
         slope = float(along @ self.manifold.change(place, along))
@@ -362,7 +364,7 @@ ROUNDING = 1e-12
 
 @dataclass
 class Roots:
-    """What a walk showed.
+    """Equilibria, jumps and lift-offs found along a walk.
 
     Attributes
     ----------

@@ -56,7 +56,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, eq=False)
 class AtRestPositions(Inherited, Generic[T]):
-    """What was found at each rest position; ``print`` shows it as tables.
+    """One result at each equilibrium; ``print`` shows them as tables.
 
     Attributes
     ----------
@@ -125,7 +125,7 @@ class Words:
         self.mechanism, self.manifold = system.mechanism, search.manifold
 
     def facts(self) -> list[str]:
-        """What was passed, and what bounds the motion."""
+        """Sentences on singular positions passed and on the bounds of the motion."""
         found = []
         for _, walk in self.search.walks:
             for place in walk.corners:
@@ -159,7 +159,7 @@ class Words:
         return found
 
     def meeting(self, place: Place) -> str:
-        """What is so where the ends of loads meet."""
+        """Sentence on loads whose ends coincide, where their force has no direction."""
         names = " and ".join(map(repr, directionless_loads(self.manifold, place)))
         return (
             f"the ends of {names} meet, where a force that does not vanish has no direction: no "
@@ -354,7 +354,7 @@ class Equilibrium:
         return self.solution.reaction(joint, on)
 
     def data(self, angle: str = "deg") -> dict[str, Any]:
-        """The same as plain lists and texts, ready for JSON."""
+        """Plain lists and texts of the result, ready for JSON."""
         return {
             "stability": self.stability,
             "stiffness": self.stiffness.tolist(),

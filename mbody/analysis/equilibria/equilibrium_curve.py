@@ -366,7 +366,9 @@ def _multiple(
     length = there.arc - here.arc
 
     def at(part: float) -> tuple[float, Array] | None:
-        """What passes zero, and number and position, at a part of the step."""
+        """Function that changes sign, and value and position, at a part of the step; None where no
+        point is found.
+        """
         point = follower.ahead(here, 0.5 * (1.0 + part) * length)
         if point is None:
             return None
@@ -407,7 +409,7 @@ def _multiple(
 
 
 def _kind(H: Array, V: Array) -> str:
-    """What crosses, by the second derivatives H on the null space V (2, free + 1)."""
+    """Kind of the crossing, by the second derivatives H on the null space V (2, free + 1)."""
     still = np.array([V[1, -1], -V[0, -1]])  # the way on which the number stays
     size = float(np.linalg.norm(still))
     bend = float(still @ H @ still) / size**2 if size > 1e-6 else 0.0

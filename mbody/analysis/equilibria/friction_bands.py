@@ -47,7 +47,7 @@ class ContactReserve:
         return True
 
     def at(self, place: Place) -> float:
-        """The same at a place of a single free motion."""
+        """Reserve at a position with one degree of freedom."""
         return self(place, place.motions[0])
 
     def __call__(self, place: Place, along: Array) -> float:
@@ -106,7 +106,7 @@ class RestBand:
         return self.low is None and self.high is None
 
     def data(self) -> dict[str, Any]:
-        """The same as a plain dict, ready for JSON."""
+        """Plain dict of the band, ready for JSON."""
         ends = {
             key: None if end is None else {body: list(pose) for body, pose in end.items()}
             for key, end in (("low", self.low), ("high", self.high))
@@ -116,7 +116,9 @@ class RestBand:
 
 @dataclass(frozen=True, eq=False)
 class Band:
-    """The same along a walk: nodes at its ends, None where it has none; nodes inside, in order."""
+    """A rest band along a walk: nodes at its ends, None where it has none; nodes inside, in
+    order.
+    """
 
     first: Node | None
     last: Node | None
@@ -142,7 +144,7 @@ class FrictionReserve:
         return bool(self.holds.any())
 
     def at(self, place: Place) -> float:
-        """The same at a place of a single free motion."""
+        """Reserve at a position with one degree of freedom."""
         return self(place, place.motions[0])
 
     def __call__(self, place: Place, along: Array) -> float:
@@ -222,7 +224,7 @@ def _is_point(band: Band, scale: Array) -> bool:
 
 
 def holding_sentences(mechanism: Mechanism, bands: tuple[RestBand, ...], holds: bool) -> list[str]:
-    """What friction does beside rest positions that need none of it."""
+    """Sentences on positions where friction holds beside equilibria that need none."""
     if not holds:
         return []
     names = listed(rubbing(mechanism))

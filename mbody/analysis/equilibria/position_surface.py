@@ -397,7 +397,7 @@ def whole_turns_less(way: Array) -> Array:
 def _clipped(
     corners: list[tuple[float, float]], x: float, y: float, most: float
 ) -> list[tuple[float, float]]:
-    """What of a convex polygon lies where (x, y) · corner is at most so much."""
+    """The part of a convex polygon where (x, y) · corner ≤ most."""
     found: list[tuple[float, float]] = []
     last = corners[-1]
     before = most - x * last[0] - y * last[1]
@@ -705,8 +705,8 @@ class TangentChart:
 
 
 class PolarChart(TangentChart):
-    """The same around a point where a load jumps, over radius and angle: there the drive is smooth
-    in both, down to the radius zero.
+    """Chart by radius and angle around a point where a load jumps: there the residual force is
+    smooth in both, down to the radius zero.
     """
 
     def __init__(self, cover: Cover, point: JumpPoint, ends: LoadEnds) -> None:
@@ -728,7 +728,9 @@ class PolarChart(TangentChart):
         return np.asarray((np.stack([np.hypot(x, z), angle], axis=-1) - self.low) / self.step)
 
     def turned_little(self, ends: Array, moved: Array) -> Array:
-        """The same; loads whose ends meet in the centre turn with the angle only."""
+        """Relative motion of the ends of loads in cells (cells, loads); loads whose ends coincide
+        in the centre rotate with the angle only.
+        """
         turned = np.linalg.norm(np.diff(ends, axis=2), axis=-1)[:, :, 0]
         lengths = np.linalg.norm(ends, axis=-1)
         part = (turned / np.maximum(lengths.min(axis=2), 1e-300)).max(axis=1)

@@ -134,7 +134,7 @@ class Rest:
 
 @dataclass
 class RestSearch:
-    """What was found from all starts.
+    """Equilibria and doubtful positions found from all starts.
 
     Attributes
     ----------
@@ -492,7 +492,7 @@ class RestSearch:
         return True
 
     def _rest(self, here: Place, top: float) -> Rest:
-        """What holds at a rest position."""
+        """Stiffness, stability and isolation of an equilibrium."""
         K = self.manifold.stiffness(here)
         sizes, vt = np.linalg.svd(K)[1:]
         none = sizes <= ZERO * max(top, float(np.abs(K).max(initial=0.0)))

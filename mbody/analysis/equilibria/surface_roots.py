@@ -343,7 +343,7 @@ class ChartCells:
                 self._beside(numbers, which[(sets == own).all(axis=1)], turning)
 
     def _beside(self, numbers: Array, which: Array, turning: Array) -> None:
-        """The same of quarters (quarters, 2) in which some loads turn."""
+        """Decides quarters of cells, (quarters, 2), in which some loads rotate fast."""
         samples = self.samples
         nine = numbers[which[:, 0]]
         four = _quarters(nine)[np.arange(len(nine)), which[:, 1]].reshape(-1, 4)
@@ -425,7 +425,7 @@ CIRCLE, ANGLE, HALVINGS = 16, 1.0, 16
 
 @dataclass
 class SurfaceRoots:
-    """What a surface showed.
+    """Equilibria and doubtful positions found on a surface.
 
     Attributes
     ----------

@@ -58,7 +58,7 @@ class FreeMotion:
         return abs(self.rates[self.leader][2]) > 0.5
 
     def data(self) -> dict[str, Any]:
-        """The same as a plain dict, ready for JSON."""
+        """Plain dict of the motion, ready for JSON."""
         rates = {body: list(rate) for body, rate in self.rates.items()}
         return {"leader": self.leader, "words": self.words, "rates": rates}
 
@@ -73,7 +73,9 @@ def rates_of(system: System, motions: Sequence[FreeMotion]) -> Array:
 
 
 def leading(system: System, motions: Sequence[FreeMotion], ways: Array) -> Array:
-    """What the leaders do as parts of the dimensionless coordinates: (free, coordinates)."""
+    """Rates of the leading bodies as parts of the dimensionless coordinates, (free,
+    coordinates).
+    """
     parts = np.zeros_like(ways)
     for n, motion in enumerate(motions):
         first = 3 * system.bodies[motion.leader]

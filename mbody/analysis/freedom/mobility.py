@@ -155,7 +155,8 @@ class Count:
 
 @dataclass(frozen=True, eq=False)
 class Mobility:
-    """What `mobility` found; ``print`` shows it, `data` makes a plain dict of it.
+    """Degrees of freedom, redundant constraints and free motions, as `mobility` found them;
+    ``print`` shows them, `data` makes a plain dict.
 
     Attributes
     ----------

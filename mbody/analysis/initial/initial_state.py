@@ -220,7 +220,7 @@ def checked_events(mechanism: Mechanism, events: Iterable[Event]) -> tuple[Event
 
 
 def event_measure(mechanism: Mechanism, event: Event) -> Measure:
-    """What is to be zero: one of the mechanism's measures by its name, or a formula."""
+    """Measure that vanishes at an event: one of the mechanism's by its name, or a formula."""
     return measure_named(mechanism.measures, event.of)
 
 
@@ -352,7 +352,7 @@ def start_drivers(
     rates: bool,
     poses: Mapping[str, Any],
 ) -> list[StartDriver]:
-    """What is imposed at the start: name, (body, coordinate, direction), value and rate."""
+    """Conditions imposed at the start: name, (body, coordinate, direction), value and rate."""
     mechanism, values = system.mechanism, parameters_of(system)
     bodies = {body.name: body for body in mechanism.bodies}
     found = []
@@ -522,7 +522,9 @@ def initial_states(
 
 
 def _one_by_one(start: BatchStart, system: System) -> tuple[Array, Array, np.ndarray]:
-    """The same where rates are prescribed that joints may not allow."""
+    """Positions, velocities and success of each design by itself, where prescribed rates may
+    contradict joints.
+    """
     designs, n3 = int(system.batch or 0), system.coordinates
     q, v, good = np.zeros((designs, n3)), np.zeros((designs, n3)), np.zeros(designs, dtype=bool)
     for design in range(designs):

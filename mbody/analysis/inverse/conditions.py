@@ -173,7 +173,7 @@ def relation(text: str, *, equal: bool) -> list[Relation]:
 
 
 def _magnitude(text: str) -> str:
-    """What is within ``abs(…)``, where that is all; else nothing."""
+    """The argument of ``abs(…)``, where that is the whole text; else ""."""
     if not (text.startswith("abs(") and text.endswith(")")):
         return ""
     depth = 0

@@ -82,7 +82,7 @@ class HeldModes:
 
     @property
     def words(self) -> str:
-        """What each does, in a phrase."""
+        """Contact modes as a phrase, "name mode, …"."""
         return ", ".join(f"{name} {WORDS[mode]}" for name, mode in self.names.items())
 
     @property
@@ -287,7 +287,7 @@ def _solved(A: Array, b: Array) -> Array:
 
 
 class Linear(Protocol):
-    """What is needed of linear equations of second order; see `mbody.engineering.linearize`."""
+    """Interface of linear equations of second order, M q̈ + C q̇ + K q = 0."""
 
     @property
     def state_matrix(self) -> Array:
@@ -302,15 +302,15 @@ class Linear(Protocol):
 
     @property
     def status(self) -> str:
-        """See `Inherited`."""
+        """Status of the result."""
 
     @property
     def doubts(self) -> tuple[Doubt, ...]:
-        """See `Inherited`."""
+        """Doubts about the result."""
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """See `Inherited`."""
+        """Notes on the result."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -350,7 +350,7 @@ class StateMatrices(Inherited):
 def state_matrices(
     linear: Linear, measures: str | Measure | Sequence[str | Measure]
 ) -> StateMatrices:
-    """See `mbody.engineering.linearize`."""
+    """A, B, C and D of linear equations, with inputs u and measures as outputs z."""
     wanted = [measures] if isinstance(measures, str | Measure) else list(measures)
     nearby, motions = linear.nearby(), linear.motions
     machine, free = nearby.system.mechanism, len(motions)
@@ -519,7 +519,7 @@ class Linearization(Inherited):
         return state_matrices(self, measures)
 
     def data(self) -> dict[str, Any]:
-        """The same as lists and texts, ready for JSON."""
+        """Plain lists and texts of the result, ready for JSON."""
         mechanism = self.solution.mechanism
         return {
             **heading(mechanism.name, "linearize", unit_symbols(mechanism.units), self),

@@ -179,8 +179,8 @@ def mode_place(mechanism: Mechanism, given: object, where: str = "") -> ModePlac
 
 
 def rates_at(solution: Solution, rates: Array, place: ModePlace) -> Array:
-    """What a coordinate does for unit rates of the leaders, (free,), from those of all bodies
-    (free, bodies, 3) at the last instant.
+    """Rate of a coordinate at the last instant for unit rates of the leading bodies, (free,), from
+    those of all bodies (free, bodies, 3).
     """
     if place.body == "ground":
         return np.zeros(len(rates))
@@ -295,7 +295,7 @@ class Mode:
         return -self.eigenvalue.real + 0.0
 
     def data(self) -> dict[str, Any]:
-        """The same as numbers, lists and texts; complex numbers as [real, imaginary]."""
+        """Plain numbers, lists and texts; complex numbers as [real, imaginary]."""
         return {
             "eigenvalue": _pair(self.eigenvalue),
             "words": self.words,
@@ -347,7 +347,7 @@ class ModesAt(Inherited):
         return self.modes[index]
 
     def data(self) -> dict[str, Any]:
-        """The same as a plain dict, ready for JSON."""
+        """Plain dict of the result, ready for JSON."""
         solution = self.linear.solution
         places = {name: solution[name] for name in solution}
         return {

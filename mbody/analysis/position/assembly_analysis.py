@@ -115,7 +115,7 @@ def _side(q: Array, v: Array, body: int) -> Array:
 
 
 def _answer(hook: Hook, question: Array, size: int) -> Array | None:
-    """What a function gives; None where it cannot be evaluated."""
+    """Values of a user's function, (size,); None where it cannot be evaluated."""
     found = np.zeros(size)
     try:
         hook(question.copy(), found)

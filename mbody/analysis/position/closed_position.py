@@ -58,8 +58,8 @@ KEPT = 16
 def position_key(
     system: System, t: float, drive: Mapping[str, float], guess: Guesses | None
 ) -> Hashable | None:
-    """What a first position depends on beside the system; None where it may be another one each
-    time, with functions of the user, or cannot be compared.
+    """Key of a first position beside the system; None where the position may differ each time, with
+    functions of the user, or cannot be compared.
     """
     if system.batch is not None or system.has_user_code:
         return None

@@ -319,7 +319,7 @@ def _scaled(system: System, q: Array) -> Array:
 
 
 def _difference(system: System, q: Array, other: Array) -> Array:
-    """The same of two positions, without whole turns."""
+    """Dimensionless difference of two positions, (bodies, 3), without whole revolutions."""
     apart = _scaled(system, q) - _scaled(system, other)
     apart[:, 2] -= 2.0 * math.pi * np.round(apart[:, 2] / (2.0 * math.pi))
     return apart

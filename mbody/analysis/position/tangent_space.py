@@ -110,7 +110,7 @@ class Manifold:
         self.output = np.empty((1, RESIDUALS))
 
     def other(self, system: System) -> Manifold:
-        """The same with other numbers of the same topology."""
+        """The manifold of a system of equal topology with other parameter values."""
         work = system.work()
         work.time[:] = self.time[0]
         laws_of_time(system.runtime(), work)
@@ -134,8 +134,8 @@ class Manifold:
         return dense(self.system, self.work)
 
     def scale_of(self, here: Place) -> float:
-        """What rounding of the drive is relative to: the greatest force of a single load, or how
-        fast the forces change. At rest all may vanish, as of a spring without tension.
+        """Scale of the residual force's rounding: the greatest force of a single load, or how fast
+        the forces change. At rest all may vanish, as of a spring without tension.
         """
         changes = [self.force(here.q + STEP * self.scale * d) - here.force for d in here.motions]
         steepest = max((float(np.abs(change).max()) for change in changes), default=0.0) / STEP
@@ -163,11 +163,15 @@ class Manifold:
         return None if closed is None else self.place(closed)
 
     def place(self, q: Array) -> Place | None:
-        """What holds at a closed position; None where a load or a constraint has no value."""
+        """Force, constraint Jacobian and free directions at a closed position; None where a load or
+        a constraint has no value.
+        """
         return self._placed(q, None)
 
     def _placed(self, q: Array, motions: Array | None) -> Place | None:
-        """The same, by free directions where they are known already."""
+        """Force, constraint Jacobian and free directions at a closed position, with `motions` where
+        they are known already.
+        """
         force = self.force(q)
         if not np.isfinite(force).all():
             return None
@@ -386,7 +390,7 @@ class ManyPositions:
     def _spread(
         self, good: Array, q: Array, rows: Array, frames: Array, free: int
     ) -> ClosedPositions:
-        """What holds at closed positions."""
+        """Free directions and orientation at closed positions, from the Jacobian and the frames."""
         K = np.concatenate([rows[good], frames[good]], axis=1)
         ways = np.full(frames.shape, np.nan)
         side = np.zeros(len(q))

@@ -1,5 +1,5 @@
-"""What lies ahead of a motion that comes near a singular position: the position itself, and whether
-the constraints hold there.
+"""Singular positions ahead of a motion: the position itself, and whether the constraints hold
+there.
 
 At such a position x the rows lose rank: Uᵀ G N = 0, with U and N those left and right singular
 vectors of G = Φ_q that belong to the rows that become dependent. Where Uᵀ Φ is zero too
@@ -77,7 +77,7 @@ class Crossing:
     seen: tuple[float, float, float]
 
     def passed(self, t: float, x: Array, v: Array) -> Crossing | None:
-        """The same with the instant from both sides, where a motion at x with the rates v
+        """The crossing with its instant from both sides, where a motion at x with the rates v
         (coordinates,) has it behind; else None.
         """
         s, rate = float((x - self.place) @ self.way), float(v @ self.way)
@@ -118,7 +118,7 @@ class MetPosition:
 
 @dataclass(frozen=True)
 class Ahead:
-    """What lies ahead.
+    """Time without a singular position from now on, and the crossing that follows.
 
     Attributes
     ----------
@@ -162,7 +162,7 @@ class _TimedRows:
 
 
 def packed_positions(met: Sequence[MetPosition]) -> Array:
-    """The same as one row of numbers, for files."""
+    """Singular positions packed as one row of numbers, for files."""
     parts = [np.concatenate([[one.U.shape[1]], one.x, one.U.ravel(), [one.left]]) for one in met]
     return np.concatenate(parts) if parts else np.zeros(0)
 
@@ -192,7 +192,7 @@ def look_ahead(
     regularized: bool,
     met: tuple[MetPosition, ...] = (),
 ) -> Ahead:
-    """What lies ahead of a motion."""
+    """Singular position ahead of a motion in state (t, q, v)."""
     found = _ahead(system, t, state, step, regularized, met)
     return replace(found, met=found.met or met)
 

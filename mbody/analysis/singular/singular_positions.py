@@ -49,7 +49,7 @@ MANY = 64
 
 @dataclass(frozen=True, eq=False)
 class Solutions:
-    """What was found.
+    """Real solutions found, and whether all were.
 
     Attributes
     ----------
@@ -92,7 +92,7 @@ def values(A: Array, y: Array) -> Array:
 
 
 def size(A: Array, y: Array) -> float:
-    """What rounding of `values` is relative to."""
+    """Scale of the rounding of the quadratic forms `values`."""
     return float(np.abs(A).max(initial=0.0) * (y @ y))
 
 
@@ -472,7 +472,7 @@ class Singular:
         return 0.5 * (self._bend(y + beside) + self._bend(y - beside)) - self._bend(beside)
 
     def bend_of(self, T: Array, y: Array, w: Array) -> Array:
-        """The same as a bilinear form."""
+        """Second derivative as a bilinear form on (y, w)."""
         return 0.25 * (self.bend(T, y + w) - self.bend(T, y - w))
 
     def _bend(self, y: Array) -> Array:
@@ -647,7 +647,7 @@ def _on(here: Singular, T: Array, place: Array) -> Array:
 
 
 def still(T: Array, clock: Array) -> Array:
-    """What of a branch leaves the clock alone: (free, unknowns), orthonormal."""
+    """Tangent directions that leave the clock unchanged: (free, unknowns), orthonormal."""
     if not clock.any():
         return T
     rates = T @ clock

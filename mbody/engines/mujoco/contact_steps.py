@@ -305,7 +305,7 @@ class _Forces:
                 self.sums[self.ropes[int(tendon)]] += force, 0.0, force
 
     def modes(self) -> dict[str, str]:
-        """What every contact does."""
+        """Mode of every contact: open, stick or slip."""
         return {
             name: "open" if not press > 0.0 else "stick" if along < STICKS * most else "slip"
             for name, (press, along, most) in self.sums.items()

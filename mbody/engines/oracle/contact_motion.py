@@ -191,7 +191,7 @@ class OracleTouching:
         return self.rates(q, np.eye(len(q)), which).reshape(-1, len(q)).real
 
     def drift(self, q: Array, v: Array, which: Sequence[int] | None = None) -> Array:
-        """What accelerations of the rates have without those of the bodies, (2 spots,)."""
+        """Accelerations of the contacts at zero accelerations of the bodies, (2 points,)."""
         found = self.rates(q + 1j * STEP * v, v.astype(complex), which)
         return np.asarray(found.imag / STEP)
 

@@ -238,8 +238,8 @@ class DenseFriction:
     # -- the equations ---------------------------------------------------------------------------
 
     def residual(self, z: Any) -> Any:
-        """What is left over of the balance of all bodies (3n) and of the contacts, for unknowns
-        (unknowns,) or columns of them.
+        """Residuals of the balance of all bodies (3n) and of the contacts, for unknowns (unknowns,)
+        or columns of them.
         """
         r = self.reference
         lam, rest = z[: r.m], list(z[r.m :])
@@ -359,8 +359,8 @@ class DenseFriction:
         return (apart * ex, apart * ey, torque), said
 
     def _power(self, joint: Any, force: Any, torque: Any, pitch: Any, normal: Any) -> Any:
-        """What the driven side gets less the efficiency times what the driving side gives, by the
-        sliding rate; rates from the carrier.
+        """Power residual of a gear mesh by the sliding rate: power on the driven side less the
+        efficiency times that on the driving side; rates relative to the carrier.
         """
         wi, wj = (self.v[3 * self.reference.index[body] + 2] for body in joint.bodies)
         (cx, cy), (ix, iy) = (self.reference.place(self.q, m) for m in (joint.j, joint.i))
@@ -385,7 +385,7 @@ class DenseFriction:
         return float(x * direction[1] - y * direction[0])
 
     def _mean_arm(self, joint: Any) -> float:
-        """As of `_mean_of`, once for each joint."""
+        """Mean moment arm of a joint's friction, computed once."""
         if joint.name not in self._arms:
             self._arms[joint.name] = self._mean_of(joint)
         return self._arms[joint.name]

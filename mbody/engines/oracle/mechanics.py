@@ -384,7 +384,7 @@ class Constraints(Geometry):
         return list(e.equations((xi, yi, direction), (xj, yj, direction + turn)))
 
     def _law(self, driver: Any, q: Any, t: Any) -> Any:
-        """What a driver follows, at q and t that are floats, complex numbers or jets."""
+        """Prescribed value of a driver, at q and t that are floats, complex numbers or jets."""
         if not isinstance(driver.law, MeasuredFormula):
             return law_at(driver.law, t)
         inputs = {one.name: law_at(one.value, t) for one in self.mechanism.inputs}
@@ -854,7 +854,9 @@ class Reference(Loads):
         }
 
     def _with_friction(self, q: Any, v: Any, a: Any, t: float) -> dict[str, Any]:
-        """The same with friction in joints, none in those at rest; no numbers where it jams."""
+        """Multipliers, reactions and efforts with friction in joints, none in those at rest; NaN
+        where it jams.
+        """
         found = DenseFriction(self, q, v, a, t).solve()
         lam = np.full(self.m, np.nan) if found is None else found.lam
         reactions = self.reactions(q, t, lam)

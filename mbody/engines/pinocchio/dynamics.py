@@ -44,7 +44,7 @@ def placement(at: MarkerFrame) -> Any:
 
 
 class PinocchioModel:
-    """The same mechanism in Pinocchio: one chain of its joints for each branch of the tree.
+    """Pinocchio model of a mechanism: one chain of its joints for each branch of the tree.
 
     A free branch is two prismatic joints and a revolute one, so that the coordinates are separate.
     A weld is a revolute joint with angle zero, whose effort is the torque of the weld; or, lumped,

@@ -86,7 +86,7 @@ class ImpulseConstraint:
         return units
 
     def units(self, pose: Array) -> Array:
-        """The same about the place where the impulse acts."""
+        """Unit wrenches of the constraint about the point where the impulse acts, (rows, 3)."""
         if self.kind == "turn":
             return np.array([[0.0, 0.0, 1.0]])
         if self.kind == "slot":

@@ -156,8 +156,8 @@ ANGLE = DIMENSIONS["angle"]
 
 @dataclass(frozen=True)
 class Context:
-    """What reading needs to know: the unit of plain angles, the folder of the file, and the values
-    that were refused so far.
+    """State of reading: the unit of plain angles, the folder of the file, and the values refused so
+    far.
     """
 
     angle: str = "deg"

@@ -1,4 +1,4 @@
-"""The same mechanism in another unit system."""
+"""Conversion of a mechanism to another unit system."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def in_units(mechanism: Mechanism, units: str | UnitSystem) -> Mechanism:
 
 
 class _Converter(Writer):
-    """The same in another unit system."""
+    """Writer of a mechanism in another unit system."""
 
     def __init__(self, mechanism: Mechanism, units: UnitSystem) -> None:
         super().__init__(mechanism)

@@ -1,4 +1,4 @@
-"""What is wrong with a model file, all of it at once: file, line, field and a sentence."""
+"""All errors of a model file at once: file, line, field and a sentence."""
 
 from __future__ import annotations
 

@@ -191,7 +191,7 @@ def build(given: Any) -> tuple[Mechanism | None, list[Problem]]:
 
 
 def _rates(mechanism: Mechanism) -> list[Problem]:
-    """What is wrong with the rates of own states, which may measure anything in the file."""
+    """Errors in the rates of auxiliary states, which may refer to anything in the file."""
     problems = []
     for state in mechanism.described_states:
         try:
@@ -203,7 +203,7 @@ def _rates(mechanism: Mechanism) -> list[Problem]:
 
 
 def _stops(mechanism: Mechanism) -> list[Problem]:
-    """What is wrong with the formulas of stops, which may be measures."""
+    """Errors in the formulas of stops, which may be measures."""
     problems = []
     for stop in (one for one in mechanism.contacts if isinstance(one, Stop)):
         try:
@@ -345,7 +345,7 @@ def _question(mechanism: Mechanism, entry: Any, angle: str) -> Question:
 
 
 def _turned(mechanism: Mechanism, name: str, options: dict[str, Any], angle: str) -> dict[str, Any]:
-    """The same with plain degrees as radians, where the unknown is an angle."""
+    """Options with plain degrees as radians, where the unknown is an angle."""
     if angle != "deg" or meant(mechanism, name)[1] != DIMENSIONS["angle"]:
         return options
     return {k: math.radians(v) if isinstance(v, float) else v for k, v in options.items()}
@@ -367,7 +367,7 @@ _KEYS = re.compile(
 
 
 class _Refused(ValueError):
-    """What is wrong with a file, to follow its name."""
+    """An invalid file; the message follows its name."""
 
 
 def load(

@@ -75,7 +75,7 @@ TABLES = ("parameters", "curves", "inputs", "bodies", *SECTIONS, "states", *STUD
 
 @dataclasses.dataclass(frozen=True)
 class Used:
-    """What a file uses: tables, kinds of elements by section, kinds of laws.
+    """Parts of the format that a file uses: tables, kinds of elements by section, kinds of laws.
 
     To make the checks of everything takes a quarter of a second, of a textbook's four-bar a tenth
     of that.
@@ -93,7 +93,9 @@ def everything() -> Used:
 
 
 def used_by(data: dict[str, Any]) -> Used | None:
-    """What a file uses; None where it names no known kind of an element, which is a mistake."""
+    """Parts of the format that a file uses; None where it names no known kind of an element, which
+    is a mistake.
+    """
     tables = tuple(name for name in TABLES if name in data)
     kinds = set()
     for section in SECTIONS:
@@ -311,7 +313,7 @@ class OwnStateIn(of.Strict):
 
 
 class StateIn(of.Strict):
-    """What is so of a body at the beginning of a motion."""
+    """Initial values of a body."""
 
     angle: of.number(DIMENSIONS["angle"]) = None
     omega: of.number(DIMENSIONS["angular velocity"]) = None

@@ -24,7 +24,7 @@ BOUNDS = ("start", "low", "high")
 
 
 class StudyWriter(Protocol):
-    """What studies and tasks need of the writer of a model file."""
+    """Interface of a model file's writer that studies and tasks need."""
 
     mechanism: Mechanism
 
@@ -170,7 +170,7 @@ time: Any = of.number(DIMENSIONS["time"])
 
 
 class OptimizeIn(of.Strict):
-    """What is to be least or greatest, by which numbers, within which limits."""
+    """Aims, numbers and limits of an optimization."""
 
     minimize: str | list[str] = Field(default_factory=list, description="One aim, or two.")
     maximize: str | list[str] = Field(default_factory=list, description="One aim, or two.")
@@ -214,7 +214,7 @@ def in_radians(mechanism: Mechanism, name: str, value: Any, angle: str) -> Any:
 
 
 def optimization_tasks(mechanism: Mechanism) -> Mapping[str, OptimizationTask]:
-    """What a file said of optimizations of a mechanism, by name."""
+    """Optimizations in a mechanism's file, by name."""
     return vars(mechanism).get(KEPT, {})
 
 
@@ -287,7 +287,7 @@ class FitIn(Strict):
 
 @dataclass(frozen=True)
 class FitSettings:
-    """What is found from data, where nobody says otherwise.
+    """Default settings of a fit.
 
     Attributes
     ----------
@@ -337,7 +337,7 @@ def keep_fit(mechanism: Mechanism, given: FitIn | None, angle: str) -> None:
 
 
 def fit_settings(mechanism: Mechanism) -> FitSettings | None:
-    """What a file said of a fit of a mechanism; None where it said nothing."""
+    """Settings of a fit in a mechanism's file; None without any."""
     return vars(mechanism).get(FIT_TABLE_KEPT)
 
 
@@ -374,7 +374,7 @@ def fit_table(writer: StudyWriter) -> dict[str, Any]:
 
 
 class ReportIn(Strict):
-    """What `mbody report` writes."""
+    """Contents of `mbody report`."""
 
     title: str = Field("", description="Title of the document; by default that of the model.")
     author: str = Field("", description="Who made it, below the title.")
@@ -386,7 +386,7 @@ class ReportIn(Strict):
 
 @dataclass(frozen=True)
 class ReportSettings:
-    """What a report contains, where nobody says otherwise.
+    """Default contents of a report.
 
     Attributes
     ----------
@@ -419,7 +419,7 @@ def keep_settings(mechanism: Mechanism, given: ReportIn | None) -> None:
 
 
 def report_settings(mechanism: Mechanism) -> ReportSettings | None:
-    """What a file said of the report of a mechanism; None where it said nothing."""
+    """Settings of the report in a mechanism's file; None without any."""
     return vars(mechanism).get(REPORT_TABLE_KEPT)
 
 

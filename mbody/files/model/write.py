@@ -181,7 +181,7 @@ def _value(value: Any) -> str:
 
 
 class NumberWriter(Protocol):
-    """What writes numbers of curves: see `mbody.files.model.write`."""
+    """Interface of a writer of the numbers of curves."""
 
     def text(self, formula: Formula) -> Any:
         """The text of a formula as a file has it, None where it was no text."""
