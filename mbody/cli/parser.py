@@ -171,8 +171,7 @@ def add_tables(command: argparse.ArgumentParser) -> None:
     command.add_argument("--npz", metavar="FILE", help="write all histories as NumPy arrays")
 
 
-# -- Arguments of the commands for designers: what changes a quantity, what is best, what
-#    balances ----------------------------------------------------------------------------------
+# -- Arguments of the commands for designers ---------------------------------------------------
 
 
 def add_sensitivity(command: argparse.ArgumentParser) -> None:

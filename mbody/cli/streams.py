@@ -10,8 +10,6 @@ from collections.abc import Iterable, Sequence
 from contextlib import nullcontext
 from typing import IO, Any
 
-# -- What is wrong with a command line ---------------------------------------------------------
-
 
 class UsageError(ValueError):
     """The command was not understood."""

@@ -306,7 +306,7 @@ def _beside(parts: Sequence[DualNumber]) -> DualNumber:
     return DualNumber(parts[0].value, np.concatenate([one.tangents for one in parts], axis=-1))
 
 
-# -- What is zero where the modes of a motion change, in dual numbers --------------------------
+# -- Guards of contact modes in dual numbers ---------------------------------------------------
 #
 # The same quantities as of `mbody.analysis.dynamics.contact_guards`, each of one instant.
 
@@ -447,7 +447,7 @@ class GuardDuals:
         return size
 
 
-# -- When the modes of a motion change, and when events are, with derivatives ------------------
+# -- Times of mode changes and events, with derivatives ----------------------------------------
 
 #: A rate with which a guard becomes zero below this part of its usual one: it grazes zero.
 GRAZING = 1e-6
@@ -720,7 +720,7 @@ def _with_all(some: list[Any], k: int) -> Array:
     return np.asarray(plain + 1j * TINY * np.array(parts))
 
 
-# -- Where what sticks or closes began to, with derivatives ------------------------------------
+# -- Anchors of sticking and closing, with derivatives -----------------------------------------
 
 
 def anchored(

@@ -17,7 +17,7 @@ from mbody.solution.histories import Reaction, Record
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
-# -- When something happens in a motion, with derivatives --------------------------------------
+# -- Times of events, with derivatives ---------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,7 +132,7 @@ def _made(run: Solution, system: System, record: DualRecord) -> DualSolution:
     )
 
 
-# -- Memory in which the kernels compute instants in dual numbers, made once and used again ----
+# -- Workspaces of the kernels for instants in dual numbers ------------------------------------
 #
 # Tables of bundles take as long to make as an instant takes to compute: searches, which compute one
 # instant of each of many designs, keep them.

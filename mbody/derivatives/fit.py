@@ -24,7 +24,7 @@ from mbody.solution.doubts import Doubt, Inherited, inherited
 from mbody.system.read_only import lock
 from mbody.system.system import System
 
-# -- Which combinations of unknowns measured data determine, and which they leave open ---------
+# -- Identifiable combinations of the unknowns -------------------------------------------------
 
 Array = np.ndarray
 
@@ -165,7 +165,7 @@ def _sum(terms: Mapping[str, float]) -> str:
     return text
 
 
-# -- Numbers that were found from measured histories, with what is known of their errors -------
+# -- Fitted numbers, with their errors ---------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -292,8 +292,6 @@ class Fit(Inherited):
         parts = (f"{name} = {value:.6g}" for name, value in self.values.items())
         return f"Fit({', '.join(parts)})"
 
-
-# -- The numbers with the least sum of squares of residuals ------------------------------------
 
 #: Where a singular value is zero: exact derivatives, and differences.
 ZERO = {True: 1e-9, False: 1e-5}
@@ -555,7 +553,7 @@ def fit(
     return _result(problem, names, units, best, confidence, notes)
 
 
-# -- what is asked -----------------------------------------------------------------------------
+# -- the question ------------------------------------------------------------------------------
 
 
 def _analysis(system: System, given: str | None) -> str:

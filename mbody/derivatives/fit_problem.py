@@ -224,8 +224,7 @@ class DesignPoint:
         return jacobian
 
 
-# -- Measured histories for a fit: columns that say the instants, columns that are measured,
-#    units -------------------------------------------------------------------------------------
+# -- Measured histories for a fit: columns of instants, of measured quantities, units ----------
 
 #: Endings of the columns that say how a driver moves.
 MOTION = ("", ".rate", ".acceleration")
@@ -372,7 +371,7 @@ def _converted(
     return np.asarray(column * factor)
 
 
-# -- What a mechanism with other numbers would have shown in place of measured histories -------
+# -- Predicted histories of the measured quantities for other numbers --------------------------
 
 Array = np.ndarray
 

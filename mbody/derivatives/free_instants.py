@@ -279,8 +279,7 @@ def _made(system: System, names: Sequence[str]) -> dict[str, np.ndarray]:
     return found
 
 
-# -- The way through a motion with derivatives: between changes of modes the variational
-#    equations, at changes the saltation matrix ------------------------------------------------
+# -- Derivatives along a motion: variational equations, and saltation matrices at changes ------
 #
 # A change comes where a guard g(y, p, t) is zero, at a time that depends on the numbers: with the
 # tangents S⁻ of the state at a held time and the derivatives f⁻ before and f⁺ after it,
@@ -565,7 +564,7 @@ class DualWalk:
                 why = "a formula (sign, step) has jumped unseen"
                 self.lost.lose(True, stretch.t, why)
 
-    # -- what is shared -----------------------------------------------------------------------
+    # -- shared computations -------------------------------------------------------------------
 
     def _state(self, page: DualNumber) -> DualNumber:
         """The state of a page."""

@@ -212,8 +212,7 @@ def _measured(
     return [np.asarray(instants_of(run, column).value) for column in columns]
 
 
-# -- Derivatives of frequencies, damping, shapes and stiffnesses of small motions at a rest
-#    position ----------------------------------------------------------------------------------
+# -- Derivatives of small vibrations: frequencies, damping, shapes, stiffnesses ----------------
 #
 # A root s of (s² M + s C + K) u = 0 with the left vector w, wᵀ (s² M + s C + K) = 0, has
 #
@@ -800,7 +799,7 @@ def _without(
     return [sentence]
 
 
-# -- Which number of a mechanism changes a measured quantity most ------------------------------
+# -- Sensitivities: numbers by their effect on a measured quantity -----------------------------
 
 
 @dataclass(frozen=True)

@@ -28,8 +28,7 @@ from mbody.solution.solution import Solution
 from mbody.system.assembler import assemble
 from mbody.system.system import System, with_numbers_of
 
-# -- Where formulas of loads and own states jump along a motion: `sign` and `step` of what is
-#    zero --------------------------------------------------------------------------------------
+# -- Jumps of formulas along a motion: zeros of the arguments of `sign` and `step` -------------
 #
 # Between two jumps each such function is held at the side on which its argument is, so that the
 # motion is smooth there; where an argument is zero the derivatives change as at every change of
@@ -131,8 +130,7 @@ class JumpWatch(EventIntegration):
             super()._record(event, t, page)
 
 
-# -- Laws and loads that may jump along a motion: those that are followed as formulas of the
-#    instant, and those that are not -----------------------------------------------------------
+# -- Laws and loads that may jump along a motion, followed as formulas or not ------------------
 
 #: Functions of formulas that jump.
 JUMPING = re.compile(r"\b(?:sign|step)\s*\(")
@@ -206,9 +204,6 @@ def unfollowed_jumps(system: System, values: Mapping[str, Any]) -> dict[str, Arr
 
 def _holds(law: Any) -> bool:
     return isinstance(law, Table) and law.interpolation == "hold"
-
-
-# -- Numbers by which a motion has no derivatives from some time on, and why -------------------
 
 
 class LostNumbers:

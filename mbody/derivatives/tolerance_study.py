@@ -33,7 +33,7 @@ from mbody.sweeps.run import sweep
 from mbody.sweeps.samples import SIGMAS, Normal, Scatter, monte_carlo, scatter_of
 from mbody.system.system import System
 
-# -- Mean, deviation and band of a quantity by its derivatives, and of a sample ----------------
+# -- Mean, deviation and band of a quantity, by its derivatives and from a sample --------------
 
 Array = np.ndarray
 

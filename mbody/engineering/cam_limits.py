@@ -86,7 +86,7 @@ def cam_curvature(
     return pitch, pitch - float(numbers[f"{joint.name}.roller"])
 
 
-# -- Which cam is meant, and the places of its profile that are looked at ----------------------
+# -- The named cam, and the sampled points of its profile --------------------------------------
 
 #: Places of a turn at which curvatures are computed: every twentieth of a degree.
 PLACES = 7201
@@ -123,7 +123,7 @@ def cam_places(cam: CamFollower) -> np.ndarray:
     return np.unique(np.mod(both, math.tau))
 
 
-# -- What limits a cam, with its sheet ---------------------------------------------------------
+# -- Limits of a cam: pressure angle, curvature, undercutting ----------------------------------
 
 Array = np.ndarray
 

@@ -123,9 +123,6 @@ def cam_profile(
     return Table(psi, R, periodic=True)
 
 
-# -- Undercutting of a cam: where, by how much, and with which base circle or roller there is
-#    none --------------------------------------------------------------------------------------
-
 Array = np.ndarray
 
 #: A size that is none, and one without end, by the greatest radius of the profile.

@@ -23,8 +23,7 @@ from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution, as_solution
 from mbody.system.read_only import lock
 
-# -- The flywheel that keeps a speed within given bounds, the links' own energy counted, and its
-#    proof by the free motion ------------------------------------------------------------------
+# -- Flywheel for a speed fluctuation, with its proof by the free motion -----------------------
 
 Array = np.ndarray
 

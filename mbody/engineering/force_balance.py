@@ -25,7 +25,7 @@ from mbody.system.assembler import assemble
 from mbody.system.read_only import lock
 from mbody.system.system import System
 
-# -- Counterweights on links: what they add to the momentum and to the inertia forces ----------
+# -- Counterweights: their momentum and inertia forces -----------------------------------------
 
 Array = np.ndarray
 
@@ -68,7 +68,7 @@ class Counterweight:
     moment: float
 
 
-# -- what is linear in masses and first moments --------------------------------------------------
+# -- terms linear in masses and first moments --------------------------------------------------
 
 
 def link_columns(run: Solution, of: str) -> Array:
@@ -232,7 +232,7 @@ def _spread(spread: str | SlenderRod | SecondMoments, inertia: float) -> tuple[A
     return 0.0, 0.0, 0.0
 
 
-# -- Shaking forces, and counterweights with what they do to them ------------------------------
+# -- Shaking forces without and with counterweights --------------------------------------------
 
 #: A moment below this part of the greatest is printed as zero.
 ROUNDING = 1e-12
@@ -496,7 +496,7 @@ def force_balance(model: Mechanism | System, on: Mapping[Any, Any], **options: A
     )
 
 
-# -- what is asked -------------------------------------------------------------------------------
+# -- the question ------------------------------------------------------------------------------
 
 
 def _wanted(system: System, on: Any) -> dict[Marker, float]:
@@ -580,7 +580,7 @@ def _same_motion(system: System, run: Solution) -> Solution:
     return analyse_with(system, "kinematics", options, "force_balance")
 
 
-# -- what is found -------------------------------------------------------------------------------
+# -- the result --------------------------------------------------------------------------------
 
 
 def _rows(runs: list[Solution], places: list[Marker] | None, of: str) -> Array:

@@ -411,8 +411,7 @@ def centrodes(run: Solution, body: str, relative_to: str = "ground") -> Centrode
     return Centrodes(pole.real, pole.imag, moving.real, moving.imag, **inherited(run))
 
 
-# -- The lines of Aronhold and Kennedy, on which instant centres are constructed one after
-#    another -----------------------------------------------------------------------------------
+# -- Lines of Aronhold and Kennedy -------------------------------------------------------------
 #
 # The three centres of three bodies are on one line. From the centres that joints show (pins,
 # guides, pitch points of gears) every other one is where two such lines meet, if the mechanism can

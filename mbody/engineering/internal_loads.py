@@ -21,7 +21,7 @@ from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution, as_solution
 from mbody.system.read_only import lock
 
-# -- How the mass of a link lies along its bar, and what its weight and inertia do up to a cut -
+# -- Mass distribution along the bar of a link, and its weight and inertia up to a cut ---------
 
 Array = np.ndarray
 
@@ -98,7 +98,7 @@ def link_mass(
     return LinkMass(mass, place, across, inertia, length, density)
 
 
-# -- Where along a bar the forces on a link act ------------------------------------------------
+# -- Points of a bar at which forces act -------------------------------------------------------
 
 #: Places that are this near, as a part of the size of the mechanism, are one.
 SAME = 1e-9

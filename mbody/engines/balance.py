@@ -49,8 +49,7 @@ def without_pressing_stops(run: Solution) -> tuple[Solution, list[str]]:
     return run.take(np.flatnonzero(free)), [note]
 
 
-# -- Constraints of gears, racks, wheels, cams and couplings, checked by the motion of their
-#    bodies ------------------------------------------------------------------------------------
+# -- Constraints of gears, racks, wheels, cams and couplings, checked by the motion ------------
 #
 # The constraints are differentiated by hand: the rate and the acceleration of each must vanish for
 # the histories of a result and the numbers of the description. Δ goes from the place on i to that

@@ -116,8 +116,7 @@ def not_as_rigid_contacts(machine: Mechanism, engine: str) -> Iterator[Inexpress
             yield Inexpressible(one.name, f"{engine} has no hollow circle")
 
 
-# -- Loads and drivers by formulas, inputs, own states, friction in joints and contacts, which
-#    other engines lack ------------------------------------------------------------------------
+# -- Elements that other engines lack: loads by formulas, inputs, friction, contacts -----------
 
 
 def follows_formula(element: Element) -> bool:

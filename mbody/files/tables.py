@@ -73,7 +73,7 @@ def _number(text: str) -> float | None:
         return None
 
 
-# -- What results say of friction as plain lists: losses, modes, ranges, uniqueness, jams ------
+# -- Friction results as plain lists: losses, modes, ranges, uniqueness, jams ------------------
 
 
 def friction_data(solution: Solution) -> dict[str, Any]:

@@ -104,8 +104,7 @@ def si_unit(text: str) -> SiUnit:
     return SiUnit(name, float(found.value), dimension)
 
 
-# -- The bytes of an image: arrays and tables of bundles one after the other, with the words
-#    that hold places in them, and the names by which they are found ---------------------------
+# -- Bytes of an image: arrays, tables of bundles, names of entries ----------------------------
 
 #: The first word of an image, and the number of its format.
 MAGIC, FORMAT = b"mbodyimg", 1
@@ -288,7 +287,7 @@ def checksum(words: np.ndarray) -> np.uint64:
     return max(np.sum(weights * words, dtype=np.uint64), np.uint64(1))
 
 
-# -- What is measured of an instant, as a program of what the kernels keep of it ---------------
+# -- Measured quantities of an instant, as a program on its record -----------------------------
 #
 # The histories of a result are computed by mbody's own functions (`mbody.solution`), from a record
 # of one instant whose numbers are traced. Drivers' motions are those of the bodies, and loads those

@@ -291,7 +291,7 @@ class Profile:
                 side = -1
         self.add(np.array([a if fa >= 0.0 else b]))
 
-    # -- what is greatest ---------------------------------------------------------------------
+    # -- greatest values -----------------------------------------------------------------------
 
     def best(self, near: float) -> Best | None:
         """Where the last column is greatest, of equal ones the nearest to a place; None where no

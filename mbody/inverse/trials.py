@@ -201,7 +201,7 @@ class Trials:
         """Steps of the unknowns in the units of the mechanism: (unknowns,)."""
         return np.array([one.scale for one in self.wanted])
 
-    # -- what the unknowns are ----------------------------------------------------------------
+    # -- unknowns ------------------------------------------------------------------------------
 
     def _driver(self, mechanism: Mechanism, name: str) -> str:
         """The driver whose motion is meant, empty where it is none."""
@@ -462,7 +462,7 @@ class Trials:
         return values
 
 
-# -- What is left of conditions at one instant, with exact derivatives by the unknowns ---------
+# -- Residuals of conditions at one instant, with exact derivatives by the unknowns ------------
 
 _FIRST = np.array([0])
 

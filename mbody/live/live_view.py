@@ -42,7 +42,7 @@ from mbody.views.pose import Carrier, Pose, on
 from mbody.views.scene import Scene, scene, sketched
 from mbody.views.sketch import KeptShape, SceneSketch
 
-# -- How the shapes of a scene follow numbers of the mechanism that change ---------------------
+# -- Shapes of a scene as functions of changeable numbers --------------------------------------
 #
 # A shape is made for certain numbers. Here every corner of it is put down as a place between two
 # anchors: places on its body that follow from the numbers by a recorded program, the ends of

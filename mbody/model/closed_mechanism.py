@@ -129,8 +129,7 @@ def with_changed(machine: Mechanism, elements: Iterable[Element], keys: Iterable
     return made.copied()
 
 
-# -- Contacts that joints bring: stops at the ends of their travel, and what holds in one sense
-#    only --------------------------------------------------------------------------------------
+# -- Contacts of joints: limits and separation -------------------------------------------------
 #
 # In a system of `simulate` they stand beside the joint, or in its place.
 
@@ -299,7 +298,7 @@ def as_described(machine: Mechanism) -> Mechanism:
     return with_others(machine, limits, [*joints, *opened])
 
 
-# -- Which points of a mechanism results show: those that move ---------------------------------
+# -- Moving points, which results show ---------------------------------------------------------
 
 
 def moving_points(mechanism: Mechanism) -> list[str]:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from mbody.model.element import Numbers
 
 
-# -- What sticks holds at least as much as what slides -----------------------------------------
+# -- Static friction is at least kinetic friction ----------------------------------------------
 
 
 def refuse_static(name: str, kinetic: float, static: float) -> None:

@@ -77,8 +77,7 @@ def _place(
     return x + c * ax - s * ay, y + s * ax + c * ay
 
 
-# -- Where two shapes may touch: pairs of a point or circle with a straight line or another
-#    circle ------------------------------------------------------------------------------------
+# -- Pairs of a point or circle with a straight line or another circle -------------------------
 #
 # Each such spot has a normal row, the gap up to its sense, and a row along it, whose rate is the
 # sliding velocity; both are of the kinds of physics that joints have:

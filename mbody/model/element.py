@@ -37,7 +37,7 @@ from mbody.quantities.types import (
 )
 from mbody.quantities.units import DIMENSIONS, Dimension, dimension_of
 
-# -- What can be the name of an element or of one of its points --------------------------------
+# -- Names of elements and of their points -----------------------------------------------------
 
 LONGEST_NAME = 200
 
@@ -681,8 +681,7 @@ def _of_measured(
     return compile_measured(formula.of(wanted), scope, names, wanted)
 
 
-# -- Physics of a user's own element in plain Python, called on the element as its numbers are
-#    now ---------------------------------------------------------------------------------------
+# -- Physics of a user's own element, in plain Python ------------------------------------------
 
 
 class OwnPhysics:

@@ -17,7 +17,7 @@ from mbody.quantities.formula import constant_or_formula, read
 from mbody.quantities.types import Converted, Number, default, required
 from mbody.quantities.units import DIMENSIONS, Dimension, dimension_of
 
-# -- What a formula of the present instant may measure: names of quantities that need no forces
+# -- Quantities that formulas of the present instant may measure -------------------------------
 
 #: What can be measured of a body, with its dimension; of a point all but the angles.
 MOTION = {

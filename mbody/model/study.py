@@ -485,7 +485,7 @@ def measures_without(measures: Mapping[str, Measure], gone: set[str]) -> dict[st
     }
 
 
-# -- An optimization as a description asks for it ----------------------------------------------
+# -- Optimization tasks ------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,7 @@ from mbody.solution.measures import measured
 from mbody.sweeps.job import MeasuredColumn, prepared
 from mbody.system.system import System
 
-# -- What binds at an optimum, and what one unit more of it would bring ------------------------
+# -- Binding limits of an optimum, and their multipliers ---------------------------------------
 
 #: What is nearer to its limit than this part of its size may bind: the least of these with which
 #: the derivatives balance up to such a part, so that of neighbouring instants the nearest counts.
@@ -140,7 +140,7 @@ def _joined(
     return [one for _, one in sorted(made, key=lambda pair: -pair[0])]
 
 
-# -- How far each number of an optimum may go alone --------------------------------------------
+# -- Range of each number of an optimum with the others held -----------------------------------
 
 #: Places on the way to a bound, and halvings between two of them.
 PLACES, HALVINGS = 24, 20

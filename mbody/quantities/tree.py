@@ -132,8 +132,7 @@ def units_of_powers(node: Node) -> Node:
     return node
 
 
-# -- Functions of formulas that are made of others, written out: programs need no operation of
-#    their own for them ------------------------------------------------------------------------
+# -- Functions written out by others: programs need no operation for them ----------------------
 
 
 def expanded(node: Node) -> Node:

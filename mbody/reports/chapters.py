@@ -205,7 +205,7 @@ def peak(values: Array) -> int:
     return int(np.argmax(np.nan_to_num(np.abs(values), nan=-1.0)))
 
 
-# -- what matters most -------------------------------------------------------------------------
+# -- main results ------------------------------------------------------------------------------
 
 
 def summary(subject: Subject) -> list[Block]:

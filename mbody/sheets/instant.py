@@ -594,7 +594,7 @@ class _Summary:
             f"{when}, t = {first} … {last} {unit}" if self.spans else f"{when}, t = {first} {unit}"
         )
 
-    # -- where something occurs ---------------------------------------------------------------
+    # -- places of extremes --------------------------------------------------------------------
 
     def _places(self, at: list[int]) -> list[Column]:
         """Columns that show at which design, time and driver position the flat indices lie."""

@@ -207,7 +207,7 @@ def labelled_rows_noted(result: Any) -> list[str]:
     return [line for note in result.notes for line in paragraph(f"note: {note}")]
 
 
-# -- What the sheets of one instant and of many share: textbook names, heading, closing lines --
+# -- Textbook names, heading and closing lines of summaries ------------------------------------
 
 Array = np.ndarray
 

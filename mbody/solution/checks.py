@@ -247,8 +247,7 @@ def _alone(solution: Result, joint: Any, whole: Reaction, rows: np.ndarray) -> R
     return Reaction(joint.name, whole.on, whole.by, fx, fy, torque, whole.unique)
 
 
-# -- The certificate of a result: its status, doubts and notes, from the report of its analysis
-#    and from its residuals --------------------------------------------------------------------
+# -- Certificate of a result: status, doubts and notes, from report and residuals --------------
 #
 # Residuals cost a third of the kinetostatics of a turn. They are computed when `status`, `doubts`
 # or `notes` is first read, so a user who reads numbers alone does not pay for them.

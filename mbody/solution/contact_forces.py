@@ -189,7 +189,7 @@ def pressing_forces(
     return found
 
 
-# -- Rough pairs of a result: which joints rub, how fast they slide, and with what force -------
+# -- Friction pairs of a result: sliding velocities and forces ---------------------------------
 
 #: Part of the greatest force of a pair below which it may be one at rest.
 SMALL = 1e-6

@@ -188,7 +188,7 @@ def inherited(*results: Any, notes: Iterable[str] = ()) -> dict[str, Any]:
     }
 
 
-# -- How every result begins as data, whatever it is a result of -------------------------------
+# -- Head of every result as data --------------------------------------------------------------
 
 DIMENSIONS = ("length", "force", "time", "mass")
 

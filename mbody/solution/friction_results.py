@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from mbody.solution.histories import Reaction
 
 
-# -- Forces of contacts at rest: what friction leaves open, as linear programs -----------------
+# -- Undetermined forces of contacts at rest, as linear programs -------------------------------
 #
 # Where contacts are closed and nothing slides, normal forces and friction may be any that balance
 # all bodies, with λ_N ≥ 0 and |λ_T| ≤ μ_s λ_N. That is convex: the least and the greatest effort
@@ -209,8 +209,7 @@ class RestingContacts:
         return found.ravel()
 
 
-# -- What friction leaves open where joints rest, and where a mechanism jams: forces for senses
-#    of sliding that the motion does not decide ------------------------------------------------
+# -- Friction forces at rest and in jams, for directions of sliding ----------------------------
 
 #: Pairs at rest of which both senses are tried with all others; beyond, all of them together.
 TOGETHER = 6

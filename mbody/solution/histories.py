@@ -261,7 +261,7 @@ class LoadHistory:
         lock(self)
 
 
-# -- What functions of results rely on: the protocol that `Solution` fulfils -------------------
+# -- Protocol that `Solution` fulfils ----------------------------------------------------------
 
 
 class Result(Protocol):
@@ -369,7 +369,7 @@ class Result(Protocol):
         """History of a measured quantity."""
 
 
-# -- Histories of inputs and of own states, and the rows of a result that kernels take again ---
+# -- Histories of inputs and of auxiliary states -----------------------------------------------
 
 
 def shown_states(mechanism: Mechanism) -> list[Any]:
@@ -406,7 +406,7 @@ def own_history(solution: Result, name: str) -> Array:
     return solution.record.take(system.own_rows.start + names.index(name))
 
 
-# -- Where ends of elements and link axes are in a solution, and where reactions act -----------
+# -- Positions of ends of elements, of link axes and of reactions ------------------------------
 #
 # Histories are arrays (instants,), of a batch (designs, instants); numbers of a batch are
 # columns beside them.
@@ -492,9 +492,6 @@ def _offset(solution: Result, joint: Joint) -> Any:
     if type(joint).reaction_point is Joint.reaction_point:
         return None
     return joint.reaction_point(*ends(solution, joint))
-
-
-# -- Events of a motion: what happened, and when -----------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)

@@ -102,7 +102,7 @@ def _local(solution: Result, marker: Marker) -> tuple[Any, Any]:
     return column(x - cx), column(y - cy)
 
 
-# -- What loads do over the instants of a solution: their forces, and lengths, angles and rates
+# -- Histories of loads: forces, lengths, angles and rates -------------------------------------
 
 Array = np.ndarray
 
@@ -257,7 +257,7 @@ def turned(solution: Result, load: Any) -> tuple[Array, Array]:
     return body.angle - by.angle, body.omega - by.omega
 
 
-# -- What drivers drive: values, rates and accelerations at the instants of a result -----------
+# -- Histories of drivers: values, rates and accelerations -------------------------------------
 
 
 def driven(solution: Result, driver: str) -> tuple[Array, Array, Array]:

@@ -49,7 +49,7 @@ from mbody.solution.stepped_contacts import SteppedContacts
 from mbody.system.read_only import locked
 from mbody.system.system import System
 
-# -- How a motion began, and how it was followed: what it takes to follow it again -------------
+# -- Initial state and settings, by which a motion can be followed again -----------------------
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +74,7 @@ class Beginning:
     first: float
 
 
-# -- What a motion needs to go on as if it had not been interrupted ----------------------------
+# -- Restart: state from which a motion continues as if not interrupted ------------------------
 
 Array = np.ndarray
 

@@ -90,7 +90,7 @@ class Recording(recorded_numbers.NumberRecording):
         )
 
 
-# -- What drivers drive, by the motion of the bodies, in any kind of numbers: traced, or dual --
+# -- Driven coordinates from the motion of the bodies, in any kind of numbers ------------------
 
 
 def driven_motion(result: Any, driver: Any) -> tuple[Any, Any, Any]:

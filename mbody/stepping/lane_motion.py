@@ -357,7 +357,7 @@ class LaneInputs(MutableMapping[str, Array]):
         return f"Inputs of {self._lanes.count} motions: {', '.join(self.names) or 'none'}"
 
 
-# -- What can be read of many motions at their present instants, by name: arrays (n,) ----------
+# -- Readings of many motions at their present instants, by name: arrays (n,) ------------------
 
 #: What reads one number of every state.
 ReadAll = Callable[[], Array]

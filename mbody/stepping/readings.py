@@ -31,8 +31,7 @@ from mbody.stepping.stepwise import Stepwise, StepwiseContacts
 from mbody.system.rank import jacobian, rank_of, too_large
 from mbody.system.system import System
 
-# -- What a body, a point and a joint do at the present instant: numbers, made when they are
-#    read by name ------------------------------------------------------------------------------
+# -- Present motion of a body, a point and a joint: numbers made when they are read ------------
 
 
 class BodyNow:
@@ -491,9 +490,6 @@ class InstantMechanics:
         G = np.vstack([self.jacobian, own.P])
         c = np.linalg.lstsq(G, np.append(self.gamma, np.zeros(len(own.P))), rcond=1e-9)[0]
         return np.asarray(own.N.T @ (self.mass @ c - self.loads()))
-
-
-# -- The mechanics of a motion at its present instant, as arrays -------------------------------
 
 
 class MechanicsNow(Readings):

@@ -55,8 +55,7 @@ from mbody.stepping.simulator import (
 from mbody.system.formula_rows import followed_inputs
 from mbody.system.system import System
 
-# -- States of many motions by positions and rates by name: on lanes where loops close in
-#    ordinary places, else one by one ----------------------------------------------------------
+# -- States of many motions by positions and rates, on lanes or one by one ---------------------
 
 Array = np.ndarray
 
@@ -464,7 +463,7 @@ class Simulators(SinglyLed):
         """Invalidates readings after a change of state or inputs."""
         self._page_valid = False
 
-    # -- how motions begin --------------------------------------------------------------------
+    # -- starts --------------------------------------------------------------------------------
 
     def _begin_all(self) -> None:
         lanes = self._lanes
@@ -567,7 +566,7 @@ class Simulators(SinglyLed):
                 continue
             self._take_back(k, sim)
 
-    # -- how they are -------------------------------------------------------------------------
+    # -- status --------------------------------------------------------------------------------
 
     @property
     def ok(self) -> Array:

@@ -56,7 +56,7 @@ from mbody.solution.solution import Restart, Solution, Way
 from mbody.solution.traced_instant import Present, Read
 from mbody.system.system import System
 
-# -- What a motion with contacts, ropes and rough joints carries on besides its state ----------
+# -- Contact modes of a checkpoint -------------------------------------------------------------
 
 Array = np.ndarray
 
@@ -350,7 +350,7 @@ class Stepwise(Integration):
         state[JACOBIAN_VALID] = 0.0
         self.steps.jumped(self.motion)
 
-    # -- what is carried on -------------------------------------------------------------------
+    # -- checkpoints ---------------------------------------------------------------------------
 
     def snapshot(self) -> Carried:
         """A copy of all that the next step depends on."""
@@ -409,7 +409,7 @@ class Stepwise(Integration):
         """Work of every cause since the reference, in place."""
         return np.asarray(self.outputs.work[-1])
 
-    # -- what is shown ------------------------------------------------------------------------
+    # -- records -------------------------------------------------------------------------------
 
     def instant(
         self, inputs: Array | None = None, held: Mapping[str, float] | None = None
@@ -464,8 +464,6 @@ class Stepwise(Integration):
     def _between(self) -> dict[str, OneSidedForce]:
         return self.extremes
 
-
-# -- Integration to one time after another with events, which every step looks for -------------
 
 #: What reads one number.
 StepwiseEventsRead = Callable[[], float]
@@ -658,7 +656,7 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
         super().refresh()
         self.ending = self.settle_jump()
 
-    # -- what is carried on -------------------------------------------------------------------
+    # -- checkpoints of contacts ---------------------------------------------------------------
 
     def _rows_of(self, work: Work) -> tuple[Array, ...]:
         return work.on, work.pad, work.regularization_weight, work.anchor, work.sense, work.par
@@ -728,7 +726,7 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
         works[1] = np.concatenate([self.total, self.lost])
         return works
 
-    # -- what is shown ------------------------------------------------------------------------
+    # -- records of contacts -------------------------------------------------------------------
 
     def instant(
         self, inputs: Array | None = None, held: Mapping[str, float] | None = None
@@ -759,8 +757,7 @@ def stepwise(system: System, start: Solution, way: Way, events: tuple[Event, ...
     return Stepwise(system, start, way)
 
 
-# -- What is looked at between the ends of calls: tables that may be left, contacts that may
-#    lift off, and events, whose values short steps ask for ------------------------------------
+# -- Monitors between the ends of calls: tables left, contacts lifted off, events --------------
 
 
 class Watched:

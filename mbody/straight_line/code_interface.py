@@ -82,7 +82,7 @@ STRUCTURAL = (0.0, 1.0, -1.0)
 NONE = 3
 
 
-# -- The instants of all lanes, and what the drivers prescribe at them -------------------------
+# -- Instants and prescribed driver values of all lanes ----------------------------------------
 
 
 @dataclass(frozen=True, eq=False)

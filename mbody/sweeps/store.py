@@ -89,9 +89,6 @@ def remove_abandoned(folder: Path) -> None:
                 part.unlink()
 
 
-# -- The fingerprint of a sweep: digests of model, numbers, designs, instants and measures -----
-
-
 def fingerprint(job: Job, samples: DesignNumbers, size: int) -> dict[str, Any]:
     """Properties that must be equal for results to belong to one sweep."""
     system, machine = job.system, job.system.mechanism

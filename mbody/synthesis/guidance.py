@@ -12,8 +12,7 @@ import numpy as np
 from mbody.synthesis.judging import Positions
 from mbody.synthesis.linkage_kinds import FourBar, Kind, SliderCrank
 
-# -- Rigid-body guidance: circle points and centre points of a plane in three, four or five
-#    poses -------------------------------------------------------------------------------------
+# -- Rigid-body guidance: circle and centre points of three, four or five poses ----------------
 #
 # A circle point is a point of the moving plane whose places in all poses lie on a circle, about its
 # centre point; crank and rocker of a four-bar that guides the plane are two such pairs. With Q the

@@ -28,7 +28,7 @@ from mbody.synthesis.linkage_kinds import Kind
 from mbody.system.assembler import assemble
 from mbody.system.system import System
 
-# -- What a synthesis is to meet, checked: points, pairs, poses, timing, bounds, conditions ----
+# -- Requirements of a synthesis: points, pairs, poses, timing, bounds, conditions -------------
 
 #: Fewest points of a path, pairs of a function and poses; fewer are met by nearly any mechanism.
 LEAST = 3
@@ -276,8 +276,7 @@ def conditions(texts: str | Iterable[str], mechanism: Mechanism) -> list[MotionC
     return found
 
 
-# -- What a synthesis finds: designs, each a mechanism that was followed through what it has to
-#    do ----------------------------------------------------------------------------------------
+# -- Designs found by a synthesis --------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -432,8 +431,7 @@ def _unit(name: str, units: Any) -> str:
     return str(units.of("length")) if name.endswith((".x", ".y", "offset")) else ""
 
 
-# -- Designs are followed: the assembled mechanism goes through all points, and what it does is
-#    told from what it should do: order, branch and circuit defects ----------------------------
+# -- Designs followed through their motion: order, branch and circuit defects ------------------
 #
 # A design has a circuit defect where some of its positions can be reached only by taking a joint
 # apart, a branch defect where the driver meets a dead centre between them, and an order defect

@@ -41,8 +41,7 @@ def carrier(
     return Body(name, points=points, guess=float(direction))
 
 
-# -- Four-bars in closed form: the direction of the coupler with its derivatives, circuits and
-#    cognates ----------------------------------------------------------------------------------
+# -- Four-bars in closed form: coupler direction, derivatives, circuits, cognates --------------
 
 #: Share of drag links among the shapes that are tried; in the others the crank is the shortest.
 DRAG_LINKS = 4

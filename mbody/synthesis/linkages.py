@@ -23,8 +23,7 @@ from mbody.synthesis.guidance import (
 from mbody.synthesis.judging import EXACT, DesignList, Followed, Judge, Positions, bounds, followed
 from mbody.synthesis.linkage_kinds import Kind
 
-# -- Global search for paths: shapes of mechanisms side by side, each with its best place and
-#    timing ------------------------------------------------------------------------------------
+# -- Global search for paths: linkage shapes, each in its best place and timing ----------------
 #
 # A coupler curve is linear in three complex numbers, C = c + α E + β G: E = e^{is} is the direction
 # of the crank, G that of the link that carries the point, both by the shape alone; α holds the size

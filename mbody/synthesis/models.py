@@ -61,8 +61,7 @@ class NumberedModel:
         return from_toml(to_toml(posed))
 
 
-# -- Any mechanism, numbers of which are sought: many designs side by side, each with its best
-#    timing and its best place of the point; the best ones are refined with exact derivatives --
+# -- Search over the numbers of any mechanism, with the best timing of each design -------------
 
 #: Relative changes at which a refinement ends: those of rounding.
 ENDS = 1e-15

@@ -34,7 +34,7 @@ from mbody.synthesis.linkage_kinds import KINDS, Kind
 from mbody.synthesis.linkages import Effort, for_function, for_path, for_poses
 from mbody.synthesis.models import for_model, model_demand, model_subject
 
-# -- Tables of what a synthesis is to meet: paths, poses and functions as files ----------------
+# -- Files of requirements: paths, poses and functions -----------------------------------------
 
 #: Columns of a table, what it is then, and which of them are angles.
 POINT_FILES_KINDS = {

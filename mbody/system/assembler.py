@@ -58,7 +58,7 @@ def stacked(rows: list[Any], designs: int) -> np.ndarray:
     return found
 
 
-# -- Where the rough pairs of a mechanism are among its rows -----------------------------------
+# -- Rows of the friction pairs ----------------------------------------------------------------
 
 
 def friction_table(

@@ -223,7 +223,7 @@ def _minimum_degree(graph: list[set[int]]) -> tuple[list[int], list[set[int]]]:
     return order, columns
 
 
-# -- Where the blocks of Φ_q lie that rows over more bodies than two fill: sums, and formulas --
+# -- Blocks of Φ_q of rows over more than two bodies: sums, and formulas -----------------------
 
 
 def blocks_of(
@@ -269,7 +269,7 @@ def sums_of(
     return {"sum_start": integers(start), "part": parts}
 
 
-# -- The elimination of a system some of whose rows are off: what they would fill is left out --
+# -- Elimination without the fill of inactive rows ---------------------------------------------
 #
 # Rows of contacts that are open are rows of an identity: they have no blocks beside the diagonal,
 # and elimination works on zeros there. Of many spots where bodies may touch few do, and most of the

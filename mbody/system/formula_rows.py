@@ -48,8 +48,7 @@ from mbody.system.formula_steps import (
     step_values,
 )
 
-# -- What drivers follow: formulas of time, inputs, own states and positions, with their
-#    derivatives -------------------------------------------------------------------------------
+# -- Formulas of drivers in time, inputs, auxiliary states and positions -----------------------
 #
 # A driver prescribes Φ = c − f = 0 for its coordinate c. Of time, inputs and own states alone, f
 # has the derivatives ḟ and f̈ by time, and nothing else changes. Where f measures positions, Φ is a
@@ -303,7 +302,7 @@ def recorded_stop(stop: Stop, machine: Mechanism, at: Numbers) -> DriverFormula:
     )
 
 
-# -- What a driver follows of time and inputs, as a law of time: by NumPy ----------------------
+# -- Formula of a driver as a law of time, by NumPy --------------------------------------------
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -329,8 +329,7 @@ def _own_argument(steps: StepList, load: Any, at: Numbers) -> Recorded:
     return found if rate else found - steps.number(at[f"{load.name}.{load.free}"])
 
 
-# -- Derivatives of recorded formulas, as further steps: by time along the motion, by time
-#    alone, and by one coordinate --------------------------------------------------------------
+# -- Derivatives of recorded formulas, as further steps ----------------------------------------
 #
 # Each step is differentiated by the chain rule where it was recorded (automatic differentiation,
 # forward mode); what does not depend on the variable has no derivative, None, and costs no step.
@@ -467,7 +466,7 @@ def _product(a: Derivative, b: Recorded) -> Derivative:
     return None if a is None else a * b
 
 
-# -- what is differentiated by ---------------------------------------------------------------------
+# -- variables of differentiation --------------------------------------------------------------
 
 
 def _of_time(

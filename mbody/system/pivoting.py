@@ -22,8 +22,7 @@ from mbody.kernels.constraints import BY_DIRECTION
 from mbody.kernels.layout import Layout, Work, integers
 from mbody.kernels.square_lu import PivotSearch, Square, SquareWork, divide_blocks, search_pivots
 
-# -- Diagonal blocks of a square pattern (Assur groups of driven mechanisms): its finest order
-#    in which everything is on the diagonal blocks or on one side of them ----------------------
+# -- Diagonal blocks of a square pattern (Assur groups of driven mechanisms) -------------------
 #
 # A transversal of the pattern (rows matched with columns) makes a graph of the columns, whose
 # strongly connected parts are the blocks (Duff, Erisman & Reid, *Direct Methods for Sparse

@@ -209,8 +209,7 @@ def smallest_gap(system: System, work: Work, kept: np.ndarray) -> np.ndarray:
     return dense(system, work)[0]
 
 
-# -- Rank, free motions and redundant rows of large systems: orthogonal elimination, body by
-#    body --------------------------------------------------------------------------------------
+# -- Rank and free motions of large systems by orthogonal elimination, body by body ------------
 #
 # Columns of a sparse matrix are eliminated in groups of few (the coordinates of a body) by
 # Householder's reflections of the rows that touch them (multifrontal, as of Duff & Reid 1983); what

@@ -27,8 +27,7 @@ if TYPE_CHECKING:
     from mbody.solution.solution import Solution
 
 
-# -- Equations as lists of terms, each a product of symbols with values: one source of every
-#    form --------------------------------------------------------------------------------------
+# -- Equations as lists of terms, each a product of symbols with values ------------------------
 
 #: An equation, or a part of it: pieces of text and LaTeX, between which a line may be broken.
 Line = list[tuple[str, str]]

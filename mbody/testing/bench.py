@@ -34,7 +34,7 @@ from mbody.model.mechanism import Mechanism
 from mbody.system.assembler import assemble
 from mbody.system.system import System
 
-# -- What a check found: a report where all is well, a sentence where it is not ----------------
+# -- Reports of checks -------------------------------------------------------------------------
 
 Array = np.ndarray
 
@@ -319,7 +319,7 @@ class Bench:
             words.append(f"mass centre of '{body.name}' at (x, y, θ) = ({here}) moving ({going})")
         return ", ".join(words)
 
-    # -- what the kernels compute
+    # -- results of the kernels ----------------------------------------------------------------
 
     def _set(self, state: BenchState) -> tuple[Any, Any]:
         L, W, size = self.system.runtime(), self.work, len(state.q)

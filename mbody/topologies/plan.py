@@ -30,8 +30,7 @@ from mbody.system.elimination_order import eliminate, split
 from mbody.system.pivoting import LARGEST, PivotChoices, choose_pivots
 from mbody.system.system import System
 
-# -- One topology as a graph of joints and links: its tree of pins, and the pins that close
-#    loops -------------------------------------------------------------------------------------
+# -- Topology as a graph of joints and links: tree of pins, pins that close loops --------------
 #
 # Links hang on a tree of pins that begins at the ground. Every other pin closes a loop.
 

@@ -329,8 +329,7 @@ class FilmSet:
         return length * self.scale, f"{rounded_number(length)} {unit}"
 
 
-# -- Names in the frames of a film: each where it covers least of arrows, pins, links, other
-#    names -------------------------------------------------------------------------------------
+# -- Places of names in the frames of a film ---------------------------------------------------
 
 #: Text beside a picture, in pixels a point of the paper.
 TEXT = 1.35

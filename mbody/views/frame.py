@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from mbody.views.sketch import Sketch
 
 
-# -- Marks of modes: what sticks, slides, rolls or is open, told apart without colours ---------
+# -- Marks of contact modes, told apart without colours ----------------------------------------
 
 Array = np.ndarray
 
@@ -61,7 +61,7 @@ def _sliding(sketch: Sketch, place: Array, normal: Array, sense: float, name: st
     sketch.line([tail, tip, barb], 0.9, INK, Z["pin"] + 0.3, name=name, weight=0.4)
 
 
-# -- Bars of modes below a plot: what is open, sticks, slides or rolls, and when that changes --
+# -- Bars of contact modes below a plot --------------------------------------------------------
 
 #: What has more modes than this shows those that change most often.
 MOST = 16

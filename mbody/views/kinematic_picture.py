@@ -63,7 +63,7 @@ if TYPE_CHECKING:
     from mbody.solution.solution import Solution
 
 
-# -- What a drawing of a mechanism shows, and its sketch from the lowest layer to the labels ---
+# -- Sketch of a mechanism, from the lowest layer to the labels --------------------------------
 
 Array = np.ndarray
 

@@ -81,7 +81,7 @@ class _FreeBodies:
             masses[name] = [float(mass[0]), float(mass[2])]
         return {"masses": masses, "histories": self.histories, "bodies": bodies}
 
-    # -- what acts on a body ----------------------------------------------------------------------
+    # -- wrenches on a body --------------------------------------------------------------------
 
     def _on(self, body: str) -> Iterator[dict[str, Any]]:
         """Everything that acts on a body at some instant."""

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from mbody.solution.solution import Solution
 
 
-# -- What carries a shape: a body, a place that holds a direction, or the way between two places
+# -- Carriers of shapes: a body, a point that keeps a direction, the line of two points --------
 #
 # A shape is kept in the axes of its carrier, so that the motion of the carriers is the motion of
 # the picture.

@@ -28,7 +28,7 @@ from mbody.views.shapes import direction, hull, unique
 from mbody.views.sketch import KeptLabel, KeptShape, SceneSketch
 from mbody.views.style import INK, SIZE
 
-# -- Where names stand in a moving picture: the places that are free in most of the motion -----
+# -- Places of names in a moving picture, free in most of the motion ---------------------------
 
 Array = np.ndarray
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-# -- What shapes are drawn on: the paper of matplotlib, or a record of the shapes themselves ---
+# -- Surfaces: the paper of matplotlib, or a record of the shapes themselves -------------------
 
 Array = np.ndarray
 
@@ -203,7 +203,7 @@ class Sketch:
         """A size of the style, in the units of the mechanism."""
         return SIZE[name] * self.small * self.unit
 
-    # -- what carries the shapes ----------------------------------------------------------------
+    # -- carriers of shapes --------------------------------------------------------------------
 
     @contextmanager
     def carried(self, carrier: Carrier) -> Iterator[None]:
@@ -338,7 +338,7 @@ class Sketch:
         corners = [tip, tip - head * u + 0.38 * head * n, tip - head * u - 0.38 * head * n]
         self.shape(corners, color, color, 0.4, Z["arrow"] + 0.1, name=name)
 
-    # -- what all mechanisms have ---------------------------------------------------------------
+    # -- parts of every mechanism --------------------------------------------------------------
 
     def pin(self, place: Array, label: str) -> None:
         """A pin; several at one place are drawn once, with all their names."""
@@ -468,7 +468,7 @@ class Sketch:
         self.high = np.fmax(self.high, np.nanmax(points, axis=0))
 
 
-# -- A drawing kept as plain shapes in the axes of what carries them, so that it can move ------
+# -- Drawings kept as plain shapes in the axes of their carriers -------------------------------
 
 #: Instants at which the sides of a support are looked at.
 SIDES = 25

@@ -71,7 +71,7 @@ def products(
     return least, greatest
 
 
-# -- How far places can slide while loops close: bounds that hold for all angles ---------------
+# -- Bounds of slider displacements in closed loops, for all angles ----------------------------
 #
 # In a loop Σ P e^{iα} + Σ s Q e^{iα} + B = 0 the other arms are never longer than Σ|P| + |B|. One
 # displacement in a loop is no greater than that; several in known directions follow from linear

@@ -33,8 +33,7 @@ from mbody.solution.doubts import Doubt, Inherited, status_of
 from mbody.system.rank import dense
 from mbody.system.system import System
 
-# -- The curve of positions that the joints leave when one driver is released, walked step by
-#    step --------------------------------------------------------------------------------------
+# -- Curve of positions with one driver released, walked step by step --------------------------
 
 #: First and longest step, in model lengths and radians, and below what a step has failed.
 FIRST, LONGEST, SHORTEST = 0.02, 0.2, 1e-9

@@ -295,7 +295,7 @@ class _CoincidentPlaces:
         return None
 
 
-# -- Assur groups: what must be solved at one time, in the order in which it can be solved -----
+# -- Assur groups, in an order in which they can be solved -------------------------------------
 #
 # A perfect matching of rows and unknowns directs the graph of both, and the groups are its strong
 # components: they do not depend on the matching (Sljoka, Shai and Whiteley 2011). Where there are

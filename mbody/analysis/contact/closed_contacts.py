@@ -34,7 +34,7 @@ from mbody.system.assembler import assemble
 from mbody.system.rank import dense, rank_of, too_large
 from mbody.system.system import System, with_numbers_of
 
-# -- What bodies touch at a position, and which of it determines where they are ----------------
+# -- Contacts closed at a position, and those that determine it --------------------------------
 
 Array = np.ndarray
 

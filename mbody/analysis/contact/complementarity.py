@@ -113,8 +113,7 @@ def _leaving(table: Array, basis: list[int], column: Array, able: Array, equal: 
     return int(best[0])
 
 
-# -- The size of friction of a rough pair, for the multipliers of what presses it, with its
-#    slopes ------------------------------------------------------------------------------------
+# -- Friction of a pair for the multipliers that press it, with its derivatives ----------------
 #
 # The same laws as of `mbody.kernels.friction_laws`, of one pair at one instant, for the static and
 # for the kinetic coefficient: decisions of modes need both.
@@ -177,7 +176,7 @@ class JointFriction:
         return size, by_x, by_y
 
 
-# -- Which contacts open, stick or slide, and what an impact gives: complementarity problems ---
+# -- Contact modes and impacts as complementarity problems -------------------------------------
 #
 # Closed contacts have relative velocities γ = (γ_N, γ_T) and Delassus's matrix D = W M⁻¹ Wᵀ of what
 # the joints leave free, rows of all normals before those of all tangents, so that contact forces λ

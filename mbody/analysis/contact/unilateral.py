@@ -336,7 +336,7 @@ class Unilateral:
         """By what the gap of touch n is multiplied."""
         return float(self.units[self.touches[n].normal])
 
-    # -- what is on ---------------------------------------------------------------------------
+    # -- active set ----------------------------------------------------------------------------
 
     def set_rows(self, work: Work, on: Array, senses: Array) -> None:
         """Switch rows (switched,) of a workspace on or off, and set the senses of sliding
@@ -592,7 +592,7 @@ class Unilateral:
         return FRICTION_KINDS[int(self.layout.friction_kind[f])] == "apart"
 
 
-# -- Which shapes overlap at a position, and by how much ---------------------------------------
+# -- Overlapping shapes ------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)

@@ -33,8 +33,7 @@ from mbody.system.pivoting import PivotChoices, diagonal_blocks, lane_workspace
 from mbody.system.rank import dense, too_large
 from mbody.system.system import System
 
-# -- Many designs of one topology over the same instants: what all share, and the lanes that
-#    follow them -------------------------------------------------------------------------------
+# -- Designs of one topology over equal instants, on lanes -------------------------------------
 #
 # Designs go side by side, one a lane. What is shared (the pivots, the pose that all begin from, the
 # size by which corrections are judged) comes from the description alone, and a group of lanes holds

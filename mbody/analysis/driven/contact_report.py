@@ -221,8 +221,7 @@ def _sentence(
     )
 
 
-# -- What is to be said of the contacts of a driven motion: those that it keeps closed, whether
-#    they stay on their edges and within their friction, and whether others overlap ------------
+# -- Contacts of a driven motion: modes, doubts and notes --------------------------------------
 
 #: A way past the end of an edge, or an overlap, that is none, in model lengths.
 NONE = 1e-6
@@ -401,8 +400,7 @@ def _first(found: Solution, wrong: Array) -> tuple[float, str]:
     return t, f"at {int(every.sum())} of {every.size} instants, first at t = {t:.6g} {unit}"
 
 
-# -- What friction makes certain, leaves open or forbids in a result of a driven motion: jams
-#    are doubts, all else notes ----------------------------------------------------------------
+# -- Friction of a driven motion: jams are doubts, all else notes ------------------------------
 
 #: Part of its band, and of the greatest, below which an effort is none.
 NOTHING = 1e-9

@@ -291,7 +291,7 @@ class _Curve:
         return self.requested + float(fit(near.min())) * self.unit
 
 
-# -- The reach of a driver: how far it can go before a dead centre stops it --------------------
+# -- Range of a driver up to its dead centres --------------------------------------------------
 
 
 @dataclass(frozen=True)

@@ -253,7 +253,7 @@ def load_forces(
     return np.asarray(found[0])
 
 
-# -- Which reactions redundant constraints leave open (Wojtyra 2005; Wojtyra and Frączek 2013) -
+# -- Undetermined reactions of redundant constraints (Wojtyra 2005; Wojtyra and Frączek 2013) --
 
 #: A part of a dependency below this is rounding.
 SMALL = 1e-7

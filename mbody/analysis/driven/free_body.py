@@ -30,8 +30,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-# -- Forces of rows that have no place of their own: of couplings, of drivers that follow
-#    positions, of stops, and of contacts that joints bring ------------------------------------
+# -- Forces of constraints without a point: couplings, some drivers, stops, contacts of joints --
 
 Array = np.ndarray
 

@@ -123,7 +123,7 @@ def own_motion_call(
     return MotionCall(code, work, instants, system.page_rows, initial, joined=joined)
 
 
-# -- What following a motion shows of its branch: how near others came, and change points passed
+# -- Record of a branch: distance to other branches, change points passed ----------------------
 
 #: Change points that a note names, and elements of each.
 NAMED, ELEMENTS = 4, 8
@@ -245,8 +245,7 @@ def meeting(system: System, work: Work) -> list[str]:
     return [name for name, part in shares.items() if part >= SHARE * top][:ELEMENTS]
 
 
-# -- A single motion cut into pieces of equal length, one a lane, with the memory that a call
-#    needs -------------------------------------------------------------------------------------
+# -- A single motion in pieces of equal length, one a lane -------------------------------------
 #
 # Pieces begin at positions of the same motion that are found by large steps on the scalar path; the
 # last instant of a piece is the first of the next one, where they must meet. Of some thousand

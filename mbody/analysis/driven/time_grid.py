@@ -25,7 +25,7 @@ from mbody.quantities.types import PlainNumbers
 from mbody.system.formula_rows import followed_states, recorded_driver
 from mbody.system.system import System
 
-# -- Whether there is memory for a request: refused with its size before anything is begun -----
+# -- Requests larger than the memory are refused before anything is begun ----------------------
 
 #: Where Linux says how much memory a container may have.
 LIMITS = (

@@ -219,8 +219,7 @@ def _without_mass(system: System, v: Array) -> tuple[str, ...]:
     )
 
 
-# -- Which of the branches that meet in a singular position a motion takes, and how it begins
-#    there -------------------------------------------------------------------------------------
+# -- Choice of a branch at a singular position, and its start ----------------------------------
 #
 # Velocities choose: a motion that moves goes on along the branch that its velocities belong to. One
 # that rests there, or moves along what several branches share, takes the branch on which the least
@@ -443,8 +442,7 @@ class _Choice:
         )
 
 
-# -- How a motion goes out of a singular position: its first part, along the branch that it
-#    takes -------------------------------------------------------------------------------------
+# -- First span of a motion out of a singular position, along its branch -----------------------
 #
 # At the position itself the equations of motion have no one solution, and steps that begin there
 # begin with wrong derivatives. So the first part is a polynomial (collocation): the accelerations
@@ -720,7 +718,7 @@ class _SingularStart:
             raise valueless(self.system, self.system.work(), t, self.y[:n], self.y[n : 2 * n])
         return bool(good)
 
-    # -- what is kept -------------------------------------------------------------------------
+    # -- kept instants -------------------------------------------------------------------------
 
     def _kept(self, part: Collocation, after: Array) -> Solution:
         """The motion at times after the start."""

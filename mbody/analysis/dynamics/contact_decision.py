@@ -35,8 +35,7 @@ from mbody.kernels.layout import PER_PRIMITIVE, Layout, Work
 from mbody.system.rank import dense, dense_rates, rank_of
 from mbody.system.system import System
 
-# -- What the decision of modes and their guards need of a motion: a protocol, and what events
-#    say ---------------------------------------------------------------------------------------
+# -- Interface of a motion to the decision of modes and its guards -----------------------------
 
 Array = np.ndarray
 
@@ -173,7 +172,7 @@ class ModalMotion(Protocol):
         """Set the modes, and which rows of touches and rough joints are on."""
 
 
-# -- Impacts of closed contacts, and what overlaps at the beginning ----------------------------
+# -- Impacts of closed contacts, and overlaps at the beginning ---------------------------------
 
 #: The least inertia along a direction, as a part of the greatest, that is not for want of masses.
 MASSLESS = 1e-14
@@ -476,7 +475,7 @@ def model_of(
     return FrictionModel(problem, list(closed), owners)
 
 
-# -- What sticks where more rows hold than the motion needs: forces that no equation decides ---
+# -- Sticking with redundant constraints: undetermined friction forces -------------------------
 #
 # A wheel with its brake on that stands on the road, a linkage at rest with several rough pins: the
 # accelerations follow, the forces do not. It goes on to stick as long as there are forces that keep

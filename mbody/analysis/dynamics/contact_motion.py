@@ -62,7 +62,7 @@ from mbody.solution.solution import ModalState, Restart, Solution, Way
 from mbody.system.elimination_order import without_nodes
 from mbody.system.system import System
 
-# -- What is positive as long as the modes of contacts and rough joints hold, and its values ---
+# -- Guards of the modes of contacts and frictional joints, and their values -------------------
 
 Array = np.ndarray
 
@@ -222,8 +222,7 @@ def guard_sizes(motion: ModalMotion) -> list[float]:
     return [kinds.get(guard.kind, force) for guard in motion.guards]
 
 
-# -- What a motion with contacts and rough joints is between two changes of modes: rows that are
-#    on, guards that are watched, and what it goes on with where it was interrupted ------------
+# -- Integration between two changes of modes: active constraints, guards, restarts ------------
 
 #: Nearer than this, in model lengths, is closed.
 NEAR = 1e-10
@@ -870,7 +869,7 @@ class ContactIntegration(ModalIntegration):
         self.on = np.zeros(len(self.on))
         self.uni.set_rows(self.work, self.on, senses)
 
-    # -- what is recorded ---------------------------------------------------------------------
+    # -- records -------------------------------------------------------------------------------
 
     def _record_contact(self, kind: str, t: float, name: str, page: Array, after: Array) -> None:
         now = float(self.state[TIME])

@@ -29,8 +29,7 @@ from mbody.solution.measures import measured
 from mbody.solution.solution import Solution, Way
 from mbody.system.system import System
 
-# -- Zero crossings between samples, by values and rates: no two pass unseen where a cubic shows
-#    them --------------------------------------------------------------------------------------
+# -- Zero crossings between samples, by values and rates ---------------------------------------
 #
 # Two crossings between two samples leave no change of sign, but an extremum, and its place is where
 # the rate changes its sign: a cubic through values and rates of both ends (Hermite's) tells it.
@@ -218,7 +217,7 @@ def rates(system: System, measures: list[Measure], t: Array, pages: Array, step:
     return np.asarray((found[:, 0] - found[:, 1]) / (2.0 * moment))
 
 
-# -- What is located along a motion, and all that a step begins with ---------------------------
+# -- Location of events along a motion, and checkpoints of steps -------------------------------
 
 
 @dataclass(frozen=True, eq=False)

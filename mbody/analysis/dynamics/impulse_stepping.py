@@ -75,7 +75,7 @@ from mbody.solution.stepped_contacts import SteppedContacts
 from mbody.system.assembler import assemble
 from mbody.system.system import System, with_numbers_of
 
-# -- What steps with impulses do not do --------------------------------------------------------
+# -- Requests that steps with impulses refuse --------------------------------------------------
 
 
 def refuse_what_does_not_fit(system: System, request: MotionRequest) -> None:
@@ -109,7 +109,7 @@ def refuse_what_does_not_fit(system: System, request: MotionRequest) -> None:
         )
 
 
-# -- Memory of steps with impulses: contacts, matrices of bodies, what one step leaves the next
+# -- Memory of steps with impulses: contacts, matrices of bodies, warm starts ------------------
 
 Array = np.ndarray
 
@@ -281,7 +281,7 @@ class ImpulseMemory:
             B.old_slot[k] = n
 
 
-# -- What is to be known of a motion by steps with impulses: notes and doubts ------------------
+# -- Notes and doubts of a motion by steps with impulses ---------------------------------------
 
 #: Sweeps of one step of few contacts, at most.
 SWEEPS = 800

@@ -80,7 +80,7 @@ from mbody.solution.solution import Restart, Solution, Way
 from mbody.solution.traced_instant import Present, Read
 from mbody.system.system import System
 
-# -- What controllers read of a motion: measures that are compiled when they are first read ----
+# -- Readings of controllers: measures compiled when they are first read -----------------------
 
 Array = np.ndarray
 

@@ -38,7 +38,7 @@ from mbody.model.states import STEADY
 from mbody.solution.solution import Solution, Way
 from mbody.system.system import System
 
-# -- What the steps of a free motion begin with: sizes of the coordinates, the first length ----
+# -- Scales of the coordinates, and the length of the first step -------------------------------
 #
 # Of one motion, or of many along a first axis.
 
@@ -69,8 +69,7 @@ def first_step(
     return np.minimum(step, 0.1 * whole)
 
 
-# -- States of a user's own in a motion: how they begin, their sizes, methods that integrate
-#    them --------------------------------------------------------------------------------------
+# -- Auxiliary states in a motion: start, scales, methods that integrate them ------------------
 
 Array = np.ndarray
 

@@ -31,7 +31,7 @@ from mbody.solution.energy import causes
 from mbody.system.rank import dense, dense_rates
 from mbody.system.system import System
 
-# -- How far a long motion is, as a line on standard error that is written over ----------------
+# -- Progress of a long motion, on one line of standard error ----------------------------------
 
 #: Seconds after which a long run shows how far it is, and between two such lines.
 PATIENCE, BETWEEN = 1.0, 0.2
@@ -94,7 +94,7 @@ def bar(done: float) -> str:
     return f"{'█' * full}{'·' * (WIDTH - full)} {100.0 * done:3.0f} %"
 
 
-# -- Where the rates that drivers prescribe jump, as at the points of a table in straight lines
+# -- Times at which driver rates jump, as at the points of a table in straight lines -----------
 #
 # There the driver gives an impulse μ, and velocities jump with it: M (v⁺ − v⁻) = Gᵀ μ, G v⁺ = ν⁺.
 # Its work is μ (ν⁻ + ν⁺)/2. Steps end just before such a time, so that no step sees two rates.

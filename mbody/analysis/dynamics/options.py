@@ -181,8 +181,7 @@ def _times(
     return np.linspace(first, last, count)
 
 
-# -- Inputs of one motion: histories that `simulate` is given in the place of the described
-#    values ------------------------------------------------------------------------------------
+# -- Input histories given to `simulate` -------------------------------------------------------
 
 
 def with_inputs(system: System, inputs: Any, first: float, until: float) -> System:

@@ -53,7 +53,7 @@ from mbody.solution.solution import Beginning, Restart, Solution, Way
 from mbody.system.assembler import assemble
 from mbody.system.system import System
 
-# -- What reads drivers that are to be released: refused before the motion begins --------------
+# -- Readers of released drivers are refused before the motion begins --------------------------
 
 
 def refuse_readings_of_released(
@@ -371,8 +371,7 @@ def _restart(system: System, start: Solution, way: Way, gone: tuple[str, ...]) -
     return found if same else None
 
 
-# -- A motion at other instants than those that were kept: it is followed again from its
-#    beginning ---------------------------------------------------------------------------------
+# -- A motion at other instants, followed again from its beginning -----------------------------
 
 #: Part of a position's and a rate's size by which a motion that is repeated may differ from what
 #: was kept: impacts are located to 1e-12 of a step, and differ by what follows from that.
@@ -513,7 +512,7 @@ def _check_same(run: Solution, k: int, found: Solution, n: int) -> None:
         )
 
 
-# -- Whether the balance of energy of a motion supports it: the one place that judges it -------
+# -- Doubts by the balance of energy: the one place that decides them --------------------------
 #
 # The balance is what a motion's energy changed beside what loads and drivers gave, by a route that
 # its steps did not take. A step may err by `rtol` of each coordinate, and so by that part of the

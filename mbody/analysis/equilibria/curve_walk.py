@@ -335,8 +335,7 @@ def between(curve: MotionCurve, one: Node, other: Node, part: float) -> Node | N
     return curve.node(place, along / np.linalg.norm(along))
 
 
-# -- Zeros of the drive between neighbouring places of a walk, each of them, by its value and
-#    slope -------------------------------------------------------------------------------------
+# -- Zeros of the residual force between neighbours of a walk, by value and derivative ---------
 #
 # Between two nodes the drive is the cubic through both values and slopes, within an error that the
 # fourth derivative bounds: |g⁗| D⁴/384, and x²(1−x)² of it beside the ends. The derivative is taken

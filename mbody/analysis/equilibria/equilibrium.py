@@ -49,7 +49,7 @@ from mbody.system.rank import DENSE, too_large
 from mbody.system.read_only import lock
 from mbody.system.system import System
 
-# -- Base of results at several rest positions: a sequence with its time and its doubts --------
+# -- Base of results at several equilibria -----------------------------------------------------
 
 T = TypeVar("T")
 
@@ -255,8 +255,7 @@ class Words:
         )
 
 
-# -- From which speed on a rotating field moves a mechanism out of a position that it leaves
-#    alone -------------------------------------------------------------------------------------
+# -- Speed from which a rotating field moves a mechanism out of a stable position --------------
 
 
 def lifting(manifold: Manifold, rest: Rest) -> list[str]:

@@ -251,7 +251,7 @@ class Follower:
         return None
 
 
-# -- Where branches of rest positions cross, by a system of equations that is regular there ----
+# -- Branch points of equilibria, by a system of equations that is regular there ---------------
 #
 # At a simple crossing the Jacobian J = [−K, g] of the drive by position and number loses one rank:
 # wᵀJ = 0. With w and the null space V of J (two columns) the equations Uᵀr = 0 for the other left

@@ -31,7 +31,7 @@ from mbody.model.remarks import rubbing
 from mbody.solution.contact_forces import may_hold, rough_pairs
 from mbody.solution.friction_results import ContactLimits, RestingContacts, senses_with_still
 
-# -- How much more friction of closed contacts could take at rest positions, by a linear program
+# -- Friction reserves of closed contacts at rest, by linear programs --------------------------
 
 
 class ContactReserve:

@@ -428,8 +428,7 @@ def _least(r: Array, K: Array, reach: Array) -> Array:
     return np.asarray(np.linalg.norm(part - s * y, axis=1))
 
 
-# -- Points of a surface of positions where the ends of a load meet: there its force has no
-#    direction ---------------------------------------------------------------------------------
+# -- Points of a surface where the ends of a load coincide and its force has no direction ------
 #
 # A spring that keeps a force at zero length pulls one way on one side of such a point and the other
 # way beyond it. The potential energy has a cone there, and rest positions may lie close beside it.
@@ -616,8 +615,7 @@ def _jumps(cover: Cover, node: CoverNode, q: Array) -> bool:
     return False
 
 
-# -- Charts of a surface of closed positions: coordinates of a tangent plane, and where they
-#    lead --------------------------------------------------------------------------------------
+# -- Charts of a surface of closed positions, by coordinates of tangent planes -----------------
 
 #: Cells of a chart along each axis at its finest, a power of two.
 FINEST = 2**12

@@ -39,7 +39,7 @@ from mbody.system.assembler import assemble
 from mbody.system.rank import LargeRank, Rank, dense, large_rank, rank_of, row_elements, sparse_rows
 from mbody.system.system import System, with_numbers_of
 
-# -- What analyses of free motions begin with: one design, some drivers released, one time -----
+# -- Preparation of analyses of free motions: one design, released drivers, one time -----------
 
 
 def single_design(
@@ -68,7 +68,7 @@ def single_time(analysis: str, system: System, t: PlainNumbers) -> float:
     return float(times[0])
 
 
-# -- What holds in one sense only: contacts, ropes, stops, limits, and joints that separate ----
+# -- One-sided constraints: contacts, ropes, stops, limits, joints that separate ---------------
 
 #: The kinds that have classes, by the word that heads their names.
 KINDS = {"contacts": Contact, "ropes": Rope, "stops": Stop, "freewheels": Freewheel}

@@ -86,8 +86,7 @@ def unsaid_rates(
     )
 
 
-# -- First velocities by rates that are prescribed: rates that fit joints and drivers, and
-#    belong to a branch of the motion where the position is singular ---------------------------
+# -- First velocities by prescribed rates, on a branch of the motion ---------------------------
 
 #: A singular value below this part of the greatest is zero.
 ZERO = 1e-9

@@ -36,8 +36,7 @@ from mbody.system.assembler import assemble
 from mbody.system.rank import dense, shortest, too_large
 from mbody.system.system import System, polar_points, with_numbers_of
 
-# -- First positions by coordinates that are prescribed, where more are than are free: the
-#    nearest position that joints and drivers allow --------------------------------------------
+# -- First positions nearest to prescribed coordinates -----------------------------------------
 
 Array = np.ndarray
 
@@ -445,8 +444,7 @@ def state_of(system: System, start: Any) -> tuple[float, np.ndarray, np.ndarray]
     return float(start.t[-1]), q, v
 
 
-# -- How the free motions of many designs begin: positions and velocities as `simulate` of each
-#    has them, closed in one call of the kernels -----------------------------------------------
+# -- First positions and velocities of many designs, closed in one call ------------------------
 #
 # Driven designs close from the one position of the description, so that all are on its branch; here
 # each closes from its own guess, as it would alone, which may be on another branch.

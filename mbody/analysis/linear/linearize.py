@@ -38,8 +38,7 @@ from mbody.system.rank import dense, dense_rates, rank_of, too_large
 from mbody.system.read_only import lock
 from mbody.system.system import System
 
-# -- Contacts and rough joints of an instant: rows of what is closed and sticks, senses of
-#    sliding -----------------------------------------------------------------------------------
+# -- Contact modes of an instant as constraints ------------------------------------------------
 
 #: What is said of each mode.
 WORDS = {

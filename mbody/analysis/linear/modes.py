@@ -111,7 +111,7 @@ def _finite(E: Array, A: Array) -> tuple[Array, Array] | None:
     return np.zeros(0), Z
 
 
-# -- Where a mode shape has amplitudes: the angles of bodies, and x and y of any of their points
+# -- Coordinates of a mode shape: angles of bodies, x and y of their points --------------------
 #
 # For unit rates of the leaders a body goes with (vx, vy, ω) at its mass centre, and a point at
 # (rx, ry) from there with (vx − ω ry, vy + ω rx): the velocities of a small motion are those of a

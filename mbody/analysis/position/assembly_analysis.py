@@ -257,8 +257,7 @@ def _off(given: Array, slopes: list[Array], size: Any) -> tuple[int, float] | No
     return row, float(slopes[2][row])
 
 
-# -- Points that a description gives and nothing uses: often the trace of a joint that is
-#    missing -----------------------------------------------------------------------------------
+# -- Unused points of a description: often the trace of a missing joint ------------------------
 
 
 def unused_points(mechanism: Mechanism) -> list[str]:
@@ -282,8 +281,7 @@ def unused_points(mechanism: Mechanism) -> list[str]:
     return [name for name in names if name not in used]
 
 
-# -- Loops that cannot close: the smallest gap and where it is, or the driver that is one too
-#    many --------------------------------------------------------------------------------------
+# -- Loops that cannot close: the smallest gap and its place, or a driver too many -------------
 
 #: Rows up to which the smallest gap is looked for, and joints at which: a second or two in all.
 SEARCHED, CANDIDATES = 60, 8

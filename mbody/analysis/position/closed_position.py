@@ -47,8 +47,7 @@ class ClosedPosition:
     notes: list[str] = field(default_factory=list)
 
 
-# -- First positions that a system was closed in before: the same numbers, guesses and driver
-#    values lead to the same one, and closing loops takes as long as hundreds of instants of a
+# -- Kept first positions: equal numbers, guesses and driver values close alike ----------------
 #    motion ------------------------------------------------------------------------------------
 
 #: Positions that a system keeps, the last ones.
@@ -228,7 +227,7 @@ class _Stages:
         return found, (closes > 0.0) & (pivot >= self.least) & np.isfinite(moved)
 
 
-# -- Where the places of joints are in the world, and where their axes point, at one position --
+# -- Positions of the points of joints, and directions of their axes ---------------------------
 
 
 def place(system: System, q: np.ndarray, element: Element, side: str) -> np.ndarray:

@@ -201,7 +201,7 @@ class OracleTouching:
         return max([*arms, *(s.reach for s in self.spots)]) or 1.0
 
 
-# -- What ends the modes of contacts, as SciPy's integrators take it ---------------------------
+# -- Guards of contact modes for SciPy's integrators -------------------------------------------
 
 #: What begins within this part of the size of its terms begins at zero; it is this part above it.
 ROUNDED, HARDLY = 1e-10, 1e-13

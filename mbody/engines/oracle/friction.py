@@ -156,7 +156,7 @@ class DenseFriction:
         self.senses |= {name: float(one) for name, one in (senses or {}).items()}
         self.count = {joint.name: self._unknowns(joint) for joint in self.joints}
 
-    # -- what a joint is -------------------------------------------------------------------------
+    # -- kinds of joints -----------------------------------------------------------------------
 
     def _unknowns(self, joint: Any) -> int:
         if isinstance(joint, Revolute):

@@ -115,7 +115,7 @@ class _PinocchioCheck:
         engine = f"pinocchio {version('pin')}"
         return Opinion(engine, tuple(rows), tuple(self.missing), tuple(self.notes))
 
-    # -- what is compared ------------------------------------------------------------------
+    # -- compared quantities -------------------------------------------------------------------
 
     def _motion(self, found: list[tuple[Instant, Forces]], good: list[int]) -> None:
         """Compare poses, rates and accelerations of bodies and drivers, and the gaps of loops."""

@@ -31,8 +31,6 @@ from mbody.model.element import listed
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
-# -- A motion with contacts by pymunk, compared with ours --------------------------------------
-
 # -- Contacts in pymunk: the same shapes, and for each pair its own friction and restitution ---
 
 #: Half the length of a line and its thickness, thickness of a segment, in model lengths.

@@ -21,7 +21,7 @@ from mbody.model import stop as freewheel
 from mbody.model.contact import OneSided
 from mbody.model.element import Element
 
-# -- Which elements a model file knows, and the words that it has for them ---------------------
+# -- Elements of a model file, and the words for them ------------------------------------------
 #
 # Taken from the classes themselves, so that a new joint, load or law appears in files, in the
 # schema and in the messages as soon as it is written.
@@ -200,7 +200,7 @@ def _key(written: str) -> str:
         return written
 
 
-# -- How large a model file may be: hostile ones are refused in bounded time, own ones are not -
+# -- Limits of model files: hostile ones are refused in bounded time ---------------------------
 
 #: Raises the limits of all model files that a process reads, so many times.
 VARIABLE = "MBODY_LIMITS"

@@ -56,7 +56,7 @@ from mbody.quantities.types import Number
 from mbody.quantities.units import DIMENSIONS, Dimension, UnitSystem, unit_system
 from mbody.solution.measures import check_measure
 
-# -- What may be meant otherwise in a model file: plain numbers, and omitted entries -----------
+# -- Ambiguities of a model file: plain numbers, and omitted entries ---------------------------
 
 
 def meant_otherwise(data: Mapping[str, Any], mechanism: Mechanism) -> tuple[str, ...]:
@@ -133,8 +133,7 @@ def _without_inertia(data: Mapping[str, Any], mechanism: Mechanism) -> list[str]
     )
 
 
-# -- A checked model becomes a mechanism, element by element; every refusal is kept with its
-#    place -------------------------------------------------------------------------------------
+# -- Mechanism of a checked model; every refusal is kept with its place ------------------------
 
 
 def build(given: Any) -> tuple[Mechanism | None, list[Problem]]:

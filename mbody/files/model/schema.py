@@ -29,7 +29,7 @@ from mbody.model.simulation import METHODS
 from mbody.model.states import STEADY
 from mbody.quantities.units import DIMENSIONS, UNIT_SYSTEMS, dimension_of
 
-# -- What the docstrings of element classes say of their fields --------------------------------
+# -- Descriptions of fields, from the docstrings of element classes ----------------------------
 
 
 def described(cls: type) -> dict[str, str]:

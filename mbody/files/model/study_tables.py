@@ -153,8 +153,7 @@ def _unknown(writer: StudyWriter, unknown: Unknown) -> dict[str, Any]:
     return {**table, "unit": unknown.unit} if unknown.unit else table
 
 
-# -- The tables [optimize.NAME] of a model file: what `mbody optimize` is to make least or
-#    greatest ----------------------------------------------------------------------------------
+# -- Tables [optimize.NAME] of a model file: aims and limits of `mbody optimize` ---------------
 #
 # They are no part of the description, which is the same with other tasks: they are kept beside it.
 

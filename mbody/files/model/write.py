@@ -53,8 +53,7 @@ from mbody.model.touching_shapes import Disc, Line, Ring, Segment
 from mbody.quantities import Formula, FormulaError, evaluate, parse
 from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension, dimension_of
 
-# -- Numbers and words as a model file has them: as people write them, and back to the last
-#    digit -------------------------------------------------------------------------------------
+# -- Numbers and words, as people write them and exact to the last digit -----------------------
 
 
 def alike(value: Any, default: Any) -> bool:
