@@ -1,4 +1,4 @@
-"""Pages on the mathematics, the decisions and their measurements: paths and numbers are right."""
+"""Pages on the mathematics and the design: what they name is there, and they stay short."""
 
 import re
 from pathlib import Path
@@ -6,29 +6,32 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-PAGES = ("docs/theory.md", "docs/measurements.md", "DECISIONS.md")
+DESIGN = sorted((ROOT / "docs" / "design").glob("*.md"))
+PAGES = [ROOT / "docs" / "theory.md", *DESIGN]
 
 #: A file or a folder of the repository between backticks; with a star, any of them.
 NAMED = re.compile(r"`((?:mbody|tests|validation|benchmarks|docs)/[\w./*-]*)`")
+#: Lines and columns of a page of the design, at most.
+LINES, COLUMNS = 80, 100
 
 
-@pytest.mark.parametrize("page", PAGES)
-def test_every_path_that_is_named_exists(page):
-    named = set(NAMED.findall((ROOT / page).read_text(encoding="utf-8")))
-    assert named
-    assert not sorted(path for path in named if not any(ROOT.glob(path)))
+def test_every_path_that_is_named_exists():
+    named = {
+        (page.name, path)
+        for page in PAGES
+        for path in NAMED.findall(page.read_text(encoding="utf-8"))
+    }
+    assert len(named) > 100
+    assert not sorted((page, path) for page, path in named if not any(ROOT.glob(path)))
 
 
-def test_the_index_of_decisions_is_that_of_their_paragraphs():
-    text = (ROOT / "DECISIONS.md").read_text(encoding="utf-8")
-    index = re.findall(r"^\| (\d+) \| (\d{4}-\d\d-\d\d) \| (.*) \|$", text, re.MULTILINE)
-    heads = re.findall(r"^### (\d+)\. (.*) \((\d{4}-\d\d-\d\d)\)$", text, re.MULTILINE)
-    assert index == [(number, date, title) for number, title, date in heads]
-    assert [int(number) for number, _, _ in index] == list(range(1, len(index) + 1))
+@pytest.mark.parametrize("page", DESIGN, ids=lambda page: page.stem)
+def test_a_page_of_the_design_is_short(page):
+    lines = page.read_text(encoding="utf-8").splitlines()
+    assert len(lines) <= LINES and max(map(len, lines)) <= COLUMNS
 
 
-def test_measurements_are_those_of_decisions():
-    decisions = (ROOT / "DECISIONS.md").read_text(encoding="utf-8")
-    heads = re.findall(r"^### (\d+\. .*) \(\d{4}-\d\d-\d\d\)$", decisions, re.MULTILINE)
-    text = (ROOT / "docs" / "measurements.md").read_text(encoding="utf-8")
-    assert set(re.findall(r"^## (.*)$", text, re.MULTILINE)) <= set(heads)
+def test_the_index_names_every_page_of_the_design():
+    index = (ROOT / "docs" / "design" / "index.md").read_text(encoding="utf-8")
+    linked = set(re.findall(r"\]\(([\w-]+)\.md\)", index))
+    assert linked == {page.stem for page in DESIGN} - {"index"}

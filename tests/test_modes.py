@@ -37,7 +37,7 @@ from mbody.laws import ConstantSpeed
 pytestmark = pytest.mark.processor
 
 g = 9.81
-#: Stiffness is good to 1e-12 of the forces (see DECISIONS); roots take it times a few.
+#: Stiffness is good to 1e-12 of the forces; roots take it times a few.
 CLOSE = 1e-11
 #: Accelerations are good to 1e-13, their differences with a step of 1e-3 to 1e-10, times a few.
 DIFFERENCES = 2e-9

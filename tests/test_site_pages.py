@@ -10,7 +10,7 @@ PAGES = sorted(
     path.relative_to(DOCS).as_posix()
     for folder in ("tutorial", "howto", "explanation", "project")
     for path in (DOCS / folder).rglob("*.md")
-    if path.stem not in ("index", "changelog", "contributing", "decisions", "benchmarks")
+    if path.stem not in ("index", "changelog", "contributing", "benchmarks")
 )
 PAGES += [f"{name}.md" for name in ("index", "derivatives", "motion", "optimization", "results")]
 PAGES.append("sweeps.md")

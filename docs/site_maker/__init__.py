@@ -21,7 +21,6 @@ _PLACE = re.compile(r"^<!-- made: (\w+) ?(.*?) -->$", re.MULTILINE)
 
 #: Pages outside of this folder that have a place in the site, and where.
 OUTSIDE = {
-    "../DECISIONS.md": "project/decisions.md",
     "../CHANGELOG.md": "project/changelog.md",
     "../CONTRIBUTING.md": "project/contributing.md",
     "../benchmarks/README.md": "project/benchmarks.md",
