@@ -57,7 +57,9 @@ def misfitting(solution: DualSolution, names: Sequence[str]) -> set[str]:
 
 
 class DrivenInstants:
-    """Derivatives of the instants of one result by some numbers."""
+    """Derivatives of the instants of one result by some numbers. `tangents` (parameters, names),
+    (masses, names).
+    """
 
     def __init__(
         self,

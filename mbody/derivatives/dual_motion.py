@@ -120,7 +120,7 @@ class DualInstant:
 
 
 class DualMotion:
-    """Motions of one system in dual numbers."""
+    """Motions of one system in dual numbers. `rates`, `accelerations` (coordinates,)."""
 
     def __init__(
         self, run: Solution, way: Way, rates: Array, accelerations: Array, with_loads: bool

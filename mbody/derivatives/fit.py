@@ -104,7 +104,9 @@ class Identified:
 def identified(
     jacobian: Array, names: Sequence[str], units: Mapping[str, str], sizes: Array, tolerance: float
 ) -> Identified:
-    """The null space of J in words (base parameters of identification)."""
+    """The null space of J in words (base parameters of identification). `jacobian` (data,
+    unknowns), `sizes` (unknowns,).
+    """
     effect = np.linalg.norm(jacobian, axis=0) * sizes
     none = effect <= tolerance * effect.max(initial=0.0)
     lengths = np.where(none, 1.0, np.linalg.norm(jacobian, axis=0))

@@ -44,7 +44,7 @@ PART = 1e-5
 
 
 class ControllerDuals:
-    """One controller along a motion."""
+    """One controller along a motion. `sizes` (numbers,)."""
 
     def __init__(self, controller: Controller, function: Callable[..., Any], sizes: Array) -> None:
         self.controller, self.function = controller, function
@@ -160,7 +160,7 @@ class _Sampled:
 
 
 class SampledInputs:
-    """The held inputs of one motion."""
+    """The held inputs of one motion. `sizes` (numbers,)."""
 
     def __init__(
         self,

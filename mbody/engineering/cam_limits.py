@@ -36,7 +36,8 @@ if TYPE_CHECKING:
 def cam_contour(
     joint: CamFollower, numbers: Numbers, psi: np.ndarray, *, pitch: bool = False
 ) -> np.ndarray:
-    """Points of the contour in the axes of the cam's body.
+    """Points of the contour in the axes of the cam's body. (n, 2) [length] at the angles `psi` (n,)
+    [rad].
 
     The pitch curve of a roller is R e(χ) from the cam's centre, at χ = β ∓ ψ with β the direction
     of ψ = 0; the contour is inside it by the radius of the roller, along the normal. Under a flat

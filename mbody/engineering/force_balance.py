@@ -125,7 +125,8 @@ def link_moments(system: System) -> Array:
 
 
 def best_moments(columns: Array, present: Array, radii: Array) -> Array:
-    """First moments (counterweights, 2) with the least sum of squares of what is left.
+    """First moments (counterweights, 2) with the least sum of squares of what is left. `columns`
+    (rows, 3·counterweights), `present` (rows,), `radii` (counterweights,).
 
     Minimises |present + Σ (v |s|/r + U s)| over the moments s of all counterweights, of mass |s|/r;
     where several are as good, those of least masses.

@@ -94,7 +94,7 @@ def rounded_bar(points: list[Place], radius: float) -> Contour | None:
 
 
 def parts_of(system: System, width: float, hole: float) -> list[PartOutline]:
-    """All parts of a mechanism, the ground first."""
+    """All parts of a mechanism, the ground first. `width`, `hole` [length]."""
     bodies = (system.mechanism.ground, *system.mechanism.bodies)
     return [_part(system, body, width, hole) for body in bodies]
 

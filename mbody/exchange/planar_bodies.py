@@ -71,7 +71,7 @@ class Plane:
 
 
 def plane_of(hinges: list[Any], slides: list[Any], gravity: Array) -> Plane:
-    """The plane of a model."""
+    """The plane of a model. `hinges`, `slides`, `gravity` (3,)."""
     if hinges:
         normal = hinges[0]
     else:

@@ -72,7 +72,7 @@ class Best:
 
 
 class Profile:
-    """Samples of a function along a range, in the order of their places."""
+    """Samples of a function along a range, in the order of their places. `noise` (columns,)."""
 
     def __init__(
         self,
@@ -475,7 +475,7 @@ class _Range:
 
 
 def extremum(one: Wanted, values: Values, slopes: Slopes, noise: Array) -> Extremum:
-    """Where the last column is greatest while no other is negative."""
+    """Where the last column is greatest while no other is negative. `noise` (columns,)."""
     for reach in TURNS if one.angle else REACHES:
         space = _Range(one, reach)
         profile = space.profile(values, slopes, noise)

@@ -293,7 +293,9 @@ class Trials:
             return self.analysis(self._system(u), t=self.time, guess=near.poses)
 
     def rows(self, relations: list[Relation], objective: str, us: Array) -> tuple[Array, Array]:
-        """right − left of every relation, then the objective, and the size of their terms."""
+        """right − left of every relation, then the objective, and the size of their terms. (trials,
+        relations + 1) at `us` (trials, unknowns), NaN where a trial fails.
+        """
         if self.steady and len(us) > 1:
             self.count += len(us)
             try:

@@ -84,7 +84,7 @@ class RectangleSection(CrossSection):
 
 @dataclass(frozen=True)
 class RoundSection(CrossSection):
-    """A full circle."""
+    """A full circle. `diameter` [length]."""
 
     sizes: ClassVar[tuple[str, ...]] = ("diameter",)
 
@@ -99,7 +99,7 @@ class RoundSection(CrossSection):
 
 @dataclass(frozen=True)
 class TubeSection(CrossSection):
-    """A hollow circle."""
+    """A hollow circle. `outer`, `inner`: diameters [length]."""
 
     sizes: ClassVar[tuple[str, ...]] = ("outer", "inner")
     shear_profile: ClassVar[float] = 0.5

@@ -166,7 +166,7 @@ class _Values:
 
 
 class Screen:
-    """Judges many designs of one system by an aim and limits."""
+    """Judges many designs of one system by an aim and limits. `known` (numbers,)."""
 
     def __init__(
         self,

@@ -196,7 +196,9 @@ class Found:
 
 
 class Program:
-    """A minimization within limits and bounds, for searches from many starts."""
+    """A minimization within limits and bounds, for searches from many starts. `low`, `high`
+    (numbers,).
+    """
 
     def __init__(
         self,

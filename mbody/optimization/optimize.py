@@ -153,7 +153,8 @@ def tolerance_band(
     sizes: np.ndarray,
     loss: float,
 ) -> np.ndarray:
-    """From where to where each number may go while the others are held: (numbers, 2).
+    """From where to where each number may go while the others are held: (numbers, 2). `x`
+    (numbers,), `sizes` (aims + limits,).
 
     Places between the optimum and each bound are judged, denser near the optimum; the first one
     that is too bad is then approached by halving. All numbers go side by side.

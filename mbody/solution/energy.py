@@ -165,7 +165,7 @@ def _named(system: System, pages: Array) -> dict[str, dict[str, AccountedEnergy]
 
 
 def account(system: System, pages: Array, gained: Array, stops: Sequence[str] = ()) -> Energy:
-    """The account of a motion."""
+    """The account of a motion. `pages` (instants, rows), `gained` (instants, causes)."""
     machine, n = system.mechanism, system.coordinates
     kinetic = 0.5 * (pages[:, n : 2 * n] ** 2) @ system.mass[:n, 0]
     loads = {load.name: load for load in machine.loads}

@@ -129,7 +129,7 @@ class ContactLimits:
 
 class RestingContacts:
     """The forces of one position, without units of length: multipliers of all rows, then friction
-    of all closed contacts.
+    of all closed contacts. `load` (coordinates,).
     """
 
     def __init__(self, limits: ContactLimits, work: Work, load: Array) -> None:
@@ -279,7 +279,8 @@ def forces_with(
 def forces_at_rest(solution: Result, rates: Array, rest: Array, design: int = 0) -> Array:
     """Forces by each choice of the senses in which pairs at rest may begin to slide: (choices,
     instants, PER_PRIMITIVE·primitives), NaN where no pair rests or there are fewer choices. Forces
-    that grow without bound, as they do where it jams in one sense, are infinite.
+    that grow without bound, as they do where it jams in one sense, are infinite. `rates` (instants,
+    pairs, PER_PAIR), `rest` (instants, pairs).
     """
     instants = np.flatnonzero(rest.any(axis=1))
     if not rubs_by_contacts_alone(solution.system):
@@ -403,7 +404,7 @@ def senses_with_still(senses: Array, still: Array) -> Iterator[Array]:
 
 def jams_at(solution: Result, rates: Array, reached: Array, design: int = 0) -> list[Jam]:
     """Where the mechanism jams: the instants at which less than all friction was reached, with the
-    coefficient from which on it does.
+    coefficient from which on it does. `rates` (instants, pairs, PER_PAIR), `reached` (instants,).
     """
     pairs = rough_pairs(solution.system)
     found = []

@@ -399,7 +399,8 @@ REACTION = ("fx", "fy", "force", "torque", "loss", "contact")
 
 
 def measured(solution: Result, measure: Measure | str) -> tuple[np.ndarray, Dimension, str]:
-    """History of a quantity, its dimension and the unit that it is in.
+    """History of a quantity, its dimension and the unit that it is in. (instants,), of a `batch`
+    (designs, instants); angles without a unit of their own in rad.
 
     >>> run = mbody.kinetostatics(mbody.makers.slider_crank(1.0, 3.0, speed=2.0))
     >>> values, _, unit = measured(run, "rod.B.x - rod.A.x")

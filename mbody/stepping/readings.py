@@ -432,7 +432,7 @@ class Minimal:
 
 
 class InstantMechanics:
-    """The arrays of one instant."""
+    """The arrays of one instant. `q`, `v` (coordinates,), `own` (auxiliary states + inputs,)."""
 
     def __init__(self, system: System, t: float, q: Array, v: Array, own: Array) -> None:
         self.system, self.t, self.q, self.v, self.own = system, t, q, v, own

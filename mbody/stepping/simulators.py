@@ -69,7 +69,9 @@ PLACE = {"vx": "x", "vy": "y", "omega": "angle"}
 def reset_states(
     system: System, which: Array, t: Array, base: Array, to: Mapping[str, Any]
 ) -> tuple[Array, Array]:
-    """The states nearest to prescribed values, (states, rows), and how far each is from them."""
+    """The states nearest to prescribed values, (states, rows), and how far each is from them.
+    `which`, `t` (states,).
+    """
     n, y = system.coordinates, base.copy()
     places, values = _prescribed(system, to, len(which))
     names = [state.name for state in system.mechanism.states]

@@ -279,7 +279,7 @@ Array = np.ndarray
 
 
 def without_nodes(layout: Layout, off: Array) -> Layout:
-    """The layout whose elimination leaves some nodes alone."""
+    """The layout whose elimination leaves some nodes alone. `off` (nodes,)."""
     if not off.any():
         return layout
     L, base = layout, 3 * layout.nodes

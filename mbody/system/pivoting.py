@@ -32,7 +32,7 @@ from mbody.kernels.square_lu import PivotSearch, Square, SquareWork, divide_bloc
 
 def diagonal_blocks(pattern: np.ndarray) -> np.ndarray | None:
     """Number of the block of every row and of every column, (2, size); None where no transversal
-    exists, so that every matrix of this pattern is singular.
+    exists, so that every matrix of this pattern is singular. `pattern` (size, size).
     """
     size = len(pattern)
     found = np.empty((2, size), dtype=np.int64)

@@ -88,7 +88,8 @@ class LinkEquations:
 
 
 def link_equations(solution: Solution, body: str, instant: int, floor: float) -> LinkEquations:
-    """The equations of one body: Σ of all that acts on it = m a, I α.
+    """The equations of one body: Σ of all that acts on it = m a, I α. `floor`: a force, or a torque
+    by the model length.
 
     Examples
     --------

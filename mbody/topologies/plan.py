@@ -447,7 +447,9 @@ class TopologyPlan:
         motion: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Parameters (parameters, linkages) and masses as kernels take them, and the positions
-        (coordinates + 3, linkages) in which the linkages are given.
+        (coordinates + 3, linkages) in which the linkages are given. `joints` (linkages, joints, 2),
+        `cg`, `masses` (linkages, links, 2), `directions` (linkages, slides), `motion` (linkages,
+        drivers + 2).
 
         The turn of each driver from τ = 0 to 1, the two parts of gravity.
         """

@@ -111,7 +111,8 @@ class ModeRow:
 
 
 def mode_rows(run: Solution, x: Array | None = None) -> tuple[list[ModeRow], int]:
-    """The modes of every contact and rough joint of a result, and how many are left out.
+    """The modes of every contact and rough joint of a result, and how many are left out. `x`
+    (instants,).
 
     A mode begins at the event that was located between two instants, else half way between them.
 

@@ -500,7 +500,7 @@ def _join(lines: list[tuple[Array, Array]], ends: tuple[Array, Array], unit: flo
 
 
 def shown_poles(centres: InstantCentres, pose: Pose, corners: Array) -> PolesShown:
-    """Choose the centres that a picture shows."""
+    """Choose the centres that a picture shows. `corners` (2, 2)."""
     k, machine = pose.k, pose.mechanism
     middle = corners.mean(axis=0)
     half = 0.5 * np.ptp(corners, axis=0) + AWAY * float(np.hypot(*np.ptp(corners, axis=0)))
@@ -952,7 +952,7 @@ class _KinematicSketch(Sketch):
 def kinematic_picture(
     run: Solution, instant: int, marks: KinematicMarks, tracks: dict[str, Array], whole: Solution
 ) -> Figure:
-    """Draw one instant."""
+    """Draw one instant. `tracks` (points, 2)."""
     run = run.take([instant])
     pose, shown = Pose(run, 0), Shown(run.mechanism, ())
     corners = bounds(pose)

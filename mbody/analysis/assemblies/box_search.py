@@ -89,7 +89,9 @@ PARALLEL = 1e-7
 def slide_bounds(
     loops: np.ndarray, slides: np.ndarray, rest: np.ndarray, along: list[int], scale: float
 ) -> tuple[np.ndarray, bool]:
-    """Greatest displacements (slides,), and whether they hold for all positions.
+    """Greatest displacements (slides,), and whether they hold for all positions. P (loops,
+    directions), Q (loops, slides), `rest` (loops,), complex; `along`: the direction of each slide,
+    −1 where it is known.
 
     Examples
     --------

@@ -119,7 +119,9 @@ class JointCurve:
         mode_at: Callable[[int, np.ndarray], int | None],
         geared: bool = False,
     ) -> CircuitWalk:
-        """Walk from a mode, the driver's value growing first, until it is passed again."""
+        """Walk from a mode, the driver's value growing first, until it is passed again. `pose`
+        (coordinates + 3,).
+        """
         q = pose[: self.n] / self.system.coordinate_units
         G = self._rows(q)[1]
         found = CircuitWalk(passed=[begin], stretches=[[begin]])

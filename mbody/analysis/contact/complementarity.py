@@ -38,7 +38,7 @@ EXCHANGES = 50
 
 def lemke(A: Array, b: Array) -> Array | None:
     """z of one solution; None where all paths end on a ray, which for copositive A means that there
-    is no solution.
+    is no solution. A (n, n), `b` (n,).
 
     Examples
     --------
@@ -219,7 +219,9 @@ class ClosedContacts:
         return len(self.friction)
 
     def problem(self, normal: Array, tangential: Array) -> tuple[Array, Array, Array]:
-        """(A, b) in (λ_N, λ_R, a_T⁻), and which contacts have the last two."""
+        """(A, b) in (λ_N, λ_R, a_T⁻), and which contacts have the last two. `normal`, `tangential`
+        (m,): accelerations, or velocities, without contact forces.
+        """
         m, mu, D = len(self), self.friction, self.delassus
         open_ones = np.flatnonzero(self.sliding == 0.0)
         E = np.zeros((m, len(open_ones)))
@@ -256,6 +258,7 @@ def impact_impulses(
     solve: Callable[[Array, Array], Array | None] = lemke,
 ) -> Array | None:
     """Impulses (2 m,) of an impact, normals before tangents; None where there is no solution.
+    `restitution`, `newton` (m,).
 
     Which contacts follow Newton's law, γ_N⁺ = −e γ_N⁻ where they take part; the others, by
 

@@ -92,7 +92,7 @@ class Corners:
     def passed(self, gaps: Array, rates: Array, along: Array, near: float, slow: float) -> Array:
         """Which touches are none, (touches,): by what is no corner, at a corner what is behind the
         edge but for that corner, and what approaches an edge there while another one keeps both
-        bodies apart.
+        bodies apart. `along` (contacts, 2): distances from both ends of the edge.
         """
         found = self.never.copy()
         at_end = (np.abs(along) <= near).any(axis=1)

@@ -127,7 +127,9 @@ def with_middle(grid: TimeGrid) -> tuple[TimeGrid, slice]:
 def on_lanes(
     system: System, setup: BatchSetup, poses: np.ndarray, wanted: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Rows of all instants: (rows, designs, instants), and which designs can be trusted."""
+    """Rows of all instants: (rows, designs, instants), and which designs can be trusted. `poses`
+    (designs, coordinates + 3), `wanted` (rows,).
+    """
     runner = Runner(system, setup.analysis)
     grid, kept = with_middle(setup.grid)
     output = np.empty((len(wanted), len(poses), len(grid.s)))

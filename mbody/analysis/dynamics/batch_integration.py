@@ -111,7 +111,9 @@ def lane_motions(
 def integrate_lanes(
     system: System, motions: LaneMotions, values: Mapping[str, Array], wanted: Array
 ) -> tuple[Array, np.ndarray]:
-    """Rows of all instants: (rows, designs, instants), and which designs can be trusted."""
+    """Rows of all instants: (rows, designs, instants), and which designs can be trusted. `wanted`
+    (rows,).
+    """
     q, v, good = initial_states(motions.start, system, values)
     good &= stand_ins(system.layout, system.mass, system.length) == motions.light
     good &= np.isfinite(q).all(axis=1) & np.isfinite(v).all(axis=1)

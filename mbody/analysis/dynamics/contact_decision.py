@@ -255,7 +255,9 @@ def strike(
     sticking: Array | None = None,
     without_collision: bool = False,
 ) -> Impact | None:
-    """An impact of closed touches at the state in the workspace; None where it has no solution."""
+    """An impact of closed touches at the state in the workspace; None where it has no solution.
+    `sticking` (rows, coordinates).
+    """
     W, rates = touch_rows(uni, uni.read(work), closed)
     touches = [uni.touches[k] for k in closed]
     Y = responses_to(uni, work, W, sticking)
@@ -421,7 +423,9 @@ def _lasting(uni: Unilateral) -> list[tuple[int, float]]:
 def model_of(
     motion: ModalMotion, closed: Sequence[int], sliding: Array, resting: Array
 ) -> FrictionModel:
-    """The problem at the state, derivative and page of a motion, whose modes may be any."""
+    """The problem at the state, derivative and page of a motion, whose modes may be any. `sliding`
+    (contacts,), `resting` (pairs,): signs of the sliding velocities, zero at rest.
+    """
     uni, system, n = motion.uni, motion.system, motion.system.coordinates
     work, page, a = motion.work, motion.page[:, 0], motion.K[0, n : 2 * n]
     motion.load()

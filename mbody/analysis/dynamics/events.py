@@ -51,7 +51,8 @@ END = 1e-6
 
 def extrema(h: Array, a: Array, b: Array, da: Array, db: Array) -> tuple[Array, Array]:
     """Where cubics are extreme within their intervals: parts of these (2, intervals), and the
-    values there; NaN where there is none.
+    values there; NaN where there is none. `h`, `a`, `b`, `da`, `db` (intervals,): lengths, and
+    values and rates at both ends.
 
     >>> x, value = extrema(*np.array([[2.0], [0.1], [0.1], [-1.0], [1.0]]))
     """

@@ -48,7 +48,9 @@ REFINEMENTS = 2
 
 
 def coordinate_sizes(length: float, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-    """Sizes of coordinates and rates, to which absolute errors are relative: (…, 2·coordinates)."""
+    """Sizes of coordinates and rates, to which absolute errors are relative: (…, 2·coordinates).
+    `v`, `a` (…, coordinates).
+    """
     unit = np.broadcast_to(np.tile([length, length, 1.0], v.shape[-1] // 3), v.shape)
     swift = np.maximum(
         np.abs(v / unit).max(axis=-1, initial=0.0),
@@ -61,7 +63,9 @@ def coordinate_sizes(length: float, v: np.ndarray, a: np.ndarray) -> np.ndarray:
 def first_step(
     way: Way, y: np.ndarray, derivative: np.ndarray, scale: np.ndarray, whole: float
 ) -> np.ndarray:
-    """A rough first step (Hairer, Nørsett, Wanner, II.4): (…,)."""
+    """A rough first step (Hairer, Nørsett, Wanner, II.4): (…,). `y`, `slope`, `scale` (…,
+    2·coordinates).
+    """
     size = way.atol * scale + way.rtol * np.abs(y)
     d0, d1 = (np.sqrt(np.mean((part / size) ** 2, axis=-1)) for part in (y, derivative))
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -126,7 +126,7 @@ def works_of_drivers(
     system: System, work: Work, momentum: Array, nu: Array, sticking: Array | None = None
 ) -> dict[str, float]:
     """Work of the impulses of drivers, by name, where velocities jump at the position in the
-    workspace.
+    workspace. `momentum` (coordinates,), `nu` (rows,), `sticking` (rows, coordinates).
 
     M Δv less the impulses of what else acts, that is Gᵀ μ of the rows that hold.
     """

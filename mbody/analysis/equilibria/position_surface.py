@@ -496,7 +496,7 @@ class Meetings:
 
 def meetings(cover: Cover, ends: LoadEnds, nodes: list[int], near: Array) -> Meetings:
     """All points near some places of a cover where ends of loads meet and a force jumps, and the
-    loads whose ends meet in curves.
+    loads whose ends meet in curves. `near` (nodes of the cover, loads).
     """
     found: list[tuple[CoverNode, Array]] = []
     sharp, creased = list[Load](), list[bool]()

@@ -120,7 +120,9 @@ def leading_order(system: System) -> list[str]:
 
 
 class FreeMotions(Sequence[FreeMotion]):
-    """Free motions of a large system: each is put into words when it is read."""
+    """Free motions of a large system: each is put into words when it is read. `q` (coordinates +
+    3,); `rates` (motions, coordinates), lengths by the model length.
+    """
 
     def __init__(
         self,
@@ -151,7 +153,9 @@ class FreeMotions(Sequence[FreeMotion]):
 
 
 def free_motions(system: System, q: Array, motions: Array) -> tuple[FreeMotion, ...]:
-    """A readable basis of free motions."""
+    """A readable basis of free motions. `q` (coordinates + 3,), `motions` (free, coordinates),
+    lengths by the model length.
+    """
     return _worded(system, q, *_echelon(system, motions, leading_order(system)))
 
 

@@ -56,7 +56,8 @@ STILL, UNSAID = 1e-6, 4
 def unsaid_rates(
     system: System, work: Work, v: Array, said: Array | None = None
 ) -> tuple[str, ...]:
-    """A sentence of the bodies that begin to move though they are free to rest.
+    """A sentence of the bodies that begin to move though they are free to rest. `v` (coordinates,)
+    and `said` (conditions, coordinates) without units of length.
 
     Drivers that move leave open how fast free bodies do; of all rates that fit those of least norm
     are taken, which is seldom what was meant.

@@ -51,7 +51,7 @@ SAME = 1e-12
 
 def check_own(system: System, t: float, pose: Array) -> None:
     """Refuse functions that give another answer to the same question, and joints whose Φ_q, ν or γ
-    are not those of their Φ; once for a topology.
+    are not those of their Φ; once for a topology. `pose` (coordinates + 3,).
     """
     if not system.has_user_code or "own physics" in system.plans:
         return
@@ -306,7 +306,9 @@ def violations(system: System, work: Work) -> np.ndarray:
 
 
 def explain_gap(system: System, work: Work, start: np.ndarray, t: float) -> NoReturn:
-    """Say which loop stays open and by how much, or which driver is one too many."""
+    """Say which loop stays open and by how much, or which driver is one too many. `start`
+    (coordinates, 1).
+    """
     owners = np.array([system.owners[e][0].name for e in system.row_table[0]])
     joints = len(owners) - len(system.drivers)
     if system.rows > SEARCHED:
@@ -349,6 +351,7 @@ def explain_gap(system: System, work: Work, start: np.ndarray, t: float) -> NoRe
 def refuse_near_redundant(system: System, work: Work, start: np.ndarray) -> None:
     """Refuse joints that repeat each other but for a small error of lengths: the loops then close
     at isolated positions only, where nothing moves, though a gap that small stays along a motion.
+    `start` (coordinates + 3, 1).
     """
     size, drivers = system.coordinates, len(system.drivers)
     joints = system.rows - drivers

@@ -100,7 +100,8 @@ def close_batch(
     system: System, t: float, values: np.ndarray, poses: np.ndarray, small: Any, least: float
 ) -> np.ndarray:
     """Close every design of a batch at time t; which of them are closed, away from singular
-    positions: (designs,).
+    positions: (designs,). `values` (designs, drivers), NaN where a law gives them; `poses`
+    (designs, coordinates + 3); `small` in model lengths and radians.
     """
     work, state = system.work(), np.empty((len(poses), 2))
     work.time[:] = t
@@ -155,7 +156,9 @@ def close_in_stages(
     small: float,
     least: float,
 ) -> ClosedDesigns:
-    """Close every design of a batch at time t, on the branch of one closed position."""
+    """Close every design of a batch at time t, on the branch of one closed position. `values`
+    (designs, drivers), `pose` (coordinates + 3,), `origin` (parameters,).
+    """
     poses = np.tile(pose, (len(values), 1))
     good = close_batch(system, t, values, poses, small, least)
     good &= system.extent(poses - pose) <= LEAP
@@ -231,7 +234,9 @@ class _Stages:
 
 
 def place(system: System, q: np.ndarray, element: Element, side: str) -> np.ndarray:
-    """World place (2,) of the end `side` ("i" or "j") of an element, by the system's numbers."""
+    """World place (2,) of the end `side` ("i" or "j") of an element, by the system's numbers. `q`
+    (coordinates + 3,), angles in rad.
+    """
     marker = element.place(side)
     x, y, angle = q[3 * system.bodies[marker.body] :][:3]
     ax, ay = system.numbers.arm(element, side)
@@ -256,7 +261,7 @@ GONE = 1e-7
 
 def vanishing(system: System, q: np.ndarray, when: str, close: float = CLOSE) -> SolveError | None:
     """The sentence of a motion that cannot go on since a distance becomes zero; None where none
-    does.
+    does. `q` (coordinates,).
 
     Such as "t = 2 s".
     """

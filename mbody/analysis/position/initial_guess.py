@@ -33,7 +33,9 @@ def placed(
     loose: np.random.Generator | None = None,
     aimed: bool = False,
 ) -> np.ndarray:
-    """Poses of all mass centres, ground last: (3·bodies + 3,)."""
+    """Poses of all mass centres, ground last: (3·bodies + 3,). `guess` by body: an angle [rad], (x,
+    y, angle) or `Guess`.
+    """
     own = system.numbers if numbers is None else numbers
     placing = _Placing(system, guess or {}, drive, shaken, own)
     placing.loose, placing.aimed = loose, aimed
@@ -262,7 +264,8 @@ def nearest_to_guesses(
     close: Callable[[Array], ClosedPosition | None],
 ) -> ClosedPosition:
     """Where bodies have no guess: the closed position in which those that have one are nearest to
-    it, with a note where another one is about as near.
+    it, with a note where another one is about as near. `starts` (coordinates + 3,) and (coordinates
+    + 3, 1).
     """
     first, start = starts
     count = next((tries for size, tries in TRIED if system.coordinates <= size), 0)

@@ -87,7 +87,9 @@ class Place:
 
 
 class Manifold:
-    """The closed positions of a system at time t, its drivers holding their values."""
+    """The closed positions of a system at time t, its drivers holding their values. `own`
+    (auxiliary states + inputs,).
+    """
 
     def __init__(self, system: System, work: Work, t: float, own: Array | None = None) -> None:
         self.system, self.work, self.layout = system, work, system.runtime()
@@ -183,7 +185,9 @@ class Manifold:
         return Place(q, force, motions, G, motions @ force)
 
     def closed(self, q: Array, fixed: Array | None = None) -> Array | None:
-        """Close the constraints from q by least motion, or by none in some directions."""
+        """Close the constraints from q by least motion, or by none in some directions. `fixed` (n,
+        coordinates), without units.
+        """
         q, start = q.copy(), q
         last = np.inf
         for _ in range(CORRECTIONS):
@@ -358,7 +362,9 @@ class ManyPositions:
         return np.asarray(self.loads(q).sum(axis=1))
 
     def closed(self, q: Array, frames: Array) -> ClosedPositions:
-        """The positions above points of tangent planes, as `Manifold.closed` finds each of them."""
+        """The positions above points of tangent planes, as `Manifold.closed` finds each of them.
+        `q` (positions, coordinates), `frames` (positions, free, coordinates).
+        """
         start, q = q, q.copy()
         count, free = frames.shape[:2]
         good = np.zeros(count, dtype=bool)
@@ -410,7 +416,8 @@ class ManyPositions:
         return ClosedPositions(good, np.where(good[:, None], q, np.nan), rows, ways, side)
 
     def stiffness(self, q: Array, motions: Array, rows: Array, force: Array) -> Array:
-        """K (positions, free, free) along free directions, as `Manifold.stiffness`.
+        """K (positions, free, free) along free directions, as `Manifold.stiffness`. `motions`
+        (positions, free, coordinates).
 
         Φ_q and all loads there.
         """

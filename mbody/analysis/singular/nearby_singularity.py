@@ -192,7 +192,7 @@ def look_ahead(
     regularized: bool,
     met: tuple[MetPosition, ...] = (),
 ) -> Ahead:
-    """Singular position ahead of a motion in state (t, q, v)."""
+    """Singular position ahead of a motion in state (t, q, v). `q`, `v` (coordinates,)."""
     found = _ahead(system, t, state, step, regularized, met)
     return replace(found, met=found.met or met)
 

@@ -116,7 +116,9 @@ def is_flat(A: Array, T: Array) -> bool:
 
 
 def solutions(A: Array, P: Array, p: Array) -> Solutions:
-    """All y (unknowns,) with yᵀ A_i y = 0 and P y = p, p not zero; of a branch the shortest."""
+    """All y (unknowns,) with yᵀ A_i y = 0 and P y = p, p not zero; of a branch the shortest. A
+    (quadrics, unknowns, unknowns), P (conditions, unknowns), `p` (conditions,).
+    """
     base, Z = _affine(P, p)
     if not len(Z):
         met = np.abs(values(A, base)).max(initial=0.0) <= MET * size(A, base)
@@ -504,7 +506,9 @@ class Singular:
 
 
 def singular(system: System, work: Work, t: float, far: float = FAR) -> Singular | None:
-    """The singular position at or near a closed one; None where there is none."""
+    """The singular position at or near a closed one; None where there is none. `far` in model
+    lengths.
+    """
     if too_large(system) or not system.rows:
         return None
     rows = ConstraintRows(system, work, t)
@@ -798,7 +802,9 @@ def values_of(
     prescribed: Sequence[Prescribed],
     which: Prescribed | None = None,
 ) -> list[str]:
-    """Rates that distinguish branches, each with its values: "c.omega = 0 or 2 rad/s"."""
+    """Rates that distinguish branches, each with its values: "c.omega = 0 or 2 rad/s". `velocities`
+    (coordinates,) without units of length.
+    """
     q = here.rows.scale * here.x
     known = {one.name for one in prescribed}
     candidates = (

@@ -125,7 +125,7 @@ class DenseForces:
 
 
 class DenseFriction:
-    """The equations of one instant."""
+    """The equations of one instant. `q`, `v`, `a` (3n,)."""
 
     def __init__(
         self,

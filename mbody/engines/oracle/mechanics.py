@@ -189,7 +189,7 @@ class Geometry:
 def formula_at(
     reference: Any, law: MeasuredFormula, x: float, t: float, q: Any, v: Any, own: Any
 ) -> float:
-    """The value of a formula."""
+    """The value of a formula. `q`, `v` (3n + 3,)."""
     known = {"t": t, "x": x, **own}
     return float(_value(reference, law, known, lambda name: _quantity(reference, name, q, v, t)))
 

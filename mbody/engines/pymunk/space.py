@@ -459,7 +459,9 @@ def _decoupled(ends: dict[str, Any], beta: list[float]) -> dict[str, Any]:
 
 
 class SpaceStepper:
-    """Integrates a space and returns positions, rates, accelerations and forces."""
+    """Integrates a space and returns positions, rates, accelerations and forces. `over` (bodies,
+    3).
+    """
 
     def __init__(
         self,
