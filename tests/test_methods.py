@@ -32,7 +32,7 @@ from mbody.kernels.tableaus import order_5, order_8
 from mbody.model.body import Guess
 from mbody.model.simulation import EVEN as EVERY_EVEN
 from mbody.model.simulation import METHODS as EVERY_METHOD
-from mbody.solution.solution import Way
+from mbody.solution.solution import IntegrationSettings
 
 G, LENGTH, FIRST = 9.81, 1.0, 2.0
 # that for many contacts, of order one, has tests of its own (`test_many_contacts`)
@@ -40,7 +40,7 @@ METHODS, EVEN = (tuple(m for m in every if m != "moreau") for every in (EVERY_ME
 STEPS = dict.fromkeys(EVEN, 2e-3)
 
 
-def way_of(method):
+def step_option(method):
     """The step that a method needs."""
     return {"step": STEPS[method]} if method in STEPS else {}
 
@@ -71,7 +71,7 @@ def even_steps(method, count, until, machine):
     if method in EVEN:
         run = simulate(system, until, start=start, method=method, step=h, instants=2)
         return np.array([run[name].angle[-1] for name in run])
-    integration = Integration(system, start, Way(method, 0.1, 0.1))
+    integration = Integration(system, start, IntegrationSettings(method, 0.1, 0.1))
     integration.begin(0.0, *(start_of(system, start)), until)
     tolerances = integration.motion.tolerances.replaced(relative=1e6, absolute=1e6)
     integration.motion.tolerances = tolerances
@@ -156,7 +156,7 @@ def test_instants_between_steps_are_as_good_as_the_steps(method):
     """Against elliptic functions at 101 instants: the polynomials lose at most what one order of
     the step is worth.
     """
-    run = simulate(pendulum(), 1.0, method=method, instants=101, **way_of(method))
+    run = simulate(pendulum(), 1.0, method=method, instants=101, **step_option(method))
     right = np.array([swung(t) - math.pi / 2 for t in run.t])
     # steps of 1/500 of the time: (ωh)² of the methods of order 2 is 4e-5
     allowed = {"rattle": 4e-5, "generalized-alpha": 8e-5, "rattle4": 1e-8}.get(method, 1e-6)
@@ -189,7 +189,7 @@ def test_a_motion_comes_back_when_it_is_reversed(method):
     machine = gallery.load("free_fourbar")
     there = simulate(machine, 1.0, method=method, step=5e-4, instants=2)
     system = there.system
-    integration = Integration(system, there, Way(method, 1e-8, 1e-8, 5e-4))
+    integration = Integration(system, there, IntegrationSettings(method, 1e-8, 1e-8, 5e-4))
     q, v = start_of(system, there.take([1]))
     back = integration.run(0.0, q.reshape(-1), -v.reshape(-1), np.array([0.0, 1.0]), None)
     for name in there:
@@ -270,7 +270,7 @@ def test_every_method_takes_loops_drivers_redundancy_and_massless_bodies(method)
         AngleDriver("motor", "arm", "0.3 + 2*t"),
     )
     right = simulate(machine, 0.5, rtol=1e-11, instants=3)
-    run = simulate(machine, 0.5, method=method, rtol=1e-9, instants=3, **way_of(method))
+    run = simulate(machine, 0.5, method=method, rtol=1e-9, instants=3, **step_option(method))
     allowed = {"rattle": 1e-3, "generalized-alpha": 2e-3, "rattle4": 1e-7}.get(method, 1e-7)
     for name in run:
         assert np.abs(run[name].angle - right[name].angle).max() < allowed
@@ -340,7 +340,7 @@ def test_a_motion_is_the_same_in_every_unit_of_length(method, unit):
             Revolute("F", "b.E", "link.E"),
             Gravity("gravity", y=-G * k),
         )
-        return simulate(machine, 0.5, method=method, instants=3, **way_of(method))
+        return simulate(machine, 0.5, method=method, instants=3, **step_option(method))
 
     right, found = swinging(1.0), swinging(unit)
     for name in right:
@@ -361,7 +361,7 @@ def rows(run):
 def test_a_motion_goes_on_bit_for_bit(method, tmp_path):
     """From memory and from a file: as if it had not ended."""
     machine = gallery.load("free_fourbar")
-    options = {"method": method, **way_of(method)}
+    options = {"method": method, **step_option(method)}
     times = np.linspace(0.0, 1.0, 11)
     whole = simulate(machine, 1.0, times=times, **options)
     first = simulate(machine, 0.5, times=times[:6], **options)
@@ -383,7 +383,7 @@ def test_a_motion_goes_on_bit_for_bit(method, tmp_path):
 @pytest.mark.parametrize("watching", [False, True])
 def test_an_interrupted_motion_goes_on_bit_for_bit(method, watching):
     machine = gallery.load("free_fourbar")
-    options = {"method": method, **way_of(method)}
+    options = {"method": method, **step_option(method)}
     if watching:
         options["events"] = [Event("crank.omega", name="turns back")]
 

@@ -30,7 +30,7 @@ from mbody.kernels.tableaus import order_8
 from mbody.model.contact import Spot
 from mbody.model.element import Numbers
 from mbody.solution.measures import valued
-from mbody.solution.solution import Solution, Way
+from mbody.solution.solution import IntegrationSettings, Solution
 from mbody.system.rank import joint_rows
 from mbody.system.system import polar_points
 
@@ -123,9 +123,14 @@ class DualMotion:
     """Motions of one system in dual numbers. `rates`, `accelerations` (coordinates,)."""
 
     def __init__(
-        self, run: Solution, way: Way, rates: Array, accelerations: Array, with_loads: bool
+        self,
+        run: Solution,
+        settings: IntegrationSettings,
+        rates: Array,
+        accelerations: Array,
+        with_loads: bool,
     ) -> None:
-        self.run, self.system, self.way = run, run.system, way
+        self.run, self.system, self.settings = run, run.system, settings
         system = self.system
         self.held = held_inputs(system)
         self.layout = without_held(system.runtime(), self.held)
@@ -230,8 +235,8 @@ class DualMotion:
         state[NEXT_LENGTH] = 1e-4 * max(float(times[-1]) - begin, 1e-12)
         free = FreeDuals(
             t=times,
-            relative=self.way.rtol,
-            absolute=self.way.atol,
+            relative=self.settings.rtol,
+            absolute=self.settings.atol,
             regularization=self.regularization,
             refinements=self.refinements,
             rows=system.page_rows,
@@ -382,8 +387,8 @@ class GuardDuals:
         px = xj + np.cos(tj) * jx - np.sin(tj) * jy - xi
         py = yj + np.sin(tj) * jx + np.cos(tj) * jy - yi
         x, y = np.cos(ti) * px + np.sin(ti) * py - ax, np.cos(ti) * py - np.sin(ti) * px - ay
-        way = ux * x + uy * y
-        return way if value(way) <= value(length - way) else length - way
+        along = ux * x + uy * y
+        return along if value(along) <= value(length - along) else length - along
 
     def _pose(self, body: int, now: DualInstant) -> tuple[Any, Any, Any]:
         """x, y and angle of a body; the ground is the last one."""
@@ -529,7 +534,7 @@ class ChangeTimes:
 
     def _differ(self, row: Array, other: Array) -> Array:
         size = np.maximum(np.abs(row), np.abs(other))
-        return np.abs(row - other) > (APART + TOLERANCES * self.motion.way.rtol) * size
+        return np.abs(row - other) > (APART + TOLERANCES * self.motion.settings.rtol) * size
 
     def _zero(
         self, stretch: ModeStretch, guard: Any, now: DualInstant, ahead: DualInstant

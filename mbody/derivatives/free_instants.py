@@ -41,7 +41,7 @@ from mbody.quantities import Formula
 from mbody.quantities.units import DIMENSIONS
 from mbody.solution.checks import changed
 from mbody.solution.histories import link_poses
-from mbody.solution.solution import Solution, Way
+from mbody.solution.solution import IntegrationSettings, Solution
 from mbody.solution.tracing import driven_motion
 from mbody.system.assembler import assemble
 from mbody.system.rank import dense, jacobian
@@ -71,14 +71,14 @@ class FirstState:
     tangents : array (numbers, names)
     accelerations : array (coordinates,)
         For sizes alone.
-    way : Way
+    settings : IntegrationSettings
     """
 
     t: float
     y: np.ndarray
     tangents: np.ndarray
     accelerations: np.ndarray
-    way: Way
+    settings: IntegrationSettings
     lost: dict[str, str] = field(default_factory=dict)
 
 
@@ -97,7 +97,7 @@ def first_state(run: Solution, names: Sequence[str], given: bool) -> FirstState:
     lost: dict[str, str] = {}
     if not given:
         tangents[: 2 * n], lost = _prescribed(system, start, names)
-    return FirstState(t, y, tangents, _accelerations(run), begun.request.way, lost)
+    return FirstState(t, y, tangents, _accelerations(run), begun.request.settings, lost)
 
 
 def _accelerations(run: Solution) -> np.ndarray:
@@ -127,7 +127,7 @@ def _refuse_motion(run: Solution) -> None:
 def _without_derivatives(run: Solution) -> str:
     """Feature of a motion through which no derivatives are followed; "" where it has none."""
     machine = run.mechanism
-    if machine.groups or run.begun[0].request.way.method == "moreau":
+    if machine.groups or run.begun[0].request.settings.method == "moreau":
         return "impulses in place of located impacts"
     if len(run.begun) > 1:
         return "several parts"
@@ -429,7 +429,7 @@ class DualWalk:
         units = motion.scale[: len(first), None]
         most = np.abs(held / units).max(axis=0, initial=0.0)
         apart = np.abs((after.tangents - held) / units).max(axis=0, initial=0.0)
-        limit = APART + TOLERANCES * motion.way.rtol
+        limit = APART + TOLERANCES * motion.settings.rtol
         wrong = apart > limit * np.maximum(most, self.tangents.resolved)
         why = "what touches or sticks from there on would not, with other numbers: another order"
         if before is None:
@@ -626,7 +626,7 @@ class FreeInstants:
         first, system = self.first, self.run.system
         motion = DualMotion(
             self.run,
-            first.way,
+            first.settings,
             first.y[system.coordinates : 2 * system.coordinates],
             first.accelerations,
             with_loads or reads_loads(self.run),
@@ -661,7 +661,7 @@ class FreeInstants:
             return
         kept = self.run.record.table(slice(0, n))[instants]
         apart = np.abs(pages.value[:, :n] - kept) / (motion.scale[:n] + np.abs(kept))
-        if float(apart.max(initial=0.0)) <= max(REPEATED, TOLERANCES * motion.way.rtol):
+        if float(apart.max(initial=0.0)) <= max(REPEATED, TOLERANCES * motion.settings.rtol):
             return
         names = listed([one.name for one in machine.controllers])
         why = f"followed again the motion is another: {names} must be functions of what they read"
@@ -776,7 +776,7 @@ class ReleasedInstants:
         n = after.system.coordinates
         accelerations = np.abs(after.record.table(slice(2 * n, 3 * n))[0])
         y = np.concatenate([q, v, first_own_states(after.system, begun.start)])
-        return FirstState(t, y, walk.y.tangents, accelerations, begun.request.way)
+        return FirstState(t, y, walk.y.tangents, accelerations, begun.request.settings)
 
     def _widen(
         self, run: Solution, found: DualRecord, places: Array, values: Array, changes: Array

@@ -165,13 +165,13 @@ def compared_with_differences(
     sizes = np.array([name in system.values for name in by]) * number_sizes(system, by)
     sizes[np.isnan(found.jacobian).any(axis=tuple(range(found.jacobian.ndim - 1)))] = 0.0
     # both signs, so that numbers that act alike do not always act together
-    way = PART * sizes * np.where(np.arange(len(by)) % 2, -0.7, 1.0)
-    if not way.any():
+    change = PART * sizes * np.where(np.arange(len(by)) % 2, -0.7, 1.0)
+    if not change.any():
         return found
     names = listed(may_jump_unseen(system))
     try:
         ends = [
-            _measured(system, by, k * way, columns, lambda other: run_of(other, fine))
+            _measured(system, by, k * change, columns, lambda other: run_of(other, fine))
             for k in (-2, -1, 1, 2)
         ]
     except (ModelError, SolveError):
@@ -182,8 +182,8 @@ def compared_with_differences(
         low, near, up, most = (np.asarray(one[k]) for one in ends)
         wide, narrow = 0.5 * (most - low), up - near
         rows = np.nan_to_num(jacobian[k])
-        apart = np.abs(2.0 * rows @ way - narrow)
-        scale = 2.0 * np.abs(rows * way).sum(axis=-1)
+        apart = np.abs(2.0 * rows @ change - narrow)
+        scale = 2.0 * np.abs(rows * change).sum(axis=-1)
         limit = ALLOWED * np.maximum(scale, np.abs(narrow)) + BANDS * np.abs(wide - narrow)
         # below the noise of the motions nothing can be said
         noise = ERRORS * fine * np.abs(np.asarray(found.value[column.name])).max(initial=0.0)
@@ -222,7 +222,7 @@ def _measured(
 #
 #     (s² M + s C + K) du + (2 s M + C) u ds = −(s² M′ + s C′ + K′) u dp,   ūᵀ du = 0.
 #
-# M′, C′ and K′, and those of the ways T that coordinates go with the leaders, are differences over
+# M′, C′ and K′, and those of the motions T of coordinates with the leaders, are differences over
 # four places, at each of which the rest position is found once more. The amplitude of an angle, or
 # of x or y of a point, is a = T u, and a ratio a/b has the size |a/b| and the phase arg(a/b).
 #
@@ -284,8 +284,8 @@ def mode_gradient(rest: Equilibrium, measure: Any, by: Mapping[str, str]) -> Gra
             if one.kind == "stiffness":
                 jacobian[row, k] = changes[2][one.leaders]
             elif one.places:
-                ways = [changes[3][places.index(place)] for place in one.places]
-                jacobian[row, k] = _of_shape(found[one.number], linear, changes, ways, one)
+                motions = [changes[3][places.index(place)] for place in one.places]
+                jacobian[row, k] = _of_shape(found[one.number], linear, changes, motions, one)
             else:
                 jacobian[row, k] = _of_root(found[one.number], linear, changes, one.kind)
     for row, one in enumerate(wanted):
@@ -347,22 +347,22 @@ class _BesideRest:
     def changes(
         self, name: str, step: float, linear: Linearization, places: Sequence[ModePlace]
     ) -> list[Array] | None:
-        """Derivatives of M, C, K and the ways of places (places, free) by a number; None where what
-        is beside it does not compare.
+        """Derivatives of M, C, K and the motions of places (places, free) by a number; None where
+        what is beside it does not compare.
         """
         value, ends = float(self.instants.driven.values[name]), []
         for k in (-2, -1, 1, 2):
             one = self.linear({name: value + k * step})
             if one is None or one.leaders != linear.leaders:
                 return None
-            ends.append((one.mass, one.damping, one.stiffness, _ways(one, places)))
+            ends.append((one.mass, one.damping, one.stiffness, _motions_of(one, places)))
         return [
             (8.0 * (up - near) - (most - low)) / (12.0 * step)
             for low, near, up, most in zip(*ends, strict=True)
         ]
 
 
-def _ways(linear: Linearization, places: Sequence[ModePlace]) -> Array:
+def _motions_of(linear: Linearization, places: Sequence[ModePlace]) -> Array:
     """Rates of coordinates for unit rates of the leading bodies, (places, free)."""
     solution, rates = linear.solution, linear.rates
     found = [rates_at(solution, rates, place) for place in places]
@@ -404,7 +404,7 @@ def _of_shape(
     mode: Mode,
     linear: Linearization,
     changes: Sequence[Array],
-    ways: Sequence[Array],
+    motions: Sequence[Array],
     one: _Wanted,
 ) -> float:
     """The derivative of a ratio of amplitudes, or of the phase between them, from those of the ways
@@ -421,7 +421,8 @@ def _of_shape(
     right = np.append(-(s * s * changes[0] + s * changes[1] + changes[2]) @ u, 0.0)
     du = np.linalg.solve(bordered, right)[:n]
     more = [
-        u @ change + du @ way for change, way in zip(ways, _ways(linear, one.places), strict=True)
+        u @ change + du @ motion
+        for change, motion in zip(motions, _motions_of(linear, one.places), strict=True)
     ]
     relative = more[0] / a - more[1] / b
     return float(relative.imag if one.kind == "phase" else abs(a / b) * relative.real)
@@ -429,8 +430,8 @@ def _of_shape(
 
 def _amplitude(mode: Mode, linear: Linearization, place: ModePlace) -> complex:
     """The amplitude of a place; what is rounding is zero."""
-    (ways,) = _ways(linear, [place])
-    found = complex(mode.amplitudes @ ways)
+    (motions,) = _motions_of(linear, [place])
+    found = complex(mode.amplitudes @ motions)
     # lengths by the model length, so that no unit has a say in what is zero
     unit = np.array([linear.solution.system.length] * 2 + [1.0])
     size = float(np.abs(mode.amplitudes) @ np.abs(linear.rates / unit).max(axis=(1, 2)))
@@ -634,7 +635,7 @@ def _of_motion(
         list(names.values()),
         columns,
         lambda other, rtol: simulate(other, **{**options, "rtol": rtol}),
-        run.begun[0].request.way.rtol,
+        run.begun[0].request.settings.rtol,
     )
 
 

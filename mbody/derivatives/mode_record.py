@@ -329,20 +329,20 @@ class ModeStretch:
 def stretches_of(run: Solution) -> list[ModeStretch]:
     """The stretches of a motion of `simulate`."""
     (begun,) = run.begun
-    system, way, events = begun.system, begun.request.way, begun.request.events
+    system, settings, events = begun.system, begun.request.settings, begun.request.events
     t, q, v = state_of(system, begun.start)
     watch: JumpWatch | None = None
     times = begun.request.times
     going_on = begun.start.restart
     carried = None if going_on is None else (going_on.inputs, going_on.sampled)
     if has_modes(system):
-        watch = recorder = ModeRecorder(system, begun.start, way, events)
+        watch = recorder = ModeRecorder(system, begun.start, settings, events)
         recorder.run(t, q, v, times[times <= run.t[-1]], None, carried=carried)
         found = recorder.stretches
     else:
         found = _between_set_times(run, t, carried)
         if arguments(system.layout):
-            watch = JumpWatch(system, begun.start, way, events)
+            watch = JumpWatch(system, begun.start, settings, events)
             watch.run(t, q, v, times[times <= run.t[-1]], None, carried=carried)
     found[-1].end = float(run.t[-1])
     return found if watch is None else _at_jumps(found, watch)

@@ -164,9 +164,9 @@ class CamAnalysis(Inherited):
     t, psi : arrays (instants,)
         How far the cam has turned since its line of 0 pointed at the follower, 0 … 2π [rad].
     pressure_angle : array (instants,)
-        Between the contact's normal and the way that the follower can go, positive where the
-        normal leans to where the cam turns, as in a rise on a centred guide [rad]; NaN where the
-        place of contact cannot go anywhere.
+        Between the contact's normal and the direction in which the follower can go, positive where
+        the normal leans to where the cam turns, as in a rise on a centred guide [rad]; NaN where
+        the place of contact cannot go anywhere.
     curvature : array (instants,)
         Radius of curvature of the contour at the contact, negative where it is hollow, infinite
         where it is straight [length].
@@ -381,8 +381,8 @@ class FollowerPath:
     place : complex array (n,)
         Of the roller's centre, the knife edge, or the place in the face [length].
     first, second : arrays (n,)
-        Derivatives by θ of the follower's coordinate: of its way along the guide [length], of its
-        angle on the arm [1].
+        Derivatives by θ of the follower's coordinate: of its travel along the guide [length], of
+        its angle on the arm [1].
     along : complex
         Direction of the guide; 0 on an arm.
     pivot : complex
@@ -423,7 +423,7 @@ class FollowerPath:
         return float(np.abs(self.place).min()) - self.roller
 
     def pressure_angle(self) -> Array:
-        """Between the contact's normal and the way of the follower [rad], 0 … π/2."""
+        """Between the contact's normal and the direction of the follower [rad], 0 … π/2."""
         n = self.normal
         if n is None:
             p1 = self._pitch()[0]
@@ -431,9 +431,11 @@ class FollowerPath:
         else:
             h, slope, _ = self._support()
             at = h * n + slope * 1j * n
-        way = self.along if self.along else 1j * (at - self.pivot)
+        direction = self.along if self.along else 1j * (at - self.pivot)
         with np.errstate(invalid="ignore", divide="ignore"):
-            angle: Array = np.arccos(np.minimum(np.abs((n * np.conj(way)).real) / np.abs(way), 1.0))
+            angle: Array = np.arccos(
+                np.minimum(np.abs((n * np.conj(direction)).real) / np.abs(direction), 1.0)
+            )
         return angle
 
     def clearance(self) -> float:
@@ -457,9 +459,9 @@ class FollowerPath:
         """
         if self.along:
             # from beside the cam's centre outwards: closer near it, where most happens
-            way = (self.place * np.conj(self.along)).real
-            out = math.copysign(1.0, float(way.mean()))
-            low, high = -float((out * way).min()), GREATEST * float(np.abs(self.place).max())
+            travel = (self.place * np.conj(self.along)).real
+            out = math.copysign(1.0, float(travel.mean()))
+            low, high = -float((out * travel).min()), GREATEST * float(np.abs(self.place).max())
             shifts = out * (low + (high - low) * np.linspace(0.0, 1.0, TRIED) ** 2)
         else:
             # all positions of the arm on its side of the line to the cam's centre
@@ -604,11 +606,11 @@ def cam_analysis(
 
     Notes
     -----
-    The way that the follower can go is its motion when the cam is held and the contact released:
-    along a guide, across an arm. On a guide tan φ = (s′ − e)/(s + √(R₀² − e²)) with R₀ the least
-    radius of the pitch curve and e the offset. The radius of curvature of the contour is that of
-    the pitch curve less the roller's; under a flat face h + h″. Base radii are searched with the
-    motion of the follower kept, by its guide or arm; for others there is none, and a note.
+    The direction in which the follower can go is its motion when the cam is held and the contact
+    released: along a guide, across an arm. On a guide tan φ = (s′ − e)/(s + √(R₀² − e²)) with R₀
+    the least radius of the pitch curve and e the offset. The radius of curvature of the contour is
+    that of the pitch curve less the roller's; under a flat face h + h″. Base radii are searched
+    with the motion of the follower kept, by its guide or arm; for others there is none, and a note.
 
     Source: Norton, *Design of Machinery*, chapter 8.
 
@@ -705,16 +707,18 @@ def _pressure(run: Solution, cam: CamFollower) -> tuple[Array, Array]:
         x, y = run.reaction_point(cam.name)
     else:
         x, y = place.x, place.y
-    way = np.array([_way(run, cam, k, complex(x[k], y[k])) for k in range(len(run))])
+    directions = np.array(
+        [_direction_of_motion(run, cam, k, complex(x[k], y[k])) for k in range(len(run))]
+    )
     omega = run[cam.i.body].omega
     turning = np.where(np.abs(omega) > 0.0, np.sign(omega), sense)
-    angle = np.angle(n / np.where(way == 0.0, np.nan, way))
+    angle = np.angle(n / np.where(directions == 0.0, np.nan, directions))
     # either way along the same line
     angle = (angle + 0.5 * math.pi) % math.pi - 0.5 * math.pi
     return turning * angle, psi
 
 
-def _way(run: Solution, cam: CamFollower, k: int, place: complex) -> complex:
+def _direction_of_motion(run: Solution, cam: CamFollower, k: int, place: complex) -> complex:
     """Where a place of the follower can go beside the cam, the contact released; 0 for nowhere."""
     system = run.system
     work = system.work()

@@ -41,12 +41,12 @@ def cam_profile(
     ----------
     lift : Law
         What the follower is to do, of the angle θ by which the cam has turned counter-clockwise,
-        over one turn: the way along the guide [length], or the angle of the arm, away from the cam
-        [rad], from 0 on.
+        over one turn: the travel along the guide [length], or the angle of the arm, away from the
+        cam [rad], from 0 on.
     base_radius, roller : float
         Of the base circle, above 0, and of the roller [length].
     offset : float
-        Of the guide from the cam's centre [length], to the right of the way of the lift.
+        Of the guide from the cam's centre [length], to the right of the direction of the lift.
     arm, centre_distance : float, optional
         Length of an arm, and the distance of its pivot from the cam's centre [length]; seen from
         the cam the pivot is then on the right of the roller.

@@ -327,7 +327,7 @@ def _passed_in_a_step(run: Solution) -> Array:
         float(np.max(-stepped.numbers[low:high, 6], initial=0.0))
         for low, high in itertools.pairwise(stepped.first)
     ]
-    passed: Array = run.restart.way.step * speed + np.array(overlap)
+    passed: Array = run.restart.settings.step * speed + np.array(overlap)
     return passed
 
 

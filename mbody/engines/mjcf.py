@@ -77,7 +77,7 @@ class FileCoordinate:
         Branch of the tree that has the coordinate.
     which : int
         Index in the branch: 0; for a free branch 0, 1, 2 for x, y, angle.
-    way : bool
+    slides : bool
         Whether it is a displacement, not an angle.
     direction : float
         Of a displacement: on the body [rad], for a free branch in the world.
@@ -86,7 +86,7 @@ class FileCoordinate:
     name: str
     of: Branch
     which: int = 0
-    way: bool = False
+    slides: bool = False
     direction: float = 0.0
 
 
@@ -142,7 +142,7 @@ class Exported:
         units.
         """
         tree = Tree(tuple(column.of for column in self.columns), (), ())
-        units = np.array([self.scale.length if one.way else 1.0 for one in self.columns])
+        units = np.array([self.scale.length if one.slides else 1.0 for one in self.columns])
         q, v, a = (_selected(part, self.columns) for part in tree_motion(tree, run))
         first = _selected(tree_motion(tree, self.start)[0], self.columns)[-1]
         time = self.scale.time
@@ -296,8 +296,8 @@ class Document:
 
     def _joint(self, made: ET.Element, column: FileCoordinate, theta: float) -> None:
         """A hinge about z at the frame, or a slide along a direction on the body."""
-        given = {"name": column.name, "type": "slide" if column.way else "hinge"}
-        if column.way:
+        given = {"name": column.name, "type": "slide" if column.slides else "hinge"}
+        if column.slides:
             direction = column.direction - (theta if column.of.kind == "free" else 0.0)
             given["axis"] = numbers(1.0, math.cos(direction), math.sin(direction), 0.0)
         else:
@@ -410,7 +410,7 @@ class ClosureWriter:
             i = self._under_pin(joint, i, j)
         ends = (i, j) if forward else (j, i)
         here = Branch(body, other, "prismatic", joint, *ends, not forward)
-        way = Branch(joint.j.body, joint.i.body, "prismatic", joint, i, j)
+        slider = Branch(joint.j.body, joint.i.body, "prismatic", joint, i, j)
         if type(joint) is Prismatic:
             columns = [FileCoordinate(joint.name, here, 0, True, ends[1].angle)]
         else:
@@ -421,9 +421,9 @@ class ClosureWriter:
             if forward:
                 heading = self.document.pose[joint.i.body][2] + i.angle
                 direction = heading - self.document.pose[body][2]
-                columns.insert(0, FileCoordinate(slide, way, 0, True, direction))
+                columns.insert(0, FileCoordinate(slide, slider, 0, True, direction))
             else:
-                columns.append(FileCoordinate(slide, way, 0, True, i.angle + math.pi))
+                columns.append(FileCoordinate(slide, slider, 0, True, i.angle + math.pi))
         self.document.body(here, name, tuple(columns), self.shares[body])
         self.document.origin.setdefault(body, (0.0, 0.0))
         sites = []
@@ -438,8 +438,10 @@ class ClosureWriter:
         x, y, theta = self.document.pose[joint.i.body]
         near, far = placed(x, y, theta, (i.x, i.y)), (j.x, j.y)
         c, s = math.cos(theta + i.angle), math.sin(theta + i.angle)
-        way = c * (far[0] - near[0]) + s * (far[1] - near[1])
-        return MarkerFrame(i.x + way * math.cos(i.angle), i.y + way * math.sin(i.angle), i.angle)
+        along = c * (far[0] - near[0]) + s * (far[1] - near[1])
+        return MarkerFrame(
+            i.x + along * math.cos(i.angle), i.y + along * math.sin(i.angle), i.angle
+        )
 
     def _gear(self, gear: Gear) -> None:
         """A gear pair by angles: R_i θ_i + R_j θ_j − (R_i + R_j) θ_c is constant, c the carrier."""
@@ -504,7 +506,7 @@ class ClosureWriter:
             while name != "ground":
                 branch = self.document.tree.branch(name)
                 for column in self.document.columns:
-                    if not column.way and column.of is branch:
+                    if not column.slides and column.of is branch:
                         parts[column.name] = parts.get(column.name, 0.0) + sign
                 name = branch.parent
         return {name: sign for name, sign in parts.items() if sign}
@@ -719,7 +721,7 @@ class ElementWriter(ClosureWriter):
         base = self.document.pose[driver.i.body][2] + marker_frame(self.system, driver, "i").angle
         for column in self.document.columns:
             branch = column.of
-            if not column.way or branch.kind != "prismatic":
+            if not column.slides or branch.kind != "prismatic":
                 continue
             pair = (branch.parent, branch.body)
             if pair not in ((driver.i.body, driver.j.body), (driver.j.body, driver.i.body)):

@@ -27,7 +27,7 @@ from mbody.model.closed_mechanism import JointContact
 from mbody.solution.doubts import KINDS, as_doubt
 from mbody.solution.energy import Energy
 from mbody.solution.histories import BranchDistance, EventRecord, Record
-from mbody.solution.solution import ModalState, Restart, Solution, Way, as_solution
+from mbody.solution.solution import IntegrationSettings, ModalState, Restart, Solution, as_solution
 from mbody.solution.stepped_contacts import SteppedContacts
 from mbody.system.assembler import assemble
 from mbody.system.system import System, with_numbers_of
@@ -114,9 +114,12 @@ def check_header(header: Mapping[str, Any], system: System) -> None:
         want(isinstance(modes, dict) and all(map(_texts, modes.values())), "'modes' are no texts")
         want(_texts(contacts) and len(contacts) == len(events), "'contacts' are not of the events")
     if "way" in header:
-        way = header["way"]
-        want(isinstance(way, list) and len(way) == 4 and isinstance(way[0], str), "'way' is none")
-        want(all(_number(part) for part in way[1:]), "'way' holds what is no number")
+        settings = header["way"]
+        want(
+            isinstance(settings, list) and len(settings) == 4 and isinstance(settings[0], str),
+            "'way' is none",
+        )
+        want(all(_number(part) for part in settings[1:]), "'way' holds what is no number")
         drivers = {driver.name for driver in system.drivers}
         want(drivers >= {*gone}, "'released_at' names what is no driver")
 
@@ -282,7 +285,7 @@ OTHERWISE_KEPT = ("by", "lost", "rounding")
 ENERGIES = tuple(part.name for part in fields(Energy) if part.name not in OTHERWISE_KEPT)
 #: What a motion with controllers or inputs that jump goes on with; a file does not keep it.
 SAMPLED = ("inputs", "sampled")
-ELSEWHERE = ("way", "own", "modal", *SAMPLED)
+ELSEWHERE = ("settings", "own", "modal", *SAMPLED)
 ARRAYS = tuple(part.name for part in fields(Restart) if part.name not in ELSEWHERE)
 
 
@@ -360,8 +363,8 @@ def save_run(run: Solution, path: str | os.PathLike[str]) -> None:
             arrays[f"after.{n}"] = one.after.record.table(slice(None))
     # controllers are Python, which a file does not keep: it goes on from its last instant
     if run.restart is not None and not run.restart.sampled and not run.restart.inputs:
-        way = run.restart.way
-        header["way"] = [way.method, way.rtol, way.atol, way.step]
+        settings = run.restart.settings
+        header["way"] = [settings.method, settings.rtol, settings.atol, settings.step]
         if run.restart.modal is not None:
             header["modal"] = asdict(run.restart.modal)
         arrays |= {f"restart.{name}": getattr(run.restart, name) for name in ARRAYS}
@@ -476,10 +479,10 @@ def _solution(
         }
         fits = len(parts["state"]) == PROGRESS and np.isfinite(finite(parts["state"])).all()
         want(bool(fits), "'restart.state' holds what is no finite number")
-        way = Way(header["way"][0], *map(float, header["way"][1:]))
+        settings = IntegrationSettings(header["way"][0], *map(float, header["way"][1:]))
         fixed: dict[str, Any] = {**parts, "own": own}
         modal = modal_state(header["modal"]) if "modal" in header else None
-        restart = Restart(way, **fixed, modal=modal)
+        restart = Restart(settings, **fixed, modal=modal)
         _check_restart(system, list(header["released_at"]), restart, float(t[-1]))
     if "given" in arrays:
         given = array(arrays, "given", (n, len(system.drivers), 3), open=True)

@@ -538,7 +538,7 @@ def enter_free(
             f"'{system.mechanism.name}' begins where branches meet, at a singular position, which "
             "an image cannot leave: begin elsewhere"
         )
-    integration = Integration(system, start, request.way)
+    integration = Integration(system, start, request.settings)
     integration.begin(first, q, v, last)
     explicit = integration.steps
     assert isinstance(explicit, ExplicitSteps)
@@ -582,7 +582,7 @@ def enter_free(
     arena.array("motion.y", stepping.y)
     return {
         "notes": [*_notes(system), *integration.notes],
-        "rtol": request.way.rtol,
+        "rtol": request.settings.rtol,
         "times": [first, last],
         "every": _apart(system, last - first),
     }

@@ -125,17 +125,17 @@ class Refusals:
         """Sentence for an unbounded objective of one unknown: the best value is at a pole, or at
         the end of the search.
         """
-        way = "grows" if self.question.greatest else "falls"
+        trend = "grows" if self.question.greatest else "falls"
         name, where = self.wanted[0].unknown.name, self.at(u)
         if edge:
             return (
-                f"'{self.question.objective}' has no {self.word} value: it {way} without bound "
+                f"'{self.question.objective}' has no {self.word} value: it {trend} without bound "
                 f"where '{name}' reaches {where}, beyond which the mechanism cannot be analysed; "
                 "add a side condition or a bound that keeps away from there"
             )
         return (
             f"'{self.question.objective}' has no {self.word} value as far as was searched: it "
-            f"still {way} at '{name}' = {where}; add a side condition or a bound"
+            f"still {trend} at '{name}' = {where}; add a side condition or a bound"
         )
 
     def undetermined(self, error: SingularEquations) -> SolveError:

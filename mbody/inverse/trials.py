@@ -442,8 +442,8 @@ class Trials:
         n = len(self.wanted)
         made = self._values(np.vstack([np.zeros(n), np.eye(n)]))
         names = list(made)
-        ways = [made[name][1:] - made[name][0] for name in names]
-        return names, np.array(ways).reshape(len(names), n)
+        differences = [made[name][1:] - made[name][0] for name in names]
+        return names, np.array(differences).reshape(len(names), n)
 
     def _values(self, us: Array) -> dict[str, Array]:
         """Numbers of the system for such unknowns, by dotted name: arrays (trials,)."""
@@ -495,7 +495,7 @@ class ConditionRows:
 
     def _slopes(self, run: Solution) -> Array | None:
         """Derivatives of all rows by the unknowns, (rows, unknowns); None where there are none."""
-        names, ways = self.trials.numbers
+        names, differences = self.trials.numbers
         instants = DrivenInstants(run, names)
         try:
             whole = instants.at(_FIRST, self.trials.with_loads)
@@ -510,7 +510,7 @@ class ConditionRows:
                 last = self._slope(whole, self.objective, len(names))
         except (TypeError, ModelError, SolveError):  # as of users' compiled functions
             return None
-        return np.asarray(np.vstack([*rows, last]) @ ways)
+        return np.asarray(np.vstack([*rows, last]) @ differences)
 
     @staticmethod
     def _slope(whole: object, text: str, count: int) -> Array:

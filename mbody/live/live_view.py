@@ -188,7 +188,7 @@ class Anchors:
         return next(n for n, one in enumerate(self.anchors) if one.key == key)
 
     def _guide(self, joint: Prismatic | PinSlot) -> None:
-        """Both ends of a guide, which are those of the way in the whole motion."""
+        """Both ends of a guide, which are those of the travel in the whole motion."""
         body, rail, slides = guide(joint)
         ends = []
         for sketch in (self.shown, self.base, self.other):
@@ -449,14 +449,14 @@ class _Follower(Anchors):
         self, a: int, b: int, shown: KeptShape, base: KeptShape, moved: Array, finite: Array
     ) -> list[tuple[int, int, float]] | None:
         one, two = self.anchors[a], self.anchors[b]
-        way, long = two.base - one.base, two.shown - one.shown
-        if not np.hypot(*way) or not np.hypot(*long):
+        direction, long = two.base - one.base, two.shown - one.shown
+        if not np.hypot(*direction) or not np.hypot(*long):
             return None
         change = two.moved - one.moved
         # hatching is slanted: its ends lie a little farther along than what they belong to
         slack = 0.1 * float(np.abs(change).max())
         for k in np.flatnonzero(finite):
-            part = float((base.points[k] - one.base) @ way / (way @ way))
+            part = float((base.points[k] - one.base) @ direction / (direction @ direction))
             off = one.moved + min(max(part, 0.0), 1.0) * change - moved[k]
             if float(np.abs(off).max()) > self.same + slack * (not shown.look.name):
                 return None

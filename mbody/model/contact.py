@@ -111,8 +111,8 @@ class Arc:
     radius : float
         Positive.
     ahead : float or None
-        Where it touches from its centre: along (1) or against (−1) the way from the first arm to
-        the second; None where it touches an edge.
+        Where it touches from its centre: along (1) or against (−1) the direction from the first arm
+        to the second; None where it touches an edge.
     """
 
     second: bool

@@ -74,8 +74,8 @@ def _rows(column: MeasuredColumn, at: Evaluation, every: bool) -> AimRows:
     if column.by == "rms":
         square, t = np.square(value), _times(at)
         root = float(np.sqrt(mean_over(square, t.value)))
-        way = mean_slope(0.5 * square, value[:, None] * slope, t) / max(root, 1e-300)
-        return AimRows(np.array([root]), way[None], np.array([-1]))
+        slope_of_root = mean_slope(0.5 * square, value[:, None] * slope, t) / max(root, 1e-300)
+        return AimRows(np.array([root]), slope_of_root[None], np.array([-1]))
     if column.by == "span":
         high, low = int(value.argmax()), int(value.argmin())
         return AimRows(value[[high]] - value[low], slope[[high]] - slope[low], np.array([-1]))

@@ -81,7 +81,7 @@ class Evaluation:
     def mobility(self) -> tuple[float, np.ndarray, int]:
         """How far the motion is from a singular position: the square of the rate of the drivers by
         that of what moves most, in model lengths and radians, where it is least; its derivatives,
-        and the instant. It falls to zero like the way that is left to a dead centre.
+        and the instant. It falls to zero like the distance that is left to a dead centre.
         """
         system, record = self.run.system, self.whole.record
         n = system.coordinates

@@ -371,7 +371,7 @@ class MultiStart:
         starts: Sequence[np.ndarray],
     ) -> list[str]:
         """Refuse an aim that no number changes; sentences for limits that none changes."""
-        ways = [at for at in map(self.evaluator, starts[:3]) if at is not None]
+        points = [at for at in map(self.evaluator, starts[:3]) if at is not None]
         names, system = list(self.ranges.names), self.evaluator.system
         ranges = self.ranges.high - self.ranges.low
 
@@ -381,7 +381,7 @@ class MultiStart:
                 for value, slope in rows
             )
 
-        own = [(rows.values, rows.slopes) for rows in (aim.rows(at) for at in ways)]
+        own = [(rows.values, rows.slopes) for rows in (aim.rows(at) for at in points)]
         if not moves(own):
             given = ", ".join(f"'{name}'" for name in self.ranges.given)
             raise ModelError(
@@ -391,7 +391,7 @@ class MultiStart:
         return [
             _unchanged(limit)
             for limit in limits
-            if not moves([(rows.values, rows.slopes) for rows in (limit.rows(at) for at in ways)])
+            if not moves([(rows.values, rows.slopes) for rows in (limit.rows(at) for at in points)])
         ]
 
     def _unreachable(self, count: int) -> SolveError:

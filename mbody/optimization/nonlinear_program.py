@@ -70,19 +70,19 @@ def linear_steps(start: Linearized, look: Callable[[np.ndarray], Linearized | No
         step = _step(here, box)
         if step is None:
             return here
-        way, promised, heaviest = step
+        step_found, promised, heaviest = step
         weight = max(weight, HEAVIER * heaviest)
         now = here.merit(weight)
         foretold = now - promised
         if foretold <= GAIN * max(abs(now), 1e-300):
             return here
-        there = look(np.clip(here.u + way, 0.0, 1.0))
+        there = look(np.clip(here.u + step_found, 0.0, 1.0))
         gained = -1.0 if there is None else (now - there.merit(weight)) / foretold
         if there is not None and gained > 1e-2:
             here = there
             box = min(1.0, 2.0 * box) if gained > 0.75 else box
         if gained < 0.25:
-            box = 0.25 * float(np.abs(way).max())
+            box = 0.25 * float(np.abs(step_found).max())
         if box < LEAST:
             return here
     return here
@@ -124,14 +124,14 @@ def _step(at: Linearized, box: float) -> tuple[np.ndarray, float, float] | None:
     )
     if found.status != 0:
         return None
-    way, z, slack = found.x[:n], float(found.x[n]), float(found.x[n + 1])
+    step_found, z, slack = found.x[:n], float(found.x[n]), float(found.x[n + 1])
     left = slack + float(found.x[n + 2 :].sum())
     pulls = np.abs(found.ineqlin.marginals[len(aims) :]).sum()
     heaviest = min(float(pulls), 1e3) if len(own) else 0.0
     if free:
         heaviest = max(heaviest, min(float(np.abs(found.eqlin.marginals).max()), 1e3))
     weight = max(10.0, HEAVIER * heaviest)
-    return way, z + weight * left, heaviest
+    return step_found, z + weight * left, heaviest
 
 
 #: Rows of a limit with which the search begins, rounds of exchange, and steps of each.

@@ -169,11 +169,11 @@ def tolerance_band(
     least = np.minimum(margins[0], 0.0) - loss * sizes[aims:]
 
     def good(parts: np.ndarray) -> np.ndarray:
-        """Whether designs so far on their ways, (2 numbers, places), are good enough."""
+        """Whether designs so far on their paths, (2 numbers, places), are good enough."""
         designs = np.tile(x, (parts.size, 1))
         own = np.repeat(who, parts.shape[1])
-        way = (ends - x[who])[:, None] * parts
-        designs[np.arange(parts.size), own] += way.reshape(-1)
+        steps = (ends - x[who])[:, None] * parts
+        designs[np.arange(parts.size), own] += steps.reshape(-1)
         values, margins = screen.judged(designs)
         with np.errstate(invalid="ignore"):
             fine = (values <= worst).all(axis=1) & (margins >= least).all(axis=1)
@@ -222,8 +222,8 @@ def optimum_of(
         )
     if rest > OPEN and ended.status == "completed":
         notes.append(
-            f"the search ended where the objective still falls by {rest:.1%} of its steepest way: "
-            "it is near a place without derivatives, or stopped early"
+            f"the search ended where the objective still falls by {rest:.1%} of its steepest "
+            "slope: it is near a place without derivatives, or stopped early"
         )
     goals = list(aims) or [aim]
     starting = search.evaluator(search.evaluator.present())

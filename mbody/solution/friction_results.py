@@ -114,9 +114,9 @@ class ContactLimits:
             e = int(np.flatnonzero(L.primitive_node == L.friction_node[f])[0])
             sense = float(self.work.par[pair.parameter + 4, 0])
             most = float(self.work.par[pair.parameter + 1, 0]) * self._pressing(e, sense)
-            for way in (1.0, -1.0):
+            for sign in (1.0, -1.0):
                 own = most.copy()
-                own[self.rows + n] = way
+                own[self.rows + n] = sign
                 found.append(own)
         return found
 
@@ -148,16 +148,16 @@ class RestingContacts:
         self.load = load * scale
         self.size = float(np.abs(self.load).max(initial=0.0)) or 1.0
 
-    def extreme(self, driver: str, way: float) -> Array | None:
-        """The forces at which the effort of a driver is greatest (`way` 1) or least (−1); None
+    def extreme(self, driver: str, sign: float) -> Array | None:
+        """The forces at which the effort of a driver is greatest (`sign` 1) or least (−1); None
         where nothing holds, infinite where there is no bound.
         """
         aim = np.zeros(self.balance.shape[1])
         # an effort is −λ
-        aim[self.limits.row(self.system.primitives_of[driver][0])] = way
+        aim[self.limits.row(self.system.primitives_of[driver][0])] = sign
         status, forces = self._solved(aim, self.limits.least)
         if status == UNBOUNDED:
-            return np.full(len(aim), -way * np.inf)
+            return np.full(len(aim), -sign * np.inf)
         return forces if status == 0 else None
 
     def reserve(self) -> float:
@@ -311,12 +311,12 @@ def _by_programs(solution: Result, instants: Array, design: int) -> Array:
         work = loaded(solution, k, design)
         a = motion_at(solution, np.array([k]), design)[0, 2 * n : 3 * n]
         forces = RestingContacts(limits, work, work.force[:n, 0] - system.mass[:n, 0] * a)
-        for m, (number, way) in enumerate(itertools.product(range(len(drivers)), (-1.0, 1.0))):
-            extreme = forces.extreme(drivers[number], way)
+        for m, (number, sign) in enumerate(itertools.product(range(len(drivers)), (-1.0, 1.0))):
+            extreme = forces.extreme(drivers[number], sign)
             if extreme is not None and np.isfinite(extreme).all():
                 found[m, k] = forces.table(extreme)
             elif extreme is not None:
-                found[m, k] = _unbounded(solution, found[m, k], (number, way))
+                found[m, k] = _unbounded(solution, found[m, k], (number, sign))
     return found
 
 
@@ -378,27 +378,29 @@ def _choices(
     senses = rates[:, 2].copy()
     if not senses.any():
         for n, one in enumerate(impending):
-            for way in (1.0, -1.0):
-                own = np.where(rest, way * np.sign(one), 0.0)
+            for sign in (1.0, -1.0):
+                own = np.where(rest, sign * np.sign(one), 0.0)
                 for both in senses_with_still(own, rest & (one == 0.0)):
-                    yield both, (n, way)
+                    yield both, (n, sign)
         return
     change = rates[:, 1]
     turns = rest & (np.abs(change) > ROUNDING * np.abs(change).max(initial=0.0))
-    for way in (-1.0, 1.0):
-        own = np.where(turns, way * np.sign(change), senses)
+    for sign in (-1.0, 1.0):
+        own = np.where(turns, sign * np.sign(change), senses)
         yield from ((both, None) for both in senses_with_still(own, rest & ~turns))
 
 
 def senses_with_still(senses: Array, still: Array) -> Iterator[Array]:
     """Senses (pairs,) of what begins to slide, with both senses of the pairs that stay at rest."""
     which = np.flatnonzero(still)
-    ways: Sequence[tuple[float, ...]] = list(itertools.product((1.0, -1.0), repeat=len(which)))
+    combinations: Sequence[tuple[float, ...]] = list(
+        itertools.product((1.0, -1.0), repeat=len(which))
+    )
     if len(which) > TOGETHER:
-        ways = [(1.0,) * len(which), (-1.0,) * len(which)]
-    for way in ways:
+        combinations = [(1.0,) * len(which), (-1.0,) * len(which)]
+    for combination in combinations:
         found = senses.copy()
-        found[which] = way
+        found[which] = combination
         yield found
 
 

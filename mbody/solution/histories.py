@@ -454,7 +454,7 @@ def velocity(solution: Result, element: Element, side: str) -> tuple[Array, Arra
 
 
 def ends(solution: Result, element: Element) -> tuple[Any, Any, Any, Any]:
-    """Numbers, the way from the place on i to that on j, and the directions of both markers."""
+    """Numbers, the vector from the place on i to that on j, and the directions of both markers."""
     at = solution.system.numbers
     (ix, iy), (jx, jy) = place(solution, element, "i"), place(solution, element, "j")
     angles = (

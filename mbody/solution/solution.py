@@ -80,8 +80,8 @@ Array = np.ndarray
 
 
 @dataclass(frozen=True)
-class Way:
-    """How a motion is followed: the method, its tolerances, the step of methods that have one."""
+class IntegrationSettings:
+    """How a motion is integrated: the method, its tolerances, the step of methods that have one."""
 
     method: str
     rtol: float
@@ -138,8 +138,8 @@ class Restart:
 
     Attributes
     ----------
-    way : Way
-        How the motion was followed.
+    settings : IntegrationSettings
+        How the motion was integrated.
     scale, y, slope : arrays (2·coordinates + own states,)
         Sizes of the coordinates, the state, its slope.
     powers, gained : arrays (causes,)
@@ -158,7 +158,7 @@ class Restart:
         Of a motion with contacts or rough joints.
     """
 
-    way: Way
+    settings: IntegrationSettings
     scale: Array
     y: Array
     slope: Array

@@ -182,10 +182,10 @@ def _edge(
     centre, reach = moved(run, tip), float(spot.reach)
     away = centre - begin
     gap = (away * normal).sum(axis=1) - reach
-    way = (away * u).sum(axis=1)
+    along_edge = (away * u).sum(axis=1)
     near = NEAR * run.system.length
     endless = not np.isfinite(length)
-    along = endless | ((way >= -near) & (way <= float(length) + near))
+    along = endless | ((along_edge >= -near) & (along_edge <= float(length) + near))
     return centre - reach * normal, normal, gap, along, (tip, first, None)
 
 
@@ -199,9 +199,9 @@ def _round(
     ri = float(spot.tangent.parameters[4]) * apart
     start: Place = (first, x, y)
     here, there = moved(run, start), moved(run, tip)
-    way = there - here
-    length = np.hypot(*way.T)
-    d = way / np.maximum(length, 1e-300)[:, None]
+    separation = there - here
+    length = np.hypot(*separation.T)
+    d = separation / np.maximum(length, 1e-300)[:, None]
     gap = spot.sense * (length - apart)
     normal = spot.sense * d
     place = here + ri * d + gap[:, None] * normal

@@ -117,7 +117,7 @@ def driven_motion(result: Any, driver: Any) -> tuple[Any, Any, Any]:
 
 
 def _apart(result: Any, element: Any) -> list[tuple[Any, Any]]:
-    """The way from the place on i to that on j, with both derivatives, world axes."""
+    """The vector from the place on i to that on j, with both derivatives, world axes."""
     (ix, iy), (jx, jy) = (_motion(result, element, side) for side in "ij")
     return [(b - a, d - c) for a, b, c, d in zip(ix, jx, iy, jy, strict=True)]
 

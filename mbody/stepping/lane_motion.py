@@ -30,7 +30,7 @@ from mbody.model.element import as_marker, listed
 from mbody.model.study import Measure, measure_named
 from mbody.solution.histories import Record
 from mbody.solution.measures import check_measure, measured, valued
-from mbody.solution.solution import Solution, Way
+from mbody.solution.solution import IntegrationSettings, Solution
 from mbody.solution.traced_instant import NUMPY, WRITTEN, TracedInstant, TracedRecord
 from mbody.solution.tracing import Recording, Rule
 from mbody.stepping.input_values import jumping
@@ -60,7 +60,7 @@ class LaneMotion:
     system : System
         One design, or a batch of n.
     n : int
-    way : Way
+    settings : IntegrationSettings
         Method and tolerances.
     inputs : mapping
         Signal row of every input that is set from outside.
@@ -75,18 +75,23 @@ class LaneMotion:
     """
 
     def __init__(
-        self, system: System, n: int, way: Way, inputs: dict[str, int], threads: int
+        self,
+        system: System,
+        n: int,
+        settings: IntegrationSettings,
+        inputs: dict[str, int],
+        threads: int,
     ) -> None:
-        self.system, self.count, self.way = system, n, way
+        self.system, self.count, self.settings = system, n, settings
         self.groups = -(-n // LANES)
         self.threads = max(1, min(threads, -(-self.groups // SHARE)))
         self.layout = without_held(system.runtime(), {**held_inputs(system), **inputs})
         # states that all go alone have no steps on lanes
-        self.table = TABLES.get(way.method, TABLES["dopri5"])()
+        self.table = TABLES.get(settings.method, TABLES["dopri5"])()
         light = bool(stand_ins(system.layout, system.mass, system.length).any())
         self.tolerances = Tolerances(
-            relative=way.rtol,
-            absolute=way.atol,
+            relative=settings.rtol,
+            absolute=settings.atol,
             refinements=REFINEMENTS if light else 0,
             full_refinements=REFINEMENTS,
             patience=PATIENT,

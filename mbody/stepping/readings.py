@@ -24,7 +24,7 @@ from mbody.model.states import ORIGIN
 from mbody.model.study import Measure
 from mbody.solution.doubts import Doubt
 from mbody.solution.histories import EventRecord, Record
-from mbody.solution.solution import Solution, Way
+from mbody.solution.solution import IntegrationSettings, Solution
 from mbody.solution.traced_instant import Present, Read
 from mbody.stepping.input_values import Inputs
 from mbody.stepping.stepwise import Stepwise, StepwiseContacts
@@ -222,11 +222,11 @@ class Readings:
     _notes: tuple[str, ...] = ()
     #: Tables that were left.
     _beyond: tuple[Doubt, ...] = ()
-    _way: Way
+    _settings: IntegrationSettings
 
-    def _show(self, integration: Stepwise, way: Way) -> None:
+    def _show(self, integration: Stepwise, settings: IntegrationSettings) -> None:
         """Read from this integration."""
-        self._integration, self._way = integration, way
+        self._integration, self._settings = integration, settings
         y, slots, shown = integration.y, integration.state, integration.shown.reshape(-1)
         self._slots, self._shown = memoryview(slots.data), memoryview(shown.data)
         self._present = Present(self.system, memoryview(y.data), self._slots, self._page)
@@ -371,7 +371,7 @@ class Readings:
             else:
                 self._page()
                 found = self._integration.now(self._ended or "completed")
-            self._certified = judged(found, self._way, self._beyond)
+            self._certified = judged(found, self._settings, self._beyond)
         return self._certified
 
     @property
@@ -407,8 +407,8 @@ class Readings:
 #
 #     M a + Φ_qᵀ λ + h = 0,   h = −f,   Φ_q a = γ.
 #
-# Minimal coordinates are what the leaders of the free motions do (their angles, or the ways that
-# they slide), v = N v_min at drivers that rest; the leaders are those of
+# Minimal coordinates are what the leaders of the free motions do (their angles, or the distances
+# that they slide), v = N v_min at drivers that rest; the leaders are those of
 # `mbody.engineering.linearize`.
 
 
@@ -580,7 +580,7 @@ class MechanicsNow(Readings):
     @property
     def q_min(self) -> Array:
         """Minimal coordinates (free,): angles [rad] of the leaders that turn, and of others the
-        ways along which they slide now [length].
+        distances along which they slide now [length].
         """
         return np.asarray(self.minimal.P @ self.q)
 

@@ -196,13 +196,13 @@ def _led(
     """
     q, ground = base, np.zeros(3)
     starts = [one.at(system, q) * one.unit(system) for one in places]
-    ways = [one.value - start for one, start in zip(places, starts, strict=True)]
-    sizes = (abs(way) / one.unit(system) for one, way in zip(places, ways, strict=True))
+    changes = [one.value - start for one, start in zip(places, starts, strict=True)]
+    sizes = (abs(change) / one.unit(system) for one, change in zip(places, changes, strict=True))
     count, off = max(1, math.ceil(max(sizes, default=0.0) / LED)), np.zeros(len(places))
     for n in range(1, count + 1):
         spots = [
-            Prescribed(one.body, one.key, one.value if n == count else start + n / count * way)
-            for one, start, way in zip(places, starts, ways, strict=True)
+            Prescribed(one.body, one.key, one.value if n == count else start + n / count * change)
+            for one, start, change in zip(places, starts, changes, strict=True)
         ]
         found = fitted_places(system, work, spots, np.append(q, ground))
         if found is None:
@@ -354,8 +354,8 @@ class Simulator(MechanicsNow):
             refuse_readings_of_released(whole.mechanism, gone, self._request.events)
             self.system = released(whole, gone)
             t, q, v = state_of(self.system, self._start)
-        way, events = self._request.way, self._request.events
-        self._show(stepwise(self.system, self._start, way, events), way)
+        settings, events = self._request.settings, self._request.events
+        self._show(stepwise(self.system, self._start, settings, events), settings)
         self._watched = Watched(self._integration, self._present, bool(self._request.events))
         self.inputs = self._find_inputs()
         self._begin(t, q, v)
@@ -591,11 +591,12 @@ class Simulator(MechanicsNow):
         carried = given.carried
         if carried is None:
             return "" if given.origin is not None else "is not whole: take one of sim.state"
-        way, own = carried.restart.way, self._request.way
-        if way != own:
+        settings, own = carried.restart.settings, self._request.settings
+        if settings != own:
             return (
-                f"goes by {way.method} at rtol {way.rtol:g}, this simulator by {own.method} at "
-                f"rtol {own.rtol:g}: reset(state) takes its positions and rates alone"
+                f"goes by {settings.method} at rtol {settings.rtol:g}, this simulator by "
+                f"{own.method} at rtol {own.rtol:g}: reset(state) takes its positions and rates "
+                "alone"
             )
         self._page_valid = False
         return self._integration.unfit(carried, given.inputs)

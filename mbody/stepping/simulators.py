@@ -42,7 +42,7 @@ from mbody.model.numbers import number_in
 from mbody.model.simulation import METHODS
 from mbody.quantities.types import Number
 from mbody.quantities.units import DIMENSIONS
-from mbody.solution.solution import Solution, Way
+from mbody.solution.solution import IntegrationSettings, Solution
 from mbody.stepping.lane_motion import LaneInputs, LaneMotion, LaneReadings, usable_cores
 from mbody.stepping.simulator import (
     LED,
@@ -224,12 +224,12 @@ class SinglyLed(LaneReadings):
     _doubts: dict[int, str]
 
     def _may_use_lanes(self, begun: SimulatorState) -> bool:
-        """Whether ordinary steps of this mechanism, in this way, are those that lanes take."""
+        """Whether ordinary steps of this mechanism, by this method, are those that lanes take."""
         system, carried = self.system, begun.carried
         assert carried is not None
         own = system.mechanism.simulation
         return not (
-            carried.restart.way.method not in TABLES
+            carried.restart.settings.method not in TABLES
             or carried.regularization
             or (own is not None and (own.events or own.release))
             or system.has_user_code
@@ -327,7 +327,7 @@ class SinglyLed(LaneReadings):
 #: From this tolerance on the method of order 5 reaches an accuracy sooner than that of order 8.
 LOOSE = 1e-6
 #: Of motions that all go alone: lanes make no steps of theirs.
-UNKNOWN = Way("dopri5", 1e-6, 1e-6)
+UNKNOWN = IntegrationSettings("dopri5", 1e-6, 1e-6)
 #: Arrays of the lanes that say all of their states.
 ROWS = ("y", "derivative", "scale", "near", "state", "inputs")
 KEPT = (*ROWS, "stale", "bad")
@@ -435,11 +435,11 @@ class Simulators(SinglyLed):
         places = {one.name: int(row) for one, row in zip(whole.mechanism.inputs, rows, strict=True)}
         self._input_names = names
         self._on_lanes = begun.carried is not None and self._may_use_lanes(begun)
-        way = begun.carried.restart.way if begun.carried is not None else UNKNOWN
+        settings = begun.carried.restart.settings if begun.carried is not None else UNKNOWN
         self._lanes = LaneMotion(
             self.system,
             self.n,
-            way,
+            settings,
             {name: places[name] for name in names},
             _threads(threads),
         )

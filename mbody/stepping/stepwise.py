@@ -52,7 +52,7 @@ from mbody.model.simulation import ADAPTIVE, Event
 from mbody.solution.doubts import Doubt
 from mbody.solution.histories import Record
 from mbody.solution.measures import valued
-from mbody.solution.solution import Restart, Solution, Way
+from mbody.solution.solution import IntegrationSettings, Restart, Solution
 from mbody.solution.traced_instant import Present, Read
 from mbody.system.system import System
 
@@ -202,7 +202,7 @@ class Stepwise(Integration):
         self.regularization = regularization
         self.stepping = self.stepping.replaced(regularization=regularization)
         self.motion = self._motion()
-        self.steps = integrator(self.way.method, self.layout, self.work, self.way.step)
+        self.steps = integrator(self.settings.method, self.layout, self.work, self.settings.step)
         self.__dict__.pop("_probe", None)
 
     @functools.cached_property
@@ -746,15 +746,17 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
             self.kept_modes = kept
 
 
-def stepwise(system: System, start: Solution, way: Way, events: tuple[Event, ...]) -> Stepwise:
+def stepwise(
+    system: System, start: Solution, settings: IntegrationSettings, events: tuple[Event, ...]
+) -> Stepwise:
     """The integration of a system."""
     if has_modes(system):
-        if way.method not in ADAPTIVE:
-            refuse_modes(system, f"the method '{way.method}'")
-        return StepwiseContacts(system, start, way, events)
+        if settings.method not in ADAPTIVE:
+            refuse_modes(system, f"the method '{settings.method}'")
+        return StepwiseContacts(system, start, settings, events)
     if events:
-        return StepwiseEvents(system, start, way, events)
-    return Stepwise(system, start, way)
+        return StepwiseEvents(system, start, settings, events)
+    return Stepwise(system, start, settings)
 
 
 # -- Monitors between the ends of calls: tables left, contacts lifted off, events --------------

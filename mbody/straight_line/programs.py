@@ -144,9 +144,9 @@ def step_table(path: LanePath) -> np.ndarray:
     s, t = path.s[:, 0], path.t[:, 0]
     count = len(s)
     found = {name: np.zeros(count) for name in COLUMNS}
-    way = np.diff(s)
+    lengths = np.diff(s)
     found["here"], found["time"] = s, t
-    found["h"][1:], found["back"][2:], found["longer"][3:] = way, way[:-1], s[2:-1] - s[:-3]
+    found["h"][1:], found["back"][2:], found["longer"][3:] = lengths, lengths[:-1], s[2:-1] - s[:-3]
     found["seen"][1:], found["seen_twice"][2:] = 1.0, 1.0
     back = found["back"]
     found["quintic"][:] = back != 0.0

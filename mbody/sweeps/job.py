@@ -438,10 +438,10 @@ def analyse_piece(job: Job, values: np.ndarray) -> PieceResult:
 def _block(job: Job, values: np.ndarray) -> PieceResult:
     """The results of designs that are computed in parallel."""
     result, alone = PieceResult(job.empty(len(values))), np.ones(len(values), dtype=bool)
-    way, open_loops = np.ones(len(values)), 0
+    progress, open_loops = np.ones(len(values)), 0
     if job.course is not None:
         try:
-            found, alone, way = _together(job, job.course, values)
+            found, alone, progress = _together(job, job.course, values)
         except ModelError:  # one of them has an invalid number: those beside it go together
             if len(values) > LANES:
                 half = -(-len(values) // (2 * LANES)) * LANES
@@ -453,9 +453,9 @@ def _block(job: Job, values: np.ndarray) -> PieceResult:
                 column[~alone] = history.reshape(column.shape)[~alone]
     for design in np.flatnonzero(alone).tolist():
         try:
-            if way[design] < 1.0 and not _closes(job, values[design]):
+            if progress[design] < 1.0 and not _closes(job, values[design]):
                 open_loops += 1
-                raise _open(job, values[design], float(way[design]), open_loops <= EXPLAINED)
+                raise _open(job, values[design], float(progress[design]), open_loops <= EXPLAINED)
             run, found = _alone(job, values[design])
             for column, value in zip(result.columns, found, strict=True):
                 column[design] = value
@@ -488,11 +488,11 @@ def _together(
     job: Job, course: BatchSetup | LaneMotions, values: np.ndarray
 ) -> tuple[list[np.ndarray], np.ndarray, np.ndarray]:
     """Columns of the designs on lanes, which designs must be analysed one by one, and how much of
-    the way from the description's numbers closes, 1 of all.
+    the path from the description's numbers closes, 1 of all.
     """
     own = dict(zip(job.names, np.ascontiguousarray(values.T), strict=True))
     system, given = job.system.with_values(own), None
-    way = np.ones(len(values))
+    progress = np.ones(len(values))
     if isinstance(course, LaneMotions):
         times = course.request.times
         rows, sound = integrate_lanes(system, course, own, job.wanted)
@@ -502,14 +502,14 @@ def _together(
         closed_at = closed_poses(system, course.grid, course.pose, course.origin, course.small)
         rows, sound = on_lanes(system, course, closed_at.poses, job.wanted)
         sound &= closed_at.good
-        way = closed_at.way
+        progress = closed_at.progress
         if len(course.grid.given) == len(times):
             given = course.grid.take(np.arange(job.before, len(times))).given
     kept = _SelectedRows(job.wanted, rows[:, :, job.before :])
     run = Solution(system, job.analysis, times[job.before :], kept, given)
     with np.errstate(all="ignore"):
         found = _columns(job, run)
-        return found, ~sound | unfit(run), way
+        return found, ~sound | unfit(run), progress
 
 
 def _columns(job: Job, run: Solution) -> list[np.ndarray]:
@@ -530,7 +530,7 @@ def _closes(job: Job, values: np.ndarray) -> bool:
     return closed_near(system, t, job.how.get("guess"), job.grid.first(system)) is not None
 
 
-def _open(job: Job, values: np.ndarray, way: float, explained: bool) -> SolveError:
+def _open(job: Job, values: np.ndarray, progress: float, explained: bool) -> SolveError:
     """The error of a design that does not close, with the smallest gap where it is `explained`,
     which takes some hundred times as long.
     """
@@ -544,7 +544,8 @@ def _open(job: Job, values: np.ndarray, way: float, explained: bool) -> SolveErr
             return error
     return SolveError(
         f"loops do not close at t = {t:g} {units.time}: from the numbers of the description to "
-        f"those of this design they do for {way:.1%} of the way; analyse it alone to see the gap"
+        f"those of this design they do for {progress:.1%} of the way; analyse it alone to see the "
+        "gap"
     )
 
 

@@ -499,7 +499,7 @@ class Followed:
 def followed(positions: Positions, units: str) -> Followed:
     """Drive the crank from the first position through the others, and judge what it meets."""
     name, carriers, stop = positions.kind.carrier, positions.carriers, ""
-    for theta, in_order in _ways(positions):
+    for theta, in_order in _crank_angles(positions):
         system = assemble(positions.described(theta, units))
         try:
             run = kinematics(system, drive={"motor": theta})
@@ -513,12 +513,12 @@ def followed(positions: Positions, units: str) -> Followed:
             continue
         defects = () if in_order else ("order: the crank turns back between the points",)
         return Followed(system, theta, in_order, defects, run, _motion(positions, system, theta))
-    theta = next(_ways(positions))[0]
+    theta = next(_crank_angles(positions))[0]
     system = assemble(positions.described(theta, units))
     return Followed(system, theta, False, (_defect(positions, stop),), None, None)
 
 
-def _ways(positions: Positions) -> Any:
+def _crank_angles(positions: Positions) -> Any:
     """Crank angles through all points, and whether they go one way within a turn."""
     theta = positions.theta
     steps = np.diff(theta)
@@ -554,11 +554,11 @@ def _points(there: np.ndarray) -> str:
 
 def _motion(positions: Positions, system: System, theta: np.ndarray) -> Any:
     if positions.kind.turns(positions.x):
-        way = theta[0] + np.linspace(0.0, 2.0 * math.pi, MOTION)
+        angles = theta[0] + np.linspace(0.0, 2.0 * math.pi, MOTION)
     else:
         whole = np.linspace(0.0, len(theta) - 1.0, MOTION)
-        way = np.interp(whole, np.arange(len(theta)), theta)
-    return kinematics(system, drive={"motor": way})
+        angles = np.interp(whole, np.arange(len(theta)), theta)
+    return kinematics(system, drive={"motor": angles})
 
 
 #: Share of the size of a motion by which designs are one.

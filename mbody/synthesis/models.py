@@ -485,8 +485,8 @@ class _ModelCandidate:
             except SolveError as error:
                 stop = str(error).partition(";")[0]
         whole = np.linspace(0.0, len(theta) - 1.0, MOTION)
-        way = np.interp(whole, np.arange(len(theta)), theta)
-        return kinetostatics(system, drive={self.demand.driver: way}), stop
+        values = np.interp(whole, np.arange(len(theta)), theta)
+        return kinetostatics(system, drive={self.demand.driver: values}), stop
 
     def measured(self, run: Any) -> np.ndarray:
         off = np.stack([run.measure(q) for q in self.demand.quantities]) - self.demand.goals

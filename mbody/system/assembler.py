@@ -147,8 +147,8 @@ def model_length(mechanism: Mechanism, at: Numbers) -> float:
     known = max(moving) or max(fixed) or max(apart, default=0.0)
     if known:
         return known
-    ways = (_own_lengths(mechanism, at), _places(mechanism, at))
-    sizes = (max(map(abs, lengths), default=0.0) for lengths in ways)
+    attempts = (_own_lengths(mechanism, at), _places(mechanism, at))
+    sizes = (max(map(abs, lengths), default=0.0) for lengths in attempts)
     other = next((size for size in sizes if size), 1.0)
     return 1.0 if 1.0 / FAR <= other <= FAR else other
 

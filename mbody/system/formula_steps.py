@@ -271,7 +271,7 @@ def _directed(steps: StepList, body: str, vector: tuple[Any, Any]) -> tuple[Reco
 def _ends(
     steps: StepList, element: Any, at: Numbers
 ) -> tuple[tuple[Recorded, Recorded], tuple[Recorded, Recorded]]:
-    """The way from the place on i to that on j, and its rate, in world axes."""
+    """The vector from the place on i to that on j, and its rate, in world axes."""
     found = []
     for field in ("i", "j"):
         marker: Marker = element.place(field)

@@ -556,9 +556,9 @@ class _DerivationWriter:
 
     def _loop(self, one: LoopEquations) -> list[Block]:
         pairs = zip(one.loop.bodies, one.loop.joints, strict=True)
-        way = " ".join(f"{body} –{joint}–" for body, joint in pairs)
+        route = " ".join(f"{body} –{joint}–" for body, joint in pairs)
         blocks: list[Block] = [
-            Text(f"{way} {one.loop.bodies[0]}. The vectors from joint to joint close:"),
+            Text(f"{route} {one.loop.bodies[0]}. The vectors from joint to joint close:"),
             DisplayedEquations([one.vector.line()]),
             self._vectors(one),
         ]

@@ -370,25 +370,25 @@ def loops_of_instants(solution: Solution, instants: Iterable[int]) -> Iterable[l
 
 
 def _chains(solution: Solution) -> list[list[_Step]]:
-    """Fundamental cycles of the graph of bodies and joints, by a tree of shortest ways."""
+    """Fundamental cycles of the graph of bodies and joints, by a tree of shortest paths."""
     joints = edges(solution)
-    ways: dict[str, list[_Step]] = {}
+    routes: dict[str, list[_Step]] = {}
     used: set[str] = set()
     for root in ("ground", *(body.name for body in solution.mechanism.bodies)):
-        if root in ways:
+        if root in routes:
             continue
-        ways[root], waiting = [], [root]
+        routes[root], waiting = [], [root]
         for body in waiting:
             for step in _steps_from(body, joints):
-                if step.entered not in ways:
-                    ways[step.entered] = [*ways[body], step]
+                if step.entered not in routes:
+                    routes[step.entered] = [*routes[body], step]
                     waiting.append(step.entered)
                     used.add(step.joint.name)
     found = []
     for joint in joints:
         if joint.name not in used:
             i, j = joint.bodies
-            there, back = ways[i], ways[j]
+            there, back = routes[i], routes[j]
             while there and back and there[0] == back[0]:
                 there, back = there[1:], back[1:]
             found.append([*there, _Step(joint, i, j), *(step.back() for step in reversed(back))])
@@ -405,7 +405,7 @@ def _steps_from(body: str, joints: Sequence[Any]) -> Iterable[_Step]:
 
 
 class Relative(NamedTuple):
-    """From a place on i to one on j: the way and its derivatives (2,), world axes."""
+    """From a place on i to one on j: the vector and its derivatives (2,), world axes."""
 
     d: Array
     rate: Array
@@ -473,14 +473,16 @@ class _Walk:
         first, last = (here, there) if forward else (there, here)
         body = step.entered
         p, q = (one.i if one.i.body == body else one.j for one in (first, last))
-        way = relative_motion(self.run, p, q, self.k).d
-        if np.hypot(*way) <= NONE * self.run.system.length:
+        relative = relative_motion(self.run, p, q, self.k).d
+        if np.hypot(*relative) <= NONE * self.run.system.length:
             return None
         index: tuple[str, ...] = (first.name, last.name)
         if self.shared[frozenset(index)] > 1:
             index = (*index, body)
-        angle = float(np.arctan2(way[1], way[0]))
-        vector = LoopVector("link", index, body, float(np.hypot(*way)), angle, *self._turning(body))
+        angle = float(np.arctan2(relative[1], relative[0]))
+        vector = LoopVector(
+            "link", index, body, float(np.hypot(*relative)), angle, *self._turning(body)
+        )
         return (1 if forward else -1), vector
 
     def _turning(self, body: str) -> tuple[float, float]:
@@ -491,20 +493,20 @@ class _Walk:
         """Of a joint itself, from its place on i to that on j."""
         if joint.role == "joint" and joint.coincident:
             return
-        way = relative_motion(self.run, joint.i, joint.j, self.k)
+        relative = relative_motion(self.run, joint.i, joint.j, self.k)
         on_line = isinstance(joint, Rolling) and joint.on_radius is None
         if "travel" in joint_coordinates(joint) or on_line:
-            yield from self._slide(joint, way)
+            yield from self._slide(joint, relative)
         else:
-            yield self._rod(joint, way)
+            yield self._rod(joint, relative)
 
-    def _slide(self, joint: Any, way: Relative) -> Iterable[LoopVector]:
+    def _slide(self, joint: Any, relative: Relative) -> Iterable[LoopVector]:
         body = joint.i.body
         angle = float(self.run.body(body).angle[self.k] + self.run.system.numbers.angle(joint, "i"))
         u = np.array([np.cos(angle), np.sin(angle)])
         n = np.array([-u[1], u[0]])
         omega, alpha = self._turning(body)
-        s, across = float(u @ way.d), float(n @ way.d)
+        s, across = float(u @ relative.d), float(n @ relative.d)
         yield LoopVector(
             "slide",
             (joint.name,),
@@ -513,9 +515,12 @@ class _Walk:
             angle,
             omega,
             alpha,
-            r_rate=float(u @ way.rate + omega * across),
+            r_rate=float(u @ relative.rate + omega * across),
             r_second=float(
-                u @ way.second + 2.0 * omega * (n @ way.rate) + alpha * across - omega**2 * s
+                u @ relative.second
+                + 2.0 * omega * (n @ relative.rate)
+                + alpha * across
+                - omega**2 * s
             ),
             varies=True,
         )
@@ -525,11 +530,11 @@ class _Walk:
                 "offset", (joint.name, "n"), body, radius, angle + 0.5 * np.pi, omega, alpha
             )
 
-    def _rod(self, joint: Any, way: Relative) -> LoopVector:
-        r = float(np.hypot(*way.d))
-        u = way.d / r
+    def _rod(self, joint: Any, relative: Relative) -> LoopVector:
+        r = float(np.hypot(*relative.d))
+        u = relative.d / r
         n = np.array([-u[1], u[0]])
-        r_rate, omega = float(u @ way.rate), float(n @ way.rate) / r
+        r_rate, omega = float(u @ relative.rate), float(n @ relative.rate) / r
         varies = isinstance(joint, DistanceDriver)
         return LoopVector(
             "rod",
@@ -538,9 +543,9 @@ class _Walk:
             r,
             float(np.arctan2(u[1], u[0])),
             omega,
-            second=(float(n @ way.second) - 2.0 * r_rate * omega) / r,
+            second=(float(n @ relative.second) - 2.0 * r_rate * omega) / r,
             r_rate=r_rate if varies else 0.0,
-            r_second=float(u @ way.second) + r * omega**2 if varies else 0.0,
+            r_second=float(u @ relative.second) + r * omega**2 if varies else 0.0,
             varies=varies,
         )
 
@@ -743,11 +748,13 @@ class _Conditions:
     def wheels(self, joint: Any) -> Condition:
         """R_i (ω_i − ω_c) + R_j (ω_j − ω_c) = 0, ω_c of the line of centres."""
         radii = [float(radius) for radius in joint.radii(self.at)]
-        way = relative_motion(self.run, joint.i, joint.j, self.k)
-        square = float(way.d @ way.d)
-        rate = float(way.d[0] * way.rate[1] - way.d[1] * way.rate[0]) / square
-        second = float(way.d[0] * way.second[1] - way.d[1] * way.second[0]) / square
-        second -= 2.0 * float(way.d @ way.rate) / square * rate
+        relative = relative_motion(self.run, joint.i, joint.j, self.k)
+        square = float(relative.d @ relative.d)
+        rate = float(relative.d[0] * relative.rate[1] - relative.d[1] * relative.rate[0]) / square
+        second = (
+            float(relative.d[0] * relative.second[1] - relative.d[1] * relative.second[0]) / square
+        )
+        second -= 2.0 * float(relative.d @ relative.rate) / square * rate
         equations = []
         for order, (name, value) in enumerate((("rates", rate), ("accelerations", second))):
             line = Symbol("ωα"[order], (joint.name,), vanishing(value, self.floor))
@@ -786,18 +793,21 @@ class _Conditions:
 
     def _travel(self, i: Any, j: Any, beta: float) -> tuple[float, float, float]:
         """Of the place on j along the marker on i, and its derivatives."""
-        way = relative_motion(self.run, i, j, self.k)
+        relative = relative_motion(self.run, i, j, self.k)
         h = self.run[i.body]
         angle = float(h.angle[self.k]) + beta
         w, alpha = float(h.omega[self.k]), float(h.alpha[self.k])
         u = np.array([np.cos(angle), np.sin(angle)])
         n = np.array([-u[1], u[0]])
-        rate = float(u @ way.rate + w * (n @ way.d))
+        rate = float(u @ relative.rate + w * (n @ relative.d))
         second = float(
-            u @ way.second + 2.0 * w * (n @ way.rate) + alpha * (n @ way.d) - w * w * (u @ way.d)
+            u @ relative.second
+            + 2.0 * w * (n @ relative.rate)
+            + alpha * (n @ relative.d)
+            - w * w * (u @ relative.d)
         )
         floor = self.floor * self.run.system.length
-        return float(u @ way.d), vanishing(rate, floor), vanishing(second, floor)
+        return float(u @ relative.d), vanishing(rate, floor), vanishing(second, floor)
 
     def coupling(self, coupling: Coupling) -> Condition:
         """Σ c ẋ = 0 and Σ c ẍ = 0."""
@@ -829,11 +839,11 @@ class _Conditions:
         assert part.ends
         if part.coordinate:
             return self._travel(*part.ends, float(self.at.angle(coupling, f"{n}.i")))[1:]
-        way = relative_motion(self.run, *part.ends, self.k)
-        r = float(np.hypot(*way.d))
-        rate = float(way.d @ way.rate) / r
-        across = float(way.d[0] * way.rate[1] - way.d[1] * way.rate[0]) / r
-        second = float(way.d @ way.second) / r + across * across / r
+        relative = relative_motion(self.run, *part.ends, self.k)
+        r = float(np.hypot(*relative.d))
+        rate = float(relative.d @ relative.rate) / r
+        across = float(relative.d[0] * relative.rate[1] - relative.d[1] * relative.rate[0]) / r
+        second = float(relative.d @ relative.second) / r + across * across / r
         floor = self.floor * self.run.system.length
         return vanishing(rate, floor), vanishing(second, floor)
 

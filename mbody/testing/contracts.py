@@ -487,7 +487,7 @@ def _energy(ledger: Ledger, bench: Bench, state: BenchState, forces: Array) -> N
     size = max(1e-300, *(float(np.abs(x).max()) for x in (found[0], forces[:-1].ravel() * unit)))
     curl = float(np.min([np.abs(k - k.T) for k in found], axis=0).max()) / size
     if element.conservative:
-        text = "its stiffness is not symmetric, so that its work depends on the way"
+        text = "its stiffness is not symmetric, so that its work depends on the path"
         ledger.require("conservative", max(curl, moving), text)
     else:
         ledger.record(

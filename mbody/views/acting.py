@@ -255,8 +255,8 @@ def barrel(load: PistonPressure | ReciprocatingCylinder, pose: Pose, block: floa
 def _stroke(load: PistonPressure, pose: Pose, least: float, here: float) -> tuple[float, float]:
     """Coordinates of the piston nearest to the head and farthest from it."""
     angle = pose.run[load.i.body].angle + float(pose.system.numbers.angle(load, "i"))
-    way = pose.track(load, "j") - pose.track(load, "i")
-    along = way[:, 0] * np.cos(angle) + way[:, 1] * np.sin(angle)
+    separation = pose.track(load, "j") - pose.track(load, "i")
+    along = separation[:, 0] * np.cos(angle) + separation[:, 1] * np.sin(angle)
     if np.ptp(along) < least:
         return here - 0.5 * least, here + 0.5 * least
     return float(along.min()), float(along.max())
@@ -347,12 +347,12 @@ def force_arrow(
     """An arrow that begins or ends at the place, on the side with fewer obstacles; one that
     `begins` there in any case.
     """
-    way = scale * vector
-    if np.hypot(*way) < 2.5 * sketch.unit:
+    shaft = scale * vector
+    if np.hypot(*shaft) < 2.5 * sketch.unit:
         return
-    u = way / np.hypot(*way)
+    u = shaft / np.hypot(*shaft)
     clear = _clear(sketch, place, u) * u
-    pulls, pushes = place + clear + way, place - clear - way
+    pulls, pushes = place + clear + shaft, place - clear - shaft
     beside = begins or (
         _covered(sketch, place + clear, pulls) <= _covered(sketch, place - clear, pushes)
     )
@@ -444,7 +444,7 @@ def _(load: Spring, sketch: Sketch) -> None:
     if sketch.lasting:
         lead = min(lead, 0.3 * _shortest(sketch, load))
     coil = zigzag(i, j, 4.6 * sketch.unit * sketch.small, lead)
-    with sketch.carried(_way(sketch, load, lead=lead)):
+    with sketch.carried(_carrier(sketch, load, lead=lead)):
         # below sliders, which it presses on
         sketch.line(coil, 1.2, INK, Z["block"] - 0.3, name=f"spring:{load.name}")
         _beside_middle(sketch, load.name, i, j)
@@ -454,13 +454,13 @@ def _(load: Spring, sketch: Sketch) -> None:
 def _(load: Damper, sketch: Sketch) -> None:
     i, j = (sketch.pose.place(load, side) for side in "ij")
     _anchored(sketch, load, i, j)
-    with sketch.carried(_way(sketch, load)):
+    with sketch.carried(_carrier(sketch, load)):
         _dashpot(sketch, i, j, f"damper:{load.name}", INK, 4.4)
         _beside_middle(sketch, load.name, i, j)
 
 
-def _way(sketch: Sketch, element: Any, *, stretches: bool = True, lead: float = 0.0) -> Carrier:
-    """The way from the place on i to that on j."""
+def _carrier(sketch: Sketch, element: Any, *, stretches: bool = True, lead: float = 0.0) -> Carrier:
+    """The carrier from the place on i to that on j."""
     i, j = (sketch.pose.site(element, side) for side in "ij")
     return between(i, j, stretches=stretches, lead=lead)
 
@@ -476,13 +476,13 @@ def _anchored(sketch: Sketch, load: Any, i: Array, j: Array) -> None:
 
 def _dashpot(sketch: Sketch, i: Array, j: Array, name: str, color: str, half: float) -> None:
     """A cylinder on the side of i and a piston on that of j."""
-    way = j - i
-    length = float(np.hypot(*way))
+    separation = j - i
+    length = float(np.hypot(*separation))
     if length == 0.0:
         return
-    n = np.array([-way[1], way[0]]) / length
+    n = np.array([-separation[1], separation[0]]) / length
     half *= sketch.unit * sketch.small
-    a, b, p = i + 0.28 * way, i + 0.72 * way, i + 0.52 * way
+    a, b, p = i + 0.28 * separation, i + 0.72 * separation, i + 0.52 * separation
     sketch.line([i, a], 1.2, color, Z["block"])
     sketch.line([b + half * n, a + half * n, a - half * n, b - half * n], 1.2, color, Z["block"])
     sketch.line([p + 0.75 * half * n, p - 0.75 * half * n], 2.2, color, Z["block"])
@@ -619,9 +619,9 @@ def free_radius(sketch: Sketch, centre: Array) -> float:
 
 def outward_from(sketch: Sketch, centre: Array, body: str) -> float:
     """The direction in which a body lies from a place [rad]."""
-    ways = [node - centre for node in sketch.pose.nodes[body]]
-    ways.append(sketch.pose.centre(body) - centre)
-    far = max(ways, key=lambda way: round(float(np.hypot(*way)) / sketch.unit, 3))
+    offsets = [node - centre for node in sketch.pose.nodes[body]]
+    offsets.append(sketch.pose.centre(body) - centre)
+    far = max(offsets, key=lambda offset: round(float(np.hypot(*offset)) / sketch.unit, 3))
     return heading(far) if np.hypot(*far) > sketch.unit else 0.0
 
 
@@ -637,26 +637,26 @@ def driver_symbol(driver: Driver, sketch: Sketch, text: str) -> None:
             sketch.pin(place, "")
         if marker.body == "ground":
             sketch.support(place, [other], driver.name)
-    way = j - i
-    length = float(np.hypot(*way))
+    separation = j - i
+    length = float(np.hypot(*separation))
     if length > sketch.unit:
-        half, u = 4.2 * sketch.unit * sketch.small, way / length
-        # a barrel keeps its length in the whole motion: that of the shortest way
+        half, u = 4.2 * sketch.unit * sketch.small, separation / length
+        # a barrel keeps its length in the whole motion: that of the shortest distance
         part = _shortest(sketch, driver) / length if sketch.lasting else 1.0
-        with sketch.carried(_way(sketch, driver)):
+        with sketch.carried(_carrier(sketch, driver)):
             sketch.line([i, j], 2.0, DRIVE, Z["block"], name=f"driver:{driver.name}")
-        barrel = box(i + 0.36 * part * way, 0.26 * part * length, half, heading(u))
-        with sketch.carried(_way(sketch, driver, stretches=False)):
+        barrel = box(i + 0.36 * part * separation, 0.26 * part * length, half, heading(u))
+        with sketch.carried(_carrier(sketch, driver, stretches=False)):
             sketch.shape(barrel, PAPER, DRIVE, 1.2, Z["block"] + 0.1)
-    wanted = heading(way) + math.pi / 2.0
+    wanted = heading(separation) + math.pi / 2.0
     gap = 7.0 * sketch.unit
-    with sketch.carried(_way(sketch, driver)):
+    with sketch.carried(_carrier(sketch, driver)):
         sketch.label(text, 0.5 * (i + j), wanted, gap, turn=0.2, color=DRIVE)
 
 
 def _shortest(sketch: Sketch, element: Any) -> float:
     """The least distance of the places of an element in this run."""
-    return float(_way(sketch, element).axes(sketch.pose.run)[2].min())
+    return float(_carrier(sketch, element).axes(sketch.pose.run)[2].min())
 
 
 @driver_symbol.register(AngleDriver)

@@ -48,8 +48,8 @@ def travel(sketch: Sketch, joint: Prismatic | PinSlot) -> tuple[Array, Array]:
     more = 2.1 * sketch.size("block") if isinstance(joint, Prismatic) else 2.2 * sketch.size("pin")
     angle = pose.run[getattr(joint, rail).body].angle
     angle = angle + float(pose.system.numbers.angle(joint, rail))
-    way = pose.track(joint, slides) - pose.track(joint, rail)
-    along = way[:, 0] * np.cos(angle) + way[:, 1] * np.sin(angle)
+    separation = pose.track(joint, slides) - pose.track(joint, rail)
+    along = separation[:, 0] * np.cos(angle) + separation[:, 1] * np.sin(angle)
     origin, u = pose.place(joint, rail), direction(pose.direction(joint, rail))
     return origin + (along.min() - more) * u, origin + (along.max() + more) * u
 
@@ -88,14 +88,14 @@ def face(joint: CamFollower, pose: Pose, more: float) -> Array:
     centre, angle = pose.place(joint, "i"), pose.direction(joint, "j")
     u = np.array([math.cos(angle), math.sin(angle)])
     n = np.array([-u[1], u[0]])
-    way = pose.place(joint, "j") - centre
+    to_place = pose.place(joint, "j") - centre
     offset = float(np.abs(_radius(joint, pose)[2]).max())
-    along = np.array([way @ u, (pose.reaction_point(joint) - centre) @ u, offset, -offset])
-    foot = centre + (way @ n) * n
+    along = np.array([to_place @ u, (pose.reaction_point(joint) - centre) @ u, offset, -offset])
+    foot = centre + (to_place @ n) * n
     return np.array([foot + (along.min() - more) * u, foot + (along.max() + more) * u])
 
 
-#: An endless line goes beyond what moves by this part of the way along it.
+#: An endless line goes beyond what moves by this part of its extent along it.
 BEYOND = 0.06
 
 
@@ -329,8 +329,8 @@ def wheels(joint: Joint, pose: Pose) -> list[tuple[str, float]]:
     Each is the field of the centre's marker, and the radius.
     """
     if isinstance(joint, CamFollower):
-        way = outline(joint, pose) - pose.place(joint, "i")
-        return [("i", float(np.hypot(*way.T).max())), ("j", pose.number(joint, "roller"))]
+        offset = outline(joint, pose) - pose.place(joint, "i")
+        return [("i", float(np.hypot(*offset.T).max())), ("j", pose.number(joint, "roller"))]
     if isinstance(joint, Gear):
         return [(side, pose.number(joint, f"radius_{side}")) for side in "ij"]
     if isinstance(joint, RackPinion):

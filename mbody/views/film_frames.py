@@ -210,17 +210,19 @@ class FilmSet:
         return np.asarray(sign * self._signs[n, quantity] > 0.0)
 
     def labels(self, frame: int) -> Iterator[tuple[Any, Array, Array]]:
-        """Names with the anchor in pixels, and the way from there."""
+        """Names with the anchor in pixels, and the direction from there."""
         if "names" not in self.show:
             return
         for label in self.main.labels:
             axes = self.carried[0][label.carrier]
             place = label.carrier.shown(label.anchor, axes, frame)[0]
-            way = label.way
+            outward = label.direction
             if label.turns:
                 _, u, _ = (part[frame] for part in axes)
-                way = np.array([u[0] * way[0] - u[1] * way[1], u[1] * way[0] + u[0] * way[1]])
-            yield label, self.pixels(place), way
+                outward = np.array(
+                    [u[0] * outward[0] - u[1] * outward[1], u[1] * outward[0] + u[0] * outward[1]]
+                )
+            yield label, self.pixels(place), outward
 
     def instant(self, frame: int) -> str:
         """Where the motion is, in words."""
@@ -304,13 +306,13 @@ class FilmSet:
                 at = np.array([history.x[0], history.y[0]])
                 places_on.append((pose.fixed(body.name, at), history))
             for site, history in places_on:
-                way = moved(stretch, site)
-                middle = way[[0, len(way) // 3]]
+                path = moved(stretch, site)
+                middle = path[[0, len(path) // 3]]
                 if any(np.abs(middle - other).max() < 1e-6 * run.system.length for other in seen):
                     continue
                 seen.append(middle)
                 parts = [stretch.value(getattr(history, key)) for key in keys]
-                found.append(FilmArrow(kind, "", color, way, np.column_stack(parts)))
+                found.append(FilmArrow(kind, "", color, path, np.column_stack(parts)))
         return found
 
     def title_size(self) -> float:
@@ -387,9 +389,9 @@ def film_names(film: FilmSet) -> list[FilmName]:
     for frame in range(count if names or forces else 0):
         shown = list(film.labels(frame))
         crowd = _Crowd(film, frame, [anchor for label, anchor, _ in shown if not label.turns])
-        for name, (label, anchor, way) in zip(names, shown, strict=True):
+        for name, (label, anchor, outward) in zip(names, shown, strict=True):
             gap = label.gap * film.scale + 1.5 * film.point
-            crowd.put(name, frame, _spots(anchor, way, label.turns, gap, name.half))
+            crowd.put(name, frame, _spots(anchor, outward, label.turns, gap, name.half))
         for name, one in zip(forces, arrows, strict=True):
             place, vector = film.pixels(one.place[frame]), one.vector[frame]
             if np.hypot(*vector) > 2.5 and np.isfinite(place + vector).all():
@@ -397,21 +399,21 @@ def film_names(film: FilmSet) -> list[FilmName]:
     return [*names, *forces]
 
 
-def _spots(anchor: Array, way: Array, turns: bool, gap: float, half: Array) -> Array:
+def _spots(anchor: Array, outward: Array, turns: bool, gap: float, half: Array) -> Array:
     """Places (n, 3) of a name: x, y and cost, the best first."""
     found: list[tuple[float, float, float]] = []
-    if not way.any():
+    if not outward.any():
         moves = ((0.0, 0.0), (0.0, 2.2), (0.0, -2.2), (1.4, 0.0), (-1.4, 0.0))
         return np.array([(*(anchor + half * move), 0.5 * any(move)) for move in moves])
     if turns:
-        along = np.array([way[1], -way[0]])
-        reach, slide = gap + float(half @ np.abs(way)), 2.0 * float(half @ np.abs(along))
+        along = np.array([outward[1], -outward[0]])
+        reach, slide = gap + float(half @ np.abs(outward)), 2.0 * float(half @ np.abs(along))
         for side in (1.0, -1.0):
             for part in (0.0, 0.5, -0.5, 1.0, -1.0):
-                x, y = anchor + side * reach * way + part * slide * along
+                x, y = anchor + side * reach * outward + part * slide * along
                 found.append((float(x), float(y), 0.6 * (side < 0.0) + 0.5 * abs(part)))
         return np.array(found)
-    first = math.atan2(way[1], way[0])
+    first = math.atan2(outward[1], outward[0])
     for far in (0.0, 13.0):
         for turn in TURNS:
             u = direction(first + turn)

@@ -34,7 +34,7 @@ Array = np.ndarray
 
 def mark(sketch: Sketch, place: Array, mode: str, normal: Array, name: str) -> None:
     """The mark of a mode at a place, with the normal on j: a filled square sticks, an open circle
-    slides, with the way of j beside it, a ring with a dot rolls, a dashed circle is open.
+    slides, with the direction of j beside it, a ring with a dot rolls, a dashed circle is open.
     """
     size, z = sketch.size("pin"), Z["pin"] + 0.3
     if mode == "open":
@@ -52,7 +52,7 @@ def mark(sketch: Sketch, place: Array, mode: str, normal: Array, name: str) -> N
 
 
 def _sliding(sketch: Sketch, place: Array, normal: Array, sense: float, name: str) -> None:
-    """A half arrow beside the mark, on the side of j, the way that j slides over i."""
+    """A half arrow beside the mark, on the side of j, the direction in which j slides over i."""
     size = sketch.size("pin")
     u = sense * np.array([normal[1], -normal[0]])
     tail = place + 1.5 * size * normal - 1.6 * size * u
@@ -114,7 +114,8 @@ def mode_rows(run: Solution, x: Array | None = None) -> tuple[list[ModeRow], int
     """The modes of every contact and rough joint of a result, and how many are left out. `x`
     (instants,).
 
-    A mode begins at the event that was located between two instants, else half way between them.
+    A mode begins at the event that was located between two instants, else in the middle between
+    them.
 
     Examples
     --------
@@ -237,7 +238,7 @@ def mode_key(axes: Axes, rows: Sequence[ModeRow], wide: float) -> None:
         axes.text(x + 0.16, 0.5, "impact", **text)
 
 
-#: Modes that have one word in the key of a picture, where the mark has the way.
+#: Modes that have one word in the key of a picture, where the mark has the direction.
 SLIDES = ("slip+", "slip-")
 
 

@@ -72,17 +72,17 @@ def force_polygon(sketch: Sketch, forces: Sequence[Acting], scale: float) -> flo
         rank = seen.index(n) - 0.5 * (len(seen) - 1) if n in seen else 0.0
         shift = rank * APART * across if flat else np.zeros(2)
         tail, tip = corners[n] + shift, corners[n + 1] + shift
-        way = tip - tail
-        length = float(np.hypot(*way))
+        shaft = tip - tail
+        length = float(np.hypot(*shaft))
         if length < 2.0:
             continue
         dashed_arrow(sketch, tail, tip, force, name=f"side:{force.gid}")
-        n_side = np.array([way[1], -way[0]]) / length
+        n_side = np.array([shaft[1], -shaft[0]]) / length
         half = 0.5 * (tail + tip)
         out = n_side if float(n_side @ (half - middle)) >= 0.0 else -n_side
         if flat:
             out = _free_side(corners, seen, n, across)
-        _label(sketch, force, tail, way, out)
+        _label(sketch, force, tail, shaft, out)
     if not flat:
         sketch.disc(corners[0], 1.5, PAPER, weight=0.0)
     gap = corners[-1] - corners[0]
@@ -90,7 +90,7 @@ def force_polygon(sketch: Sketch, forces: Sequence[Acting], scale: float) -> flo
     return float(np.hypot(*gap)) / scale
 
 
-def _label(sketch: Sketch, force: Acting, tail: Array, way: Array, out: Array) -> None:
+def _label(sketch: Sketch, force: Acting, tail: Array, shaft: Array, out: Array) -> None:
     """The name of a side, outside the polygon."""
     label = Label(force.text, [], color=force.color, name=f"label:{force.gid}")
     width, height = sketch.places.measured(label)
@@ -98,7 +98,7 @@ def _label(sketch: Sketch, force: Acting, tail: Array, way: Array, out: Array) -
         for part in (0.5, 0.4, 0.6, 0.25, 0.75, 0.1, 0.9):
             for ring in range(4):
                 far = 2.0 + 8.0 * ring + 0.5 * (width * abs(side[0]) + height * abs(side[1]))
-                x, y = tail + part * way + far * side
+                x, y = tail + part * shaft + far * side
                 own = cost + 0.6 * ring + 0.5 * abs(part - 0.5)
                 label.spots.append((float(x), float(y), own))
     sketch.labels.append(label)
@@ -131,11 +131,11 @@ def dashed_arrow(
     sketch: Sketch, tail: Array, tip: Array, force: Acting, *, name: str, width: float = 1.8
 ) -> None:
     """A straight arrow with a filled head, dashed for d'Alembert's forces."""
-    way = tip - tail
-    length = float(np.hypot(*way))
+    shaft = tip - tail
+    length = float(np.hypot(*shaft))
     if length < 1e-3 * sketch.unit:
         return
-    u = way / length
+    u = shaft / length
     n, head = np.array([-u[1], u[0]]), min(8.0 * sketch.unit, 0.6 * length)
     dashes = DASHES if force.dashed else "-"
     end, z = tip - 0.8 * head * u, Z["arrow"]
@@ -346,15 +346,15 @@ def _arrow(sketch: Sketch, one: Acting, scale: float, others: Sequence[Array]) -
     places of other forces are not.
     """
     assert one.force is not None
-    way = scale * one.force
-    length = float(np.hypot(*way))
+    shaft = scale * one.force
+    length = float(np.hypot(*shaft))
     if length < 2.0 * sketch.unit:
         return
-    u = way / length
+    u = shaft / length
     clear = 1.5 * sketch.size("pin") * u
     ends = [
-        (one.place + clear, one.place + clear + way),
-        (one.place - clear - way, one.place - clear),
+        (one.place + clear, one.place + clear + shaft),
+        (one.place - clear - shaft, one.place - clear),
     ]
     costs = []
     for n, (tail, tip) in enumerate(ends):
@@ -381,9 +381,9 @@ def _arrow(sketch: Sketch, one: Acting, scale: float, others: Sequence[Array]) -
 
 def _passes(tail: Array, tip: Array, place: Array, near: float) -> bool:
     """Whether an arrow runs over a place."""
-    way = tip - tail
-    part = np.clip((place - tail) @ way / float(way @ way), 0.0, 1.0)
-    return float(np.hypot(*(tail + part * way - place))) < near
+    shaft = tip - tail
+    part = np.clip((place - tail) @ shaft / float(shaft @ shaft), 0.0, 1.0)
+    return float(np.hypot(*(tail + part * shaft - place))) < near
 
 
 def _turning(sketch: Sketch, one: Acting, body: str) -> None:
@@ -436,10 +436,10 @@ def _lines_of_action(sketch: Sketch, member: Member, size: float) -> str:
         u = np.array([force.fx, force.fy]) / force.force
         # the foot of the place on the line: they differ where a torque acts beside the force
         start = on_line + float((start - on_line) @ u) * u
-        way = meeting - start
-        length = float(np.hypot(*way))
+        line = meeting - start
+        length = float(np.hypot(*line))
         if length > sketch.unit:
-            end = meeting + 10.0 * sketch.unit * way / length
+            end = meeting + 10.0 * sketch.unit * line / length
             sketch.line([start, end], 0.7, SOFT, Z["path"] - 0.1, name="action", **look)
     sketch.disc(meeting, 1.6 * sketch.unit, SOFT, SOFT, 0.4, Z["pin"], name="meeting")
     sketch.label("$M$", meeting, 0.8, 3.0 * sketch.unit, color=SOFT)

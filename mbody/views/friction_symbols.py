@@ -311,9 +311,9 @@ def friction_circles(sketch: Sketch, joints: Sequence[Joint], scale: float) -> N
                 own = pose.run.reaction(joint.name)
                 force = np.array([own.fx[pose.k], own.fy[pose.k]])
                 foot = place + line_of_action(pose.run, joint, scale)[pose.k]
-                way = 1.8 * radius * force / max(float(np.hypot(*force)), 1e-300)
+                half = 1.8 * radius * force / max(float(np.hypot(*force)), 1e-300)
                 look: dict[str, Any] = {"dashes": (0, (5.0, 2.0)), "weight": 0.3}
-                sketch.line([foot - way, foot + way], 0.8, FORCE, z, name=name, **look)
+                sketch.line([foot - half, foot + half], 0.8, FORCE, z, name=name, **look)
 
 
 def _rests(pose: Pose, joint: Joint) -> bool:

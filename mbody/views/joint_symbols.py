@@ -57,9 +57,9 @@ def outward(sketch: Sketch, place: Array, *bodies: str) -> float:
     sum_of = np.zeros(2)
     for body in bodies:
         for node in sketch.pose.nodes[body] if body != "ground" else ():
-            way = node - place
-            if np.hypot(*way) > sketch.unit:
-                sum_of -= way / np.hypot(*way)
+            offset = node - place
+            if np.hypot(*offset) > sketch.unit:
+                sum_of -= offset / np.hypot(*offset)
     if np.hypot(*sum_of) < 0.1:
         sum_of = (place - sketch.pose.middle) / sketch.unit
     if np.hypot(*sum_of) < 0.1:
@@ -278,10 +278,12 @@ def _rolled(sketch: Sketch, joint: Joint, start: Array, end: Array) -> tuple[Arr
     """The ends of a road that is long enough for the whole motion."""
     pose, u = sketch.pose, (end - start) / max(float(np.hypot(*(end - start))), 1e-300)
     body = pose.run[joint.i.body]
-    way = np.column_stack(reaction_point(pose.run, joint)) - np.column_stack([body.x, body.y])
+    offset = np.column_stack(reaction_point(pose.run, joint)) - np.column_stack([body.x, body.y])
     turned = pose.run[joint.i.body].angle - pose.angle(joint.i.body)
     c, s = np.cos(turned), np.sin(turned)
-    along = (c * way[:, 0] + s * way[:, 1]) * u[0] + (c * way[:, 1] - s * way[:, 0]) * u[1]
+    along = (c * offset[:, 0] + s * offset[:, 1]) * u[0] + (
+        c * offset[:, 1] - s * offset[:, 0]
+    ) * u[1]
     along = along - along[pose.k]
     return start + along.min() * u, end + along.max() * u
 
@@ -374,8 +376,8 @@ def coupling_symbol(coupling: Coupling, sketch: Sketch) -> None:
     places = [*ends, *centres]
     if places:
         middle = np.mean(places[:2], axis=0)
-        way = places[min(1, len(places) - 1)] - places[0]
-        wanted, gap = heading(way) + math.pi / 2.0, 5.0 * sketch.unit
+        offset = places[min(1, len(places) - 1)] - places[0]
+        wanted, gap = heading(offset) + math.pi / 2.0, 5.0 * sketch.unit
         look = {"italic": True, "name": f"coupling:{coupling.name}"}
         body = next(name for term in coupling.parts for name in term.bodies if name != "ground")
         with sketch.carried(on(body)):
@@ -421,8 +423,8 @@ def _belt(sketch: Sketch, coupling: Coupling, wheels: list[tuple[Array, float]])
     if len(wheels) != 2 or len(coupling.parts) != 2 or not coupling.lengths:
         return []
     (a, r), (b, s) = wheels
-    way = b - a
-    length = float(np.hypot(*way))
+    separation = b - a
+    length = float(np.hypot(*separation))
     first, second = (sketch.pose.number(coupling, f"{n}.factor") for n in range(2))
     crossed = first * second > 0.0
     part = (r + s if crossed else r - s) / max(length, 1e-300)
@@ -430,6 +432,6 @@ def _belt(sketch: Sketch, coupling: Coupling, wheels: list[tuple[Array, float]])
         return []
     found = []
     for side in (1.0, -1.0):
-        u = direction(heading(way) + side * math.acos(part))
+        u = direction(heading(separation) + side * math.acos(part))
         found.append(np.array([a + r * u, b + (-s if crossed else s) * u]))
     return found

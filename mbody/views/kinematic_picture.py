@@ -115,8 +115,8 @@ class Shown:
 
 
 class LoadedPose(Pose):
-    """An instant that is drawn with its forces: a driver's arrow is the way that its effort acts,
-    which may be against its motion.
+    """An instant that is drawn with its forces: a driver's arrow is the direction in which its
+    effort acts, which may be against its motion.
     """
 
     def rate(self, driver: str) -> float:
@@ -344,7 +344,7 @@ def _arrows(
 
 
 #: How far from the mechanism a centre is drawn, as a part of its diagonal.
-AWAY = 0.75
+MARGIN = 0.75
 #: With more centres than this only those that a joint or the ground has are drawn and have lines.
 MANY = 15
 #: With more places than this they have no symbols: these would cover each other.
@@ -465,11 +465,11 @@ class PolesShown:
             return None
         whole = np.array(at)
         far = whole - whole[0]
-        way = far[int(np.argmax(np.hypot(*far.T)))]
-        length = float(np.hypot(*way))
+        offset = far[int(np.argmax(np.hypot(*far.T)))]
+        length = float(np.hypot(*offset))
         if length < sketch.unit:
             return None
-        u = way / length
+        u = offset / length
         along = far @ u
         more = 9.0 * sketch.unit
         return whole[0] + (along.min() - more) * u, whole[0] + (along.max() + more) * u
@@ -487,12 +487,12 @@ def _join(lines: list[tuple[Array, Array]], ends: tuple[Array, Array], unit: flo
     """Add a line; what lies on one line with it becomes one with it."""
     start, end = ends
     for old in list(lines):
-        way = old[1] - old[0]
-        u = way / max(float(np.hypot(*way)), 1e-300)
+        span = old[1] - old[0]
+        u = span / max(float(np.hypot(*span)), 1e-300)
         n = np.array([-u[1], u[0]])
         off = max(abs(float((place - old[0]) @ n)) for place in (start, end))
         part = sorted([float((start - old[0]) @ u), float((end - old[0]) @ u)])
-        length = float(np.hypot(*way))
+        length = float(np.hypot(*span))
         if off < unit and part[0] < length and part[1] > 0.0:
             start, end = old[0] + min(part[0], 0.0) * u, old[0] + max(part[1], length) * u
             lines[:] = [line for line in lines if line is not old]
@@ -503,7 +503,7 @@ def shown_poles(centres: InstantCentres, pose: Pose, corners: Array) -> PolesSho
     """Choose the centres that a picture shows. `corners` (2, 2)."""
     k, machine = pose.k, pose.mechanism
     middle = corners.mean(axis=0)
-    half = 0.5 * np.ptp(corners, axis=0) + AWAY * float(np.hypot(*np.ptp(corners, axis=0)))
+    half = 0.5 * np.ptp(corners, axis=0) + MARGIN * float(np.hypot(*np.ptp(corners, axis=0)))
     few = len(centres) <= MANY
     groups: list[list[InstantCentre]] = []
     left, outside = [], []

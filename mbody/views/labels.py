@@ -232,18 +232,18 @@ def _inside(lines: Array, x: Array, y: Array, half_x: Array, half_y: Array) -> A
     """How much of each line lies within rectangles about (x, y), each (places, 1): (places, lines)
     (Liang and Barsky 1984).
     """
-    way = lines[:, 2:4] - lines[:, :2]
+    offset = lines[:, 2:4] - lines[:, :2]
     enter, leave = np.zeros(1), np.ones(1)
     for k, (middle, half) in enumerate(((x, half_x), (y, half_y))):
         start = lines[:, k] - middle
-        rests = np.abs(way[:, k]) < 1e-300
-        slope = np.where(rests, 1.0, way[:, k])
+        rests = np.abs(offset[:, k]) < 1e-300
+        slope = np.where(rests, 1.0, offset[:, k])
         near, far = (-half - start) / slope, (half - start) / slope
         near, far = np.minimum(near, far), np.maximum(near, far)
         outside = rests & (np.abs(start) > half)
         near, far = np.where(rests, -np.inf, near), np.where(rests, np.inf, far)
         near = np.where(outside, np.inf, near)
         enter, leave = np.maximum(enter, near), np.minimum(leave, far)
-    length = np.hypot(way[:, 0], way[:, 1])
+    length = np.hypot(offset[:, 0], offset[:, 1])
     # a line that is shorter than wide counts by its width
     return np.clip(leave - enter, 0.0, None) * np.maximum(length, lines[:, 4])

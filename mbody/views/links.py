@@ -102,8 +102,8 @@ def _line_to_centre(sketch: Sketch, body: str, centre: Array) -> None:
     nodes = unique(sketch.pose.nodes[body], sketch.size("pin"))
     if len(nodes) != 2:
         return
-    a, way = nodes[0], nodes[1] - nodes[0]
-    foot = a + np.clip((centre - a) @ way / (way @ way), 0.0, 1.0) * way
+    a, edge = nodes[0], nodes[1] - nodes[0]
+    foot = a + np.clip((centre - a) @ edge / (edge @ edge), 0.0, 1.0) * edge
     if np.hypot(*(centre - foot)) > 2.0 * sketch.size("link"):
         look: dict[str, Any] = {"dashes": (0, (2, 2)), "weight": 0.2}
         sketch.line([foot, centre], 0.8, SOFT, Z["path"], name=f"tie:{body}", **look)
@@ -152,9 +152,9 @@ def _mistaken(sketch: Sketch, place: Array, own: float, body: str) -> float:
         if other != body:
             cost += 0.7 * within(place, corners)
             for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
-                way = b - a
-                part = np.clip((place - a) @ way / max(float(way @ way), 1e-300), 0.0, 1.0)
-                cost += 0.5 * float(np.hypot(*(a + part * way - place)) < 1.5 * own)
+                edge = b - a
+                part = np.clip((place - a) @ edge / max(float(edge @ edge), 1e-300), 0.0, 1.0)
+                cost += 0.5 * float(np.hypot(*(a + part * edge - place)) < 1.5 * own)
     return cost
 
 

@@ -230,7 +230,7 @@ def _label(one: Any, carriers: dict[Carrier, int]) -> dict[str, Any]:
         "t": text_runs(one.text),
         "c": carriers[one.carrier],
         "a": one.anchor[0].tolist(),
-        "u": np.round(one.way, 4).tolist(),
+        "u": np.round(one.direction, 4).tolist(),
         "g": one.gap,
         "e": ROLES.get(one.color, "ink"),
         "i": one.italic or one.text.startswith("$"),

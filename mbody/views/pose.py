@@ -44,8 +44,8 @@ class Carrier:
     end : Place or None
         Of what reaches from one place to another.
     stretches : bool
-        Whether the shapes become longer with the way, as a spring: a point has then three numbers,
-        the part of the way, and how far along and across the way from there.
+        Whether the shapes become longer with the distance, as a spring: a point has then three
+        numbers, the part of the distance, and how far along and across the line from there.
     lead : float
         Length at both ends that does not stretch.
     """
@@ -81,9 +81,9 @@ class Carrier:
         if self.end is None:
             angle = run[self.turn].angle
             return origin, np.column_stack([np.cos(angle), np.sin(angle)]), np.ones(len(run))
-        way = moved(run, self.end) - origin
-        length = np.hypot(*way.T)
-        return origin, way / np.maximum(length, 1e-300)[:, None], length
+        separation = moved(run, self.end) - origin
+        length = np.hypot(*separation.T)
+        return origin, separation / np.maximum(length, 1e-300)[:, None], length
 
 
 GROUND_CARRIER = Carrier()
@@ -100,7 +100,7 @@ def placed(place: Place, turn: str = "ground") -> Carrier:
 
 
 def between(start: Place, end: Place, *, stretches: bool = True, lead: float = 0.0) -> Carrier:
-    """The way from one place to another."""
+    """The line from one place to another."""
     return Carrier(start, "", end, stretches, lead)
 
 

@@ -61,10 +61,10 @@ def _pins(sketch: SceneSketch) -> list[KeptLabel]:
     for place, names, carrier in sketch.pinned:
         if names:
             anchor = carrier.kept(place[None], sketch.pose.run, sketch.pose.k)
-            way = direction(0.5 * math.pi)
+            outward = direction(0.5 * math.pi)
             gap = sketch.size("pin") + 1.5 * sketch.unit
             of = f"pin:{names[0]}"
-            kept = KeptLabel(together(names), carrier, anchor, way, gap, "pin", of, INK, True)
+            kept = KeptLabel(together(names), carrier, anchor, outward, gap, "pin", of, INK, True)
             found.append(kept)
     return found
 
@@ -136,8 +136,8 @@ def _turn(
     axes = label.carrier.axes(sketch.pose.run)
     anchors = np.array([label.carrier.shown(label.anchor, axes, k)[0] for k in instants])
     half = _extent(sketch, label.text)
-    first, best = math.atan2(label.way[1], label.way[0]), np.inf
-    chosen, at = label.way, anchors
+    first, best = math.atan2(label.direction[1], label.direction[0]), np.inf
+    chosen, at = label.direction, anchors
     for n in range(AROUND):
         angle = first + math.tau * n / AROUND
         u = direction(angle)
@@ -146,7 +146,7 @@ def _turn(
         cost = _cost(middles, half, lines, taken) + 0.6 * (1.0 - math.cos(angle - first))
         if round(cost, 6) < best:
             best, chosen, at = round(cost, 6), u, middles
-    label.way = chosen
+    label.direction = chosen
     taken.append((at, half))
 
 
@@ -165,8 +165,8 @@ def _of_link(
         place = np.array([nodes[0] if nodes else pose.centre(body)])
         anchor = carrier.kept(place, pose.run, pose.k)
         gap = 0.9 * sketch.size("block")
-        way = direction(-0.5 * math.pi)
-        label = KeptLabel(body, carrier, anchor, way, gap, "link", f"link:{body}", INK)
+        outward = direction(-0.5 * math.pi)
+        label = KeptLabel(body, carrier, anchor, outward, gap, "link", f"link:{body}", INK)
         _turn(label, sketch, lines, taken, instants)
         return label
     corners = carrier.kept(hull(nodes, 1e-3 * sketch.size("link")), pose.run, pose.k)
@@ -317,8 +317,8 @@ def _check_moves(run: Solution) -> None:
     size = run.system.length
     for body in run.mechanism.bodies:
         own = run[body.name]
-        way = max(float(np.ptp(own.x)), float(np.ptp(own.y)), size * float(np.ptp(own.angle)))
-        if way > 1e-9 * size:
+        extent = max(float(np.ptp(own.x)), float(np.ptp(own.y)), size * float(np.ptp(own.angle)))
+        if extent > 1e-9 * size:
             return
     count = "1 instant" if len(run) == 1 else f"{len(run)} instants"
     raise ModelError(

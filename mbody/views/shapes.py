@@ -62,8 +62,8 @@ def within(point: Any, corners: Array) -> bool:
     >>> within((1, 1), square), within((3, 1), square), within((1, 0), square[:2])
     (True, False, False)
     """
-    edges, ways = np.roll(corners, -1, axis=0) - corners, np.asarray(point) - corners
-    left = edges[:, 0] * ways[:, 1] - edges[:, 1] * ways[:, 0]
+    edges, offsets = np.roll(corners, -1, axis=0) - corners, np.asarray(point) - corners
+    left = edges[:, 0] * offsets[:, 1] - edges[:, 1] * offsets[:, 0]
     return len(corners) > 2 and bool(np.all(left > 0.0))
 
 

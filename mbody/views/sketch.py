@@ -322,8 +322,8 @@ class Sketch:
         length = np.concatenate([[0.0], np.cumsum(steps)])
         head = min(7.5 * self.unit, 0.5 * length[-1])
 
-        def at(way: float) -> Array:
-            return np.array([np.interp(way, length, part) for part in line.T])
+        def at(distance: float) -> Array:
+            return np.array([np.interp(distance, length, part) for part in line.T])
 
         end = length[-1] - 0.8 * head
         shaft = np.vstack([line[length < end], at(end)])
@@ -397,11 +397,13 @@ class Sketch:
 
     def roomy(self, place: Array, others: list[Array]) -> float:
         """Down, up, left or right [rad]: down, unless links lie there and another side is free."""
-        ways = [other - place for other in unique(others, self.unit)]
-        ways = [way / np.hypot(*way) for way in ways if np.hypot(*way) > self.unit]
-        lines = [math.atan2(way[1], way[0]) for way in ways]
+        offsets = [other - place for other in unique(others, self.unit)]
+        offsets = [
+            offset / np.hypot(*offset) for offset in offsets if np.hypot(*offset) > self.unit
+        ]
+        lines = [math.atan2(offset[1], offset[0]) for offset in offsets]
         # a plate lies between its corners
-        inside = np.sum(ways, axis=0) if len(ways) > 1 else np.zeros(2)
+        inside = np.sum(offsets, axis=0) if len(offsets) > 1 else np.zeros(2)
 
         def crowd(angle: float) -> float:
             between = max(0.0, float(inside @ direction(angle)))
@@ -508,10 +510,10 @@ class KeptLabel:
     ----------
     anchor : array (1, 2) or (1, 3)
         In the axes of the carrier.
-    way : array (2,)
+    direction : array (2,)
         Unit vector from the anchor to the name; (0, 0) where it is written on the anchor.
     turns : bool
-        Whether the way turns with the carrier.
+        Whether the direction turns with the carrier.
     gap : float
         Least distance.
     """
@@ -519,7 +521,7 @@ class KeptLabel:
     text: str
     carrier: Carrier
     anchor: Array
-    way: Array
+    direction: Array
     gap: float
     kind: str
     of: str
@@ -590,11 +592,13 @@ class SceneSketch(Sketch):
         """A name at a place that moves; its number, which would change, is left out."""
         carrier, place = self.record.carrier, np.asarray(anchor, dtype=float)
         shown = text.partition(" = ")[0]
-        way = np.array([np.cos(wanted), np.sin(wanted)])
+        outward = np.array([np.cos(wanted), np.sin(wanted)])
         kept = carrier.kept(place[None], self.pose.run, self.pose.k)
         color, italic = str(look.get("color", "")), bool(look.get("italic", False))
         of = str(look.get("name", "")) or shown
-        self.names.append(KeptLabel(shown, carrier, kept, way, gap, "element", of, color, italic))
+        self.names.append(
+            KeptLabel(shown, carrier, kept, outward, gap, "element", of, color, italic)
+        )
         return Label(shown, [])
 
     def roomy(self, place: Array, others: list[Array]) -> float:
@@ -613,9 +617,9 @@ class SceneSketch(Sketch):
         def crowd(angle: float) -> float:
             total = 0.0
             for track in tracks:
-                way = track - place
-                length = np.hypot(*way.T)
-                along = way @ (math.cos(angle), math.sin(angle)) / np.maximum(length, 1e-300)
+                offset = track - place
+                length = np.hypot(*offset.T)
+                along = offset @ (math.cos(angle), math.sin(angle)) / np.maximum(length, 1e-300)
                 near = length > self.unit
                 total += float(np.mean(np.maximum(0.0, along - 0.6) * near))
             return total

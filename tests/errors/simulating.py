@@ -234,7 +234,7 @@ SCENARIOS = {
     "a saved result that is a number": lambda: load_run(3.5),
     "a saved result with a time of its own": saved(arrays={"t": np.array([0.0, math.nan])}),
     "a saved result of another model": saved(model="{}"),
-    "a saved result in a way that there is not": saved(way=["euler", 1e-8, 1e-8, 0.0]),
+    "a saved result of a method that there is not": saved(way=["euler", 1e-8, 1e-8, 0.0]),
     "a start at positions that are no numbers": lost_positions,
     "a start without an instant": lambda: simulate(
         swing(), 0.2, start=simulate(swing(), 0.1, instants=2).take([])

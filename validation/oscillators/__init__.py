@@ -49,7 +49,7 @@ def rows() -> list[Row]:
 
 
 def compared(name: str, machine: Mechanism, exact: Any) -> list[Row]:
-    """Way and rate of the block over ten periods against x(t), v(t)."""
+    """Displacement and rate of the block over ten periods against x(t), v(t)."""
     run = mbody.simulate(machine)
     x, v = exact(run.t)
     block = run["block"]

@@ -211,7 +211,7 @@ class AssemblyModes(Inherited):
 # -- Names of assembly modes: open and crossed of two links and a slider, else numbers ---------
 #
 # Two links between known pins, P on the driver's side and Q, are *open* where their common pin lies
-# to the left of the way from P to Q, else *crossed*: of a four-bar with the ground's pivots from
+# to the left of the line from P to Q, else *crossed*: of a four-bar with the ground's pivots from
 # left to right these are the open and the crossed circuit of textbooks (Norton, *Design of
 # Machinery*, chapter 4). A link and a slider are *open* where the slider is on the positive side of
 # the guide's x axis, seen from the known pin. A mode of several groups joins their names.

@@ -37,8 +37,9 @@ from mbody.system.system import System
 
 #: First and longest step, in model lengths and radians, and below what a step has failed.
 FIRST, LONGEST, SHORTEST = 0.02, 0.2, 1e-9
-#: Cosine between tangents, and way off the tangent as a part of the step, that a step may have.
-STRAIGHT, AWAY = 0.985, 0.1
+#: Cosine between tangents, and deviation from the tangent as a part of the step, that a step may
+#: have.
+STRAIGHT, DEVIATION = 0.985, 0.1
 #: A correction that is rounding.
 CLOSED = 1e-12
 #: Halvings of an interval with a dead centre in it; steps of one walk.
@@ -134,7 +135,7 @@ class JointCurve:
             new = self._closed(q + step * t)
             s = None if new is None else self._tangent(self._rows(new)[1], t)
             bad = new is None or s is None or s @ t < STRAIGHT
-            if bad or np.linalg.norm(new - q - step * t) > AWAY * step:
+            if bad or np.linalg.norm(new - q - step * t) > DEVIATION * step:
                 step *= 0.5
                 if step < SHORTEST:
                     found.trouble = "branches meet on the way (a change point)"
@@ -159,7 +160,7 @@ class JointCurve:
                     if mode is None:
                         if geared:
                             continue
-                        found.trouble = "the way leads through a position that is no known mode"
+                        found.trouble = "the path leads through a position that is no known mode"
                         continue
                     found.passed.append((number, mode))
                     found.stretches[-1].append((number, mode))
@@ -172,7 +173,7 @@ class JointCurve:
                 found.trouble = "the driver can go on without end"
                 return found
             step = min(1.3 * step, LONGEST)
-        found.trouble = f"the way does not close within {STEPS} steps"
+        found.trouble = f"the path does not close within {STEPS} steps"
         return found
 
     def _known(self, x: float, value: float) -> float:
@@ -193,15 +194,15 @@ class JointCurve:
         """Values that lie between two of the driver, the first left out, in their order."""
         found = []
         for number, value in enumerate(values):
-            ways = [value]
+            periodic = [value]
             if self.period != math.inf:
                 first, last = sorted(((low - value) / self.period, (high - value) / self.period))
-                ways = [
+                periodic = [
                     value + k * self.period for k in range(math.ceil(first), math.floor(last) + 1)
                 ]
-            for way in ways:
-                if way != low and (way - low) * (way - high) <= 0.0:
-                    found.append((number, way))
+            for candidate in periodic:
+                if candidate != low and (candidate - low) * (candidate - high) <= 0.0:
+                    found.append((number, candidate))
         return sorted(found, key=lambda one: abs(one[1] - low))
 
     def _at(
@@ -222,15 +223,15 @@ class JointCurve:
         """The position between two at which the driver's value turns back."""
         low, high, middle = 0.0, step, q
         for _ in range(HALVINGS):
-            way = 0.5 * (low + high)
-            there = self._closed(q + way * t)
+            along = 0.5 * (low + high)
+            there = self._closed(q + along * t)
             if there is None:
                 break
             middle, G = there, self._rows(there)[1]
             if float(G[self.row] @ self._tangent(G, t)) * rate > 0.0:
-                low = way
+                low = along
             else:
-                high = way
+                high = along
         return middle
 
 

@@ -554,7 +554,7 @@ class FrictionProblem:
         """
         every = list[tuple[tuple[bool, ...], tuple[float, ...]]]()
         for closed in itertools.product((False, True), repeat=self.normals):
-            ways = [
+            signs = [
                 (np.nan,)
                 if one.normal >= 0 and not closed[one.normal]
                 else (0.0, 1.0, -1.0)
@@ -562,7 +562,7 @@ class FrictionProblem:
                 else (one.sliding,)
                 for one in self.tangents
             ]
-            every += [(closed, senses) for senses in itertools.product(*ways)]
+            every += [(closed, senses) for senses in itertools.product(*signs)]
         pressing = np.array([closed for closed, _ in every], dtype=bool)
         senses = np.array([found for _, found in every], dtype=float)
         return pressing.reshape(len(every), -1), senses.reshape(len(every), -1)

@@ -462,8 +462,8 @@ class Unilateral:
         # into the axes of the edge's body
         x = np.cos(ti) * px + np.sin(ti) * py - ax
         y = np.cos(ti) * py - np.sin(ti) * px - ay
-        way = ux * x + uy * y
-        found[..., which, :] = np.stack([way, length - way], axis=-1)
+        along = ux * x + uy * y
+        found[..., which, :] = np.stack([along, length - along], axis=-1)
         if len(self._arcs[0]):
             touches, past, lengths = self._round_about(q)
             for k, n in enumerate(touches):

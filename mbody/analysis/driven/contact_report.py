@@ -140,8 +140,8 @@ def low_between(t: Array, force: Array) -> Array:
     least = (middle <= left) & (middle <= right) & (middle < np.maximum(left, right) - middle)
     at = np.flatnonzero(least) + 1
     parts = np.arange(1, CLOSER) / CLOSER
-    ways = [t[k, None] + parts * (t[k + 1] - t[k])[:, None] for k in (at - 1, at)]
-    return np.asarray(np.concatenate(ways, axis=1).ravel())
+    times = [t[k, None] + parts * (t[k + 1] - t[k])[:, None] for k in (at - 1, at)]
+    return np.asarray(np.concatenate(times, axis=1).ravel())
 
 
 def check_fits(solution: Solution) -> None:
@@ -223,7 +223,7 @@ def _sentence(
 
 # -- Contacts of a driven motion: modes, doubts and notes --------------------------------------
 
-#: A way past the end of an edge, or an overlap, that is none, in model lengths.
+#: A distance past the end of an edge, or an overlap, that is none, in model lengths.
 NONE = 1e-6
 #: Contacts that a note names, and instants at which overlaps are looked for.
 NAMED, LOOKED = 8, 721
@@ -266,8 +266,8 @@ def _past_ends(found: Solution) -> list[Doubt]:
     doubts = []
     for contact in (one for one in found.mechanism.contacts if one.closed):
         spots = contact.spots(found.system.numbers)
-        ways = [_way_past(found, contact, spot) for spot in spots if _has_ends(spot)]
-        past = np.max(ways, axis=0) if ways else np.zeros(1)
+        distances = [_distance_past(found, contact, spot) for spot in spots if _has_ends(spot)]
+        past = np.max(distances, axis=0) if distances else np.zeros(1)
         if not (past > NONE * found.system.length).any():
             continue
         unit = found.mechanism.units.length
@@ -310,7 +310,7 @@ def _has_ends(spot: Spot) -> bool:
     return spot.edge is not None and bool(np.isfinite(spot.edge[2]).all())
 
 
-def _way_past(found: Solution, contact: OneSided, spot: Spot) -> Array:
+def _distance_past(found: Solution, contact: OneSided, spot: Spot) -> Array:
     """How far a place is past an end of its edge, negative within: (instants,), or (designs,
     instants).
     """

@@ -2,7 +2,8 @@
 
 The motion is followed until it can no further. The joints alone leave one freedom there; along it
 the driven coordinate x has a turning point, x′ = 0, which Newton's method finds on the curve of
-closed positions. x changes with the square of the way to that point, so it is right to rounding.
+closed positions. x changes with the square of the distance to that point, so it is right to
+rounding.
 """
 
 from __future__ import annotations
@@ -36,11 +37,11 @@ from mbody.solution.doubts import Inherited
 from mbody.system.rank import dense, jacobian
 from mbody.system.system import System
 
-#: Way along a length, in model lengths, after which it is said to have no end.
+#: Distance along a length, in model lengths, after which it is said to have no end.
 FAR = 1e3
-#: Places on a way at which it is examined: a prime, so that none is where branches meet, a whole
+#: Places on a path at which it is examined: a prime, so that none is where branches meet, a whole
 #: part of a turn away from the start.
-ON_THE_WAY = 61
+STATIONS = 61
 #: Rows up to which the end is found by dense matrices; beyond, the path's own end is given.
 LARGEST = 300
 #: Singular value of the joints, as a part of the greatest, below which branches meet there.
@@ -123,17 +124,17 @@ class _Curve:
         self.values = requested + jacobian(system, start.work)[0][first:]
         self.value = float(self.values[self.which])
 
-    def end(self, way: float) -> float:
+    def end(self, sign: float) -> float:
         """The value beyond which it cannot go, in that sense."""
         if self.driver.angular:
             spans = [2.0 * math.pi]
         else:
             spans = [self.system.length * 10.0**k for k in range(1, round(math.log10(FAR)) + 1)]
         for span in spans:
-            found = self._followed(way * span)
+            found = self._followed(sign * span)
             if found is not None:
                 return found
-        return way * math.inf
+        return sign * math.inf
 
     def _followed(self, change: float) -> float | None:
         """Where the driver stops on its way; None where it does not."""
@@ -142,10 +143,10 @@ class _Curve:
             return stopped
         if stopped is None:
             return None
-        way = math.copysign(1.0, change)
-        found = self._turning(places[-1], way)
+        sign = math.copysign(1.0, change)
+        found = self._turning(places[-1], sign)
         if found is None:
-            found = self._extrapolated(stopped, way)
+            found = self._extrapolated(stopped, sign)
         return stopped if found is None else found
 
     def _path(self, change: float) -> tuple[float | None, np.ndarray]:
@@ -156,13 +157,13 @@ class _Curve:
         n = system.coordinates
         work = system.work()
         work.q[:n], work.time[:] = self.start.work.q[:n, :1], self.start.work.time[:, :1]
-        count, steps = len(self.values), np.arange(ON_THE_WAY + 1)
+        count, steps = len(self.values), np.arange(STATIONS + 1)
         given = np.zeros((len(steps), count, 3))
         given[:, :, 0] = self.values
-        given[:, self.which, 0] += change * steps / ON_THE_WAY
+        given[:, self.which, 0] += change * steps / STATIONS
         s = given[:, 0, 0].copy() if count == 1 else steps.astype(float)
         chords = np.zeros((len(steps), count))
-        chords[:-1, self.which] = change / ON_THE_WAY
+        chords[:-1, self.which] = change / STATIONS
         reach = float(system.extent(work.q[:, 0]))
         path = DrivenPath(
             mode=BY_DRIVER if count == 1 else BY_INSTANT,
@@ -189,7 +190,7 @@ class _Curve:
         if code == LOST:
             return self.value, self.start.work.q[:n].T.copy()
         at = float(followed.progress[REACHED])
-        stopped = at if count == 1 else self.value + at * change / ON_THE_WAY
+        stopped = at if count == 1 else self.value + at * change / STATIONS
         return stopped, np.vstack([q, work.past[:n, 0]])
 
     # -- the turning point, in model lengths and radians
@@ -228,14 +229,14 @@ class _Curve:
             along = -along
         return float(G[self.row] @ along), along
 
-    def _turning(self, q: np.ndarray, way: float) -> float | None:
+    def _turning(self, q: np.ndarray, sign: float) -> float | None:
         """x at the turning point near q; None where none is found."""
         here = self._closed(q)
         found = None if here is None else self._slope(here, None)
         if here is None or found is None:
             return None
         slope, along = found
-        if slope * way < 0.0:
+        if slope * sign < 0.0:
             slope, along = -slope, -along
         step = STEP
         for _ in range(ITERATIONS):
@@ -255,18 +256,18 @@ class _Curve:
         phi, _ = self._rows(here)
         return self.requested + float(phi[self.row]) * self.unit
 
-    def _extrapolated(self, stopped: float, way: float) -> float | None:
+    def _extrapolated(self, stopped: float, sign: float) -> float | None:
         """x at a turning point in which branches meet, too: from the places before it, as a
         polynomial along the curve, beyond which the turning point is a small part of them away.
         """
-        x = stopped - way * min(BEFORE * self.unit, abs(stopped - self.value))
+        x = stopped - sign * min(BEFORE * self.unit, abs(stopped - self.value))
         q = self._path(x - self.value)[1][-1]
         found = self._slope(q, None)
         if found is None:
             return None
         slope, first = found
-        along = first = first if slope * way > 0.0 else -first
-        # x falls with the square of the way that is left
+        along = first = first if slope * sign > 0.0 else -first
+        # x falls with the square of the distance that is left
         stride = 2.0 * abs(stopped - x) / (self.unit * abs(slope)) / PLACES
         origin, step = q, stride
         places: list[tuple[float, float]] = []
@@ -276,7 +277,7 @@ class _Curve:
             while step > stride / PLACES:
                 there = self._closed(q + self.size * along * step)
                 found = None if there is None else self._slope(there, along, REGULAR)
-                if there is not None and found is not None and found[0] * way > 0.0:
+                if there is not None and found is not None and found[0] * sign > 0.0:
                     q, along = there, found[1]
                     break
                 step *= 0.5

@@ -78,16 +78,16 @@ def undetermined(system: System, t: float, q: Array, v: Array) -> SolveError | N
     scale = system.coordinate_units
     mass = system.mass[: system.coordinates, 0] * scale**2
     inertia, shapes = np.linalg.eigh((motions * mass) @ motions.T)
-    ways = shapes[:, inertia <= MASSLESS * max(float(mass.max()), 1e-300)].T @ motions
-    for way in ways:
-        body = bodies[int(np.abs(way.reshape(-1, 3)).max(axis=1).argmax())]
+    massless = shapes[:, inertia <= MASSLESS * max(float(mass.max()), 1e-300)].T @ motions
+    for motion in massless:
+        body = bodies[int(np.abs(motion.reshape(-1, 3)).max(axis=1).argmax())]
         if body.massless:
             return SolveError(
                 f"the motion of '{body.name}' is not determined: it is free and has no mass; give "
                 "it mass and inertia, or guide it by a joint",
                 body.name,
             )
-        if _pushed(system, t, q, v, way):
+        if _pushed(system, t, q, v, motion):
             return SolveError(
                 f"the motion of '{body.name}' is not determined: it is free to turn, loads turn "
                 "it, and it has no inertia; give it one, or hold its angle",
@@ -110,8 +110,8 @@ def inertialess(system: System, t: float, q: Array) -> int:
     whole = 1.0 / (work.weight[slots, 0] * share)
     mass, lent = (motions * (own * scale**2)) @ motions.T, whole.ravel() - own
     lent = (motions * (lent * scale**2)) @ motions.T
-    ways = np.linalg.cholesky(mass + lent)
-    part = np.linalg.solve(ways, np.linalg.solve(ways, lent).T)
+    factor = np.linalg.cholesky(mass + lent)
+    part = np.linalg.solve(factor, np.linalg.solve(factor, lent).T)
     return int((np.linalg.eigvalsh(0.5 * (part + part.T)) > LENT).sum())
 
 
@@ -125,7 +125,7 @@ def weightless(system: System) -> SolveError | None:
     )
 
 
-def _pushed(system: System, t: float, q: Array, v: Array, way: Array) -> bool:
+def _pushed(system: System, t: float, q: Array, v: Array, motion: Array) -> bool:
     """Whether loads drive a motion without inertia, here or a little along it."""
     places, scale, work = [(q, v)], system.coordinate_units, system.work()
     if not system.user_handles():  # users' functions may know no such places
@@ -133,11 +133,12 @@ def _pushed(system: System, t: float, q: Array, v: Array, way: Array) -> bool:
         mass = float((system.mass[: system.coordinates, 0] * scale**2).max())
         rate = TRIED * np.sqrt(np.abs(whole).max() / mass) if mass else 0.0
         places += [
-            (q + sign * TRIED * scale * way, v + sign * rate * scale * way) for sign in (1.0, -1.0)
+            (q + sign * TRIED * scale * motion, v + sign * rate * scale * motion)
+            for sign in (1.0, -1.0)
         ]
     for place, rates in places:
         forces = load_forces(system, work, t, place, rates) * scale
-        if np.abs(forces @ way).max(initial=0.0) > NO_PUSH * np.abs(forces).max(initial=0.0):
+        if np.abs(forces @ motion).max(initial=0.0) > NO_PUSH * np.abs(forces).max(initial=0.0):
             return True
     return False
 
@@ -208,8 +209,8 @@ def adjusted(system: System, given: Array, found: Array, whole: float = np.inf) 
     swift = max(float(np.abs(given[n:] / system.coordinate_units).max()), slow)
     parts = []
     if (far := np.hypot(moved[:, 0], moved[:, 1])).max() > REPORTED:
-        way = system.length * far.max()
-        parts.append(f"'{names[int(far.argmax())]}' was moved by {way:.3g} {units.length}")
+        distance = system.length * far.max()
+        parts.append(f"'{names[int(far.argmax())]}' was moved by {distance:.3g} {units.length}")
     if (turned := np.abs(moved[:, 2])).max() > REPORTED:
         angle = np.degrees(turned.max())
         parts.append(f"'{names[int(turned.argmax())]}' was turned by {angle:.3g} deg")
@@ -225,7 +226,7 @@ def adjusted(system: System, given: Array, found: Array, whole: float = np.inf) 
 
 def _nearby(manifold: Manifold, here: Place) -> int:
     """How many motions are free beside a place, at least."""
-    beside = [manifold.moved(here, BESIDE * way) for way in here.motions]
+    beside = [manifold.moved(here, BESIDE * motion) for motion in here.motions]
     return min((len(p.motions) for p in beside if p is not None), default=len(here.motions))
 
 

@@ -37,7 +37,7 @@ from mbody.solution.solution import Solution
 from mbody.system.assembler import assemble
 from mbody.system.system import System
 
-#: Way of a driver [rad, length] that is not followed to see whether a position is meant.
+#: Travel of a driver [rad, length] that is not followed to see whether a position is meant.
 FAR = 1e3
 #: Positions closer than this are one, in model lengths and radians.
 SAME = 1e-6
@@ -149,18 +149,18 @@ def _as_from_start(runner: Runner, grid: TimeGrid, found: ClosedPosition) -> boo
         end = begin.copy()
         if grid.mode == BY_TIME:
             end[:, 0] = [system.law_of(driver)(grid.t[0]) for driver in drivers]
-            way = by_time(system, np.array([0.0, grid.t[0]]))
+            path = by_time(system, np.array([0.0, grid.t[0]]))
         else:
             end[:, 0] = grid.given[0, :, 0]
             given = np.stack([begin, end])
             s = given[:, 0, 0] if grid.mode == BY_DRIVER else np.array([0.0, 1.0])
-            way = TimeGrid(grid.mode, np.ascontiguousarray(s), np.zeros(2), given)
+            path = TimeGrid(grid.mode, np.ascontiguousarray(s), np.zeros(2), given)
         if (np.abs(end - begin)[:, 0] > FAR).any() or (end[:, 0] == begin[:, 0]).all():
             return False
         with warnings.catch_warnings():
             warnings.simplefilter("error", ModelWarning)
             start = closed(system, 0.0, {})
-        q = Runner(system, runner.analysis).scalar(start, way, with_forces=False)[-1, :, 0]
+        q = Runner(system, runner.analysis).scalar(start, path, with_forces=False)[-1, :, 0]
     except (ModelError, SolveError, ModelWarning, PathEnded):
         return False
     n = system.coordinates
@@ -494,11 +494,11 @@ def _times(system: System, driver: Driver, values: np.ndarray) -> np.ndarray:
     begin, rate, change = law.derivatives(0.0)
     # where the law begins too gently its derivatives do not show the sense
     sense = math.copysign(1.0, rate or change or 1.0)
-    ways = sense * (values - begin)
-    if len(ways) > 1 and ways[0] > -HERE and (np.diff(ways) > 0.0).all():
-        ways = np.maximum(ways, 0.0)
-        ways += _further(ways[0]) - ways[0]
-        return np.array([_time(law, driver, [begin + sense * way]) for way in ways])
+    travels = sense * (values - begin)
+    if len(travels) > 1 and travels[0] > -HERE and (np.diff(travels) > 0.0).all():
+        travels = np.maximum(travels, 0.0)
+        travels += _further(travels[0]) - travels[0]
+        return np.array([_time(law, driver, [begin + sense * travel]) for travel in travels])
     senses = (sense, -sense)
     places = [[begin + s * _further(s * (value - begin)) for s in senses] for value in values]
     return np.array([_time(law, driver, both) for both in places])
@@ -516,9 +516,9 @@ def _time(law: Law, driver: Driver, places: list[float]) -> float:
     raise ModelError(f"driver '{driver.name}' does not come there by its law: {why}", driver.name)
 
 
-def _further(way: float) -> float:
-    """The way that is left to an angle [rad] when one goes on in the same sense, 0 … 2π."""
-    further = math.fmod(way, 2.0 * math.pi)
+def _further(travel: float) -> float:
+    """What is left to an angle [rad] when one goes on in the same sense, 0 … 2π."""
+    further = math.fmod(travel, 2.0 * math.pi)
     further += 2.0 * math.pi if further < -HERE else 0.0
     return 0.0 if 2.0 * math.pi - further < HERE else max(further, 0.0)
 

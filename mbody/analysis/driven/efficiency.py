@@ -113,7 +113,7 @@ def _integrated(found: Solution, powers: Callable[[Solution], Array]) -> Array:
     def works(low: Array, high: Array) -> tuple[Array, Array]:
         half = 0.5 * (high - low)[:, None]
         nodes = 0.5 * (high + low)[:, None] + half * x
-        # posts keep the way from node to node short
+        # posts keep the distance from node to node short
         t, places = np.unique(np.append(posts, nodes), return_inverse=True)
         run = kinetostatics(found.system, t, guess=poses)
         values = powers(run)[places[len(posts) :]].reshape(*nodes.shape, -1)

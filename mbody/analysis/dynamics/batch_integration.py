@@ -98,7 +98,7 @@ def lane_motions(
         release=get("release"),
     )
     if (
-        request.way.method not in TABLES
+        request.settings.method not in TABLES
         or request.events
         or request.release
         or first.regularization
@@ -142,7 +142,7 @@ def _integrated(
 ) -> tuple[Array, np.ndarray]:
     """Rows of the designs `which`, from their first states y, and which of them came to the end."""
     request, n, n3 = motions.request, len(which), system.coordinates
-    way, times, table = request.way, request.times, TABLES[request.way.method]()
+    settings, times, table = request.settings, request.times, TABLES[request.settings.method]()
     work, mass = system.work(LANES), system.mass[:, which]
     count = system.page_rows
     page = aligned(max(2, count), LANES)
@@ -170,11 +170,11 @@ def _integrated(
     own = np.broadcast_to(own_sizes(system)[:, None], (system.layout.owns, n))
     scale = np.hstack([sizes, own.T])
     batch.scale[:] = scale.T
-    batch.step[:] = first_step(way, np.ascontiguousarray(batch.y.T), derivative, scale, whole)
+    batch.step[:] = first_step(settings, np.ascontiguousarray(batch.y.T), derivative, scale, whole)
     lanes = _workspace(batch, table, page, int(np.flatnonzero(batch.bad == 0.0)[0]), work)
     tolerances = Tolerances(
-        relative=way.rtol,
-        absolute=way.atol,
+        relative=settings.rtol,
+        absolute=settings.atol,
         refinements=REFINEMENTS if motions.light else 0,
         full_refinements=REFINEMENTS,
         patience=PATIENT,

@@ -383,25 +383,26 @@ class _Choice:
         """Accelerations (coordinates,) without units on a branch, their constraint, its size."""
         here = self.here
         bend = here.bend(T, y) if y.any() else np.zeros(len(self.mass))
-        a = bend + self._along(still(T, here.clock) @ here.ways, bend)
+        a = bend + self._along(still(T, here.clock) @ here.directions, bend)
         n = len(here.N)
         free = bend + self._along(here.N, bend) if n else bend
         off = a - free
         return a, float(off @ (self.mass * off)), float(free @ (self.mass * free)) or 1.0
 
-    def _along(self, ways: Array, bend: Array) -> Array:
-        """The accelerations along `ways` that the loads make, beside `bend`."""
-        drive = ways @ (self.force - self.mass * bend)
+    def _along(self, directions: Array, bend: Array) -> Array:
+        """The accelerations along `directions` that the loads make, beside `bend`."""
+        drive = directions @ (self.force - self.mass * bend)
         return np.asarray(
-            np.linalg.lstsq((ways * self.mass) @ ways.T, drive, rcond=1e-12)[0] @ ways
+            np.linalg.lstsq((directions * self.mass) @ directions.T, drive, rcond=1e-12)[0]
+            @ directions
         )
 
     def _begun(self, T: Array, y: Array, a: Array, doubts: tuple[Doubt, ...]) -> BranchStart:
         here, scale = self.here, self.here.rows.scale
         T0, place = still(T, here.clock), along(T, here)
         away, fast = norm(place), norm(y)
-        q, ways = frame(here, T, place)
-        v = (T @ y) @ ways
+        q, directions = frame(here, T, place)
+        v = (T @ y) @ directions
         left = here.N @ (self.force - self.mass * a)
         top = np.abs(here.N * self.force).max(initial=0.0) + np.abs(here.N * self.mass * a).max()
         growth = 0

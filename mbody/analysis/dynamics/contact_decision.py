@@ -226,10 +226,10 @@ def responses_to(uni: Unilateral, work: Work, block: Array, sticking: Array | No
     inertia = (motions * (system.mass[:n, 0] * scale**2)) @ motions.T
     along = motions @ (block * scale).T
     if np.linalg.cond(inertia) < 1.0 / MASSLESS:
-        way = np.linalg.solve(inertia, along)
+        response = np.linalg.solve(inertia, along)
     else:
-        way = np.linalg.lstsq(inertia, along, rcond=MASSLESS)[0]
-    return np.asarray(scale[:, None] * (motions.T @ way))
+        response = np.linalg.lstsq(inertia, along, rcond=MASSLESS)[0]
+    return np.asarray(scale[:, None] * (motions.T @ response))
 
 
 def touch_rows(uni: Unilateral, rows: Rows, closed: list[int]) -> tuple[Array, Array]:

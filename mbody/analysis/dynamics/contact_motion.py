@@ -58,7 +58,7 @@ from mbody.model.simulation import Event
 from mbody.solution.checks import as_reported, changed
 from mbody.solution.energy import causes, works_of_moving
 from mbody.solution.histories import EventRecord
-from mbody.solution.solution import ModalState, Restart, Solution, Way
+from mbody.solution.solution import IntegrationSettings, ModalState, Restart, Solution
 from mbody.system.elimination_order import without_nodes
 from mbody.system.system import System
 
@@ -154,13 +154,13 @@ def _by_positions(motion: ModalMotion, t: Array, pages: Array, guards: list[Guar
         along = uni.along_at(q).min(axis=-1, initial=np.inf)
     for k, (kind, number) in enumerate((guard.kind, guard.number) for guard in guards):
         if kind == "close":
-            gap, way = gaps[:, number], along[:, number]
+            gap, along_edge = gaps[:, number], along[:, number]
             # past its ends it is as far from there as it is from them
-            found[k] = np.maximum(gap, -way - motion.near)
+            found[k] = np.maximum(gap, -along_edge - motion.near)
             if guards[k] not in motion.fresh:
                 # what leaves its edge does so first
                 on_one_line = (np.abs(gap) <= flush) & (np.abs(approaches[:, number]) <= slow)
-                found[k, on_one_line] = np.maximum(motion.near - way, -flush)[on_one_line]
+                found[k, on_one_line] = np.maximum(motion.near - along_edge, -flush)[on_one_line]
         elif kind == "lock":
             found[k] = approaches[:, number]
         elif kind in ALONG:
@@ -239,9 +239,13 @@ class ModalIntegration(JumpIntegration):
     decides_modes = True
 
     def __init__(
-        self, system: System, start: Solution, way: Way, events: tuple[Event, ...]
+        self,
+        system: System,
+        start: Solution,
+        settings: IntegrationSettings,
+        events: tuple[Event, ...],
     ) -> None:
-        super().__init__(system, start, way, events)
+        super().__init__(system, start, settings, events)
         self.uni = Unilateral(system)
         self.probe = self.work.copied()
         self.stops = [one.name for one in system.mechanism.contacts]

@@ -26,7 +26,7 @@ from mbody.model.study import Measure
 from mbody.quantities import parse
 from mbody.solution.histories import EventRecord, Record
 from mbody.solution.measures import measured
-from mbody.solution.solution import Solution, Way
+from mbody.solution.solution import IntegrationSettings, Solution
 from mbody.system.system import System
 
 # -- Zero crossings between samples, by values and rates ---------------------------------------
@@ -284,9 +284,13 @@ class EventIntegration(Integration):
     """Integrates one system and locates events."""
 
     def __init__(
-        self, system: System, start: Solution, way: Way, events: tuple[Event, ...]
+        self,
+        system: System,
+        start: Solution,
+        settings: IntegrationSettings,
+        events: tuple[Event, ...],
     ) -> None:
-        super().__init__(system, start, way)
+        super().__init__(system, start, settings)
         self.events = list(events)
         self.measures = [event_measure(system.mechanism, event) for event in self.events]
         #: What each of `stops` has gained by impacts, below zero.

@@ -70,7 +70,7 @@ from mbody.model.element import listed
 from mbody.solution.checks import as_reported, changed, residuals
 from mbody.solution.doubts import Doubt
 from mbody.solution.histories import Record
-from mbody.solution.solution import Restart, Solution, Way
+from mbody.solution.solution import IntegrationSettings, Restart, Solution
 from mbody.solution.stepped_contacts import SteppedContacts
 from mbody.system.assembler import assemble
 from mbody.system.system import System, with_numbers_of
@@ -293,19 +293,21 @@ DEEP = 0.05
 FEW = 12
 
 
-def judged_steps(whole: System, motion: ImpulseSteps, way: Way) -> tuple[list[str], list[Doubt]]:
+def judged_steps(
+    whole: System, motion: ImpulseSteps, settings: IntegrationSettings
+) -> tuple[list[str], list[Doubt]]:
     """Notes and doubts about the steps: iterations, penetration, residuals."""
     state, units = motion.state, whole.mechanism.units
     machine, notes, doubts = whole.mechanism, list[str](), list[Doubt]()
     steps = int(state[STEPS_DONE])
     sweeps, iterations = (state[n] / max(steps, 1) for n in (SWEEPS_DONE, ITERATIONS_DONE))
-    ways = f"{sweeps:.3g} sweeps"
+    effort = f"{sweeps:.3g} sweeps"
     if iterations:
-        ways += f" and {iterations:.3g} iterations of the interior-point method"
+        effort += f" and {iterations:.3g} iterations of the interior-point method"
     notes.append(
-        f"steps of {way.step:g} {units.time} with impulses, of order one: up to "
-        f"{int(state[CONTACTS])} contacts at once, {ways} a step, impulses to "
-        f"{way.rtol:.0e} of the greatest; shapes overlap by at most "
+        f"steps of {settings.step:g} {units.time} with impulses, of order one: up to "
+        f"{int(state[CONTACTS])} contacts at once, {effort} a step, impulses to "
+        f"{settings.rtol:.0e} of the greatest; shapes overlap by at most "
         f"{max(state[DEEPEST], 0.0):.2g} {units.length}, {100 * max(state[DEEPEST_PART], 0.0):.2g}"
         " % of the smaller"
     )
@@ -333,8 +335,8 @@ def judged_steps(whole: System, motion: ImpulseSteps, way: Way) -> tuple[list[st
         t, part = float(state[UNSOLVED_AT]), float(state[UNSOLVED_MOST])
         message = (
             f"the impulses of {int(state[UNSOLVED_COUNT])} of {steps} steps are not found to "
-            f"{way.rtol:.0e}, first at t = {t:.6g} {units.time}: what is left is {part:.1e} of the "
-            "greatest"
+            f"{settings.rtol:.0e}, first at t = {t:.6g} {units.time}: what is left is {part:.1e} "
+            "of the greatest"
         )
         if part > UNCERTAIN:
             doubts.append(Doubt("solver", f"{message}; take shorter steps", t))
@@ -375,7 +377,7 @@ def impulse_motion(
     """The motion from the last instant of `start`, or from `restart` on; as `integrate_phases`."""
     refuse_what_does_not_fit(system, request)
     first, q, v = state or state_of(system, start)
-    motion = ImpulseIntegration(system, start, request.way)
+    motion = ImpulseIntegration(system, start, request.settings)
     if restart is not None:
         check_restart(motion.system, restart, float(start.t[-1]))
     return motion.run(first, q, v, request.times, progress, restart)
@@ -384,20 +386,20 @@ def impulse_motion(
 class ImpulseIntegration(Integration):
     """Integrates one system with contacts by steps with impulses."""
 
-    def __init__(self, system: System, start: Solution, way: Way) -> None:
+    def __init__(self, system: System, start: Solution, settings: IntegrationSettings) -> None:
         self.whole = system
         machine = system.mechanism
         bare = system
         if machine.contacts or machine.groups:
             bare = with_numbers_of(assemble(without_contacts(machine)), system.values)
-        super().__init__(bare, start, way)
+        super().__init__(bare, start, settings)
         self.tables: ContactTables = contact_tables(system)
         self.stops = list(self.tables.laws)
         self.memory = ImpulseMemory(bare, self.layout, self.work, len(self.tables.names))
         loads = np.zeros((self._load_causes() + 1, bare.coordinates))
         self.impulses = ImpulseSteps(
-            length=way.step,
-            tolerance=way.rtol,
+            length=settings.step,
+            tolerance=settings.rtol,
             sweeps=SWEEPS,
             few=BY_LEMKE,
             regularization=self.regularization,
@@ -644,7 +646,7 @@ class ImpulseIntegration(Integration):
             "iterations": int(state[ITERATIONS_DONE]),
             "by_lemke": self.by_lemke,
         }
-        notes, doubts = judged_steps(self.whole, self.impulses, self.way)
+        notes, doubts = judged_steps(self.whole, self.impulses, self.settings)
         pages = self._whole_pages(found, stepped)
         said = as_reported(found)
         return changed(

@@ -76,7 +76,7 @@ from mbody.solution.checks import as_reported, changed
 from mbody.solution.doubts import doubted
 from mbody.solution.energy import account, causes
 from mbody.solution.histories import EventRecord, Record
-from mbody.solution.solution import Restart, Solution, Way
+from mbody.solution.solution import IntegrationSettings, Restart, Solution
 from mbody.solution.traced_instant import Present, Read
 from mbody.system.system import System
 
@@ -134,9 +134,9 @@ class Integration(RateJumps):
     decides_modes = False
     integrator = staticmethod(integrator)
 
-    def __init__(self, system: System, start: Solution, way: Way) -> None:
-        self.system, self.start, self.way = system, start, way
-        refuse_own_states(system, way.method)
+    def __init__(self, system: System, start: Solution, settings: IntegrationSettings) -> None:
+        self.system, self.start, self.settings = system, start, settings
+        refuse_own_states(system, settings.method)
         if not self.decides_modes:
             refuse_modes(system, "stepping without events of contacts")
         self.layout = without_held(system.runtime(), held_inputs(system))
@@ -145,7 +145,7 @@ class Integration(RateJumps):
             start.regularization if start.system is system else SOFT * bool(start.regularization)
         )
         self.causes = len(causes(system))
-        self.steps = self.integrator(way.method, self.layout, self.work, way.step)
+        self.steps = self.integrator(settings.method, self.layout, self.work, settings.step)
         self.stepping = stepping(
             system.state_count, self.causes, self.regularization, self.steps.rows, self.steps.terms
         )
@@ -163,8 +163,8 @@ class Integration(RateJumps):
         # a small mass replaces a missing one: refinement takes its effect back
         light = stand_ins(self.layout, self.system.mass, self.system.length).any()
         tolerances = Tolerances(
-            relative=self.way.rtol,
-            absolute=self.way.atol,
+            relative=self.settings.rtol,
+            absolute=self.settings.atol,
             refinements=REFINEMENTS if light or self.regularization else 0,
             full_refinements=REFINEMENTS,
             patience=PATIENT,
@@ -253,8 +253,8 @@ class Integration(RateJumps):
     def _begin_steps(self) -> None:
         """The length of the first step of a motion that goes on to `until`."""
         whole = self.until - self.first
-        self.state[NEXT] = self.way.step or first_step(
-            self.way, self.y, self.K[0], self.scale, whole
+        self.state[NEXT] = self.settings.step or first_step(
+            self.settings, self.y, self.K[0], self.scale, whole
         )
 
     def evaluate(self) -> bool:
@@ -367,7 +367,7 @@ class Integration(RateJumps):
     def _restart_state(self, work_done: Array) -> Restart:
         """All that the next step depends on; `work_done` since the beginning."""
         return Restart(
-            way=self.way,
+            settings=self.settings,
             scale=self.scale.copy(),
             y=self.y.copy(),
             slope=self.K[0].copy(),
@@ -460,11 +460,11 @@ class Integration(RateJumps):
         if reason is not None:
             reason.solution = found
             return reason
-        if self.way.method in EVEN:
+        if self.settings.method in EVEN:
             return SolveError(
-                f"the equations of a step of '{self.way.method}' have no solution at {when}: "
-                f"{self.way.step:g} {unit} is too long there, or the loads jump or grow without "
-                "bound; take shorter steps, or the method 'dop853'",
+                f"the equations of a step of '{self.settings.method}' have no solution at {when}: "
+                f"{self.settings.step:g} {unit} is too long there, or the loads jump or grow "
+                "without bound; take shorter steps, or the method 'dop853'",
                 solution=found,
             )
         curves = [

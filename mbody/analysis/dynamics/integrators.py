@@ -35,7 +35,7 @@ from mbody.kernels.step_state import (
 )
 from mbody.kernels.tableaus import Explicit, order_5, order_8, radau_5, suzuki_4
 from mbody.model.states import STEADY
-from mbody.solution.solution import Solution, Way
+from mbody.solution.solution import IntegrationSettings, Solution
 from mbody.system.system import System
 
 # -- Scales of the coordinates, and the length of the first step -------------------------------
@@ -61,12 +61,16 @@ def coordinate_sizes(length: float, v: np.ndarray, a: np.ndarray) -> np.ndarray:
 
 
 def first_step(
-    way: Way, y: np.ndarray, derivative: np.ndarray, scale: np.ndarray, whole: float
+    settings: IntegrationSettings,
+    y: np.ndarray,
+    derivative: np.ndarray,
+    scale: np.ndarray,
+    whole: float,
 ) -> np.ndarray:
     """A rough first step (Hairer, Nørsett, Wanner, II.4): (…,). `y`, `slope`, `scale` (…,
     2·coordinates).
     """
-    size = way.atol * scale + way.rtol * np.abs(y)
+    size = settings.atol * scale + settings.rtol * np.abs(y)
     d0, d1 = (np.sqrt(np.mean((part / size) ** 2, axis=-1)) for part in (y, derivative))
     with np.errstate(divide="ignore", invalid="ignore"):
         step = np.where((d0 > 1e-5) & (d1 > 1e-5), 0.01 * d0 / d1, 1e-6 * whole)

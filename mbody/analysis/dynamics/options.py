@@ -20,7 +20,7 @@ from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
 from mbody.model.simulation import ADAPTIVE, EVEN, METHODS, Event, as_events, check_method
 from mbody.quantities import dimension_text
-from mbody.solution.solution import Way
+from mbody.solution.solution import IntegrationSettings
 from mbody.system.assembler import assemble
 from mbody.system.system import System, with_numbers_of
 
@@ -38,7 +38,7 @@ class MotionRequest:
         Time of the first instant.
     times : array
         The instants that are kept; the last one ends the motion.
-    way : Way
+    settings : IntegrationSettings
         How it is integrated.
     events : tuple of Event
         What is located.
@@ -48,7 +48,7 @@ class MotionRequest:
 
     first: float
     times: np.ndarray
-    way: Way
+    settings: IntegrationSettings
     events: tuple[Event, ...]
     release: dict[str, float]
 
@@ -114,13 +114,15 @@ def motion_request(
     return MotionRequest(
         first,
         times,
-        _way(system, METHODS[0] if method is None else method, errors, step, last - first),
+        _settings(system, METHODS[0] if method is None else method, errors, step, last - first),
         checked_events(machine, as_events(() if events is None else events)),
         _release(system, {} if release is None else release),
     )
 
 
-def _way(system: System, method: Any, errors: tuple[float, float], step: Any, whole: float) -> Way:
+def _settings(
+    system: System, method: Any, errors: tuple[float, float], step: Any, whole: float
+) -> IntegrationSettings:
     """How the motion is integrated."""
     check_method(method)
     if method in ADAPTIVE:
@@ -129,7 +131,7 @@ def _way(system: System, method: Any, errors: tuple[float, float], step: Any, wh
                 f"the method '{method}' chooses its steps by rtol: leave out "
                 f"{remedy(python='step', command='--step')}, or take one of {', '.join(EVEN)}"
             )
-        return Way(method, *errors)
+        return IntegrationSettings(method, *errors)
     unit = system.mechanism.units.time
     if step is None:
         how = remedy(python=f"step, in {unit}", command=f"--step H, in {unit}")
@@ -139,7 +141,7 @@ def _way(system: System, method: Any, errors: tuple[float, float], step: Any, wh
         raise ModelError(
             f"step is {length:g} {unit}: give a positive time, for at most {MOST_STEPS:.0e} steps"
         )
-    return Way(method, *errors, length)
+    return IntegrationSettings(method, *errors, length)
 
 
 def _release(system: System, given: Any) -> dict[str, float]:

@@ -110,12 +110,12 @@ def finite(state: np.ndarray) -> np.ndarray:
 
 def _unfit(system: System, restart: Restart, last: float) -> str | None:
     """Reason why a restart does not fit a system; None where it fits."""
-    way, width = restart.way, system.state_count
-    if way.method not in METHODS:
-        return f"there is no method {str(way.method)[:40]!r}"
-    numbers = (way.rtol, way.atol, way.step)
+    settings, width = restart.settings, system.state_count
+    if settings.method not in METHODS:
+        return f"there is no method {str(settings.method)[:40]!r}"
+    numbers = (settings.rtol, settings.atol, settings.step)
     sound = all(isinstance(x, float) and math.isfinite(x) and x >= 0.0 for x in numbers)
-    if not sound or way.rtol <= 0.0 or (way.method in EVEN) != (way.step > 0.0):
+    if not sound or settings.rtol <= 0.0 or (settings.method in EVEN) != (settings.step > 0.0):
         return "its tolerances or its step are no positive numbers"
     few, count = len(causes(system)), PROGRESS
     wanted = {"scale": width, "y": width, "slope": width, "powers": few, "gained": few}
@@ -138,15 +138,15 @@ def _unfit(system: System, restart: Restart, last: float) -> str | None:
 
 def _unfit_own(system: System, restart: Restart) -> str | None:
     """Reason why the numbers of the method itself do not fit; None where they fit."""
-    way = restart.way
-    if way.method == "moreau":
+    settings = restart.settings
+    if settings.method == "moreau":
         widths = [part.shape[1:] for part in restart.own]
         if widths != [(5,), (), (), ()] or any(p.dtype != np.float64 for p in restart.own):
             return "'own' is of other sizes"
         if not all(np.isfinite(part).all() for part in restart.own):
             return "'own' holds what is no finite number"
         return None
-    own = integrator(way.method, system.layout, system.work(masses=True), way.step).own
+    own = integrator(settings.method, system.layout, system.work(masses=True), settings.step).own
     if len(own) != len(restart.own):
         return f"'own' has {len(restart.own)} parts in place of {len(own)}"
     for part, like in zip(restart.own, own, strict=True):

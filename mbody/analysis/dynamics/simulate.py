@@ -49,7 +49,7 @@ from mbody.solution.checks import as_reported, changed, one_design
 from mbody.solution.doubts import Doubt, doubted
 from mbody.solution.energy import account, causes
 from mbody.solution.histories import Record
-from mbody.solution.solution import Beginning, Restart, Solution, Way
+from mbody.solution.solution import Beginning, IntegrationSettings, Restart, Solution
 from mbody.system.assembler import assemble
 from mbody.system.system import System
 
@@ -281,8 +281,8 @@ def integrate_phases(
     """The motion from the last instant of `start`, as one result of the whole system; drivers that
     were released there stay so. `state`: time, positions and rates of that instant.
     """
-    if request.way.method == "moreau":
-        going_on = _restart(system, start, request.way, ())
+    if request.settings.method == "moreau":
+        going_on = _restart(system, start, request.settings, ())
         return impulse_motion(system, start, state, request, progress, going_on)
     own = {driver.name for driver in system.drivers}
     free_since = {name: t for name, t in start.released.items() if name in own}
@@ -297,7 +297,7 @@ def integrate_phases(
     }
     if free_since or later:
         refuse_readings_of_released(system.mechanism, {*free_since, *later}, request.events)
-    restart = _restart(system, start, request.way, tuple(free_since))
+    restart = _restart(system, start, request.settings, tuple(free_since))
     # what takes energy by impacts
     struck = [one.name for one in system.mechanism.contacts]
     found: list[Solution] = []
@@ -309,8 +309,8 @@ def integrate_phases(
         now = {name: t for name, t in later.items() if t == until}
         state = state or state_of(free, start)
         first_part, decided = None, has_modes(free)
-        if decided and request.way.method not in ADAPTIVE:
-            refuse_modes(free, f"the method '{request.way.method}'")
+        if decided and request.settings.method not in ADAPTIVE:
+            refuse_modes(free, f"the method '{request.settings.method}'")
         if restart is None and not decided:
             first_part = singular_start(free, start, state, request, until)
         if first_part is not None:
@@ -326,9 +326,9 @@ def integrate_phases(
         if decided:
             kind = ContactIntegration
         integration = (
-            Integration(free, start, request.way)
+            Integration(free, start, request.settings)
             if kind is None
-            else kind(free, start, request.way, request.events)
+            else kind(free, start, request.settings, request.events)
         )
         try:
             run = integration.run(first, q, v, wanted, progress, restart, carried)
@@ -348,16 +348,20 @@ def integrate_phases(
     return joined(system, found, free_since, struck, request.times)
 
 
-def _restart(system: System, start: Solution, way: Way, gone: tuple[str, ...]) -> Restart | None:
-    """Where to continue a motion of the same system, integrated in the same way; `gone`: the
+def _restart(
+    system: System, start: Solution, settings: IntegrationSettings, gone: tuple[str, ...]
+) -> Restart | None:
+    """Where to continue a motion of the same system, integrated by the same settings; `gone`: the
     drivers that are released.
     """
     found = start.restart
-    if found is None or found.way != way or tuple(start.released) != gone:
+    if found is None or found.settings != settings or tuple(start.released) != gone:
         return None
     if len(found.state) != PROGRESS:  # of another version
         return None
-    decided = way.method != "moreau" and has_modes(released(system, list(gone)) if gone else system)
+    decided = settings.method != "moreau" and has_modes(
+        released(system, list(gone)) if gone else system
+    )
     if decided != (found.modal is not None):
         return None
     ours, theirs = system.values, start.system.values
@@ -366,7 +370,7 @@ def _restart(system: System, start: Solution, way: Way, gone: tuple[str, ...]) -
         and all(np.array_equal(ours[name], theirs[name]) for name in ours)
     )
     # steps with impulses go on without the rows of contacts, and check that themselves
-    if same and way.method != "moreau":
+    if same and settings.method != "moreau":
         check_restart(released(system, list(gone)) if gone else system, found, float(start.t[-1]))
     return found if same else None
 
@@ -725,9 +729,9 @@ def simulate(
         run = integrate_phases(system, start, state, request, progress or None)
     except SolveError as error:
         if isinstance(error.solution, Solution):
-            error.solution = judged(error.solution, request.way)
+            error.solution = judged(error.solution, request.settings)
         raise
-    return changed(judged(run, request.way), begun=(beginning(system, start, request),))
+    return changed(judged(run, request.settings), begun=(beginning(system, start, request),))
 
 
 def _as_system(model: Mechanism | System, method: str | None) -> System:
@@ -780,7 +784,9 @@ def first_instant(
     return close_loops(system, guess=guess, rates=rates)
 
 
-def judged(run: Solution, way: Way, beyond: Sequence[Doubt] | None = None) -> Solution:
+def judged(
+    run: Solution, settings: IntegrationSettings, beyond: Sequence[Doubt] | None = None
+) -> Solution:
     """The motion with notes and doubts of its description, its laws and its energy; `beyond`: of
     tables that it left, where these are known already.
     """
@@ -790,5 +796,5 @@ def judged(run: Solution, way: Way, beyond: Sequence[Doubt] | None = None) -> So
     added = [note for note in own if note not in notes]
     found = changed(run, notes=(*notes, *added)) if added else run
     left = extrapolated(found) if beyond is None else beyond
-    doubts = [*left, *energy_doubts(found, way.method, way.rtol)]
+    doubts = [*left, *energy_doubts(found, settings.method, settings.rtol)]
     return doubted(found, doubts)

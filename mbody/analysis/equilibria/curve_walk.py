@@ -22,8 +22,8 @@ STRIDE, GROWTH = 0.1973, 1.9
 TURN, STRAIGHT = 0.35, 0.01
 #: A rate of an angle below this is none.
 STILL = 1e-9
-#: Steps each way, and the distance in model lengths beyond which bodies have run away.
-STEPS, AWAY = 120, 1e3
+#: Steps in each direction, and the distance in model lengths beyond which bodies have run away.
+STEPS, RUN_AWAY = 120, 1e3
 #: A step below this part of a stride meets a corner, a branch point or an end.
 SHORTEST = 1e-5
 #: Distance behind a corner at which the walk goes on, in model lengths.
@@ -58,7 +58,7 @@ class Node:
 
 @dataclass
 class Walk:
-    """One way along the curve.
+    """The curve in one direction.
 
     Attributes
     ----------
@@ -127,19 +127,19 @@ class MotionCurve:
                 return walk
             walk.nodes.append(there)
             walk.smooth.append(smooth)
-            way = float(np.linalg.norm((there.place.q - here.place.q) / self.scale))
-            arclength += way
+            chord = float(np.linalg.norm((there.place.q - here.place.q) / self.scale))
+            arclength += chord
             if self._far(there) or arclength > reach:
                 walk.end = "far" if arclength <= reach else "reach"
                 return walk
             if not smooth:
                 walk.corners.append(here.place)
             else:
-                bend = (there.along - here.along) / way
-                # a straight way is followed in growing steps; what turns comes round
+                bend = (there.along - here.along) / chord
+                # a straight path is followed in growing steps; what turns comes round
                 still = np.abs(there.along[2::3]).max() < STILL
                 straight = np.linalg.norm(there.along - here.along) < STRAIGHT
-                if still and straight and length < 0.1 * AWAY:
+                if still and straight and length < 0.1 * RUN_AWAY:
                     length *= GROWTH
                 else:
                     length = min(2.0 * length, STRIDE)
@@ -154,11 +154,13 @@ class MotionCurve:
 
     def arclength_of(self, node: Node, walk: Walk) -> float:
         """How far along a walk a node is."""
-        way = np.array([(one.place.q - walk.nodes[0].place.q) / self.scale for one in walk.nodes])
+        displacements = np.array(
+            [(one.place.q - walk.nodes[0].place.q) / self.scale for one in walk.nodes]
+        )
         own = (node.place.q - walk.nodes[0].place.q) / self.scale
         arclengths = self.arclengths(walk)
-        near = int(np.linalg.norm(way - own, axis=1).argmin())
-        return float(arclengths[near] + (own - way[near]) @ walk.nodes[near].along)
+        near = int(np.linalg.norm(displacements - own, axis=1).argmin())
+        return float(arclengths[near] + (own - displacements[near]) @ walk.nodes[near].along)
 
     def passes(self, walk: Walk, place: Place) -> bool:
         """Whether a walk goes through a place, whole turns left out."""
@@ -190,8 +192,8 @@ class MotionCurve:
         return not all((part > 0.0).all() for part in (*beyond[:2], beyond[2][before]))
 
     def _far(self, here: Node) -> bool:
-        way = (here.place.q - self.start.place.q) / self.scale
-        return float(np.abs(way.reshape(-1, 3)[:, :2]).max(initial=0.0)) > AWAY
+        displacement = (here.place.q - self.start.place.q) / self.scale
+        return float(np.abs(displacement.reshape(-1, 3)[:, :2]).max(initial=0.0)) > RUN_AWAY
 
     def _step(self, here: Node, bend: Array, length: float) -> tuple[Node | None, float, str]:
         """The next node, the step that led there, and why it ended; None where none closes
@@ -202,8 +204,8 @@ class MotionCurve:
         while length > SHORTEST * STRIDE:
             step = length / fastest
             curved = np.linalg.norm(bend) * step < TURN
-            way = step * here.along + (0.5 * step**2 * bend if curved else 0.0)
-            there = self.manifold.moved(here.place, way)
+            increment = step * here.along + (0.5 * step**2 * bend if curved else 0.0)
+            there = self.manifold.moved(here.place, increment)
             if there is not None and len(there.motions):
                 onward = there.motions.T @ (there.motions @ here.along)
                 chord = (there.q - here.place.q) / self.scale
@@ -215,14 +217,14 @@ class MotionCurve:
                     if length < 100.0 * SHORTEST * STRIDE:
                         return node, length, "crossing"
                     why = "crossing"
-            elif there is None and self._without_value(here, way):
+            elif there is None and self._without_value(here, increment):
                 why = "no value"
             length *= 0.5
         return None, length, why
 
-    def _without_value(self, here: Node, way: Array) -> bool:
+    def _without_value(self, here: Node, increment: Array) -> bool:
         """Whether a load has no value where a step leads."""
-        q = self.manifold.closed(here.place.q + self.scale * way)
+        q = self.manifold.closed(here.place.q + self.scale * increment)
         return q is not None and not np.isfinite(self.manifold.force(q)).all()
 
     def _closing(self, first: Place, here: Node, there: Node, sign: float) -> Node | None:
@@ -262,7 +264,7 @@ class MotionCurve:
         while length > BEHIND:
             there = manifold.moved(corner.place, length * corner.along / np.abs(corner.along).max())
             if there is not None and len(there.motions) == 1:
-                # behind the corner the motion may be at right angles to the way, to the last bit
+                # behind the corner the motion may be at right angles to the step, to the last bit
                 straight = abs(there.motions[0] @ corner.along) > np.cos(TURN)
                 chord = (there.q - corner.place.q) / scale
                 if straight and chord @ corner.along > 0.5 * length:
@@ -286,8 +288,11 @@ class MotionCurve:
             place = None if q is None else manifold.place(q)
             if place is None or len(place.motions) != 1:
                 continue
-            way = (place.q - corner.place.q) / scale
-            if np.abs(way).max() > 100.0 * BEHIND or not abs(way @ fixed) > BEHIND * size:
+            displacement = (place.q - corner.place.q) / scale
+            if (
+                np.abs(displacement).max() > 100.0 * BEHIND
+                or not abs(displacement @ fixed) > BEHIND * size
+            ):
                 continue
             onward = place.motions[0] * np.sign(place.motions[0] @ fixed)
             return self.node(place, onward)
@@ -313,18 +318,18 @@ def independent(rows: Array) -> list[int]:
         if sizes[n] < 1e-6:
             break
         found.append(n)
-        way = left[n] / sizes[n]
-        left = left - np.outer(left @ way, way)
+        direction = left[n] / sizes[n]
+        left = left - np.outer(left @ direction, direction)
     return sorted(found)
 
 
 def between(curve: MotionCurve, one: Node, other: Node, part: float) -> Node | None:
-    """The node at a part of the way between two neighbours, from the cubic through both."""
+    """The node at a part of the chord between two neighbours, from the cubic through both."""
     scale = curve.scale
     chord = (other.place.q - one.place.q) / scale
     size = float(np.linalg.norm(chord))
-    way = chord / size
-    first, last = (size * node.along / float(node.along @ way) for node in (one, other))
+    direction = chord / size
+    first, last = (size * node.along / float(node.along @ direction) for node in (one, other))
     x = part
     q = (x * x * (3.0 - 2.0 * x)) * chord + x * (1.0 - x) ** 2 * first - x * x * (1.0 - x) * last
     place = curve.manifold.moved(one.place, q)
@@ -464,9 +469,9 @@ class _CurveIsolation:
         """Coefficients, lowest first, of the drive over the part x of the chord."""
         chord = (other.place.q - one.place.q) / self.curve.scale
         size = float(np.linalg.norm(chord))
-        way = chord / size
+        direction = chord / size
         a, b = one.drive, other.drive
-        da, db = (size * node.slope / float(node.along @ way) for node in (one, other))
+        da, db = (size * node.slope / float(node.along @ direction) for node in (one, other))
         return np.array([a, da, 3.0 * (b - a) - 2.0 * da - db, 2.0 * (a - b) + da + db])
 
     def divide(self, one: Node, other: Node, error: float) -> None:

@@ -242,8 +242,8 @@ class Words:
             )
         assert least is not None
         motions = self.motions_of(least)
-        ways = [rates_of(self.system, [one]).reshape(-1) / self.manifold.scale for one in motions]
-        left = [float(least.force @ way) for way in ways]
+        rates = [rates_of(self.system, [one]).reshape(-1) / self.manifold.scale for one in motions]
+        left = [float(least.force @ way) for way in rates]
         # the leader that is driven most; a least drive is flat: more digits would be noise
         n = int(np.argmax(np.abs(left)))
         where, leader = self.where(least, motions[n])
@@ -607,11 +607,11 @@ class _RestResults:
             self.system, np.append(inside.place.q, np.zeros(3)), inside.place.motions
         )[0]
         b = 3 * self.system.bodies[motion.leader]
-        ways = inside.along[b + 2 : b + 3] if motion.turns else inside.along[b : b + 2]
+        directions = inside.along[b + 2 : b + 3] if motion.turns else inside.along[b : b + 2]
         ends = [
             None if node is None else self._pose(node.place) for node in (band.first, band.last)
         ]
-        if ways[np.abs(ways).argmax()] < 0.0:
+        if directions[np.abs(directions).argmax()] < 0.0:
             ends.reverse()
         return RestBand(ends[0], ends[1], motion.leader, numbers)
 

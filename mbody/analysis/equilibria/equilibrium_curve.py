@@ -11,7 +11,7 @@ import numpy as np
 
 from mbody.analysis.driven.path_following import Runner
 from mbody.analysis.driven.time_grid import by_time
-from mbody.analysis.equilibria.curve_walk import AWAY
+from mbody.analysis.equilibria.curve_walk import RUN_AWAY
 from mbody.analysis.equilibria.equilibrium import Equilibrium, Words, search, stability_of
 from mbody.analysis.equilibria.search import Rest, RestSearch
 from mbody.analysis.freedom.mobility import single_design
@@ -154,10 +154,10 @@ class Follower:
         y, rate = vt[-1, :-1], vt[-1, -1]
         direction = np.append(y @ here.motions + rate * follows, rate)
         direction /= np.linalg.norm(direction)
-        way = vt[-1]
+        tangent = vt[-1]
         if before is not None and direction @ before < 0.0:
-            direction, way = -direction, -way
-        side = float(np.linalg.det(np.vstack([np.column_stack([-K, change]) / size, way])))
+            direction, tangent = -direction, -tangent
+        side = float(np.linalg.det(np.vstack([np.column_stack([-K, change]) / size, tangent])))
         return Point(here, value, direction, K, arc, side, size)
 
     def ahead(self, here: Point, step: float) -> Point | None:
@@ -175,8 +175,8 @@ class Follower:
                 return None
             K = manifold.stiffness(place)
             follows, change = self.slopes(place, value)
-            way = (place.q - here.place.q) / self.scale
-            off = step - way @ here.direction[:-1]
+            displacement = (place.q - here.place.q) / self.scale
+            off = step - displacement @ here.direction[:-1]
             off -= (value - here.value) * float(here.direction[-1])
             across = place.motions @ here.direction[:-1]
             along = follows @ here.direction[:-1] + here.direction[-1]
@@ -380,8 +380,10 @@ def _multiple(
     if len(known) < NODES - 1:  # one may lie in the crossing itself
         return None
     rows = [one for one in found if one is not None]
-    way = nodes[known]
-    sides = np.polynomial.Chebyshev.fit(way, [side for side, _ in rows], len(way) - 1, (-1.0, 1.0))
+    parameters = nodes[known]
+    sides = np.polynomial.Chebyshev.fit(
+        parameters, [side for side, _ in rows], len(parameters) - 1, (-1.0, 1.0)
+    )
     zeros = [z.real for z in sides.roots() if abs(z.imag) < 1e-6 and abs(z.real) <= 1.0]
     if len(zeros) != 1:
         return None
@@ -394,7 +396,9 @@ def _multiple(
     if near[0] is None or near[1] is None or not slope:
         return None
     gap = abs((near[1][0] - near[0][0]) / (2.0 * beside * slope) - 1.0) * NEAR**2
-    fit = np.polynomial.chebyshev.chebfit(way, np.array([row for _, row in rows]), len(way) - 1)
+    fit = np.polynomial.chebyshev.chebfit(
+        parameters, np.array([row for _, row in rows]), len(parameters) - 1
+    )
     middle = np.asarray(np.polynomial.chebyshev.chebval(part, fit))
     value = float(middle[0])
     place = follower.manifold(value).at(here.place.q + follower.scale * middle[1:])
@@ -410,7 +414,7 @@ def _multiple(
 
 def _kind(H: Array, V: Array) -> str:
     """Kind of the crossing, by the second derivatives H on the null space V (2, free + 1)."""
-    still = np.array([V[1, -1], -V[0, -1]])  # the way on which the number stays
+    still = np.array([V[1, -1], -V[0, -1]])  # the direction in which the number stays
     size = float(np.linalg.norm(still))
     bend = float(still @ H @ still) / size**2 if size > 1e-6 else 0.0
     return "pitchfork" if abs(bend) <= NONE * float(np.abs(H).max()) else "transcritical"
@@ -431,13 +435,13 @@ def _solved(
         w, V = u[:, -1], vt[free - 1 :]
 
         rows = []
-        for way in V:
+        for kernel in V:
             sides = []
             for step in (BRANCH_POINTS_STEP, -BRANCH_POINTS_STEP):
-                near = _moved(follower, place, value, follows, step * way)
+                near = _moved(follower, place, value, follows, step * kernel)
                 if near is None or len(near.motions) != free:
                     return None
-                _, other = _jacobian(follower, near, value + step * float(way[-1]))
+                _, other = _jacobian(follower, near, value + step * float(kernel[-1]))
                 sides.append(_aligned(place, near, other) / size)
             rows.append(w @ (sides[0] - sides[1]) @ V.T / (2.0 * BRANCH_POINTS_STEP))
         H = np.array(rows)
@@ -461,8 +465,8 @@ def _moved(
     follower: Follower, place: Place, value: float, follows: Array, x: Array
 ) -> Place | None:
     """The position after a step x of the free motions and of the number."""
-    way = x[:-1] @ place.motions + x[-1] * follows
-    return follower.manifold(value + float(x[-1])).at(place.q + follower.scale * way)
+    increment = x[:-1] @ place.motions + x[-1] * follows
+    return follower.manifold(value + float(x[-1])).at(place.q + follower.scale * increment)
 
 
 def _jacobian(follower: Follower, place: Place, value: float) -> tuple[Array, Array]:
@@ -777,7 +781,7 @@ class _Tracer:
             if self._round(there):
                 self.notes.append("it closes on itself")
                 break
-            if np.abs((there.place.q - place.q) / self.follower.scale).max() > AWAY:
+            if np.abs((there.place.q - place.q) / self.follower.scale).max() > RUN_AWAY:
                 self.notes.append(f"it leaves all bounds near {self._where(there)}")
                 break
             if bend > 1.0 - 0.25 * (1.0 - STRAIGHT):

@@ -88,9 +88,9 @@ class RestBand:
     low, high : mapping or None
         The position at either end, where the mechanism is about to move out of the band: by body
         (x, y, angle) of its link axes, as a `guess` takes it; None where the band has no end
-        there. `low` is where the leader's angle, or way, is less.
+        there. `low` is where the leader's angle, or displacement, is less.
     leader : str
-        The body whose angle, or way, tells positions apart.
+        The body whose angle, or displacement, tells positions apart.
     positions : tuple of int
         Numbers of the rest positions in it at which no friction is needed.
     """
@@ -166,24 +166,24 @@ class FrictionReserve:
         table = np.empty((1, PER_PRIMITIVE * len(system.owners), 1))
         reached = np.empty((1, 2))
         least, drive = np.inf, float(place.force @ along)
-        for way in (1.0, -1.0):
+        for sign in (1.0, -1.0):
             most = -np.inf
-            for senses in senses_with_still(way * np.sign(rates), self.holds & (rates == 0.0)):
+            for senses in senses_with_still(sign * np.sign(rates), self.holds & (rates == 0.0)):
                 forces_by_senses(self.layout, self.work, rest, senses[None], table, reached)
                 taken = sum(
                     abs(table[0, PER_PRIMITIVE * pair.primitive, 0] * rate)
                     for pair, rate in zip(self.pairs, rates, strict=True)
                 )
                 most = max(most, np.inf if reached[0, 1] < 1.0 else taken)
-            least = min(least, most - way * drive)
+            least = min(least, most - sign * drive)
         return float(least)
 
 
 def bands_of(
     curve: MotionCurve, walks: list[Walk], reserve: FrictionReserve | ContactReserve
 ) -> list[Band]:
-    """The bands along the walks of one curve, in their order: one that closes, or the ways to both
-    sides of its start.
+    """The bands along the walks of one curve, in their order: one that closes, or the branches to
+    both sides of its start.
     """
     found = _Located(curve, reserve)
     points = found.points(walks)
@@ -219,8 +219,8 @@ def _is_point(band: Band, scale: Array) -> bool:
     """Whether a band is a rest position alone, as one at which nothing that rubs would slide."""
     if band.first is None or band.last is None or len(band.inside) > 1:
         return False
-    way = (band.last.place.q - band.first.place.q) / scale
-    return bool(np.abs(way).max() < APART)
+    displacement = (band.last.place.q - band.first.place.q) / scale
+    return bool(np.abs(displacement).max() < APART)
 
 
 def holding_sentences(mechanism: Mechanism, bands: tuple[RestBand, ...], holds: bool) -> list[str]:

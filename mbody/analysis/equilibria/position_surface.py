@@ -72,10 +72,10 @@ class LoadEnds:
         places = pose[..., :2] + arms
         return np.asarray(places[..., 1, :, :] - places[..., 0, :, :])
 
-    def slopes(self, q: Array, ways: Array) -> Array:
+    def slopes(self, q: Array, directions: Array) -> Array:
         """Change along directions (…, free, coordinates) without units: (…, loads, 2, free)."""
         arms = self._turned(q)[1][..., None, :, :, :]
-        rates = ways.reshape(*ways.shape[:-1], -1, 3)
+        rates = directions.reshape(*directions.shape[:-1], -1, 3)
         still = np.zeros((*rates.shape[:-2], 1, 3))
         rates = np.concatenate([rates, still], axis=-2)[..., self.bodies, :]
         turning = np.stack([-arms[..., 1], arms[..., 0]], axis=-1) * rates[..., 2:]
@@ -86,8 +86,8 @@ class LoadEnds:
 #: Distance of neighbours in radians and model lengths of the fastest coordinate, the part of it at
 #: which places are the same, and the least.
 SPACING, SAME, LEAST = 0.4, 0.7, 0.05
-#: Ways to go from each place.
-WAYS = 8
+#: Directions to go from each place.
+DIRECTIONS = 8
 #: Places at most, and how far from the start in model lengths.
 MOST, FAR = 2400, 8.0
 #: The error of r − K y, as a multiple of what neighbours show.
@@ -218,15 +218,19 @@ class Cover:
 
     def _ring(self, around: list[CoverNode]) -> list[CoverNode]:
         """Add the places around some; those of them from which the surface goes on."""
-        angles = np.arange(WAYS) * (2.0 * np.pi / WAYS)
+        angles = np.arange(DIRECTIONS) * (2.0 * np.pi / DIRECTIONS)
         turns = np.column_stack([np.cos(angles), np.sin(angles)])
-        ways = [(node, way / np.abs(way).max()) for node in around for way in turns @ node.frame]
-        left = [(node, way, min(2.0 * node.reach, SPACING)) for node, way in ways]
+        directions = [
+            (node, direction / np.abs(direction).max())
+            for node in around
+            for direction in turns @ node.frame
+        ]
+        left = [(node, direction, min(2.0 * node.reach, SPACING)) for node, direction in directions]
         added: list[CoverNode] = []
         while left:
             # the guess says mostly whether the place is new; closing it is dear
             reaches = np.array([reach for *_, reach in left])
-            guesses = np.array([n.place.q + self.scale * r * way for n, way, r in left])
+            guesses = np.array([n.place.q + self.scale * r * direction for n, direction, r in left])
             names = self.name(guesses)
             tried, later = list[int](), list[int]()
             taken = self._taken(names, 0.8 * reaches)
@@ -241,7 +245,7 @@ class Cover:
                 frames = np.array([left[n][0].frame for n in tried])
                 found = self.many.closed(guesses[tried], frames)
                 level = np.zeros(len(tried))
-                level[found.good] = orthonormal(found.ways[found.good])[1]
+                level[found.good] = orthonormal(found.directions[found.good])[1]
                 moved = np.array([found.q[k] - left[n][0].place.q for k, n in enumerate(tried)])
                 parts = np.abs(moved / self.scale).max(axis=1) / reaches[tried]
                 fits = found.good & (level > LEVEL) & (parts > 0.5) & (parts < 1.6)
@@ -250,11 +254,11 @@ class Cover:
                 names = self.name(np.where(fits[:, None], found.q, 0.0))
                 old, taken = len(self.nodes), self._taken(names, reaches[tried])
                 for k, n in enumerate(tried):
-                    node, way, reach = left[n]
+                    node, direction, reach = left[n]
                     place = places.get(k)
                     if place is None or not np.isfinite(place.force).all():
                         if 0.5 * reach > LEAST:
-                            again.append((node, way, 0.5 * reach))
+                            again.append((node, direction, 0.5 * reach))
                         continue
                     count, name = len(self.nodes), names[k]
                     beside = np.abs(self._names[old:count] - name).max(axis=1)
@@ -276,8 +280,8 @@ class Cover:
 
     def far(self, q: Array) -> bool:
         """Whether a position is further from the start than the cover goes."""
-        way = (q - self.start.q) / self.scale
-        return float(np.abs(way.reshape(-1, 3)[:, :2]).max(initial=0.0)) > FAR
+        displacement = (q - self.start.q) / self.scale
+        return float(np.abs(displacement.reshape(-1, 3)[:, :2]).max(initial=0.0)) > FAR
 
     @property
     def borders(self) -> int:
@@ -294,9 +298,9 @@ class Cover:
     def driven_out(self) -> bool:
         """Whether loads drive outward somewhere on the rim of what was covered."""
         for node in self.rim:
-            way = ((node.place.q - self.start.q) / self.scale).reshape(-1, 3).copy()
-            way[:, 2] = 0.0
-            outward = node.frame.T @ (node.frame @ way.reshape(-1))
+            displacement = ((node.place.q - self.start.q) / self.scale).reshape(-1, 3).copy()
+            displacement[:, 2] = 0.0
+            outward = node.frame.T @ (node.frame @ displacement.reshape(-1))
             if node.place.force @ outward > 1e-9 * float(np.abs(node.place.force).max(initial=0.0)):
                 return True
         return False
@@ -337,11 +341,11 @@ class Cover:
         count = len(self.nodes)
         first, second, apart = self.within(self._names[:count], 1.6 * self._reaches[:count, None])
         first, second = first[apart > 0.0], second[apart > 0.0]
-        way = whole_turns_less((q[second] - q[first]) / self.scale)
-        seen = np.einsum("nfc,nc->nf", frames[first], way)
+        chord = whole_turns_less((q[second] - q[first]) / self.scale)
+        seen = np.einsum("nfc,nc->nf", frames[first], chord)
         u, sizes, vt = np.linalg.svd(frames[first] @ frames[second].transpose(0, 2, 1))
         begin = np.searchsorted(first, np.arange(count + 1))
-        chords = np.linalg.norm(way, axis=1)
+        chords = np.linalg.norm(chord, axis=1)
         return _Neighbours(first, second, begin, seen, chords, u @ vt, sizes[:, -1])
 
     def box(self, number: int, overlap: float) -> tuple[Array, Array]:
@@ -387,11 +391,11 @@ class Cover:
         return found
 
 
-def whole_turns_less(way: Array) -> Array:
+def whole_turns_less(displacement: Array) -> Array:
     """Differences of positions (…, coordinates) without units, whole turns left out."""
-    way = way.copy()
-    way[..., 2::3] = np.remainder(way[..., 2::3] + np.pi, 2.0 * np.pi) - np.pi
-    return np.asarray(way)
+    displacement = displacement.copy()
+    displacement[..., 2::3] = np.remainder(displacement[..., 2::3] + np.pi, 2.0 * np.pi) - np.pi
+    return np.asarray(displacement)
 
 
 def _clipped(
@@ -560,12 +564,12 @@ def _met(
     names = np.array([node.name for node in beside])
     reach = np.array([node.reach for node in beside])
     q = np.array([node.place.q for node in beside])
-    ways = np.array([node.frame for node in beside])
+    directions = np.array([node.frame for node in beside])
     d = ends.vectors(q)[:, n]
     met, on_line = list[tuple[CoverNode, Array]](), True
     left = np.arange(len(beside))
     for _ in range(ITERATIONS):
-        J = ends.slopes(q[left], ways[left])[:, n]
+        J = ends.slopes(q[left], directions[left])[:, n]
         there = np.linalg.norm(d[left], axis=1) < MET
         for k, own in zip(left[there].tolist(), J[there], strict=True):
             sizes = np.linalg.svd(own, compute_uv=False)
@@ -578,19 +582,19 @@ def _met(
         if not left.size:
             break
         step = -np.einsum("nfd,nd->nf", np.linalg.pinv(J, rcond=1e-6), d[left])
-        along = np.einsum("nf,nfc->nc", step, ways[left])
+        along = np.einsum("nf,nfc->nc", step, directions[left])
         size = np.maximum(np.abs(along).max(axis=1), 1e-300)
         along *= np.minimum(1.0, reach[left] / size)[:, None]
         # where two such points are close to each other a whole step overshoots
         trying, kept = np.arange(len(left)), np.zeros(len(left), dtype=bool)
         for _ in range(HALVINGS):
             own = left[trying]
-            found = many.closed(q[own] + scale * along[trying], ways[own])
+            found = many.closed(q[own] + scale * along[trying], directions[own])
             moved = np.where(found.good[:, None], ends.vectors(found.q)[:, n], np.inf)
             nearer = np.linalg.norm(moved, axis=1) < np.linalg.norm(d[own], axis=1)
             kept[trying[nearer]] = True
             q[own[nearer]], d[own[nearer]] = found.q[nearer], moved[nearer]
-            ways[own[nearer]] = orthonormal(found.ways[nearer])[0]
+            directions[own[nearer]] = orthonormal(found.directions[nearer])[0]
             along[trying] *= 0.5
             trying = trying[~nearer]
             if not trying.size:
@@ -605,8 +609,10 @@ def _met(
 def _jumps(cover: Cover, node: CoverNode, q: Array) -> bool:
     """Whether the forces differ on both sides of a position."""
     manifold = cover.manifold
-    for way in node.frame:
-        sides = [manifold.closed(q + sign * BESIDE * manifold.scale * way) for sign in (1.0, -1.0)]
+    for direction in node.frame:
+        sides = [
+            manifold.closed(q + sign * BESIDE * manifold.scale * direction) for sign in (1.0, -1.0)
+        ]
         if sides[0] is None or sides[1] is None:
             continue
         one, other = (manifold.force(side) for side in sides if side is not None)
@@ -619,7 +625,7 @@ def _jumps(cover: Cover, node: CoverNode, q: Array) -> bool:
 
 #: Cells of a chart along each axis at its finest, a power of two.
 FINEST = 2**12
-#: How much longer than its part in the tangent plane a way on the surface may be.
+#: How much longer than its part in the tangent plane a path on the surface may be.
 STEEP = 2.0
 #: The same of a chart that is to be level.
 BENT = 1.15
@@ -756,8 +762,8 @@ def hold(charts: Sequence[TangentChart], q: Array) -> Array:
     cover = charts[0].cover
     origin = np.array([chart.node.place.q for chart in charts])
     frames = np.array([chart.node.frame for chart in charts])
-    way = whole_turns_less((q - origin) / cover.scale)
-    found = led_to(charts, np.einsum("nfc,nc->nf", frames, way))
+    displacement = whole_turns_less((q - origin) / cover.scale)
+    found = led_to(charts, np.einsum("nfc,nc->nf", frames, displacement))
     apart = np.abs(whole_turns_less((found.q - q) / cover.scale)).max(axis=1)
     return np.asarray(found.good & (np.where(found.good, apart, np.inf) < SURFACE_CHARTS_SAME))
 
@@ -816,17 +822,17 @@ class SurfaceSamples:
         found = led_to(charts, y)
         new = {name: np.full((count, *shape), np.nan) for name, shape in self._shapes.items()}
         good = np.flatnonzero(found.good)
-        q, ways = found.q[good], found.ways[good]
+        q, directions = found.q[good], found.directions[good]
         loads = many.loads(q)
         # frame · P f, P the projection on the free directions: (W Wᵀ)⁻¹ W f
-        S = np.linalg.inv(ways @ ways.transpose(0, 2, 1))
-        drives = np.einsum("nab,nbc,nlc->nla", S, ways, loads)
+        S = np.linalg.inv(directions @ directions.transpose(0, 2, 1))
+        drives = np.einsum("nab,nbc,nlc->nla", S, directions, loads)
         new["q"][good] = q
         new["drive"][good] = drives.sum(axis=1)
         if self.of.loads:
             new["own"][good] = drives[:, self.of.numbers]
             new["ends"][good] = self.of.vectors(q)
-            new["slopes"][good] = self.of.slopes(q, ways) @ S[:, None]
+            new["slopes"][good] = self.of.slopes(q, directions) @ S[:, None]
             own = loads[:, self.of.numbers]
             every = np.arange(len(self.of.loads))
             new["force"][good] = np.hypot(

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from mbody.analysis.equilibria.curve_walk import AWAY, MotionCurve, Walk, out_of_turn, roots_of
+from mbody.analysis.equilibria.curve_walk import RUN_AWAY, MotionCurve, Walk, out_of_turn, roots_of
 from mbody.analysis.equilibria.position_surface import SPACING, Cover
 from mbody.analysis.equilibria.surface_roots import surface_roots
 from mbody.analysis.freedom.free_motions import free_motions, leading, rates_of
@@ -40,10 +40,10 @@ SOFT = 1e-3
 
 def jumping_loads(manifold: Manifold, place: Place) -> list[str]:
     """Names of the loads whose force jumps at a place, as of a spring whose ends meet there."""
-    many, ways = ManyPositions(manifold), manifold.scale * place.motions
+    many, directions = ManyPositions(manifold), manifold.scale * place.motions
     changes = []
     for step in (NEAR, FAR):
-        sides = [many.loads(place.q + sign * step * ways) for sign in (1.0, -1.0)]
+        sides = [many.loads(place.q + sign * step * directions) for sign in (1.0, -1.0)]
         changes.append(np.abs(sides[0] - sides[1]).max(axis=(0, 2), initial=0.0))
     least = NONE * manifold.largest(place.q)
     jumps = (changes[0] > JUMPS * changes[1]) & (changes[0] > least)
@@ -55,9 +55,11 @@ def directionless_loads(manifold: Manifold, place: Place) -> list[str]:
     """Names of the loads that are left out at this very place, and are there beside it: where the
     ends of a spring meet, its force has no direction.
     """
-    many, ways = ManyPositions(manifold), manifold.scale * place.motions
+    many, directions = ManyPositions(manifold), manifold.scale * place.motions
     near, far = (
-        np.abs(many.loads(np.concatenate([place.q + step * ways, place.q - step * ways])))
+        np.abs(
+            many.loads(np.concatenate([place.q + step * directions, place.q - step * directions]))
+        )
         .max(axis=2, initial=0.0)
         .max(axis=0, initial=0.0)
         for step in (BESIDE, FURTHER)
@@ -78,12 +80,12 @@ def without_stiffness(manifold: Manifold, place: Place) -> bool:
     return bool(sizes[-1] <= SOFT * max(float(sizes[0]), manifold.scale_of(place)))
 
 
-#: Step of a walk, in model lengths and radians, and how many each way.
+#: Step of a walk, in model lengths and radians, and how many in each direction.
 STRIDE, STRIDES = 0.2, 80
 #: Distances of the starts along each of several free motions.
 DISTANCES = (0.8, 1.8, 3.0)
-#: Random directions for each of several free motions, starts in all by free motion, and ways at
-#: least: a start costs the square of the free motions and more.
+#: Random directions for each of several free motions, starts in all by free motion, and directions
+#: at least: a start costs the square of the free motions and more.
 RANDOM, MOST, LEAST = 3, 120, 2
 #: Walks of single leaders, by free motion: those of four links of a chain, from all 16 positions.
 WALKS = 256
@@ -104,9 +106,9 @@ ALIKE = 1e-4
 ZERO = 1e-8
 
 
-def unit(way: Array) -> Array:
+def unit(direction: Array) -> Array:
     """A direction with the rate one of its fastest coordinate."""
-    return np.asarray(way / np.abs(way).max())
+    return np.asarray(direction / np.abs(direction).max())
 
 
 @dataclass(frozen=True, eq=False)
@@ -233,8 +235,10 @@ class RestSearch:
 
         There branches of the motion meet, so that more is free to first order than nearby.
         """
-        ways = [sign * way for way in here.motions for sign in (1.0, -1.0)]
-        found = [self.manifold.moved(here, 0.5 * STRIDE * unit(way)) for way in ways]
+        directions = [sign * direction for direction in here.motions for sign in (1.0, -1.0)]
+        found = [
+            self.manifold.moved(here, 0.5 * STRIDE * unit(direction)) for direction in directions
+        ]
         return [place for place in found if place is not None and len(place.motions) == 1]
 
     def _spread(self, here: Place) -> list[Place]:
@@ -242,12 +246,12 @@ class RestSearch:
         free = len(here.motions)
         random = np.random.default_rng(0)
         mixed = random.normal(size=(RANDOM * free, free))
-        ways = [*np.eye(free), *-np.eye(free), *mixed, *-mixed]
+        directions = [*np.eye(free), *-np.eye(free), *mixed, *-mixed]
         found: list[Place] = []
         few = max(MOST // free // len(DISTANCES), LEAST)
-        for way in ways[:few]:
+        for direction in directions[:few]:
             place: Place | None = here
-            along = unit(way @ here.motions)
+            along = unit(direction @ here.motions)
             arclength = 0.0
             for distance in DISTANCES:
                 while place is not None and arclength < distance:
@@ -347,21 +351,21 @@ class RestSearch:
                 continue
             system, pose = self.manifold.system, np.append(rest.place.q, np.zeros(3))
             motions = free_motions(system, pose, rest.place.motions)
-            ways = rates_of(system, motions).reshape(free, -1) / self.manifold.scale
-            parts = leading(system, motions, ways)
-            for n, way in enumerate(ways):
+            directions = rates_of(system, motions).reshape(free, -1) / self.manifold.scale
+            parts = leading(system, motions, directions)
+            for n, direction in enumerate(directions):
                 if not walks:
                     return
                 walks -= 1
-                self._lead(rest.place, way, np.delete(parts, n, axis=0))
+                self._lead(rest.place, direction, np.delete(parts, n, axis=0))
 
-    def _lead(self, start: Place, way: Array, fixed: Array) -> None:
-        """Rest positions from where the drive along a way changes its sign; the other leaders do
-        not move, fixed (free − 1, coordinates) being what they do.
+    def _lead(self, start: Place, direction: Array, fixed: Array) -> None:
+        """Rest positions from where the drive along a direction changes its sign; the other leaders
+        do not move, fixed (free − 1, coordinates) being what they do.
         """
         none = BALANCED * self.manifold.largest(start.q)
         for sign in (1.0, -1.0):
-            here, along, last = start, sign * unit(way), 0.0
+            here, along, last = start, sign * unit(direction), 0.0
             for n in range(STRIDES):
                 there = self.manifold.moved(here, LEAP * along)
                 if there is None or there.motions.shape != start.motions.shape:
@@ -448,12 +452,12 @@ class RestSearch:
         return here
 
     def _far(self, here: Place) -> float:
-        """Greatest way of a mass centre from where the search began, in model lengths."""
-        way = (here.q - self.origin) / self.manifold.scale
-        return float(np.abs(way.reshape(-1, 3)[:, :2]).max(initial=0.0))
+        """Greatest displacement of a mass centre from where the search began, in model lengths."""
+        displacement = (here.q - self.origin) / self.manifold.scale
+        return float(np.abs(displacement.reshape(-1, 3)[:, :2]).max(initial=0.0))
 
     def _is_away(self, here: Place) -> bool:
-        return self._far(here) > AWAY
+        return self._far(here) > RUN_AWAY
 
     def _keep(self, here: Place, known: Sequence[Rest] | None = None) -> None:
         """Keep a rest position that is new among `known`, by default all that are found, and not
@@ -484,9 +488,13 @@ class RestSearch:
         """
         if not directionless_loads(self.manifold, here):
             return False
-        ways = [sign * way for way in here.motions for sign in (1.0, -1.0)]
-        beside = [(way, self.manifold.moved(here, SAME * way)) for way in ways]
-        back = all(there is not None and there.push @ way < 0.0 for way, there in beside)
+        directions = [sign * direction for direction in here.motions for sign in (1.0, -1.0)]
+        beside = [
+            (direction, self.manifold.moved(here, SAME * direction)) for direction in directions
+        ]
+        back = all(
+            there is not None and there.push @ direction < 0.0 for direction, there in beside
+        )
         (self.jumps if back else self.lifts).append(here)
         self.least = self.least or here
         return True
@@ -497,13 +505,13 @@ class RestSearch:
         sizes, vt = np.linalg.svd(K)[1:]
         none = sizes <= ZERO * max(top, float(np.abs(K).max(initial=0.0)))
         row = False
-        for way in vt[none]:
-            there = self.manifold.moved(here, STRIDE * way @ here.motions)
+        for direction in vt[none]:
+            there = self.manifold.moved(here, STRIDE * direction @ here.motions)
             if there is not None:
                 there = self._solved(there)
                 apart = self.manifold.apart(there.q, here.q)
                 row |= there.size <= BALANCED * top and apart > 0.1 * STRIDE
-        beside = [self.manifold.moved(here, 0.1 * STRIDE * way) for way in here.motions]
+        beside = [self.manifold.moved(here, 0.1 * STRIDE * direction) for direction in here.motions]
         singular = any(p is not None and len(p.motions) < len(here.motions) for p in beside)
         return Rest(here, K, top, row, singular)
 

@@ -195,7 +195,7 @@ ONE_LINE = 0.2
 ON_CREASE = 1e-9
 
 _ANGLES = np.arange(DIRECTIONS) * (2.0 * np.pi / DIRECTIONS)
-WAYS = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES)])
+UNIT_CIRCLE = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES)])
 
 
 def _quarters(grid: Array) -> Array:
@@ -216,12 +216,12 @@ def _separated(corners: Array, bends: Sequence[Array]) -> Array:
     """By how much each direction separates zero from what corners (parts, 2, 2, 2) interpolate:
     (parts, directions); errors are a quarter of the bends of a cell twice as long.
     """
-    least = (corners.reshape(len(corners), 4, 2) @ WAYS.T).min(axis=1)
+    least = (corners.reshape(len(corners), 4, 2) @ UNIT_CIRCLE.T).min(axis=1)
     return np.asarray(least - _error(bends))
 
 
 def _error(bends: Sequence[Array]) -> Array:
-    every = [np.abs(bend @ WAYS.T).max(axis=1) for bend in bends]
+    every = [np.abs(bend @ UNIT_CIRCLE.T).max(axis=1) for bend in bends]
     return np.asarray(0.25 * SURE * sum(every))
 
 
@@ -303,15 +303,15 @@ class ChartCells:
         """Where the mean Jacobian matrix J shows one zero at most: J⁻¹ ∂G/∂y near the identity."""
         count = len(corners)
         along = corners[:, 1, :] - corners[:, 0, :], corners[:, :, 1] - corners[:, :, 0]
-        J = np.stack([way.mean(axis=1) for way in along], axis=-1)
+        J = np.stack([mean_slope.mean(axis=1) for mean_slope in along], axis=-1)
         top = np.abs(J).max(axis=(1, 2))
         good = np.abs(np.linalg.det(J)) > 1e-12 * top**2
         B = np.zeros_like(J)
         B[good] = np.linalg.inv(J[good])
         errors, off = [], []
-        for way, bend, unit in zip(along, bends, np.eye(2), strict=True):
+        for mean_slope, bend, unit in zip(along, bends, np.eye(2), strict=True):
             error = SURE * np.linalg.norm(np.einsum("nkx,nyx->nky", bend, B), axis=2).max(axis=1)
-            turned = np.einsum("nkx,nyx->nky", way, B) - unit
+            turned = np.einsum("nkx,nyx->nky", mean_slope, B) - unit
             errors.append(error)
             off.append(np.linalg.norm(turned, axis=2).max(axis=1) + error)
         differs = np.hypot(*off)
@@ -350,12 +350,12 @@ class ChartCells:
         rest = samples.drive[nine] - samples.own[nine][:, :, :, turning].sum(axis=3)
         error = _error(_bends(rest))
         corners = samples.drive[four] - samples.own[four][:, :, turning].sum(axis=2)
-        part = corners @ WAYS.T
+        part = corners @ UNIT_CIRCLE.T
         force = samples.force[nine.reshape(-1, 9)][:, :, turning]
         spread = np.ptp(force, axis=1)
         # what a load may give in each direction: F |slopes · w|
         slopes = samples.slopes[four][:, :, turning]
-        sizes = np.linalg.norm(slopes @ WAYS.T, axis=3).max(axis=1)
+        sizes = np.linalg.norm(slopes @ UNIT_CIRCLE.T, axis=3).max(axis=1)
         most = (force.max(axis=1) + SURE * spread)[:, :, None] * sizes
         empty = (part.min(axis=1) - error - most.sum(axis=1) > 0.0).any(axis=1)
         for k, load in enumerate(turning):
@@ -365,7 +365,7 @@ class ChartCells:
             line = ends[np.arange(len(ends)), long.argmax(axis=1)]
             signed = np.einsum("nkx,nx->nk", ends, line)
             own = samples.own[four][:, :, load]
-            given = np.sign(signed)[:, :, None] * (own @ WAYS.T)
+            given = np.sign(signed)[:, :, None] * (own @ UNIT_CIRCLE.T)
             given = np.where(off[:, :, None], given, np.inf).min(axis=1)
             given = given - SURE * spread[:, k, None] * sizes[:, k]
             others = np.abs(part).max(axis=1) + error + most.sum(axis=1) - most[:, k]
@@ -733,8 +733,8 @@ class _SurfaceIsolation:
         frames = np.array([chart.node.frame for chart in charts])
         low = np.array([chart.low for chart in charts])
         step = np.array([chart.step for chart in charts])
-        way = whole_turns_less((q[k] - origin[which]) / cover.scale)
-        at = (np.einsum("nfc,nc->nf", frames[which], way) - low[which]) / step[which]
+        displacement = whole_turns_less((q[k] - origin[which]) / cover.scale)
+        at = (np.einsum("nfc,nc->nf", frames[which], displacement) - low[which]) / step[which]
         inside = ((at >= 0.0) & (at <= FINEST)).all(axis=1)
         for number_, chart, own in zip(k[inside], which[inside], at[inside], strict=True):
             if charts[chart] is not sought[number_][0]:
@@ -793,8 +793,8 @@ class _SurfaceIsolation:
 
     def in_disc(self, point: JumpPoint, ends: Array) -> bool:
         """Whether positions are within the disc around a jump."""
-        ways = self.cover.seen(point.node, ends) - point.y
-        return bool(np.linalg.norm(ways, axis=1).max() < WITHIN_DISC * point.radius)
+        offsets = self.cover.seen(point.node, ends) - point.y
+        return bool(np.linalg.norm(offsets, axis=1).max() < WITHIN_DISC * point.radius)
 
     def around(self, point: JumpPoint) -> None:
         """The zeros in the disc around a jump, and the winding number there."""

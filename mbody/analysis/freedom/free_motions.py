@@ -72,17 +72,17 @@ def rates_of(system: System, motions: Sequence[FreeMotion]) -> Array:
     return found
 
 
-def leading(system: System, motions: Sequence[FreeMotion], ways: Array) -> Array:
+def leading(system: System, motions: Sequence[FreeMotion], directions: Array) -> Array:
     """Rates of the leading bodies as parts of the dimensionless coordinates, (free,
     coordinates).
     """
-    parts = np.zeros_like(ways)
+    parts = np.zeros_like(directions)
     for n, motion in enumerate(motions):
         first = 3 * system.bodies[motion.leader]
         turns = motion.turns
         own = slice(first + 2, first + 3) if turns else slice(first, first + 2)
-        parts[n, own] = ways[n, own]
-    return np.asarray(np.linalg.solve(parts @ ways.T, parts))
+        parts[n, own] = directions[n, own]
+    return np.asarray(np.linalg.solve(parts @ directions.T, parts))
 
 
 def components(mechanism: Mechanism) -> list[list[str]]:

@@ -190,8 +190,8 @@ def nearest_rates(system: System, work: Work, prescribed: Sequence[Prescribed]) 
     own = np.linalg.lstsq(G, nu, rcond=ZERO)[0]
     _, sizes, vt = np.linalg.svd(G)
     free = vt[int((sizes > ZERO * sizes.max(initial=1e-300)).sum()) :]
-    way = shortest(given.P @ free.T, given.p - given.P @ own, ZERO)
-    v = own + way @ free
+    shares = shortest(given.P @ free.T, given.p - given.P @ own, ZERO)
+    v = own + shares @ free
     if np.abs(G @ v - nu).max(initial=0.0) > 1e-6 * fast:  # drivers themselves do not agree
         raise no_velocities(system, nu)
     return NearestRates(v, given, given.P @ v, off[: len(G)], fast)
@@ -221,7 +221,7 @@ def branch_rates(
 
 def _conditions(here: Singular, given: Rates) -> tuple[Array, Array]:
     """The rates, and that of the clock, as conditions on y."""
-    P, p = given.P @ here.ways.T, given.p
+    P, p = given.P @ here.directions.T, given.p
     if here.clock.any():
         P, p = np.vstack([P, here.clock]), np.append(p, 1.0)
     return P, p
@@ -249,14 +249,14 @@ def _velocity(here: Singular, given: Rates, y: Array, *, exact: bool = True) -> 
     T = tangent(here.A, y)
     place = along(T, here) if is_flat(here.A, T) else np.zeros(len(y))
     if not place.any():
-        return np.asarray(y @ here.ways)
-    _, ways = frame(here, T, place)
+        return np.asarray(y @ here.directions)
+    _, directions = frame(here, T, place)
     if not exact:
-        return np.asarray((T @ y) @ ways)
-    P, p = given.P @ ways.T, given.p
+        return np.asarray((T @ y) @ directions)
+    P, p = given.P @ directions.T, given.p
     if here.clock.any():
         P, p = np.vstack([P, T @ here.clock]), np.append(p, 1.0)
-    return np.asarray(shortest(P, p, 1e-7) @ ways)
+    return np.asarray(shortest(P, p, 1e-7) @ directions)
 
 
 def _rounded(here: Singular, given: Rates) -> Array | None:
@@ -479,8 +479,8 @@ def _turned(system: System, work: Work, rates: Mapping[str, float]) -> list[str]
         scale = system.coordinate_units
         motions = rank_of(dense(system, work)[1]).motions
         left = request - work.v[columns, 0]
-        way = np.linalg.lstsq(motions[:, columns].T, left, rcond=1e-9)[0]
-        work.v[: system.coordinates, 0] += scale * (way @ motions)
+        shares = np.linalg.lstsq(motions[:, columns].T, left, rcond=1e-9)[0]
+        work.v[: system.coordinates, 0] += scale * (shares @ motions)
     found = work.v[columns, 0]
     unit = system.mechanism.units.of("angular velocity")
     parts = [

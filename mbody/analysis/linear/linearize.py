@@ -32,7 +32,7 @@ from mbody.solution.doubts import Doubt, Inherited, heading, inherited, unit_sym
 from mbody.solution.energy import causes
 from mbody.solution.histories import Record
 from mbody.solution.measures import check_measure, measured
-from mbody.solution.solution import Solution, Way
+from mbody.solution.solution import IntegrationSettings, Solution
 from mbody.system.formula_rows import followed_inputs, followed_states
 from mbody.system.rank import dense, dense_rates, rank_of, too_large
 from mbody.system.read_only import lock
@@ -61,8 +61,8 @@ class HeldModes:
     """
 
     def __init__(self, system: System, given: Solution, t: float, q: Array, v: Array) -> None:
-        way = Way("dop853", 1e-9, 1e-9)
-        engine = ContactIntegration(system, given, way, ())
+        settings = IntegrationSettings("dop853", 1e-9, 1e-9)
+        engine = ContactIntegration(system, given, settings, ())
         engine.begin(t, q, v, t + 1.0)
         engine.wanted, engine.instants = np.array([t]), []
         engine.pages, engine.works = [], []
@@ -130,16 +130,16 @@ FARTHEST = 1e6
 def _difference(function: Callable[[Array], Array], steps: Array) -> Array:
     """∂f/∂x at 0 by central differences of fourth order: (rows, steps)."""
     columns = []
-    for step, way in zip(steps, np.diag(steps), strict=True):
-        near = function(way) - function(-way)
-        far = function(2.0 * way) - function(-2.0 * way)
+    for step, offset in zip(steps, np.diag(steps), strict=True):
+        near = function(offset) - function(-offset)
+        far = function(2.0 * offset) - function(-2.0 * offset)
         columns.append((8.0 * near - far) / (12.0 * step))
     return np.array(columns).T
 
 
 class Moving:
-    """Accelerations of the leaders at ways y and rates w of theirs near those of an instant: with
-    P their parts of the coordinates y = P (q − q₀) and w = P v, exactly. `still`: drivers hold
+    """Accelerations of the leaders at coordinates y and rates w of theirs near those of an instant:
+    with P their parts of the coordinates y = P (q − q₀) and w = P v, exactly. `still`: drivers hold
     their values. `held`: what is closed, sticks and slides.
     """
 
@@ -149,13 +149,13 @@ class Moving:
         here: Place,
         v: Array,
         regularization: float,
-        ways: Array,
+        directions: Array,
         parts: Array,
         still: bool = False,
         held: HeldModes | None = None,
     ) -> None:
         self.manifold, self.here, self.v, self.regularization = manifold, here, v, regularization
-        self.system, self.ways, self.parts = manifold.system, ways, parts
+        self.system, self.directions, self.parts = manifold.system, directions, parts
         self.t = float(manifold.time[0])
         # drivers move here, unless they hold: their rates are those of their laws
         self.work = self.system.work()
@@ -181,19 +181,19 @@ class Moving:
 
     def matrices(self, mass: Array) -> tuple[Array, Array, Array]:
         """C, K and what drives the leaders; mass (free, free) is theirs."""
-        by_way, by_rate = self.derivatives(self.along)
-        return -mass @ by_rate, -mass @ by_way, mass @ self._first
+        by_coordinate, by_rate = self.derivatives(self.along)
+        return -mass @ by_rate, -mass @ by_coordinate, mass @ self._first
 
     def derivatives(self, function: Callable[[Array, Array], Array]) -> tuple[Array, Array]:
-        """∂f/∂y and ∂f/∂w (rows, free) of a function of ways and rates of the leaders."""
+        """∂f/∂y and ∂f/∂w (rows, free) of a function of coordinates and rates of the leaders."""
         still, rate = np.zeros(len(self.parts)), self.rate
         # where a body moves fast beside its leader, the leader's step is short
-        steps = STEP / np.abs(self.ways).max(axis=1)
-        pull = np.abs(self._first @ self.ways).max(initial=0.0)
+        steps = STEP / np.abs(self.directions).max(axis=1)
+        pull = np.abs(self._first @ self.directions).max(initial=0.0)
         v = self.v / self.manifold.scale
         swift = max(float(np.abs(v).max()), float(np.sqrt(pull))) or 1.0
-        by_way = _difference(lambda y: function(y, rate), steps)
-        return by_way, _difference(lambda w: function(still, rate + w), swift * steps)
+        by_coordinate = _difference(lambda y: function(y, rate), steps)
+        return by_coordinate, _difference(lambda w: function(still, rate + w), swift * steps)
 
     @functools.cached_property
     def rate(self) -> Array:
@@ -206,13 +206,13 @@ class Moving:
         return self.along(np.zeros(len(self.parts)), self.rate)
 
     def along(self, y: Array, w: Array) -> Array:
-        """Accelerations of the leaders at their ways and rates."""
+        """Accelerations of the leaders at their coordinates and rates."""
         return self.instant(y, w)[0]
 
     def instant(
         self, y: Array, w: Array, own: Array | None = None
     ) -> tuple[Array, Array, Solution]:
-        """Accelerations of the leaders at their ways and rates, rates of own states, and the
+        """Accelerations of the leaders at their coordinates and rates, rates of own states, and the
         instant; `own`: own states, then inputs, by default those of the instant.
         """
         n, scale, L, S = self.system.coordinates, self.manifold.scale, self.runtime, self.memory
@@ -243,20 +243,20 @@ class Moving:
         first = function(self.own)
         size, columns = float(np.abs(first).max(initial=0.0)), []
         for n, value in enumerate(self.own):
-            step, way = STEP * max(1.0, abs(float(value))), np.zeros(len(self.own))
-            way[n] = step
-            slope = float(np.abs(function(self.own + way) - first).max(initial=0.0)) / step
+            step, offset = STEP * max(1.0, abs(float(value))), np.zeros(len(self.own))
+            offset[n] = step
+            slope = float(np.abs(function(self.own + offset) - first).max(initial=0.0)) / step
             # where what it changes is small beside the rest, a longer step is more exact
-            way[n] = max(step, min(STEP * size / slope, FARTHEST * step)) if slope else step
-            near = function(self.own + way) - function(self.own - way)
-            far = function(self.own + 2.0 * way) - function(self.own - 2.0 * way)
-            columns.append((8.0 * near - far) / (12.0 * way[n]))
+            offset[n] = max(step, min(STEP * size / slope, FARTHEST * step)) if slope else step
+            near = function(self.own + offset) - function(self.own - offset)
+            far = function(self.own + 2.0 * offset) - function(self.own - 2.0 * offset)
+            columns.append((8.0 * near - far) / (12.0 * offset[n]))
         return np.array(columns).reshape(len(self.own), -1).T
 
     def position(self, y: Array) -> tuple[Array, Array]:
-        """The closed position (coordinates,) at ways of the leaders, and Φ_q there."""
+        """The closed position (coordinates,) at coordinates of the leaders, and Φ_q there."""
         n, scale = self.system.coordinates, self.manifold.scale
-        q = self.here.q + scale * (y @ self.ways)
+        q = self.here.q + scale * (y @ self.directions)
         for _ in range(8):
             self.work.q[:n, 0] = q
             phi, G = dense(self.system, self.work)
@@ -425,8 +425,8 @@ class Linearization(Inherited):
     t : float
         Time.
     mass, damping, stiffness : arrays (free, free)
-        M, C and K: forces or torques on the leaders, for accelerations, rates and ways of the
-        leaders; these turn or slide as their motions say, [rad] or [length].
+        M, C and K: forces or torques on the leaders, for accelerations, rates and displacements of
+        the leaders; these turn or slide as their motions say, [rad] or [length].
     drive : array (free,)
         F, what drives the leaders where y = 0: zero at rest.
     motions : tuple of FreeMotion
@@ -580,7 +580,7 @@ def linearize(
     At rest ∂f/∂v and ∂f/∂q come from central differences of the loads, λ fixed: a part of 1e-11 of
     the greatest load. Loads that jump with the sign of a rate have no ∂f/∂v: a note says so.
     Where it moves, or is not balanced, −M⁻¹ K and −M⁻¹ C are differences of fourth order of the
-    accelerations on Φ = 0 and Φ_q v = ν, with the angles of the leaders, or the ways that they
+    accelerations on Φ = 0 and Φ_q v = ν, with the angles of the leaders, or the distances that they
     slide, as coordinates; so C and K hold what rates and accelerations do too, and need not be
     symmetric. They hold for that instant: unless the motion is steady in these coordinates, their
     eigenvalues say nothing of stability.
@@ -620,8 +620,8 @@ def linearize(
         work = system.work()
         work.q[:], work.signal[:], work.time[:] = start.work.q, start.work.signal, t
         held.enter(work)
-        free_ways = rank_of(np.vstack([here.rows, held.rows(work)[1]])).motions
-        here = replace(here, motions=free_ways, drive=free_ways @ here.force)
+        free_directions = rank_of(np.vstack([here.rows, held.rows(work)[1]])).motions
+        here = replace(here, motions=free_directions, drive=free_directions @ here.force)
     if not len(here.motions):
         why = "release a driver, with free"
         if held is not None and held.sticking:
@@ -638,13 +638,13 @@ def linearize(
         )
     natural = float(np.sqrt(top / max(float(mass.max()), 1e-300))) or 1.0
     fast = max(float(np.abs(v / manifold.scale).max()), _driven(system, t, natural))
-    ways = rates_of(system, motions).reshape(len(motions), -1) / manifold.scale
-    basis = ways @ here.motions.T
+    directions = rates_of(system, motions).reshape(len(motions), -1) / manifold.scale
+    basis = directions @ here.motions.T
     M = np.asarray(basis @ mass @ basis.T)
     rest = resting or (balanced and fast <= STILL * natural)
     notes: list[str] = []
-    parts = leading(system, motions, ways)
-    near = manifold, here, v, start.regularization, ways, parts, resting
+    parts = leading(system, motions, directions)
+    near = manifold, here, v, start.regularization, directions, parts, resting
     nearby = functools.partial(Moving, *near, held=held)
     if held is not None:
         found = nearby()
@@ -728,7 +728,7 @@ def _driven(system: System, t: float, natural: float) -> float:
 
 def _branches(manifold: Manifold, here: Place) -> list[str]:
     """A sentence where more is free than nearby."""
-    beside = [manifold.moved(here, BESIDE * way) for way in here.motions]
+    beside = [manifold.moved(here, BESIDE * direction) for direction in here.motions]
     if all(p is None or len(p.motions) >= len(here.motions) for p in beside):
         return []
     return [
@@ -747,8 +747,8 @@ def _at_rest(
     sizes[sizes <= ZERO * max(top, float(np.abs(K).max()))] = 0.0
     K = K if sizes.all() else (u * sizes) @ vt
     C, jump = np.zeros_like(K), 0.0
-    for n, way in enumerate(here.motions):
-        rate = SLOW * natural * manifold.scale * way
+    for n, direction in enumerate(here.motions):
+        rate = SLOW * natural * manifold.scale * direction
         f = [
             here.motions @ (manifold.force(here.q, k * rate) - manifold.force(here.q, -k * rate))
             for k in (1.0, 2.0, 4.0)

@@ -74,7 +74,7 @@ def eigenvalues(M: Array, C: Array, K: Array) -> tuple[list[complex], list[Array
         twins = np.abs(squares.imag) > HALF * np.abs(squares)
         roots = np.append(roots, -roots[twins])
         vectors = np.hstack([vectors, vectors[:, twins]])
-    found, shapes = [0j] * len(rigid), [way.astype(complex) for way in rigid]
+    found, shapes = [0j] * len(rigid), [motion.astype(complex) for motion in rigid]
     for root, vector in zip(roots, vectors[:free].T, strict=True):
         size = abs(root)
         if len(rigid) and size < SLOW:
@@ -184,13 +184,15 @@ def rates_at(solution: Solution, rates: Array, place: ModePlace) -> Array:
     """
     if place.body == "ground":
         return np.zeros(len(rates))
-    ways = rates[:, solution.system.bodies[place.body]]
+    motion_rates = rates[:, solution.system.bodies[place.body]]
     if place.point is None:
-        return np.asarray(ways[:, place.key])
+        return np.asarray(motion_rates[:, place.key])
     centre, point = solution[place.body], solution.point(place.point)
     if place.key == 0:
-        return np.asarray(ways[:, 0] - ways[:, 2] * float(point.y[-1] - centre.y[-1]))
-    return np.asarray(ways[:, 1] + ways[:, 2] * float(point.x[-1] - centre.x[-1]))
+        return np.asarray(
+            motion_rates[:, 0] - motion_rates[:, 2] * float(point.y[-1] - centre.y[-1])
+        )
+    return np.asarray(motion_rates[:, 1] + motion_rates[:, 2] * float(point.x[-1] - centre.x[-1]))
 
 
 def _pointed(mechanism: Mechanism) -> str:
@@ -473,7 +475,7 @@ def _modes_at(linear: Linearization) -> ModesAt:
     system = linear.solution.system
     scale = system.coordinate_units
     rates = linear.rates.reshape(len(linear.motions), -1) / scale
-    # orthonormal ways, so that no unit of a leader has a say in what is small
+    # orthonormal motions, so that no unit of a leader has a say in what is small
     triangle = np.linalg.qr(rates.T, mode="r")
     inverse = np.linalg.inv(triangle)
     M, C, K = (inverse.T @ X @ inverse for X in (linear.mass, linear.damping, linear.stiffness))
@@ -484,8 +486,8 @@ def _modes_at(linear: Linearization) -> ModesAt:
     solved = eigenvalues(M, C, K)
     if solved is None:
         parts = [X / (np.abs(X).max() or 1.0) for X in (M, C, K)]
-        way = np.linalg.svd(np.vstack(parts))[2][-1]
-        raise _undetermined(system, np.abs((inverse @ way @ rates).reshape(-1, 3)).max(axis=1))
+        null = np.linalg.svd(np.vstack(parts))[2][-1]
+        raise _undetermined(system, np.abs((inverse @ null @ rates).reshape(-1, 3)).max(axis=1))
     roots, shapes, infinite = solved
     turns = [motion.turns for motion in linear.motions]
     unit = np.where(turns, 1.0, system.length)

@@ -370,12 +370,12 @@ def refuse_near_redundant(system: System, work: Work, start: np.ndarray) -> None
         report = rank_of(dense(system, work)[1][:joints], NEARLY)
         if not report.redundant or report.free < max(1, drivers):
             return
-        here, way = work.q.copy(), report.motions[0]
+        here, motion = work.q.copy(), report.motions[0]
         for sign in (1.0, -1.0):  # where links are only stretched the gap opens fast
-            work.q[:size] = here[:size] + sign * BESIDE * (scale * way)[:, None]
+            work.q[:size] = here[:size] + sign * BESIDE * (scale * motion)[:, None]
             beside = np.abs(_least(system, work, joints))
             moved = float(np.abs((work.q[:size] - here[:size])[:, 0] / scale).max())
-            if moved < 0.3 * BESIDE * float(np.abs(way).max()) or beside.max() > SLIGHT:
+            if moved < 0.3 * BESIDE * float(np.abs(motion).max()) or beside.max() > SLIGHT:
                 return
         part = np.abs(report.dependencies).max(axis=0)
     finally:
@@ -630,9 +630,9 @@ def check_fit(system: System, q: np.ndarray, design: int) -> None:
         return
     system = system if system.batch is None else system.design(design)
     for joint in spaced:
-        way = place(system, q, joint, "j") - place(system, q, joint, "i")
+        separation = place(system, q, joint, "j") - place(system, q, joint, "i")
         angles = (direction(system, q, joint, side) for side in ("i", "j"))
-        found, wanted = map(float, joint.fit(system.numbers, tuple(way), *angles))
+        found, wanted = map(float, joint.fit(system.numbers, tuple(separation), *angles))
         if abs(found - wanted) > MISFIT * system.length:
             raise misfit(system, joint, found, wanted)
 
@@ -747,12 +747,12 @@ def _say_branch(
         return True
     if meant is not None and meant(result):
         return False
-    way = f"{np.degrees(far):.1f} deg"
+    distance = f"{np.degrees(far):.1f} deg"
     if far < NEAR:  # it is a place that is elsewhere
-        name, way = elsewhere, f"{apart:.4g} {system.mechanism.units.length}"
+        name, distance = elsewhere, f"{apart:.4g} {system.mechanism.units.length}"
     note = (
-        f"the guess is on another branch than the position found: '{name}' came out {way} from "
-        "where the guess puts it; guess nearer to the branch that you want"
+        f"the guess is on another branch than the position found: '{name}' came out {distance} "
+        "from where the guess puts it; guess nearer to the branch that you want"
     )
     result.notes.append(note)
     warnings.warn(note, ModelWarning, stacklevel=5)

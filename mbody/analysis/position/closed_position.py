@@ -32,7 +32,7 @@ class ClosedPosition:
     ratio : float
         Least pivot as a part of its diagonal.
     straight : bool
-        Whether the way from the guess led straight there, without a singular position.
+        Whether the path from the guess led straight there, without a singular position.
     rank : Rank or None
         Rank report, where one was made.
     notes : list of str
@@ -135,16 +135,16 @@ class ClosedDesigns:
     Attributes
     ----------
     poses : array (designs, coordinates + 3)
-        Where they closed, or where their way ended.
+        Where they closed, or where their path ended.
     good : array (designs,)
         Whether they closed, away from singular positions.
-    way : array (designs,)
-        How much of the way in the numbers closes, 1 of all.
+    progress : array (designs,)
+        How much of the path in the numbers closes, 1 of all.
     """
 
     poses: np.ndarray
     good: np.ndarray
-    way: np.ndarray
+    progress: np.ndarray
 
 
 def close_in_stages(
@@ -162,13 +162,13 @@ def close_in_stages(
     poses = np.tile(pose, (len(values), 1))
     good = close_batch(system, t, values, poses, small, least)
     good &= system.extent(poses - pose) <= LEAP
-    way = np.where(good, 1.0, 0.0)
+    progress = np.where(good, 1.0, 0.0)
     far = np.flatnonzero(~good)
     if len(far):
         stages = _Stages(system, t, values[far], (origin, far), small, least)
-        poses[far], way[far] = stages.all(pose)
+        poses[far], progress[far] = stages.all(pose)
         by_springs(system, poses)
-    return ClosedDesigns(poses, way == 1.0, way)
+    return ClosedDesigns(poses, progress == 1.0, progress)
 
 
 class _Stages:
@@ -190,16 +190,16 @@ class _Stages:
         self.work.time[:] = t
 
     def all(self, pose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Where the ways end, (designs, coordinates + 3), and how far they come, (designs,)."""
+        """Where the paths end, (designs, coordinates + 3), and how far they come, (designs,)."""
         count = len(self.values)
-        poses, way, stage = np.tile(pose, (count, 1)), np.zeros(count), np.full(count, FIRST)
+        poses, progress, stage = np.tile(pose, (count, 1)), np.zeros(count), np.full(count, FIRST)
         slope = np.zeros_like(poses)
         # of the first stage nothing foretells where it leads
         begun = np.zeros(count, dtype=bool)
         active = np.arange(count)
         while len(active):
-            to = np.minimum(way[active] + stage[active], 1.0)
-            step = (to - way[active])[:, None]
+            to = np.minimum(progress[active] + stage[active], 1.0)
+            step = (to - progress[active])[:, None]
             found, closes = self._closed(active, to, poses[active])
             moved = found - poses[active]
             bent = self.system.extent(moved - step * slope[active])
@@ -208,11 +208,11 @@ class _Stages:
             kept &= ~begun[active] | (bent <= BENT * straight) | (straight <= 1e-3)
             on = active[kept]
             poses[on], slope[on], begun[on] = found[kept], (moved / step)[kept], True
-            way[on] = to[kept]
+            progress[on] = to[kept]
             stage[on] *= 2.0
             stage[active[~kept]] *= 0.5
-            active = active[(way[active] < 1.0) & (stage[active] >= LEAST)]
-        return poses, way
+            active = active[(progress[active] < 1.0) & (stage[active] >= LEAST)]
+        return poses, progress
 
     def _closed(
         self, active: np.ndarray, to: np.ndarray, poses: np.ndarray

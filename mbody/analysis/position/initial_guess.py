@@ -179,8 +179,8 @@ class _Placing:
             px, py = self._local(other, side)
             tx, ty = self._world(other, far)
             if math.hypot(px - hx, py - hy) > 0.0:
-                way = math.atan2(ty - y - hy, tx - x - hx) - math.atan2(py - hy, px - hx)
-                return math.remainder(way, 2.0 * math.pi)
+                rotation = math.atan2(ty - y - hy, tx - x - hx) - math.atan2(py - hy, px - hx)
+                return math.remainder(rotation, 2.0 * math.pi)
         return 0.0
 
     def _hung(self, name: str, joint: Joint | None, guess: Guess, angle: float) -> Pose:

@@ -234,16 +234,16 @@ class Manifold:
         """
         still = self._projected(np.zeros(self.size))
         for _ in range(2):  # the second time takes what the condition of the rows left of the first
-            found = np.array([self._projected(way) - still for way in motions])
-            ways, parts = np.linalg.qr(found.T)
+            found = np.array([self._projected(motion) - still for motion in motions])
+            basis, parts = np.linalg.qr(found.T)
             if np.abs(np.diag(parts)).min(initial=1.0) < 0.1:
                 return None
-            motions = ways.T
+            motions = basis.T
         return np.asarray(motions)
 
-    def _projected(self, way: Array) -> Array:
+    def _projected(self, motion: Array) -> Array:
         """The nearest rates that the constraints allow, without units."""
-        self.work.v[: self.size, 0] = self.scale * way
+        self.work.v[: self.size, 0] = self.scale * motion
         project(self.layout, self.work, 0.0)
         return np.asarray(self.work.v[: self.size, 0] / self.scale)
 
@@ -268,9 +268,9 @@ class Manifold:
 
     def apart(self, one: Array, other: Array) -> float:
         """How far two positions are from each other, whole turns left out."""
-        way = ((one - other) / self.scale).reshape(-1, 3)
-        way[:, 2] = np.remainder(way[:, 2] + np.pi, 2.0 * np.pi) - np.pi
-        return float(np.abs(way).max())
+        difference = ((one - other) / self.scale).reshape(-1, 3)
+        difference[:, 2] = np.remainder(difference[:, 2] + np.pi, 2.0 * np.pi) - np.pi
+        return float(np.abs(difference).max())
 
     def mass(self, motions: Array) -> Array:
         """Mass matrix (free, free) in such directions, as inertias; what is rounding beside the
@@ -278,9 +278,9 @@ class Manifold:
         """
         own = self.work.mass[: self.size, 0] * self.scale**2
         mass = (motions * own) @ motions.T
-        sizes, ways = np.linalg.eigh(mass)
+        sizes, modes = np.linalg.eigh(mass)
         small = sizes <= MASSLESS * float(own.max())
-        return np.asarray((ways * np.where(small, 0.0, sizes)) @ ways.T if small.any() else mass)
+        return np.asarray((modes * np.where(small, 0.0, sizes)) @ modes.T if small.any() else mass)
 
 
 # -- Many positions of a manifold at once: closed over tangent planes, loads and stiffness there
@@ -303,7 +303,7 @@ class ClosedPositions:
     q : array (positions, coordinates)
     rows : array (positions, rows, coordinates)
         Φ_q without units.
-    ways : array (positions, free, coordinates)
+    directions : array (positions, free, coordinates)
         Along the surface for unit steps in the directions of the plane.
     side : array (positions,)
         Sign of det [Φ_q; frame], zero with redundant rows.
@@ -312,7 +312,7 @@ class ClosedPositions:
     good: Array
     q: Array
     rows: Array
-    ways: Array
+    directions: Array
     side: Array
 
 
@@ -398,7 +398,7 @@ class ManyPositions:
     ) -> ClosedPositions:
         """Free directions and orientation at closed positions, from the Jacobian and the frames."""
         K = np.concatenate([rows[good], frames[good]], axis=1)
-        ways = np.full(frames.shape, np.nan)
+        directions = np.full(frames.shape, np.nan)
         side = np.zeros(len(q))
         if len(K):
             inverse = _inverse(K)
@@ -410,10 +410,10 @@ class ManyPositions:
                 sizes = np.linalg.svd(rows[good], compute_uv=False)
                 rank = (sizes > ZERO * np.maximum(sizes[:, :1], 1.0)).sum(axis=1)
                 own &= rank == self.size - free
-            ways[good] = inverse[:, :, -free:].transpose(0, 2, 1)
+            directions[good] = inverse[:, :, -free:].transpose(0, 2, 1)
             good = good.copy()
             good[good] = own
-        return ClosedPositions(good, np.where(good[:, None], q, np.nan), rows, ways, side)
+        return ClosedPositions(good, np.where(good[:, None], q, np.nan), rows, directions, side)
 
     def stiffness(self, q: Array, motions: Array, rows: Array, force: Array) -> Array:
         """K (positions, free, free) along free directions, as `Manifold.stiffness`. `motions`
@@ -438,23 +438,23 @@ class ManyPositions:
 
     def places(self, found: ClosedPositions, which: Sequence[int] | Array) -> list[Place]:
         """Some of closed positions as places, their free directions the nearest to the frames."""
-        motions, _ = orthonormal(found.ways[which])
+        motions, _ = orthonormal(found.directions[which])
         forces = self.forces(found.q[which])
         drives = np.einsum("nfc,nc->nf", motions, forces)
         numbers = zip(found.q[which], forces, motions, found.rows[which], drives, strict=True)
         return [Place(*one) for one in numbers]
 
 
-def orthonormal(ways: Array) -> tuple[Array, Array]:
+def orthonormal(directions: Array) -> tuple[Array, Array]:
     """The orthonormal directions (positions, free, coordinates) that are the nearest to those along
     which a frame has unit steps, and the least cosine between them and the frame.
 
     S = W Wᵀ, directions S^(−1/2) W, their products with the frame S^(−1/2).
     """
-    S = ways @ ways.transpose(0, 2, 1)
+    S = directions @ directions.transpose(0, 2, 1)
     values, vectors = np.linalg.eigh(S)
     root = (vectors / np.sqrt(values)[:, None]) @ vectors.transpose(0, 2, 1)
-    return root @ ways, 1.0 / np.sqrt(values[:, -1])
+    return root @ directions, 1.0 / np.sqrt(values[:, -1])
 
 
 def _inverse(K: Array) -> Array:

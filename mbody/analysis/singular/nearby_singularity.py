@@ -42,7 +42,7 @@ STEP = 1e-5
 BESIDE = 0.2
 #: A position nearer than this, in model lengths and radians, is where the motion is.
 HERE = 1e-6
-#: Parts of the way that is requested, on which rows may be found to stay independent.
+#: Parts of the distance that is requested, on which rows may be found to stay independent.
 HORIZONS = (1.0, 0.3, 0.1)
 #: A row takes part in a dependency with this part of the greatest.
 TAKES_PART = 0.1
@@ -64,7 +64,7 @@ class Crossing:
         When it is met.
     elements : tuple of str
         The joints whose rows become dependent there.
-    place, way : arrays (coordinates,)
+    place, direction : arrays (coordinates,)
         The position, lengths by the model length, and the direction in which the motion runs to it.
     seen : tuple (t, s, rate)
         When it was seen, how far away it was along the way, and how fast that changed.
@@ -73,14 +73,14 @@ class Crossing:
     t: float
     elements: tuple[str, ...]
     place: Array
-    way: Array
+    direction: Array
     seen: tuple[float, float, float]
 
     def passed(self, t: float, x: Array, v: Array) -> Crossing | None:
         """The crossing with its instant from both sides, where a motion at x with the rates v
         (coordinates,) has it behind; else None.
         """
-        s, rate = float((x - self.place) @ self.way), float(v @ self.way)
+        s, rate = float((x - self.place) @ self.direction), float(v @ self.direction)
         start, first, first_rate = self.seen
         if not s > 0.0 > first:
             return None
@@ -213,9 +213,9 @@ def _ahead(
     if not speed > 0.0:
         return Ahead()
     rows = _TimedRows(system, t, 1.0 / speed)
-    x, way, bent = q / scale, v / (scale * speed), a / (scale * speed**2)
+    x, direction, bent = q / scale, v / (scale * speed), a / (scale * speed**2)
     if rows.driven:
-        x, way, bent = np.append(x, 0.0), np.append(way, 1.0), np.append(bent, 0.0)
+        x, direction, bent = np.append(x, 0.0), np.append(direction, 1.0), np.append(bent, 0.0)
     within = speed * step
     found = None if rows.driven else _known(met, x, 8.0 * within)
     if found is None:
@@ -229,7 +229,7 @@ def _ahead(
         )
         for part in HORIZONS:
             far = part * within
-            ahead = rows.at(x + far * way + 0.5 * far**2 * bent)[1]
+            ahead = rows.at(x + far * direction + 0.5 * far**2 * bent)[1]
             if least > CERTAIN * _at_most(ahead[:, :n] - G[:, :n]):
                 return Ahead(clear=part * step)
         found = _nearest(rows, x, rank, parts, 8.0 * within)
@@ -240,16 +240,18 @@ def _ahead(
             met = (*met, found)
     elements = _owners(system, found.U)
     gone = found.x - x
-    far, along = float(np.linalg.norm(gone)), float(gone @ way) / float(way @ way)
-    when = t + (along - 0.5 * along**2 * float(bent @ way)) / speed
+    far, along = float(np.linalg.norm(gone)), float(gone @ direction) / float(direction @ direction)
+    when = t + (along - 0.5 * along**2 * float(bent @ direction)) / speed
     if found.left > CLOSED * (1.0 + float(np.abs(x).max())):
         return Ahead(bend=max(when, t), elements=elements, met=met)
-    missed = float(np.linalg.norm(gone - along * way - 0.5 * along**2 * bent))
+    missed = float(np.linalg.norm(gone - along * direction - 0.5 * along**2 * bent))
     if missed > BESIDE * far and far > HERE:
         return Ahead(elements=elements, met=met)
     n = len(q)
-    place, way = found.x[:n], way[:n]
-    crossing = Crossing(when, elements, place, way, (t, float((x[:n] - place) @ way), speed))
+    place, direction = found.x[:n], direction[:n]
+    crossing = Crossing(
+        when, elements, place, direction, (t, float((x[:n] - place) @ direction), speed)
+    )
     return Ahead(crossing=crossing, elements=elements, met=met)
 
 

@@ -155,8 +155,8 @@ def _in_line(A: Array, base: Array, z: Array) -> Solutions:
         if abs(inside) <= MET * sizes[n] ** 2:
             roots = [-b / (2.0 * a)]
         elif inside > 0.0:
-            way = -0.5 * (b + np.copysign(np.sqrt(inside), b))
-            roots = [way / a, c / way]
+            stable = -0.5 * (b + np.copysign(np.sqrt(inside), b))
+            roots = [stable / a, c / stable]
     elif abs(b) > MET * top:
         roots = [-c / b]
     points = [base + far * root * z for root in roots]
@@ -385,9 +385,9 @@ class Singular:
     ----------
     x : array (coordinates,)
         The singular position.
-    ways : array (unknowns, coordinates)
-        Φ_q v = ν has the solutions y @ ways; of them the last where drivers move, at the rate one
-        of the clock, else all are free motions to first order.
+    directions : array (unknowns, coordinates)
+        Φ_q v = ν has the solutions y @ directions; of them the last where drivers move, at the rate
+        one of the clock, else all are free motions to first order.
     clock : array (unknowns,)
         Rate of the clock in each of them.
     A : array (quadrics, unknowns, unknowns)
@@ -408,23 +408,23 @@ class Singular:
         self.fits = bool(
             np.abs(self.L.T @ nu).max(initial=0.0) <= 1e-9 * np.abs(nu).max(initial=0.0)
         )
-        ways, clock = self.N, np.zeros(len(self.N))
+        directions, clock = self.N, np.zeros(len(self.N))
         if not self.steady:
-            ways, clock = np.vstack([ways, self.inverse @ nu]), np.append(clock, 1.0)
-        self.ways, self.clock = ways, clock
+            directions, clock = np.vstack([directions, self.inverse @ nu]), np.append(clock, 1.0)
+        self.directions, self.clock = directions, clock
         self.A = self._quadrics()
-        self.y = np.append(self.N @ (given - x), [0.0] * (len(ways) - len(self.N)))
+        self.y = np.append(self.N @ (given - x), [0.0] * (len(directions) - len(self.N)))
 
     def _quadrics(self) -> Array:
         """Lᵀ γ as a form in y, dependencies that stay left out."""
-        K = len(self.ways)
+        K = len(self.directions)
         A = np.zeros((self.L.shape[1], K, K))
         for i in range(K):
-            A[:, i, i] = self.L.T @ self.rows.form(self.x, self.ways[i], self.clock[i])
+            A[:, i, i] = self.L.T @ self.rows.form(self.x, self.directions[i], self.clock[i])
         for i in range(K):
             for j in range(i):
                 both = self.rows.form(
-                    self.x, self.ways[i] + self.ways[j], self.clock[i] + self.clock[j]
+                    self.x, self.directions[i] + self.directions[j], self.clock[i] + self.clock[j]
                 )
                 A[:, i, j] = A[:, j, i] = 0.5 * (self.L.T @ both - A[:, i, i] - A[:, j, j])
         self.basis = np.zeros((0, len(A)))
@@ -442,14 +442,14 @@ class Singular:
 
     def velocity(self, y: Array) -> Array:
         """Rates (coordinates,) with their units."""
-        return np.asarray(self.rows.scale * (y @ self.ways))
+        return np.asarray(self.rows.scale * (y @ self.directions))
 
     def unknowns(self, v: Array) -> Array:
         """y of rates (coordinates,) with their units."""
         part = self.N @ (v / self.rows.scale)
         if self.steady:
             return np.asarray(part)
-        return np.append(part - self.N @ self.ways[-1], 1.0)
+        return np.append(part - self.N @ self.directions[-1], 1.0)
 
     def admits(self, y: Array, part: float) -> bool:
         """Whether rates are those of a motion, within a part of them."""
@@ -481,7 +481,7 @@ class Singular:
         """By the conditions of second and third order."""
         norm = float(np.linalg.norm(y))
         y = y / norm
-        clock, v = float(self.clock @ y), y @ self.ways
+        clock, v = float(self.clock @ y), y @ self.directions
         first = self.inverse @ self.rows.form(self.x, v, clock)
         n = len(self.N)
         D = np.einsum("ijk,k->ij", self.A[:, :n, :], y)
@@ -560,10 +560,10 @@ def _nearest(rows: ConstraintRows, given: Array, rank: int, far: float) -> Array
 def _towards(rows: ConstraintRows, x: Array, L: Array, N: Array, left: Array) -> Array:
     """y with which LᵀΦ_q N vanishes: its change along N by differences."""
     change = np.empty((*left.shape, len(N)))
-    for n, way in enumerate(N):
-        rows.at(x + STEP * way)
+    for n, direction in enumerate(N):
+        rows.at(x + STEP * direction)
         there = rows.G
-        rows.at(x - STEP * way)
+        rows.at(x - STEP * direction)
         change[:, :, n] = L.T @ (there - rows.G) @ N.T / (2.0 * STEP)
     return np.asarray(np.linalg.lstsq(change.reshape(-1, len(N)), -left.reshape(-1), rcond=1e-7)[0])
 
@@ -588,7 +588,7 @@ def norm(y: Array) -> float:
 
 
 def along(T: Array, here: Singular) -> Array:
-    """Where a start is along a branch (unknowns,); time is no way away."""
+    """Where a start is along a branch (unknowns,); time is no displacement."""
     free = still(T, here.clock)
     return np.asarray((free @ here.y) @ free)
 
@@ -622,15 +622,15 @@ def frame(here: Singular, T: Array, place: Array) -> tuple[Array, Array]:
     position; it is interpolated from places farther off.
     """
     if not place.any():
-        return here.x, T @ here.ways
+        return here.x, T @ here.directions
     if here.clock.any():  # of second order where time goes on as well
-        x = here.x + place @ here.ways + 0.5 * here.bend(T, place)
-        return x, np.array([one @ here.ways + here.bend_of(T, place, one) for one in T])
+        x = here.x + place @ here.directions + 0.5 * here.bend(T, place)
+        return x, np.array([one @ here.directions + here.bend_of(T, place, one) for one in T])
     spread = np.vander(PLACES, increasing=True)
     value, change = np.linalg.inv(spread)[:2]
     x, changes = here.x, []
-    for way in T:
-        points = np.array([_on(here, T, place + BRANCHES_STEP * c * way) for c in PLACES])
+    for direction in T:
+        points = np.array([_on(here, T, place + BRANCHES_STEP * c * direction) for c in PLACES])
         x = value @ points
         changes.append(change @ points / BRANCHES_STEP)
     return x, np.array(changes)
@@ -639,7 +639,7 @@ def frame(here: Singular, T: Array, place: Array) -> tuple[Array, Array]:
 def _on(here: Singular, T: Array, place: Array) -> Array:
     """The position at a place that is away from the singular one, by Newton's method."""
     chart = T @ here.N
-    x = here.x + place @ here.ways + 0.5 * here.bend(T, place)
+    x = here.x + place @ here.directions + 0.5 * here.bend(T, place)
     for _ in range(8):
         here.rows.at(x)
         off = np.append(here.rows.phi, chart @ (x - here.x) - T @ place)

@@ -206,7 +206,7 @@ class Replay:
         """Whether the mass matrix without stand-ins is regular at the first instant."""
         self.at(0)
         full, root = self.mass(), self.made.system.length * self.made.scale.length
-        units = np.array([1.0 if column.way else 1.0 / root for column in self.made.columns])
+        units = np.array([1.0 if column.slides else 1.0 / root for column in self.made.columns])
         size = np.linalg.eigvalsh(full * np.outer(units, units))
         return bool(size[0] > LIGHT * size[-1])
 
@@ -440,14 +440,14 @@ def _accelerations(replay: Replay) -> list[Row]:
             given = replay.data.efc_R * replay.data.efc_force
             soft[step] = inverse @ J.T @ np.linalg.pinv(J @ inverse @ J.T, rcond=1e-10) @ given
     units = np.array(
-        [replay.made.scale.length if one.way else 1.0 for one in replay.made.columns]
+        [replay.made.scale.length if one.slides else 1.0 for one in replay.made.columns]
     ) / (replay.made.scale.time**2)
     ours, theirs, soft = replay.a / units, theirs / units, soft / units
-    ways = np.array([column.way for column in replay.made.columns])
+    slides = np.array([column.slides for column in replay.made.columns])
     rates = replay.v / (units * replay.made.scale.time)
     found = []
     for n, column in enumerate(replay.made.columns):
-        alike = ways == column.way
+        alike = slides == column.slides
         top = max(float(np.abs(ours[:, alike]).max()), float(np.abs(rates[:, alike]).max() ** 2))
         worst = int(np.abs(ours[:, n] - theirs[:, n]).argmax())
         pair = float(ours[worst, n]), float(theirs[worst, n])

@@ -468,11 +468,11 @@ class DenseContactMotion:
                 fixed = np.zeros(len(v))
                 for k, mode in zip(closed, modes, strict=True):
                     n, s = W[k : k + 1], W[m + k : m + k + 1]
-                    way = n - SENSE.get(mode, SENSE.get(rests.get(k, ""), 0.0)) * mu[k] * s
-                    fixed += least[k] * way[0]
+                    row = n - SENSE.get(mode, SENSE.get(rests.get(k, ""), 0.0)) * mu[k] * s
+                    fixed += least[k] * row[0]
                     if mode != OPEN:
                         constrained.append(n)
-                        forces.append(way)
+                        forces.append(row)
                         target.append(np.array([-shift[k]]))
                 for k, mode in zip(closed, modes, strict=True):
                     if mu[k] > 0.0 and (mode == STICK or rests.get(k) == STICK):
@@ -667,9 +667,9 @@ class DenseContactMotion:
         def pressing(t: float, y: Array, k: int) -> float:
             return float(forces(t, y)[1][k])
 
-        def reserve(t: float, y: Array, k: int, way: float) -> float:
+        def reserve(t: float, y: Array, k: int, sign: float) -> float:
             _, normal, along = forces(t, y)
-            return float(mu[k] * normal[k] - way * along[k])
+            return float(mu[k] * normal[k] - sign * along[k])
 
         def sliding(t: float, y: Array, k: int, sense: float) -> float:
             return float(sense * self.touching.rates(y[:n], y[n:])[m + k])

@@ -781,15 +781,15 @@ class Loads(ReferenceMotion):
     def _charge(load: Any, near: float, far: float, x: float, rate: float) -> float:
         """Pressure of the chamber whose volume is least with the piston at `near`."""
         stroke, c = abs(far - near), load.clearance
-        way = (x - near) / (far - near) * stroke
-        if way <= 0.0 or way >= stroke:
-            return float(load.delivery if way <= 0.0 else load.suction)
+        travel = (x - near) / (far - near) * stroke
+        if travel <= 0.0 or travel >= stroke:
+            return float(load.delivery if travel <= 0.0 else load.suction)
         grows = rate * (far - near) > 0.0
         p, full = (load.delivery, c) if grows else (load.suction, c + stroke)
         if load.exponent is None:
-            p += load.bulk_modulus * math.log(full / (c + way))
+            p += load.bulk_modulus * math.log(full / (c + travel))
         else:
-            p = (p + load.ambient) * (full / (c + way)) ** load.exponent - load.ambient
+            p = (p + load.ambient) * (full / (c + travel)) ** load.exponent - load.ambient
         return float(max(p, load.suction) if grows else min(p, load.delivery))
 
 

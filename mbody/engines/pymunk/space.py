@@ -93,8 +93,8 @@ class ImpulseConstraint:
             beta = pose[self.i, 2] + self.normal
             return np.array([[math.cos(beta), math.sin(beta), 0.0]])
         if self.kind == "rod":
-            way = place(pose, self.j, self.arm_j) - place(pose, self.i, self.arm_i)
-            return np.array([[*(way / max(float(np.hypot(*way)), 1e-300)), 0.0]])
+            separation = place(pose, self.j, self.arm_j) - place(pose, self.i, self.arm_i)
+            return np.array([[*(separation / max(float(np.hypot(*separation)), 1e-300)), 0.0]])
         return np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 
     def columns(self, pose: Array) -> Array:
@@ -165,8 +165,8 @@ def stretched(part: ImpulseConstraint, rest: float, stiffness: float) -> SpringI
     def sense(pose: Array, vel: Array) -> float:
         if part.kind == "turn":
             return -stiffness * float(pose[part.j, 2] - pose[part.i, 2] - rest)
-        way = place(pose, part.j, part.arm_j) - place(pose, part.i, part.arm_i)
-        return -stiffness * float(np.hypot(*way) - rest)
+        separation = place(pose, part.j, part.arm_j) - place(pose, part.i, part.arm_i)
+        return -stiffness * float(np.hypot(*separation) - rest)
 
     return SpringImpulse(part, sense)
 
