@@ -4,7 +4,7 @@ BIN    := .venv/bin
 PIP    := $(BIN)/python -m pip --disable-pip-version-check install --quiet --constraint constraints.txt
 
 .PHONY: demo test test-other test-all warm warm-other lint \
-        errors counts pictures bench bench-full campaign docs wheel clean
+        counts pictures bench bench-full campaign docs wheel clean
 
 # Tests start a thousand processes, each of which would translate all modules anew where somebody's
 # settings keep no bytecode; `make clean` removes it.
@@ -53,10 +53,6 @@ lint: .venv/installed-dev
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
-
-# The page of all error sentences, docs/errors.md, as they happen.
-errors: .venv/installed-dev
-	$(BIN)/python -m tests.errors
 
 # The table of accepted work: steps, evaluations, factorisations, sizes of elimination.
 counts: .venv/installed-dev

@@ -17,7 +17,6 @@ myst_heading_anchors = 4
 myst_enable_extensions = ["deflist"]
 highlight_language = "text"
 smartquotes = False  # quotes are part of what is written in files
-suppress_warnings = ["myst.header"]  # the page of errors has levels of its own
 
 # Notebooks are kept without outputs and run here; one that fails ends the build.
 nb_execution_mode = "cache"

@@ -1,5 +1,6 @@
-"""Every error sentence, made to happen: scenarios by subject, and docs/errors.md, made of them.
+"""Every error sentence, made to happen: scenarios by subject, each a function that ends in one error.
 
-A scenario is a function that ends in one error. ``make errors`` (``python -m tests.errors``) runs
-all of them and writes the page.
+A subject has its `SCENARIOS` and, a line each in the same order, their `SENTENCES`:
+``scenario | kind of the error | element | sentence``, where "-" is no element, "⏎" a new line and
+"…" stands for anything, as for what rounding decides.
 """

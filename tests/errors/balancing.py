@@ -84,3 +84,32 @@ SCENARIOS = {
     ),
     "a balance by nothing": said(["balance", "norton_fourbar"]),
 }
+
+SENTENCES = r"""
+counterweights of a batch | ModelError | - | force_balance takes one design: choose one of the batch with design(n)
+counterweights on nothing | ModelError | - | force_balance: on must name links with radii, such as {"crank": "3 in"}, not {}
+counterweights without radii | ModelError | - | force_balance: on must name links with radii, such as {"crank": "3 in"}, not ['crank']
+a counterweight on no link | ModelError | wheel | force_balance: there is no link 'wheel' for a counterweight (there are: 'crank', 'coupler', 'rocker')
+a counterweight on the ground | ModelError | ground | force_balance: there is no link 'ground' for a counterweight (there are: 'crank', 'coupler', 'rocker')
+a counterweight from no point | ModelError | crank | body 'crank' has no point 'Z' (it has: 'O2', 'A')
+a counterweight at no radius | ModelError | crank | the counterweight on 'crank' has the radius 0 m, it must be positive: its direction is found
+a counterweight at a mass | ModelError | crank | 'crank': radius: '3 kg' is a mass (kg), where a length (m) is wanted
+two counterweights on a link | ModelError | crank | force_balance: 'crank' has two counterweights: one does the work of both
+counterweights at one position | ModelError | - | force_balance takes several positions: give over="turn", or drive with the values of the drivers
+counterweights with another option | ModelError | - | force_balance: there is no option 'about' (there are: 't', 'drive', 'turn', 'instants', 'turns', 'guess', 'at', 'over')
+counterweights without mass | ModelError | - | 'Hoekens' linkage: a straight line from four bars' has no link with mass: there is nothing to balance
+counterweights of what is free | SolveError | - | kinematics needs 0 free degrees of freedom, 'Simple pendulum' has 1 degree left: add a driver, for example on 'pendulum'
+counterweights of what is fixed | ModelError | - | 'frame' has no driver: force_balance takes positions of a driven motion, add one
+springs of a batch | ModelError | - | spring_balance takes one design: choose one of the batch with design(n)
+no springs | ModelError | - | spring_balance: springs must be names such as ["spring"], or Spring elements, not []
+a spring that there is not | ModelError | string | spring_balance: there is no spring 'string' (there are: 'spring')
+a spring where there is none | ModelError | spring | spring_balance: there is no spring 'spring' (there are none: give Spring elements)
+a spring twice | ModelError | spring | spring_balance: 'spring' is given twice: give it once
+a spring with a law | ModelError | other | 'other' has a law of its own, spring_balance finds stiffnesses: give it one in its place
+springs against no load | ModelError | wind | spring_balance: there is no load 'wind' to balance (there are: 'g')
+springs without loads | ModelError | - | spring_balance: without springs 'hold' needs no effort in these positions: there is nothing to balance
+springs of what is free | SolveError | - | statics needs 0 free degrees of freedom, 'arm' has 1 degree left: add a driver, for example on 'arm'
+springs of what stands still | ModelError | - | spring_balance: 1 stiffnesses need at least as many efforts of drivers that move, and there are 0: analyse more positions, as with turn=True
+more springs than positions | ModelError | - | spring_balance: 3 stiffnesses need at least as many efforts of drivers that move, and there are 2: analyse more positions, as with turn=True
+a balance by nothing | UsageError | - | choose what is to balance: --on LINK=RADIUS for counterweights, or --springs NAMES
+"""

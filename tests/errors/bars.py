@@ -49,3 +49,19 @@ SCENARIOS = {
     "a tube inside out": lambda: section(TubeSection(1.0, 2.0)),
     "a bar along a point that is not there": lambda: section(RoundSection(1.0, ("A", "C"))),
 }
+
+SENTENCES = r"""
+internal loads of kinematics | ModelError | - | kinematics finds no forces: use kinetostatics or statics
+internal loads of a batch | ModelError | - | internal loads are of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+internal loads of no link | ModelError | piston | there is no moving body 'piston' (there are: 'crank', 'coupler', 'rocker')
+internal loads along no points | ModelError | coupler | 'coupler' is a bar along two of its points (there are: 'A', 'B'), not 'A', 'C'
+internal loads along one place | ModelError | plate | 'A' and 'B' of 'plate' are one place: a bar goes along two
+internal loads at one place | ModelError | - | places must be a whole number from 2 to 100001, not 1
+internal loads of what is no bar | ModelError | slide | the direction of the bar 'slide' is open: it has joints at no named point; say along which two points it goes, such as section = { rectangle = ["20 mm", "8 mm"], along = ["A", "B"] }
+a stress without a section | ModelError | coupler | 'coupler' has no section for its stress: give it one, such as section = { rectangle = ["20 mm", "8 mm"] }
+a bar along one point | UsageError | - | --along takes two points such as A,B, not 'A'
+a section in words | ModelError | rod | 'rod': section must be RectangleSection(height, thickness), TubeSection(outer, inner) or RoundSection(diameter), not 'round'
+a section of no height | ModelError | rod | 'rod': height of its section must be above 0, not 0
+a tube inside out | ModelError | rod | 'rod': a tube of 1 outside cannot be 2 inside: give outer, inner
+a bar along a point that is not there | ModelError | rod | 'rod': a bar goes along two of its points (there are: 'A', 'B'), not 'A', 'C'
+"""

@@ -46,3 +46,19 @@ SCENARIOS = {
     ),
     "a profile that does not close": made(0.04, law=Polynomial([0.0, 0.001])),
 }
+
+SENTENCES = r"""
+one of two cams | ModelError | - | 'tappet' has 2 cams ('contact', 'lobe'): name the joint of one
+a cam of a four-bar | ModelError | - | 'four-bar' has no cam: there is no joint of the type CamFollower in it
+a cam that is not there | ModelError | cam | there is no cam 'cam' (there are: 'contact')
+a cam at rest | ModelError | - | a cam is of a motion, and statics computes no velocities: use kinematics
+a cam of a batch | ModelError | - | a cam is of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+a limit beyond a right angle | ModelError | contact | the limit of the pressure angle of 'contact' is above 0 and below 90 deg, not 120 deg
+a contour of two points | ModelError | - | a contour has 4 to 1000000 points, not '2'
+a profile without a base circle | ModelError | - | a cam has a base circle above 0 and a roller from 0 on, not 0 and 0
+a profile for an arm without a place | ModelError | - | a follower on an arm has an arm and a centre_distance: give both
+a profile for a guide that misses its cam | ModelError | - | a guide at the offset 0.05 passes the pitch circle of 0.04: give a smaller offset, or a greater base_radius
+a profile for an arm that is too short | ModelError | - | an arm of 0.01 at the distance 0.1 does not reach a pitch circle of 0.04: give an arm between 0.06 and 0.14
+a profile that a follower outruns | ModelError | - | near 299.8 deg the follower runs around the cam faster than it turns: give a smaller lift, or a greater base_radius
+a profile that does not close | ModelError | - | the lift does not close: 0 at 0 deg, 0.00628319 at 360 deg: give a law that repeats after one turn
+"""

@@ -3,6 +3,7 @@
 import contextlib
 import functools
 import io
+import re
 import sys
 import warnings
 from dataclasses import dataclass
@@ -111,6 +112,7 @@ SUBJECTS = (
         cores,
     ),
 )
+SEPARATOR = " | "
 KINDS = (ModelError, SolveError, UsageError, ModelWarning)
 
 
@@ -133,6 +135,11 @@ class Told:
     sentence: str
     problems: tuple
     made: tuple
+
+    @property
+    def line(self):
+        """What SENTENCES has of it, after the name of the scenario."""
+        return SEPARATOR.join((self.kind, self.element or "-", self.sentence.replace("\n", "⏎")))
 
 
 @contextlib.contextmanager
@@ -176,11 +183,13 @@ def told(scenario):
     return Told(type(found).__name__, element, str(found), problems, places)
 
 
-def scenarios():
-    """(subject, name, scenario) of all, in the order of the page."""
-    return [(part, name, one) for part in SUBJECTS for name, one in part.SCENARIOS.items()]
+@functools.cache
+def expected(part):
+    """The pattern of each scenario's line in the subject's SENTENCES."""
+    lines = (line.partition(SEPARATOR) for line in part.SENTENCES.strip("\n").split("\n"))
+    return {name: re.compile(re.escape(line).replace("…", ".*")) for name, _, line in lines}
 
 
 def everything():
-    """The messages of all scenarios, in the order of the page."""
-    return [told(one) for _, _, one in scenarios()]
+    """The messages of all scenarios."""
+    return [told(one) for part in SUBJECTS for one in part.SCENARIOS.values()]

@@ -111,3 +111,32 @@ SCENARIOS = {
         table(), driver="x", output="plate"
     ),
 }
+
+SENTENCES = r"""
+an assembly mode that there is not | ModelError | - | there is no assembly mode 'folded' where the drivers begin (there are: '1 crossed', '2 open'): choose one of these, or begin at another value of a driver
+an assembly mode that is no name | ModelError | - | assembly is 1.5: give the name of a mode, such as "open", or its number
+an assembly mode of a batch | ModelError | - | assembly='open' is of one design: give a batch the guess of a mode, guess=modes[0]
+an assembly mode beside a guess | ModelError | - | give a guess or an assembly, not both: each chooses the branch
+assemblies of a batch | ModelError | - | assembly_modes takes one design: choose one of the batch with design(n)
+assemblies after half a box | ModelError | - | most is 0.5: give a whole number of boxes, 1 or more
+assemblies at a number | ModelError | - | drive must be a dict such as {"motor": 0.5}, not 1.0
+assemblies at several values | ModelError | motor | 'motor': assembly_modes takes one value of a driver, not [1.0, 2.0]
+assemblies at a driver that is not there | ModelError | engine | there is no driver 'engine' (there are: 'motor')
+assemblies of what is free | SolveError | - | assembly_modes needs 0 free degrees of freedom, 'four-bar' has 1 degree left: add a driver, for example on 'crank'
+an assembly that is not there | ModelError | opn | there is no mode 'opn' (there are: 'crossed', 'open')
+a picture of no assembly | ModelError | - | 'four-bar' closes nowhere there: there is no assembly mode to draw
+assemblies of two positions | UsageError | - | assemblies are those of one position: give --at one value
+circuits of a batch | ModelError | - | circuits takes one design: choose one of the batch with design(n)
+dead centres of a batch | ModelError | - | dead_centres takes one design: choose one of the batch with design(n)
+dead centres of one of two motors | ModelError | - | 'four-bar' has 2 drivers ('motor', 'fan'): name the one that you mean
+a transmission of a batch | ModelError | - | transmission is of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+a transmission to nothing | ModelError | piston | there is no body 'piston' to be the output (there are: 'crank', 'coupler', 'rocker')
+a transmission to a point that is not there | ModelError | rocker.P | 'rocker' has no point 'P'
+a transmission from nothing | ModelError | engine | there is no driver 'engine' (there are: 'motor')
+a transmission from one of two motors | ModelError | - | 'four-bar' has 2 drivers ('motor', 'fan'): name the one from which the motion is transmitted
+a transmission through another link's joint | ModelError | A | 'A' is no joint of 'rocker' ('B', 'O4')
+a transmission through two joints | ModelError | coupler | 'A', 'B' drive 'coupler': name the joint of which you want the transmission angle
+a transmission through no joint | ModelError | wheel | no joint with a moving link drives 'wheel', so there is no transmission angle: for the ratios alone name one of its joints as the joint ('W')
+a transmission by a contact that is open | ModelError | wheel | no joint with a moving link drives 'wheel', so there is no transmission angle: for the ratios alone name one of its joints as the joint ('B'); contacts drive it ('touch'): take a result of simulate, which closes and opens them
+a transmission to a body without joints | ModelError | plate | 'plate' has no joint: the transmission angle is of the force in one
+"""

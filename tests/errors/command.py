@@ -65,3 +65,48 @@ SCENARIOS = {
     "a contour and its data at one place": said(["cam", "cam_follower", "--json", "--csv", "-"]),
     "two forms at one place": said(["kinematics", "norton_fourbar", "--json", "--csv", "-"]),
 }
+
+SENTENCES = r"""
+a rest of what is held | SolveError | - | nothing is free in 'Four-bar: dynamic force analysis': joints and drivers fix every body; use statics, or release a driver, --free motor
+arrays that are printed | UsageError | - | --npz takes a file: its arrays cannot be printed
+no model | UsageError | - | the following arguments are required: MODEL (see mbody kinematics --help)
+an option that is not there | UsageError | - | unrecognized arguments: --fast (see mbody kinematics --help)
+a model that is not there | ModelError | - | the gallery has no model 'hoekns': did you mean 'hoekens'?
+a model like no other | ModelError | - | the gallery has no model 'robot': 'mbody models' lists all, in Python mbody.gallery.names()
+a file that is not there | ModelError | - | there is no file 'none.toml'
+a folder | ModelError | - | '.' is a folder: name a model file in it
+no value | UsageError | - | --at takes NAME=VALUE, not 'crank'
+a value that is a name | ModelError | crank | 'crank': there is no parameter 'fast' (there are: 'a')
+a value that is no formula | ModelError | crank | --at crank: '3 +' ends where a number is expected
+a value that is a mass | ModelError | crank | 'crank': '3 kg' is a mass (kg), where an angle (rad) is wanted
+a driver that is not there | ModelError | crunk | there is no driver 'crunk' (there are: 'motor'), and t is time
+a value twice | ModelError | crank | --at gives 'crank' twice: give it once
+at and over | UsageError | - | give --at or --over, not both
+instants of a turn at one position | UsageError | - | --instants is of whole turns, --at of single instants: give one of them; in equal steps --at crank=0:360:25
+an option nearly as it is | UsageError | - | unrecognized arguments: --instant 12: did you mean --instants? (see mbody kinematics --help)
+one instant | ModelError | - | --instants must be a whole number from 2 to 1000000, not 1
+negative instants | UsageError | - | --instants takes a whole number, not '-3'
+a turn of a body without a motor | ModelError | rocker | there is no driver 'rocker' to turn (there are: 'motor')
+a parameter that is not there | ModelError | foo | hoekens.toml: there is no parameter 'foo' (there are: 'a')
+a parameter that is no formula | ModelError | a | hoekens.toml: parameter 'a': '4 mm +' ends where a number is expected
+a unit system that is not there | ModelError | - | there is no unit system 'parsec': choose one of 'SI', 'mm-N-s', 'in-lbf-s', 'ft-lbf-s', or name a length, a force and a time, as in 'cm-kN-s'
+a file that cannot be written | ModelError | - | cannot write '/no/where.csv' (No such file or directory): choose a folder that exists and may be written to
+a length that is to turn | ModelError | cylinder | driver 'cylinder' drives no angle, it cannot turn: give its lengths with --at cylinder=…, or times with --at t=…
+a turn of nothing that drives | ModelError | - | --over turn goes with one driver, 'Simple pendulum' has 0 (none): add one
+a limit that is no angle | ModelError | - | --limit: '30 +' ends where a number is expected
+points of no table | UsageError | - | --points goes with --csv
+a balanced model that is printed | UsageError | - | argument -o/--output: the model goes to a file, results are printed: give -o a name, such as design.toml (see mbody balance --help)
+bearings of what has none | ModelError | - | 'Pile of discs that friction holds' has no revolute joint: there is no bearing in it
+a gear ratio in words | UsageError | - | --ratio takes a number such as 12.5, not 'high'
+steps without a count | UsageError | - | --at crank takes LOW:HIGH:COUNT, two numbers of one unit and a count from 2 to 1000000, as in 0:360:25, or values with commas, not '0:360'
+steps of two units | UsageError | - | --at crank takes LOW:HIGH:COUNT, two numbers of one unit and a count from 2 to 1000000, as in 0:360:25, or values with commas, not '0 deg:1 rad:5'
+steps of words | UsageError | - | --at t takes LOW:HIGH:COUNT, two numbers of one unit and a count from 2 to 1000000, as in 0:360:25, or values with commas, not 'now:then:5'
+one step | UsageError | - | --at crank takes LOW:HIGH:COUNT, two numbers of one unit and a count from 2 to 1000000, as in 0:360:25, or values with commas, not '0:360:1'
+equations of a turn | ModelError | - | --equations shows one instant: choose it with --at
+exercises without what differs | UsageError | - | choose what differs between exercises: --vary NAME=LOW:HIGH
+exercises of a step | UsageError | - | a: bounds are LOW:HIGH, not '3'
+exercises by a word | UsageError | - | --count takes a whole number, not 'many'
+a new model over a file | ModelError | - | '/dev/null' is there already: choose another file with -o
+a contour and its data at one place | UsageError | - | --json and --csv - print to the same place: give --csv a file
+two forms at one place | UsageError | - | --json and --csv - print to the same place: give --csv a file
+"""

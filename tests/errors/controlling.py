@@ -124,3 +124,54 @@ SCENARIOS = {
     ),
     "a force by a formula of what is not there": lambda: arm(Force("f", "arm.P", value="leg.x")),
 }
+
+SENTENCES = r"""
+a formula of a body that is not there | ModelError | spring | 'spring': value: there is no 'leg' to measure 'leg.angle' of (there are: 'ground', 'arm', 'O', 'u', 'spring'): add it before, or correct the name
+a formula of a point that is not there | ModelError | spring | 'spring': value: 'arm' has no point 'Q' (it has: 'P')
+a formula of a point of a joint | ModelError | spring | 'spring': value: 'O' has no points: it is no body
+a formula of what there is not | ModelError | spring | 'spring': value: 'arm' has no 'colour' to measure here (it has: 'x', 'y', 'vx', 'vy', 'angle', 'omega')
+a formula of forces of the same instant | ModelError | spring | 'spring': value: 'O.force' follows from the forces of the same instant, which follow from this formula: measure positions and rates (of 'O': 'angle', 'rate'), or filter it with a state of your own
+a formula of accelerations | ModelError | spring | 'spring': value: 'arm.alpha' follows from the forces of the same instant, which follow from this formula: measure positions and rates (of 'arm': 'x', 'y', 'vx', 'vy', 'angle', 'omega'), or filter it with a state of your own
+a formula of another dimension | ModelError | spring | 'spring': value: '-5 N*arm.P.y/(1 s)' is a power (N·m/s), where a torque (N·m) is wanted
+a formula that is too long | ModelError | spring | 'spring': value: '1 N*m*(sin(arm.angle)+sin(arm.angle)+sin(arm.angle)+sin(a...' has 300 operations, at most 200 are possible: define parts of it as parameters or states
+a rod by a formula of what moves | ModelError | rod | 'rod': length is '0.1 m + arm.P.y', a formula of 'arm.P.y', which a joint cannot follow: a load or a driver may; for coordinates that follow each other use a Coupling, a Gear, a Cam, a driver or a CustomJoint
+a law of one number outside of a motion | ModelError | - | '-k*arm.angle' is a formula of measured quantities, which has values in a motion only: read from the result what the load does, as in run.load(name)
+an input that cannot be named | ModelError | speed set | 'speed set' cannot name an input: formulas name it, so it has letters, digits and _ only, and begins with a letter
+an input of the name of a parameter | ModelError | k | 'k' is the name of a parameter in formulas: choose another name for the input
+an input of the name of a function | ModelError | sin | 'sin' is the name of a function, a variable or pi in formulas: choose another name for the input
+an input of an unknown parameter | ModelError | w | 'w': value: there is no parameter 'q' (there are: 'k', 'plain')
+an input that is no law | ModelError | u | 'u': value: a law must be a number, a law such as ConstantSpeed(0, 10), or a function of one number, not [1.0]; for points use Table(x, y)
+a state that cannot be named | ModelError | my state | 'my state' cannot name a state: formulas name it, so it has letters, digits and _ only, and begins with a letter
+a state without a start | ModelError | i | state 'i' has no start: give a number with its unit, or "steady" for the one at which its rate vanishes
+a state of no size | ModelError | i | 'i': size is 0, it must be positive: give more than 0
+a state without a formula | ModelError | i | 'i': rate must be a formula such as "target - crank.angle", not [1.0]
+a state by a formula that is none | ModelError | i | 'i': rate: '1 +' ends where a number is expected
+a state whose start is no number | ModelError | i | 'i': start: there is no parameter 'q' (there are: 'k', 'plain')
+a state of what is not there | ModelError | i | 'i': rate: there is no 'leg' to measure 'leg.angle' of (there are: 'ground', 'arm', 'O', 'u', 'i', 'motor'): add it before, or correct the name
+a state of another dimension | ModelError | i | 'i': rate: 'arm.omega' is an angular velocity (rad/s), where a velocity (m/s) is wanted
+a state with a method that has none | ModelError | lag | the method 'rattle4' is of positions and velocities, whose steps it takes in two symmetric halves, and has none for equations of first order such as that of 'lag': take 'generalized-alpha' for steps of one length, or dop853, dopri5, radau5
+a controller from a singular position | ModelError | pid | the motion begins at a singular position, where there are no accelerations yet for controllers such as 'pid' to sample: begin a little beside it
+a state that is never steady | SolveError | i | no steady start is found for 'i': the rates do not vanish near the values tried; give start a number
+a table that holds its values, of a load | ModelError | t | 't': value is a table that holds its values, which jump: give it to an Input, which formulas name, or choose another interpolation
+a controller that is no function | ModelError | pid | 'pid': function must be a function of (t, *reads), not 3.0
+a controller whose reads are no texts | ModelError | pid | 'pid': reads must be a list of text, not [3]
+a controller that sets nothing | ModelError | pid | 'pid' sets no input: name one or more, as in sets=["u"]
+a controller of no sample time | ModelError | pid | 'pid': every is 0, it must be positive: give more than 0
+a controller of what is no input | ModelError | pid | 'pid' sets 'v', which is no input (there are: 'u'): add Input(...) before it
+two controllers of one input | ModelError | two | 'two' sets 'u', which 'one' sets already: give each controller inputs of its own, and add them in a formula
+a controller of too many samples | ModelError | pid | controller 'pid' samples every 1e-10 s, that is 1e+10 times in this motion: give a longer sample time (at most 1e+08 samples)
+a controller that raises | SolveError | pid | controller 'pid' at t = 0 s raised RuntimeError: no signal
+a controller that gives no number | SolveError | pid | controller 'pid' at t = 0 s sets 'u' to nan, which is no finite number: look at what it computes
+a controller that gives words | SolveError | pid | controller 'pid' at t = 0 s returned 'up', where numbers for u are wanted
+a controller that gives too many numbers | SolveError | pid | controller 'pid' at t = 0 s returned 2 numbers, it sets 1: u
+a controller that sets what it may not | SolveError | pid | controller 'pid' at t = 0 s sets 'v', which is not among what it sets (u)
+a controller that reads what is not there | ModelError | - | measure 'leg.angle': there is no body 'leg' (there are: 'ground', 'arm')
+inputs that are no table | ModelError | - | inputs must be a table such as {"u": 2.0}, not 3.0
+a history of what is no input | ModelError | v | there is no input 'v' (there are: 'u')
+a history of an input that a controller sets | ModelError | u | input 'u' is set by the controller 'pid': leave it out
+a history of one number | ModelError | u | input 'u': a history is a row of at least two numbers, spread over the motion, or a pair (t, u) of rows, not of shape (1,)
+a history of another dimension | ModelError | u | input 'u' is a torque (N·m), the history is a length (m): give it in a unit of the former
+a history that goes back | ModelError | u | input 'u': x must increase from point to point, but x[1] = 0 follows x[0] = 1: sort the points and drop repeated ones
+a spring by a formula of forces | ModelError | s | 's': law: 'A.fx' follows from the forces of the same instant, which follow from this formula: measure positions and rates (of 'A': 'angle', 'rate'), or filter it with a state of your own
+a force by a formula of what is not there | ModelError | f | 'f': value: there is no 'leg' to measure 'leg.x' of (there are: 'ground', 'arm', 'O', 'u', 'f'): add it before, or correct the name
+"""

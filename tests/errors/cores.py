@@ -56,3 +56,12 @@ SCENARIOS = {
     "a level that the processor has not": levels("x86-64-v3", "SSE42"),
     "libraries without numba": without_numba,
 }
+
+SENTENCES = r"""
+a core that is not there | ModelError | - | MBODY_CORE=fast is none of the cores native, numba, plain: set one of them
+a core that cannot run | ModelError | - | MBODY_CORE=native, but that core cannot run here: the package has no libraries; no C compiler (cc) links it
+no core but plain Python | ModelWarning | - | mbody runs in plain Python, some thousand times slower (the package has no libraries; numba, which builds it, is not installed; numba is not installed): install a wheel with libraries for this machine, or numba (pip install mbody[jit])
+a level that is not there | ModelError | - | MBODY_CORE_LEVEL=x86-64-v9 is none of the levels host, x86-64-v4, x86-64-v3, x86-64-v2, aarch64, arm64
+a level that the processor has not | ModelError | - | MBODY_CORE_LEVEL=x86-64-v3, but this processor has no AVX2, FMA3: choose a lower level
+libraries without numba | ModelError | - | libraries are built by numba, which is not installed: pip install 'mbody[jit]'
+"""

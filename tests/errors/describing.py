@@ -196,3 +196,133 @@ def many_bodies():
     machine = Mechanism("m")
     machine.add(*(Body(f"b{n}") for n in range(100)))
     return machine
+
+
+SENTENCES = r"""
+no name | ModelError | - | every Body needs a name, not ''
+a name with a dot | ModelError | crank.A | 'crank.A': a name may not hold a dot, which parts body and point: write 'crank_A'
+a very long name | ModelError | crankcrankcrankcrank… | the name 'crankcrankcrankcrank…' has 250 characters: give at most 200
+a name that cannot be printed | ModelError | - | the name 'cra\x07nk' has characters that cannot be printed: leave them out
+a load named inertia | ModelError | inertia | a load may not be named 'inertia', which is a cause of its own in the breakdown of forces: choose another name
+a mass that is nan | ModelError | b | 'b': mass is nan, it must be finite
+a mass that is a list | ModelError | b | 'b': mass must be a number (mass), not [1.0]
+a mass that is a force | ModelError | b | 'b': mass: '3 lbf' is a force (N), where a mass (kg) is wanted: did you mean '3 lb'?
+a mass of time | ModelError | b | 'b': mass is '3*t', but only a law may change with 't'
+a negative mass | ModelError | b | 'b': mass is -1, it must not be negative: give 0 or more
+a negative weight | ModelError | b | 'b': weight is -2.5, it must not be negative: give 0 or more
+a negative inertia | ModelError | b | 'b': inertia is -0.001, it must not be negative: give 0 or more
+mass and weight | ModelError | b | 'b': give mass or weight, not both
+a negative damping | ModelError | it | 'it': coefficient is -3, it must not be negative: give 0 or more
+a negative torsional damping | ModelError | it | 'it': coefficient is -3, it must not be negative: give 0 or more
+a negative free length | ModelError | it | 'it': free_length is -3, it must not be negative: give 0 or more
+no stiffness | ModelError | it | 'it' has neither stiffness nor law: give one of them
+two stiffnesses | ModelError | it | 'it' has both stiffness and law: give one of them
+two dampings | ModelError | it | 'it' has both coefficient and law: give one of them
+a rod without length | ModelError | it | 'it': length is 0, it must be positive; a Revolute keeps two places together
+a rod of negative length | ModelError | it | 'it': length is -2, it must be positive; a Revolute keeps two places together
+a rod whose length changes | ModelError | it | 'it': length must be one positive number; a DistanceDriver takes a law of time
+a flat face with a roller | ModelError | it | 'it': a flat face has no roller: leave out roller = 0.1, or flat
+a flat face that is text | ModelError | it | 'it': flat must be True or False, not 'yes'
+a ring as small as its wheel | ModelError | it | 'it': a ring of 2 and a wheel of 2 cannot mesh: the ring must be the greater one
+a ring that is text | ModelError | it | 'it': internal must be True or False, not 'no'
+a wheel without a radius | ModelError | it | 'it': radius is 0, it must be positive: give more than 0
+a wheel inside a line | ModelError | it | 'it': a wheel rolls inside a greater one: give on_radius another value than the radius
+a phase on a line | ModelError | it | 'it': offset goes with a line, phase with another wheel: leave out phase
+an offset on a wheel | ModelError | it | 'it': offset goes with a line, phase with another wheel: leave out offset
+a cylinder of negative length | ModelError | it | 'it': law is -1, a distance must be positive; a CoordinateDriver takes a signed displacement
+a law that is a class | ModelError | it | 'it': law: a law is made from its numbers: ConstantSpeed(...), not the class ConstantSpeed itself
+a law that is a list | ModelError | it | 'it': law: a law must be a number, a law such as ConstantSpeed(0, 10), or a function of one number, not [0.0, 1.0]; for points use Table(x, y)
+a law that is nan | ModelError | it | 'it': value is nan, it must be finite
+a law of another dimension | ModelError | it | 'it': value: '3 lbf' is a force (N), where a torque (N·m) is wanted
+follows that is text | ModelError | it | 'it': follows must be True or False, not 'yes'
+components as text | ModelError | it | 'it': x must be a plain number here, not '3'
+components that are nan | ModelError | it | 'it': y is nan, it must be finite
+a mass centre of three numbers | ModelError | b | 'b': cg must be a pair (x, y) or polar(r, angle), not (1.0, 2.0, 3.0)
+a mass centre at nan | ModelError | b | 'b': cg.y is nan, it must be finite
+a point that is text | ModelError | b | 'b': A must be a pair (x, y) or polar(r, angle), not 'x'
+a point at infinity | ModelError | b | 'b': A.x is inf, it must be finite
+a point by no distance | ModelError | b | 'b': A.r must be a number (length), not [1]
+points without names | ModelError | b | 'b': points must be a dict such as {"A": (x, y)}, not [(1, 2)]
+a point with a dot | ModelError | b | 'b': 'A.B' is no name of a point: give text without a dot
+a point with a number for a name | ModelError | b | 'b': 3 is no name of a point: give text without a dot
+a point called cg | ModelError | b | 'b': the name of a point may not be 'cg', which is a number of the body: choose another
+a guess that is a mass | ModelError | b | 'b': guess.angle: '30 kg' is a mass (kg), where an angle (rad) is wanted
+a guess of two numbers | ModelError | b | 'b': guess must be an angle or (x, y, angle), not (1, 2)
+a guess at nan | ModelError | b | 'b': guess.x is nan, it must be finite
+a spread along nan | ModelError | b | 'b': spread.angle is nan, it must be finite
+a spread of nan | ModelError | b | 'b': spread.yy is nan, it must be finite
+a spread of no mass | ModelError | b | 'b': no mass can be spread like SecondMoments(xx=1.0, yy=1.0, xy=2.0): xx and yy are not negative, and xy² is at most xx·yy
+a spread that is none | ModelError | b | 'b': spread must be "point", SlenderRod(angle) or SecondMoments(xx, yy, xy), not 3
+a marker at a point that is not there | ModelError | b | body 'b' has no point 'Q' (it has: none)
+a marker in seconds | ModelError | b | 'b': marker.y: '2 s' is a time (s), where a length (m) is wanted
+a marker of no direction | ModelError | b | 'b': marker angle is nan, it must be finite
+no place | ModelError | it | 'it': i must be a place such as crank.at('A') or "crank.A", not 3
+an empty place | ModelError | it | 'it': i is '', it must name a body, or a body and one of its points: "crank" or "crank.A"
+a place without its point | ModelError | it | 'it': i is 'a.', it must name a body, or a body and one of its points: "crank" or "crank.A"
+a place at nan | ModelError | it | 'it': i.x is nan, it must be finite
+a place at an infinite angle | ModelError | it | 'it': i.angle is inf, it must be finite
+a place at a list | ModelError | it | 'it': i.x must be a number (length), not [1]
+a place at one number | ModelError | it | 'it': i must be a pair (x, y) or polar(r, angle), not 5
+a place of no direction | ModelError | it | 'it': i.angle is nan, it must be finite
+a place whose direction is a mass | ModelError | it | 'it': i.angle: '30 kg' is a mass (kg), where an angle (rad) is wanted
+a coupling of nothing | ModelError | it | 'it': terms must be a list of CouplingTerm, not []
+a coupling of a name | ModelError | it | 'it': terms must be a list of CouplingTerm, not 'crank'
+a coupling of names | ModelError | it | 'it': terms[0] must be a CouplingTerm, not 'crank'
+a term of nothing | ModelError | it | 'it': terms[0] must be one of angle, distance, coordinate; it is none of them
+a term of two coordinates | ModelError | it | 'it': terms[0] must be one of angle, distance, coordinate; it is angle and distance
+a term of one place | ModelError | it | 'it': terms[0] needs two places (i, j), not ['a.P']
+a term of no place | ModelError | it | 'it': terms[0] needs two places (i, j), not 3
+a term within a body | ModelError | it | 'it': terms[0] measures 'a' from itself: name two bodies
+a term whose factor is nan | ModelError | it | 'it': terms[0].factor is nan, it must be finite
+a term whose factor is a mass | ModelError | it | 'it': terms[0].factor: '3 kg' is a mass (kg), where a length (m) is wanted
+a term of a number | ModelError | it | 'it': terms[0].angle must name a body, not 3
+a length among angles | ModelError | it | 'it': terms[0] is a length, but this couples angles: use a LengthCoupling, which takes both
+no body | ModelError | it | 'it': body must name a body, not 3
+a pin of a body with itself | ModelError | A | 'A' would join 'crank' to itself: give places on two bodies
+a spring from a body to itself | ModelError | s | 's' would join 'crank' to itself: give places on two bodies
+a load from a body to itself | ModelError | c | 'c' would join 'crank' to itself: give places on two bodies
+a cylinder within a body | ModelError | m | 'm' would join 'crank' to itself: give places on two bodies
+a motor within a body | ModelError | m | 'm' would drive 'crank' relative to itself: name two bodies
+a motor of the ground | ModelError | m | 'm' would drive 'ground' relative to itself: name two bodies
+a torque within a body | ModelError | t | 't' would turn 'crank' against itself: name two bodies
+a torsion spring within a body | ModelError | s | 's' would turn 'crank' against itself: name two bodies
+adding a body that is not there | ModelError | O | 'O' refers to body 'rod', which is not there (there are: 'ground', 'crank'): add bodies first
+adding a point that the ground has not | ModelError | O | 'O' refers to point 'Q' of 'ground', which is not there (it has: 'O'): name one of these, or add it to the body
+adding a point that a body has not | ModelError | O | 'O' refers to point 'B' of 'crank', which is not there (it has: 'A'): name one of these, or add it to the body
+adding a point of a point | ModelError | O | 'O' refers to point 'A.B' of 'crank', which is not there (it has: 'A'): name one of these, or add it to the body
+adding a force on a body that is not there | ModelError | F | 'F' refers to body 'rod', which is not there (there are: 'ground', 'crank'): add bodies first
+adding a torque on a body that is not there | ModelError | T | 'T' refers to body 'rod', which is not there (there are: 'ground', 'crank'): add bodies first
+adding a torque by a body that is not there | ModelError | T | 'T' refers to body 'rod', which is not there (there are: 'ground', 'crank'): add bodies first
+adding a motor on a point | ModelError | motor | 'motor' refers to body 'crank.A', which is not there (there are: 'ground', 'crank'): add bodies first
+adding a coupling of a body that is not there | ModelError | C | 'C' refers to body 'rod', which is not there (there are: 'ground', 'crank'): add bodies first
+adding a rope to a point that is not there | ModelError | R | 'R' refers to point 'C' of 'crank', which is not there (it has: 'A'): name one of these, or add it to the body
+adding a motor relative to nothing | ModelError | motor | 'motor' refers to body 'rod', which is not there (there are: 'ground', 'crank'): add bodies first
+adding a spring at no point | ModelError | S | 'S' refers to point 'C' of 'crank', which is not there (it has: 'A'): name one of these, or add it to the body
+adding a name twice | ModelError | crank | the name 'crank' is taken by a Body: names are unique, choose another
+adding a load by the name of a body | ModelError | crank | the name 'crank' is taken by a Body: names are unique, choose another
+adding a second ground | ModelError | ground | the name 'ground' is taken by a fixed link: names are unique, choose another
+adding a name alone | ModelError | - | a mechanism takes bodies, joints, couplings, drivers, loads, inputs, states and controllers, not 'crank'
+adding nothing | ModelError | - | a mechanism takes bodies, joints, couplings, drivers, loads, inputs, states and controllers, not None
+adding a class | ModelError | - | a mechanism takes bodies, joints, couplings, drivers, loads, inputs, states and controllers, not <class 'mbody...el.body.Body'>: make one, Body(...)
+adding a list | ModelError | - | a mechanism takes bodies, joints, couplings, drivers, loads, inputs, states and controllers, not [Body(name='ro... section=None)]: give them one by one, add(*elements)
+a body among very many | ModelError | F | 'F' refers to body 'x', which is not there (there are: 'ground', 'b0', 'b1', 'b2', 'b3', 'b4', 'b5', 'b6' and 93 more): add bodies first
+adding to what is assembled | ModelError | - | 'm' has been assembled: add to the mechanism that you described, and assemble it again
+another unit system | ModelError | - | there is no unit system 'inch': choose one of 'SI', 'mm-N-s', 'in-lbf-s', 'ft-lbf-s', or name a length, a force and a time, as in 'cm-kN-s'
+no unit system | ModelError | - | there is no unit system ['SI']: choose one of 'SI', 'mm-N-s', 'in-lbf-s', 'ft-lbf-s', or name a length, a force and a time, as in 'cm-kN-s'
+a downward g | ModelError | m | 'm': g is -9.81 m/s², it must be positive: it only turns weights into masses, a Gravity load has the direction
+a g that is a length | ModelError | m | 'm': g: '9.81 m' is a length (m), where an acceleration (m/s²) is wanted: did you mean '9.81 m/s^2'?
+a g that is nan | ModelError | m | 'm': g is nan, it must be finite
+a ground without names | ModelError | ground | 'ground': points must be a dict such as {"A": (x, y)}, not [(0, 0)]
+a ground at nan | ModelError | ground | 'ground': O.y is nan, it must be finite
+no title | ModelError | - | the title of a mechanism must be text, not None
+an element that is not there | ModelError | rod | 'm' has no element 'rod' (it has: 'crank')
+an element that is a list | ModelError | ['rod'] | 'm' has no element ['rod'] (it has: 'crank')
+a four-bar of force | ModelError | four-bar | 'four-bar': crank: '1 N' is a force (N), where a length (m) is wanted
+a four-bar with a parameter | ModelError | four-bar | 'four-bar': coupler: there is no parameter 'a' (there are none)
+a four-bar without a coupler | ModelError | four-bar | 'four-bar': coupler is 0, it must be positive
+a four-bar of two masses | ModelError | four-bar | 'four-bar': masses must be three numbers, not (1, 2)
+a slider-crank without a rod | ModelError | slider-crank | 'slider-crank': rod is 0, it must be positive
+a slider-crank without a speed | ModelError | slider-crank | 'slider-crank': speed is nan, it must be finite
+a bar of negative length | ModelError | b | 'b': length is -1, it must be positive
+a bar with a unit and a mass without | ModelError | b | 'b': inertia: '2 * (60 mm)^2 / 12' is an area (m²), where an inertia (N·m·s²) is wanted
+"""

@@ -43,3 +43,26 @@ SCENARIOS = {
     "a bearing without a rating": lambda: of_joint("A", rating=0.0),
     "a spectrum of no classes": lambda: of_joint("A").spectrum(0),
 }
+
+SENTENCES = r"""
+a motor of kinematics | ModelError | - | kinematics finds no torques: a motor is sized by kinetostatics
+a motor of a batch | ModelError | - | a motor is sized for one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+a motor at one instant | ModelError | - | a motor is sized over a cycle of time, this is one instant: analyse a turn, or several times
+a motor at rest | ModelError | motor | driver 'motor' does not move: a motor is sized for a motion
+a gear that gives more than it takes | ModelError | - | the efficiency of a gear is above 0 and at most 1, not 1.1
+a rest of negative time | ModelError | motor | driver 'motor': the rest after a cycle is a time from 0 on, not -1
+a gear without a ratio | ModelError | motor | driver 'motor': a gear ratio is above 0, not 0: give one
+a motor that turns too fast | ModelError | motor | with the ratio 1000 the motor would turn at up to 1000 rad/s, its curve ends at 100 rad/s: the ratio is at most 100
+a motor in words | ModelError | - | a motor is MotorCurve(speed, peak, continuous), not 'a servo'
+a motor with fewer torques | ModelError | - | a motor's curve has as many speeds as torques, two or more, not 2, 1 and 1
+a motor whose speeds fall | ModelError | - | the speeds of a motor's curve rise from 0 on: sort the points
+a motor without torque | ModelError | - | the torques of a motor's curve are above 0: end it at a speed where there is some
+a motor of negative inertia | ModelError | - | the inertia of a motor is not negative: -1
+a bearing of kinematics | ModelError | - | kinematics finds no forces: use kinetostatics or statics
+a bearing of a batch | ModelError | - | loads of bearings are of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+a bearing that is no joint | ModelError | crank | there is no revolute joint 'crank' (there are: 'O2', 'A', 'B', 'O4')
+a bearing of another kind | ModelError | A | bearing 'A' is 'ball', 'roller', or its exponent from 1 to 20, not 'plain'
+a bearing at one instant | ModelError | A | the load of bearing 'A' is of a cycle of time, this is one instant: analyse a turn, or several times
+a bearing without a rating | ModelError | A | the rating of bearing 'A' is above 0, not 0
+a spectrum of no classes | ModelError | - | a spectrum has 1 to 10000 classes, not 0
+"""

@@ -116,3 +116,41 @@ SCENARIOS = {
     "a flywheel at a speed that changes": lambda: size_flywheel(slowing(), 0.02),
     "a coefficient in words": said(["flywheel", "v_twin", "--coefficient", "small"]),
 }
+
+SENTENCES = r"""
+turns of no driver | ModelError | - | turns goes with turn, which says whose they are: turn=True, turns=2
+no turn at all | ModelError | - | turns must be a whole number from 1 to 1000, not 0
+half a turn, asked | ModelError | - | ask: turns must be a whole number from 1 to 1000, not 0.5
+turns of instants | ModelError | - | ask: turns goes with over, which says whose they are
+turns of a position | UsageError | - | --turns is of whole turns, --at of single instants: give one of them; in equal steps --at crank=0:360:25
+turns in words | UsageError | - | --turns takes a whole number, not 'two'
+harmonics of half a cycle | ModelError | - | the value of load.torque is 1.5 at the beginning of the cycle and -1.5 at its end: a harmonic needs a periodic cycle: give the driver a constant speed, and use whole cycles of the loads (turns=2 where they take two turns)
+harmonics of a load that grows | ModelError | - | the value of motor.effort is 1.75884 at the beginning of the cycle and 3.76969 at its end: a harmonic needs a periodic cycle: give the driver a constant speed, and use whole cycles of the loads (turns=2 where they take two turns)
+harmonics of two values | ModelError | - | harmonics of (2,) values at (33,) angles: give one value an instant
+harmonics at unequal steps | ModelError | - | harmonics need equal steps of the driver's angle, these are off by up to 40.8 deg: analyse with turn=True
+a harmonic of too high an order | ModelError | - | 32 instants of 1 turn show orders up to 8, not 30: take four instants a period or more
+a harmonic that there is not | ModelError | - | there is no order 0.5 of a cycle of 1 turn: orders are whole numbers up to 8
+shaking orders of a batch | ModelError | - | harmonics are of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+shafts at a speed that changes | ModelError | motor | balance shafts are for a constant speed, 'motor' has 0.9 to 1.1 rad/s: give its law a constant speed
+shafts of half an order | ModelError | - | there is no shaft of order 0.5: orders of this cycle are multiples of 1, above 0
+a couple of no body | ModelError | piston | there is no moving body 'piston' (there are: 'crank', 'coupler', 'rocker')
+a couple of a batch | ModelError | - | a rocking couple is of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+orders of shaking in words | UsageError | - | --orders takes numbers above 0 such as 2, not 'all'
+a firing order that leaves out a cylinder | ModelError | - | the firing order 1-3-4 does not fit 4 cylinders: cylinder 2 does not fire; name each from 1 to 4 once
+a firing order with a cylinder twice | ModelError | - | the firing order 1-3-4-3-2 does not fit 5 cylinders: cylinder 3 fires twice, cylinder 5 does not fire; name each from 1 to 5 once
+a firing order of a cylinder that is not there | ModelError | - | the firing order 1-5 does not fit 2 cylinders: cylinder 5 is not there, cylinder 2 does not fire; name each from 1 to 2 once
+a firing order in words | ModelError | - | a firing order is numbers of cylinders such as '1-3-4-2', not 'one, two'
+a firing order of halves | ModelError | - | a firing order is whole numbers such as [1, 3, 4, 2], not [1.0, 2.5]
+a firing order of no cylinders | ModelError | - | a number of cylinders is a whole number from 1 on, not 0
+a firing order of no turns | ModelError | - | a cycle has 2 turns or 1, or another whole number, not 0
+firing intervals that are not the cycle | ModelError | - | 2 intervals of 171.887 deg in all do not make the cycle of 2 cylinders, 720 deg: give one after each firing
+firing away from the dead centre | ModelError | - | cylinder 2 fires 240 deg after cylinder 1, where its piston is 120 deg of the crank away from the dead centre: choose another firing order, or give the intervals
+cranks of other cylinders | ModelError | - | there are cranks of the cylinders 1, 3, and the firing order has 1, 2: give one a cylinder
+a flywheel for three times the speed | ModelError | - | the coefficient of fluctuation of speed is (ω_max − ω_min)/ω, between 0 and 2, not 3.0: a common one is 0.02
+a flywheel of a batch | ModelError | - | a flywheel is of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+a flywheel simulated on an arm | ModelError | fan | 'fan' turns 'wheel' against 'arm': a flywheel is simulated on a shaft that turns in the ground
+a half order that there is not | ModelError | - | there is no order 0.3 of a cycle of 2 turns: orders are multiples of 1/2 up to 4
+a flywheel sized at rest | ModelError | motor | driver 'motor' has no speed, which a flywheel needs: give its law a speed
+a flywheel at a speed that changes | ModelError | motor | a flywheel is sized at a constant speed, 'motor' has 11.061 to 25 rad/s: give its law a constant speed
+a coefficient in words | UsageError | - | --coefficient takes a number such as 0.02, not 'small'
+"""

@@ -235,3 +235,85 @@ SCENARIOS = {
         '<equality><tendon tendon1="t"/></equality>',
     ),
 }
+
+SENTENCES = r"""
+a file of another program as a model | ModelError | - | 'crank.txt' is a file of PMKS, not a model: make one of it, mbody import crank.txt -o crank.toml
+a file of another program as a model, in XML | ModelError | - | 'crank.linkage2' is a file of Linkage, not a model: make one of it, mbody import crank.linkage2 -o crank.toml
+a drawing of parts without ezdxf | SolveError | - | a drawing in DXF needs the package ezdxf, which is not installed: pip install ezdxf
+a drawing of parts of no width | ModelError | - | the width of bars is 0 m: it must be positive
+a drawing of parts whose holes are too wide | ModelError | - | holes of 2 m do not fit into bars of 1 m: give wider bars
+a drawing of parts of a mass | ModelError | drawing | 'drawing': width: '3 kg' is a mass (kg), where a length (m) is wanted
+a drawing of parts with instants | UsageError | - | --instants goes with --to image: a drawing of parts has no instants
+a width of what is not drawn | UsageError | - | --width and --hole go with --to dxf, not with --to mjcf
+a file of another program that is not there | ModelError | - | there is no file 'no.linkage2'
+an address without a mechanism | ModelError | - | the address 'https://example.org/a.pmks' has no mechanism: an address of PMKS has mech=…, other files are to be downloaded first
+a file in units that there are not | ModelError | - | there is no unit system 'parsec': choose one of 'SI', 'mm-N-s', 'in-lbf-s', 'ft-lbf-s', or name a length, a force and a time, as in 'cm-kN-s'
+an empty file of another program | ModelError | - | 'file.txt': it is empty
+a text of no format | ModelError | - | 'file.txt': it is of no format that is read: PMKS (text, address, .pmks), Linkage (.linkage2), pylinkage (JSON), MJCF and URDF (planar)
+a JSON of no format | ModelError | - | 'file.json': its tables ('bars') are of no format that is read: PMKS (text, address, .pmks), Linkage (.linkage2), pylinkage (JSON), MJCF and URDF (planar)
+a JSON that is none | ModelError | - | 'file.json': it is no JSON: Expecting ':' delimiter: line 1 column 10 (char 9)
+an XML of no format | ModelError | - | 'file.xml': its root element is <svg>: PMKS (text, address, .pmks), Linkage (.linkage2), pylinkage (JSON), MJCF and URDF (planar) are read
+an XML that is none | ModelError | - | 'file.xml': it is no XML: no element found: line 1, column 8
+an XML with entities | ModelError | - | 'file.xml': it declares entities (<!DOCTYPE>), which are not read: leave them out
+a JSON nested too deep | ModelError | - | 'file.json': its parts are nested too deep
+an assembly of FreeCAD | ModelError | - | 'file.txt': it is an assembly of FreeCAD (ASMT) (RevoluteJoint), whose spatial joints are not read: export it as URDF or MJCF, or describe its plane in a model file
+PMKS with two addresses | ModelError | - | 'file.txt': the file has 2 mechanisms of PMKS (mech=): keep one of them in a file
+PMKS with a line that is no joint | ModelError | - | 'file.txt': line 2 of the joints, 'a,b,R,1': a joint is written as links, type (R, P, RP or G), x, y and, of a slide, its angle: ground,input,R,0,0
+PMKS with a place that is a word | ModelError | - | 'file.txt': the joint A (ground, a): y is 'there', it must be a finite number
+PMKS with a link twice | ModelError | - | 'file.txt': the joint A (ground, a, a): it names a link twice
+PMKS with a slide of three | ModelError | - | 'file.txt': the joint A (ground, a, b): a joint of the type P has two links
+PMKS with another type | ModelError | - | 'file.pmks': the joint A (a, b): its type is 'G2'; the types are R, P, RP and G
+PMKS with a joint of no link | ModelError | - | 'file.pmks': the joint A: it has no Links
+PMKS with a driven joint that is not there | ModelError | - | 'file.txt': the file: the driven joint is number 4, counted from 0, of 1
+PMKS with a driven slot | ModelError | - | 'file.txt': the joint B (a, b): it is the driven joint, which must be of the type R or P
+PMKS with wheels without centres | ModelError | - | 'file.txt': the joint B (a, b): its two wheels have no pins on one carrier, so they have no centres
+PMKS with wheels that do not touch | ModelError | - | 'file.txt': the gear joint B: it is 1.41421 and 3.16228 from the centres of a and b, which are 4 apart: it must be where the pitch circles touch, on the line of the centres
+PMKS with wheels about one place | ModelError | - | 'file.txt': the gear joint B: wheels about one place do not touch
+PMKS where nothing moves | ModelError | - | 'file.txt': the file has no link that moves
+Linkage with a thing of its own | ModelError | - | 'file.linkage2': the element <spring>: there is no such thing in a linkage
+Linkage with an id that is a word | ModelError | - | 'file.linkage2': the connector 'a': its id is no whole number
+Linkage with a place that is a word | ModelError | - | 'file.linkage2': the connector 0: x is 'left', it must be a finite number
+Linkage with a connector twice | ModelError | - | 'file.linkage2': the connector 0: there are two of this id
+Linkage with a link fastened to a loose connector | ModelError | - | 'file.linkage2': the link 1: it is fastened to the connector 9, which is on no link
+Linkage with a link of a thing | ModelError | - | 'file.linkage2': the link 0: its part <pin> is not read
+Linkage with a link of nothing there | ModelError | - | 'file.linkage2': the link 0: it refers to the connector 7, which is not there
+Linkage fastened to no link | ModelError | - | 'file.linkage2': the connector 0: it refers to the link '4', which is not there
+Linkage with a link fastened to nothing | ModelError | - | 'file.linkage2': the link 1: it is fastened to '9', which is not there
+Linkage with a fastened actuator | ModelError | - | 'file.linkage2': the link 1: an actuator that is fastened to a link is not read
+Linkage with a slider of one limit | ModelError | - | 'file.linkage2': the connector 2: a slider has two limits, not 1
+Linkage with a slider of no link | ModelError | - | 'file.linkage2': the connector 2: it is a slider, but is on no link
+Linkage with a slider on nothing | ModelError | - | 'file.linkage2': the connector 2: it is a slider, but its limits are on no link that it could run on
+Linkage with a slider beside its line | ModelError | - | 'file.linkage2': the connector 2: it is drawn 13.2292 mm beside the line of its limits
+Linkage with a slider beside its arc | ModelError | - | 'file.linkage2': the connector 2: it is not drawn on its arc of 23.8125 mm
+Linkage with an actuator of three | ModelError | - | 'file.linkage2': the actuator 1: an actuator has two connectors, not 3
+Linkage with an actuator on nothing | ModelError | - | 'file.linkage2': the actuator 1: the connector 2 is on no other link
+Linkage with an actuator at rest | ModelError | - | 'file.linkage2': the actuator 1: its throw is 0 and its cpm 15: it does not move
+Linkage with a ratio of one | ModelError | - | 'file.linkage2': the ratio of link 0: a ratio has two links
+Linkage with a ratio of nothing | ModelError | - | 'file.linkage2': the ratio of link 0 and link 1: sizes of wheels must be positive
+Linkage with wheels on no carrier | ModelError | - | 'file.linkage2': the ratio of link 0 and link 1: no link carries both wheels
+Linkage with a wheel without a place | ModelError | - | 'file.linkage2': the ratio of link 0 and link 1: the link 1 has no connector
+Linkage with an input that moves | ModelError | - | 'file.linkage2': the connector 2: it is an input that is no anchor
+Linkage with an input of two links | ModelError | - | 'file.linkage2': the connector 0: it is an input of 2 links: one can be driven
+pylinkage of the older form | ModelError | - | 'file.json': the joint 'A': its type is 'Crank': files of pylinkage's mechanisms are read, with the types ground, revolute, prismatic, tracker; write it by mechanism_to_json of pylinkage.mechanism
+pylinkage without a position | ModelError | - | 'file.json': the joint 'A': it has no position [x, y]
+pylinkage with a joint twice | ModelError | - | 'file.json': the joint 'A': there are two of this id
+pylinkage with another link | ModelError | - | 'file.json': the link 'arm': its type is 'spring'; the types are ground, link, driver, arc_driver
+pylinkage with a joint that is not there | ModelError | - | 'file.json': the link 'arm': it refers to the joint 'B', which is not there
+pylinkage with a line that is none | ModelError | - | 'file.json': the joint 'A': its axis and its line_point must be pairs [x, y]
+pylinkage with an axis of no length | ModelError | - | 'file.json': the joint 'A': its axis has no length
+pylinkage with a joint beside its line | ModelError | - | 'file.json': the joint 'A': it is 2 beside its line
+pylinkage with a tracker of no link | ModelError | - | 'file.json': the joint 'T': no link has both the joint 'A' and the joint 'B'
+pylinkage with a driver of nothing | ModelError | - | 'file.json': the driver 'arm': it needs a motor_joint on the ground and a joint that it drives
+pylinkage with an arc that is none | ModelError | - | 'file.json': the driver 'arm': an arc of 0 rad at 0.0174533 rad per step is no motion
+MJCF without its package | SolveError | - | files of MJCF and URDF are read by the package mujoco, which is not installed: pip install mujoco
+MJCF that MuJoCo refuses | ModelError | - | 'file.xml': MuJoCo does not read it: XML Error: Schema violation: unrecognized element Element 'bod', line 1
+MJCF without a joint | ModelError | - | 'file.xml': it has no hinge and no slide, so nothing says in which plane it moves
+MJCF that leaves the plane | ModelError | - | 'file.xml': the joint 'joint1': its axis (1, 0, 0) is not parallel to the hinges' axis (0, 0, 1): only mechanisms that move in one plane are read
+MJCF with a slide that leaves the plane | ModelError | - | 'file.xml': the joint 'joint1': its axis (0, 0.7071, 0.7071) is not across the hinges' axis (0, 0, 1): only mechanisms that move in one plane are read
+MJCF with a ball | ModelError | - | 'file.xml': the joint 'joint1': a ball joint leaves the plane
+MJCF with two hinges | ModelError | - | 'file.xml': the body 'b': its joints are no combination that is read: a hinge, a slide, both, or two slides and a hinge; put a body between them
+MJCF with a body moved by mocap | ModelError | - | 'file.xml': the body 'm': it is moved by mocap
+MJCF with a tendon that ends | ModelError | - | 'file.xml': the tendon 't': tendons with limits or friction are not read: a Distance, Rope or coupling takes its place
+MJCF with a curve of joints | ModelError | - | 'file.xml': the constraint 'equality0': its polycoef is no straight line
+MJCF with a constraint of a tendon | ModelError | - | 'file.xml': the constraint 'equality0': of <equality>, connect, weld and joint are read
+"""

@@ -100,3 +100,47 @@ SCENARIOS = {
     "a table of a fit of a number that there is not": lambda: of_a_table('by = ["crank.A.z"]'),
     "a fit without unknowns": said(["fit", "norton_fourbar", "none.csv"]),
 }
+
+SENTENCES = r"""
+a fit of a batch | ModelError | - | fit takes one design: choose one of the batch with design(n)
+a fit of one datum | ModelError | - | fit: 1 data cannot determine 2 unknowns: measure more, or look for fewer
+a fit of no number | ModelError | - | fit: name the unknown numbers, such as by=["crank.A.x"]
+a fit of a number that there is not | ModelError | crank.A.z | there is no number 'crank.A.z' (there are: 'crank.A.y', 'crank.A.x', 'crank.cg.y', 'crank.cg.x', 'crank.O2.y', 'crank.O2.x')
+a fit of what a formula makes | ModelError | crank.A.x | 'crank.A.x' is made by the formula '2*a': name 'a' instead, or give 'crank.A.x' a number of its own by with_values
+a fit of what changes nothing | ModelError | - | fit: none of 'crank.mass' changes any of the data: measure others
+a fit with certainty | ModelError | - | fit: confidence is 1, it must lie between 0 and 1
+a fit by another analysis | ModelError | - | fit: there is no analysis 'modes' (there are: 'kinematics', 'kinetostatics', 'statics', 'simulate')
+no data | ModelError | - | fit: there are no data: give columns by name, or a CSV file
+data that are none | ModelError | - | fit: data are columns by name, such as {"t": […], "slider.x [mm]": […]}, or a CSV file, not 3.0
+data without instants | ModelError | - | fit: the data do not say their instants: give a column t, or of all drivers: 'motor' (there are: 'rocker.angle')
+data without measures | ModelError | - | fit: the data have no measured column beside the instants
+columns of different lengths | ModelError | - | fit: there are 3 of 't', 3 of 'rocker.angle', 1 of 'coupler.angle': give as many values of each column
+a column of words | ModelError | - | fit: column 'coupler.angle' must be a row of numbers, not ['a', 'b', 'c']
+a column without end | ModelError | coupler.angle | fit: column 'coupler.angle' has an infinite value: NaN is no datum
+a column of no quantity | ModelError | - | measure 'wheel.angle': there is no body 'wheel' (there are: 'ground', 'crank', 'coupler', 'rocker')
+a column in another unit | ModelError | - | measure 'rocker.angle': it is an angle (rad), which 'mm' does not measure
+instants in another unit | ModelError | t | 't': unit: '1 mm' is a length (m), where a time (s) is wanted
+instants with gaps | ModelError | t | fit: column 't' says the instants and has gaps: leave them out
+a driver without its rate | ModelError | motor | fit: the data have 'motor.acceleration' and no 'motor.rate': give both
+runs of different columns | ModelError | - | fit: run 2 has the columns 'coupler.angle', run 1 'rocker.angle': give each the same, in the same order; NaN is no datum
+a known number that there is not | ModelError | crank.A.z | there is no number 'crank.A.z' to change (there are: 'crank.mass', 'crank.inertia', 'crank.cg.x', 'crank.cg.y', 'crank.O2.x', 'crank.O2.y', 'crank.A.x', 'crank.A.y')
+an offset of no column | ModelError | coupler.angle | fit: there is no column 'coupler.angle' with an offset (there are: 'rocker.angle')
+a deviation of nothing | ModelError | rocker.angle | fit: the deviation of 'rocker.angle' is 0.0: give each column a positive number
+a deviation of no column | ModelError | coupler.angle | fit: there is no column 'coupler.angle' with a deviation (there are: 'rocker.angle')
+a bound alone | ModelError | crank.A.x | fit: bounds of 'crank.A.x' are a pair (low, high), not 1.0
+bounds beside the start | ModelError | crank.A.x | fit: 'crank.A.x' begins at 1 m, which is not between its bounds 2 and 3: give low, then high, about the number of the model
+bounds of another unit | ModelError | crank.A.x | 'crank.A.x': bound: '1 kg' is a mass (kg), where a length (m) is wanted
+times that go back | ModelError | - | fit: the times of a free motion must rise from 0 on: sort the data, or begin where the motion does
+times after the end | SolveError | - | fit: the motion is ended: at t = 0.5 s, 't - 0.5 s' is zero, at t = 0.5 s, data go on to 1 s: leave out those that come later
+a data file without headings | ModelError | - | the data file 'run.csv' has no headings: its first row names what the columns are, such as "t" and "slider.x [mm]"
+a data file of one row | ModelError | - | the data file 'run.csv' has 1 rows: give headings and 1 to 1000000 rows of data
+a data file of words | ModelError | - | the data file 'run.csv': row 2, column 'rocker.angle' is no number: 'a'
+a data file with a column twice | ModelError | - | the data file 'run.csv' has two columns 't': give each once
+a data file with long rows | ModelError | - | the data file 'run.csv': row 2 has 3 cells, headings are 2
+a data file in another script | ModelError | - | the data file 'run.csv' is no text of comma-separated values
+a data file that is not there | ModelError | - | the data file 'none.csv' cannot be read: No such file or directory
+a number that a fit has not | ModelError | coupler.B.x | the fit has no number 'coupler.B.x' (there are: 'crank.A.x')
+a table of a fit with one bound | ModelError | - | model: line 32: fit: by.crank.A.x must be [low, high], not of 1 values
+a table of a fit of a number that there is not | ModelError | - | model: line 32: fit: there is no number 'crank.A.z' to find (there are: 'crank.mass', 'crank.inertia', 'crank.cg.x', 'crank.cg.y', 'crank.O.x', 'crank.O.y', 'crank.A.x', 'crank.A.y')
+a fit without unknowns | UsageError | - | choose the unknown numbers: --by NAMES, or by = [...] in a table [fit] of the file
+"""

@@ -109,3 +109,23 @@ SCENARIOS = {
         arms("0.5"), 1.0, release={"lead": 0.5}, events=[Event("lead.effort", name="jolt")]
     ),
 }
+
+SENTENCES = r"""
+matrices of one number of all instants | ModelError | - | measure 'peak(pendulum.angle)' is one number of all instants: give what changes from instant to instant, 'pendulum.angle'
+a driver that follows a rate | ModelError | follow | 'follow': law is '0.1 s*first.omega', which measures a rate: a driver prescribes a position, and this would prescribe how positions change, which no position fulfils (a nonholonomic constraint). Follow positions, or use a Torque or a Force whose formula measures the rate
+a driver that follows a state of a rate | ModelError | follow | 'follow': law is 'z', which follows a state whose rate measures rates of bodies: a driver prescribes a position, and this would prescribe how positions change, which no position fulfils (a nonholonomic constraint). Follow positions, or use a Torque or a Force whose formula measures the rate
+a driver that follows what jumps | ModelError | follow | 'follow': law is '1 rad*step(first.P.y/(1 m))', which jumps at 'step': its driver needs the rate and the acceleration of what it follows; use smooth functions such as sin or atan
+a driver by a table of two variables | ModelError | follow | 'follow': law is '1 rad*map(first.angle/(1 rad), 0.5)', which calls a table of two variables, which has no second derivative: its driver needs the rate and the acceleration of what it follows; call Tables of one variable, or write a formula
+a driver of an input that holds | ModelError | follow | 'follow': law is 'u', but the input 'u' has a history that holds its values, so that the driven position or its rate would jump, which takes an infinite effort: lead it through states, as State("speed", rate=...) and State("angle", rate="speed"), or give a smooth history
+a driver of an input that a controller sets | ModelError | follow | 'follow': law is 'u', but the input 'u' is set by the controller 'pid', so that the driven position or its rate would jump, which takes an infinite effort: lead it through states, as State("speed", rate=...) and State("angle", rate="speed"), or give a smooth history
+an input that a driver follows, set | ModelError | u | the input 'u' cannot be set: the position or the rate of driver 'follow' follows it and would jump, which takes an infinite effort. Give it a smooth history, or lead it through states: State("speed", rate="acceleration") and State("angle", rate="speed"), of which the driver follows the angle
+an input that drivers follow, set in many | ModelError | u | the input 'u' cannot be set: the position or the rate of driver 'follow' follows it and would jump, which takes an infinite effort. Give it a smooth history, or lead it through states: State("speed", rate="acceleration") and State("angle", rate="speed"), of which the driver follows the angle
+kinematics of a driver of a state | ModelError | follow | 'follow' follows the state 'z', which is integrated with the motion: use simulate, or let it follow a formula of t
+the value of a driver that follows | ModelError | follow | driver 'follow' follows positions, by its law: give values of the drivers that lead ('lead')
+values where a driver follows time too | ModelError | follow | driver 'follow' follows positions and time: values of the other drivers do not say where it is; give times t
+when a driver of positions turns | ModelError | follow | there is no driver 'follow' to turn (there are: 'lead')
+a law of time of a driver that follows | ModelError | follow | 'follow' follows positions, '2*first.angle', which time alone does not give: give times, or values of the drivers that follow time
+B where a driver follows an input | ModelError | u | the input 'u' is followed by driver 'servo': the motion depends on its rate and its acceleration too, so that B and D do not describe it; make it a parameter, or let the driver follow states whose rates have the input
+releasing a driver that another follows | ModelError | follow | driver 'lead' cannot be released, 'follow' measures it: measure the body that it drives, or a joint
+releasing a driver that an event reads | ModelError | jolt | driver 'lead' cannot be released, event 'jolt' reads 'lead.effort': read the body that it drives, or a joint
+"""

@@ -150,3 +150,48 @@ SCENARIOS = {
         output="push"
     ),
 }
+
+SENTENCES = r"""
+a belt between pulleys that touch | ModelError | belt | 'belt': distance is 0.3, but pulleys of 0.1 and 0.25 touch at 0.35: give more
+a belt between pulleys of another design that touch | ModelError | belt | 'belt': distance is 0.3 m, but pulleys of 0.1 and 0.25 m touch at 0.35 m: give more
+a belt that is neither crossed nor open | ModelError | belt | 'belt': crossed must be True or False, not 'yes'
+a band brake that locks itself | ModelError | band | 'band': self-locking: helping_arm = 0.05 times the ratio of tensions 3.32 is not less than arm = 0.1, so that the drum does not turn counterclockwise, whatever the force; give less than 0.03012
+a band brake of another design that locks itself | ModelError | band | 'band': self-locking: helping_arm = 0.02 times the ratio of tensions 6.05 is not less than arm = 0.1, so that the drum does not turn counterclockwise, whatever the force; give less than 0.01653
+a clutch that holds less than it slips with | ModelError | clutch | 'clutch': static is 0.8 times what slips: what rests is not easier to move than what slides; give 1 or more
+a clutch with a Stribeck rate alone | ModelError | clutch | 'clutch': a stribeck rate is how fast friction falls from what sticks to what slips: give static too, above 1, or leave it out
+a clutch of a design that holds less | ModelError | clutch | 'clutch': static is 0.5 times what slips: what rests is not easier to move than what slides; give 1 or more
+a pin with a negative coefficient | ModelError | A | 'A': friction is -0.1, it must not be negative: give 0 or more
+a pin with a coefficient that has a unit | ModelError | A | 'A': friction: '0.1 mm' is a length (m), where a plain number is wanted
+a pin with friction and without a radius | ModelError | A | 'A': friction is 0.1, but the pin has no radius at which it acts: give pin_radius, as in pin_radius="10 mm"
+a pin of a file with friction and without a radius | ModelError | O | model: line 6: joints.O: friction is 0.1, but the pin has no radius at which it acts: give pin_radius, as in pin_radius="10 mm"
+a pin without a size | ModelError | A | 'A': pin_radius is 0, it must be positive: give more than 0
+a pin that is easier to start than to keep turning | ModelError | A | 'A': friction is 0.3, more than static = 0.2: what rests is not easier to move than what slides; exchange them, or leave out static
+a pin that holds and does not slide | ModelError | A | 'A': static is 0.2, but there is no friction while it slides: give friction too, at most as much
+a pin with a Stribeck speed and one coefficient | ModelError | A | 'A': a stribeck speed is how fast friction falls from static to friction: give both, or leave it out
+a pin that is damped negatively | ModelError | A | 'A': viscous is -1, it must not be negative: give 0 or more
+a pin with a Stribeck speed of zero | ModelError | A | 'A': stribeck is 0, it must be positive: give more than 0
+a slider with a height and no length | ModelError | guide | 'guide': height is 0.02, but a slider without a length touches one rail at one place: give length too, or leave out height
+a slider with a negative length | ModelError | guide | 'guide': length is -0.02, it must be positive: give more than 0
+a slot with a negative coefficient | ModelError | slot | 'slot': friction is -1, it must not be negative: give 0 or more
+a gear with friction and an efficiency | ModelError | mesh | 'mesh': efficiency = 0.9 and friction = 0.1 both say what the teeth lose: give one of them
+a gear that gives more than it gets | ModelError | mesh | 'mesh': efficiency is 1.1, teeth give no more than they get: give at most 1, as in 0.98
+a gear that gives nothing | ModelError | mesh | 'mesh': efficiency is 0, it must be positive: give more than 0
+a gear with friction and without a pressure angle | ModelError | mesh | 'mesh': friction of teeth is 0.1, but how far they slide follows from their pressure angle: give pressure_angle, as in "20 deg"
+a gear with a module and without friction | ModelError | mesh | 'mesh': a module is how far teeth with friction slide on each other: give friction too, or leave out module
+a gear with an obtuse pressure angle | ModelError | mesh | 'mesh': pressure_angle is 68.7549 deg, it must be less than 45 deg: most gears have "20 deg"
+a rack with a pressure angle of zero | ModelError | mesh | 'mesh': pressure_angle is 0, it must be positive: give more than 0
+a wheel that is driven by what resists | ModelError | road | 'road': resistance is -0.1, it must not be negative: give 0 or more
+a roller with friction and without a pin | ModelError | cam | 'cam': friction is 0.1, but a roller of 0.1 rolls, and rubs on its pin: give pin_radius
+a roller that is smaller than its pin | ModelError | cam | 'cam': pin_radius is 0.2, it must be less than the roller = 0.1 that turns on the pin: give less, or leave it out
+designs with a static coefficient below the kinetic one | ModelError | A | 'A': friction is 0.3, more than static = 0.2: what rests is not easier to move than what slides; exchange them, or leave out static
+designs with an efficiency above one | ModelError | mesh | 'mesh': efficiency is 1.2, teeth give no more than they get: give at most 1, as in 0.98
+designs with an efficiency that a ring cannot have | ModelError | mesh | 'mesh': efficiency is 0.2: with these radii the wheels turn too little against each other to lose more than leaves 0.3333: give more than that
+the friction of a joint that has none | ModelError | motor | 'motor' is no joint with friction (there are: 'O', 'A', 'B', 'guide'): give it friction, as in friction=0.1
+the range of a force that there is not | ModelError | nobody | there is no joint 'nobody' (there are: 'O', 'A', 'B', 'guide')
+an efficiency without an output | ModelError | nobody | there is no load or driver 'nobody' (there are: 'load', 'motor'): name what the mechanism works against
+an efficiency of one instant | ModelError | - | an efficiency is of a motion, this is one instant: analyse a turn, or several times
+an efficiency of kinematics | ModelError | - | kinematics finds no forces, and no work: use kinetostatics
+an efficiency without a driver that gives work | ModelError | - | the drivers of 'slider-crank' give no work over this motion: what gives it must be a driver, or take a part of the motion in which one drives
+an efficiency of a batch | ModelError | - | an efficiency is of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+a drawer with an unknown load | ModelError | push | there is no load or driver 'push' (there are: 'load', 'pull'): name what the mechanism works against
+"""

@@ -155,3 +155,28 @@ SCENARIOS = {
         ["export", "norton_fourbar", "--to", "mjcf", "--instants", "3"]
     ),
 }
+
+SENTENCES = r"""
+an image of a batch | ModelError | - | an image has one design, 'four-bar' has 2: choose one with design(n)
+an image of a function in Python | ModelError | motor | 'motor' has a function in Python, which an image runs without: give a formula or a table instead
+an image of a ball that bounces | ModelError | - | an image of 'Bouncing ball' could do nothing; no driven motion: kinetostatics needs 0 free degrees of freedom, 'Bouncing ball' has 3 degrees left: add a driver, for example on 'ball'; no free motion: 'floor' of 'Bouncing ball' may open, stick or slide, which stepping without events of contacts does not decide: follow the motion by simulate with dop853, dopri5 or radau5, or leave out contacts and friction
+an image of a motion that ends | ModelError | - | an image of 'four-bar' could do nothing; no driven motion: kinetostatics needs 0 free degrees of freedom, 'four-bar' has 1 degree left: add a driver, for example on 'crank'; no free motion: 'crank.omega' ends the motion, which an image cannot do: leave it out
+an image of a driver that is released | ModelError | - | an image of 'released' could do nothing; no driven motion: kinetostatics needs 0 free degrees of freedom, 'released' has 1 degree left: add a driver, for example on 'second'; no free motion: driver 'motor' is released, which an image cannot do: leave the release out
+an image of a motion that begins where branches meet | ModelError | - | an image of 'folded' could do nothing; no driven motion: kinetostatics needs 0 free degrees of freedom, 'folded' has 2 degrees left: add a driver, for example on 'crank'; no free motion: 'folded' begins where branches meet, at a singular position, which an image cannot leave: begin elsewhere
+an image of a controller in Python | ModelError | pid | 'pid' is a controller in Python, which an image runs without: leave it out, and let the program set 'u'
+an image of an input that holds the values of a table | ModelError | u | input 'u' follows a table that holds its values, which an image cannot: give it a number, and let the program set it
+a unit of a motion that ends | ModelError | - | 'crank.omega' ends the motion, which an image cannot do: leave it out
+a unit of another version | ModelError | - | units are of FMI '3.0' or '2.0', not '1.0': give one of them
+a unit without a file | UsageError | - | a unit is binary, it cannot be printed: name its file with -o FILE
+instants of a unit | UsageError | - | --instants goes with --to image: a unit has no instants
+a version of FMI of an image | UsageError | - | --fmi goes with --to fmu, not with --to image: leave it out
+binaries of units without a place | ModelError | - | the binaries of co-simulation units have to be built, and no folder to keep them can be written: set MBODY_CACHE_DIR
+binaries of units without their builder | ModelError | - | the binaries of co-simulation units are built by numba and a C compiler, not all of which are installed: pip install numba ziglang
+binaries of units that are not built | ModelError | - | the binaries of co-simulation units could not be built; the builder said:⏎no room left on the disk
+a core for browsers without a place | ModelError | - | the core for browsers has to be built, and no folder to keep it can be written: set MBODY_CACHE_DIR
+a core for browsers without its builder | ModelError | - | the core for browsers is built by numba and ziglang, not all of which are installed: pip install numba ziglang
+a core for browsers that is not built | ModelError | - | the core for browsers could not be built; the builder said:⏎no room left on the disk
+an image without a file | UsageError | - | an image is binary, it cannot be printed: name its file with -o FILE
+an image of many instants | UsageError | - | --instants takes a whole number, not 'many'
+instants of a file of MuJoCo | UsageError | - | --instants goes with --to image: a file of MuJoCo has no instants
+"""

@@ -113,3 +113,81 @@ SCENARIOS = {
     "a constant that is nan": lambda: Expression("t", (1,), (math.nan,)),
     "no text": lambda: Expression(3, (0,), ()),
 }
+
+SENTENCES = r"""
+no number | ModelError | - | Constant: value must be a finite number, it is nan
+no speed | ModelError | - | ConstantSpeed: speed must be a finite number, it is inf
+a list | ModelError | - | ConstantAcceleration: acceleration must be a finite number, it is [3]
+true | ModelError | - | Constant: value must be a finite number, it is True
+no frequency | ModelError | - | Harmonic: frequency must be a finite number, it is nan
+text that is no formula | ModelError | - | Constant: value: '3 +' ends where a number is expected
+no coefficients | ModelError | - | Polynomial: coefficients is empty; give at least the constant term
+a coefficient that is nan | ModelError | - | Polynomial: coefficients[1] must be a finite number, it is nan
+coefficients as text | ModelError | - | Polynomial: coefficients must be numbers, not '1, 2'
+coefficients in rows | ModelError | - | Polynomial: coefficients must be one row of numbers, it has the shape (1, 2)
+no coefficients in a row | ModelError | - | Polynomial: coefficients must be one row of numbers, it has the shape (1, 0)
+a table of unequal columns | ModelError | - | Table: x has 2 points and y has 3; give as many
+a table of one point | ModelError | - | Table: at least 2 points are needed, there is 1
+a table that stands still | ModelError | - | Table: x must increase from point to point, but x[2] = 2 follows x[1] = 2: sort the points and drop repeated ones
+a table to infinity | ModelError | - | Table: x[2] must be a finite number, it is inf
+a table of nan | ModelError | - | Table: y[1] must be a finite number, it is nan
+a table that does not close | ModelError | - | Table: a periodic table must end where it begins, but y[0] = 0 and y[-1] = 1: repeat the first point one period later as the last
+a table of another end | ModelError | - | Table: end must be one of natural, not-a-knot, clamped, not 'free'
+a table of another outside | ModelError | - | Table: outside must be one of error, hold, line, not 'wrap'
+a table of another interpolation | ModelError | - | Table: interpolation must be one of hold, linear, pchip, spline, not 'cubic'
+a table of lines with an end | ModelError | - | Table: end = 'natural' is for a spline, not for interpolation = 'linear': leave out end, or choose interpolation = 'spline'
+a table asked outside | ModelError | - | Table: the table covers 0 to 0.2, but 0.31 was requested: add points, or choose outside="hold" or "line"
+a rise of another shape | ModelError | - | Rise: shape must be one of cycloidal, harmonic, 3-4-5, 4-5-6-7, parabolic, modified-trapezoidal, modified-sine, not 'quintic'
+a rise at once | ModelError | - | Rise: duration must be positive, it is 0: a fall is a rise of negative height
+an infinite rise | ModelError | - | Rise: height must be a finite number, it is inf
+a negative dwell | ModelError | - | Dwell: duration must be positive, it is -1
+a dwell of none | ModelError | - | Dwell: duration must be a finite number, it is None
+a cam that stays up | ModelError | - | Cam: the program ends +1 from where it began: the heights of its rises and returns must add up to 0
+a cam without a rise | ModelError | - | Cam: the program has no rise; use Constant for a law without motion
+a cam of something else | ModelError | - | Cam: segments[0] must be a Rise or a Dwell, not Constant(value=1.0)
+a cam of no list | ModelError | - | Cam: segments must be a list of Rise and Dwell, not 3
+a cam of no period | ModelError | - | Cam: period must be positive, it is 0
+a cam that lasts too long | ModelError | - | Cam: the segments last 2.5 in all, longer than the period 2
+a cam that overlaps | ModelError | - | Cam: segments[1] starts 0.5 before the segment before it ends; start counts from that end
+a cam of two bases | ModelError | - | Cam: segments[1] has base = 1, but the level is taken from the segment before it: leave base out
+no function | ModelError | - | Function: function must be a function of one number, not 3
+no rate | ModelError | - | Function: rate must be a function of one number, not 1
+no scale | ModelError | - | Function: scale must be positive, it is 0
+a function that gives nothing | ModelError | - | Function: <lambda> returned None at x = 0.5; it must return one finite number
+a function that gives nan | ModelError | - | Function: <lambda> returned nan at x = 0.5; it must return one finite number
+asked at nan | ModelError | - | Constant: evaluated at x = nan; x must be finite
+asked before it is in a mechanism | ModelError | - | ConstantSpeed: its numbers are text, which has a value only in a mechanism: add the element with this law to one and evaluate it there
+bytes | ModelError | - | a law must be a number, a law such as ConstantSpeed(0, 10), or a function of one number, not b'3'; for points use Table(x, y)
+points that are no table | ModelError | - | a law must be a number, a law such as ConstantSpeed(0, 10), or a function of one number, not ([0, 1], [0, 1]); for points use Table(x, y)
+no law | ModelError | - | a law must be a number, a law such as ConstantSpeed(0, 10), or a function of one number, not True; for points use Table(x, y)
+nan | ModelError | - | law: value must be a finite number, it is nan
+a class of laws | ModelError | - | a law is made from its numbers: Harmonic(...), not the class Harmonic itself
+another class | ModelError | - | a law must be a number, a law such as ConstantSpeed(0, 10), or a function of one number, not <class 'float'>; for points use Table(x, y)
+asked for more: turns back | ModelError | - | the law turns back at t = 0.625 where it has reached 7.8125; it does not reach 9: request values before that, or change the law or the start
+asked for more: past | ModelError | - | the law is at 7.5 at t = 0.5, already past 5: start earlier, or from a later value
+asked for more: other way | ModelError | - | the law goes in the other direction from t = 0, where it is 0: it does not reach -1; request values before that, or change the law or the start
+asked for more: stays | ModelError | - | the law stays at 2 from t = 0: it does not reach 3; request values before that, or change the law or the start
+asked for more: a polynomial that stays | ModelError | - | the law stays at 2 from t = 0: it does not reach 3; request values before that, or change the law or the start
+asked for more: a polynomial that turns back | ModelError | - | the law turns back at t = 1 where it has reached 2; it does not reach 2.5: request values before that, or change the law or the start
+asked for more: a polynomial that runs the other way | ModelError | - | the law goes in the other direction from t = 0, where it is 0: it does not reach 2.5; request values before that, or change the law or the start
+asked for more: a harmonic that turns back | ModelError | - | the law turns back at t = 0.5 where it has reached 3; it does not reach 3.5: request values before that, or change the law or the start
+asked for more: a harmonic that stays | ModelError | - | the law stays at 1 from t = 0: it does not reach 3.5; request values before that, or change the law or the start
+asked for more: a table that ends | ModelError | - | the law goes no further than 4, at t = 2; it does not reach 5: request values before that, or change the law or the start
+asked for more: a rise that ends | ModelError | - | the law goes no further than 2, at t = 2; it does not reach 5: request values before that, or change the law or the start
+asked for more: a cam that turns back | ModelError | - | the law turns back at t = 2 where it has reached 2; it does not reach 2.5: request values before that, or change the law or the start
+asked for more: a function that turns back | ModelError | - | the law turns back at t = 1.5708 where it has reached 1; it does not reach 1.5: request values before that, or change the law or the start
+asked for more: a function that runs the other way | ModelError | - | the law goes in the other direction from t = 0, where it is 1: it does not reach 1.5; request values before that, or change the law or the start
+asked for more: a function that comes to rest | ModelError | - | the law goes no further than 1, at t = 1024; it does not reach 1.5: request values before that, or change the law or the start, or give a larger scale
+asked for more: values up and down | ModelError | - | the values must all increase or all decrease, but 2 follows 3: request each stretch separately
+asked for more: values that are nan | ModelError | - | times_of: values[1] must be a finite number, it is nan
+asked for more: an infinite start | ModelError | - | times_of: t0 must be a finite number, it is inf
+an empty program | ModelError | - | Expression: program must contain indices of operations, not ()
+another operation | ModelError | - | Expression: program must contain indices of operations, not (99,)
+too few constants | ModelError | - | Expression: the program takes 1 constants, there are 0
+too few numbers | ModelError | - | Expression: the program uses a number that is not on the stack
+no numbers | ModelError | - | Expression: the program uses a number that is not on the stack
+numbers left | ModelError | - | Expression: the program leaves 2 numbers, not one
+too many operations | ModelError | - | Expression: the program has 201 operations and a stack of 1 numbers, at most 200 and 32 are possible
+a constant that is nan | ModelError | - | Expression: constants[0] must be a finite number, it is nan
+no text | ModelError | - | Expression: text must be the formula, not 3
+"""

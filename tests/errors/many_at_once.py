@@ -128,3 +128,46 @@ SCENARIOS = {
     "environments without Gymnasium": missing,
     **(IF_INSTALLED if importlib.util.find_spec("gymnasium") else {}),
 }
+
+SENTENCES = r"""
+no motions | ModelError | - | Simulators: n is 0: give a whole number from 1 on
+as many motions as a batch has not | ModelError | - | Simulators: n is 7, the system has 2 designs, one for each motion: leave n out
+no threads | ModelError | - | Simulators: threads is 0: give a whole number from 1 on
+a controller for many | ModelError | pid | the controller 'pid' is a function of one motion: Simulators take none; read what it reads and set its inputs between steps
+many steps of nothing | ModelError | - | step: dt leads motion 0 from 0 to 0 s: give a later time; to go back, keep sims.state and set it again, or reset it
+many steps of no numbers | ModelError | - | step: dt takes one time or an array of 3, not ['much', 'much', 'much']
+many motions that go back | ModelError | - | until: t leads motion 0 from 0.1 to 0.05 s: give a later time; to go back, keep sims.state and set it again, or reset it
+a state of other motions | ModelError | - | the state that is set is of other motions: these are 3; take one of their own
+a state of many that is none | ModelError | - | the state that is set must be one that sims.state gave, of the same mechanism, not [0.0]
+an input of too many numbers | ModelError | u | the input 'u' has an array of shape (2,): give one number, or one for each of the 3 motions
+inputs that are no numbers | ModelError | u | the input 'u' takes a number or an array of 3, not ['a', 'b', 'c']
+inputs that are not finite | ModelError | u | the input 'u' is nan in motion 1: give finite numbers
+an input of many that there is not | ModelError | w | there is no input 'w' (there are: 'u')
+an input of many that follows its law | ModelError | w | the input 'w' follows its law of time: declare it with a number to set it here
+an input of many that is taken away | ModelError | u | the input 'u' belongs to the mechanism: set it to a number
+a reset of what is no mask | ModelError | - | reset takes a mask of 3 bool or numbers of motions, not [0.5]; positions by name are its second argument
+a reset of motions that there are not | ModelError | - | reset: motions [7] must be different numbers from 0 to 2
+a reset to too few numbers | ModelError | cart.x | reset: 'cart.x' has an array of shape (1,) for 3 motions: give one number, or one for each
+a reset to no numbers | ModelError | cart.x | reset: 'cart.x' must be numbers, not ['a', 'b', 'c']
+a reset to what is not finite | ModelError | cart.x | reset: 'cart.x' is not finite everywhere: give finite numbers
+a reset of one of many where nothing closes | SolveError | motor | driver 'motor' cannot bring 'crank' to 1.0472 rad at t = 0 s: it comes within 0.0738 rad where the links are stretched; check lengths and the law
+a body that none of many has | ModelError | krank | there is no body 'krank' (there are: 'cart', 'pole')
+an environment of no time | ModelError | - | envs.make: step is 0 s: give a positive time
+an environment that skips nothing | ModelError | - | envs.make: frame_skip is 0: give a whole number from 1 on
+an environment without actions | ModelError | - | envs.make: actions must be inputs with their bounds, such as {"u": ("-5 N*m", "5 N*m")}, not {}
+an action that there is not | ModelError | w | envs.make: there is no input 'w' to act by (there are: 'u'); declare it, such as Input('u', '0 N*m')
+an action without bounds | ModelError | u | envs.make: 'u' must have a lowest and a highest value, such as (-1.0, 1.0), not 1.0
+an action of bounds the wrong way | ModelError | u | envs.make: 'u' goes from 1 to -1: give the lower bound first
+an environment that observes nothing | ModelError | - | envs.make: observations must be measures such as ["crank.angle", "crank.omega"]: give at least one
+an observation of bounds the wrong way | ModelError | cart.x | envs.make: 'cart.x' goes from 1.0 to -1.0: give the lower bound first
+a reset of an environment that there is not | ModelError | cart.colour | envs.make: reset has no 'cart.colour': give ranges of places and rates such as {"crank.angle": ("-5 deg", "5 deg")}, or of own states
+a reward that is none | ModelError | - | envs.make: reward must be a measure such as "cos(pole.angle)", or measures with their weights such as {"cart.x^2": -1.0}, not 1.0
+an end that is no relation | ModelError | - | envs.make: terminated must be relations such as "abs(pole.angle) > 24 deg", not 'cart.x'
+environments without Gymnasium | ModelError | - | environments need Gymnasium, which is not installed: pip install 'mbody[gym]'
+environments that have not begun | ModelError | - | the environments have not begun: call reset before step
+an environment that has not begun | ModelError | - | the environment has not begun: call reset before step
+too few seeds | ModelError | - | reset: 1 seeds for 2 environments: give one number, or one for each
+a mask of environments that is none | ModelError | - | reset: reset_mask must be an array of 2 bool, not array([1, 0])
+actions of another shape | ModelError | - | step: the action has the shape (2,), the environment takes (2, 1): give a number for each input
+actions that are no numbers | ModelError | - | step: the action must be numbers, not 'ab'
+"""

@@ -110,3 +110,21 @@ SCENARIOS = {
     "places of a contact that there is not": other_contact,
     "the force of a group on one body": other_side,
 }
+
+SENTENCES = r"""
+impulses of another size | ModelError | - | the state that the motion of 'blocks' is to go on from is damaged: 'own' is of other sizes; simulate anew, from its beginning
+steps with impulses without a length | ModelError | - | the method 'moreau' has steps of one length: give step, in s
+steps with impulses of a negative length | ModelError | - | step is -1 s: give a positive time, for at most 1e+09 steps
+steps with impulses and events | ModelError | - | the method 'moreau' locates no events ('block.y'): take dop853, or leave them out
+steps with impulses and a driver that is released | ModelError | - | the method 'moreau' releases no drivers ('motor'): take dop853
+steps with impulses and friction in a joint | ModelError | O | the method 'moreau' has friction in contacts, not in joints ('O'): take dop853, or leave out the friction of joints
+steps with impulses that a program leads on | ModelError | - | the method 'moreau' steps whole motions, in simulate: take another one where a program leads the motion on
+a polygon that bends inwards, in steps with impulses | ModelError | block | 'block': plate is a polygon that bends inwards: the method 'moreau' takes convex ones, give it as several of them
+a polygon of too many corners | ModelError | block | 'block': hull has 2001 corners: give at most 2000
+an arc, in steps with impulses | ModelError | block | 'block': sole is an arc: the method 'moreau' takes whole circles; give segments along it, or follow the motion by 'dop853'
+two groups that bring the same shapes together | ModelError | again | 'group' and 'again' both bring together 'ground.floor' and 'block.C': give each pair of shapes one group
+shapes that overlap when steps with impulses begin | ModelError | group | the shapes 'ground.floor' and 'block.rim' of contact 'group' overlap at the beginning by 0.2 m, at (0, -0.1) m: begin where they are apart, or touch
+a group of shapes of one body | ModelError | group | 'group': no two shapes of different bodies fit 'block.C' and 'block.*' (there are: 'block.C', 'ground.floor', 'ground.O')
+places of a contact that there is not | ModelError | there | there is no contact 'there' (there are: 'group')
+the force of a group on one body | ModelError | - | group 'group' is between 'ground.floor' and 'block.C', not 'block'
+"""

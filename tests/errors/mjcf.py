@@ -30,3 +30,13 @@ SCENARIOS = {
         ["export", "hoekens", "--to", "mjcf", "-o", "/no/where.xml"]
     ),
 }
+
+SENTENCES = r"""
+a file of a batch | ModelError | - | a file has one design, this is a batch of 2 designs: export one of them, system.design(n)
+MuJoCo without its package | SolveError | - | a second opinion by MuJoCo needs the package mujoco, which is not installed: pip install mujoco
+MuJoCo on a batch | ModelError | - | MuJoCo takes one design: choose one of the batch with design(n)
+MuJoCo on kinematics | ModelError | - | kinematics computes no forces to check: use kinetostatics, statics or simulate
+a file for a program that is not known | UsageError | - | argument --to: invalid choice: 'urdf' (choose from 'mjcf', 'dxf', 'image', 'fmu') (see mbody export --help)
+a file for no program | UsageError | - | the following arguments are required: --to (see mbody export --help)
+a file in a folder that is not there | ModelError | - | cannot write '/no/where.xml' (No such file or directory): choose a folder that exists and may be written to
+"""

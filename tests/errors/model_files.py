@@ -247,3 +247,117 @@ def far_away():
     machine = Mechanism("far")
     machine.add(Body("b", points={"P": (1e305, 0.0)}))
     return machine
+
+
+SENTENCES = r"""
+no TOML | ModelError | - | model: it is no TOML: at its end: invalid value
+no TOML in a line | ModelError | - | model: it is no TOML: line 1: expected '=' after a key in a key/value pair
+very long keys | ModelError | - | model: a dotted key has more than 20 parts
+very deep tables | ModelError | - | model: tables are nested too deep: at most 30
+tables too deep for Python | ModelError | - | model: tables are nested too deep: at most 30
+an unknown key | ModelError | - | model: line 1: nmae: there is no such key, did you mean 'name'?
+an unknown key like no other | ModelError | arm | model: line 7: bodies.arm.zzz: there is no such key (there are: weight, inertia, cg, guess, spread, shapes, section)
+a title that is a number | ModelError | - | model: line 1: name: must be text, not 3
+bodies that are a list | ModelError | - | model: line 1: bodies: must be a table, not [1]
+a body that is a number | ModelError | arm | model: line 2: bodies.arm: must be a table, not 3
+a body without a name | ModelError | - | model: line 1: bodies.: every element needs a name, not ''
+a body with a dot | ModelError | a.b | model: line 1: bodies.a.b: 'a.b': a name may not hold a dot, which parts body and point: write 'a_b'
+a mass that is a table | ModelError | arm | model: line 2: bodies.arm.mass: must be a number or text such as '2 mm', not {'kg': 2}
+a mass that is nan | ModelError | arm | model: line 2: bodies.arm.mass: is nan, it must be finite
+a mass that is a force | ModelError | arm | model: line 2: bodies.arm.mass: '2 N' is a force (N), where a mass (kg) is wanted
+a mass of time | ModelError | arm | model: line 2: bodies.arm.mass: is '2*t', but only a law may change with time
+a mass of no parameter | ModelError | arm | model: line 1: bodies.arm: mass: there is no parameter 'm1' (there are none)
+a negative mass | ModelError | arm | model: line 1: bodies.arm: mass is -2, it must not be negative: give 0 or more
+a point that is a number | ModelError | ground | model: line 2: ground.points.O: must be [x, y] or { r = …, angle = … }, not 3
+a point of one number | ModelError | ground | model: line 2: ground.points.O.1: is missing: the list is too short
+a point of three numbers | ModelError | ground | model: line 2: ground.points.O: must be a list of 2, not [1, 2, 3]
+a point without an angle | ModelError | ground | model: line 2: ground.points.O.angle: is missing: give it
+a guess that is true | ModelError | arm | model: line 2: bodies.arm.guess: must be an angle, [x, y, angle] or { angle = …, x = …, y = … }, not True
+a spread that is another | ModelError | arm | model: line 2: bodies.arm.spread: must be "point", { slender = angle } or { xx = …, yy = …, xy = … }, not 'line'
+a spread that is a number | ModelError | arm | model: line 2: bodies.arm.spread: must be "point", { slender = angle } or { xx = …, yy = …, xy = … }, not 3
+another unit of angles | ModelError | - | model: line 1: angle: must be 'deg' or 'rad', not 'grad'
+another unit system | ModelError | - | model: line 1: units: there is no unit system 'inch': choose one of 'SI', 'mm-N-s', 'in-lbf-s', 'ft-lbf-s', or name a length, a force and a time, as in 'cm-kN-s'
+a downward g | ModelError | - | model: line 1: g: g is -9.81 m/s², it must be positive: it only turns weights into masses, a Gravity load has the direction
+a parameter that is none | ModelError | a | model: line 2: parameters.a: '2 +' ends where a number is expected
+a parameter of formulas | ModelError | sin | model: line 2: parameters.sin: the name 'sin' is reserved for formulas: choose another name for the parameter
+ground at a point that is none | ModelError | ground | model: line 1: ground: the name of a point may not be 'cg', which is a number of the body: choose another
+a title and a g that are none | ModelError | ground | model: line 1: bodies.ground: the name 'ground' is taken by a fixed link: names are unique, choose another
+a joint of no kind | ModelError | O | model: line 9: joints.O: names no kind of joint (there are: band_brake, belt, cam_follower, clutch, distance, fixed, friction_force, gear, pin_slot, prismatic, rack_pinion, revolute, rolling)
+a joint of nearly a kind | ModelError | O | model: line 9: joints.O: names no kind of joint (there are: band_brake, belt, cam_follower, clutch, distance, fixed, friction_force, gear, pin_slot, prismatic, rack_pinion, revolute, rolling): it has 'revolut', did you mean 'revolute'?
+a joint of two kinds | ModelError | O | model:⏎  line 9: joints.O.fixed.0: is missing: the list is too short⏎  line 9: joints.O.fixed.1: is missing: the list is too short⏎  line 9: joints.O.revolute: names a second kind of element beside 'fixed': keep one of them
+a joint that is a list | ModelError | O | model: line 9: joints.O: names no kind of joint (there are: band_brake, belt, cam_follower, clutch, distance, fixed, friction_force, gear, pin_slot, prismatic, rack_pinion, revolute, rolling)
+a joint of one place | ModelError | O | model: line 9: joints.O.revolute.1: is missing: the list is too short
+a joint of one place as text | ModelError | O | model: line 9: joints.O.revolute: must be a list, not 'ground.O' (mbody explain revolute shows an example)
+a joint of three places | ModelError | O | model: line 9: joints.O.revolute: must be a list of 2, not ['ground', 'arm', 'arm'] (mbody explain revolute shows an example)
+a joint of numbers | ModelError | O | model:⏎  line 9: joints.O.revolute.0: must be a place: "crank.A", or { body = "crank", point = …, angle = … }, not 1 (mbody explain revolute shows an example)⏎  line 9: joints.O.revolute.1: must be a place: "crank.A", or { body = "crank", point = …, angle = … }, not 2 (mbody explain revolute shows an example)
+a joint of a body that is not there | ModelError | O | model: line 9: joints.O: refers to body 'am', which is not there (there are: 'ground', 'arm'): add bodies first
+a place at no point | ModelError | O | model: line 9: joints.O.fixed.1.point: must be the name of a point, [x, y] or { r = …, angle = … }, not 3 (mbody explain fixed shows an example)
+a joint with itself | ModelError | O | model: line 9: joints.O: would join 'arm' to itself: give places on two bodies
+a force that follows | ModelError | F | model: line 9: loads.F.follows: must be true or false, not 'maybe'
+a force that follows a number | ModelError | F | model: line 9: loads.F.follows: must be true or false, not 3
+a force at no place | ModelError | F | model: line 9: loads.F.at: is missing: give it
+a law of no kind | ModelError | motor | model: line 9: drivers.motor.law.speed: there is no such key (there are: constant, constant_speed, constant_acceleration, polynomial, harmonic, table, rise, cam)
+a law that is a list | ModelError | motor | model: line 9: drivers.motor.law: must be a number, a formula or a table with one of constant, constant_speed, constant_acceleration, polynomial, harmonic, table, rise, cam, not [1, 2]
+a law of two kinds | ModelError | motor | model: line 9: drivers.motor.law: must be one law of constant, constant_speed, constant_acceleration, polynomial, harmonic, table, rise, cam; it has constant and polynomial
+a law of nothing | ModelError | motor | model: line 9: drivers.motor.law: must be one law of constant, constant_speed, constant_acceleration, polynomial, harmonic, table, rise, cam; it has none
+a law without a number | ModelError | motor | model: line 9: drivers.motor.law.constant_speed.speed: is missing: give it
+coefficients that are a number | ModelError | motor | model: line 9: drivers.motor.law.polynomial: must be a list, not 3
+a segment of two kinds | ModelError | T | model: line 9: loads.T.torque.cam.segments.0: a segment is either { rise = { … } } or { dwell = duration }
+a rise of another shape | ModelError | T | model: line 9: loads.T.torque.rise.shape: must be 'cycloidal', 'harmonic', '3-4-5', '4-5-6-7', 'parabolic', 'modified-trapezoidal' or 'modified-sine', not 'line'
+a table of x alone | ModelError | T | model: line 9: loads.T.torque.table: needs both x and y, or the file that has them
+very many errors | ModelError | e0 | model:⏎  line 2: parameters.e0: 'a b' is not a formula: there is no unit 'b', did you mean 'lb'?⏎  line 3: parameters.e1: 'a b' is not a formula: there is no unit 'b', did you mean 'lb'?⏎…⏎  and 480 more
+very many joints of nothing | ModelError | e0 | model:⏎  line 2: joints.e0: refers to body 'b0', which is not there (there are: 'ground'): add bodies first⏎  line 3: joints.e1: refers to body 'b1', which is not there (there are: 'ground'): add bodies first⏎…⏎  and more
+a number of very many digits | ModelError | - | model: a whole number has very many digits, more than a computer holds
+points and a file | ModelError | T | model: line 9: loads.T.torque.table: give x and y, or the file that has them, not both
+a file from text | ModelError | T | model: line 9: loads.T.torque.table: 'a.csv' cannot be read: a model from text has no folder beside it
+a measure that is none | ModelError | high | model: line 9: measures.high: measure 'arm.z': 'arm' has no 'z' (it has: x, y, vx, vy, ax, ay, angle, omega, alpha)
+a measure that is a number | ModelError | high | model: line 9: measures.high: must be a formula or { of = …, unit = … }, not 3
+instants that are text | ModelError | - | model: line 3: ask.instants: must be a whole number, not 'many'
+instants at true | ModelError | - | model: line 2: ask.at.t: must be a number, text or a list, not True
+instants that are a fraction | ModelError | - | model: line 3: ask.instants: must be a whole number, not 2.5
+instants of nothing | ModelError | - | model: line 8: ask: instants goes with over; at says how many they are
+many problems | ModelError | arm | model:⏎  line 1: unit: there is no such key, did you mean 'units'?⏎  line 3: bodies.arm.mas: there is no such key, did you mean 'mass'?⏎  line 4: bodies.arm.cg.1: '3 kg' is a mass (kg), where a length (m) is wanted⏎  line 6: joints.O.revolute.1: is missing: the list is too short
+very many problems | ModelError | - | model:⏎  line 1: wrong0: there is no such key (there are: ground, gravity, ask, simulate, parameters, curves, inputs, bodies, states, joints, couplings, drivers, contacts, loads, measures, name, source, note, units, angle)⏎  line 2: wrong1: there is no such key (there are: ground, gravity, ask, simulate, parameters, curves, inputs, bodies, states, joints, couplings, drivers, contacts, loads, measures, name, source, note, units, angle)⏎…⏎  and 10 more
+no JSON | ModelError | - | model: it is no JSON: line 1: expecting value
+a list | ModelError | - | model: a model is a table, not list
+a key twice | ModelError | - | model: the key 'name' is given twice in one table: keep one
+infinity | ModelError | - | model: Infinity is no number of a model: numbers must be finite
+a text that is too long | ModelError | - | model: it has more than 6 MB: raise the limits if you trust it, by limits=mbody.files.model.Limits(size=1e+07) of load and save
+a text of more values than are allowed | ModelError | - | model: it has more than 2 values: raise the limits if you trust it, by limits=mbody.files.model.Limits(values=6) of load and save
+a model that is too large to be read again | ModelError | - | 'mine.toml': it has more than 10 values: raise the limits if you trust it, by limits=mbody.files.model.Limits(values=2e+02) of load and save; else the file could be written but not read
+a model of too many bytes to be read again | ModelError | - | 'mine.toml' has more than 0.0001 MB: raise the limits if you trust it, by limits=mbody.files.model.Limits(size=2e+03) of load and save; else the file could be written but not read
+limits that are none | ModelError | - | limits must be mbody.files.model.Limits(size=..., values=...), not 3
+limits below nothing | ModelError | - | limits: size must be a positive number, not -1
+limits of the environment that are none | ModelError | - | the environment variable MBODY_LIMITS must be a positive number, such as 10, not 'much'
+other parameters | ModelError | b | model: there is no parameter 'b' (there are: 'a')
+other parameters of none | ModelError | b | model: there is no parameter 'b' (there are none)
+another parameter that is none | ModelError | a | model: parameter 'a' must be a number, not []
+a folder | ModelError | - | '/' is a folder: name a model file in it
+no ordinary file | ModelError | - | '/dev/null' is no ordinary file: give a model file
+no file | ModelError | - | there is no file 'none.toml'
+a file that may not be read | ModelError | - | the file 'secret.toml' may not be read: change its permissions
+a file of a very long name | ModelError | - | the file '…xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx.toml' cannot be read: File name too long
+a file of a name that no file has | ModelError | - | the file 'a\x00b.toml' cannot be read: no file has such a name
+a file that is too large | ModelError | - | 'mine.toml' has more than 6 MB: raise the limits if you trust it, by limits=mbody.files.model.Limits(size=1e+07) of load and save
+a file that is too large for the command | ModelError | - | 'mine.toml' has more than 6e-06 MB: raise the limits if you trust it, by MBODY_LIMITS=1 before the command
+a file of bytes | ModelError | - | 'mine.toml' is no text: byte 9 is not UTF-8; models are TOML or JSON, files of other programs that `mbody import` reads are text too: save it as UTF-8
+a file that is wrong | ModelError | arm | mine.json: line 2: bodies.arm.mass: '2 N' is a force (N), where a mass (kg) is wanted
+no table of numbers | ModelError | T | model: line 9: loads.T.torque.table: the table 'a.csv': row 3 has no two numbers: ['low', '2']
+a table of one column | ModelError | T | model: line 9: loads.T.torque.table: the table 'a.csv': row 1 has no two numbers: ['0']
+a table of very many rows | ModelError | T | model: line 9: loads.T.torque.table: the table 'a.csv' has more than 100000 rows: leave some of them out
+a table of bytes | ModelError | T | model: line 9: loads.T.torque.table: the table 'a.csv' is no text of comma-separated values
+a table of one point | ModelError | T | model: line 9: loads.T.torque.table: Table: at least 2 points are needed, there is 1
+a table with a unit that there is not | ModelError | T | model: line 9: loads.T.torque.table: the table 'a.csv': its heading has [degg]: there is no unit 'degg', did you mean 'deg': write a unit as in 'angle [deg]', or leave it out
+a table that is not there | ModelError | T | model: line 9: loads.T.torque.table: there is no file 'b.csv' beside the model
+a table elsewhere | ModelError | T | model: line 9: loads.T.torque.table: '../b.csv' lies outside the folder of the model: name a file below it
+a table that is too large | ModelError | T | model: line 9: loads.T.torque.table: the table 'a.csv' is larger than 1 MB
+a table that may not be read | ModelError | T | model: line 9: loads.T.torque.table: the table 'a.csv' cannot be read: Permission denied
+a load of one's own | ModelError | own | 'own' is a CustomLoad, Python code of your own, which a model file does not carry
+a function | ModelError | T | 'T' follows a Function of Python, which a model file does not carry: write a formula of t, or a table
+a model that is no text | ModelError | - | model: a model is text, not 3
+a title that is no text | ModelError | - | the file '/dev/null' cannot be written: '\ud800' is no character
+a number too large for other units | ModelError | - | 1e+305 is too large a number in um: choose others
+a place that cannot be written | ModelError | - | the file '/nowhere/mine.toml' cannot be written: No such file or directory
+plain numbers in other units | ModelError | - | the law '3*sin(2*t)' is of plain numbers, which cannot be taken to other units: give its numbers their units
+another unit system that is not there | ModelError | - | there is no unit system 'imperial': choose one of 'SI', 'mm-N-s', 'in-lbf-s', 'ft-lbf-s', or name a length, a force and a time, as in 'cm-kN-s'
+"""

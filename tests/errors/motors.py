@@ -131,3 +131,43 @@ SCENARIOS = {
     "a tyre on a road that moves": tyre("belt.O"),
     "a tyre whose force turns round": tyre("ground.O", curvature=1.5),
 }
+
+SENTENCES = r"""
+a table of two variables without rows | ModelError | - | Table2: z must be rows of numbers, one for each x
+a table of two variables of one row of numbers | ModelError | - | Table2: z must be rows of numbers, one for each x
+a table of two variables of one place | ModelError | - | Table2: x needs at least 2 places, it has 1
+a table of two variables that goes back | ModelError | - | Table2: y must increase from place to place, but y[1] = 0 follows y[0] = 1: sort the grid
+a table of two variables that lacks a row | ModelError | - | Table2: z has 2 rows and x has 3 places: give a row of z for each x
+a table of two variables that lacks a number | ModelError | - | Table2: z[1] has 1 numbers and y has 2 places: give a number for each y
+a table of two variables with another interpolation | ModelError | - | Table2: interpolation must be one of linear, pchip, spline, not 'cubic'
+a table of two variables beyond its grid | ModelError | - | Table2: the table covers x from 0 to 1 and y from 0 to 1, but (0.5, 3) was requested: add points, or choose outside="hold" or "line"
+a table of two variables with units outside of a mechanism | ModelError | - | Table2: its numbers are text, which has a value only in a mechanism: give it to one as a curve
+a table of two variables as a law | ModelError | t | 't': value: a Table2 has two variables: give it to the mechanism as one of its curves and call it in a formula, as in value = 'engine(crank.omega, throttle)'
+curves that are no dict | ModelError | - | curves must be a dict such as {"torque": Table(…)}, not 3.0
+a curve that formulas cannot name | ModelError | - | 'a b' cannot name a curve: formulas call it, so it has letters, digits and _ only, and begins with a letter
+a curve with the name of a function | ModelError | sin | 'sin' means something else in formulas: choose another name for the curve
+a curve with the name of a parameter | ModelError | p | 'p' means something else in formulas: choose another name for the curve
+a curve that is a number | ModelError | c | the curve 'c' must be a Table, a Table2 or another law, not 3.0
+a curve of two dimensions | ModelError | c | curve 'c': x: '1 m' is a length (m), where a time (s) is wanted
+a curve that goes back | ModelError | c | curve 'c': Table: x must increase from point to point, but x[1] = 0 follows x[0] = 1: sort the points and drop repeated ones
+a curve that there is not | ModelError | drive | 'drive': value: there is no function 'moter' (there are: sin, cos, tan, asin, acos, atan, sqrt, abs, exp, log, sign, step, atan2, hypot, min, max, deadband, clamp, and the curves motor)
+a curve of something else | ModelError | drive | 'drive': value: the curve 'motor' is of an angular velocity (rad/s), not of an angle (rad)
+a curve of two numbers too many | ModelError | drive | 'drive': value: the curve 'motor' takes one number, not 2
+a curve without a number | ModelError | drive | 'drive': value: 'motor' is a curve: give it a number, as in 'motor(2)'
+a motion beyond a curve | SolveError | - | the steps vanish at t = 0.0723024 s: the loads jump there, grow without bound, or are too stiff, or are beyond the points of the curves 'motor'; smooth them, or ask for less accuracy
+a curve of a file that has none of both | ModelError | motor | model: line 2: curves.motor: needs both x and y, or the file that has them
+a curve of a file that has both | ModelError | motor | model: line 2: curves.motor: give x and y, or the file that has them, not both
+a curve of a file of two variables that repeats | ModelError | motor | model: line 2: curves.motor: has z, of two variables, and periodic, which only one has: leave out
+a curve of a file that is no table | ModelError | motor | model: line 2: curves.motor: must be a table, not 3
+a curve that no file carries | ModelError | wave | the curve 'wave' is a Harmonic, which a model file does not carry: give it as a Table
+a curve of plain numbers in other units | ModelError | c | the curve 'c' is of plain numbers, which cannot be taken to other units: give its numbers their units
+a motor without resistance | ModelError | motor | 'motor': resistance is 0, it must be positive: give more than 0
+a motor on amperes | ModelError | motor | 'motor': voltage: '3 A' is a current (A), where a voltage (V) is wanted
+a motor whose voltage follows itself | ModelError | motor | 'motor': voltage: 'motor.voltage' depends on itself: measure what it follows from, or filter it with a state of your own
+an induction motor without a field | ModelError | motor | 'motor': synchronous is 0, a motor needs a turning field: give its speed, such as "1500 rpm"
+an induction motor with two changes to delta | ModelError | motor | 'motor' has both star_until and star_below: give the time or the speed at which it changes to delta
+an actuator with a slew alone | ModelError | drive | 'drive' has slew, but no lag: give the time constant with which the applied force follows, such as lag = "5 ms"
+a cylinder whose rod fills it | ModelError | lift | 'lift': rod is 0.06 and bore 0.05: the rod must be thinner than the piston
+a tyre on a road that moves | ModelError | tyre | 'tyre': its road is on 'belt': a tyre takes a road that is fixed to the ground; for a road that moves give a Contact of a disc with a line
+a tyre whose force turns round | ModelError | tyre | 'tyre': curvature is 1.5: above 1 the force changes its sense at great slip; give 1 or less
+"""

@@ -113,3 +113,40 @@ SCENARIOS = {
     ),
     "a stop of a file": file("[contacts]\nfloor = { stop = 'bob.vx', restitution = 0.5 }\n"),
 }
+
+SENTENCES = r"""
+a stop with a restitution in metres | ModelError | floor | 'floor': restitution: '3 m' is a length (m), where a plain number is wanted
+a stop with a restitution of no number | ModelError | floor | 'floor': restitution: '0.5 +' ends where a number is expected
+a stop that gives energy | ModelError | floor | 'floor': restitution is 1.5, which would gain energy: give 0 to 1
+a stop that gives energy by a formula | ModelError | floor | 'floor': restitution is 2, which would gain energy: give 0 to 1
+a stop of no text | ModelError | floor | stop 'floor': of must be text such as "ball.y - 20 mm", not 3.0
+a stop that cannot be read | ModelError | floor | stop 'floor': 'bob.angle +' ends where a number is expected
+a stop of an area | ModelError | floor | stop 'floor': 'bob.x^2 - 4 m^2' is an area (m²): give a length or an angle, as the square root of an area
+a stop of what is not there | ModelError | floor | stop 'floor': there is no 'rod' to measure 'rod.angle' of (there are: 'ground', 'bob', 'O', 'gravity', 'floor'): add it before, or correct the name
+a stop of a number and an angle | ModelError | floor | stop 'floor': it adds an angle (rad) and a length (m)
+a stop by a table of two variables | ModelError | floor | stop 'floor': 'wall(bob.x, bob.y)' has no second derivative by its table of two variables: use smooth functions, or Tables of one variable
+a stop of another design that gives energy | ModelError | floor | 'floor': restitution is 2, which would gain energy: give 0 to 1
+a stop of a velocity | ModelError | floor | stop 'floor': 'bob.omega' is no coordinate: take x, y and angle of bodies and points
+a stop of time alone | ModelError | floor | stop 'floor': '1 s - t' has no coordinate: name x, y or angle of a body or a point
+a start beyond a stop | ModelError | floor | the motion begins beyond the stop 'floor': 'bob.angle - 1 rad' is -0.8 rad; begin where it is not negative
+a stop of what a driver leads | SolveError | wall | nothing that strikes 'wall' is free to rebound: it follows drivers alone; take them off, or record when it is reached by an Event
+the reaction of a stop | ModelError | floor | 'floor' is a stop of all bodies that it measures, it has no reaction between two: ask for its contact
+limits that are no pair | ModelError | A | 'A': limits must be a pair (low, high), None for none, not 2.0
+limits without an end | ModelError | A | 'A': limits has neither end: give one, or leave it out
+limits in the wrong order | ModelError | A | 'A': limits are 1 and -1 rad: give the lesser first, and two that differ
+limits in metres | ModelError | A | 'A': limits.low: '1 m' is a length (m), where an angle (rad) is wanted
+limits of a design in the wrong order | ModelError | A | 'A': limits are 2 and 1 rad: give the lesser first, and two that differ
+a restitution of limits that gains energy | ModelError | A | 'A': restitution is 1.5, which would gain energy: give 0 to 1
+a restitution of what nothing strikes | ModelError | A | 'A': restitution is 0.5, but nothing strikes in it: give limits or clearance too, or leave it out
+a start beyond a limit | ModelError | A | joint 'A' begins at -85.9437 deg, beyond its limit of -60 deg ('A.limits.low'): begin within, or change the limit
+a freewheel of no sense | ModelError | hub | 'hub': clockwise must be True or False, not 'left'
+a bar that neither pushes nor pulls | ModelError | bar | 'bar': one_sided is 'both': give "push" for a strut, "pull" for what does not push
+a wheel that may lift off without friction | ModelError | road | 'road': friction and one_sided go together: a wheel that may lift off rolls as far as its friction lets it, one that may not never slips; give both, or neither
+a wheel that may lift off with a resistance | ModelError | road | 'road': resistance goes with a joint that always holds, not with one_sided: leave out one of them
+backlash beside losses | ModelError | mesh | 'mesh': efficiency goes with a joint that always holds, not with backlash: leave out one of them
+a body by the name of a limit | ModelError | A_low | the name 'A_low' is that of a limit of 'A': rename the Body of that name
+limits by steps with impulses | ModelError | A | the method 'moreau' has contacts of shapes and ropes, no stops, limits and joints that separate ('A'): take dop853
+limits by steps of one length | ModelError | A | 'A' of 'limited' may open, stick or slide, which the method 'rattle4' does not decide: follow the motion by simulate with dop853, dopri5 or radau5, or leave out contacts and friction
+limits of a file that are no pair | ModelError | A | model: line 7: joints.A.limits: must be [low, high], or { low = … } or { high = … }, not 3
+a stop of a file | ModelError | floor | model: line 6: contacts.floor: 'bob.vx' is no coordinate: take x, y and angle of bodies and points
+"""

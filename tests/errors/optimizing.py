@@ -141,3 +141,48 @@ SCENARIOS = {
     "optimizations in the command to one file": in_the_command("--csv", "numbers.csv"),
     "an optimization in the command of a model without": said(["optimize", "norton_fourbar"]),
 }
+
+SENTENCES = r"""
+an optimization of a batch | ModelError | - | optimize takes one design: choose one of the batch with design(n)
+an optimization of nothing | ModelError | - | optimize: say what is to be least or greatest, such as minimize="peak(motor.effort)"
+an optimization of three aims | ModelError | - | optimize: there are 3 aims: give one, or two for their Pareto front, and make limits of the others by subject_to
+an optimization of a history | ModelError | - | optimize: 'A.force' is a history of 19 instants: say what of it is to be least, such as minimize="peak(A.force)"
+an optimization at an instant that there is not | ModelError | - | optimize: 'at(A.force, 30)': there is no such instant, they are 0 to 18
+an optimization without bounds | ModelError | - | optimize: by must be a dict of bounds such as {"crank.A.x": (0.1, 0.3)}, not 3
+an optimization with one bound | ModelError | crank.A.x | optimize: 'crank.A.x' needs its lowest and greatest value (low, high), not 1.0
+an optimization with reversed bounds | ModelError | crank.A.x | optimize: 'crank.A.x' goes from 1.2 to 0.8 m: give its lowest value, then its greatest
+an optimization with a bound of another kind | ModelError | crank.A.x | optimize: 'crank.A.x': '1 N' is a force (N), where a length (m) is wanted
+an optimization with an infinite bound | ModelError | crank.A.x | optimize: 'crank.A.x' is inf, it must be finite
+an optimization with a negative mass | ModelError | crank.mass | optimize: 'crank.mass' goes from -1 kg, it must not be negative: give a greater lowest value
+an optimization by a number that there is not | ModelError | crank.A.z | there is no number 'crank.A.z' (there are: 'crank.A.y', 'crank.A.x', 'crank.cg.y', 'crank.cg.x', 'crank.O2.y', 'crank.O2.x')
+an optimization by a number that a formula makes | ModelError | crank.A.x | 'crank.A.x' is made by the formula '2*a': name 'a' instead, or give 'crank.A.x' a number of its own by with_values
+an optimization with a start that is none | ModelError | - | optimize: start must be a dict of numbers, not 3
+an optimization with a start of another number | ModelError | rocker.B.x | optimize: start has 'rocker.B.x', which by does not vary (it varies: 'crank.A.x')
+an optimization with a start beyond its bounds | ModelError | crank.A.x | optimize: start of 'crank.A.x' is 2, beyond its bounds 0.8 to 1.2
+an optimization with no starts | ModelError | - | optimize: starts must be a whole number from 1 to 10000, not 0
+an optimization of another analysis | ModelError | - | optimize: there is no analysis 'modes' with derivatives (there are: 'kinematics', 'kinetostatics', 'statics', 'simulate')
+an optimization of motions that end elsewhere | SolveError | - | optimize: none of 4 designs within the bounds can be analysed at all instants with derivatives; at the start: the motion ends at t = 0.496729 s after 167 instants, that of the description has 201: leave out the event that ends it, or choose a shorter time; give other bounds
+an optimization with an option that there is not | ModelError | - | optimize: kinetostatics has no option 'until' (there are: t, drive, turn, instants, turns, guess, at, over)
+an optimization with a limit that is no text | ModelError | - | optimize: subject_to takes texts, not 3
+an optimization with a limit that is none | ModelError | - | optimize: 'B.force' is not a limit such as 'peak(motor.effort) <= 20 N*m'
+an optimization with half a limit | ModelError | - | optimize: 'B.force <=' is not a limit such as 'peak(motor.effort) <= 20 N*m': a side of it is empty
+an optimization with a history that equals a number | ModelError | - | optimize: 'B.force = 2 N': 'B.force' is a history of 19 instants, which cannot be equal to a number at all: name one, such as first(B.force)
+an optimization that no number changes | ModelError | - | optimize: none of 'crank.mass' changes 'peak(rocker.angle)': its derivatives are zero; vary other numbers, or choose another aim
+an optimization whose limits no design meets | SolveError | - | optimize: no design within the bounds meets all limits: 'peak(A.force) <= 1 uN' is missed by 3.874 N at the nearest, crank.A.x = 0.8: give it more, or widen the bounds
+an optimization of what is no number | SolveError | - | optimize: none of 256 designs within the bounds can be analysed at all instants with derivatives; at the start: the quantities have no finite value there; give other bounds
+an optimization of a loss by friction | ModelError | - | optimize: 'A.loss' has no exact derivatives: compiled code computes it without derivatives; choose another quantity, or vary the numbers by sweep
+the description of an optimum whose number no file has | ModelError | A.j.angle | the model file of 'four-bar' has no number of its own for 'A.j.angle': name a parameter for it; run.system has the numbers of the optimum
+the description of an optimum of two numbers by one parameter | ModelError | crank.A.x | the model file of 'crank' makes 'crank.A.x' of a number that gives others too ('a'): give it one of its own; run.system has the numbers of the optimum
+an optimization without a design that closes | SolveError | - | optimize: none of 256 designs within the bounds can be analysed at all instants with derivatives; at the start: loops do not close at t = 0 s: the smallest gap is 23.41 m at 'A' (between 'crank' and 'coupler'): check lengths, or give a better guess; give other bounds
+an optimization of a name that there is not | ModelError | best | 'four-bar' has no optimization 'best' (it has: none)
+an optimization of a file by a number that there is not | ModelError | - | model: line 37: optimize.best: there is no number 'crunk.A.x' to find (there are: 'motor.acceleration', and those of bodies)
+an optimization of a file with one bound | ModelError | - | model: line 37: optimize.best: by.crank.A.x must be [low, high], not of 1 values
+an optimization of a file without numbers | ModelError | - | model: line 37: optimize.best.by: is missing: give it
+a task of optimization with an aim that is no text | ModelError | - | optimization: minimize takes texts, not 3
+an optimization in the command that there is not | ModelError | third | 'four-bar' has no optimization 'third' (it has: 'best', 'other')
+an optimization in the command without bounds | UsageError | - | choose the numbers that may change: --by NAME=LOW:HIGH
+an optimization in the command without an aim | UsageError | - | --starts needs --minimize or --maximize: what is to be best
+an optimization in the command that the file has | UsageError | - | --minimize and --maximize make a task of their own: leave out 'best'
+optimizations in the command to one file | ModelError | - | 'four-bar' has 2 optimizations ('best', 'other'): name the one that is to be written
+an optimization in the command of a model without | ModelError | - | 'Four-bar: dynamic force analysis' has nothing to optimize: give --minimize and --by, or its file a table [optimize.NAME] with minimize, by and subject_to
+"""

@@ -125,3 +125,32 @@ SCENARIOS = {
     "a function that fails in a turn": lambda: kinematics(by_law(LATE), turn=True),
     "a function that fails at once in a turn": lambda: kinematics(by_law(no_oil), turn=True),
 }
+
+SENTENCES = r"""
+an exception in a driver | SolveError | motor | the function of 'motor' failed: ValueError: no oil
+an exception in a load | SolveError | own | the function of 'own' failed: ValueError: no oil
+an exception in a spring | SolveError | own | the function of 'own' failed: ValueError: no oil
+an exception in a custom load | SolveError | own | the function of 'own' failed: ValueError: no oil
+an exception in a custom joint | SolveError | own | the function of 'own' failed: ValueError: no oil
+a function that gives nothing | SolveError | motor | the function of 'motor' failed: <lambda> returned None at x = 0; it must return one finite number
+a function that gives nan | SolveError | own | the function of 'own' failed: <lambda> returned nan at x = 0; it must return one finite number
+a function that gives text | SolveError | own | the function of 'own' failed: <lambda> returned 'much' at x = 3.83742; it must return one finite number
+a load that gives nothing | SolveError | own | the function of 'own' failed: ValueError: physics returned nothing
+a load that gives nan | SolveError | own | the function of 'own' failed: ValueError: physics gave a number that is not finite at t = 0
+a load of two numbers | SolveError | own | the function of 'own' failed: ValueError: physics gave 2 numbers, 6 are wanted
+a joint of two numbers | SolveError | own | the function of 'own' failed: ValueError: physics gave 2 numbers, 18 are wanted
+a load without physics | SolveError | own | the function of 'own' failed: NotImplementedError: CustomLoad needs a method physics(i, j, p, t)
+a joint without physics | SolveError | own | the function of 'own' failed: NotImplementedError: CustomJoint needs a method physics(i, j, p, t)
+a function without an argument | SolveError | motor | the function of 'motor' failed: TypeError: nothing() takes 0 positional arguments but 1 was given
+a number of one's own | ModelError | own | 'own': length is 0, it must be positive: give more than 0
+another of one's own | ModelError | own.length | 'own.length' is -1 m, it must be positive: give more than 0
+a plain field that is to be changed | ModelError | own.k | 'own.k' cannot be changed: Plain has it as a plain number; declare it as k: float = mbody.number_field("force", 3.0), with what it measures instead of "force"
+a plain field that is to be found | ModelError | own.k | 'own.k' cannot be changed: Plain has it as a plain number; declare it as k: float = mbody.number_field("force", 3.0), with what it measures instead of "force"
+a load that remembers | ModelError | own | the function of 'own' keeps a memory: called twice with the same arguments at t = 0 it returned 1 and then 4; it is called several times an instant, and at times that go back: its result must depend on its arguments alone; for a memory use a State, for a sampled controller a Controller
+a joint of wrong rates | ModelError | own | the physics of 'own' gives Φ_q of row 0 as 0.0159218, but ∂Φ/∂θ of 'bob' is -0.0159218 by differences: correct it; mbody.testing.check_joint tries it further
+a joint of wrong times | ModelError | own | the physics of 'own' gives ν of row 0 as 1, but −∂Φ/∂t is 0 by differences: correct it; mbody.testing.check_joint tries it further
+a joint of wrong changes | ModelError | own | the physics of 'own' gives γ of row 0 as 0.61454, but Φ_q a − d²Φ/dt² is -0.61454 by differences: correct it; mbody.testing.check_joint tries it further
+a function that fails on the way | SolveError | motor | the function of 'motor' failed: ValueError: no oil
+a function that fails in a turn | SolveError | motor | the function of 'motor' failed: ValueError: no oil
+a function that fails at once in a turn | SolveError | motor | the function of 'motor' failed: ValueError: no oil
+"""

@@ -97,3 +97,46 @@ SCENARIOS = {
     "a driver that rests": ask(two_drivers(0.5), lever=0.5),
     "two drivers that do not meet": ask(two_drivers(ConstantSpeed(0.0, 2.0)), motor=1.0, lever=1.0),
 }
+
+SENTENCES = r"""
+a measure that is no text | ModelError | - | measure: of must be text, not 3
+a measure that is no formula | ModelError | - | measure: 'crank.x +' ends where a number is expected
+a measure in no unit | ModelError | - | measure: '1 parsnip' is not a formula: there is no unit 'parsnip', did you mean 'psi'?
+measuring a body that is not there | ModelError | - | measure 'rod.x': there is no body 'rod' (there are: 'ground', 'crank', 'coupler', 'rocker')
+measuring a point that is not there | ModelError | - | measure 'coupler.P.y': 'coupler' has no point 'P' (it has: 'A', 'B')
+measuring a quantity that a body has not | ModelError | - | measure 'crank.force': 'crank' has no 'force' (it has: x, y, vx, vy, ax, ay, angle, omega, alpha)
+measuring a quantity that a point has not | ModelError | - | measure 'crank.A.angle': 'crank.A' has no 'angle' (it has: x, y, vx, vy, ax, ay)
+measuring a quantity that a joint has not | ModelError | - | measure 'A.x': 'A' has no 'x' (it has: fx, fy, force, torque, angle, rate)
+measuring a quantity that a driver has not | ModelError | - | measure 'motor.angle': 'motor' has no 'angle' (it has: effort, power, value, rate, acceleration)
+measuring a load | ModelError | - | measure 'brake.value': 'brake' has no 'value' (it has: torque)
+measuring gravity | ModelError | - | measure 'weight.fx': 'weight' acts on every body, it has no history of its own: measure what it does to a body from Python, run.load(name, on=body)
+measuring a length and an angle | ModelError | - | measure 'crank.x + crank.angle': it adds a length (m) and an angle (rad)
+measuring a body alone | ModelError | - | measure 'crank': 'crank' has many histories: name one, as in 'crank.x'
+measuring a point of a joint | ModelError | - | measure 'A.P.x': there is no body 'A' (there are: 'ground', 'crank', 'coupler', 'rocker')
+measuring no such name | ModelError | - | measure '2*quux7': there is no parameter 'quux7' (there are none), and a history is named by its element, as 'motor.effort'
+a measure of an instant that there is not | ModelError | - | measure 'at(crank.x, 3)': there is no such instant, they are 0 to 0
+a measure of an instant without its number | ModelError | - | 'at(crank.x)': at takes a quantity and the number of an instant, as in at(A.force, 0)
+an event of one number of all instants | ModelError | top | event 'top': 'max(pendulum.angle)' is one number of all instants: give what changes from instant to instant, 'pendulum.angle'
+a measure in nothing | ModelError | - | measure 'crank.x': 'm*0' is no unit
+a measure in a wrong unit | ModelError | - | measure 'crank.x': it is a length (m), which 'N' does not measure
+at that is no table | ModelError | - | ask: at must be a table such as {"t": 0.1}, not 5
+at and over | ModelError | - | ask: give at or over, not both
+over that is no name | ModelError | - | ask: over must be 'turn' or the name of a driver, not 3
+one instant | ModelError | - | ask: instants must be a whole number from 2 to 1000000, not 1
+instants without over | ModelError | - | ask: instants goes with over; at says how many they are
+no values | ModelError | - | ask: at.t is empty: give at least one value
+a value that is none | ModelError | t | ask: at.t: None is not a number: give a number, or text with units
+a value that is nan | ModelError | t | ask: at.t is nan, it must be finite
+a value that is no formula | ModelError | t | ask: at.t: '3 +' ends where a number is expected
+t and a driver | ModelError | - | ask: give t or values of drivers, not both
+t of time | ModelError | t | 't': 't' is allowed only in laws of time
+t of a stretch | ModelError | t | 't': 'x' is allowed only in laws of a stretch, an angle or a rate
+a driver that is not there | ModelError | engine | there is no driver 'engine' (there are: 'motor'), and t is time
+a turn of a driver that is not there | ModelError | engine | there is no driver 'engine' to turn (there are: 'motor')
+a driver twice | ModelError | - | ask: 'motor', 'crank' are one driver: name it once
+values that are not as many | ModelError | - | ask: there are 2 of 'motor' and 3 of 'lever': give as many values of each, or one
+a driver in kilograms | ModelError | motor | 'motor': '3 kg' is a mass (kg), where an angle (rad) is wanted
+a value that its law does not reach | ModelError | motor | driver 'motor' does not come there by its law: the law turns back at t = 0.125 where it has reached 0.3125 rad; it does not reach 1.5708 rad: request values before that, or change the law or the start
+a driver that rests | ModelError | motor | ask: 'lever' rests while 'motor' moves: say where 'motor' is, or give t
+two drivers that do not meet | ModelError | lever | by its law 'lever' is at 2 when 'motor' is where you want it: name one of them, or give t
+"""

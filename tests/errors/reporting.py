@@ -56,3 +56,21 @@ SCENARIOS = {
     "a report whose pictures have no folder": into_a_file,
     "a report in PDF without typst": without_typst,
 }
+
+SENTENCES = r"""
+a report of what nothing moves | ModelError | a pendulum | 'a pendulum' has no driver, and no table [simulate]: there is nothing to report: drive a body, or say until when it moves (--to TIME)
+a report of a name | ModelError | - | a report is of a mechanism or of what an analysis found, not of 'mud_pump'
+a report of an assembly of a result | ModelError | - | a result has its assembly mode already: give the mechanism, or leave assembly out
+a report of an assembly that swings | ModelError | - | an assembly mode is of driven analyses, and this is a free motion: leave it out, or choose instants
+a report of kinematics | ModelError | - | kinematics finds no forces: use kinetostatics or statics
+a report of a batch | ModelError | - | reports are of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+a section that is not there | ModelError | - | a report has no section 'joint': did you mean 'joints'? there are summary, comparison, sketch, inputs, method, mobility, links, joints, loads, plots, polar, freebody, energy, friction, shaking, checks, opinions, references, repeat
+a section like no other | ModelError | - | a report has no section 'weather': there are summary, comparison, sketch, inputs, method, mobility, links, joints, loads, plots, polar, freebody, energy, friction, shaking, checks, opinions, references, repeat
+a report of a quantity that is not there | ModelError | - | measure 'C.force': there is no body 'C' (there are: 'ground', 'crank', 'rod', 'slider')
+a report to a place that is none | ModelError | - | a path must be text or path-like, not 3
+a report in a folder that is not there | ModelError | - | cannot write '/nowhere/a.html' (No such file or directory): choose a folder that exists and may be written to
+a report in a format that is not there | ModelError | - | cannot write 'a.docx': a report is a file that ends in .html, .md, .tex or .pdf
+a report of a motion at a place | UsageError | - | --to follows the free motion, --at and --over are driven: give one
+a report whose pictures have no folder | ModelError | - | cannot make the folder 'a_figures' for the pictures (File exists): choose another name for the report
+a report in PDF without typst | ModelError | - | a PDF needs typst, which is not installed: pip install typst, or write .html and print
+"""

@@ -213,3 +213,50 @@ SCENARIOS = {
     "a curve that starts where nothing rests": curve("push.value", (12.0, 5.0), start={"rod": 0.1}),
     "a curve that starts where there is nothing": curve("push.value", (12.0, 5.0)),
 }
+
+SENTENCES = r"""
+a rest where the ends of a spring meet | SolveError | block | no rest position of 'slider' was met: at (0, 0) m of 'block' the ends of 's' meet, where a force that does not vanish has no direction: no forces balance; begin beside it with starts
+a field without a speed | ModelError | field | 'field' has neither speed nor momentum: give one of them
+a field of a speed and a momentum | ModelError | field | 'field' has both speed and momentum: give one of them
+a field about an axis that moves | ModelError | field | 'field': its axis is on 'rod', which moves: the plane turns about an axis of the ground, give a place there
+a field on a body of unknown spread | ModelError | rod | 'field' must know how the mass of 'rod' is spread in the plane: give Body('rod', spread=...) as "point", SlenderRod(angle) of a thin rod along that angle, or SecondMoments(xx, yy, xy)
+a point with inertia | ModelError | rod | 'rod': its spread is "point", but its inertia is 0.2: give the inertia 0, or another spread
+second moments that are another inertia | ModelError | rod | 'rod': xx + yy of its spread is 0.3, its inertia 0.2: in the plane both are the same moment about the mass centre, change one of them
+the spindle of a batch | ModelError | field | the spindle of 'field' is of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+a driver that is not there lets go | ModelError | motor | there is no driver 'motor' to release (there are: none)
+rest positions of a batch | ModelError | - | equilibrium takes one design: choose one of the batch with design(n)
+rest positions at two times | ModelError | - | equilibrium takes one time, not 2
+a start that is a number | ModelError | - | starts must be guesses such as [{"crank": 0.3}, {"crank": 2.0}], not [0.5]
+rest positions of very many bodies | SolveError | - | equilibrium of 'free': 1598 rows of 2400 coordinates are too many, it takes up to 1500 rows
+rest positions of very many free motions | SolveError | - | equilibrium of 'free': 44 free motions are too many for its search, it takes up to 40: hold some of them by drivers
+rest positions of what is driven | SolveError | - | nothing is free in 'pendulum': joints and drivers fix every body; use statics, or release a driver, free=['motor']
+a torque that is too large | SolveError | rod | no rest position of 'pendulum' was met: what drives it is least at 0 deg of 'rod', where 2.19 N·m are left; begin elsewhere with starts, or change its loads
+a force without an end | SolveError | block | no rest position of 'slider': its loads drive 'block' away without end; hold it, by a spring or a stop, or drive it
+weights that a rope draws into a pulley | SolveError | a | no rest position of 'pulleys': its loads drive it from both sides to (-0.75, 0) m of 'a', where a distance is zero or a load jumps, so that no forces balance; put a stop there, or change its loads
+a force round and round | SolveError | seat | no rest position of 'swing' was met: what drives it is least at (0, 1) m of 'seat', where 0.8 N are left; begin elsewhere with starts, or change its loads
+a spring without a value at rest | SolveError | spring | load 'spring' has no value at t = 0 s: 'log(x/(1 m) - 9) N' is not defined there; choose a formula that is, by max or min
+linear equations of a batch | ModelError | - | linearize takes one design: choose one of the batch with design(n)
+linear equations at all rest positions | ModelError | - | at must be one rest position of equilibrium, or a Solution, not Equilibria
+linear equations at a batch | ModelError | - | at is a batch of designs: give one, of system.design(n)
+linear equations at another machine | ModelError | - | 'pendulum', of which an instant is given, has not the same bodies as 'slider'
+linear equations of very many bodies | SolveError | - | linearize of 'free': 1598 rows of 2400 coordinates are too many for dense matrices
+linear equations of what is driven | SolveError | - | nothing is free in 'pendulum', there are no small motions: release a driver, with free
+linear equations at what does not close | ModelError | - | the instant that is given does not fit 'pendulum' at t = 0 s: its loops do not close there, or a load has no value; give a position of this mechanism
+linear equations where another machine rests | SolveError | - | 'pendulum' does not rest where it is given: what drives it is 0.36 of the greatest load; look for rest positions of this very mechanism with equilibrium
+linear equations where branches meet | SolveError | - | the position of 'flat' at t = 0 s is singular: branches of its motion meet, so that it has no linear equations; take an instant beside it
+a state matrix without inertia | SolveError | - | 'feather' has a free motion without inertia, so that it has no state matrix: use its mass, damping and stiffness, or modes
+modes at a time of their own | ModelError | - | at says the position and its time: leave out starts and t
+modes of a motion | SolveError | - | modes are of a rest position, but 'pendulum' moves, or is not balanced, at t = 0 s: give one of equilibrium; linearize gives the state matrix of a motion
+modes of what nothing moves | SolveError | flag | modes: the motion of 'flag' is not determined: it is free, and has neither inertia, nor a damper, nor a spring; give it one, or guide it by a joint
+momentum about nowhere | ModelError | O2 | there is no body 'O2' (there are: 'rod', 'ground')
+momentum about three numbers | ModelError | - | about must be a place, such as (0.0, 0.0) or "crank.A", not (1.0, 2.0, 3.0)
+a curve of a batch | ModelError | - | equilibrium_curve takes one design: choose one of the batch with design(n)
+a curve along what is not there | ModelError | push.size | there is no number 'push.size' to change (there are: 'push.value')
+a curve over no span | ModelError | - | span must be two different numbers, where to begin first, not (3.0, 3.0)
+a curve over a number | ModelError | - | span must be two different numbers, where to begin first, not 3.0
+a curve that begins outside | ModelError | - | at must be a number within the span 0 … 5, not 7.0
+a curve of one point | ModelError | - | a curve needs at least 2 points, a whole number, not 1
+a curve that starts at a number | ModelError | - | start must be a rest position or a guess such as {"crank": 0.3}, not 0.5
+a curve that starts where nothing rests | SolveError | - | there is no rest position of 'pendulum' near the start: look for one with equilibrium, and give it as start
+a curve that starts where there is nothing | SolveError | rod | no rest position of 'pendulum' was met: what drives it is least at 0 deg of 'rod', where 2.19 N·m are left; begin elsewhere with starts, or change its loads
+"""

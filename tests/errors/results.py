@@ -109,3 +109,48 @@ SCENARIOS = {
     "a folder for a file": lambda: run().to_csv("/"),
     "no path": lambda: run().to_csv(3),
 }
+
+SENTENCES = r"""
+a body that is not there | ModelError | rod | there is no body 'rod' (there are: 'crank', 'coupler', 'rocker', 'ground')
+a body that is a list | ModelError | ['crank'] | there is no body ['crank'] (there are: 'crank', 'coupler', 'rocker', 'ground')
+a joint that is not there | ModelError | C | there is no joint 'C' (there are: 'O2', 'A', 'B', 'O4')
+a joint that is a driver | ModelError | motor | there is no joint 'motor' (there are: 'O2', 'A', 'B', 'O4')
+the wrong side of a joint | ModelError | A | joint 'A' joins 'crank' and 'coupler', not 'rocker'
+no side of a joint | ModelError | A | joint 'A' joins 'crank' and 'coupler', not 2
+the reaction of a coupling | ModelError | belt | 'belt' is a coupling of several bodies, it has no reaction between two: ask for its effort
+a pin that presses | ModelError | A | 'A' is a Revolute, no contact that presses: ask for its reaction
+a driver that is not there | ModelError | engine | there is no driver 'engine' (there are: 'motor')
+a driver that is a list | ModelError | ['motor'] | there is no driver ['motor'] (there are: 'motor')
+the motion of a driver that is not there | ModelError | motors | there is no driver 'motors' (there are: 'motor')
+a point that is not there | ModelError | coupler | body 'coupler' has no point 'P' (it has: 'A', 'B')
+a point of a body that is not there | ModelError | bar | there is no body 'bar' (there are: 'crank', 'coupler', 'rocker', 'ground')
+a point at nan | ModelError | point | 'point': place.x is nan, it must be finite
+inertia of a body that is not there | ModelError | link | there is no body 'link' (there are: 'crank', 'coupler', 'rocker', 'ground')
+causes of a body | ModelError | crank | 'crank' is neither a joint nor a driver (there are: 'O2', 'A', 'B', 'O4', 'motor')
+causes of a list | ModelError | - | a breakdown is of a joint or a driver by name, not of ['A']
+forces of kinematics | ModelError | A | kinematics finds no forces, as of 'A': use kinetostatics
+efforts of kinematics | ModelError | motor | kinematics finds no forces, as of 'motor': use kinetostatics
+causes of kinematics | ModelError | A | kinematics finds no forces, as of 'A': use kinetostatics
+equations of kinematics | ModelError | - | kinematics finds no forces: use kinetostatics or statics
+an instant that is not there | ModelError | - | there is no instant 3: give a whole number, 0 to 0
+half an instant | ModelError | - | there is no instant 0.5: give a whole number, 0 to 0
+equations of very many links | ModelError | - | 'welded' has 1503 unknowns, equations are written out for up to 1500: read reactions and efforts by name
+causes of a batch | ModelError | A | the breakdown of 'A' is for one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+equations of a batch | ModelError | - | equations are of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+columns of a batch | ModelError | - | a table is of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+data of a batch | ModelError | - | data are of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+some instants of a batch | ModelError | - | instants are of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+a free body of kinematics | ModelError | - | kinematics finds no forces: use kinetostatics or statics
+free bodies of a mechanism | ModelError | - | this reads the result of an analysis, as kinetostatics gives it, not an object of the type Mechanism: analyse first
+free bodies of a batch | ModelError | - | free bodies are of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+a free body that is not there | ModelError | rod | there is no moving body 'rod' (there are: 'crank', 'coupler', 'rocker')
+free bodies at an instant that is not there | ModelError | - | there is no instant 3: give a whole number, 0 to 0
+a load that is not there | ModelError | spring | there is no load 'spring' (there are: none)
+a load on another body | ModelError | spring | load 'spring' has no history on 'crank' (it has on: 'rocker')
+gravity on no body | ModelError | weight | 'weight' acts on every body: name one, as in load('weight', on='crank')
+where a driver of an angle acts | ModelError | motor | 'motor', of the type AngleDriver, acts at no place on a body j: ask for that of a joint, or of a driver of a length
+a frame without pandas | ModelError | - | a DataFrame needs pandas, which is not installed: pip install pandas; columns() and to_csv() need nothing
+a folder that is not there | ModelError | - | cannot write '/nowhere/run.csv' (No such file or directory): choose a folder that exists and may be written to
+a folder for a file | ModelError | - | cannot write '/' (Is a directory): choose a folder that exists and may be written to
+no path | ModelError | - | a path must be text or path-like, not 3
+"""

@@ -178,3 +178,39 @@ SCENARIOS = {
         ["simulate", "free_fourbar", "--to", "1", "--input", "u=@nowhere.csv"]
     ),
 }
+
+SENTENCES = r"""
+an input that is a list | ModelError | u | model: line 3: inputs.u: must be a number, a formula or a table with one of constant, constant_speed, constant_acceleration, polynomial, harmonic, table, rise, cam, not [1, 2]
+an input that is no formula | ModelError | u | model: line 3: inputs.u: '2 +' ends where a number is expected
+an input of no parameter | ModelError | u | model: line 3: inputs.u: value: there is no parameter 'q' (there are none)
+an input by a table of two quantities | ModelError | u | model: line 3: inputs.u: value: y: '2 kg' is a mass (kg), where a force (N) is wanted: did you mean '2 kgf'?
+a state without a rate | ModelError | lag | model: line 13: states.lag.rate: is missing: give it
+a rate that is a list | ModelError | lag | model: line 13: states.lag.rate: must be a number or text such as '2 mm', not [1]
+a rate that is no formula | ModelError | lag | model: line 13: states.lag.rate: 'lag +' ends where a number is expected
+a rate of what there is not | ModelError | lag | model: line 13: states.lag.rate: there is no 'leg' to measure 'leg.angle' of (there are: 'ground', 'u', 'arm', 'lag', 'O', 'motor'): add it before, or correct the name
+a rate of another quantity | ModelError | lag | model: line 13: states.lag.rate: '2 m' is a length (m), where a power (N·m/s) is wanted
+a start that is no number | ModelError | lag | model:⏎  line 13: states.lag: start: there is no parameter 'soon' (there are none)⏎  line 16: loads.motor: value: there is no parameter 'lag' (there are none)
+a word that a state has not | ModelError | lag | model: line 13: states.lag.begin: there is no such key (there are: start, size)
+a load of a state that is not there | ModelError | motor | model: line 16: loads.motor: value: there is no parameter 'leg' (there are none)
+a controller that is to be saved | ModelError | pid | 'pid' is a Controller, Python code of your own, which a model file does not carry
+plain numbers of a formula in other units | ModelError | motor | 'motor': the formula 'u - 2.0*arm.omega' has plain numbers, which cannot be taken to other units: give its numbers, and the inputs and states that it names, their units
+a driver that is released and measured | ModelError | push | driver 'motor' cannot be released, 'push' measures it: measure the body that it drives, or a joint
+a plain state in other units | ModelError | way | 'way': the formula 'arm.vx' has plain numbers, which cannot be taken to other units: give its numbers, and the inputs and states that it names, their units
+a motion at a time after it | ModelError | - | at takes times of the motion, from 0 to 1 s: 2 s is not among them
+a motion that ends earlier another time | SolveError | - | the motion from t = 0, followed again, ends before 0.95 s: controllers or loads in Python that are not functions of what they are given make another motion
+a batch of motions again | ModelError | - | a motion is followed again for one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+a motion without instants joined | ModelError | - | then joins motions that have instants: one of them has none
+a motion at no time | ModelError | - | at takes times of the motion, from 0 to 1 s: none is given
+a motion at what is no time | ModelError | - | at takes times, in s, not 'soon'
+a motion again that was read from a file | ModelError | - | how this motion began is not known, as of one that was read from a file: simulate the mechanism again, with times= or every=
+what is no motion again | ModelError | - | at follows a motion of simulate again, this is a result of kinematics: give its instants to the analysis, as in t=[0.1, 0.2]
+a motion again with another controller | SolveError | - | the motion, followed again, is at t = 0.945 s apart from what was kept, by 0.36 of its size: controllers or loads in Python that are not functions of what they are given make another motion
+a motion that is joined to no motion | ModelError | - | then joins motions of simulate, not a result of int: simulate it with start=run
+motions that leave a gap | ModelError | - | a motion begins at t = 0 s, the one before ends at 1 s: simulate it with start=run, and keep its first instant
+motions of two mechanisms | ModelError | - | 'other' is not the mechanism of the motion before, or has other numbers: join motions of one system, whose inputs alone may differ
+motions that are joined elsewhere | ModelError | - | a motion begins at t = 1 s in another position or at other rates, 0.058 of their size apart: simulate it with start=run, and keep its first instant
+a dataset without xarray | ModelError | - | a Dataset needs xarray, which is not installed: pip install xarray; columns() and to_npz() need nothing
+a history without a value | UsageError | - | --input takes NAME=VALUE, not 'u'
+a history of an input that is not there | ModelError | u | there is no input 'u' (there are: none)
+a history in a file that is not there | ModelError | u | --input u: there is no file 'nowhere.csv'
+"""

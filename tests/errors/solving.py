@@ -316,3 +316,108 @@ SCENARIOS = {
         assemble(press(3.9, 0.5)).with_values({"rod.B.x": [3.2, 3.0]}), t=np.linspace(0.0, 0.5, 20)
     ),
 }
+
+SENTENCES = r"""
+gears that do not mesh | SolveError | mesh | 'mesh' does not fit: by its radii the centres must be 3 mm apart, they are 3.1 mm: move them, or change the radii
+a rack on the wrong side | SolveError | mesh | 'mesh' does not fit: by its radius the centre must be 0.5 m to the left of the rack's line, it is 0.5 m to the right: turn the marker on the rack by 180 deg, move it, or change the radius
+a rack that the pinion does not touch | SolveError | mesh | 'mesh' does not fit: by its radius the centre must be 0.5 m to the left of the rack's line, it is 0.6 m to the left: move it, or change the radius
+a rope without a direction | SolveError | rope | 'rope' has no direction to begin with: two ends of it, on 'ground' and 'block', are guessed to be at one place; give a guess for the bodies
+an analysis of nothing | ModelError | - | an analysis takes a Mechanism or a System, not None
+an analysis of a class | ModelError | - | an analysis takes a Mechanism or a System, not <class 'mbody.model.mechanism.Mechanism'>
+t that is nan | ModelError | - | t is nan, it must be finite
+t that is infinite | ModelError | - | t is -inf, it must be finite
+one t that is nan | ModelError | - | t[1] is nan, it must be finite
+no t | ModelError | - | t is empty: give at least one number
+t in rows | ModelError | - | t must be a number or one row of them, not of shape (2, 2)
+t that is text | ModelError | - | t must be a number or an array of them, not '1'
+t that are texts | ModelError | - | t must be a number or an array of them, not ['0', '1']
+t that is none | ModelError | - | t must be a number or an array of them, not [0.0, None]
+t that is true | ModelError | - | t must be a number or an array of them, not True
+t that is complex | ModelError | - | t must be a number or an array of them, not 1j
+t that is a dict | ModelError | - | t must be a number or an array of them, not {}
+drive of a driver that is not there | ModelError | engine | there is no driver 'engine' (there are: 'motor')
+drive of a body | ModelError | crank | there is no driver 'crank' (there are: 'motor')
+drive of a number | ModelError | 3 | there is no driver 3 (there are: 'motor')
+a value that is nan | ModelError | motor | value of driver 'motor' is nan, it must be finite
+a rate that is nan | ModelError | motor | rate of driver 'motor' is nan, it must be finite
+an acceleration that is text | ModelError | motor | acceleration of driver 'motor' must be a number or an array of them, not '0'
+a value that is none | ModelError | motor | value of driver 'motor' must be a number or an array of them, not None
+a value that is text | ModelError | motor | value of driver 'motor' must be a number or an array of them, not '60 deg'
+no value in a tuple | ModelError | motor | driver 'motor' takes a value, or (value, rate, acceleration), not 0 of them
+four values in a tuple | ModelError | motor | driver 'motor' takes a value, or (value, rate, acceleration), not 4 of them
+no values | ModelError | motor | value of driver 'motor' is empty: give at least one number
+more rates than values | ModelError | - | driver values and times have different numbers of instants, [2, 3]: give as many of each, or one
+drive that is a name | ModelError | - | drive must be a dict such as {"motor": 0.5}, not 'motor'
+drive that is a number | ModelError | - | drive must be a dict such as {"motor": 0.5}, not 5
+a guess of a body that is not there | ModelError | rod | 'four-bar' has no element 'rod' (it has: 'crank', 'coupler', 'rocker', 'O2', 'A', 'B', 'O4', 'motor')
+a guess of a driver | ModelError | motor | a guess is for bodies, 'motor' is none
+a guess of the ground | ModelError | ground | the ground does not move: a guess is for moving bodies
+a guess that is nan | ModelError | coupler | 'coupler': guess.angle is nan, it must be finite
+a guess at nan | ModelError | coupler | 'coupler': guess.y is nan, it must be finite
+a guess that is a mass | ModelError | coupler | 'coupler': guess.angle: '30 kg' is a mass (kg), where an angle (rad) is wanted
+a guess of a parameter | ModelError | coupler | 'coupler': guess: there is no parameter 'q' (there are none)
+a guess of two numbers | ModelError | coupler | 'coupler': guess must be an angle or (x, y, angle), not (1.0, 2.0)
+guesses in a list | ModelError | - | guess must be a dict such as {"coupler": 0.3}, not ['coupler']
+a turn of a driver that is not there | ModelError | engine | there is no driver 'engine' to turn (there are: 'motor')
+a turn of a number | ModelError | 3 | there is no driver 3 to turn (there are: 'motor')
+a turn with times | ModelError | - | turn goes alone: leave out t
+a turn with values | ModelError | - | turn goes alone: leave out drive
+instants without a turn | ModelError | - | instants goes with turn; times and driver values say how many they are
+a turn of one instant | ModelError | - | a turn needs at least 2 instants, a whole number, not 1
+a turn of half an instant | ModelError | - | a turn needs at least 2 instants, a whole number, not 2.5
+a turn of text | ModelError | - | a turn needs at least 2 instants, a whole number, not '9'
+a turn without a driver | ModelError | - | turn=True goes with one driver, 'four-bar' has 0 (none): add one
+a turn of two drivers | ModelError | - | turn=True goes with one driver, 'four-bar' has 2 ('motor', 'second'): name one of them
+a turn of a cylinder | ModelError | ram | driver 'ram' drives no angle, it cannot turn: give times t, or drive
+a turn of a law that turns back | ModelError | motor | driver 'motor' does not make a whole turn by its law: the law turns back at t = 0.125 where it has reached 0.3125 rad; it does not reach 6.28319 rad: request values before that, or change the law or the start
+a turn of a batch | ModelError | - | a turn of a batch of designs: give times or driver values instead
+rates of a body that is not there | ModelError | rod | there is no moving body 'rod' to give a rate
+a rough rate that is nan | ModelError | crank | 'crank': rate is nan, it must be finite
+a rough rate that is a length | ModelError | crank | 'crank': rate: '2 m' is a length (m), where an angular velocity (rad/s) is wanted
+rates that are a number | ModelError | - | rates must be a dict such as {"crank": 2.0}, not 5
+loops of a batch | ModelError | - | close_loops takes one design: choose one of the batch with design(n)
+loops at two times | ModelError | - | close_loops takes one instant: give one time and one value a driver
+mobility of a batch | ModelError | - | mobility takes one design: choose one of the batch with design(n)
+mobility at two times | ModelError | - | mobility takes one time, not 2
+a reach of one of two drivers | ModelError | - | 'four-bar' has 2 drivers ('motor', 'second'): name the one whose reach you want
+a reach of a driver that is not there | ModelError | engine | there is no driver 'engine' (there are: 'motor')
+a reach at times | ModelError | - | driver_range takes one finite time, not [0.0, 1.0]
+a reach of a batch | ModelError | - | driver_range takes one design: choose one of the batch with design(n)
+a table of a driver that ends | ModelError | motor | the law of driver 'motor': Table: the table covers 0 to 2, but 2.25 was requested: add points, or choose outside="hold" or "line"
+a table of a load that ends | ModelError | brake | the value of load 'brake': Table: the table covers 0 to 2, but 2.25 was requested: add points, or choose outside="hold" or "line"
+a table of a spring that ends | SolveError | spring | load 'spring' has no value at t = 0 s: its law does not reach so far; extend it, or let it hold its last value
+a formula without a value | ModelError | motor | the law of driver 'motor': 'log(1 - t)' has no value at 1: evaluate it elsewhere, or choose a formula that has one there, for example with max or min
+a formula with an infinite rate | ModelError | motor | the law of driver 'motor', Expression('sqrt(t)'), has an infinite rate at t = 0 s: begin after it, or choose another law
+a load without a value | ModelError | brake | the value of load 'brake': '5/(t - 1)' has no value at 1: evaluate it elsewhere, or choose a formula that has one there, for example with max or min
+a spring without a value | SolveError | spring | load 'spring' has no value at t = 0 s: 'log(x - 9)' is not defined there; choose a formula that is, by max or min
+a law without a value where loops are closed | ModelError | second | the law of driver 'second': 'sqrt(t - 1)' has no value at 0: evaluate it elsewhere, or choose a formula that has one there, for example with max or min
+a law that is infinite where loops are closed | SolveError | motor | the law of 'motor' has no finite value at t = 10 s: begin elsewhere, or choose another law
+links that are too short | SolveError | A | loops do not close at t = 0 s: the smallest gap is 1.606 m at 'A' (between 'crank' and 'coupler'): check lengths, or give a better guess
+a chain that is too short | SolveError | j1 | loops do not close at t = 0 s: the smallest gap is 1.5 m at 'j1' (between 'b0' and 'b1'): check lengths, or give a better guess
+a large structure that is too wide | SolveError | pin | loops of 'structure' do not close at t = 0 s: the search ended with a gap of 0.5 m at 'pin': check lengths, or give a better guess
+loads that nothing balances | SolveError | - | reactions leave 0.032 of the loads of 'm' unbalanced: its position is singular, or it can still move
+an angle that is not reached | SolveError | motor | driver 'motor' cannot bring 'rocker' to 1.48865 rad at t = 0 s: it comes within 0.1 rad where the links are stretched; check lengths and the law
+a place that is not reached | SolveError | ram | driver 'ram' cannot bring 'slider' to 5 m at t = 0 s: it comes within 1 m where the links are stretched; check lengths and the law
+a cylinder without a direction | SolveError | jack | 'jack' has no direction to begin with: two ends of it, on 'ground' and 'b', are guessed to be at one place; give a guess for the bodies
+a driver too many | SolveError | second | 2 drivers ('motor', 'second') for 1 degree of freedom of 'four-bar': remove 1
+two drivers too many | SolveError | third | 3 drivers ('motor', 'second', 'third') for 1 degree of freedom of 'four-bar': remove 2
+a driver of what is fixed | SolveError | motor | driver 'motor' repeats what joints and other drivers already impose (rank 3 of 4): remove it
+a driver twice | SolveError | second | driver 'second' repeats what joints and other drivers already impose (rank 9 of 10): remove it
+a driver too few | SolveError | - | kinematics needs 0 free degrees of freedom, 'four-bar' has 1 degree left: add a driver, for example on 'crank'
+a body that is free | SolveError | - | kinetostatics needs 0 free degrees of freedom, 'free' has 3 degrees left: add a driver, for example on 'b0'
+very many bodies that are free | SolveError | - | kinematics needs 0 free degrees of freedom, 'free' has 802 degrees left: add a driver, for example on 'b0'
+a guess on another branch | ModelWarning | - | the guess is on another branch than the position found: 'coupler' came out 64.0 deg from where the guess puts it; guess nearer to the branch that you want
+a design on another branch | ModelWarning | - | 1 design is closed on another branch than the first one: 1; analyse them alone, with a guess
+designs on another branch | ModelWarning | - | 10 designs are closed on another branch than the first one: 1, 2, 3, 4, 5, 6, 7, 8, …; analyse them alone, with a guess
+a dead centre on the way | SolveError | ram | dead centre at 4 m, t = 0.2 s, of 'slider': driver 'ram' cannot drive it any further; 'slider' can move from 2 to 4 m; drive 'crank', or stop before
+a turn that there is not | SolveError | motor | dead centre at 311.8 deg of 'crank': driver 'motor' cannot drive it any further; 'crank' can turn from 48.1896851 deg to 311.8103149 deg (-48.1896851 deg); drive 'rocker', or stop before
+a turn beyond zero | SolveError | motor | dead centre at 132.1 deg of 'crank': driver 'motor' cannot drive it any further; 'crank' can turn from -132.1021565 deg to 132.1021565 deg; drive 'coupler', or stop before
+a start at a dead centre | SolveError | motor | dead centre at 151 deg of 'rocker': driver 'motor' cannot drive it through there; drive 'crank', or start elsewhere
+a start at the end of a stroke | SolveError | ram | dead centre at 4 m of 'slider': driver 'ram' cannot drive it through there; drive 'crank', or start elsewhere
+velocities at the end of a stroke | SolveError | ram | no velocities agree with 'ram' at this position: it is at a dead centre, or drivers contradict each other; close the loops elsewhere
+a change point at which the motion turns back | SolveError | motor | branches of 'four-bar' meet at 180 deg, t = 0.999628 s, of 'crank', driven by 'motor', in 'O2', 'A', 'B', 'O4': on which of them the motion goes on is not certain; stop before, or change a length so that they stay apart
+a change point with two drivers | SolveError | motor | branches of 'four-bar' meet at 180 deg of 'crank', driven by 'motor', in 'O2', 'A', 'B', 'O4': on which of them the motion goes on is not certain; leave that instant out, the motion goes through there between others
+a law that jumps | SolveError | motor | the motion of 'four-bar' cannot be followed beyond 28.65 deg, t = 0.5 s, of 'crank': does the law of 'motor' jump there?
+a design that cannot close | SolveError | A | design 2 of the batch: loops do not close at t = 0 s: the smallest gap is 4.878 m at 'A' (between 'crank' and 'coupler'): check lengths, or give a better guess
+a design with a dead centre | SolveError | ram | design 1 of the batch: dead centre at 4 m, t = 0.2 s, of 'slider': driver 'ram' cannot drive it any further; drive 'crank', or stop before
+"""

@@ -169,3 +169,41 @@ SCENARIOS = {
     "an input that is not finite": input_as(float("nan")),
     "accelerations by too many inputs": back(lambda sim: sim.accelerations([1.0])),
 }
+
+SENTENCES = r"""
+a simulator that is copied | ModelError | - | a Simulator cannot be copied: make another one of the same system, and set its state to sim.state, which can be copied and pickled
+a batch that is led on | ModelError | - | a Simulator takes one design: choose one of the batch with design(n)
+a driver that is released later on | ModelError | motor | 'motor' is to be released at 0.5 s: a Simulator releases nothing later on; simulate until then, and give the result as start
+a step of nothing | ModelError | - | step: dt is 0 s at t = 0.1 s: give a positive time; to go back, keep sim.state and set it again
+a step backwards | ModelError | - | step: dt is -0.001 s at t = 0.1 s: give a positive time; to go back, keep sim.state and set it again
+a step that is no time | ModelError | simulator | 'simulator': dt: '3 m' is a length (m), where a time (s) is wanted
+a time that is over | ModelError | - | until: t is 0.05 s, the motion is at 0.1 s already: give a later time; to go back, keep sim.state and set it again
+a motion that has ended | SolveError | - | the motion of 'ball' has ended: at t = 0.451524 s, 'ball.y' is zero; set an earlier state, or reset it
+a state that is none | ModelError | - | the state that is set must be one that sim.state gave, not [0.0, 1.0]
+a state of other bodies | ModelError | - | the state that is set is of another mechanism, of the bodies 'upper', 'lower'
+a state that is not whole | ModelError | - | the state that is set is not whole: take one of sim.state
+a state of another method | ModelError | - | the state that is set goes by radau5 at rtol 1e-10, this simulator by dop853 at rtol 1e-10: reset(state) takes its positions and rates alone
+a state of other numbers | ModelError | - | the state that is set has other accelerations than this mechanism: its numbers differ; reset(state) takes its positions and rates alone
+a state of other elements | ModelError | - | the state that is set is of another mechanism, with other elements
+a state of other controllers | ModelError | - | the state that is set is of another mechanism, with other controllers
+an input that a controller sets | ModelError | u | the input 'u' is set by the controller 'pd': take that off to set it here
+an input that follows its law | ModelError | u | the input 'u' follows its law of time: declare it with a number to set it here
+accelerations by inputs that are no numbers | ModelError | - | u must be numbers, or a dict by name, not 'much'
+a reset to what is no state | ModelError | - | reset takes a state, or positions and rates by name such as {"crank": {"angle": 0.5, "omega": 2.0}}, not [1.0]
+a reset to a state of other bodies | ModelError | - | the state to reset to is of another mechanism, of the bodies 'upper', 'lower'
+a reset of a body that there is not | ModelError | krank | reset: there is no body 'krank' (there are: 'crank', 'coupler', 'rocker'); give positions and rates by name, such as {"crank": {"angle": 0.5, "omega": 2.0}}
+a reset of a name without a body | ModelError | angle | reset: there is no body 'angle' (there are: 'crank', 'coupler', 'rocker'); give positions and rates by name, such as {"crank": {"angle": 0.5, "omega": 2.0}}
+a reset of what a body has not | ModelError | crank | reset: 'crank' has no 'alpha' to set (it has: angle, omega, x, vx, y, vy)
+a reset in metres | ModelError | reset | 'reset': crank.angle: '1 m' is a length (m), where an angle (rad) is wanted
+a reset at a time when nothing closes | SolveError | boom | reset: the loops of 'crane' do not close near boom.angle = 22.91831 deg at t = 5 s: give values that its joints allow
+a reset by names of very many bodies | ModelError | - | reset: 'discs' has 2400 rows, too many for positions by name: set a state that a simulator had
+minimal coordinates of very many bodies | SolveError | - | minimal coordinates of 'discs': 2400 rows of 3600 coordinates are too many for dense matrices; use the arrays of all coordinates
+a body that there is not | ModelError | krank | there is no body 'krank' (there are: 'crank', 'coupler', 'rocker')
+a point that there is not | ModelError | crank | body 'crank' has no point 'Z' (it has: 'O2', 'A')
+a measure that there is not | ModelError | - | measure 'crank.colour': 'crank' has no 'colour' (it has: x, y, vx, vy, ax, ay, angle, omega, alpha)
+an input that there is not | ModelError | u | there is no input 'u' (there are: none)
+an input that is taken away | ModelError | u | the input 'u' belongs to the mechanism: set it to a number
+an input that is no number | ModelError | inputs | 'inputs': u: there is no parameter 'much' (there are none)
+an input that is not finite | ModelError | u | the input 'u' is nan: give a finite number
+accelerations by too many inputs | ModelError | - | u has 1 numbers, the mechanism 0 inputs that can be set: give one each, or a dict by name
+"""

@@ -195,3 +195,53 @@ SCENARIOS = {
     ),
     "a sweep on a cluster that is not there": cluster_that_is_silent,
 }
+
+SENTENCES = r"""
+straight-line code without memory | ModelWarning | - | straight-line code could not be built (MemoryError): analyses of this mechanism take about three times as long
+straight-line code of a compiler that was stopped | ModelWarning | - | straight-line code could not be built (it ended with 1): analyses of this mechanism take about three times as long
+a sweep of no name | UsageError | - | choose what differs between designs: --vary NAME=LOW:HIGH:COUNT
+a sweep from here to there | UsageError | - | --vary takes LOW:HIGH:COUNT, or values with commas, not '1:2'
+a sweep of a name that is no formula | ModelError | a | --vary a: '1 +' ends where a number is expected
+a sweep of nothing | ModelError | - | sweep: parameters must be a dict of names such as {"crank.A.x": [1.0, 1.1]}, not {}
+an integral over no time | ModelError | - | integral: no time passes over the instants, 2 of them: give times, as t, or a turn of a driver that has a rate; mean(…) needs none
+a sweep of a number that there is not | ModelError | crank.length | there is no number 'crank.length' to change (there are: 'crank.mass', 'crank.inertia', 'crank.cg.x', 'crank.cg.y', 'crank.O2.x', 'crank.O2.y', 'crank.A.x', 'crank.A.y')
+a sweep of one number twice | ModelError | - | sweep: brake, brake.value: name each number once
+a sweep of no values | ModelError | crank.A.x | sweep: 'crank.A.x' needs finite values, at least one
+a sweep of text that is no length | ModelError | crank.A.x | sweep: 'crank.A.x': '3 kg' is a mass (kg), where a length (m) is wanted
+a sweep of lists that do not fit | ModelError | - | sweep: there are 2 of 'crank.A.x' and 3 of 'crank.mass': give as many values of each
+a grid that is too large | ModelError | - | sweep: the grid has 9.97e+08 designs, at most 1e+08 are possible: use fewer values, or random designs with sobol
+draws that are no number | ModelError | - | latin hypercube: count must be a whole number, not 2.5
+draws of no design | ModelError | - | sobol: count is 0: give 1 to 1e+08 designs
+a draw of one value | ModelError | crank.A.x | sweep: 'crank.A.x' needs (low, high), or a Normal, Uniform or Triangular distribution, not 1.0
+a draw from high to low | ModelError | crank.A.x | sweep: 'crank.A.x' goes from 1.1 to 0.9: give low, then high
+a scatter of less than nothing | ModelError | crank.A.x | sweep: the width of 'crank.A.x' is -0.1: give 0 or more
+a scatter without a width | ModelError | - | Uniform has no width: give tolerance
+a scatter of two widths | ModelError | - | Normal takes one width: give either tolerance or deviation
+a sweep that measures nothing | ModelError | - | sweep: name a measure, such as measure="peak(A.force)": 'four-bar' has no measures of its own
+a sweep of a measure that is a number | ModelError | - | sweep: measure must be text, a list or a dict, not 3
+a sweep of measures that are numbers | ModelError | - | sweep: a measure is text, a Measure, or a pair of one and of max, min, peak, span, rms, mean, integral, first, last, not 3
+a sweep of a measure twice | ModelError | - | sweep: measures [A.force, A.force]: give each once, at least one
+a sweep of a reduced measure, reduced again | ModelError | - | sweep: 'pin' is one number of all instants already, peak(A.force): leave 'rms' out
+a sweep at no instant | ModelError | - | sweep: 'at(A.force, 0.1)': at takes a quantity and the number of an instant, as in at(A.force, 0)
+a sweep at an instant that there is not | ModelError | - | sweep: 'at(A.force, 3)': there is no such instant, they are 0 to 0
+a sweep by an unknown analysis | ModelError | - | sweep: there is no analysis 'dynamics' (there are: 'kinematics', 'kinetostatics', 'statics', 'simulate')
+a sweep by an option that there is not | ModelError | - | sweep: kinetostatics takes no 'until' (it takes: t, drive, turn, instants, turns, guess, at, over)
+a sweep of a batch | ModelError | - | sweep takes one design: its parameters make the others
+a sweep of histories of free motions | ModelError | - | sweep: 'A.force' of a free motion is a history: say how it becomes one number, such as last(A.force)
+a sweep of no threads | ModelError | - | threads must be a whole number from 1 on, not 0
+a sweep without drivers | SolveError | - | kinetostatics needs 0 free degrees of freedom, 'four-bar' has 1 degree left: add a driver, for example on 'crank'
+a quantity that a sweep did not measure | ModelError | B.force | the sweep has no 'B.force' (there are: 'A.force')
+a parameter that a sweep did not have | ModelError | crank.mass | 'crank.mass' is not a parameter of the sweep (there are: 'crank.A.x')
+a design that a sweep did not have | ModelError | - | there is no design 7: give 0 to 1
+a table of a sweep without pandas | ModelError | - | a table of a sweep needs pandas, which is not installed: pip install pandas
+a sweep of many designs that do not close | SolveError | - | loops do not close at t = 0 s: from the numbers of the description to those of this design they do for 12.8% of the way; analyse it alone to see the gap
+a sweep to a folder without pyarrow | ModelError | - | a sweep to a folder needs pyarrow, which is not installed: pip install "mbody[data]"
+a sweep to a folder that is a file | ModelError | - | cannot write a sweep to 'results' (File exists): choose a writable folder
+a sweep to the folder of another | ModelError | - | 'results' contains another sweep, with other model, parameters, samples, designs, analysis, instants, measures, piece, version: choose another folder, or delete this one
+a sweep to a folder with half a manifest | ModelError | - | 'results/sweep.json' is damaged: delete it, and run the same sweep again; matching results are kept
+a sweep to a folder that goes away | ModelError | - | cannot write a sweep to 'results' (No such file or directory): choose a writable folder
+a piece that goes away | ModelError | - | 'results/designs-000000000.parquet' was changed or deleted since the sweep wrote it: run the same sweep again to compute what is missing
+a sweep of a measure with a name of the table | ModelError | - | sweep: a measure cannot have the name 'error', which is a column of every table: choose another
+a sweep on a cluster without distributed | ModelError | - | work on a cluster needs Dask's distributed, which is not installed: pip install "mbody[cluster]"
+a sweep on a cluster that is not there | SolveError | - | no scheduler can be reached at 'tcp://10.0.0.5:8786' (OSError): start one with 'dask scheduler', and workers that have mbody
+"""

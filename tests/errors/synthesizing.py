@@ -163,3 +163,74 @@ SCENARIOS = {
     "bounds in the command that are no formula": table("x,y\n1,2\n", "--by", "crank.A.x=+:3"),
     "a count in the command that is no number": table("x,y\n1,2\n", "--count", "few"),
 }
+
+SENTENCES = r"""
+cognates of a batch | ModelError | - | cognates takes one design: choose one of the batch with design(n)
+cognates of a point of the ground | ModelError | ground.O2 | cognates: 'ground.O2' is on the ground: name a point of a coupler
+cognates of a point of the rocker | ModelError | rocker | cognates: 'rocker' is no coupler of a four-bar or slider-crank: it needs pins to two links that are pinned to the ground, or to one and to a slider; it has 0 and 0
+cognates of a pin | ModelError | coupler.B | cognates: 'coupler.B' is at a pin, whose path is a circle or a line: name another point of 'coupler'
+cognates without a motor on the ground | ModelError | - | cognates: 'Hoekens' linkage: a straight line from four bars' must be driven by one angle against the ground, of 'crank', 'coupler', 'rocker': the cognates have the same driver
+a synthesis of a model that is none | ModelError | - | synthesize: model must be a Mechanism, not 'fourbar.toml'; load one by mbody.load
+a synthesis of a model and a kind | ModelError | - | synthesize: 'kind' does not go with a model: leave it out
+a synthesis of a model without a point | ModelError | - | synthesize: of must name the point of the path, such as "coupler.P", or the output, such as "rocker.angle", not None
+a synthesis of a model by nothing | ModelError | - | synthesize: by must say which numbers of the model are sought, between which bounds: by={"crank.A.x": (low, high)}
+a synthesis of a model by a number that there is not | ModelError | crank.Z.x | there is no number 'crank.Z.x' (there are: 'crank.A.x', 'crank.cg.x', 'crank.O2.x', 'crank.A.y', 'crank.cg.y', 'crank.O2.y')
+a synthesis of a model by what a formula makes | ModelError | crank.A.x | synthesize: 'crank.A.x' is made by the formula '2*a': seek 'a', or give 'crank.A.x' a number of its own in the model
+a synthesis of a model that makes no turns | ModelError | - | synthesize: driver 'cylinder' makes no turns: give its range, span=(low, high)
+a synthesis of a model without a driver | ModelError | - | synthesize: 'Simple pendulum' has 0 drivers: one is needed
+a synthesis of a model whose output is a force | ModelError | motor.effort | synthesize: 'motor.effort' is in N·m: the output of a function is an angle or a length
+a synthesis of a model that reaches no point | SolveError | - | synthesize: no design of the mechanism passes all points without defects within the bounds; left out were 1 for order defects; the nearest is off by 46 m at point 6, with a defect of order: change the points or widen the bounds, try more designs (search), or keep those with defects (defective=True)
+a synthesis by a number that is not in the file | ModelError | coupler.mass | synthesize: 'coupler.mass' is not one number of the file of 'four-bar': give it one of its own, or a parameter
+a point without a model | ModelError | - | synthesize: of and span go with a model: leave them out, or give it
+a table of bytes | ModelError | - | cannot read 'points.csv' (it is no text)
+an atlas of a kind that there is not | ModelError | - | atlas: there is no kind 'six_bar' (there are: 'four_bar', 'slider_crank')
+an atlas that is not there | ModelError | - | cannot read 'none.npz' (No such file or directory)
+an atlas that is none | ModelError | - | 'atlas.npz' is no atlas: make one by mbody atlas --to FILE
+an atlas of another kind | ModelError | - | synthesize: the atlas is of four_bar, not of slider_crank
+an atlas for an open path | ModelError | - | synthesize: an atlas has closed curves: close the path by its first point, or search without an atlas
+an atlas of a function | ModelError | - | synthesize: atlas goes with path: leave it out
+a synthesis of nothing | ModelError | - | synthesize: give one of path, function and poses
+a synthesis of two demands | ModelError | - | synthesize: give one of path, function and poses, not 'path', 'poses'
+a synthesis of a kind that there is not | ModelError | - | synthesize: there is no kind 'five_bar' (there are: 'four_bar', 'slider_crank')
+a synthesis of no design | ModelError | - | synthesize: count must be a whole number from 1 on, not 0
+a path that is no list | ModelError | - | synthesize: path must be a list of rows (length, length), not 'circle'
+a point of three numbers | ModelError | - | synthesize: row 1 of path must have 2 numbers (length, length), not (0, 0, 0)
+a point that is no number | ModelError | path | 'path': row 2, number 1: there is no parameter 'soon' (there are none)
+a path of two points | ModelError | - | synthesize: path has 2 rows, fewer than 3: a continuum of mechanisms meets them; give at least 3
+a closed path of two points | ModelError | - | synthesize: the closed path has 2 points, at least 3 are needed
+a path of one place | ModelError | - | synthesize: all points of the path are one: give points apart
+a timing that is no list | ModelError | - | synthesize: timing must be a list of values of the driver, not 3
+a timing of other length | ModelError | - | synthesize: timing has 2 values for 6 points: give one for each
+a timing to and fro | ModelError | - | synthesize: timing must rise or fall from point to point: the driver passes the points in their order
+a timing of two turns | ModelError | - | synthesize: timing goes over 572.958 deg: after a turn, 360 deg, the path begins again
+a timing of poses | ModelError | - | synthesize: timing goes with path: leave it out
+bounds that are no dict | ModelError | - | synthesize: by must be a dict of bounds, not ['crank.A.x']
+bounds of a number that there is not | ModelError | crank.B.x | synthesize: a four_bar has no number 'crank.B.x' (it has: 'ground.O2.x', 'ground.O2.y', 'ground.O4.x', 'ground.O4.y', 'crank.A.x', 'coupler.B.x', 'rocker.B.x', 'coupler.P.x', 'coupler.P.y')
+bounds that are no pair | ModelError | crank.A.x | synthesize: 'crank.A.x' takes a pair of bounds (low, high), not 3
+bounds in the wrong order | ModelError | crank.A.x | synthesize: the bounds of 'crank.A.x' are 30 and 20: give the lower one first
+bounds of another dimension | ModelError | crank.A.x | 'crank.A.x': high: '2 kg' is a mass (kg), where a length (m) is wanted
+bounds of a length below zero | ModelError | crank.A.x | synthesize: 'crank.A.x' is the length of a link, its bounds must be positive, not -2 to -1
+bounds of a function | ModelError | - | synthesize: by goes with path and poses: the lengths of a function generator follow from its pairs, its size from ground
+bounds of a pin of a plane | ModelError | - | synthesize: by has 'coupler.P.x': of a plane that is guided the pins are found, bound the pivots and the other lengths
+a condition that is none | ModelError | - | synthesize: a condition is such as "min(coupler.P.y) >= 20 mm", not 'coupler.P.y'
+a condition about a force of a linkage | ModelError | - | synthesize: 'peak(motor.effort) <= 2 N*m' is about a force, and a four-bar that is sought by its lengths has neither masses nor loads: give a model that has them
+a condition of another dimension | ModelError | - | 'min(coupler.P.y) >= 2 kg': 'coupler.P.y' is a length (m), '2 kg' is a mass (kg): give every number its unit
+a path that no coupler passes in order | SolveError | - | synthesize: no four_bar passes the points without defects within the bounds; left out were 1 for branch defects, 1 for circuit defects; the nearest is off by … m at point …, with a defect of branch: change the points or widen the bounds, try more designs (search), or keep those with defects (defective=True)
+a path nobody reaches | SolveError | - | synthesize: no four_bar passes the points without defects within the bounds; left out were 2 for misses beyond the tolerance; the nearest is off by … m at point …, with a defect of branch: change the points or widen the bounds, try more designs (search), or keep those with defects (defective=True)
+a tolerance of nothing | ModelError | - | synthesize: tolerance is 0, it must be positive
+a function to and fro | ModelError | - | synthesize: the inputs of function must rise or fall from pair to pair: sort the pairs
+a ground of no length | ModelError | - | synthesize: ground is 0, it must be positive
+six poses | ModelError | - | synthesize: 6 poses: a four-bar passes 5 exactly and no more: leave some out, or give the path of a point
+poses of one angle | ModelError | - | synthesize: two poses in succession have one angle: between them circle points are not determined; turn one of them slightly
+poses that no four-bar takes | SolveError | - | synthesize: no four_bar takes the poses without defects within the bounds; left out were 2 for circuit defects; the nearest meets all points, with a defect of circuit: change the points or widen the bounds, try more designs (search), or keep those with defects (defective=True)
+a table that is not there | ModelError | - | cannot read 'points.csv' (No such file or directory)
+an empty table | ModelError | - | 'points.csv' is empty: give a row for each point
+a table of other columns | ModelError | - | 'points.csv': the first row is 's, t': it must name the columns: x, y; x, y, timing; x, y, angle; or input, output, each maybe with a unit, as x [mm]
+a table of rows of other length | ModelError | - | 'points.csv': row 3 has 1 cells, the columns are x, y
+a table of a cell that is no number | ModelError | - | 'points.csv': row 3, y: '+' ends where a number is expected
+a table of a cell that is a word | ModelError | - | 'points.csv': row 3, y: 'nan' is no number
+a synthesis of a model in the command without a point | UsageError | - | --model needs --point NAME: the point of the path, as coupler.P, or the output, as rocker.angle
+bounds in the command without a colon | UsageError | - | crank.A.x: bounds are LOW:HIGH, not '3'
+bounds in the command that are no formula | ModelError | crank.A.x | crank.A.x: '+' ends where a number is expected
+a count in the command that is no number | UsageError | - | --count takes a whole number, not 'few'
+"""

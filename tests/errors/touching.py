@@ -138,3 +138,48 @@ SCENARIOS = {
         "foot", on="car"
     ),
 }
+
+SENTENCES = r"""
+shapes in a list | ModelError | wheel | 'wheel': shapes must be a dict such as {"rim": {"disc": "O", "radius": 0.3}}, not ['rim']
+a shape of no kind | ModelError | wheel | 'wheel': rim is {'circle': 'O'}, no shape: give one of 'disc', 'ring', 'segment', 'line', 'polygon', such as {"disc": "O", "radius": 0.3}
+a shape of a file of no kind | ModelError | ground | model: line 4: ground.shapes.floor: must be a shape: { disc = point, radius = … }, { ring = point, radius = … }, { segment = [A, B] }, { polygon = [A, B, C] } or { line = { point = … } }, not {'plane': 'O'}
+a disc without a radius | ModelError | wheel | 'wheel': rim: a disc needs 'radius'
+a disc with a length | ModelError | wheel | 'wheel': rim: a disc has no 'length'
+a disc of radius zero | ModelError | wheel | 'wheel': rim.radius is 0, it must be positive: a shape without radius is a point, which a contact names by itself
+a disc about a point that is not there | ModelError | wheel | 'wheel': rim names point 'Q', which the body has not (it has: 'O', 'A', 'B', 'C', 'D'): add it to its points
+an arc of one end | ModelError | wheel | 'wheel': rim has begin or end alone: an arc goes from begin to end, counter-clockwise; a whole circle has neither
+an arc that ends before it begins | ModelError | wheel | 'wheel': rim goes from 85.9437 deg to 28.6479 deg: end must be above begin, by less than a turn; a whole circle has neither
+a disc as large as its ring | ModelError | foot | 'foot': the disc 'wheel.rim' of radius 2 m is not within the ring 'ground.bore' of radius 2 m: give it a smaller one
+a line without a point | ModelError | wheel | 'wheel': rim: line must be { point = …, angle = … }, not 'O'
+a segment of one point | ModelError | wheel | 'wheel': rim needs two points of different names, not ('A',)
+a polygon of two points | ModelError | wheel | 'wheel': rim needs at least 3 points of different names, not ('A', 'B')
+a polygon of text | ModelError | wheel | 'wheel': rim must list its points by name, not 'ABC'
+a shape with the name of a point | ModelError | wheel | 'wheel': the name of shape 'O' is taken by a point or a number of the body: choose another
+a contact with a body | ModelError | foot | 'foot': j is 'wheel', it must name a shape or a point of a body: "ground.floor" or "ladder.A"
+a contact of a body with itself | ModelError | foot | 'foot' would be between 'wheel' and itself: give shapes of two bodies
+a contact with a negative coefficient | ModelError | foot | 'foot': friction is -0.1, it must not be negative: give 0 or more
+a contact that sticks less than it slides | ModelError | foot | 'foot': friction is 0.3, more than static = 0.2: what rests is not easier to move than what slides; exchange them, or leave out static
+a contact that gains energy | ModelError | foot | 'foot': restitution is 1.2, which would gain energy: give 0 to 1
+a contact by a law that there is not | ModelError | foot | 'foot': law is 'hertz': give one of poisson, newton
+designs of a contact that stick less than they slide | ModelError | foot | 'foot': friction is 0.7, more than static = 0.5: what rests is not easier to move than what slides; exchange them, or leave out static
+designs of a contact that gain energy | ModelError | foot | 'foot': restitution is 1.5, which would gain energy: give 0 to 1
+a contact with a shape that is not there | ModelError | foot | 'foot' refers to shape 'tyre' of 'wheel', which is not there (it has the shapes 'rim', 'box' and the points 'C', 'A', 'B', 'E'): name one of these, or add it to the body
+a contact with a body that is not there | ModelError | foot | 'foot' refers to body 'car', which is not there (there are: 'ground', 'wheel'): add bodies first
+a contact of two points | ModelError | foot | 'foot': a point and a point do not touch: points and discs touch lines, segments, polygons and discs, and rings from within; of segments and polygons the corners do
+a group that fits nothing | ModelError | pile | 'pile': no two shapes of different bodies fit 'stone*.rim' and 'ground.floor' (there are: 'wheel.rim', 'wheel.box', 'wheel.C', 'wheel.A', 'wheel.B', 'wheel.E', 'ground.floor', 'ground.wall' and 9 more)
+a group of very many contacts | ModelError | pile | 'pile' would be more than 2000 contacts, 100 shapes with 100: every pair is watched by itself; simulate by the method "moreau", which looks at those that are near, or name fewer shapes
+a rope of a body to itself | ModelError | leash | 'leash' would join 'wheel' to itself: give places on two bodies
+a rope without a length | ModelError | leash | 'leash': length is 0, it must be positive: give more than 0
+a disc that overlaps the floor | ModelError | foot | the shapes 'ground.floor' and 'wheel.rim' of contact 'foot' overlap by 0.1 m at the beginning, at (0, 0.4) m: begin with them apart, or touching
+a disc that overlaps a wall | ModelError | foot | the shapes 'ground.wall' and 'wheel.rim' of contact 'foot' overlap by 0.1 m at the beginning, at (0, 0.4) m: begin with them apart, or touching
+a disc that overlaps a block | ModelError | foot | the shapes 'ground.block' and 'wheel.C' of contact 'foot' overlap by 0.5 m at the beginning, at (0, -0.5) m: begin with them apart, or touching
+a disc that leaves its ring | ModelError | foot | the shapes 'ground.bore' and 'wheel.rim' of contact 'foot' overlap by 0.4 m at the beginning, at (0, 1.9) m: begin with them apart, or touching
+a rope that is too short | ModelError | leash | rope 'leash' is 0.1 m too short at the beginning: begin with its ends nearer to each other, or give it more length
+a contact between bodies that are welded | ModelError | foot | contact 'foot' is between 'ground' and 'wheel', which joint 'weld' ties to each other: leave out one of them
+a contact by steps of one length | ModelError | foot | 'foot' of 'rest' may open, stick or slide, which the method 'generalized-alpha' does not decide: follow the motion by simulate with dop853, dopri5 or radau5, or leave out contacts and friction
+a contact led step by step by another method | ModelError | foot | 'foot' of 'rest' may open, stick or slide, which the method 'rattle' does not decide: follow the motion by simulate with dop853, dopri5 or radau5, or leave out contacts and friction
+a mode of what has none | ModelError | door | 'door' is no contact, rope or joint with friction (there are: 'foot'): give a joint friction, as in friction=0.1
+linear equations where something strikes | SolveError | - | linearize of 'rest': something strikes at t = 0.451524 s, so that there are no linear equations; take an instant beside it
+the mode of a contact that there is not | ModelError | hand | 'hand' is no joint with friction (there are: 'foot'): give it friction, as in friction=0.1
+the reaction of a contact on another body | ModelError | - | contact 'foot' is between 'ground' and 'wheel', not 'car'
+"""

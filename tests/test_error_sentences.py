@@ -1,4 +1,4 @@
-"""docs/errors.md has every sentence of mbody: each is made to happen, none is left out."""
+"""Every sentence of mbody is made to happen, says what it should, and none is left out."""
 
 import ast
 import re
@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.errors import sites
-from tests.errors.catalogue import SUBJECTS, everything, scenarios, told
-from tests.errors.page import PAGE, page
+from tests.errors.catalogue import SUBJECTS, everything, expected, told
 
 #: Texts in functions that make errors, which are none of a sentence.
 OTHERWISE = {
@@ -38,26 +37,37 @@ OTHERWISE = {
 }
 LONGEST = 600
 
-each = pytest.mark.parametrize(
-    "scenario",
-    [pytest.param(one, id=f"{part.__name__[13:]}: {name}") for part, name, one in scenarios()],
-)
+subjects = pytest.mark.parametrize("part", SUBJECTS, ids=lambda part: part.__name__[13:])
 
 
-@each
-def test_every_scenario_ends_in_a_sentence(scenario):
-    found = told(scenario)
-    text = found.sentence
-    assert text == text.strip() and "  " not in text.replace("\n  ", " ")
-    assert not re.search(r"Traceback|object at 0x|/tmp|site-packages|\.py\b", text)
-    assert re.search(r"([^\s.,;:]|\.\.\.)$", text) and text.isprintable() | ("\n" in text)
-    assert "''" not in text.replace("not ''", "").replace("is '',", "")
-    assert len(text) <= LONGEST or found.problems
-    if found.kind != "ModelError":
-        assert found.problems == ()
-    if found.element is not None and "\n" not in text:
-        name = found.element.partition(".")[0]
-        assert name[:20] in text
+@subjects
+def test_every_scenario_says_its_sentence(part):
+    """A wrong line is printed as it should stand in the subject's SENTENCES."""
+    assert list(part.SCENARIOS) == list(expected(part))
+    wrong = [
+        f"{name} | {told(scenario).line}"
+        for name, scenario in part.SCENARIOS.items()
+        if not expected(part)[name].fullmatch(told(scenario).line)
+    ]
+    assert not wrong, "\n".join(wrong)
+
+
+@subjects
+def test_sentences_are_sentences(part):
+    """One name of an element, no traces of the program, no longer than one reads."""
+    for name, scenario in part.SCENARIOS.items():
+        found = told(scenario)
+        text = found.sentence
+        assert text == text.strip() and "  " not in text.replace("\n  ", " "), name
+        assert not re.search(r"Traceback|object at 0x|/tmp|site-packages|\.py\b", text), name
+        assert re.search(r"([^\s.,;:]|\.\.\.)$", text) and text.isprintable() | ("\n" in text), name
+        assert "''" not in text.replace("not ''", "").replace("is '',", ""), name
+        assert len(text) <= LONGEST or found.problems, name
+        if found.kind != "ModelError":
+            assert found.problems == (), name
+        if found.element is not None and "\n" not in text:
+            element = found.element.partition(".")[0]
+            assert element[:20] in text, name
 
 
 def names(part):
@@ -76,37 +86,9 @@ def names(part):
             yield key.value
 
 
-@pytest.mark.parametrize("part", SUBJECTS, ids=lambda part: part.__name__[13:])
+@subjects
 def test_no_scenario_hides_another(part):
     assert not [name for name, count in Counter(names(part)).items() if count > 1]
-
-
-#: What the processor's rounding decides, and how often each is on the page: how many branches a
-#: search met that ends before it is complete, at which step, of very many, the length of steps
-#: vanished, and which of many designs, none of which will do, came nearest.
-ROUNDED = {
-    re.compile(r"^\S+ +the start of 'chain'.*\n +and at least .*\n(?: .*\n)*", re.M): 1,
-    re.compile(r"at t = \S+ s the step\s+has"): 1,
-    re.compile(r"(?<=nearest is off by )\S+ m at point \d(?=, with a defect of\s+branch)"): 2,
-}
-
-
-def steady(text):
-    """The page without what rounding decides."""
-    for part, count in ROUNDED.items():
-        assert len(part.findall(text)) == count, part.pattern
-        text = part.sub("", text)
-    return text
-
-
-def test_the_page_is_current():
-    assert steady(PAGE.read_text("utf-8")) == steady(page()), "make errors writes the page anew"
-
-
-def test_the_page_is_readable():
-    text = PAGE.read_text("utf-8")
-    assert max(map(len, text.splitlines())) <= 100
-    assert all(line == line.rstrip() for line in text.splitlines())
 
 
 def test_every_place_that_makes_an_error_is_reached():
