@@ -337,7 +337,9 @@ if not TYPE_CHECKING:  # a type checker would take every name for one of these
             value = getattr(importlib.import_module(f"mbody.{_MODULE_OF[name]}"), name)
             globals()[name] = value
             return value
-        raise AttributeError(f"module 'mbody' has no attribute '{name}'")
+        from mbody.core.former_names import former
+
+        raise AttributeError(former(f"mbody.{name}") or f"module 'mbody' has no attribute '{name}'")
 
 
 def __dir__() -> list[str]:

@@ -40,7 +40,7 @@ def compile_libraries(args: Any) -> int:
 
     if find_spec("numba") is None:
         raise ModelError(
-            "libraries are built by numba, which is not installed: pip install 'mbody[jit]'"
+            "libraries are built by numba, which is not installed: pip install 'mbody-planar[jit]'"
         )
     targets = args.target or ["host"]
     machines = [one for one in targets if one != TARGET]
@@ -254,9 +254,18 @@ def examine() -> dict[str, Any]:
         "core_reason": core.reason,
         "kernels": len(list(core.file.glob("*.so"))) if core.file and core.file.is_dir() else None,
         "kernel_check": checked,
+        "notes_on_packages": _notes_on_packages(),
         "ready": ready,
     }
     return _head(found) | found
+
+
+def _notes_on_packages() -> list[str]:
+    """What is to be known of packages that are installed here."""
+    from mbody.core.selection import namesake
+    from mbody.engines.mujoco import faulty_release
+
+    return [note for note in (namesake(), faulty_release(_version("mujoco") or "")) if note]
 
 
 def _head(found: dict[str, Any]) -> dict[str, Any]:
@@ -321,6 +330,7 @@ def lines(report: dict[str, Any]) -> list[str]:
         found.append(
             f"            a torque of {check['value']:.12g} {verdict} {TORQUE:.12g} lbf·in"
         )
+    found += [f"note        {note}" for note in report["notes_on_packages"]]
     found += ["", "ready" if report["ready"] else _remedy(report)]
     return found
 

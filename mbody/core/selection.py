@@ -49,9 +49,29 @@ class _Missing(Exception):
     """Why a core cannot run here."""
 
 
+#: What to do where a distribution `mbody` stands beside this one.
+NAMESAKE = (
+    "a distribution 'mbody' {} is installed in {}: on the public index this name is another "
+    "project, and both have the import name mbody; this one is 'mbody-planar': pip uninstall "
+    "mbody, then install mbody-planar again"
+)
+
+
+def namesake() -> str | None:
+    """A sentence where a distribution named mbody is installed beside this one, which is named
+    mbody-planar; else None.
+    """
+    for folder in filter(None, dict.fromkeys(sys.path)):
+        for found in Path(folder).glob("mbody-*.dist-info"):
+            return NAMESAKE.format(found.name[len("mbody-") : -len(".dist-info")], folder)
+    return None
+
+
 @functools.cache
 def chosen() -> Choice:
     """The core of this process."""
+    if beside := namesake():
+        warnings.warn(beside, ModelWarning, stacklevel=2)
     wanted = os.environ.get("MBODY_CORE", "")
     if wanted and wanted not in CORES:
         raise ModelError(
@@ -75,7 +95,7 @@ def chosen() -> Choice:
             why = "; ".join(tried)
             warnings.warn(
                 f"mbody runs in plain Python, some thousand times slower ({why}): install a wheel "
-                "with libraries for this machine, or numba (pip install mbody[jit])",
+                "with libraries for this machine, or numba (pip install mbody-planar[jit])",
                 ModelWarning,
                 stacklevel=2,
             )

@@ -185,5 +185,5 @@ def _gymnasium() -> None:
         import gymnasium  # noqa: F401
     except ImportError:
         raise ModelError(
-            "environments need Gymnasium, which is not installed: pip install 'mbody[gym]'"
+            "environments need Gymnasium, which is not installed: pip install 'mbody-planar[gym]'"
         ) from None

@@ -10,6 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any, TypeVar, cast
 
+from mbody.core.former_names import refuses_former_arguments
 from mbody.core.presentation import present
 from mbody.errors import ModelError, brief
 from mbody.laws import Law
@@ -155,6 +156,7 @@ class Mechanism:
     1
     """
 
+    @refuses_former_arguments("Mechanism")
     def __init__(
         self,
         name: str = "mechanism",

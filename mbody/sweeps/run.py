@@ -72,7 +72,7 @@ def connected(scheduler: str) -> Any:
     except ImportError:
         raise ModelError(
             "work on a cluster needs Dask's distributed, which is not installed: "
-            'pip install "mbody[cluster]"'
+            'pip install "mbody-planar[cluster]"'
         ) from None
     try:
         return client(scheduler, timeout=10, set_as_default=False)

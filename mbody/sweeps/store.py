@@ -172,7 +172,7 @@ class Store:
         except ImportError:
             raise ModelError(
                 "a sweep to a folder needs pyarrow, which is not installed: "
-                'pip install "mbody[data]"'
+                'pip install "mbody-planar[data]"'
             ) from None
         self.arrow, self.parquet = pyarrow, pyarrow.parquet
         self.job, self.samples, self.size = job, samples, size

@@ -666,7 +666,7 @@ class _Folder:
             import pyarrow.parquet  # noqa: F401
         except ImportError:
             raise ModelError(
-                'a data set needs pyarrow, which is not installed: pip install "mbody[data]"'
+                'a data set needs pyarrow, which is not installed: pip install "mbody-planar[data]"'
             ) from None
         self.what = what
         try:

@@ -8,8 +8,8 @@ from pathlib import Path
 from tests.fuzz import KEPT, KINDS
 
 MISSING = (
-    "atheris is not installed: pip install 'mbody[fuzz]' (Linux and macOS), or use --plain, which "
-    "needs nothing"
+    "atheris is not installed: pip install 'mbody-planar[fuzz]' (Linux and macOS), or use "
+    "--plain, which needs nothing"
 )
 
 

@@ -35,6 +35,7 @@ from mbody.analysis.initial.initial_state import (
     state_of,
 )
 from mbody.analysis.position.assembly_analysis import as_system
+from mbody.core.former_names import refuses_former_arguments
 from mbody.errors import ModelError, SolveError, brief
 from mbody.kernels.finished_instants import TERM
 from mbody.kernels.layout import PER_PRIMITIVE
@@ -587,6 +588,7 @@ def _force(run: Solution) -> float:
     return float(np.median(forces))
 
 
+@refuses_former_arguments("simulate")
 def simulate(
     model: Mechanism | System,
     until: Number | None = None,

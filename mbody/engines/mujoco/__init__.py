@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+from dataclasses import replace
 
 import numpy as np
 
@@ -66,7 +67,9 @@ def opinion(system: System, run: Solution) -> Opinion:
         raise ModelError(
             f"{run.analysis} computes no forces to check: use kinetostatics, statics or simulate"
         )
-    return _opinion(system, run)
+    found = _opinion(system, run)
+    fault = faulty_release(_version())
+    return replace(found, notes=(fault, *found.notes)) if fault else found
 
 
 def _opinion(system: System, run: Solution) -> Opinion:
@@ -107,6 +110,20 @@ def _opinion(system: System, run: Solution) -> Opinion:
 
 def _once(refused: list[Inexpressible]) -> tuple[Inexpressible, ...]:
     return tuple(dict.fromkeys(refused))
+
+
+#: Releases with a fault that their successors' release notes name.
+FAULTY_RELEASES = {"4.0.0": "its factorisation of sparse matrices is faulty"}
+
+
+def faulty_release(version: str) -> str:
+    """A sentence about a release of MuJoCo with a known fault, empty for others.
+
+    >>> faulty_release("4.0.0")
+    'MuJoCo 4.0.0: its factorisation of sparse matrices is faulty, as later release notes say'
+    """
+    fault = FAULTY_RELEASES.get(version)
+    return f"MuJoCo {version}: {fault}, as later release notes say" if fault else ""
 
 
 def _version() -> str:

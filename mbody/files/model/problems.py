@@ -15,6 +15,7 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from mbody import laws
+from mbody.core.former_names import former
 from mbody.errors import ModelError, brief, remedy
 from mbody.model import contact, coupling, driver, joints, loads, stop
 from mbody.model import stop as freewheel
@@ -335,11 +336,15 @@ def _sentence(error: Any, schema: dict[str, Any], data: Any) -> str:
         return str(own)
     path, kind = _plain(error["loc"]), error["type"]
     if kind == "extra_forbidden":
+        if sentence := former(f"[{path[0]}] {path[-1]}"):
+            return sentence
         return _unknown(path[-1], _keys(schema, path[:-1], data), _at(data, path[:-1]))
     if kind == "kind":
         given = list(error["input"]) if isinstance(error["input"], dict) else []
         known = error["msg"].split("there are: ")[-1].rstrip(")").split(", ")
         for key in given[:MOST]:
+            if sentence := former(f"[{path[0]}] {key}"):
+                return sentence
             if close := difflib.get_close_matches(str(key)[:100], known, 1):
                 return f"{error['msg']}: it has '{_short(key)}', did you mean '{close[0]}'?"
         return str(error["msg"])
