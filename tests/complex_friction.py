@@ -52,7 +52,7 @@ class ComplexFriction:
         self.normals: dict[str, tuple[Any, Any]] = {}
         swift = float(np.abs(v.real).max(initial=0.0))
         self.rates = {joint.name: self._rate(joint) for joint in self.joints}
-        self.senses = {
+        self.slip_signs = {
             name: 0.0 if abs(complex(r).real) <= RESTS * swift else math.copysign(1.0, r.real)
             for name, r in self.rates.items()
         }
@@ -174,34 +174,38 @@ class ComplexFriction:
         return given * (1.0 + (p.get(joint, "static") - 1.0) * exp(-speed * speed))
 
     def _contact(self, joint: Any, lam: Any, own: Any) -> tuple[Any, list[Any]]:
-        p, sense, rate = self.o.p, self.senses[joint.name], self.rates[joint.name]
+        p, slip_sign, rate = self.o.p, self.slip_signs[joint.name], self.rates[joint.name]
         viscous = getattr(joint, "viscous", None)
         drag = 0.0 if viscous is None else -p.get(joint, "viscous") * rate
         if isinstance(joint, Clutch):
-            return (0.0, 0.0, -sense * self._given(joint, "torque")), []
+            return (0.0, 0.0, -slip_sign * self._given(joint, "torque")), []
         if isinstance(joint, FrictionForce):
-            (ux, uy), force = self._along(joint), -sense * self._given(joint, "force")
+            (ux, uy), force = self._along(joint), -slip_sign * self._given(joint, "force")
             return (force * ux, force * uy, 0.0), []
         if isinstance(joint, BandBrake):
-            return (0.0, 0.0, -sense * self._band(joint, sense)), []
+            return (0.0, 0.0, -slip_sign * self._band(joint, slip_sign)), []
         if isinstance(joint, Belt):
-            return self._belt(joint, sense), []
+            return self._belt(joint, slip_sign), []
         if isinstance(joint, Gear | RackPinion):
-            return self._teeth(joint, lam, own, sense)
+            return self._teeth(joint, lam, own, slip_sign)
         if isinstance(joint, Rolling):
             nx, ny, _ = self._pushed(joint, lam, 0)
             px, py = self._normal(joint)
             arm = p.get(joint, "resistance")
-            return (0.0, 0.0, -sense * (0.0 if arm is None else arm) * size(nx * px + ny * py)), []
+            return (
+                0.0,
+                0.0,
+                -slip_sign * (0.0 if arm is None else arm) * size(nx * px + ny * py),
+            ), []
         mu = self._mu(joint)
         fx, fy, torque = self._pushed(joint, lam)
         if isinstance(joint, Revolute):
             nx, ny = own
             pressed = sqrt(nx * nx + ny * ny)
-            said = [nx + sense * mu * ny - fx, ny - sense * mu * nx - fy]
+            said = [nx + slip_sign * mu * ny - fx, ny - slip_sign * mu * nx - fy]
             radius = p.get(joint, "pin_radius")
             arm = 0.0 if radius is None else radius
-            return (0.0, 0.0, drag - sense * mu * arm * pressed), said
+            return (0.0, 0.0, drag - slip_sign * mu * arm * pressed), said
         ux, uy = self._along(joint)
         press = uy * -fx + ux * fy
         said = []
@@ -210,29 +214,29 @@ class ComplexFriction:
             height = p.get(joint, "height")
             half = 0.5 * p.get(joint, "length")
             sides = 0.5 * (0.0 if height is None else height)
-            turn = sum(sides * mu * -sense * force for force in own)
+            turn = sum(sides * mu * -slip_sign * force for force in own)
             said = [one + two - press, half * (one - two) + turn - torque]
-            friction = -sense * mu * (size(one) + size(two))
+            friction = -slip_sign * mu * (size(one) + size(two))
         elif isinstance(joint, CamFollower):
             (friction,) = own
-            said = [friction + sense * mu * size(press)]
+            said = [friction + slip_sign * mu * size(press)]
             if joint.pin_radius is not None:
                 arm = p.get(joint, "pin_radius") * mu / sqrt(1.0 + mu * mu)
                 whole = sqrt(press * press + friction * friction)
-                said = [friction * p.get(joint, "roller") + sense * arm * whole]
+                said = [friction * p.get(joint, "roller") + slip_sign * arm * whole]
         else:
-            friction = -sense * mu * size(press)
+            friction = -slip_sign * mu * size(press)
         return ((friction + drag) * ux, (friction + drag) * uy, 0.0), said
 
-    def _band(self, joint: Any, sense: float) -> Any:
+    def _band(self, joint: Any, slip_sign: float) -> Any:
         p = self.o.p
-        ratio = exp(p.get(joint, "friction") * p.get(joint, "wrap") * sense)
+        ratio = exp(p.get(joint, "friction") * p.get(joint, "wrap") * slip_sign)
         # T₁ = ratio T₂ of the slipping band, and F ℓ + T₁ b₁ = T₂ b₂
         pull = self._given(joint, "force") * p.get(joint, "lever")
         second = pull / (p.get(joint, "arm") - p.get(joint, "helping_arm") * ratio)
         return size(ratio * second - second) * p.get(joint, "radius")
 
-    def _belt(self, joint: Any, sense: float) -> Any:
+    def _belt(self, joint: Any, slip_sign: float) -> Any:
         p, o = self.o.p, self.o
         mean = p.law(joint, "tension", o.t)
         holds = self._given(joint, "tension") / mean
@@ -245,7 +249,7 @@ class ComplexFriction:
         lean = lifted(sine, math.asin(sine.real), 1.0 / math.sqrt(1.0 - sine.real**2))
         wrap = math.pi + (2.0 * lean if joint.crossed else -2.0 * size(lean))
         ratio = exp(p.get(joint, "friction") * wrap)
-        half = sense * holds * mean * (ratio - 1.0) / (ratio + 1.0)
+        half = slip_sign * holds * mean * (ratio - 1.0) / (ratio + 1.0)
         total = np.zeros(3, complex)
         for n in (1.0, -1.0):
             mx = sin(lean) * ux - n * cos(lean) * uy
@@ -258,7 +262,7 @@ class ComplexFriction:
             total += np.array([pull * tx / length, pull * ty / length, pull * turning])
         return tuple(total)
 
-    def _teeth(self, joint: Any, lam: Any, own: Any, sense: float) -> tuple[Any, list[Any]]:
+    def _teeth(self, joint: Any, lam: Any, own: Any, slip_sign: float) -> tuple[Any, list[Any]]:
         p, o = self.o.p, self.o
         nx, ny = self._normal(joint)
         fx, fy, _ = self._pushed(joint, lam)
@@ -270,11 +274,11 @@ class ComplexFriction:
         torque: Any = 0.0
         if joint.efficiency is not None:
             (torque,) = own
-            said = [self._power(joint, force, torque, (px, py), (nx, ny)) if sense else torque]
+            said = [self._power(joint, force, torque, (px, py), (nx, ny)) if slip_sign else torque]
         elif joint.friction is not None:
             angle = p.get(joint, "pressure_angle")
             slide = p.get(joint, "friction") * self._mean_arm(joint) / cos(angle)
-            torque = -sense * slide * size(force)
+            torque = -slip_sign * slide * size(force)
         apart: Any = 0.0
         if joint.pressure_angle is not None:
             angle = p.get(joint, "pressure_angle")

@@ -177,27 +177,27 @@ class ComplexOracle:
         return 0.0 if base is None else base + self.p.get(e, "roller")
 
     def _cam(self, e: Any, polar: Any, d: Any, axis: Any, other: Any) -> Any:
-        sense = 1.0 if e.clockwise else -1.0
+        sign = 1.0 if e.clockwise else -1.0
         if not e.flat:
-            angle = remainder(sense * direction(*polar))
+            angle = remainder(sign * direction(*polar))
             apart = sqrt(d[0] * d[0] + d[1] * d[1])
             return apart - self._beyond(e) - self.p.law(e, "profile", angle)
         support = cos(other) * d[1] - sin(other) * d[0]
-        angle = remainder(sense * (other - axis + 0.5 * math.pi))
+        angle = remainder(sign * (other - axis + 0.5 * math.pi))
         return support - self._beyond(e) - self.p.law(e, "profile", angle)
 
     def touched(self, q: Any, e: Any) -> tuple[Any, Any]:
         """The point of contact of a cam, at complex q."""
         (xi, yi), (xj, yj) = self.place(q, e, "i"), self.place(q, e, "j")
-        axis, sense = self.heading(q, e, "i"), 1.0 if e.clockwise else -1.0
+        axis, sign = self.heading(q, e, "i"), 1.0 if e.clockwise else -1.0
         if e.flat:
             polar = self.heading(q, e, "j") + 0.5 * math.pi
         else:
             polar = direction(xj - xi, yj - yi)
-        at = remainder(sense * (polar - axis))
+        at = remainder(sign * (polar - axis))
         line = Taylor(at, np.ones(1, complex), np.zeros(1, complex))
         law = self.p.law(e, "profile", line)
-        h, h1 = law.f + self._beyond(e), sense * law.f1[0]
+        h, h1 = law.f + self._beyond(e), sign * law.f1[0]
         c, s = cos(polar), sin(polar)
         if e.flat:
             return xi + h * c - h1 * s, yi + h * s + h1 * c

@@ -76,7 +76,7 @@ class Coulomb:
         return value, by
 
     def ways(self):
-        """Every set of modes: (normals closed, senses of what rubs, NaN of what is open)."""
+        """Every set of modes: (normals closed, directions of what rubs, NaN of what is open)."""
         j, m = self.j, self.m
         rates = self.rates[j + m :]
         for closed in itertools.product((True, False), repeat=m):
@@ -86,27 +86,27 @@ class Coulomb:
                     options.append((np.nan,))
                 else:
                     options.append((0.0, 1.0, -1.0) if rates[k] == 0.0 else (np.sign(rates[k]),))
-            for senses in itertools.product(*options):
-                yield np.array(closed, dtype=bool), np.array(senses)
+            for slip_signs in itertools.product(*options):
+                yield np.array(closed, dtype=bool), np.array(slip_signs)
 
-    def equations(self, closed, senses, u):
+    def equations(self, closed, slip_signs, u):
         """Residual and its matrix; rows of forces that are none, of what holds, of what slides."""
         n, j, m = len(u), self.j, self.m
         value, by = self.sizes(u)
         A, r = np.zeros((n, n)), np.zeros(n)
-        holds = np.concatenate([np.ones(j, dtype=bool), closed, senses == 0.0])
+        holds = np.concatenate([np.ones(j, dtype=bool), closed, slip_signs == 0.0])
         A[holds], r[holds] = self.D[holds], self.D[holds] @ u + self.c[holds]
         for k in range(n):
             if holds[k]:
                 continue
             A[k, k], r[k] = 1.0, u[k]
-            if k >= j + m and np.isfinite(sense := senses[k - j - m]):
+            if k >= j + m and np.isfinite(slip_sign := slip_signs[k - j - m]):
                 # friction against the sliding
-                A[k] += sense * by[k - j - m]
-                r[k] += sense * value[k - j - m]
+                A[k] += slip_sign * by[k - j - m]
+                r[k] += slip_sign * value[k - j - m]
         return r, A
 
-    def margins(self, closed, senses, u):
+    def margins(self, closed, slip_signs, u):
         """Not negative where signs and limits are kept, in parts of the greatest."""
         j, m = self.j, self.m
         a = self.D @ u + self.c
@@ -114,11 +114,11 @@ class Coulomb:
         size = 1e-300 + np.abs(self.c).max(initial=0.0)
         value, _ = self.sizes(u)
         found = [u[j + k] / force if closed[k] else a[j + k] / size for k in range(m)]
-        for k, sense in enumerate(senses):
-            if sense == 0.0:
+        for k, slip_sign in enumerate(slip_signs):
+            if slip_sign == 0.0:
                 found += [(value[k] + s * u[j + m + k]) / force for s in (1.0, -1.0)]
-            elif np.isfinite(sense) and self.rates[j + m + k] == 0.0:
-                found.append(sense * a[j + m + k] / size)
+            elif np.isfinite(slip_sign) and self.rates[j + m + k] == 0.0:
+                found.append(slip_sign * a[j + m + k] / size)
         return np.array(found)
 
     def solutions(self, rng):
@@ -128,27 +128,27 @@ class Coulomb:
         found = []
         if not len(self.c):  # nothing holds or touches it
             return [(self.free, np.inf)]
-        for closed, senses in self.ways():
+        for closed, slip_signs in self.ways():
             for start in range(STARTS if self.rubs else 1):
                 u = rng.normal(0.0, 3.0 * 10.0 ** (start % 4), len(self.c)) * (start > 0)
-                u, regular = self.newton(closed, senses, u)
+                u, regular = self.newton(closed, slip_signs, u)
                 if not regular:
-                    u = self.spread(closed, senses, rng, [a for a, _ in found])
+                    u = self.spread(closed, slip_signs, rng, [a for a, _ in found])
                 if u is None:
                     continue
-                margin = float(self.margins(closed, senses, u).min(initial=np.inf))
+                margin = float(self.margins(closed, slip_signs, u).min(initial=np.inf))
                 if margin >= -1e-7:
                     found.append((self.free + self.W @ u, margin))
                 if not regular:
                     break
         return found
 
-    def newton(self, closed, senses, u):
+    def newton(self, closed, slip_signs, u):
         """Forces of independent rows, None where it does not converge: what does takes ten steps at
         most. False where the rows depend on each other.
         """
         for _ in range(20):
-            r, A = self.equations(closed, senses, u)
+            r, A = self.equations(closed, slip_signs, u)
             if np.linalg.cond(A) > 1e10:
                 return None, False
             step = np.linalg.solve(A, -r)
@@ -157,23 +157,23 @@ class Coulomb:
                 return u, True
         return None, True
 
-    def spread(self, closed, senses, rng, known):
+    def spread(self, closed, slip_signs, rng, known):
         """Forces of rows that depend on each other, with the greatest least margin; None where
         there are none, or where their accelerations are known.
         """
         u = np.zeros(len(self.c))
         for _ in range(40):
-            r, A = self.equations(closed, senses, u)
+            r, A = self.equations(closed, slip_signs, u)
             step = np.linalg.lstsq(A, -r, rcond=1e-10)[0]
             u = u + step
             if np.abs(step).max() <= 1e-12 * (1.0 + np.abs(u).max()):
                 break
-        r, A = self.equations(closed, senses, u)
+        r, A = self.equations(closed, slip_signs, u)
         if np.abs(r).max() > 1e-8 * (1.0 + np.abs(u).max()):
             return None
         _, sizes, vt = np.linalg.svd(A)
         Z = vt[int((sizes > 1e-10 * sizes[0]).sum()) :].T
-        if self.margins(closed, senses, u).min(initial=np.inf) >= 0.0:
+        if self.margins(closed, slip_signs, u).min(initial=np.inf) >= 0.0:
             return u
         a = self.free + self.W @ u
         near = 1e-7 * (1.0 + np.abs(a).max())
@@ -190,15 +190,18 @@ class Coulomb:
                 bounds=[(None, None)] * len(y) + [(None, 1.0)],
                 constraints={
                     "type": "ineq",
-                    "fun": lambda x: self.margins(closed, senses, u + Z @ x[:-1]) - x[-1],
+                    "fun": lambda x: self.margins(closed, slip_signs, u + Z @ x[:-1]) - x[-1],
                 },
                 options={"maxiter": 100},
             )
             new = u + Z @ done.x[:-1]
-            r, _ = self.equations(closed, senses, new)
+            r, _ = self.equations(closed, slip_signs, new)
             if np.abs(r).max() > 1e-7 * (1.0 + np.abs(new).max()):
                 continue  # friction of what slides depends on what is open
-            if self.margins(closed, senses, new).min() > self.margins(closed, senses, best).min():
+            if (
+                self.margins(closed, slip_signs, new).min()
+                > self.margins(closed, slip_signs, best).min()
+            ):
                 best = new
         return best
 
@@ -209,32 +212,34 @@ class Coulomb:
         size = 1e-300 + np.abs(self.c).max()
         along = np.where(np.abs(along) < 1e-7 * size, 0.0, along)
         closed = along[j : j + m] == 0.0
-        senses = np.sign(np.where(self.rates[j + m :] == 0.0, along[j + m :], self.rates[j + m :]))
-        senses[:m] = np.where(closed & (self.mu > 0.0), senses[:m], np.nan)
-        none = np.concatenate([np.zeros(j, dtype=bool), ~closed, np.isnan(senses)])
+        slip_signs = np.sign(
+            np.where(self.rates[j + m :] == 0.0, along[j + m :], self.rates[j + m :])
+        )
+        slip_signs[:m] = np.where(closed & (self.mu > 0.0), slip_signs[:m], np.nan)
+        none = np.concatenate([np.zeros(j, dtype=bool), ~closed, np.isnan(slip_signs)])
         A = np.vstack([self.W, np.eye(len(self.c))[none]])
         b = np.concatenate([a - self.free, np.zeros(none.sum())])
         u = np.linalg.lstsq(A, b, rcond=1e-10)[0]
         _, sizes, vt = np.linalg.svd(A)
         Z = vt[int((sizes > 1e-10 * sizes[0]).sum()) :].T
-        slips = np.concatenate([np.zeros(j + m, dtype=bool), np.nan_to_num(senses) != 0.0])
+        slips = np.concatenate([np.zeros(j + m, dtype=bool), np.nan_to_num(slip_signs) != 0.0])
 
         def slip(x):
             new = u + Z @ x
             value, _ = self.sizes(new)
-            return (new[j + m :] + senses * value)[slips[j + m :]]
+            return (new[j + m :] + slip_signs * value)[slips[j + m :]]
 
         def good(x):
             new = u + Z @ x
             force = 1e-300 + np.abs(new).max()
-            kept = self.margins(closed, senses, new).min(initial=0.0) > -1e-6
+            kept = self.margins(closed, slip_signs, new).min(initial=0.0) > -1e-6
             return kept and np.abs(slip(x)).max(initial=0.0) < 1e-6 * force
 
         if np.abs(A @ u - b).max() > 1e-7 * size:
             return False
         for _ in range(6):
             start = rng.normal(0.0, np.abs(u).max(), Z.shape[1])
-            laws = [{"type": "ineq", "fun": lambda x: self.margins(closed, senses, u + Z @ x)}]
+            laws = [{"type": "ineq", "fun": lambda x: self.margins(closed, slip_signs, u + Z @ x)}]
             if slips.any():
                 laws.append({"type": "eq", "fun": slip})
             found = minimize(lambda x: 1e-3 * x @ x, start, method="SLSQP", constraints=laws)

@@ -39,7 +39,7 @@ def braked(speed=None, helping=0.0, **more):
 
 @pytest.mark.parametrize("helping", [0.0, 0.02])
 @pytest.mark.parametrize("speed", [5.0, -5.0])
-def test_a_band_brake_helps_itself_in_one_sense(speed, helping):
+def test_a_band_brake_helps_itself_in_one_direction(speed, helping):
     run = kinetostatics(braked(speed, helping), 0.0)
     pull = FORCE * BAND["lever"] * BAND["radius"] * (RATIO - 1.0)
     arm = BAND["arm"]
@@ -61,19 +61,19 @@ def test_it_stops_a_drum_and_holds_it(speed):
     assert run.energy.lost["brake"][-1] == pytest.approx(0.5 * 0.8 * 49.0, rel=1e-11)
 
 
-@pytest.mark.parametrize("sense", [1.0, -1.0])
-def test_it_holds_as_much_as_it_brakes_in_either_sense(sense):
-    """A torque that grows turns the drum when it is what the band holds in that sense."""
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_it_holds_as_much_as_it_brakes_in_either_direction(sign):
+    """A torque that grows turns the drum when it is what the band holds in that direction."""
     machine = braked(helping=0.02, static=1.2)
-    machine.add(mbody.Torque("load", "drum", value=mbody.laws.Polynomial([0.0, sense * 50.0])))
+    machine.add(mbody.Torque("load", "drum", value=mbody.laws.Polynomial([0.0, sign * 50.0])))
     run = simulate(machine, 8.0, rtol=1e-10)
     pull = FORCE * BAND["lever"] * BAND["radius"] * (RATIO - 1.0)
     arm = BAND["arm"]
-    holds = 1.2 * pull / (arm - 0.02 * RATIO if sense > 0.0 else arm * RATIO - 0.02)
+    holds = 1.2 * pull / (arm - 0.02 * RATIO if sign > 0.0 else arm * RATIO - 0.02)
     slips = [event.t for event in run.events if event.name == "slip"]
     assert slips == pytest.approx([holds / 50.0] if holds < 400.0 else [], rel=1e-11)
     band = mbody.statics(braked(0.0, helping=0.02, static=1.2), drive={"motor": 0.0}).range("motor")
-    end = band.high[0] if sense > 0.0 else -band.low[0]
+    end = band.high[0] if sign > 0.0 else -band.low[0]
     assert end == pytest.approx(holds, rel=1e-12)
 
 

@@ -184,8 +184,8 @@ def test_an_anti_lock_controller_keeps_the_wheels_turning():
     assert led["chassis"].vx[-1] > SPEED - 0.95 * G * 1.5
 
 
-@pytest.mark.parametrize(("sense", "arm"), [(1.0, -1.0), (-1.0, 1.0)])
-def test_a_shoe_brake_helps_or_hinders_itself(sense, arm):
+@pytest.mark.parametrize(("sign", "arm"), [(1.0, -1.0), (-1.0, 1.0)])
+def test_a_shoe_brake_helps_or_hinders_itself(sign, arm):
     """Moments about the lever's pin: F a = N (b ± μ c), the lesser where the drum draws it in."""
     machine = Mechanism("shoe brake", ground={"O": (0.0, 0.0), "A": (-0.3, 0.14)})
     rim = {"rim": {"disc": "O", "radius": 0.1}}
@@ -200,7 +200,7 @@ def test_a_shoe_brake_helps_or_hinders_itself(sense, arm):
         Force("push", "lever.B", 100.0, angle=-np.pi / 2.0),
         Contact("shoe", "drum.rim", "lever.S", friction=0.3),
     )
-    run = simulate(machine, 0.05, rates={"drum": 30.0 * sense, "lever": 0.0}, instants=6)
+    run = simulate(machine, 0.05, rates={"drum": 30.0 * sign, "lever": 0.0}, instants=6)
     pressed = 100.0 * 0.6 / (0.3 + arm * 0.3 * 0.04)
     np.testing.assert_allclose(run.contact("shoe"), pressed, rtol=1e-9)
-    np.testing.assert_allclose(run["drum"].alpha, -sense * 0.3 * pressed * 0.1 / 0.05, rtol=1e-9)
+    np.testing.assert_allclose(run["drum"].alpha, -sign * 0.3 * pressed * 0.1 / 0.05, rtol=1e-9)

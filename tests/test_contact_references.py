@@ -149,28 +149,30 @@ def test_a_ladder_leaves_the_wall():
     check_account(run)
 
 
-def held_ladder(sense: float, until: float):
+def held_ladder(slip_sign: float, until: float):
     """A ladder of 200 N at rest, whose foot a force holds that falls or grows by 40 N/s from 60."""
     text = models.LADDER[: models.LADDER.index("[simulate]")]
     text = text.replace("mass = 1", f"mass = {200.0 / G!r}")
     machine = mbody.from_toml(text.replace('"1/3"', repr(200.0 / G / 3.0)))
-    force = f"60 N {'+' if sense > 0.0 else '-'} 40 N/s*t"
+    force = f"60 N {'+' if slip_sign > 0.0 else '-'} 40 N/s*t"
     machine.add(mbody.Force("hold", "ladder.A", force, angle=math.pi))
     start = {"x": math.cos(1.0), "y": math.sin(1.0), "angle": math.pi - 1.0}
     machine.simulation = SimulationSettings(until=until, rtol=1e-13, start={"ladder": start})
     return mbody.simulate(machine)
 
 
-@pytest.mark.parametrize(("sense", "end"), [(-1.0, 10.764630791962567), (1.0, 123.71708864639038)])
-def test_a_ladder_at_rest_begins_to_slide_at_the_ends_of_its_band(sense, end):
+@pytest.mark.parametrize(
+    ("slip_sign", "end"), [(-1.0, 10.764630791962567), (1.0, 123.71708864639038)]
+)
+def test_a_ladder_at_rest_begins_to_slide_at_the_ends_of_its_band(slip_sign, end):
     """It sticks at both ends by one row too many, so that no equation decides their forces; it
     slides where both are at their limits, as the band of `statics` has it.
     """
-    run = held_ladder(sense, 2.0)
+    run = held_ladder(slip_sign, 2.0)
     first = [event for event in run.events if event.name == "slip"][:2]
     assert {event.contact for event in first} == {"foot", "top"}
     for event in first:
-        assert event.t == pytest.approx(sense * (end - 60.0) / 40.0, abs=1e-12)
+        assert event.t == pytest.approx(slip_sign * (end - 60.0) / 40.0, abs=1e-12)
     before = run.t < first[0].t
     assert float(np.abs(run["ladder"].omega[before]).max()) < 1e-12
 

@@ -40,7 +40,8 @@ def physics(kind, q, v, p, f):
     i, j = side(q[:3], v[:3]), side(q[3:], v[3:])
     one = CONSTRAINTS[kind]
     if one.argument:
-        # the sense of turning is 1 or -1; the law, of period π, is asked at the angle of the ray
+        # the direction of turning is 1 or -1; the law, of period π, is asked at the angle of the
+        # ray
         n = 5 if kind == "roller" else 6
         p = (*p[:n], np.sign(p[n]), *p[n + 1 :])
         x, y = one.argument(i, j, p)

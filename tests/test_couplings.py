@@ -89,12 +89,12 @@ def wheels(*between):
 
 @pytest.mark.parametrize("crossed", [False, True])
 def test_a_belt_turns_wheels_one_way_and_a_crossed_one_as_gears(crossed):
-    sense = 1.0 if crossed else -1.0
-    belt = LengthCoupling("belt", [CouplingTerm(2.0, angle="a"), CouplingTerm(sense, angle="b")])
+    sign = 1.0 if crossed else -1.0
+    belt = LengthCoupling("belt", [CouplingTerm(2.0, angle="a"), CouplingTerm(sign, angle="b")])
     run = mbody.kinetostatics(wheels(belt), t=[0.0, 0.5])
-    assert run["b"].omega == pytest.approx(-sense * 2.0 * run["a"].omega, rel=CLOSE)
+    assert run["b"].omega == pytest.approx(-sign * 2.0 * run["a"].omega, rel=CLOSE)
     # the difference of the tensions, F = (I α + load)/r of the driven wheel
-    assert run.effort("belt") == pytest.approx(sense * (0.5 * -sense * 8.0 + 3.0), rel=CLOSE)
+    assert run.effort("belt") == pytest.approx(sign * (0.5 * -sign * 8.0 + 3.0), rel=CLOSE)
     if crossed:
         gears = wheels(Gear("mesh", "a", "b", radius_i=2.0, radius_j=1.0))
         same = mbody.kinetostatics(gears, t=[0.0, 0.5])

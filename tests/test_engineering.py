@@ -267,8 +267,8 @@ ENGINE = kinetostatics(four_bar(), turn=True, instants=13)
     ("call", "words"),
     [
         (lambda: fluctuation(kinetostatics(four_bar(), t=[0.0, 0.1, 0.2])), "are 103.132 deg"),
-        (lambda: energy_fluctuation([0.0, 3.0, 2.0, TURN], np.zeros(4)), "in one sense"),
-        (lambda: energy_fluctuation([0.0, TURN, TURN], np.zeros(3)), "in one sense"),
+        (lambda: energy_fluctuation([0.0, 3.0, 2.0, TURN], np.zeros(4)), "in one direction"),
+        (lambda: energy_fluctuation([0.0, TURN, TURN], np.zeros(3)), "in one direction"),
         (
             lambda: fluctuation(kinetostatics(shaft(lambda t: -t), turn=True)),
             "the torque is 0 at the beginning of the cycle and 1.25664 at its end",

@@ -274,9 +274,9 @@ def test_rods_a_weld_and_a_ram():
               for name in "PQ"}  # fmt: skip
     centre = np.array([run["plate"].x[0], run["plate"].y[0]])
     pulls = {"left": ("P", (0, 0), 1), "right": ("Q", (2, 0), 1), "ram": ("P", (0, 3), -1)}
-    for name, (end, anchor, sense) in pulls.items():
+    for name, (end, anchor, sign) in pulls.items():
         line = np.array(anchor) - places[end]
-        u = sense * line / np.hypot(*line)
+        u = sign * line / np.hypot(*line)
         arm = places[end] - centre
         wanted = [*u, arm[0] * u[1] - arm[1] * u[0]]
         column = system.matrix[:3, system.unknowns.index(f"F12,{name}")]

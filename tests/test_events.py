@@ -189,12 +189,12 @@ def oscillator(speed=1.0):
     return machine
 
 
-def sines(part, last, sense=0):
+def sines(part, last, sign=0):
     """When sin 10 t crosses a level, up to `last`."""
     up = math.asin(part)
     turns = 2.0 * math.pi * np.arange(int(10.0 * last / (2.0 * math.pi)) + 2)
     rising, falling = (up + turns) / 10.0, (math.pi - up + turns) / 10.0
-    every = {0: np.concatenate([rising, falling]), 1: rising, -1: falling}[sense]
+    every = {0: np.concatenate([rising, falling]), 1: rising, -1: falling}[sign]
     return np.sort(every[(every > 0.0) & (every <= last)])
 
 
@@ -242,13 +242,13 @@ def test_loose_tolerances_find_what_their_motion_has():
         )
 
 
-@pytest.mark.parametrize("sense", [1, -1])
+@pytest.mark.parametrize("sign", [1, -1])
 @pytest.mark.parametrize("of", ["b.x - 0.0999 m", "b.vx - 0.999 m/s", "b.ax - 9.99 m/s^2"])
-def test_directions_of_near_crossings(of, sense):
+def test_directions_of_near_crossings(of, sign):
     """Of a place and a rate by what the motion says, of an acceleration by two samples."""
-    run = simulate(oscillator(), 9.0, instants=2, events=[Event(of, direction=sense)])
+    run = simulate(oscillator(), 9.0, instants=2, events=[Event(of, direction=sign)])
     shift = {"x": 0.0, "vx": -0.05 * math.pi, "ax": -0.1 * math.pi}[of[2:4].strip()]
-    truth = sines(0.999, 10.0, sense) + shift
+    truth = sines(0.999, 10.0, sign) + shift
     assert [one.t for one in run.events] == pytest.approx(
         truth[(truth > 0.0) & (truth <= 9.0)], abs=1e-5
     )

@@ -77,16 +77,16 @@ def accelerations(path, text, rates):
     return model, data, found
 
 
-@pytest.mark.parametrize("sense", [1, -1])
-def test_a_tree_accelerates_as_in_mujoco(tmp_path, sense):
-    text = ROBOT.format(s=sense)
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_tree_accelerates_as_in_mujoco(tmp_path, sign):
+    text = ROBOT.format(s=sign)
     rates = np.array([0.7, -1.2, 0.3, 0.2, -0.4, 0.9])
     _, data, there = accelerations(tmp_path / "arm.xml", text, rates)
     made = import_model(tmp_path / "arm.xml")
     machine = made.mechanism
     assert {body.name for body in machine.bodies} == {"upper", "lower", "slide", "loose"}
     # rates of the bodies, counter-clockwise in the x-z plane: against MuJoCo's about y
-    first = -sense * rates[0]
+    first = -sign * rates[0]
     omega = {"upper": first, "lower": first - rates[1], "slide": first - rates[1]}
     start = {name: {"omega": rate} for name, rate in omega.items()}
     velocity = np.zeros(6)

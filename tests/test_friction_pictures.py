@@ -20,7 +20,7 @@ from mbody.laws import ConstantSpeed
 from mbody.solution.touch_places import touches_of
 from mbody.views.film_frames import FilmSet
 from mbody.views.frame import MODES, mode_rows
-from mbody.views.friction_symbols import sense_history
+from mbody.views.friction_symbols import sign_history
 from mbody.views.page_data import scene_data
 from mbody.views.scene import scene
 from tests.picture_reader import arrow, artists
@@ -307,12 +307,12 @@ def test_marks_move_with_the_place_that_touches():
             shapes = [
                 shape
                 for shape in found.shapes
-                if shape.sense
-                and shape.sense[0].startswith(f"touch:{contact.name}:{n}:")
+                if shape.sign_condition
+                and shape.sign_condition[0].startswith(f"touch:{contact.name}:{n}:")
                 and shape.kind in ("circle", "polygon")
             ]
             for shape in shapes:
-                there = sense_history(run, shape.sense[0]) > 0
+                there = sign_history(run, shape.sign_condition[0]) > 0
                 axes = shape.carrier.axes(run)
                 for k in np.flatnonzero(there):
                     middle = shape.carrier.shown(shape.points, axes, k).mean(axis=0)
@@ -346,7 +346,7 @@ def test_a_joint_that_sticks_is_marked_while_it_does():
     assert "sticks:O" in names
     assert "sticks:O" not in [p.get_gid() for p in mbody.draw(run, 5).axes[0].patches]
     (mark,) = [s for s in scene(run).shapes if s.look.name == "sticks:O"]
-    there = sense_history(run, mark.sense[0]) > 0
+    there = sign_history(run, mark.sign_condition[0]) > 0
     assert there.tolist() == [word == "stick" for word in run.mode("O")]
 
 

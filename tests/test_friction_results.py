@@ -28,9 +28,9 @@ HEAVY = {"masses": (1.0, 2.0, 3.0), "length": 0.06}
 AT_A_DEAD_CENTRE = {"motor": (np.array([0.0, 0.5, math.pi]), 10.0, 0.0)}
 
 
-def by_dense(run, k, senses, **how):
-    """Driving torque for given senses."""
-    dense = dense_at(run, k, senses=senses, **how)
+def by_dense(run, k, slip_signs, **how):
+    """Driving torque for given directions."""
+    dense = dense_at(run, k, slip_signs=slip_signs, **how)
     found = dense.solve()
     return -float(found.lam[dense.reference.rows["motor"]][0])
 
@@ -94,7 +94,7 @@ def test_a_dead_centre_has_limits_from_both_sides():
     assert run.mode("guide") == ["stick", "slip-", "stick"]
     limits = run.range("motor")
     for k in (0, 2):
-        ends = sorted(by_dense(run, k, {"guide": sense}) for sense in (1.0, -1.0))
+        ends = sorted(by_dense(run, k, {"guide": slip_sign}) for slip_sign in (1.0, -1.0))
         assert [limits.low[k], limits.high[k]] == pytest.approx(ends, rel=1e-12)
         assert limits.low[k] < run.effort("motor")[k] < limits.high[k]
     assert limits.low[1] == limits.high[1] == run.effort("motor")[1]
@@ -185,11 +185,11 @@ def test_what_jams_one_way_has_one_limit():
 
 
 def test_gears_at_rest_with_a_pressure_angle():
-    """Teeth press apart at rest too; the sense of sliding is that of each driver alone."""
+    """Teeth press apart at rest too; the direction of sliding is that of each driver alone."""
     run = mbody.statics(gear_pair(efficiency=0.9, pressure_angle="20 deg"))
     limits, plain = run.range("motor"), run.effort("motor")
     assert limits.low[0] < plain[0] < limits.high[0]
-    dense = dense_at(run, 0, senses={"mesh": 0.0, "B": 0.0})
+    dense = dense_at(run, 0, slip_signs={"mesh": 0.0, "B": 0.0})
     assert plain[0] == pytest.approx(-dense.solve().lam[dense.reference.rows["motor"]][0])
 
 
@@ -325,7 +325,7 @@ def test_efficiency_is_that_of_a_motion_over_time(name):
 
 @pytest.mark.parametrize("instants", [2, 9, 400])
 def test_efficiency_does_not_depend_on_the_instants(instants):
-    """Changes of sense are found wherever they lie between the instants that there are."""
+    """Changes of direction are found wherever they lie between the instants that there are."""
     machine = MACHINES["six-bar pump"]()
     until = 2.0 * math.pi / machine.drivers[0].law.derivatives(0.0)[1]
     found = mbody.kinetostatics(machine, np.linspace(0.0, until, instants)).efficiency("cylinder")

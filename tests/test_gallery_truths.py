@@ -356,10 +356,10 @@ def test_mud_pump():
         links = [(330.0 / g, 40.0, G, turning(B - A)), (260.0 / g, 0.0, B, 0.0 * theta)]
         v = omega * rate(B.real)
         power = -330.0 * omega * rate(G.imag)
-        for area, h, sense in ((face, 28.0 - B.real, -1.0), (back, B.real - 8.0, 1.0)):
+        for area, h, sign in ((face, 28.0 - B.real, -1.0), (back, B.real - 8.0, 1.0)):
             inwards = np.minimum(2.0 * bar + 2.2e4 * bar * np.log(16.0 / h), 150.0 * bar)
             outwards = np.maximum(150.0 * bar - 2.2e4 * bar * np.log(h / 4.0), 2.0 * bar)
-            power = power + sense * area * v * np.where(sense * v > 0.0, outwards, inwards)
+            power = power + sign * area * v * np.where(sign * v > 0.0, outwards, inwards)
         total = total + torque(omega, links, power=power)
     effort = cut(found.effort("motor"))
     # as of Watt's six-bar, × K/p × size/clearance for what the sweep leaves in the positions

@@ -218,8 +218,8 @@ def rocked(numbers, until):
     about = inertia + R * R
     ratio = (inertia + h * h - b * b) / about
 
-    def rates(sense):
-        return lambda y: np.array([y[1], -sense * g * R / about * np.sin(alpha - sense * y[0])])
+    def rates(sign):
+        return lambda y: np.array([y[1], -sign * g * R / about * np.sin(alpha - sign * y[0])])
 
     def turned(y):
         return np.array([y[0], ratio * y[1]])

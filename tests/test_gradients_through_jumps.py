@@ -87,7 +87,7 @@ def by_time(numbers):
 
 
 def by_rate(numbers):
-    """Dry friction, whose sense changes with the rate."""
+    """Dry friction, whose direction changes with the rate."""
     _, c = numbers
     return swung(
         {
@@ -103,18 +103,18 @@ def by_product(numbers):
     """Two jumps in one formula, pushed to either side by other torques, from a time on."""
     _, a, t0 = numbers
 
-    def pushed(sense):
-        return lambda y: 2.0 * sense + 5.0 * sense * y[0]
+    def pushed(sign):
+        return lambda y: 2.0 * sign + 5.0 * sign * y[0]
 
-    def passed(sense):
-        return lambda y: sense * (y[0] + a)
+    def passed(sign):
+        return lambda y: sign * (y[0] + a)
 
     modes = {}
-    for mode, other, sense in (("up", "low", 1.0), ("low", "up", -1.0)):
-        change = passed(sense)
+    for mode, other, sign in (("up", "low", 1.0), ("low", "up", -1.0)):
+        change = passed(sign)
         begins = {f"{other} off": change, f"{mode} on": lambda y: t0 - y[2]}
         modes[f"{mode} off"] = (lambda y: 0.0 * y[0], begins)
-        modes[f"{mode} on"] = (pushed(sense), {f"{other} on": change})
+        modes[f"{mode} on"] = (pushed(sign), {f"{other} on": change})
     return swung(modes, "up off", numbers)
 
 

@@ -34,7 +34,7 @@ G, UP = 9.81, 0.5 * math.pi
 
 
 def told(notes):
-    """The greatest force of the wrong sense, its time, and the first time of a note."""
+    """The greatest force of the wrong direction, its time, and the first time of a note."""
     (note,) = notes
     size, most, first = re.search(
         r"with (\S+) \S+ .*?at t = (\S+) \S+?(?:, first at t = (\S+) \S+)?:", note

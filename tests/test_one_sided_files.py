@@ -66,7 +66,7 @@ def test_one_sided_joints_in_files():
             assert getattr(again[name], field) == value, (name, field)
 
 
-def test_mobility_says_what_holds_in_one_sense():
+def test_mobility_says_what_holds_in_one_direction():
     """Every kind by name, in the data and in the sheet; nothing is said where there is none."""
     machine = Mechanism("all kinds", ground={"O": (0.0, 0.0), "P": (0.0, 1.0)})
     machine.add(

@@ -392,9 +392,9 @@ def test_indicator():
     run = kinetostatics(engine(OIL, start=0.0), turn=True, instants=721)
     sides = [engineering.indicator(run, "oil", opposite=side) for side in (False, True)]
     x, v = run["slider"].x, run["slider"].vx
-    for side, area, h, sense in zip(sides, (2.0, 1.5), (5.5 - x, x - 2.5), (-1.0, 1.0)):
+    for side, area, h, sign in zip(sides, (2.0, 1.5), (5.5 - x, x - 2.5), (-1.0, 1.0)):
         assert_allclose(side.volume, area * h, rtol=ROUNDING)
-        assert_allclose(side.rate, area * sense * v, rtol=0, atol=1e-11)
+        assert_allclose(side.rate, area * sign * v, rtol=0, atol=1e-11)
         open_, shut = side.delivery > 0.0, side.pressure < 9.0
         assert (side.pressure[open_] == 9.0).all() and (side.delivery[shut] == 0.0).all()
         assert_allclose(side.delivery[open_], -side.rate[open_])

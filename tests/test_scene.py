@@ -143,17 +143,17 @@ def test_arrows_turn_round_with_what_they_show():
     run = mbody.kinetostatics(machine, turn=True)
     found = scene(run)
     arcs = [s for s in found.shapes if s.look.name == "torque:load"]
-    assert {s.sense for s in arcs} == {("load.torque", 1.0), ("load.torque", -1.0)}
+    assert {s.sign_condition for s in arcs} == {("load.torque", 1.0), ("load.torque", -1.0)}
     # a motor that turns one way has one arrow, always
-    assert {s.sense for s in found.shapes if s.look.name == "driver:motor"} == {None}
+    assert {s.sign_condition for s in found.shapes if s.look.name == "driver:motor"} == {None}
     film = FilmSet({"": run}, 40, 320, (), ())
     torque = film.stretches[0].value(run.load("load").torque)
     for arc in arcs:
-        assert np.array_equal(film.there(arc, 0), arc.sense[1] * torque > 0.0)
+        assert np.array_equal(film.there(arc, 0), arc.sign_condition[1] * torque > 0.0)
     turning = {}
     for arc in arcs:
         x, y = (world(found, arc, 0) - world(found, arc, 0)[0]).T
-        turning[arc.sense[1]] = float(np.sum(x[:-1] * y[1:] - x[1:] * y[:-1]))
+        turning[arc.sign_condition[1]] = float(np.sum(x[:-1] * y[1:] - x[1:] * y[:-1]))
     assert turning[1.0] > 0.0 > turning[-1.0]
 
 

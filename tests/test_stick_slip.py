@@ -30,25 +30,25 @@ def swings() -> tuple[list[float], float]:
     """Turning points of J_O θ̈ = −m g L sin θ − ρ |R| sign θ̇, R from θ̈ itself, until it stays."""
     m, L, J, rho = 2.0, 0.4, 0.5, 0.03
 
-    def rate(t, y, sense):
+    def rate(t, y, sign):
         angle, w = y
         a = 0.0
         for _ in range(100):  # a contraction: ρ m L/J is 0.05
             along = m * (G * math.cos(angle) + L * w * w)
             across = m * (L * a + G * math.sin(angle))
-            new = -(m * G * L * math.sin(angle) + sense * rho * math.hypot(along, across)) / J
+            new = -(m * G * L * math.sin(angle) + sign * rho * math.hypot(along, across)) / J
             if new == a:
                 break
             a = new
         return [w, a]
 
-    times, t, angle, sense = [], 0.0, 1.2, -1.0
+    times, t, angle, sign = [], 0.0, 1.2, -1.0
     while abs(math.sin(angle)) > rho / L:
 
-        def turns(t, y, sense):
+        def turns(t, y, sign):
             return y[1]
 
-        turns.terminal, turns.direction = True, -sense
+        turns.terminal, turns.direction = True, -sign
         found = solve_ivp(
             rate,
             (t, t + 5.0),
@@ -57,13 +57,13 @@ def swings() -> tuple[list[float], float]:
             rtol=1e-13,
             atol=1e-15,
             events=turns,
-            args=(sense,),
+            args=(sign,),
             first_step=1e-3,
             max_step=0.02,
         )
         t, angle = float(found.t_events[0][-1]), float(found.y_events[0][-1][0])
         times.append(t)
-        sense = -sense
+        sign = -sign
     return times, angle
 
 
@@ -248,7 +248,7 @@ start = { box = { x = 0, y = 0, angle = "0.3 rad" } }
 
 @pytest.mark.parametrize("stops", [False, True])
 def test_an_event_where_sliding_turns_round_is_met_once(stops):
-    """A rate vanishes at the instant at which friction changes its sense: whichever of both is
+    """A rate vanishes at the instant at which friction changes its sign: whichever of both is
     located first by rounding, the event is neither missed nor recorded twice.
     """
     for friction in np.linspace(0.1, 0.69, 20):

@@ -144,7 +144,7 @@ def test_least_squares_agree_with_lapack():
     for one in best_shapes(kind, demand, [(1.0, kind.shapes(20, rng))], 5):
         # timing is rounded to instants of 2 deg
         crank = np.exp(1j * one.theta)
-        carrier, _ = kind.poses(one.x, one.theta, one.sense)
+        carrier, _ = kind.poses(one.x, one.theta, one.sign)
         matrix = np.column_stack([np.ones(7), crank, carrier])
         _, residual, _, _ = np.linalg.lstsq(matrix, points, rcond=None)
         assert one.error == pytest.approx(float(residual[0]), rel=1e-8)
@@ -154,21 +154,21 @@ def test_least_squares_agree_with_lapack():
 def test_exact_derivatives_against_a_complex_step_of_the_loop(name):
     """Directions by central differences of fourth order, error some 1e-11."""
     kind, rng = KINDS[name], np.random.default_rng(7)
-    for sense in kind.senses:
+    for sign in kind.signs:
         shape = kind.shapes(1, rng)
         fit = tuple(np.array([complex(*rng.normal(size=2))]) for _ in range(3))
         x = kind.placed(shape, np.zeros(1), fit)[0][0]
         theta = np.linspace(0.1, 6.0, 9)
-        _, by, by_angle = kind.direction(x, theta, sense)
+        _, by, by_angle = kind.direction(x, theta, sign)
 
-        def turned(h, n, x=x, theta=theta, sense=sense):
+        def turned(h, n, x=x, theta=theta, sign=sign):
             y, angle = x.copy(), theta
             if n < 0:
                 angle = theta + h
             else:
                 y[n] += h
-            here = kind.direction(x, theta, sense)[0]
-            return np.angle(np.exp(1j * (kind.direction(y, angle, sense)[0] - here)))
+            here = kind.direction(x, theta, sign)[0]
+            return np.angle(np.exp(1j * (kind.direction(y, angle, sign)[0] - here)))
 
         for n in range(-1, len(x)):
             exact = by_angle if n < 0 else by[:, n]

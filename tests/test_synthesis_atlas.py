@@ -16,7 +16,9 @@ def curve(rng, count=300):
 
 
 def test_a_descriptor_is_that_of_the_shape():
-    """Place, size, direction, first point and timing change nothing; sense and mirror reverse."""
+    """Place, size, direction, first point and timing change nothing; direction and
+    mirror reverse.
+    """
     rng = np.random.default_rng(0)
     for _ in range(20):
         path = curve(rng)

@@ -232,8 +232,8 @@ def test_defects_are_those_of_the_position_analysis():
             if word == "order" and design.grashof in ("crank-rocker", "double crank"):
                 turn = np.angle(pins[0] - pivots[0])
                 steps = np.diff(turn)
-                for sense in (1, -1):
-                    assert np.mod(sense * steps, 2.0 * np.pi).sum() > 2.0 * np.pi - 1e-6
+                for sign in (1, -1):
+                    assert np.mod(sign * steps, 2.0 * np.pi).sum() > 2.0 * np.pi - 1e-6
             if word == "circuit":
                 assert np.ptp(side) > 0.0 or design.grashof in ("double rocker", "rocker-crank")
     assert {"", "circuit", "branch"} <= words

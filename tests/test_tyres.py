@@ -236,7 +236,7 @@ def test_a_vehicle_dives_by_its_tyres():
 def test_what_cannot_be():
     with pytest.raises(ModelError, match="fixed to the ground"):
         Tyre("tyre", "belt.O", "wheel.O", **RUBBER, **SPRING)
-    with pytest.raises(ModelError, match="above 1 the force changes its sense"):
+    with pytest.raises(ModelError, match="above 1 the force changes its sign"):
         Tyre("tyre", "ground.O", "wheel.O", **(RUBBER | {"curvature": 1.5}), **SPRING)
 
 

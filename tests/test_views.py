@@ -106,17 +106,17 @@ def test_a_drawing_without_forces_has_the_applied_ones_only(norton):
 
 
 def test_arcs_turn_as_the_motor_and_the_torque(norton):
-    def sense(run, name, about):
+    def sign(run, name, about):
         drawn = artists(draw(run))
         points = drawn[name].get_xydata() - drawn[f"pin:{about}"].center
         (x, y), (u, v) = points[:-1].T, points[1:].T
         return np.sign((x * v - y * u).sum())
 
-    assert sense(norton, "driver:motor", "O2") == 1.0 == sense(norton, "torque:T_4", "O4")
+    assert sign(norton, "driver:motor", "O2") == 1.0 == sign(norton, "torque:T_4", "O4")
     back = makers.four_bar(1, 3, 2, 3.5, speed=-3.0)
     back.add(Torque("load", "rocker", value=-2.0))
     run = kinematics(back)
-    assert sense(run, "driver:motor", "O2") == -1.0 == sense(run, "torque:load", "O4")
+    assert sign(run, "driver:motor", "O2") == -1.0 == sign(run, "torque:load", "O4")
 
 
 def test_paths_are_those_of_the_points(norton, turn):

@@ -230,7 +230,7 @@ def test_the_head_is_where_the_line_of_stroke_begins():
 
 
 @pytest.mark.parametrize("given", [{"speed": -12.0}, {"momentum": 24.0}], ids=["speed", "free"])
-def test_a_spindle_has_its_speed_and_sense(given):
+def test_a_spindle_has_its_speed_and_direction(given):
     machine = Mechanism("spinning", ground={"O": (0, 0)})
     machine.add(
         Body("ball", mass=2.0, cg=(1, 0), points={"O": (0, 0)}, spread="point"),

@@ -209,7 +209,7 @@ def test_labels_keep_off_arrows(name):
 
 
 def test_an_effort_against_the_motion_points_the_other_way(turn):
-    def sense(k, forces):
+    def sign(k, forces):
         drawn = artists(draw(turn, k, forces))
         points = drawn["driver:motor"].get_xydata() - drawn["pin:O2"].center
         (x, y), (u, v) = points[:-1].T, points[1:].T
@@ -218,8 +218,8 @@ def test_an_effort_against_the_motion_points_the_other_way(turn):
     effort = turn.effort("motor")
     against, along = int(np.argmin(effort)), int(np.argmax(effort))
     assert effort[against] < 0.0 < effort[along] and turn["crank"].omega[against] > 0.0
-    assert (sense(against, False), sense(against, True)) == (1.0, -1.0)
-    assert (sense(along, False), sense(along, True)) == (1.0, 1.0)
+    assert (sign(against, False), sign(against, True)) == (1.0, -1.0)
+    assert (sign(along, False), sign(along, True)) == (1.0, 1.0)
 
 
 def test_events_are_named_at_their_instant():

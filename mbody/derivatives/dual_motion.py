@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.contact.complementarity import ClosedContacts, impact_impulses, lemke
-from mbody.analysis.contact.unilateral import SENSES, Unilateral
+from mbody.analysis.contact.unilateral import SLIP_SIGNS, Unilateral
 from mbody.analysis.dynamics.events import Guard
 from mbody.analysis.dynamics.integrators import REFINEMENTS, coordinate_sizes, own_sizes
 from mbody.analysis.dynamics.interruptions import held_inputs, without_held
@@ -288,7 +288,7 @@ class DualMotion:
             work.signal[self.held[name], 0] = one_value
         work.signal[list(self.held.values()), width] = tangents.held
         if count := len(stretch.on):
-            self.uni.set_rows(work, stretch.on, stretch.sense)
+            self.uni.set_rows(work, stretch.on, stretch.slip_sign)
             work.anchor[:count, 0], work.anchor[:count, width] = stretch.anchor, tangents.anchor
             work.par[self.uni.phase_rows, 0] = stretch.phases
             work.par[self.uni.phase_rows, width] = tangents.phases
@@ -337,10 +337,10 @@ class GuardDuals:
             return now.formula[guard.number]
         touches = self.uni.touches
         if guard.kind == "close":
-            found = touches[guard.number].spot.sense * now.value[touches[guard.number].normal]
+            found = touches[guard.number].spot.sign * now.value[touches[guard.number].normal]
             return None if self.behind(guard, now) else found
         if guard.kind == "lock":
-            return touches[guard.number].spot.sense * now.rate[touches[guard.number].normal]
+            return touches[guard.number].spot.sign * now.rate[touches[guard.number].normal]
         if guard.kind == "open":
             return self._pressing(now.page, guard.number)
         if guard.kind in ("edge", "enter"):
@@ -348,7 +348,7 @@ class GuardDuals:
             return along if guard.kind == "edge" or along is None else -along
         if guard.kind == "stop":
             row, mode = self._sliding(stretch, guard.number)
-            return SENSES[mode] * now.rate[row]
+            return SLIP_SIGNS[mode] * now.rate[row]
         if guard.kind == "slip" and guard.number < len(touches):
             group = stretch.groups.get(guard.number, [guard.number])
             most = sum(self.static[k] * self._pressing(now.page, k) for k in group)
@@ -362,7 +362,7 @@ class GuardDuals:
         if guard.kind != "close":
             return False
         touch = self.uni.touches[guard.number]
-        gap = float(touch.spot.sense * value(now.value)[touch.normal])
+        gap = float(touch.spot.sign * value(now.value)[touch.normal])
         return gap < -NEAR * self.system.length
 
     def kind_of(self, guard: Guard | JumpGuard) -> bool:
@@ -408,10 +408,10 @@ class GuardDuals:
 
     def _pressing(self, page: DualNumber, number: int) -> Any:
         touch = self.uni.touches[number]
-        return -touch.spot.sense * self._multiplier(page, touch.normal)
+        return -touch.spot.sign * self._multiplier(page, touch.normal)
 
     def _reserve(self, m: int, now: DualInstant) -> Any:
-        """How much more friction a rough joint that sticks could have: of the nearer sense."""
+        """How much more friction a rough joint that sticks could have: of the nearer direction."""
         pair, L = self.uni.rough[m], self.uni.layout
         force = self._multiplier(now.page, pair.tangent)
         node = int(L.friction_node[pair.pair])
@@ -422,7 +422,7 @@ class GuardDuals:
         back = self._limit(pair.pair, now, x, y, -1.0) + force
         return ahead if value(ahead) <= value(back) else back
 
-    def _limit(self, f: int, now: DualInstant, x: Any, y: Any, sense: float) -> Any:
+    def _limit(self, f: int, now: DualInstant, x: Any, y: Any, sign: float) -> Any:
         """Static friction of pair f by the multipliers of what presses it, as of
         `mbody.analysis.contact.complementarity`.
         """
@@ -431,12 +431,12 @@ class GuardDuals:
         mu, one, two = now.par[o + 1], now.par[o + 4], now.par[o + 5]
         if kind in ("torque", "force"):
             given = mu * now.signal[int(L.friction_signal[f])]
-            size = given * (1.0 + two * sense)
+            size = given * (1.0 + two * sign)
             return size if value(given) > 0.0 and value(size) > 0.0 else 0.0 * size
         if kind == "pin":
             return mu * one / np.sqrt(1.0 + mu * mu) * np.hypot(x, y)
         if kind == "couple":
-            return mu * abs(x) + two * sense * x
+            return mu * abs(x) + two * sign * x
         if kind == "follower":
             at = 12 * int(L.friction_node[f]) + 6
             push = np.sqrt(now.blocks[at] ** 2 + now.blocks[at + 1] ** 2)
@@ -446,7 +446,7 @@ class GuardDuals:
             return push * sine / np.sqrt(1.0 - sine * sine) * abs(x)
         size = mu * abs(x)
         if kind == "guide" and value(one) > 0.0:
-            moment = y + 0.5 * mu * sense * two * x
+            moment = y + 0.5 * mu * sign * two * x
             ends = 2.0 * mu / one * abs(moment)
             return ends if value(ends) > value(size) else size
         return size
@@ -663,8 +663,8 @@ class ImpactDuals:
         W, rates = np.zeros((2 * m, n), dtype=block.dtype), np.zeros(2 * m, dtype=block.dtype)
         for place, number in enumerate(closed):
             touch = uni.touches[number]
-            W[place] = touch.spot.sense * block[touch.normal]
-            rates[place] = touch.spot.sense * rate[touch.normal]
+            W[place] = touch.spot.sign * block[touch.normal]
+            rates[place] = touch.spot.sign * rate[touch.normal]
             if touch.tangent >= 0:
                 W[m + place], rates[m + place] = block[touch.tangent], rate[touch.tangent]
         Y = self._responses(joints, mass[:n], W)

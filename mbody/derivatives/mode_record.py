@@ -264,8 +264,8 @@ class ModeStretch:
         Impacts with which it begins, in their order.
     y, slope : array or None
         Its first state, after these, and the derivative there; None where the state before goes on.
-    on, anchor, phases, sense : arrays
-        Rows that are on, where sticking began, phases of the rows along two circles, senses of
+    on, anchor, phases, slip_sign : arrays
+        Rows that are on, where sticking began, phases of the rows along two circles, directions of
         sliding.
     modes, pairs : tuples of str
         Of touches and of rough joints.
@@ -297,7 +297,7 @@ class ModeStretch:
     on: Array = field(default_factory=lambda: np.zeros(0))
     anchor: Array = field(default_factory=lambda: np.zeros(0))
     phases: Array = field(default_factory=lambda: np.zeros(0))
-    sense: Array = field(default_factory=lambda: np.zeros(0))
+    slip_sign: Array = field(default_factory=lambda: np.zeros(0))
     modes: tuple[str, ...] = ()
     pairs: tuple[str, ...] = ()
     groups: dict[int, list[int]] = field(default_factory=dict)
@@ -318,7 +318,7 @@ class ModeStretch:
             on=0.0 * self.on,
             anchor=0.0 * self.anchor,
             phases=self.phases,
-            sense=0.0 * self.sense,
+            slip_sign=0.0 * self.slip_sign,
             modes=self.modes,
             pairs=self.pairs,
             inputs=self.inputs,
@@ -433,7 +433,7 @@ class ModeRecorder(JumpWatch, ContactIntegration):
                 on=self.on.copy(),
                 anchor=self.work.anchor[:count, 0].copy(),
                 phases=self.work.par[self.uni.phase_rows, 0].copy(),
-                sense=self.work.sense[: len(self.layout.friction_kind), 0].copy(),
+                slip_sign=self.work.slip_sign[: len(self.layout.friction_kind), 0].copy(),
                 modes=tuple(self.modes),
                 pairs=tuple(self.pairs),
                 groups={k: list(group) for k, group in self.groups.items()},

@@ -52,14 +52,14 @@ def cam_contour(
     (5, 2)
     """
     R, slope, _ = np.broadcast_arrays(*joint.radius(numbers, psi))
-    sense = -1.0 if joint.clockwise else 1.0
-    ray = float(numbers.angle(joint, "i")) - sense * psi
+    sign = -1.0 if joint.clockwise else 1.0
+    ray = float(numbers.angle(joint, "i")) - sign * psi
     if pitch:
         along, across = R, np.zeros_like(R)
     elif joint.flat:
-        along, across = R, -sense * slope
+        along, across = R, -sign * slope
     else:
-        roller, lean = float(numbers[f"{joint.name}.roller"]), np.arctan2(sense * slope, R)
+        roller, lean = float(numbers[f"{joint.name}.roller"]), np.arctan2(sign * slope, R)
         along, across = R - roller * np.cos(lean), -roller * np.sin(lean)
     c, s = np.cos(ray), np.sin(ray)
     from_centre = np.column_stack([along * c - across * s, along * s + across * c])
@@ -699,9 +699,9 @@ def _pressure(run: Solution, cam: CamFollower) -> tuple[Array, Array]:
     at, d, angle_i, angle_j = ends(run, cam)
     normal = cam.normal(at, d, angle_i, angle_j)
     n = np.broadcast_to(np.asarray(normal[0]) + 1j * np.asarray(normal[1]), len(run))
-    sense = -1.0 if cam.clockwise else 1.0
+    sign = -1.0 if cam.clockwise else 1.0
     ray = angle_j + 0.5 * math.pi if cam.flat else np.arctan2(d[1], d[0])
-    psi = np.mod(sense * (angle_i - ray), math.tau)
+    psi = np.mod(sign * (angle_i - ray), math.tau)
     place = run.point(cam.j) if cam.roller else None
     if place is None:
         x, y = run.reaction_point(cam.name)
@@ -711,7 +711,7 @@ def _pressure(run: Solution, cam: CamFollower) -> tuple[Array, Array]:
         [_direction_of_motion(run, cam, k, complex(x[k], y[k])) for k in range(len(run))]
     )
     omega = run[cam.i.body].omega
-    turning = np.where(np.abs(omega) > 0.0, np.sign(omega), sense)
+    turning = np.where(np.abs(omega) > 0.0, np.sign(omega), sign)
     angle = np.angle(n / np.where(directions == 0.0, np.nan, directions))
     # either way along the same line
     angle = (angle + 0.5 * math.pi) % math.pi - 0.5 * math.pi

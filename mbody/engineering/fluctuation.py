@@ -35,7 +35,7 @@ def cycle_turns(angle: Array, what: str) -> int:
     one_way = angle.size > 2 and ((steps > 0.0).all() or (steps < 0.0).all())
     if not one_way or round(turns) < 1 or abs(turns - round(turns)) > WHOLE * turns:
         raise ModelError(
-            f"{what} needs whole turns in one sense, both ends included; these "
+            f"{what} needs whole turns in one direction, both ends included; these "
             f"{angle.size} instants are {360.0 * turns:.6g} deg: analyse with turn=True"
         )
     return round(turns)
@@ -247,7 +247,7 @@ def energy_fluctuation(
     whole_angle = 2.0 * math.pi * cycle_turns(angle, "a fluctuation")
     check_repeats(torque, float(np.abs(torque).max()), "torque", "a fluctuation")
     x = np.abs(angle - angle[0])
-    sense = 1.0 if angle[-1] > angle[0] else -1.0
+    sign = 1.0 if angle[-1] > angle[0] else -1.0
     spline = Table(x, np.append(torque[:-1], torque[0]), periodic=True)
     knots = x.size
     c = spline.table()[2 + knots :].reshape(-1, 4)
@@ -264,18 +264,18 @@ def energy_fluctuation(
         values.append(
             energy[k] + inside * (a - mean + inside * (b / 2 + inside * (d / 3 + inside * e / 4)))
         )
-    place, value = np.concatenate(places), sense * np.concatenate(values)
+    place, value = np.concatenate(places), sign * np.concatenate(values)
     low, high = int(value.argmin()), int(value.argmax())
     return Fluctuation(
         angle,
         torque,
-        sense * energy,
+        sign * energy,
         mean,
-        sense * mean * whole_angle,
+        sign * mean * whole_angle,
         float(value[low]),
         float(value[high]),
-        float(angle[0] + sense * place[low]),
-        float(angle[0] + sense * place[high]),
+        float(angle[0] + sign * place[low]),
+        float(angle[0] + sign * place[high]),
     )
 
 

@@ -327,8 +327,8 @@ def _over_cycle(run: Solution, found: Fluctuation) -> tuple[Array, Array, Array]
         Table(x, np.append(row[:-1], row[0]), periodic=True)(np.minimum(fine, x[-1]))
         for row in (kinetic, kinetic - kinetic[0] - found.energy)
     ]
-    sense = 1.0 if angle[-1] > angle[0] else -1.0
-    return angle[0] + sense * fine, np.maximum(curves[0], 0.0), curves[1]
+    sign = 1.0 if angle[-1] > angle[0] else -1.0
+    return angle[0] + sign * fine, np.maximum(curves[0], 0.0), curves[1]
 
 
 def _coefficient(kinetic: Array, gained: Array, held: float) -> tuple[float, Array]:

@@ -215,7 +215,7 @@ def complex_orders(
             f"{count // KNOWN / turns:g}, not {1 if highest is None else highest:g}: "
             "take four instants a period or more"
         )
-    sense = 1.0 if angle[-1] > angle[0] else -1.0
+    sign = 1.0 if angle[-1] > angle[0] else -1.0
     orders = np.arange(last + 1) / turns
     if np.iscomplexobj(values):
         orders = np.concatenate([orders, -orders[:0:-1]])
@@ -223,7 +223,7 @@ def complex_orders(
     def sums(every: int) -> Array:
         row = values[:-1:every]
         whole = np.fft.fft(row) / row.size
-        places = np.rint(sense * orders * turns).astype(int) % row.size
+        places = np.rint(sign * orders * turns).astype(int) % row.size
         return np.asarray(whole[places] * np.exp(-1j * orders * angle[0]))
 
     found = sums(1)

@@ -151,9 +151,9 @@ def indicator(run: Solution, cylinder: str, *, opposite: bool = False) -> Indica
     speed = ux * vx + uy * vy + body.omega * (ux * dy - uy * dx)
     near, far = (load.far, load.near) if opposite else (load.near, load.far)
     area = float((load.opposite_area if opposite else load.area) or 0.0)
-    sense = 1.0 if far > near else -1.0
-    volume = area * (load.clearance + sense * (place - near))
-    rate = area * sense * speed
+    sign = 1.0 if far > near else -1.0
+    volume = area * (load.clearance + sign * (place - near))
+    rate = area * sign * speed
     pairs = zip(place.tolist(), speed.tolist(), strict=True)
     pressure = np.array([load.pressure(*pair, opposite=opposite) for pair in pairs])
     out = np.where((pressure >= load.delivery) & (rate < 0.0), -rate, 0.0)

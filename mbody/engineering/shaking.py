@@ -672,8 +672,8 @@ def balance_shafts(
 
     Notes
     -----
-    A shaft of order 1 in the sense of the driver is a counterweight on the driver's own shaft. All
-    forces on the frame are counted, weights too, whose mean no shaft takes away.
+    A shaft of order 1 in the direction of the driver is a counterweight on the driver's own shaft.
+    All forces on the frame are counted, weights too, whose mean no shaft takes away.
 
     Source: R. L. Norton, *Design of Machinery*, section 14.7 (secondary balancing in the four-
     cylinder inline engine).

@@ -176,7 +176,7 @@ def _of_joint(pair: _Pair, joint: Any) -> list[Rates]:
 
 def _cam(pair: _Pair, joint: CamFollower) -> Rates:
     """|Δ| or n·Δ, less the profile at its angle."""
-    sense = 1.0 if joint.clockwise else -1.0
+    sign = 1.0 if joint.clockwise else -1.0
     profile = law_by_formula(joint.profile)
     if joint.flat:
         face = pair.angle_j + pair.beta("j") + 0.5 * math.pi
@@ -188,9 +188,9 @@ def _cam(pair: _Pair, joint: CamFollower) -> Rates:
         angle = np.arctan2(pair.d[1], pair.d[0])
         turned, more = pair.polar()
         turned, more = turned - pair.w_i, more - pair.a_i
-    place = (sense * (angle - pair.angle_i - pair.beta("i"))) % (2.0 * math.pi)
+    place = (sign * (angle - pair.angle_i - pair.beta("i"))) % (2.0 * math.pi)
     table = np.array([profile.derivatives(float(x)) for x in place])
-    f1, f2 = sense * table[:, 1], table[:, 2]
+    f1, f2 = sign * table[:, 1], table[:, 2]
     first, second, size, sizes = rates
     lift, change = f1 * turned, f2 * turned**2 + f1 * more
     sizes = sizes + np.abs(f2 * turned**2) + np.abs(f1 * more)
@@ -339,14 +339,14 @@ def _joints(system: System, run: Solution, pose: Array) -> tuple[Array, Array]:
     found, size = np.zeros(pose.shape), np.zeros(len(run))
 
     def act(element: Any, force: Array, torque: Array, place: Any) -> None:
-        for body, sense in ((element.bodies[1], 1.0), (element.bodies[0], -1.0)):
+        for body, sign in ((element.bodies[1], 1.0), (element.bodies[0], -1.0)):
             if body == "ground":
                 continue
             b = index[body]
             dx, dy = place[0] - pose[:, b, 0], place[1] - pose[:, b, 1]
-            found[:, b, 0] += sense * force[0]
-            found[:, b, 1] += sense * force[1]
-            found[:, b, 2] += sense * (torque + dx * force[1] - dy * force[0])
+            found[:, b, 0] += sign * force[0]
+            found[:, b, 1] += sign * force[1]
+            found[:, b, 2] += sign * (torque + dx * force[1] - dy * force[0])
         size[:] = np.maximum(size, np.hypot(*force))
 
     # of a motion over time contacts are in the place of joints that can separate

@@ -52,7 +52,7 @@ class Plane:
         """The two components of a vector in the plane."""
         return float(vector @ self.x), float(vector @ self.y)
 
-    def sense(self, axis: Array) -> float:
+    def sign(self, axis: Array) -> float:
         """1 where a hinge turns counter-clockwise about its axis, −1 where clockwise."""
         return 1.0 if axis @ self.normal > 0.0 else -1.0
 
@@ -215,13 +215,13 @@ def _reference(space: Spatial, joint: int) -> float:
     return float(space.model.qpos0[space.model.jnt_qposadr[joint]])
 
 
-def _limits(space: Spatial, joint: int, sense: float) -> dict[str, Any]:
+def _limits(space: Spatial, joint: int, sign: float) -> dict[str, Any]:
     if not _limited(space, joint):
         return {}
     if space.model.jnt_type[joint] == HINGE:
-        sense *= space.plane.sense(space.data.xaxis[joint])
+        sign *= space.plane.sign(space.data.xaxis[joint])
     low, high = (float(v) - _reference(space, joint) for v in space.model.jnt_range[joint])
-    return {"limits": (low, high) if sense > 0.0 else (-high, -low)}
+    return {"limits": (low, high) if sign > 0.0 else (-high, -low)}
 
 
 def _viscous(space: Spatial, joint: int) -> dict[str, Any]:
@@ -241,7 +241,7 @@ def _torsion(space: Spatial, body: int, joint: int) -> list[Element]:
     ends = {"body": space.names[body], "by": _parent(space, body)}
     if stiffness:
         rest = float(model.qpos_spring[model.jnt_qposadr[joint]]) - _reference(space, joint)
-        rest *= space.plane.sense(space.data.xaxis[joint])
+        rest *= space.plane.sign(space.data.xaxis[joint])
         found.append(TorsionSpring(f"{name}_spring", **ends, stiffness=stiffness, free_angle=rest))
     alone = model.body_jntnum[body] == 1
     if (damping := float(model.dof_damping[model.jnt_dofadr[joint]])) and not alone:
@@ -325,9 +325,9 @@ def _term(space: Spatial, joint: int, factor: float) -> CouplingTerm:
     body = int(model.jnt_bodyid[joint])
     parent = int(model.body_parentid[body])
     if model.jnt_type[joint] == HINGE:
-        sense = space.plane.sense(space.data.xaxis[joint])
+        sign = space.plane.sign(space.data.xaxis[joint])
         base = space.names[space.root(parent)]
-        return CouplingTerm(sense * factor, angle=space.names[body], relative_to=base)
+        return CouplingTerm(sign * factor, angle=space.names[body], relative_to=base)
     if model.jnt_type[joint] != SLIDE:
         raise refusal(f"the joint {seen(space.name('JOINT', joint))}", "it cannot be coupled")
     label, at = space.name("JOINT", joint), space.data.xanchor[joint]

@@ -215,10 +215,10 @@ class Profile:
                     bad = middle
             if good == far:  # a bound of the number itself, as zero of a mass
                 continue
-            sense = math.copysign(width, far - bad)
-            near = good + sense * np.concatenate([NEAR, 10.0 ** np.arange(-9, 0)])
-            self.add(np.append(near[(near - far) * sense <= 0.0], good))
-            self.edges[good] = self._end(good, sense)
+            sign = math.copysign(width, far - bad)
+            near = good + sign * np.concatenate([NEAR, 10.0 ** np.arange(-9, 0)])
+            self.add(np.append(near[(near - far) * sign <= 0.0], good))
+            self.edges[good] = self._end(good, sign)
 
     def _end(self, edge: float, width: float) -> str:
         """Whether values grow without bound towards an edge, by how fast they grow."""

@@ -42,7 +42,7 @@ from mbody.kernels.friction import (
     load_columns,
     number_sliding,
     pair_sliding,
-    senses_by_rates,
+    slip_signs_by_rates,
     store_sliding,
     viscous_friction,
 )
@@ -418,8 +418,8 @@ def rough_multipliers_square(L, P, W, w, F):
     """
     viscous_friction(L, W, w)
     balance_square(L, P, W, w, F)
-    if L.senses == BY_RATES:
-        senses_by_rates(L, W, w)
+    if L.slip_signs == BY_RATES:
+        slip_signs_by_rates(L, W, w)
     responses_square(L, P, W, w, F)
     friction_sizes(L, W, w)
     add_sliding(L, W, w)

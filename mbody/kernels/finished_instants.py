@@ -14,9 +14,9 @@ from mbody.kernels.friction import (
     REACHED_PART,
     add_row,
     along_tangent,
-    lasting_senses,
-    senses_by_rates,
+    fixed_slip_signs,
     sliding_rates,
+    slip_signs_by_rates,
     tangent,
     viscous_friction,
 )
@@ -239,13 +239,13 @@ def at_instant(L, W, w, motion, t, k):
     measured_formulas(L, W, w)
 
 
-# -- Friction at stored instants: rates of sliding, and forces for senses that are given -------
+# -- Friction at stored instants: rates of sliding, and forces for slip signs that are given ------
 #
 # Where a pair rests its friction may be anything up to its limit, so that reactions and efforts lie
-# between those of the two senses in which it would begin to slide. These are found here: the same
-# equations as of the analysis, with senses that no rate decides.
+# between those of the two directions in which it would begin to slide. These are found here: the
+# same equations as of the analysis, with slip signs that no rate decides.
 
-#: Numbers of a pair in `rates_of_pairs`: rate of sliding, its derivative by time, sense.
+#: Numbers of a pair in `rates_of_pairs`: rate of sliding, its derivative by time, slip sign.
 PER_PAIR = 3
 
 
@@ -271,18 +271,18 @@ def take_instant(L, W, w, found, k):
 @kernel
 def rates_of_pairs(L: Layout, W: Work, found: StoredMotion, output: Stacks) -> None:
     """Fill output (instants, pairs, PER_PAIR) with rates of sliding, their derivatives and the
-    senses, zero of pairs at rest.
+    slip signs, zero of pairs at rest.
     """
     w = 0.0
     signals(L, W, w, L.signal_law.shape[0])
     for k in range(found.t.shape[0]):
         take_instant(L, W, w, found, k)
         sliding_rates(L, W, w)
-        senses_by_rates(L, W, w)
+        slip_signs_by_rates(L, W, w)
         for f in range(L.friction_kind.shape[0]):
             output[k, f, 0] = ld(W.rate, f, w)
             output[k, f, 1] = along_tangent(L, W, w, f, W.a, W.gamma)
-            output[k, f, 2] = ld(W.sense, f, w)
+            output[k, f, 2] = ld(W.slip_sign, f, w)
 
 
 @kernel
@@ -307,9 +307,9 @@ def impending_rates(L: Layout, W: Work, found: StoredMotion, output: Stacks) -> 
 
 @kernel
 def forces_by_senses(
-    L: Layout, W: Work, found: StoredMotion, senses: Rows, output: Stacks, reached: Rows
+    L: Layout, W: Work, found: StoredMotion, slip_signs: Rows, output: Stacks, reached: Rows
 ) -> None:
-    """Fill output (instants, PER_PRIMITIVE·primitives, 1) with the forces for the senses of all
+    """Fill output (instants, PER_PRIMITIVE·primitives, 1) with the forces for the slip signs of all
     pairs (instants, pairs), and reached (instants, 2) with the spectral radius below which friction
     is unique and the part of it that was reached. Pairs at rest have their static coefficient.
     """
@@ -320,12 +320,12 @@ def forces_by_senses(
         factor(L, W, w, found.regularization, VANISHED)
         forces(L, W, w, -1)
         viscous_friction(L, W, w)
-        senses_by_rates(L, W, w)
+        slip_signs_by_rates(L, W, w)
         for f in range(L.friction_kind.shape[0]):
-            if ld(W.sense, f, w) == 0.0:
+            if ld(W.slip_sign, f, w) == 0.0:
                 st(W.rate, f, 0.0, w)
-            st(W.sense, f, senses[k, f], w)
-        lasting_senses(L, W, w)
+            st(W.slip_sign, f, slip_signs[k, f], w)
+        fixed_slip_signs(L, W, w)
         multipliers(L, W, w)
         keep_primitives(L, W, w, output[k], 0)
         reached[k, 0] = ld(W.friction, CERTIFICATE, w)

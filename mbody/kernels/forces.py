@@ -143,10 +143,10 @@ def chamber(W, w, o):
     p = W.par
     for m in range(rounds(W.scratch, w)):
         lane = lane_at(m, w)
-        sense = entry(p, o + 1, lane)
+        sign = entry(p, o + 1, lane)
         pressure = charge(
-            sense * (entry(W.scratch, 0, lane) - entry(p, o, lane)),
-            sense * entry(W.scratch, 2, lane),
+            sign * (entry(W.scratch, 0, lane) - entry(p, o, lane)),
+            sign * entry(W.scratch, 2, lane),
             entry(p, o + 2, lane),
             entry(p, o + 3, lane),
             entry(p, o + 4, lane),

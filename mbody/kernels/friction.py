@@ -1,8 +1,9 @@
 """Sliding friction from the real reaction, by the factor at hand.
 
 A rough pair k has a tangent row g_k (the rate of sliding is g_k v − ν_k) and a size φ_k of friction
-that the multipliers of what presses it decide. It slides in the sense σ_k = ±1, so that the system
-gets the force −g_kᵀ λ_k with λ_k = σ_k x_k, x_k = φ_k(λ) ≥ 0. That enters the equations as a load:
+that the multipliers of what presses it decide. It slides in the direction σ_k = ±1, so that the
+system gets the force −g_kᵀ λ_k with λ_k = σ_k x_k, x_k = φ_k(λ) ≥ 0. That enters the equations as a
+load:
 
     Gᵀ λ = f − M a − Σ σ_k g_kᵀ x_k    ⇒    λ = λ₀ + B x,    x = φ(λ₀ + B x),
 
@@ -14,14 +15,14 @@ every φ_k is positively homogeneous:
     a pin of radius r        ρ |R|,  ρ = μ r/√(1 + μ²): the friction circle, R the whole reaction
     a guide of length ℓ      μ max(|N|, 2 |T + μ σ h N/2|/ℓ): two points at the ends press, h the
                              height between its rails; ℓ = 0: μ |N|
-    a pair that is pressed   μ |N|, in one sense alone μ max(N, 0); of a cam's follower with
+    a pair that is pressed   μ |N|, in one direction alone μ max(N, 0); of a cam's follower with
                              |N| = |λ| |g|, g the part of its row that pushes the follower
     a torque of wheels       μ |N| + b σ N: rolling resistance, and the loss of teeth, which may
                              depend on which wheel drives
-    a clutch, a packing      the torque, or the force, of its law; of a band brake more in one sense
+    a clutch, a packing      the torque, or the force, of its law; of a band brake more one way
 
 Teeth with a pressure angle press their wheels apart with μ |N|, μ = tan α, and the strands of a
-belt pull its pulleys together: the same equation with a sense that never changes, and without a
+belt pull its pulleys together: the same equation with a sign that never changes, and without a
 loss, as the rate is zero.
 
 With |B| the Lipschitz constants of φ_k along the columns of B, a spectral radius ϱ(|B|) < 1 means
@@ -29,7 +30,7 @@ that there is one solution: the certificate. Where it is not below 1 the solutio
 no friction, with s times all coefficients, s from 0 to 1; where det(I − φ′ B) vanishes on the way
 the mechanism jams, from that part s of its coefficients on.
 
-Pairs whose sense is 0 have no sliding friction: they are open, or stick by a row of their own. Of
+Pairs whose sign is 0 have no sliding friction: they are open, or stick by a row of their own. Of
 many places where bodies may touch few slide: B and I − φ′ B are of those that do, in any lane.
 Pfeiffer, Glocker: Multibody Dynamics with Unilateral Contacts (1996), 5.
 """
@@ -60,11 +61,11 @@ FRICTION_KINDS = (
     "pull",
 )
 PIN, GUIDE, PRESSED, COUPLE, FOLLOWER, APART, TORQUE, FORCE, PULL = range(9)
-#: Kinds whose sense lasts, and which lose nothing.
+#: Kinds whose sign lasts, and which lose nothing.
 LASTING = ("apart", "pull")
-#: What `Layout.senses` means: the rates decide the senses; they are in W.sense, of pairs that
-#: slide; the same, and pairs of the rate zero are about to slide: their coefficient is the static
-#: one.
+#: What `Layout.slip_signs` means: the rates decide the signs; they are in W.slip_sign, of pairs
+#: that slide; the same, and pairs of the rate zero are about to slide: their coefficient is the
+#: static one.
 BY_RATES, SLIDING, IMPENDING = 0, 1, 2
 #: Numbers of a pair in W.arm.
 ARMS = 3
@@ -78,7 +79,7 @@ def coefficients(L, W, w):
     for f in range(L.friction_kind.shape[0]):
         o = L.friction_par[f]
         st(W.coefficient, f, ld(W.par, o, w), w)
-        if L.senses == IMPENDING or highest(ld(W.par, o + 2, w)) > 0.0:
+        if L.slip_signs == IMPENDING or highest(ld(W.par, o + 2, w)) > 0.0:
             for n in range(rounds(W.rate, w)):
                 at_rate(L, W, f, o, lane_at(n, w))
 
@@ -88,7 +89,7 @@ def at_rate(L, W, f, o, lane):
     """The coefficient of pair f, parameters from o on, by its rate in one lane."""
     kinetic, static = entry(W.par, o, lane), entry(W.par, o + 1, lane)
     speed, rate = entry(W.par, o + 2, lane), entry(W.rate, f, lane)
-    if L.senses == IMPENDING and rate == 0.0:
+    if L.slip_signs == IMPENDING and rate == 0.0:
         put_entry(W.coefficient, f, static, lane)
     elif speed > 0.0:
         part = rate / speed
@@ -109,7 +110,7 @@ def arms(L, W, w, part):
 def store_arms(L, W, w, f, part):
     """W.arm of pair f: the radius ρ of a pin's friction circle; μ, 2 μ/ℓ (zero without a length)
     and μ σ h/2 of a guide; what a clutch or packing has; else what multiplies |λ| and λ, of which
-    one sign alone counts where a pair is pressed in one sense. That teeth press apart and belts
+    one sign alone counts where a pair is pressed in one direction. That teeth press apart and belts
     pull is no friction, of which there may be a part.
     """
     o, kind = L.friction_par[f], L.friction_kind[f]
@@ -121,7 +122,7 @@ def store_arms(L, W, w, f, part):
         length = ld(W.par, o + 4, w)
         long = select_le(length, third, third + 1.0, length)
         second = select_le(length, third, third, 2.0 * mu / long)
-        third = 0.5 * mu * ld(W.sense, f, w) * ld(W.par, o + 5, w)
+        third = 0.5 * mu * ld(W.slip_sign, f, w) * ld(W.par, o + 5, w)
     elif kind == PRESSED:
         one_way = ld(W.par, o + 4, w)
         first = mu * (1.0 - 0.5 * one_way * one_way)
@@ -129,9 +130,9 @@ def store_arms(L, W, w, f, part):
     elif kind == FOLLOWER:
         first = on_cam(L, W, w, f, mu)
     elif kind == COUPLE:
-        second = part * ld(W.par, o + 5, w) * ld(W.sense, f, w)
+        second = part * ld(W.par, o + 5, w) * ld(W.slip_sign, f, w)
     elif kind in (TORQUE, FORCE, PULL):
-        uneven = 1.0 + ld(W.par, o + 5, w) * ld(W.sense, f, w)
+        uneven = 1.0 + ld(W.par, o + 5, w) * ld(W.slip_sign, f, w)
         first = larger(third, mu * uneven * ld(W.signal, L.friction_signal[f], w))
     st(W.arm, ARMS * f, first, w)
     st(W.arm, ARMS * f + 1, second, w)
@@ -253,8 +254,8 @@ def sliding_rates(L, W, w):
 
 
 @njit
-def senses_by_rates(L, W, w):
-    """W.sense ← the signs of the rates; zero where a pair is at rest."""
+def slip_signs_by_rates(L, W, w):
+    """W.slip_sign ← the signs of the rates; zero where a pair is at rest."""
     per_length = 1.0 / ld(W.size, 0, w)
     zero = 0.0 * per_length
     swift = zero
@@ -268,16 +269,18 @@ def senses_by_rates(L, W, w):
         unit = 1.0 + zero if angular else per_length
         rate = ld(W.rate, f, w) * unit
         still = select_le(larger(rate, -rate), AT_REST * swift, zero, zero + 1.0)
-        st(W.sense, f, still * select_le(rate, zero, zero - 1.0, zero + 1.0), w)
-    lasting_senses(L, W, w)
+        st(W.slip_sign, f, still * select_le(rate, zero, zero - 1.0, zero + 1.0), w)
+    fixed_slip_signs(L, W, w)
 
 
 @njit
-def lasting_senses(L, W, w):
-    """W.sense ← that of teeth that press apart and of belts that pull, which no rate decides."""
+def fixed_slip_signs(L, W, w):
+    """W.slip_sign ← that of teeth that press apart and of belts that pull, which no
+    rate decides.
+    """
     for f in range(L.friction_kind.shape[0]):
         if L.friction_kind[f] in (APART, PULL):
-            st(W.sense, f, ld(W.par, L.friction_par[f] + 4, w), w)
+            st(W.slip_sign, f, ld(W.par, L.friction_par[f] + 4, w), w)
 
 
 @njit
@@ -285,10 +288,10 @@ def list_sliding(L, W, w):
     """W.sliding ← how many pairs slide in a lane, and their numbers."""
     found = 0
     for f in range(L.friction_kind.shape[0]):
-        sense = ld(W.sense, f, w)
-        if highest(sense * sense) > 0.0:
+        slip_sign = ld(W.slip_sign, f, w)
+        if highest(slip_sign * slip_sign) > 0.0:
             found += 1
-            st(W.sliding, found, 0.0 * sense + f, w)
+            st(W.sliding, found, 0.0 * slip_sign + f, w)
     st(W.sliding, 0, 0.0 * ld(W.size, 0, w) + found, w)
 
 
@@ -312,8 +315,8 @@ def any_sliding(L, W, w):
     st(W.friction, REACHED_PART, found + 1.0, w)
     st(W.friction, DETERMINANT, found + 1.0, w)
     for f in range(L.friction_kind.shape[0]):
-        sense = ld(W.sense, f, w)
-        found = larger(found, sense * sense)
+        slip_sign = ld(W.slip_sign, f, w)
+        found = larger(found, slip_sign * slip_sign)
         st(W.slip, f, 0.0, w)
     return found
 
@@ -322,14 +325,14 @@ def any_sliding(L, W, w):
 def load_columns(L, W, w, f, target):
     """target on columns ← the load −σ gᵀ of pair f, each slot taking its share of its body's."""
     k, i, j = tangent(L, W, w, f)
-    sense = ld(W.sense, f, w)
+    slip_sign = ld(W.slip_sign, f, w)
     for n in range(target.shape[0]):
         st(target, n, 0.0, w)
     for s in range(L.slots):
         b = L.slot_body[s]
         if b in (i, j):
             o = 12 * k if b == i else 12 * k + 6
-            share = -sense * ld(W.share, s, w)
+            share = -slip_sign * ld(W.share, s, w)
             for n in range(3):
                 st(target, 3 * s + n, share * ld(W.block, o + n, w), w)
 
@@ -372,7 +375,7 @@ def spectral_bound(L, W, w, close):
         f = pair_sliding(W, w, r)
         node = 2 * L.friction_node[f]
         # what is at rest in a lane has no friction there that another pair could change
-        slides = ld(W.sense, f, w) * ld(W.sense, f, w)
+        slides = ld(W.slip_sign, f, w) * ld(W.slip_sign, f, w)
         for c in range(pairs):
             o = 2 * L.nodes * c + node
             x, y = ld(W.response, o, w), ld(W.response, o + 1, w)
@@ -420,7 +423,7 @@ def newton_pass(L, W, w, moving):
             x = x + ld(W.response, o, w) * more
             y = y + ld(W.response, o + 1, w) * more
         size, by_x, by_y = size_of(L, W, w, f, x, y)
-        slides = ld(W.sense, f, w) * ld(W.sense, f, w)
+        slides = ld(W.slip_sign, f, w) * ld(W.slip_sign, f, w)
         by_x, by_y = slides * by_x, slides * by_y
         for c in range(pairs):
             o = 2 * L.nodes * c + node
@@ -539,7 +542,7 @@ def add_sliding(L, W, w):
         f = pair_sliding(W, w, s)
         k, i, j = tangent(L, W, w, f)
         change = ld(W.slip, f, w) - ld(W.kept_slip, f, w)
-        add_row(W, w, k, i, j, ld(W.sense, f, w) * change)
+        add_row(W, w, k, i, j, ld(W.slip_sign, f, w) * change)
         st(W.kept_slip, f, ld(W.slip, f, w), w)
 
 
@@ -553,7 +556,7 @@ def friction_error(L, W, w):
         f = pair_sliding(W, w, s)
         node = 2 * L.friction_node[f]
         size, _, _ = size_of(L, W, w, f, ld(W.lam, node, w), ld(W.lam, node + 1, w))
-        slip, slides = ld(W.slip, f, w), ld(W.sense, f, w) * ld(W.sense, f, w)
+        slip, slides = ld(W.slip, f, w), ld(W.slip_sign, f, w) * ld(W.slip_sign, f, w)
         rest = slides * size - slip
         off = larger(off, larger(rest, -rest))
         greatest = larger(greatest, larger(slip, -slip))
@@ -581,7 +584,7 @@ def viscous_friction(L, W, w):
         if highest(damping) != 0.0 or not constant(damping):
             k, i, j = tangent(L, W, w, f)
             add_row(W, w, k, i, j, damping * ld(W.rate, f, w))
-    lasting_senses(L, W, w)
+    fixed_slip_signs(L, W, w)
 
 
 @inline
@@ -601,7 +604,7 @@ def store_sliding(L, W, w):
     for f in range(L.friction_kind.shape[0]):
         s = L.friction_tangent[f]
         viscous = ld(W.par, L.friction_par[f] + 3, w) * ld(W.rate, f, w)
-        sliding = ld(W.sense, f, w) * ld(W.slip, f, w) + viscous
+        sliding = ld(W.slip_sign, f, w) * ld(W.slip, f, w) + viscous
         node = 2 * L.primitive_node[L.switched[s]]
         on = ld(W.on, s, w)
         st(W.lam, node, on * ld(W.lam, node, w) + (1.0 - on) * sliding, w)

@@ -54,14 +54,14 @@ class Layout(Bundle):
     written_node: Ints
     switched: Ints
     # rough pairs: kind, node whose multipliers press, tangent row among those that are switched,
-    # first parameter, signal row of a friction that is given; how their senses are known
+    # first parameter, signal row of a friction that is given; how their slip signs are known
     # (`mbody.kernels.friction`)
     friction_kind: Ints
     friction_node: Ints
     friction_tangent: Ints
     friction_par: Ints
     friction_signal: Ints
-    senses: int
+    slip_signs: int
     # those of the rows that can be on or off which change with time while all bodies rest: stops
     # that move
     moving: Ints
@@ -176,9 +176,9 @@ class Work(Bundle):
     # rows that can be on or off: whether they are on, what is subtracted from Φ of them
     on: Rows
     anchor: Rows
-    # rough pairs: sense of sliding, rate, coefficient of friction, size x of friction; what is
+    # rough pairs: sign of sliding, rate, coefficient of friction, size x of friction; what is
     # known of all (`mbody.kernels.friction`)
-    sense: Rows
+    slip_sign: Rows
     rate: Rows
     coefficient: Rows
     slip: Rows
@@ -313,7 +313,7 @@ def _frame(shape: tuple[int, ...], parameters: int, signals: int, lanes: int) ->
     }
     rows |= dict.fromkeys(("diagonal", "x", "lam"), 2 * nodes)
     rows |= dict.fromkeys(("on", "anchor"), switched)
-    rows |= dict.fromkeys(("sense", "rate", "coefficient", "slip", "kept_slip"), pairs)
+    rows |= dict.fromkeys(("slip_sign", "rate", "coefficient", "slip", "kept_slip"), pairs)
     lengths = {
         "user_arguments": 17 + parameters,
         "user_results": 18,

@@ -29,7 +29,7 @@ from mbody.kernels.friction import (
     friction_changes,
     friction_sizes,
     responses,
-    senses_by_rates,
+    slip_signs_by_rates,
     store_sliding,
 )
 from mbody.kernels.schur_ldl import apply_g, apply_gt, factor, solve
@@ -235,8 +235,8 @@ def multipliers(L, W, w):
     rest = balancing_multipliers(L, W, w)
     if L.friction_kind.shape[0] == 0:
         return rest
-    if L.senses == BY_RATES:
-        senses_by_rates(L, W, w)
+    if L.slip_signs == BY_RATES:
+        slip_signs_by_rates(L, W, w)
     responses(L, W, w)
     friction_sizes(L, W, w)
     left = passes_more(w)

@@ -100,8 +100,8 @@ export class LiveModel {
     for (let k = 0; k < q.length; k++) q[k] = by * measured[k * wide + from];
     return q;
   }
-  /** In which sense a rough joint slides at every instant: what has the sign of its friction; 0 at rest. */
-  senses(name) {
+  /** In which direction a rough joint slides at every instant: what has the sign of its friction; 0 at rest. */
+  slipSigns(name) {
     const { pages, rows, t } = this.motion.found, from = this.part.rubs[name];
     return Array.from(t, (_, k) => Math.sign(pages[k * rows + from]));
   }

@@ -222,13 +222,13 @@ class Anchors:
                 values[f"{load.name}.{key}"] for key in ("near", "far", "clearance")
             )
             plain = self.system.values
-            sense = math.copysign(1.0, plain[f"{load.name}.near"] - plain[f"{load.name}.far"])
-            near, far, thick = sense * near, sense * far, 0.3 * block
+            sign = math.copysign(1.0, plain[f"{load.name}.near"] - plain[f"{load.name}.far"])
+            near, far, thick = sign * near, sign * far, 0.3 * block
             ahead = near - far + spare + thick + 1.3 * block
-            if sense * plain[f"{load.name}.near"] < 0.0:
+            if sign * plain[f"{load.name}.near"] < 0.0:
                 ahead = np.maximum(np.minimum(ahead, -near - spare - thick), 0.0)
             angle, (x, y) = numbers.angle(load, "i"), numbers.arm(load, "i")
-            c, s = sense * np.cos(angle), sense * np.sin(angle)
+            c, s = sign * np.cos(angle), sign * np.sin(angle)
             head, mouth = near + ahead + spare + thick, far + ahead - spare - thick
             return [
                 (x + head * c, y + head * s),

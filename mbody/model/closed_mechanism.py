@@ -249,7 +249,7 @@ class JointLimit(JointContact):
 
 def _spot(flank: Any) -> Spot:
     """A flank as a place where two bodies may touch."""
-    found = Spot.row(flank.normal, flank.sense, flank.tangent)
+    found = Spot.row(flank.normal, flank.sign, flank.tangent)
     kind = "" if flank.tangent is None else flank.tangent.kind
     if kind == "slipping":
         return replace(found, round=True, solid="circle")

@@ -1,4 +1,4 @@
-"""Contacts between shapes of bodies, and ropes: what holds in one sense only, and may separate."""
+"""Contacts between shapes of bodies, and ropes: what holds in one direction and may separate."""
 
 from __future__ import annotations
 
@@ -79,8 +79,8 @@ def _place(
 
 # -- Pairs of a point or circle with a straight line or another circle -------------------------
 #
-# Each such spot has a normal row, the gap up to its sense, and a row along it, whose rate is the
-# sliding velocity; both are of the kinds of physics that joints have:
+# Each such spot has a normal row, the gap up to its direction, and a row along it, whose rate is
+# the sliding velocity; both are of the kinds of physics that joints have:
 #
 # * a circle of radius r on a line, r = 0 of a point: n_i · d − r and u_i · d + r (θ_j − θ_i);
 # * two circles of signed radii: their `clearance` |d| − (r_i + r_j) and `slipping`, the row of a
@@ -129,10 +129,10 @@ class Spot:
     Attributes
     ----------
     normal : ConstraintPrimitive
-        Its row is `sense` times the gap.
+        Its row is `sign` times the gap.
     tangent : ConstraintPrimitive or None
         Its rate is the sliding velocity; None of ropes.
-    sense : float
+    sign : float
         1 where the row of the normal grows as the bodies part, −1 where it falls.
     swapped : bool
         Whether the first body of the rows is that of the contact's j.
@@ -154,7 +154,7 @@ class Spot:
 
     normal: ConstraintPrimitive
     tangent: ConstraintPrimitive | None
-    sense: float
+    sign: float
     swapped: bool
     edge: tuple[Any, ...] | None
     arm: tuple[Any, Any]
@@ -177,15 +177,15 @@ class Spot:
 
     @classmethod
     def row(
-        cls, normal: ConstraintPrimitive, sense: float, tangent: ConstraintPrimitive | None = None
+        cls, normal: ConstraintPrimitive, sign: float, tangent: ConstraintPrimitive | None = None
     ) -> Spot:
-        """That of a row, `sense` times which is the gap: of a stop, or of a joint of one sense."""
-        return cls(normal, tangent, sense, False, None, (0.0, 0.0), False, "row")
+        """That of a row, `sign` times which is the gap: of a stop, or of a one-sided joint."""
+        return cls(normal, tangent, sign, False, None, (0.0, 0.0), False, "row")
 
     @classmethod
-    def one_way(cls, normal: ConstraintPrimitive, sense: float) -> Spot:
-        """That of a freewheel: `sense` times the rate of the row is not negative."""
-        return cls(normal, None, sense, False, None, (0.0, 0.0), False, "one way")
+    def one_way(cls, normal: ConstraintPrimitive, sign: float) -> Spot:
+        """That of a freewheel: `sign` times the rate of the row is not negative."""
+        return cls(normal, None, sign, False, None, (0.0, 0.0), False, "one way")
 
 
 def contact_spots(i: Side, j: Side) -> list[MakeSpot]:
@@ -310,17 +310,17 @@ def _on_circle(i: Round, j: Round, at: Numbers) -> Spot:
     normal = ConstraintPrimitive("clearance", *bodies, "l", arms, law, switched=True)
     parameters = [*arms, ri / apart, rj / apart, 0.0]
     tangent = ConstraintPrimitive("slipping", *bodies, "l", parameters, switched=True)
-    sense = -1.0 if inside else 1.0
+    sign = -1.0 if inside else 1.0
     # within a ring both touch on the side that the centre of the inner one is on
     here = -1.0 if isinstance(j[1], Ring) else 1.0
     there = 1.0 if isinstance(i[1], Ring) else -1.0
     arcs = _arcs(at, i, False, here) + _arcs(at, j, True, there)
     # what goes through an arc, which is thin, to its other side
     reach = np.abs(rj if arcs[0].second is False else ri) if len(arcs) == 1 else 0.0
-    return Spot(normal, tangent, sense, False, None, arm_j, True, "circle", reach, arcs)
+    return Spot(normal, tangent, sign, False, None, arm_j, True, "circle", reach, arcs)
 
 
-# -- The base of contacts, ropes, stops and freewheels: what holds in one sense only -----------
+# -- The base of contacts, ropes, stops and freewheels: what holds in one direction only -----------
 
 
 def joined(mechanism: Any) -> tuple[Any, ...]:
@@ -394,7 +394,7 @@ class OneSided(Constraint):
 
         def one_way(spot: Spot) -> float:
             # where it may open, the decision sees to it that it does not pull
-            return spot.sense if self.closed else 0.0
+            return spot.sign if self.closed else 0.0
 
         return [
             FrictionPrimitive(

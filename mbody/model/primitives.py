@@ -164,8 +164,8 @@ class FrictionPrimitive:
         Kinetic and static coefficient, speed of Stribeck's curve (0: none), viscous coefficient,
         then two of the kind: radius of a pin; length and height of a guide; of a follower the
         radius of its roller's pin as a part of the roller's, or 0; of a couple nothing and by how
-        much it is more one way than the other; the sense of what presses apart. Floats or arrays
-        over a batch.
+        much it is more one way than the other; the direction of what presses apart. Floats or
+        arrays over a batch.
     capacity : Signal or None
         Of the kinds ``"torque"`` and ``"force"``: the law of what it has while it slides.
     """

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 
 #: Free motions and joints that are shown.
 SHOWN = 12
-#: What holds in one sense only: one of it, several, and how it is counted.
+#: What holds in one direction only: one of it, several, and how it is counted.
 ONE_SIDED = {
     "contacts": ("contact", "contacts", "open"),
     "ropes": ("rope", "ropes", "slack"),

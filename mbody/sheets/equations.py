@@ -359,7 +359,7 @@ class _UnknownColumns:
         unit, found = self.unit(contact.quantities()["contact"]), list[_Unknown]()
         for n, (column, force) in enumerate(zip(exerted.T, lam, strict=True)):
             across, place = n < len(spots), n % len(spots)
-            sign = -spots[place].sense if across else 1.0
+            sign = -spots[place].sign if across else 1.0
             number = str(place + 1) if len(spots) > 1 else ""
             name = f"{'N' if across else 'T'}{number},{contact.name}"
             where = f" at its place {number}" if number else ""

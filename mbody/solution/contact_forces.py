@@ -185,7 +185,7 @@ def pressing_forces(
             # a row of a cam has not the gradient one
             found.append(np.hypot(forces(e, 2), forces(e, 3)))
         else:
-            found.append(-spot.sense * forces(e, 0))
+            found.append(-spot.sign * forces(e, 0))
     return found
 
 
@@ -283,7 +283,7 @@ def stored_motion(solution: Result, design: int = 0, instants: Array | None = No
 
 
 def pair_rates(solution: Result) -> Array:
-    """Rate of sliding, its derivative and the sense (zero at rest) of all pairs: (instants, pairs,
+    """Rate of sliding, its derivative and the sign (zero at rest) of all pairs: (instants, pairs,
     PER_PAIR), or with a first axis of designs.
     """
     designs = range(solution.system.batch or 1)
@@ -331,6 +331,6 @@ def resting_pairs(solution: Result) -> Array:
     for design, own in enumerate(every):
         instants = np.flatnonzero(own.any(axis=1))
         if instants.size:
-            senses = rates_at(solution, design, instants)[:, :, 2]
-            rest[design, instants] = (senses == 0.0) & np.array(holds, dtype=bool)
+            slip_signs = rates_at(solution, design, instants)[:, :, 2]
+            rest[design, instants] = (slip_signs == 0.0) & np.array(holds, dtype=bool)
     return found

@@ -93,10 +93,10 @@ class ContactLimits:
         """The row of a primitive, the first of several."""
         return int(np.flatnonzero(self.primitive == e)[0])
 
-    def _pressing(self, e: int, sense: float) -> Array:
+    def _pressing(self, e: int, slip_sign: float) -> Array:
         """λ_N of the normal row of a primitive, by all forces."""
         found = np.zeros(self.rows + len(self.pairs))
-        found[self.row(e)] = -sense
+        found[self.row(e)] = -slip_sign
         return found
 
     def _normals(self) -> list[Array]:
@@ -105,15 +105,15 @@ class ContactLimits:
             if contact.closed:
                 own = self.system.primitives_of[contact.name]
                 for spot, e in zip(contact.spots(at), own, strict=False):
-                    found.append(self._pressing(e, spot.sense))
+                    found.append(self._pressing(e, spot.sign))
         return found
 
     def _limits(self) -> list[Array]:
         L, found = self.system.layout, list[Array]()
         for n, (f, pair) in enumerate(self.pairs):
             e = int(np.flatnonzero(L.primitive_node == L.friction_node[f])[0])
-            sense = float(self.work.par[pair.parameter + 4, 0])
-            most = float(self.work.par[pair.parameter + 1, 0]) * self._pressing(e, sense)
+            slip_sign = float(self.work.par[pair.parameter + 4, 0])
+            most = float(self.work.par[pair.parameter + 1, 0]) * self._pressing(e, slip_sign)
             for sign in (1.0, -1.0):
                 own = most.copy()
                 own[self.rows + n] = sign
@@ -211,7 +211,7 @@ class RestingContacts:
 
 # -- Friction forces at rest and in jams, for directions of sliding ----------------------------
 
-#: Pairs at rest of which both senses are tried with all others; beyond, all of them together.
+#: Pairs at rest of which both directions are tried with all others; beyond, all of them together.
 TOGETHER = 6
 #: A rate, or its change, below this part of the greatest is rounding.
 ROUNDING = 1e-9
@@ -220,7 +220,7 @@ EXAMINED = 400
 
 
 class FrictionForces(NamedTuple):
-    """Forces of one choice of senses.
+    """Forces of one choice of directions.
 
     Attributes
     ----------
@@ -254,22 +254,22 @@ class Jam(NamedTuple):
 
 def forces_with(
     solution: Result,
-    senses: Array,
+    slip_signs: Array,
     motion: StoredMotion,
     design: int = 0,
     *,
     at_rest: bool = True,
 ) -> FrictionForces:
-    """Forces at the instants of a motion with these senses (instants, pairs)."""
+    """Forces at the instants of a motion with these directions (instants, pairs)."""
     system = solution.system
     work = system.work(designs=design)
-    output = np.empty((len(senses), PER_PRIMITIVE * len(system.owners), 1))
-    reached = np.empty((len(senses), 2))
+    output = np.empty((len(slip_signs), PER_PRIMITIVE * len(system.owners), 1))
+    reached = np.empty((len(slip_signs), 2))
     forces_by_senses(
-        system.runtime().replaced(senses=IMPENDING if at_rest else SLIDING),
+        system.runtime().replaced(slip_signs=IMPENDING if at_rest else SLIDING),
         work,
         motion,
-        np.ascontiguousarray(senses, dtype=float),
+        np.ascontiguousarray(slip_signs, dtype=float),
         output,
         reached,
     )
@@ -277,17 +277,17 @@ def forces_with(
 
 
 def forces_at_rest(solution: Result, rates: Array, rest: Array, design: int = 0) -> Array:
-    """Forces by each choice of the senses in which pairs at rest may begin to slide: (choices,
+    """Forces by each choice of the directions in which pairs at rest may begin to slide: (choices,
     instants, PER_PRIMITIVE·primitives), NaN where no pair rests or there are fewer choices. Forces
-    that grow without bound, as they do where it jams in one sense, are infinite. `rates` (instants,
-    pairs, PER_PAIR), `rest` (instants, pairs).
+    that grow without bound, as they do where it jams in one direction, are infinite. `rates`
+    (instants, pairs, PER_PAIR), `rest` (instants, pairs).
     """
     instants = np.flatnonzero(rest.any(axis=1))
     if not rubs_by_contacts_alone(solution.system):
-        return _by_senses(solution, rates, rest, instants, design)
+        return _by_slip_signs(solution, rates, rest, instants, design)
     still = (rates[instants, :, 2] == 0.0).all(axis=1)
     ends = _by_programs(solution, instants[still], design)
-    others = _by_senses(solution, rates, rest, instants[~still], design)
+    others = _by_slip_signs(solution, rates, rest, instants[~still], design)
     count = max(len(ends), len(others))
     found = np.full((count, *ends.shape[1:]), np.nan)
     found[: len(ends)] = ends
@@ -320,7 +320,9 @@ def _by_programs(solution: Result, instants: Array, design: int) -> Array:
     return found
 
 
-def _by_senses(solution: Result, rates: Array, rest: Array, instants: Array, design: int) -> Array:
+def _by_slip_signs(
+    solution: Result, rates: Array, rest: Array, instants: Array, design: int
+) -> Array:
     """Forces for every combination of directions in which resting pairs may begin to slide."""
     impending = _impending(solution, instants, design)
     every = [
@@ -331,9 +333,9 @@ def _by_senses(solution: Result, rates: Array, rest: Array, instants: Array, des
     found = np.full((count, len(rates), width), np.nan)
     for choice, tables in enumerate(found):
         which = np.array([n for n, choices in enumerate(every) if choice < len(choices)])
-        senses = np.array([every[n][choice][0] for n in which])
+        slip_signs = np.array([every[n][choice][0] for n in which])
         motion = stored_motion(solution, design, instants[which])
-        forces = forces_with(solution, senses, motion, design)
+        forces = forces_with(solution, slip_signs, motion, design)
         for row, n in enumerate(which):
             table = forces.table[row]
             if forces.reached[row] < 1.0:
@@ -343,8 +345,8 @@ def _by_senses(solution: Result, rates: Array, rest: Array, instants: Array, des
 
 
 def _unbounded(solution: Result, forces: Array, driver: tuple[int, float] | None) -> Array:
-    """Forces where no effort moves the mechanism in one sense: that of the driver is infinite in
-    that sense, the others are not known.
+    """Forces where no effort moves the mechanism in one direction: that of the driver is infinite
+    in that direction, the others are not known.
     """
     found = np.full(forces.shape, np.nan)
     if driver is not None:
@@ -371,27 +373,29 @@ def _impending(solution: Result, instants: Array, design: int) -> Array:
 def _choices(
     rates: Array, rest: Array, impending: Array
 ) -> Iterator[tuple[Array, tuple[int, float] | None]]:
-    """Senses in which pairs at rest of an instant may begin to slide, and with which driver they
-    do: where nothing slides those of each driver moving alone, either way; else those just before
-    and just after the instant, and both of pairs that stay at rest.
+    """Directions in which pairs at rest of an instant may begin to slide, and with which driver
+    they do: where nothing slides those of each driver moving alone, either way; else those just
+    before and just after the instant, and both of pairs that stay at rest.
     """
-    senses = rates[:, 2].copy()
-    if not senses.any():
+    slip_signs = rates[:, 2].copy()
+    if not slip_signs.any():
         for n, one in enumerate(impending):
             for sign in (1.0, -1.0):
                 own = np.where(rest, sign * np.sign(one), 0.0)
-                for both in senses_with_still(own, rest & (one == 0.0)):
+                for both in slip_signs_with_resting(own, rest & (one == 0.0)):
                     yield both, (n, sign)
         return
     change = rates[:, 1]
     turns = rest & (np.abs(change) > ROUNDING * np.abs(change).max(initial=0.0))
     for sign in (-1.0, 1.0):
-        own = np.where(turns, sign * np.sign(change), senses)
-        yield from ((both, None) for both in senses_with_still(own, rest & ~turns))
+        own = np.where(turns, sign * np.sign(change), slip_signs)
+        yield from ((both, None) for both in slip_signs_with_resting(own, rest & ~turns))
 
 
-def senses_with_still(senses: Array, still: Array) -> Iterator[Array]:
-    """Senses (pairs,) of what begins to slide, with both senses of the pairs that stay at rest."""
+def slip_signs_with_resting(slip_signs: Array, still: Array) -> Iterator[Array]:
+    """Directions (pairs,) of what begins to slide, with both directions of the pairs that stay at
+    rest.
+    """
     which = np.flatnonzero(still)
     combinations: Sequence[tuple[float, ...]] = list(
         itertools.product((1.0, -1.0), repeat=len(which))
@@ -399,7 +403,7 @@ def senses_with_still(senses: Array, still: Array) -> Iterator[Array]:
     if len(which) > TOGETHER:
         combinations = [(1.0,) * len(which), (-1.0,) * len(which)]
     for combination in combinations:
-        found = senses.copy()
+        found = slip_signs.copy()
         found[which] = combination
         yield found
 
@@ -449,7 +453,7 @@ class ForceRange:
     ----------
     low, high : arrays (instants,), or Reaction
         Of an effort or a reaction. Where nothing rests both are the force itself; infinite where no
-        effort moves the mechanism in that sense; NaN where a reaction is not known then.
+        effort moves the mechanism in that direction; NaN where a reaction is not known then.
     """
 
     low: Any
@@ -694,7 +698,7 @@ class FrictionResults:
         -----
         Of a motion of `simulate` these are the works of its account of energy. Of kinetostatics,
         where the laws of the drivers led the motion, they are integrated anew by Gauss's rule, in
-        parts of the motion that are halved where a joint changes the sense of its sliding; else by
+        parts of the motion that are halved where a joint slides the other way; else by
         the trapezoidal rule over the instants that there are.
         """
         found: Efficiency = present("efficiency", self, output)

@@ -202,8 +202,8 @@ def _round(
     separation = there - here
     length = np.hypot(*separation.T)
     d = separation / np.maximum(length, 1e-300)[:, None]
-    gap = spot.sense * (length - apart)
-    normal = spot.sense * d
+    gap = spot.sign * (length - apart)
+    normal = spot.sign * d
     place = here + ri * d + gap[:, None] * normal
     always = np.ones(len(run), dtype=bool)
     return place, normal, gap, always, (start, "", tip)
@@ -211,7 +211,7 @@ def _round(
 
 def _on_arc(run: Solution, spot: Spot, arc: Arc, normal: Array, bodies: tuple[str, str]) -> Array:
     """Whether a place is on an arc, (instants,); `normal` from the first body to the second."""
-    outwards = normal * (-1.0 if arc.ahead is None else arc.ahead * spot.sense)
+    outwards = normal * (-1.0 if arc.ahead is None else arc.ahead * spot.sign)
     angle = run[bodies[arc.second]].angle + float(arc.begin)
     half = 0.5 * float(arc.extent)
     past = np.arctan2(outwards[:, 1], outwards[:, 0]) - angle - half

@@ -72,7 +72,7 @@ class CarriedModes:
     first : dict
         Mode of every contact and rough joint when the motion began, by name.
     rows : tuple of arrays
-        Which rows are on, with what depends on it, their anchors, senses of sliding, and the
+        Which rows are on, with what depends on it, their anchors, slip signs of sliding, and the
         numbers of the rows, among which are the phases of circles that stick.
     groups : dict
         Touches that stick by one row.
@@ -659,7 +659,7 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
     # -- checkpoints of contacts ---------------------------------------------------------------
 
     def _rows_of(self, work: Work) -> tuple[Array, ...]:
-        return work.on, work.pad, work.regularization_weight, work.anchor, work.sense, work.par
+        return work.on, work.pad, work.regularization_weight, work.anchor, work.slip_sign, work.par
 
     def snapshot(self) -> Carried:
         """Checkpoint of the motion with its contact modes."""

@@ -1,11 +1,11 @@
-"""An atlas of coupler curves, searched by the shape of a curve whatever its place, size, direction
-and sense.
+"""An atlas of coupler curves, searched by the shape of a curve whatever its place, size,
+orientation and direction of travel.
 
 A closed curve is sampled at equal steps of its length, as a complex function of it; place, size,
 direction and first point change only the phases and the common factor of its Fourier coefficients
 (C. T. Zahn, R. Z. Roskies, IEEE Trans. Computers C-21 (1972) 269-281; for linkages J. M. McCarthy
 and G. S. Soh, *Geometric Design of Linkages*, 2011). So their magnitudes, divided by their norm,
-are the curve's place in the atlas; the opposite sense exchanges those of positive and negative
+are the curve's place in the atlas; the opposite direction exchanges those of positive and negative
 order.
 """
 
@@ -44,7 +44,7 @@ class Atlas:
         Of four-bars crank, coupler and rocker in lengths of the ground; of slider-cranks crank and
         offset in lengths of the rod.
     senses : array (curves,)
-        In which sense the loop is closed, 1 or -1.
+        The sign with which the loop is closed, 1 or -1.
     points : array (curves,)
         P in the axes of the carrier, in its lengths, complex.
     descriptors : array (curves, 16)
@@ -78,12 +78,12 @@ class Atlas:
         own, rng = KINDS[kind], np.random.default_rng(seed)
         each = -(-count // EACH)
         shapes = np.repeat(own.shapes(each, rng), EACH, axis=0)[:count]
-        senses = rng.choice(np.array(own.senses), count)
+        signs = rng.choice(np.array(own.signs), count)
         radius, turn = FAR * np.sqrt(rng.uniform(size=count)), rng.uniform(0.0, 2.0 * np.pi, count)
         points = 0.5 + radius * np.exp(1j * turn)
-        curves = np.array([_curve(own, *one) for one in zip(shapes, senses, points, strict=True)])
+        curves = np.array([_curve(own, *one) for one in zip(shapes, signs, points, strict=True)])
         descriptors = np.array([curve_descriptor(curve) for curve in curves])
-        return cls(kind, shapes, senses, points, descriptors)
+        return cls(kind, shapes, signs, points, descriptors)
 
     def nearest(self, curve: Sequence[Any] | np.ndarray, count: int = 10) -> np.ndarray:
         """Numbers of the curves nearest to a closed one of points (x, y), the nearest first.
@@ -102,7 +102,7 @@ class Atlas:
     def nearest_shapes(
         self, kind: Kind, points: np.ndarray, closed: bool, count: int
     ) -> list[tuple[float, np.ndarray]]:
-        """The shapes of the nearest curves for each sense.
+        """The shapes of the nearest curves for each sign of closure.
 
         Raises
         ------
@@ -118,9 +118,9 @@ class Atlas:
             )
         near = self.nearest(np.column_stack([points.real, points.imag]), count)
         found = []
-        for sense in kind.senses:
-            own = near[self.senses[near] == sense]
-            found.append((sense, np.unique(self.shapes[own], axis=0)))
+        for sign in kind.signs:
+            own = near[self.senses[near] == sign]
+            found.append((sign, np.unique(self.shapes[own], axis=0)))
         return found
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -175,9 +175,9 @@ def curve_descriptor(curve: np.ndarray) -> np.ndarray:
     return found / max(float(np.linalg.norm(found)), 1e-300)
 
 
-def _curve(kind: Kind, shape: np.ndarray, sense: float, point: complex) -> np.ndarray:
+def _curve(kind: Kind, shape: np.ndarray, sign: float, point: complex) -> np.ndarray:
     """The path of P over a turn."""
     s = np.arange(INSTANTS) * (2.0 * np.pi / INSTANTS)
-    carrier = kind.curves(shape[None, :], sense, s)[0]
+    carrier = kind.curves(shape[None, :], sign, s)[0]
     length = shape[1] if kind.name == "four_bar" else 1.0
     return np.asarray(shape[0] * np.exp(1j * s) + length * point * carrier)

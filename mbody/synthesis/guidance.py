@@ -423,10 +423,10 @@ def _fitted_four_bars(phi: np.ndarray, psi: np.ndarray) -> list[Generated]:
                         second + one.output_zero,
                     ]
                 )
-                for sense in (1.0, -1.0):
-                    off = _four_bar_deviation(y, phi, psi, sense)
+                for sign in (1.0, -1.0):
+                    off = _four_bar_deviation(y, phi, psi, sign)
                     if np.isfinite(off).all():
-                        starts.append((float(off @ off), y, sense))
+                        starts.append((float(off @ off), y, sign))
     return _function_points_refined(starts, _four_bar_deviation, phi, psi)
 
 
@@ -440,10 +440,10 @@ def _fitted_sliders(phi: np.ndarray, x: np.ndarray) -> list[Generated]:
             continue
         for one in _slider(u[0], u[2], u[3] + u[4] ** 2, first, u[4]):
             y = np.array([one.crank, one.coupler, one.third, one.input_zero, one.output_zero])
-            for sense in (1.0, -1.0):
-                off = _slider_deviation(y, phi, x, sense)
+            for sign in (1.0, -1.0):
+                off = _slider_deviation(y, phi, x, sign)
                 if np.isfinite(off).all():
-                    starts.append((float(off @ off), y, sense))
+                    starts.append((float(off @ off), y, sign))
     return _function_points_refined(starts, _slider_deviation, phi, x)
 
 
@@ -457,9 +457,9 @@ def _function_points_refined(
 
     starts.sort(key=lambda start: start[0])
     found: list[tuple[float, np.ndarray]] = []
-    for _, y, sense in starts[:KEEP]:
+    for _, y, sign in starts[:KEEP]:
         one = least_squares(
-            deviation, y, "3-point", args=(phi, output, sense), x_scale="jac", xtol=1e-14
+            deviation, y, "3-point", args=(phi, output, sign), x_scale="jac", xtol=1e-14
         )
         if one.x[:2].min() > 0.0 and not any(np.allclose(one.x, z, 1e-5) for _, z in found):
             found.append((one.cost, one.x))
@@ -467,25 +467,23 @@ def _function_points_refined(
     return [Generated(*(float(value) for value in y)) for _, y in found]
 
 
-def _four_bar_deviation(
-    y: np.ndarray, phi: np.ndarray, psi: np.ndarray, sense: float
-) -> np.ndarray:
+def _four_bar_deviation(y: np.ndarray, phi: np.ndarray, psi: np.ndarray, sign: float) -> np.ndarray:
     """Output minus function [rad]; NaN where the loop does not close."""
     crank, coupler, rocker, first, second = y
     q = crank * np.exp(1j * (phi + first)) - 1.0  # from O4 to A
     length = np.abs(q)
     with np.errstate(invalid="ignore"):
         opening = np.arccos((length**2 + rocker**2 - coupler**2) / (2.0 * rocker * length))
-    turn = np.angle(q) + sense * opening - psi - second
+    turn = np.angle(q) + sign * opening - psi - second
     return np.asarray(np.mod(turn + np.pi, 2.0 * np.pi) - np.pi)
 
 
-def _slider_deviation(y: np.ndarray, phi: np.ndarray, x: np.ndarray, sense: float) -> np.ndarray:
+def _slider_deviation(y: np.ndarray, phi: np.ndarray, x: np.ndarray, sign: float) -> np.ndarray:
     """Travel minus function; NaN where the loop does not close."""
     crank, rod, offset, first, second = y
     with np.errstate(invalid="ignore"):
         along = np.sqrt(rod**2 - (offset - crank * np.sin(phi + first)) ** 2)
-    return np.asarray(crank * np.cos(phi + first) + sense * along - x - second)
+    return np.asarray(crank * np.cos(phi + first) + sign * along - x - second)
 
 
 #: Circle points of three and four poses that are combined with one another.
@@ -549,9 +547,9 @@ def _wanted(
     pin: np.ndarray,
     zeros: tuple[float, float],
 ) -> FunctionDesign:
-    """With the senses of closure that the pin, seen from the crank's end, has at the pairs."""
-    senses = [kind.sense(x, angle, one) for angle, one in zip(theta, pin, strict=True)]
-    return FunctionDesign(Positions(kind, x, theta, np.array(senses), fixed=True), output, zeros)
+    """With the signs of closure that the pin, seen from the crank's end, has at the pairs."""
+    signs = [kind.closure_sign(x, angle, one) for angle, one in zip(theta, pin, strict=True)]
+    return FunctionDesign(Positions(kind, x, theta, np.array(signs), fixed=True), output, zeros)
 
 
 def pose_candidates(
@@ -663,7 +661,7 @@ def _guided(
 ) -> tuple[float, GuidedDesign]:
     theta = np.angle(a - complex(x[0], x[1]))
     coupler = b - a
-    senses = [kind.sense(x, at, one) for at, one in zip(theta, coupler, strict=True)]
+    signs = [kind.closure_sign(x, at, one) for at, one in zip(theta, coupler, strict=True)]
     plane = math.remainder(float(angle[0] - np.angle(coupler[0])), 2.0 * math.pi)
-    positions = Positions(kind, x, theta, np.array(senses), plane=plane)
+    positions = Positions(kind, x, theta, np.array(signs), plane=plane)
     return transmission, GuidedDesign(positions, where, angle)

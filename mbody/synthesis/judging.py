@@ -448,26 +448,26 @@ TURN = 2.0 * math.pi - 1e-9
 @dataclass(frozen=True, eq=False)
 class Positions:
     """A design with the positions that it is to go through: a row of numbers, crank angles, the
-    sense in which the loop is closed at each; `fixed` where the turns between them are given;
+    direction in which the loop is closed at each; `fixed` where the turns between them are given;
     `plane` is the angle of the axes of a plane that is guided to those of the carrier.
     """
 
     kind: Kind
     x: np.ndarray
     theta: np.ndarray
-    senses: np.ndarray
+    signs: np.ndarray
     fixed: bool = False
     plane: float | None = None
 
     def described(self, theta: np.ndarray, units: str) -> Mechanism:
         """The mechanism as a description, its crank at the first of some angles."""
-        return self.kind.mechanism(self.x, theta, float(self.senses[0]), units, self.plane)
+        return self.kind.mechanism(self.x, theta, float(self.signs[0]), units, self.plane)
 
     @property
     def carriers(self) -> np.ndarray:
         """Directions e^{iφ} of the axes of the carrier at the positions."""
-        at = zip(self.theta, self.senses, strict=True)
-        found = [self.kind.poses(self.x, np.array([angle]), sense)[0][0] for angle, sense in at]
+        at = zip(self.theta, self.signs, strict=True)
+        found = [self.kind.poses(self.x, np.array([angle]), sign)[0][0] for angle, sign in at]
         return np.array(found) * np.exp(1j * (self.plane or 0.0))
 
 
@@ -535,11 +535,11 @@ def _crank_angles(positions: Positions) -> Any:
 
 
 def _defect(positions: Positions, stop: str) -> str:
-    kind, senses = positions.kind, positions.senses
-    circuits = kind.circuit(positions.x, positions.theta, senses)
+    kind, signs = positions.kind, positions.signs
+    circuits = kind.circuit(positions.x, positions.theta, signs)
     if others := _points(circuits != circuits[0]):
         return f"circuit: {others} on another circuit than the first"
-    if others := _points(senses != senses[0]):
+    if others := _points(signs != signs[0]):
         return f"branch: {others} beyond a dead centre of the crank, on another branch"
     return f"branch: {stop or 'the crank does not reach all points'}"
 

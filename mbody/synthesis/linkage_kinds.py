@@ -61,7 +61,7 @@ class FourBar:
     name = "four_bar"
     carrier = "coupler"
     crank_number, point_number = 4, 7
-    senses = (1.0, -1.0)
+    signs = (1.0, -1.0)
     numbers = (
         "ground.O2.x",
         "ground.O2.y",
@@ -88,11 +88,11 @@ class FourBar:
         found[::DRAG_LINKS] = np.column_stack([np.ones(len(drag)), drag[:, 1:]]) / drag[:, :1]
         return found
 
-    def curves(self, shapes: np.ndarray, sense: float, s: np.ndarray) -> np.ndarray:
+    def curves(self, shapes: np.ndarray, sign: float, s: np.ndarray) -> np.ndarray:
         """e^{iφ} of the coupler at crank angles s from the ground line, (shapes, instants)."""
         crank, coupler, rocker = (shapes[:, k, None] for k in range(3))
         q = 1.0 - crank * np.exp(1j * s)
-        return _direction(q, coupler, rocker, sense)
+        return _direction(q, coupler, rocker, sign)
 
     def placed(self, shapes: np.ndarray, s: np.ndarray, fit: tuple[Any, ...]) -> tuple[Any, Any]:
         """Rows of numbers and crank angles of the best fits C = c + α E + β G of shapes."""
@@ -104,12 +104,12 @@ class FourBar:
         columns += [scale * shapes[..., k] for k in range(3)]
         return np.stack([*columns, point.real, point.imag], axis=-1), np.angle(frame)
 
-    def direction(self, x: np.ndarray, theta: np.ndarray, sense: float) -> tuple[Any, Any, Any]:
+    def direction(self, x: np.ndarray, theta: np.ndarray, sign: float) -> tuple[Any, Any, Any]:
         """Direction φ of the coupler in space, its derivatives by the numbers and by θ."""
         r2, r3, r4 = x[4:7]
         e = np.exp(1j * theta)
         q = complex(x[2] - x[0], x[3] - x[1]) - r2 * e
-        g = _direction(q, r3, r4, sense)
+        g = _direction(q, r3, r4, sign)
         back = np.conj(r3 * g - q) / r4  # of the rocker
         below = r3 * (g * back).imag
         by = np.zeros((len(theta), len(x)))
@@ -119,13 +119,13 @@ class FourBar:
         by[:, 5], by[:, 6] = (g * back).real, -1.0
         return np.angle(g), by / below[:, None], (1j * r2 * e * back).real / below
 
-    def poses(self, x: np.ndarray, theta: np.ndarray, sense: float) -> tuple[Any, Any]:
+    def poses(self, x: np.ndarray, theta: np.ndarray, sign: float) -> tuple[Any, Any]:
         """Directions of coupler and rocker, e^{iφ} and e^{iψ}."""
         q = complex(x[2] - x[0], x[3] - x[1]) - x[4] * np.exp(1j * theta)
-        g = _direction(q, x[5], x[6], sense)
+        g = _direction(q, x[5], x[6], sign)
         return g, (x[5] * g - q) / x[6]
 
-    def sense(self, x: np.ndarray, theta: float, coupler: complex) -> float:
+    def closure_sign(self, x: np.ndarray, theta: float, coupler: complex) -> float:
         """Which way the loop is closed, from the direction e^{iφ} of the coupler."""
         q = complex(x[2] - x[0], x[3] - x[1]) - x[4] * np.exp(1j * theta)
         return 1.0 if (coupler * np.conj(q)).imag >= 0.0 else -1.0
@@ -134,14 +134,14 @@ class FourBar:
         self,
         x: np.ndarray,
         theta: np.ndarray,
-        sense: float,
+        sign: float,
         units: str,
         plane: float | None = None,
     ) -> Mechanism:
         """The four-bar as a description, its crank at θ[0]; it asks for the angles θ; `plane` as of
         `carrier`.
         """
-        g, h = self.poses(x, theta[:1], sense)
+        g, h = self.poses(x, theta[:1], sign)
         values = [float(one) for one in x]
         machine = Mechanism(
             "four-bar",
@@ -182,7 +182,7 @@ class FourBar:
         sine = (along * np.exp(-1j * run["rocker"].angle)).imag / np.abs(along)
         return np.asarray(np.arcsin(np.minimum(np.abs(sine), 1.0)))
 
-    def circuit(self, x: np.ndarray, theta: np.ndarray, sense: np.ndarray) -> np.ndarray:
+    def circuit(self, x: np.ndarray, theta: np.ndarray, sign: np.ndarray) -> np.ndarray:
         """On which circuit each position is, 1 or -1: the sign of the sine at a joint that does not
         turn round, opposite the shortest link. Where no link turns round there is one circuit.
         """
@@ -190,12 +190,13 @@ class FourBar:
         if 2.0 * (sides.min() + sides.max()) >= sides.sum():
             return np.ones(len(theta))
         if sides.argmin() < 2:  # ground or crank: the joint B
-            return np.asarray(sense, dtype=float)
+            return np.asarray(sign, dtype=float)
         base = complex(x[2] - x[0], x[3] - x[1])
         return np.asarray(np.sign((np.exp(1j * theta) * np.conj(base)).imag))
 
-    def cognate(self, x: np.ndarray, theta: np.ndarray, sense: float) -> tuple[Any, Any, float]:
-        """Roberts' cognate whose crank turns as that of x: its numbers, crank angles and sense.
+    def cognate(self, x: np.ndarray, theta: np.ndarray, sign: float) -> tuple[Any, Any, float]:
+        """Roberts' cognate whose crank turns as that of x: its numbers, crank angles and sign of
+        closure.
 
         With λ = (P − A)/(B − A) the third pivot is O = O2 + λ (O4 − O2); the crank from O is
         (1 − λ) times that of x, the rocker about O4 turns as the coupler of x, the coupler as the
@@ -210,8 +211,8 @@ class FourBar:
             [other.real, other.imag, o4.real, o4.imag, r2, r3, r4, point.real, point.imag]
         )
         angles = theta + np.angle(rest)
-        h = self.poses(x, theta[:1], sense)[1][0]
-        return found, angles, self.sense(found, angles[0], -h * rest / abs(rest))
+        h = self.poses(x, theta[:1], sign)[1][0]
+        return found, angles, self.closure_sign(found, angles[0], -h * rest / abs(rest))
 
 
 def _sides(x: np.ndarray) -> np.ndarray:
@@ -220,14 +221,14 @@ def _sides(x: np.ndarray) -> np.ndarray:
     return np.abs(np.array([ground, x[4], x[5], x[6]]))
 
 
-def _direction(q: Any, coupler: Any, rocker: Any, sense: float) -> Any:
+def _direction(q: Any, coupler: Any, rocker: Any, sign: float) -> Any:
     """e^{iφ} of the coupler from A, where q leads from A to O4; NaN where it does not close."""
     square = (q * np.conj(q)).real
     length = np.sqrt(square)
     with np.errstate(invalid="ignore", divide="ignore"):
         cosine = (square + coupler**2 - rocker**2) / (2.0 * coupler * length)
         sine = np.sqrt(1.0 - cosine * cosine)
-        return q / length * (cosine + 1j * sense * sine)
+        return q / length * (cosine + 1j * sign * sine)
 
 
 # -- Slider-cranks in closed form: the direction of the rod with its derivatives ---------------
@@ -248,7 +249,7 @@ class SliderCrank:
     name = "slider_crank"
     carrier = "rod"
     crank_number, point_number = 4, 6
-    senses = (1.0,)
+    signs = (1.0,)
     numbers = (
         "ground.O.x",
         "ground.O.y",
@@ -266,9 +267,9 @@ class SliderCrank:
         crank = np.exp(rng.uniform(np.log(LEAST), np.log(MOST), count))
         return np.column_stack([crank, rng.uniform(-1.0, 1.0, count) * (MOST - crank)])
 
-    def curves(self, shapes: np.ndarray, sense: float, s: np.ndarray) -> np.ndarray:
+    def curves(self, shapes: np.ndarray, sign: float, s: np.ndarray) -> np.ndarray:
         """e^{iφ} of the rod at crank angles s from the guide, (shapes, instants)."""
-        return _leaning(shapes[:, 1, None] - shapes[:, 0, None] * np.sin(s), sense)
+        return _leaning(shapes[:, 1, None] - shapes[:, 0, None] * np.sin(s), sign)
 
     def placed(self, shapes: np.ndarray, s: np.ndarray, fit: tuple[Any, ...]) -> tuple[Any, Any]:
         """Rows of numbers and crank angles of the best fits C = c + α E + β G of shapes."""
@@ -278,11 +279,11 @@ class SliderCrank:
         columns = [c.real, c.imag, np.angle(frame), rod * shapes[..., 1], np.abs(alpha), rod]
         return np.stack([*columns, point.real, point.imag], axis=-1), np.angle(frame)
 
-    def direction(self, x: np.ndarray, theta: np.ndarray, sense: float) -> tuple[Any, Any, Any]:
+    def direction(self, x: np.ndarray, theta: np.ndarray, sign: float) -> tuple[Any, Any, Any]:
         """Direction φ of the rod in space, its derivatives by the numbers and by θ."""
         guide, offset, r2, r3 = x[2:6]
         s = theta - guide
-        lean = _leaning((offset - r2 * np.sin(s)) / r3, sense)
+        lean = _leaning((offset - r2 * np.sin(s)) / r3, sign)
         below = r3 * lean.real
         by = np.zeros((len(theta), len(x)))
         by[:, 2] = 1.0 + r2 * np.cos(s) / below
@@ -290,13 +291,13 @@ class SliderCrank:
         by[:, 4], by[:, 5] = -np.sin(s) / below, -lean.imag / below
         return guide + np.angle(lean), by, -r2 * np.cos(s) / below
 
-    def poses(self, x: np.ndarray, theta: np.ndarray, sense: float) -> tuple[Any, Any]:
+    def poses(self, x: np.ndarray, theta: np.ndarray, sign: float) -> tuple[Any, Any]:
         """Direction e^{iφ} of the rod, and travel of the slider along the guide from O."""
         s = theta - x[2]
-        lean = _leaning((x[3] - x[4] * np.sin(s)) / x[5], sense)
+        lean = _leaning((x[3] - x[4] * np.sin(s)) / x[5], sign)
         return np.exp(1j * x[2]) * lean, x[4] * np.cos(s) + x[5] * lean.real
 
-    def sense(self, x: np.ndarray, theta: float, coupler: complex) -> float:
+    def closure_sign(self, x: np.ndarray, theta: float, coupler: complex) -> float:
         """Which way the loop is closed, from the direction e^{iφ} of the rod."""
         return 1.0 if (coupler * np.exp(-1j * x[2])).real >= 0.0 else -1.0
 
@@ -304,14 +305,14 @@ class SliderCrank:
         self,
         x: np.ndarray,
         theta: np.ndarray,
-        sense: float,
+        sign: float,
         units: str,
         plane: float | None = None,
     ) -> Mechanism:
         """The slider-crank as a description, its crank at θ[0]; it asks for the angles θ; `plane`
         as of `carrier`.
         """
-        g, travel = self.poses(x, theta[:1], sense)
+        g, travel = self.poses(x, theta[:1], sign)
         values = [float(one) for one in x]
         along = np.exp(1j * x[2])
         start = complex(values[0], values[1]) + along * 1j * values[3]
@@ -358,31 +359,31 @@ class SliderCrank:
         cosine = (along * np.exp(-1j * run["slider"].angle)).real / np.abs(along)
         return np.asarray(np.arcsin(np.minimum(np.abs(cosine), 1.0)))
 
-    def circuit(self, x: np.ndarray, theta: np.ndarray, sense: np.ndarray) -> np.ndarray:
+    def circuit(self, x: np.ndarray, theta: np.ndarray, sign: np.ndarray) -> np.ndarray:
         """On which circuit each position is, 1 or -1; where no link turns round there is one."""
         crank, offset, rod = abs(x[4]), abs(x[3]), abs(x[5])
         if crank + offset < rod:
-            return np.asarray(sense, dtype=float)
+            return np.asarray(sign, dtype=float)
         if rod + offset < crank:
             return np.asarray(np.sign(np.cos(theta - x[2])))
         return np.ones(len(theta))
 
-    def cognate(self, x: np.ndarray, theta: np.ndarray, sense: float) -> None:
+    def cognate(self, x: np.ndarray, theta: np.ndarray, sign: float) -> None:
         """None: the other slider-crank of the same path has another crank."""
         return None
 
 
-def _leaning(sine: Any, sense: float) -> Any:
+def _leaning(sine: Any, sign: float) -> Any:
     """e^{iφ} of the rod against the guide; NaN where it does not close."""
     with np.errstate(invalid="ignore"):
-        return sense * np.sqrt(1.0 - sine * sine) + 1j * sine
+        return sign * np.sqrt(1.0 - sine * sine) + 1j * sine
 
 
 class Kind(Protocol):
     """A loop of a crank, a link that carries the point P, and one link more.
 
-    A design is a row of `numbers`, the crank's angles in space, and the sense in which the loop is
-    closed; the methods are described where they are written, as of `FourBar`.
+    A design is a row of `numbers`, the crank's angles in space, and the direction in which the loop
+    is closed; the methods are described where they are written, as of `FourBar`.
     """
 
     @property
@@ -416,15 +417,15 @@ class Kind(Protocol):
         ...
 
     @property
-    def senses(self) -> tuple[float, ...]:
-        """Senses of closure that differ by more than where the frame is."""
+    def signs(self) -> tuple[float, ...]:
+        """Signs of closure that differ by more than where the frame is."""
         ...
 
     def shapes(self, count: int, rng: np.random.Generator) -> np.ndarray:
         """Ratios of lengths of mechanisms whose crank turns round."""
         ...
 
-    def curves(self, shapes: np.ndarray, sense: float, s: np.ndarray) -> np.ndarray:
+    def curves(self, shapes: np.ndarray, sign: float, s: np.ndarray) -> np.ndarray:
         """e^{iφ} of the carrier, (shapes, instants)."""
         ...
 
@@ -432,23 +433,23 @@ class Kind(Protocol):
         """Rows of numbers and directions of the frame of linear fits."""
         ...
 
-    def direction(self, x: np.ndarray, theta: np.ndarray, sense: float) -> tuple[Any, Any, Any]:
+    def direction(self, x: np.ndarray, theta: np.ndarray, sign: float) -> tuple[Any, Any, Any]:
         """φ with its derivatives."""
         ...
 
-    def poses(self, x: np.ndarray, theta: np.ndarray, sense: float) -> tuple[Any, Any]:
+    def poses(self, x: np.ndarray, theta: np.ndarray, sign: float) -> tuple[Any, Any]:
         """e^{iφ} and the output."""
         ...
 
-    def sense(self, x: np.ndarray, theta: float, coupler: complex) -> float:
-        """The sense of a position."""
+    def closure_sign(self, x: np.ndarray, theta: float, coupler: complex) -> float:
+        """The sign of closure of a position."""
         ...
 
     def mechanism(
         self,
         x: np.ndarray,
         theta: np.ndarray,
-        sense: float,
+        sign: float,
         units: str,
         plane: float | None = None,
     ) -> Mechanism:
@@ -467,11 +468,11 @@ class Kind(Protocol):
         """Transmission angles of a result."""
         ...
 
-    def circuit(self, x: np.ndarray, theta: np.ndarray, sense: np.ndarray) -> np.ndarray:
+    def circuit(self, x: np.ndarray, theta: np.ndarray, sign: np.ndarray) -> np.ndarray:
         """On which circuit positions are."""
         ...
 
-    def cognate(self, x: np.ndarray, theta: np.ndarray, sense: float) -> tuple[Any, ...] | None:
+    def cognate(self, x: np.ndarray, theta: np.ndarray, sign: float) -> tuple[Any, ...] | None:
         """The mechanism that traces the same path with the same turn of its crank."""
         ...
 

@@ -68,12 +68,14 @@ class PathDemand:
 
 @dataclass(frozen=True, eq=False)
 class PlacedCurve:
-    """A design: a row of numbers, crank angles in space at the points, sense; its error."""
+    """A design: a row of numbers, crank angles in space at the points, sign of closure;
+    its error.
+    """
 
     error: float
     x: np.ndarray
     theta: np.ndarray
-    sense: float
+    sign: float
 
 
 def timings(
@@ -100,18 +102,18 @@ def timings(
 def best_shapes(
     kind: Kind, demand: PathDemand, shapes: Iterable[tuple[float, np.ndarray]], keep: int
 ) -> list[PlacedCurve]:
-    """The best of some shapes, given for each sense, by their errors and by how far their numbers
-    are beyond the bounds.
+    """The best of some shapes, given for each sign of closure, by their errors and by how far their
+    numbers are beyond the bounds.
     """
     order = timings(demand.points, demand.timing, demand.closed)
     s = np.arange(INSTANTS) * (2.0 * np.pi / INSTANTS)
     crank = np.exp(1j * s)[order % INSTANTS]
     block = max(1, BLOCK // order.size)
     found: list[tuple[float, PlacedCurve]] = []
-    for sense, own in shapes:
+    for sign, own in shapes:
         for low in range(0, len(own), block):
             part = own[low : low + block]
-            carrier = kind.curves(part, sense, s)[:, order % INSTANTS]
+            carrier = kind.curves(part, sign, s)[:, order % INSTANTS]
             error, fit = _fitted(demand.points, crank, carrier)
             x, frame = kind.placed(part[:, None, :], s, fit)
             beyond = np.maximum(demand.low - x, 0.0) + np.maximum(x - demand.high, 0.0)
@@ -119,7 +121,7 @@ def best_shapes(
             best = np.where(np.isfinite(score), score, np.inf).argmin(axis=1)
             for n, k in enumerate(best):
                 theta = order[k] * (2.0 * np.pi / INSTANTS) + frame[n, k]
-                one = PlacedCurve(float(error[n, k]), x[n, k], theta, sense)
+                one = PlacedCurve(float(error[n, k]), x[n, k], theta, sign)
                 found.append((float(score[n, k]), one))
     found = [pair for pair in found if np.isfinite(pair[0])]
     found.sort(key=lambda pair: pair[0])
@@ -161,9 +163,9 @@ ENDS = 1e-15
 EVALUATIONS = 200
 
 
-def misses(kind: Kind, x: np.ndarray, theta: np.ndarray, sense: float, points: np.ndarray) -> Any:
+def misses(kind: Kind, x: np.ndarray, theta: np.ndarray, sign: float, points: np.ndarray) -> Any:
     """P minus the points, complex (points,); NaN where the loop does not close."""
-    carrier, _ = kind.poses(x, theta, sense)
+    carrier, _ = kind.poses(x, theta, sign)
     return _point(kind, x, np.exp(1j * theta), carrier) - points
 
 
@@ -184,11 +186,11 @@ def refined(kind: Kind, demand: PathDemand, start: PlacedCurve) -> PlacedCurve |
     steps = np.zeros(1) if free else _steps(demand)
 
     def residual(y: np.ndarray) -> np.ndarray:
-        miss = misses(kind, y[:size], y[size:] + steps, start.sense, demand.points)
+        miss = misses(kind, y[:size], y[size:] + steps, start.sign, demand.points)
         return np.concatenate([miss.real, miss.imag]) / extent
 
     def jacobian(y: np.ndarray) -> np.ndarray:
-        return _jacobian(kind, y[:size], y[size:] + steps, start.sense, free) / extent
+        return _jacobian(kind, y[:size], y[size:] + steps, start.sign, free) / extent
 
     if not np.isfinite(residual(begin)).all():
         return None
@@ -207,7 +209,7 @@ def refined(kind: Kind, demand: PathDemand, start: PlacedCurve) -> PlacedCurve |
         max_nfev=EVALUATIONS,
     )
     theta = found.x[size:] + steps
-    return PlacedCurve(2.0 * float(found.cost) * extent**2, found.x[:size], theta, start.sense)
+    return PlacedCurve(2.0 * float(found.cost) * extent**2, found.x[:size], theta, start.sign)
 
 
 def _steps(demand: PathDemand) -> np.ndarray:
@@ -221,9 +223,9 @@ def _point(kind: Kind, x: np.ndarray, crank: np.ndarray, carrier: np.ndarray) ->
     return complex(x[0], x[1]) + x[kind.crank_number] * crank + arm * carrier
 
 
-def _jacobian(kind: Kind, x: np.ndarray, theta: np.ndarray, sense: float, free: bool) -> np.ndarray:
+def _jacobian(kind: Kind, x: np.ndarray, theta: np.ndarray, sign: float, free: bool) -> np.ndarray:
     """Derivatives of the misses by the numbers and by the first angle, or by all angles."""
-    phi, by, by_angle = kind.direction(x, theta, sense)
+    phi, by, by_angle = kind.direction(x, theta, sign)
     crank, carrier = np.exp(1j * theta), np.exp(1j * phi)
     arm = complex(x[kind.point_number], x[kind.point_number + 1])
     whole = 1j * (arm * carrier)[:, None] * by
@@ -308,11 +310,11 @@ class LinkageCandidate:
     def cognate(self) -> LinkageCandidate | None:
         """Roberts' cognate with the same turn of the crank, where it is wanted and there is one."""
         at = self.positions
-        other = at.kind.cognate(at.x, at.theta, at.senses[0]) if self.with_cognate else None
+        other = at.kind.cognate(at.x, at.theta, at.signs[0]) if self.with_cognate else None
         if other is None:
             return None
-        x, theta, sense = other
-        same = replace(at, x=x, theta=theta, senses=np.full(len(theta), sense))
+        x, theta, sign = other
+        same = replace(at, x=x, theta=theta, signs=np.full(len(theta), sign))
         return replace(self, positions=same, with_cognate=False)
 
 
@@ -341,8 +343,8 @@ def for_path(
     low, high = bounds(kind, complex(points.mean()), judge.size, by, units)
     demand = PathDemand(points, timing, closed, low, high)
     if atlas is None:
-        rng, each = np.random.default_rng(effort.seed), effort.search // len(kind.senses)
-        shapes = [(sense, kind.shapes(max(each, 1), rng)) for sense in kind.senses]
+        rng, each = np.random.default_rng(effort.seed), effort.search // len(kind.signs)
+        shapes = [(sign, kind.shapes(max(each, 1), rng)) for sign in kind.signs]
     else:
         shapes = atlas.nearest_shapes(kind, points, closed, effort.search)
     tried = sum(len(own) for _, own in shapes)
@@ -352,9 +354,9 @@ def for_path(
     exact = len(points) * (EXACT * judge.size) ** 2
     candidates = []
     for one in found:
-        senses = np.full(len(points), one.sense)
-        positions = Positions(kind, one.x, one.theta, senses, fixed=timing is not None)
-        off = np.abs(misses(kind, one.x, one.theta, one.sense, points))
+        signs = np.full(len(points), one.sign)
+        positions = Positions(kind, one.x, one.theta, signs, fixed=timing is not None)
+        off = np.abs(misses(kind, one.x, one.theta, one.sign, points))
         candidates.append(
             LinkageCandidate(positions, off, _by_points(kind, points), with_cognate=True)
         )
@@ -423,7 +425,7 @@ def _by_points(kind: Kind, points: np.ndarray) -> Any:
 
 def _function_candidate(one: FunctionDesign) -> LinkageCandidate:
     positions, angular = one.positions, one.positions.kind.name == "four_bar"
-    at = zip(positions.theta, positions.senses, strict=True)
+    at = zip(positions.theta, positions.signs, strict=True)
     closed = [positions.kind.poses(positions.x, np.array([a]), s)[1][0] for a, s in at]
     output = np.angle(closed) if angular else np.array(closed)
 

@@ -81,7 +81,7 @@ def friction_table(
         "friction_kind": integers([FRICTION_KINDS.index(pair.kind) for _, pair in pairs]),
         "friction_node": integers(pressing),
         "friction_tangent": integers(tangents),
-        "senses": BY_RATES,
+        "slip_signs": BY_RATES,
     }
 
 

@@ -285,7 +285,7 @@ def _layout(
             friction_tangent=none,
             friction_par=none,
             friction_signal=none,
-            senses=BY_RATES,
+            slip_signs=BY_RATES,
             moving=none,
             node_column=column,
             more=np.zeros((0, 2), dtype=np.int64),

@@ -235,17 +235,17 @@ def barrel(load: PistonPressure | ReciprocatingCylinder, pose: Pose, block: floa
     here = float(u @ (place - pose.place(load, "i")))
     if isinstance(load, ReciprocatingCylinder):
         near, far = pose.number(load, "near"), pose.number(load, "far")
-        sense, spare = math.copysign(1.0, near - far), pose.number(load, "clearance")
+        sign, spare = math.copysign(1.0, near - far), pose.number(load, "clearance")
     else:
         near, far = _stroke(load, pose, 2.0 * block, here)
-        sense = -1.0
+        sign = -1.0
         spare = CLEARANCE * abs(near - far)
     # from here on counted towards the head
-    near, far, here, thick = sense * near, sense * far, sense * here, 0.3 * block
+    near, far, here, thick = sign * near, sign * far, sign * here, 0.3 * block
     ahead = near - far + spare + thick + 1.3 * block
     if near < 0.0:  # the place on i lies beyond: it is the head
         ahead = max(min(ahead, -near - spare - thick), 0.0)
-    w = sense * u
+    w = sign * u
     piston = place + ahead * w
     head = piston + (near - here + spare + thick) * w
     mouth = piston + (far - here - spare - thick) * w
@@ -499,14 +499,14 @@ def _beside_middle(sketch: Sketch, name: str, i: Array, j: Array, color: str = I
 def _(load: Torque, sketch: Sketch) -> None:
     """An arc about the body's pin, in the direction of the torque; none where it is zero."""
     value, unit = sketch.pose.law(load, "value"), sketch.pose.mechanism.units.of("torque")
-    senses = _senses(sketch, f"{load.name}.torque", value)
-    if not senses or (not value and not sketch.lasting):
+    signs = _arrow_signs(sketch, f"{load.name}.torque", value)
+    if not signs or (not value and not sketch.lasting):
         return
-    _turning(sketch, load, f"{symbolic(load.name)} = {rounded_number(value)} {unit}", senses)
+    _turning(sketch, load, f"{symbolic(load.name)} = {rounded_number(value)} {unit}", signs)
 
 
-def _senses(sketch: Sketch, quantity: str, value: float) -> list[tuple[str, float]]:
-    """The senses that an arrow has, and the quantity by which each is chosen; "" where there is
+def _arrow_signs(sketch: Sketch, quantity: str, value: float) -> list[tuple[str, float]]:
+    """The directions that an arrow has, and the quantity by which each is chosen; "" where there is
     nothing to choose.
     """
     if not sketch.lasting:
@@ -518,16 +518,16 @@ def _senses(sketch: Sketch, quantity: str, value: float) -> list[tuple[str, floa
     return [("" if whole else quantity, sign) for sign in found]
 
 
-def _turning(sketch: Sketch, load: Torque, text: str, senses: list[tuple[str, float]]) -> None:
+def _turning(sketch: Sketch, load: Torque, text: str, signs: list[tuple[str, float]]) -> None:
     centre = sketch.pose.pivot(load.by, load.body)
     radius = free_radius(sketch, centre)
     wanted = outward_from(sketch, centre, load.body)
     look: dict[str, Any] = {"color": LOAD, "name": f"label:{load.name}"}
     with sketch.carried(placed(sketch.pose.fixed(load.body, centre))):
-        for quantity, sense in senses[::-1]:
-            choices = [(wanted + a, wanted + a + 2.4 * sense) for a in _STARTS]
+        for quantity, sign in signs[::-1]:
+            choices = [(wanted + a, wanted + a + 2.4 * sign) for a in _STARTS]
             first, last = clear_arc(sketch, centre, radius, choices)
-            with sketch.sensed(quantity, sense):
+            with sketch.where_sign(quantity, sign):
                 sketch.curved(centre, radius, first, last, LOAD, name=f"torque:{load.name}")
         wanted = 0.5 * (first + last)
         sketch.label(text, centre, wanted, radius + 3.0 * sketch.unit, **look)
@@ -665,17 +665,15 @@ def _(driver: AngleDriver, sketch: Sketch, text: str) -> None:
     centre = sketch.pose.pivot(driver.relative_to, driver.body)
     start, radius = outward_from(sketch, centre, driver.body), free_radius(sketch, centre)
     gap = radius + 3.0 * sketch.unit
-    senses = _senses(sketch, f"{driver.name}.rate", sketch.pose.rate(driver.name))
+    signs = _arrow_signs(sketch, f"{driver.name}.rate", sketch.pose.rate(driver.name))
     with sketch.carried(placed(sketch.pose.fixed(driver.body, centre), driver.relative_to)):
-        for quantity, sense in senses[::-1] or [("", 1.0)]:
+        for quantity, sign in signs[::-1] or [("", 1.0)]:
             ahead = [
-                (start + a * sense, start + (a + b) * sense)
-                for b in (1.6, 1.2)
-                for a in (0.45, 0.6)
+                (start + a * sign, start + (a + b) * sign) for b in (1.6, 1.2) for a in (0.45, 0.6)
             ]
-            behind = [(start - a * sense, start - 0.45 * sense) for a in (2.05, 1.7)]
+            behind = [(start - a * sign, start - 0.45 * sign) for a in (2.05, 1.7)]
             first, last = clear_arc(sketch, centre, radius, [*ahead, *behind])
-            with sketch.sensed(quantity, sense):
+            with sketch.where_sign(quantity, sign):
                 sketch.curved(centre, radius, first, last, DRIVE, name=f"driver:{driver.name}")
         sketch.label(text, centre, 0.5 * (first + last), gap, turn=2.0, color=DRIVE)
 
@@ -686,10 +684,10 @@ def _(driver: CoordinateDriver, sketch: Sketch, text: str) -> None:
     pose = sketch.pose
     place, u = pose.place(driver, "j"), direction(pose.direction(driver, "i"))
     first = 1.5 * sketch.size("block")
-    senses = _senses(sketch, f"{driver.name}.rate", pose.rate(driver.name))
+    signs = _arrow_signs(sketch, f"{driver.name}.rate", pose.rate(driver.name))
     with sketch.carried(placed(pose.site(driver, "j"), driver.places()["i"].body)):
-        for quantity, sense in senses[::-1] or [("", 1.0)]:
-            tail, tip = place + sense * first * u, place + sense * 3.6 * first * u
-            with sketch.sensed(quantity, sense):
+        for quantity, sign in signs[::-1] or [("", 1.0)]:
+            tail, tip = place + sign * first * u, place + sign * 3.6 * first * u
+            with sketch.where_sign(quantity, sign):
                 sketch.arrow(tail, tip, DRIVE, name=f"driver:{driver.name}")
         sketch.label(text, tip, heading(tip - tail), 4.0 * sketch.unit, color=DRIVE)

@@ -17,7 +17,7 @@ from mbody.solution.histories import Place, moved
 from mbody.solution.solution import Solution
 from mbody.views.acting import forces_shown, notation
 from mbody.views.frame import nice, rounded_number
-from mbody.views.friction_symbols import CONSTRUCTION, contact_arrows, line_of_action, sense_history
+from mbody.views.friction_symbols import CONSTRUCTION, contact_arrows, line_of_action, sign_history
 from mbody.views.labels import drawable, extent, symbolic
 from mbody.views.page_data import coupler_points, text_runs
 from mbody.views.pose import Carrier, Pose
@@ -189,7 +189,7 @@ class FilmSet:
         for shape in self.scenes[n].shapes:
             if self.left_out(shape):
                 continue
-            if shape.sense and not self.there(shape, n)[frame]:
+            if shape.sign_condition and not self.there(shape, n)[frame]:
                 continue
             axes = self.carried[n][shape.carrier]
             yield shape, self.pixels(shape.carrier.shown(shape.points, axes, frame))
@@ -203,9 +203,9 @@ class FilmSet:
 
     def there(self, shape: KeptShape, n: int) -> Array:
         """In which frames a shape is there that depends on the sign of a quantity."""
-        quantity, sign = shape.sense or ("t", 1.0)
+        quantity, sign = shape.sign_condition or ("t", 1.0)
         if (n, quantity) not in self._signs:
-            history = sense_history(self.scenes[n].run, quantity)
+            history = sign_history(self.scenes[n].run, quantity)
             self._signs[n, quantity] = self.stretches[n].value(history)
         return np.asarray(sign * self._signs[n, quantity] > 0.0)
 
@@ -783,7 +783,7 @@ def _shapes(film: FilmSet, n: int, order: list[int], timing: str) -> list[str]:
             found.append(_carried(film, axes, order, timing))
             last = carrier
         shown = ""
-        if shape.sense:
+        if shape.sign_condition:
             states = ";".join("visible" if film.there(shape, n)[k] else "hidden" for k in order)
             shown = f'<animate attributeName="visibility" values="{states}" {timing}/>'
         # in the axes of the carrier, y down

@@ -51,10 +51,10 @@ def mark(sketch: Sketch, place: Array, mode: str, normal: Array, name: str) -> N
         _sliding(sketch, place, normal, 1.0 if mode == "slip+" else -1.0, name)
 
 
-def _sliding(sketch: Sketch, place: Array, normal: Array, sense: float, name: str) -> None:
+def _sliding(sketch: Sketch, place: Array, normal: Array, sign: float, name: str) -> None:
     """A half arrow beside the mark, on the side of j, the direction in which j slides over i."""
     size = sketch.size("pin")
-    u = sense * np.array([normal[1], -normal[0]])
+    u = sign * np.array([normal[1], -normal[0]])
     tail = place + 1.5 * size * normal - 1.6 * size * u
     tip = tail + 3.4 * size * u
     barb = tip - 1.3 * size * u + 0.85 * size * normal

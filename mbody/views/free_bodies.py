@@ -390,18 +390,18 @@ def _turning(sketch: Sketch, one: Acting, body: str) -> None:
     """The arc of a torque, dashed of d'Alembert's."""
     radius = 0.9 * free_radius(sketch, one.place)
     wanted = outward_from(sketch, one.place, body)
-    sense = math.copysign(1.0, one.torque)
+    turning = math.copysign(1.0, one.torque)
     choices = [
-        (wanted + a, wanted + a + 2.6 * sense)
+        (wanted + a, wanted + a + 2.6 * turning)
         for a in (sign * n * math.pi / 12.0 for n in range(1, 12) for sign in (1.0, -1.0))
     ]
     first, last = clear_arc(sketch, one.place, radius, choices)
     if one.dashed:
-        line = arc(one.place, radius, first, last - 0.28 * sense)
+        line = arc(one.place, radius, first, last - 0.28 * turning)
         dashes: Any = (0, (4.0, 2.2))
         sketch.line(line, 1.6, one.color, Z["arrow"], name=f"torque:{one.gid}", dashes=dashes)
         tip = one.place + radius * direction(last)
-        u = direction(last - 0.14 * sense + 0.5 * math.pi * sense)
+        u = direction(last - 0.14 * turning + 0.5 * math.pi * turning)
         n, head = np.array([-u[1], u[0]]), 7.0 * sketch.unit
         corners = [tip, tip - head * u + 0.38 * head * n, tip - head * u - 0.38 * head * n]
         sketch.shape(corners, one.color, one.color, 0.4, Z["arrow"] + 0.1)

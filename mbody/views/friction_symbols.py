@@ -95,9 +95,9 @@ def _lasting(element: Any, sketch: Sketch) -> None:
             for mode in dict.fromkeys(one.mode):
                 if mode == "open":
                     continue
-                with sketch.sensed(f"touch:{element.name}:{n}:{mode}", 1.0):
+                with sketch.where_sign(f"touch:{element.name}:{n}:{mode}", 1.0):
                     mark(sketch, place, mode, normal, f"contact:{element.name}")
-            with sketch.sensed(f"touch:{element.name}:{n}:closed", 1.0):
+            with sketch.where_sign(f"touch:{element.name}:{n}:closed", 1.0):
                 edges = _edges(place, normal, one.friction, 52.0 * sketch.unit)
                 _cone_lines(sketch, edges, element.name, "")
 
@@ -117,7 +117,7 @@ def _many(run: Solution) -> bool:
     return len(run.mechanism.contacts) > MOST
 
 
-def sense_history(run: Solution, quantity: str) -> Array:
+def sign_history(run: Solution, quantity: str) -> Array:
     """History that decides when a shape is shown: a measured quantity, or 1 where a mark is there
     and −1 where not, of "touch:CONTACT:PLACE:MODE" and "mode:JOINT:MODE".
     """
@@ -147,7 +147,7 @@ def sticking_symbol(joint: Joint, sketch: Sketch) -> None:
             if words[sketch.pose.k] == "stick":
                 mark(sketch, place, "stick", np.array([1.0, 0.0]), f"sticks:{joint.name}")
         elif "stick" in words:
-            with sketch.sensed(f"mode:{joint.name}:stick", 1.0):
+            with sketch.where_sign(f"mode:{joint.name}:stick", 1.0):
                 mark(sketch, place, "stick", np.array([1.0, 0.0]), f"sticks:{joint.name}")
 
 
@@ -179,7 +179,7 @@ def _rope(rope: Rope, sketch: Sketch) -> None:
         with sketch.carried(between(pose.site(rope, "i"), pose.site(rope, "j"))):
             sketch.line([i, j], 1.1, INK, Z["link"] + 0.4, name=name, dashes=(0, (4, 2.5)))
             if rope.name in pose.run.modes and "stick" in pose.run.mode(rope.name):
-                with sketch.sensed(f"mode:{rope.name}:stick", 1.0):
+                with sketch.where_sign(f"mode:{rope.name}:stick", 1.0):
                     sketch.line([i, j], 1.6, INK, Z["link"] + 0.41, name=name)
         return
     line = np.array([i, j]) if taut else _hanging(i, j, slack)

@@ -143,9 +143,9 @@ def _beyond_cam(sketch: Sketch, joint: Prismatic, slides: str, angle: float) -> 
         if isinstance(cam, CamFollower) and cam.j.body == body:
             roller = pose.number(cam, "roller")
             if np.hypot(*(pose.place(cam, "j") - place)) < roller + sketch.size("block"):
-                sense = math.copysign(1.0, float(u @ (place - pose.place(cam, "i"))))
+                sign = math.copysign(1.0, float(u @ (place - pose.place(cam, "i"))))
                 clear = max(roller, 2.0 * sketch.size("pin")) + 1.5 * sketch.size("block")
-                return sense * clear * u
+                return sign * clear * u
     return np.zeros(2)
 
 

@@ -20,7 +20,7 @@ from mbody.solution.measures import found_by, measured
 from mbody.solution.solution import Solution
 from mbody.views.acting import notation
 from mbody.views.frame import mode_rows
-from mbody.views.friction_symbols import contact_arrows, line_of_action, sense_history
+from mbody.views.friction_symbols import contact_arrows, line_of_action, sign_history
 from mbody.views.labels import symbolic
 from mbody.views.motions import one_way
 from mbody.views.pose import Carrier, Pose
@@ -159,7 +159,7 @@ def scene_data(
             "power": units.of("power"),
         },
         "floors": _floors(run),
-        **_senses(scene),
+        **_sign_histories(scene),
         "modes": _modes(run),
         "notes": scene.notes,
         **({"on": list(on)} if on is not None else {}),
@@ -221,7 +221,7 @@ def _shape(one: Any, carriers: dict[Carrier, int], digits: int) -> dict[str, Any
         "d": dashes,
         "n": look.name.removesuffix(".head"),
     }
-    found |= {"s": list(one.sense)} if one.sense else {}
+    found |= {"s": list(one.sign_condition)} if one.sign_condition else {}
     return found | ({"r": one.radius} if one.kind == "circle" else {})
 
 
@@ -238,11 +238,13 @@ def _label(one: Any, carriers: dict[Carrier, int]) -> dict[str, Any]:
     return found | ({"turns": 1} if one.turns else {})
 
 
-def _senses(scene: Scene) -> dict[str, Any]:
+def _sign_histories(scene: Scene) -> dict[str, Any]:
     """When marks are there whose quantity is no history of the result: 1 or −1 an instant."""
-    quantities = dict.fromkeys(shape.sense[0] for shape in scene.shapes if shape.sense)
+    quantities = dict.fromkeys(
+        shape.sign_condition[0] for shape in scene.shapes if shape.sign_condition
+    )
     own = [name for name in quantities if ":" in name]
-    found = {name: sense_history(scene.run, name).astype(int).tolist() for name in own}
+    found = {name: sign_history(scene.run, name).astype(int).tolist() for name in own}
     return {"senses": found} if found else {}
 
 

@@ -119,8 +119,8 @@ def plot(
 
     Notes
     -----
-    The axis is the angle where one driver of an angle turns all the time in one sense and no other
-    driver moves; else it is time, or the number of the instant where the time is constant.
+    The axis is the angle where one driver of an angle turns all the time in one direction and no
+    other driver moves; else it is time, or the number of the instant where the time is constant.
 
     Examples
     --------

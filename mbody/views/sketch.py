@@ -58,7 +58,7 @@ class Surface(Protocol):
     """The four shapes of which every picture is made, in the units of the mechanism."""
 
     carrier: Carrier
-    sense: tuple[str, float] | None
+    sign_condition: tuple[str, float] | None
 
     def line(self, points: Array, look: Look) -> None:
         """A line through points (n, 2); NaN interrupts it."""
@@ -79,7 +79,7 @@ class PaperSurface:
     def __init__(self, axes: Any) -> None:
         self.axes: Axes = axes
         self.carrier = GROUND_CARRIER
-        self.sense: tuple[str, float] | None = None
+        self.sign_condition: tuple[str, float] | None = None
 
     def line(self, points: Array, look: Look) -> None:
         """A line through points."""
@@ -217,16 +217,16 @@ class Sketch:
             self.surface.carrier = before
 
     @contextmanager
-    def sensed(self, quantity: str, sign: float) -> Iterator[None]:
+    def where_sign(self, quantity: str, sign: float) -> Iterator[None]:
         """Context whose drawings are shown while a quantity has that sign, in a moving picture;
         always where it is "".
         """
-        before = self.surface.sense
-        self.surface.sense = (quantity, sign) if quantity else None
+        before = self.surface.sign_condition
+        self.surface.sign_condition = (quantity, sign) if quantity else None
         try:
             yield
         finally:
-            self.surface.sense = before
+            self.surface.sign_condition = before
 
     # -- shapes -------------------------------------------------------------------------------
 
@@ -490,7 +490,7 @@ class KeptShape:
         Of a circle its centre.
     radius : float
         Of a circle.
-    sense : (quantity, sign) or None
+    sign_condition : (quantity, sign) or None
         The shape is there while the quantity has that sign.
     """
 
@@ -499,7 +499,7 @@ class KeptShape:
     points: Array
     look: Look
     radius: float = 0.0
-    sense: tuple[str, float] | None = None
+    sign_condition: tuple[str, float] | None = None
 
 
 @dataclass
@@ -536,7 +536,7 @@ class ShapeRecord:
 
     pose: Pose
     carrier: Carrier = GROUND_CARRIER
-    sense: tuple[str, float] | None = None
+    sign_condition: tuple[str, float] | None = None
     shapes: list[KeptShape] = field(default_factory=list)
 
     def line(self, points: Array, look: Look) -> None:
@@ -556,7 +556,7 @@ class ShapeRecord:
 
     def _keep(self, kind: str, points: Array, look: Look, radius: float = 0.0) -> None:
         kept = self.carrier.kept(points, self.pose.run, self.pose.k)
-        self.shapes.append(KeptShape(kind, self.carrier, kept, look, radius, self.sense))
+        self.shapes.append(KeptShape(kind, self.carrier, kept, look, radius, self.sign_condition))
 
 
 class _Anywhere(Places):

@@ -123,8 +123,8 @@ SCENARIOS = {
 
 SENTENCES = r"""
 a fluctuation of half of a diagram | ModelError | - | energy_fluctuation takes angles and torques, or a result: give both
-a fluctuation of one instant | ModelError | - | a fluctuation needs whole turns in one sense, both ends included; these 1 instants are 0 deg: analyse with turn=True
-a fluctuation of angles to and fro | ModelError | - | a fluctuation needs whole turns in one sense, both ends included; these 4 instants are 360 deg: analyse with turn=True
+a fluctuation of one instant | ModelError | - | a fluctuation needs whole turns in one direction, both ends included; these 1 instants are 0 deg: analyse with turn=True
+a fluctuation of angles to and fro | ModelError | - | a fluctuation needs whole turns in one direction, both ends included; these 4 instants are 360 deg: analyse with turn=True
 a fluctuation that does not repeat | ModelError | - | the torque is 1.75884 at the beginning of the cycle and 3.76969 at its end: a fluctuation needs a periodic cycle: give the driver a constant speed, and use whole cycles of the loads (turns=2 where they take two turns)
 a fluctuation of a driver that is not there | ModelError | - | no driver 'engine' turns a body here (there are: 'motor'): name one of them
 a fluctuation of a batch | ModelError | - | a fluctuation is of one design, this is a batch of 2 designs: analyse one of them, system.design(n)

@@ -169,5 +169,5 @@ an induction motor with two changes to delta | ModelError | motor | 'motor' has 
 an actuator with a slew alone | ModelError | drive | 'drive' has slew, but no lag: give the time constant with which the applied force follows, such as lag = "5 ms"
 a cylinder whose rod fills it | ModelError | lift | 'lift': rod is 0.06 and bore 0.05: the rod must be thinner than the piston
 a tyre on a road that moves | ModelError | tyre | 'tyre': its road is on 'belt': a tyre takes a road that is fixed to the ground; for a road that moves give a Contact of a disc with a line
-a tyre whose force turns round | ModelError | tyre | 'tyre': curvature is 1.5: above 1 the force changes its sense at great slip; give 1 or less
+a tyre whose force turns round | ModelError | tyre | 'tyre': curvature is 1.5: above 1 the force changes its sign at great slip; give 1 or less
 """

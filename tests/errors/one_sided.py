@@ -92,7 +92,7 @@ SCENARIOS = {
         "A", "ground", "bob", restitution=0.5
     ),
     "a start beyond a limit": lambda: simulate(limited(-1.5), 1.0),
-    "a freewheel of no sense": lambda: Freewheel("hub", "ground", "bob", clockwise="left"),
+    "a freewheel of no direction": lambda: Freewheel("hub", "ground", "bob", clockwise="left"),
     "a bar that neither pushes nor pulls": lambda: Distance(
         "bar", "ground.O", "bob.P", length=1.0, one_sided="both"
     ),
@@ -139,7 +139,7 @@ limits of a design in the wrong order | ModelError | A | 'A': limits are 2 and 1
 a restitution of limits that gains energy | ModelError | A | 'A': restitution is 1.5, which would gain energy: give 0 to 1
 a restitution of what nothing strikes | ModelError | A | 'A': restitution is 0.5, but nothing strikes in it: give limits or clearance too, or leave it out
 a start beyond a limit | ModelError | A | joint 'A' begins at -85.9437 deg, beyond its limit of -60 deg ('A.limits.low'): begin within, or change the limit
-a freewheel of no sense | ModelError | hub | 'hub': clockwise must be True or False, not 'left'
+a freewheel of no direction | ModelError | hub | 'hub': clockwise must be True or False, not 'left'
 a bar that neither pushes nor pulls | ModelError | bar | 'bar': one_sided is 'both': give "push" for a strut, "pull" for what does not push
 a wheel that may lift off without friction | ModelError | road | 'road': friction and one_sided go together: a wheel that may lift off rolls as far as its friction lets it, one that may not never slips; give both, or neither
 a wheel that may lift off with a resistance | ModelError | road | 'road': resistance goes with a joint that always holds, not with one_sided: leave out one of them

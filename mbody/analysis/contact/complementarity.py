@@ -153,22 +153,22 @@ class JointFriction:
         sine = self.first * self.mu / math.sqrt(1.0 + self.mu**2)
         return push * sine / math.sqrt(1.0 - sine * sine)
 
-    def size(self, x: Any, y: Any, sense: float) -> tuple[Any, Any, Any]:
-        """φ by both multipliers, numbers or arrays, and its derivatives by them; `sense` of the
+    def size(self, x: Any, y: Any, slip_sign: float) -> tuple[Any, Any, Any]:
+        """φ by both multipliers, numbers or arrays, and its derivatives by them; `slip_sign` of the
         sliding, or of that which would begin.
         """
         mu, zero = self.mu, 0.0 * (x + y)
         if self.by_law:
-            # what helps itself in one sense, as a band brake does, has more in that one
-            return max(0.0, self.given * (1.0 + self.second * sense)) + zero, zero, zero
+            # what helps itself in one direction, as a band brake does, has more in that one
+            return max(0.0, self.given * (1.0 + self.second * slip_sign)) + zero, zero, zero
         if self.kind == "pin":
             arm, whole = mu * self.first / math.sqrt(1.0 + mu * mu), np.hypot(x, y)
             per = np.where(whole > 0.0, arm / np.where(whole > 0.0, whole, 1.0), 0.0)
             return arm * whole, per * x, per * y
-        uneven = self.second * sense if self.kind == "couple" else 0.0
+        uneven = self.second * slip_sign if self.kind == "couple" else 0.0
         size, by_x, by_y = mu * np.abs(x) + uneven * x, mu * np.sign(x) + uneven, zero
         if self.kind == "guide" and self.first > 0.0:
-            tilt = 0.5 * mu * sense * self.second
+            tilt = 0.5 * mu * slip_sign * self.second
             moment, arm = y + tilt * x, 2.0 * mu / self.first
             ends, turn = arm * np.abs(moment) > size, arm * np.sign(moment)
             size = np.where(ends, arm * np.abs(moment), size)
@@ -185,7 +185,7 @@ class JointFriction:
 #
 #     0 ≤ w_N ⊥ λ_N ≥ 0,   0 ≤ a_T⁺ ⊥ λ_R ≥ 0,   0 ≤ 2 μ λ_N − λ_R ⊥ a_T⁻ ≥ 0,
 #
-# a_T = a_T⁺ − a_T⁻; one that slides with sense s has λ_T = −μ s λ_N and the first of them alone.
+# a_T = a_T⁺ − a_T⁻; one that slides with sign s has λ_T = −μ s λ_N and the first of them alone.
 # The same with velocities and impulses is an impact.
 #
 # Pfeiffer, Glocker: Multibody Dynamics with Unilateral Contacts (1996), 6 and 8.
@@ -562,12 +562,12 @@ class FrictionProblem:
                 else (one.sliding,)
                 for one in self.tangents
             ]
-            every += [(closed, senses) for senses in itertools.product(*signs)]
+            every += [(closed, slip_signs) for slip_signs in itertools.product(*signs)]
         pressing = np.array([closed for closed, _ in every], dtype=bool)
-        senses = np.array([found for _, found in every], dtype=float)
-        return pressing.reshape(len(every), -1), senses.reshape(len(every), -1)
+        slip_signs = np.array([found for _, found in every], dtype=float)
+        return pressing.reshape(len(every), -1), slip_signs.reshape(len(every), -1)
 
-    def by_modes(self, closed: Array, senses: Array) -> list[FrictionSolution]:
+    def by_modes(self, closed: Array, slip_signs: Array) -> list[FrictionSolution]:
         """Solutions with sets of modes, see `sets_of_modes`; none where rows depend on each other.
 
         Where limits bend there may be several with the same modes: Newton's method begins without
@@ -578,19 +578,19 @@ class FrictionProblem:
             return [FrictionSolution(self, np.zeros(0), np.zeros(0), np.zeros(0))]
         big = 1e3 * max(float(np.abs(self.forces).max()), self.greatest / self._softest)
         far = np.concatenate(
-            [closed * big, -np.nan_to_num(senses) * big],
+            [closed * big, -np.nan_to_num(slip_signs) * big],
             axis=1,
         )
         starts = [np.zeros_like(far)]
         if not self.linear:
             starts += [np.broadcast_to(self.forces, far.shape), far]
         for start in starts:
-            forces, regular = self._newton(closed, senses, start)
-            for k in np.flatnonzero(regular & self._keeps(forces, closed, senses)):
+            forces, regular = self._newton(closed, slip_signs, start)
+            for k in np.flatnonzero(regular & self._keeps(forces, closed, slip_signs)):
                 a, m = self.accelerations_of(forces[k]), self.normals
                 rests = [one.sliding == 0.0 for one in self.tangents]
                 normal = np.where(closed[k], 0.0, a[:m])
-                along = np.where((senses[k] != 0.0) & np.array(rests, dtype=bool), a[m:], 0.0)
+                along = np.where((slip_signs[k] != 0.0) & np.array(rests, dtype=bool), a[m:], 0.0)
                 good.append(FrictionSolution(self, forces[k], normal, along))
         return good
 
@@ -599,12 +599,12 @@ class FrictionProblem:
         """How far a force moves itself at most; 1 where all follows drivers, so that none does."""
         return float(np.diag(self.delassus).max()) or 1.0
 
-    def _newton(self, closed: Array, senses: Array, start: Array) -> tuple[Array, Array]:
+    def _newton(self, closed: Array, slip_signs: Array, start: Array) -> tuple[Array, Array]:
         """Forces (sets, forces) that fulfil the equations of modes, and where they do."""
         m, n, c = self.normals, len(self), self.without
-        holds = np.concatenate([closed, senses == 0.0], axis=1)
-        slips = np.concatenate([np.zeros_like(closed), np.nan_to_num(senses) != 0.0], axis=1)
-        sense = np.concatenate([np.zeros(closed.shape), np.nan_to_num(senses)], axis=1)
+        holds = np.concatenate([closed, slip_signs == 0.0], axis=1)
+        slips = np.concatenate([np.zeros_like(closed), np.nan_to_num(slip_signs) != 0.0], axis=1)
+        slip_sign = np.concatenate([np.zeros(closed.shape), np.nan_to_num(slip_signs)], axis=1)
         scale = np.sqrt(np.maximum(np.diag(self.delassus), SINGULAR**-2 * self._softest))
         # forces by 1/scale, what holds by its acceleration
         D = self.delassus / scale[:, None] / scale
@@ -612,15 +612,15 @@ class FrictionProblem:
         forces, regular = start, np.ones(len(start), dtype=bool)
         for _ in range(PASSES):
             low, high, low_by, high_by = self.limits(forces)
-            ahead = senses > 0.0
+            ahead = slip_signs > 0.0
             size = np.where(ahead, low, high)
             by = np.where(ahead[..., None], low_by, high_by)
             A, b = fixed.copy(), np.where(holds, -c / scale, 0.0)
             rest = size - (by @ forces[..., None])[..., 0]
             change = np.zeros((len(start), n, n))
             change[:, m:] = by * scale[m:, None] / scale
-            A += np.where(slips[..., None], sense[..., None] * change, 0.0)
-            b[:, m:] -= np.where(slips[:, m:], sense[:, m:] * rest * scale[m:], 0.0)
+            A += np.where(slips[..., None], slip_sign[..., None] * change, 0.0)
+            b[:, m:] -= np.where(slips[:, m:], slip_sign[:, m:] * rest * scale[m:], 0.0)
             regular &= np.linalg.cond(A) < SINGULAR
             A[~regular] = np.eye(n)
             new = np.linalg.solve(A, b[..., None])[..., 0] / scale
@@ -633,7 +633,7 @@ class FrictionProblem:
             regular &= moved <= ROUGH * np.abs(forces).max(axis=1)
         return forces, regular
 
-    def _keeps(self, forces: Array, closed: Array, senses: Array) -> Array:
+    def _keeps(self, forces: Array, closed: Array, slip_signs: Array) -> Array:
         """Where forces (sets, forces) keep signs and limits."""
         m = self.normals
         a = self.without + forces @ self.delassus.T
@@ -642,10 +642,10 @@ class FrictionProblem:
         low, high, _, _ = self.limits(forces)
         own, along = forces[:, m:], a[:, m:]
         rests = np.array([one.sliding == 0.0 for one in self.tangents], dtype=bool)
-        acts = np.isfinite(senses)
+        acts = np.isfinite(slip_signs)
         outside = acts & (np.minimum(low, high) < -ROUGH * big)
-        outside |= (senses == 0.0) & ((own < -low - ROUGH * big) | (own > high + ROUGH * big))
-        outside |= acts & rests & (np.nan_to_num(senses) * along < -ROUGH * size)
+        outside |= (slip_signs == 0.0) & ((own < -low - ROUGH * big) | (own > high + ROUGH * big))
+        outside |= acts & rests & (np.nan_to_num(slip_signs) * along < -ROUGH * size)
         apart = (forces[:, :m] < -ROUGH * big) | (a[:, :m] < -ROUGH * size)
         return np.asarray(~outside.any(axis=1) & ~apart.any(axis=1))
 
@@ -684,8 +684,8 @@ class FrictionSolution:
         )
         tangents = []
         for one, ahead in zip(self.problem.tangents, self.along, strict=True):
-            sense = one.sliding or (0.0 if abs(ahead) <= NO_ACCELERATION * size else ahead)
-            tangents.append("slip+" if sense > 0.0 else "slip-" if sense < 0.0 else "stick")
+            slip_sign = one.sliding or (0.0 if abs(ahead) <= NO_ACCELERATION * size else ahead)
+            tangents.append("slip+" if slip_sign > 0.0 else "slip-" if slip_sign < 0.0 else "stick")
         return tuple("open" if one else "closed" for one in opens), tuple(tangents)
 
 

@@ -160,8 +160,8 @@ def _points_outwards(about: list[_EdgeEnd]) -> bool:
     return True
 
 
-#: Senses of sliding by mode.
-SENSES = {"slip+": 1.0, "slip-": -1.0}
+#: Directions of sliding by mode.
+SLIP_SIGNS = {"slip+": 1.0, "slip-": -1.0}
 
 
 @dataclass(frozen=True, eq=False)
@@ -250,7 +250,7 @@ def has_modes(system: System) -> bool:
 
 
 def _may_stick(system: System, f: int) -> bool:
-    """Whether a rough pair can rest: not what damps alone, nor what has a sense that lasts."""
+    """Whether a rough pair can rest: not what damps alone, nor what has a sign that lasts."""
     L = system.layout
     if FRICTION_KINDS[int(L.friction_kind[f])] in LASTING:
         return False
@@ -338,8 +338,8 @@ class Unilateral:
 
     # -- active set ----------------------------------------------------------------------------
 
-    def set_rows(self, work: Work, on: Array, senses: Array) -> None:
-        """Switch rows (switched,) of a workspace on or off, and set the senses of sliding
+    def set_rows(self, work: Work, on: Array, slip_signs: Array) -> None:
+        """Switch rows (switched,) of a workspace on or off, and set the directions of sliding
         (pairs,).
         """
         node = 2 * self.layout.primitive_node[self.layout.switched]
@@ -347,8 +347,8 @@ class Unilateral:
         work.on[: len(on), 0] = on
         work.pad[node, 0] = 1.0 - on
         work.regularization_weight[node, 0] = on * weight
-        if len(senses):
-            work.sense[: len(senses), 0] = senses
+        if len(slip_signs):
+            work.slip_sign[: len(slip_signs), 0] = slip_signs
 
     def read(self, work: Work) -> Rows:
         """The rows at the position, velocity and time in a workspace, the signals being set."""
@@ -412,14 +412,14 @@ class Unilateral:
 
     @functools.cached_property
     def _normals(self) -> tuple[Array, Array]:
-        """Rows of the normals of the touches, and the senses of their gaps."""
+        """Rows of the normals of the touches, and the signs of their gaps."""
         rows = np.array([touch.normal for touch in self.touches], dtype=np.int64)
-        return rows, np.array([touch.spot.sense for touch in self.touches])
+        return rows, np.array([touch.spot.sign for touch in self.touches])
 
     def gaps(self, rows: Rows | RowHistories) -> Array:
         """Gaps (…, touches)."""
-        normals, senses = self._normals
-        return np.where(self.one_way, 0.0, senses * rows.value[..., normals])
+        normals, gap_signs = self._normals
+        return np.where(self.one_way, 0.0, gap_signs * rows.value[..., normals])
 
     @functools.cached_property
     def one_way(self) -> Array:
@@ -428,8 +428,8 @@ class Unilateral:
 
     def approach(self, rows: Rows | RowHistories) -> Array:
         """Rates of the gaps (…, touches)."""
-        normals, senses = self._normals
-        return np.asarray(senses * rows.rate[..., normals])
+        normals, gap_signs = self._normals
+        return np.asarray(gap_signs * rows.rate[..., normals])
 
     @functools.cached_property
     def _edges(self) -> tuple[Array, Array, Array]:
@@ -578,7 +578,7 @@ class Unilateral:
 
     def pressing(self, pages: Array, touch: Touch) -> Any:
         """λ_N ≥ 0 of a touch."""
-        return -touch.spot.sense * self.multiplier(pages, touch.normal)
+        return -touch.spot.sign * self.multiplier(pages, touch.normal)
 
     def pressing_pair(self, pages: Array, pair: JointPair) -> tuple[Any, Any]:
         """Both multipliers of what presses a rough joint, by pages (…, rows)."""

@@ -48,7 +48,7 @@ class OneSidedForce:
     Attributes
     ----------
     t, force, size : arrays (instants,)
-        Times; the force, negative where it would have to be of the other sense; its greatest
+        Times; the force, negative where it would have to be of the other direction; its greatest
         component, by which rounding is judged.
     """
 
@@ -60,17 +60,17 @@ class OneSidedForce:
 def one_sided(system: System) -> list[Joint | Coupling | OneSided]:
     """Contacts of joints and those that are closed for good, and ropes: couplings of distances
     whose factors are all of one sign, with angles of drums. A belt of angles alone is stretched
-    beforehand, and a displacement has no sense.
+    beforehand, and a displacement has no sign.
     """
     machine = system.mechanism
     found: list[Joint | Coupling | OneSided] = [
         joint for joint in machine.joints if type(joint).normal is not Joint.normal
     ]
     found += [one for one in machine.contacts if one.closed]
-    return found + [one for one in machine.couplings if _sense(system, one)]
+    return found + [one for one in machine.couplings if _rope_factor(system, one)]
 
 
-def _sense(system: System, coupling: Coupling) -> float:
+def _rope_factor(system: System, coupling: Coupling) -> float:
     """The factor of a single part of a rope, of which the effort times it pushes; 0 of what is no
     rope.
     """
@@ -88,7 +88,7 @@ def _sense(system: System, coupling: Coupling) -> float:
 def one_sided_force(solution: Solution, element: Any) -> OneSidedForce:
     """The force of a one-sided element at the instants of a solution."""
     if element.role == "coupling":
-        pull = -_sense(solution.system, element) * solution.effort(element.name)
+        pull = -_rope_factor(solution.system, element) * solution.effort(element.name)
         return OneSidedForce(solution.t, pull, np.abs(pull))
     if element.role == "contact":
         press = least_pressing(solution, element)
@@ -190,7 +190,7 @@ def _sentence(
     force: Array,
     floor: float,
 ) -> str:
-    """The sentence of a force of the wrong sense: the greatest, and the first instant of it."""
+    """The sentence of a force of the wrong direction: the greatest, and the first instant of it."""
     units = solution.mechanism.units
     where = np.unravel_index(int(force.argmin()), force.shape)
     when = _when(solution, float(t[where]), tuple(int(n) for n in where))

@@ -125,7 +125,7 @@ class _Curve:
         self.value = float(self.values[self.which])
 
     def end(self, sign: float) -> float:
-        """The value beyond which it cannot go, in that sense."""
+        """The value beyond which it cannot go, in that direction."""
         if self.driver.angular:
             spans = [2.0 * math.pi]
         else:
@@ -348,7 +348,8 @@ def driver_range(
     t: float = 0.0,
     guess: Guesses | None = None,
 ) -> DriverRange:
-    """How far a driver can go in both senses before a dead centre: its limits, toggle positions.
+    """How far a driver can go in both directions before a dead centre: its limits, toggle
+    positions.
 
     At a dead centre the driven coordinate x turns back along the curve of closed positions: with τ
     the one motion that the joints leave, Φ_q τ = 0, the rate x_q τ vanishes there.

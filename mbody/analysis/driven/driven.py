@@ -492,15 +492,15 @@ def _times(system: System, driver: Driver, values: np.ndarray) -> np.ndarray:
     if not driver.angular:
         return np.array([_time(law, driver, [value]) for value in values])
     begin, rate, change = law.derivatives(0.0)
-    # where the law begins too gently its derivatives do not show the sense
-    sense = math.copysign(1.0, rate or change or 1.0)
-    travels = sense * (values - begin)
+    # where the law begins too gently its derivatives do not show the direction
+    sign = math.copysign(1.0, rate or change or 1.0)
+    travels = sign * (values - begin)
     if len(travels) > 1 and travels[0] > -HERE and (np.diff(travels) > 0.0).all():
         travels = np.maximum(travels, 0.0)
         travels += _further(travels[0]) - travels[0]
-        return np.array([_time(law, driver, [begin + sense * travel]) for travel in travels])
-    senses = (sense, -sense)
-    places = [[begin + s * _further(s * (value - begin)) for s in senses] for value in values]
+        return np.array([_time(law, driver, [begin + sign * travel]) for travel in travels])
+    signs = (sign, -sign)
+    places = [[begin + s * _further(s * (value - begin)) for s in signs] for value in values]
     return np.array([_time(law, driver, both) for both in places])
 
 
@@ -517,7 +517,7 @@ def _time(law: Law, driver: Driver, places: list[float]) -> float:
 
 
 def _further(travel: float) -> float:
-    """What is left to an angle [rad] when one goes on in the same sense, 0 … 2π."""
+    """What is left to an angle [rad] when one goes on in the same direction, 0 … 2π."""
     further = math.fmod(travel, 2.0 * math.pi)
     further += 2.0 * math.pi if further < -HERE else 0.0
     return 0.0 if 2.0 * math.pi - further < HERE else max(further, 0.0)

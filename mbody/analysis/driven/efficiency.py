@@ -102,7 +102,7 @@ def _powers(run: Solution, output: str, inputs: list[str]) -> Array:
 def _integrated(found: Solution, powers: Callable[[Solution], Array]) -> Array:
     """Integrals of powers over the motion by Gauss's rule.
 
-    Powers bend and jump where a joint changes the sense of its sliding, or a slider the end that
+    Powers bend and jump where a joint slides the other way, or a slider the end that
     presses: parts whose halves have another work are halved until they are so narrow that nothing
     of it is left.
     """

@@ -430,7 +430,7 @@ CHANGES = 256
 RUNS_AWAY = 1e3
 #: Lanes must meet within this, in model lengths and radians.
 SEAM = 1e-8
-#: Samples of forces that have one sense: of a whole motion, and of a step.
+#: Samples of forces that have one direction: of a whole motion, and of a step.
 OF_ALL, OF_A_STEP = 200, 8
 #: Unbalanced part of the loads above which there is no equilibrium.
 UNBALANCED_PART = 1e-7

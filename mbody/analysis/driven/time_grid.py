@@ -375,8 +375,8 @@ def _turn(system: System, turn: str | bool, instants: int | None, turns: int) ->
     if system.batch is not None:
         raise ModelError("a turn of a batch of designs: give times or driver values instead")
     start, speed, change = _law(system, driver, np.zeros(1))[0].tolist()
-    sense = math.copysign(1.0, speed or change or 1.0)
-    values = start + sense * np.linspace(0.0, 2.0 * math.pi * turns, instants)
+    sign = math.copysign(1.0, speed or change or 1.0)
+    values = start + sign * np.linspace(0.0, 2.0 * math.pi * turns, instants)
     if speed == 0.0 and change == 0.0:
         # a driver at rest is turned slowly: positions without rates
         return _given(system, 0.0, {driver.name: values})

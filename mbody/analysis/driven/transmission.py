@@ -451,7 +451,7 @@ class _Phase:
                 angle = math.asin(min(1.0, abs(float(F @ v)) / (size * float(np.hypot(*v)))))
         x = float(G[self.row] @ along) * self.unit
         y = float(along[self.first + 2])
-        if not self.turns:  # along a path: of no sense
+        if not self.turns:  # along a path: of no direction
             x, y = abs(x), self._output(k, along)[1] * self.system.length
         y = y if abs(y) > NONE * self.system.length else 0.0
         ratio = y / x if abs(x) > NONE * self.unit else math.copysign(math.inf, x * y)

@@ -3,7 +3,7 @@
 All of them are one problem of complementarity (`mbody.analysis.contact.friction_problem`), whose
 solutions are modes. These are set, and verified by the forces and accelerations of the kernels:
 what presses does so, what is open does not approach, what sticks has less friction than it could,
-what begins to slide does so in the sense of its acceleration. Modes that are not verified are
+what begins to slide does so in the direction of its acceleration. Modes that are not verified are
 changed where they disagree; that is the step of a semismooth Newton method on τ = proj(τ − r α).
 """
 
@@ -26,7 +26,7 @@ from mbody.analysis.contact.complementarity import (
     decide_modes,
     impact_impulses,
 )
-from mbody.analysis.contact.unilateral import SENSES, Overlap, Rows, Unilateral, deepest_overlap
+from mbody.analysis.contact.unilateral import SLIP_SIGNS, Overlap, Rows, Unilateral, deepest_overlap
 from mbody.analysis.dynamics.events import Guard
 from mbody.analysis.dynamics.interruptions import works_of_drivers
 from mbody.errors import ModelError, SolveError
@@ -51,7 +51,7 @@ class Closing:
     opened : set of int
         Touches that open.
     sliding : dict
-        Senses of what begins to slide, by the number of the touch or, after these, of the rough
+        Directions of what begins to slide, by the number of the touch or, after these, of the rough
         joint.
     stopped : set of int
         What ceases to slide, likewise.
@@ -72,7 +72,7 @@ class Reserve:
     least : float
         The greatest reserve that all can have [force].
     sliding : dict
-        The senses in which what has no more would slide, by the number of the touch or, after
+        The directions in which what has no more would slide, by the number of the touch or, after
         these, of the rough joint.
     opened : set of int
         Touches that would open.
@@ -238,8 +238,8 @@ def touch_rows(uni: Unilateral, rows: Rows, closed: list[int]) -> tuple[Array, A
     found, rates = np.zeros((2 * len(closed), n3)), np.zeros(2 * len(closed))
     for k, number in enumerate(closed):
         touch = uni.touches[number]
-        found[k] = touch.spot.sense * rows.block[touch.normal]
-        rates[k] = touch.spot.sense * rows.rate[touch.normal]
+        found[k] = touch.spot.sign * rows.block[touch.normal]
+        rates[k] = touch.spot.sign * rows.rate[touch.normal]
         if touch.tangent >= 0:
             found[len(closed) + k] = rows.block[touch.tangent]
             rates[len(closed) + k] = rows.rate[touch.tangent]
@@ -405,8 +405,8 @@ def _limits(
     def limits(now: Array) -> tuple[Array, Array, Array, Array]:
         x, y = np.moveaxis(np.array(at) + (now - forces) @ change.T, -1, 0)
         found = list[Array]()
-        for sense in (1.0, -1.0):
-            size, by_x, by_y = (np.asarray(part)[..., None] for part in law.size(x, y, sense))
+        for slip_sign in (1.0, -1.0):
+            size, by_x, by_y = (np.asarray(part)[..., None] for part in law.size(x, y, slip_sign))
             found += [unit * size[..., 0], unit * (by_x * change[0] + by_y * change[1])]
         return found[0], found[2], found[1], found[3]
 
@@ -414,7 +414,7 @@ def _limits(
 
 
 def _lasting(uni: Unilateral) -> list[tuple[int, float]]:
-    """Pairs that teeth press apart: their numbers and senses."""
+    """Pairs that teeth press apart: their numbers and directions."""
     L, par = uni.layout, uni.system.par
     kinds = range(len(L.friction_kind))
     return [(f, float(par[int(L.friction_par[f]) + 4, 0])) for f in kinds if uni.presses_apart(f)]
@@ -434,15 +434,17 @@ def model_of(
     m, count = len(closed), len(uni.touches)
     W, _ = touch_rows(uni, rows, list(closed))
     rough = [k for k in range(m) if touches[k].tangent >= 0 and touches[k].static > 0.0]
-    # of every tangent its row among those that can be on or off, its pair, its sense, its owner
+    # of every tangent its row among those that can be on or off, its pair, its slip sign, its owner
     pairs = [(one.tangent, one.pair, resting[k], count + k) for k, one in enumerate(uni.rough)]
-    pairs += [(int(uni.layout.friction_tangent[f]), f, sense, -1) for f, sense in _lasting(uni)]
+    pairs += [
+        (int(uni.layout.friction_tangent[f]), f, slip_sign, -1) for f, slip_sign in _lasting(uni)
+    ]
     unit = np.array([system.length if uni.angular[row] else 1.0 for row, *_ in pairs])
     tangent_rows = [row for row, *_ in pairs]
     every = np.vstack([W[:m], W[[m + k for k in rough]], unit[:, None] * rows.block[tangent_rows]])
     gamma = np.concatenate(
         [
-            [one.spot.sense * rows.gamma[one.normal] for one in touches],
+            [one.spot.sign * rows.gamma[one.normal] for one in touches],
             [rows.gamma[touches[k].tangent] for k in rough],
             unit * rows.gamma[tangent_rows],
         ]
@@ -463,15 +465,15 @@ def model_of(
     Y = responses_to(uni, work, every)
     tangents = []
     for k in rough:
-        one, sense = touches[k], sliding[closed[k]]
-        tangents.append(cone(len(every), k, one.friction if sense else one.static, sense))
+        one, slip_sign = touches[k], sliding[closed[k]]
+        tangents.append(cone(len(every), k, one.friction if slip_sign else one.static, slip_sign))
     if pairs:
         changes = joint_multipliers(system, work, every.T, Y)
-    for (row, f, sense, _), u in zip(pairs, unit, strict=True):
-        law = JointFriction(system, work, f, rows.rate[row] if sense else None)
+    for (row, f, slip_sign, _), u in zip(pairs, unit, strict=True):
+        law = JointFriction(system, work, f, rows.rate[row] if slip_sign else None)
         at, node = _multipliers_at(system, page, law.node), 2 * law.node
         limits = _limits(law, at, changes[node : node + 2], forces, 1.0 / u)
-        tangents.append(Tangent(limits, sense, linear=law.by_law))
+        tangents.append(Tangent(limits, slip_sign, linear=law.by_law))
     D = every @ Y
     heavy = float(np.diag(D).max(initial=0.0)) * force_size(motion)
     owners = [closed[k] for k in rough] + [owner for *_, owner in pairs]
@@ -544,20 +546,20 @@ class SharedFriction:
         own = page[3 * n + PER_PRIMITIVE * primitive + number] / system.row_units
         of_joints, columns, forces = -G.T, list[Array](), list[float]()
         for m, pair in enumerate(uni.rough):
-            if (mode := motion.pairs[m]) not in SENSES:
+            if (mode := motion.pairs[m]) not in SLIP_SIGNS:
                 continue
             law = JointFriction(system, work, pair.pair, rows.rate[pair.tangent])
             at = system.layout.primitive_node[primitive] == law.node
             x, y = self._pressing(motion, page, law.node)
-            _, *slopes = law.size(x, y, SENSES[mode])
+            _, *slopes = law.size(x, y, SLIP_SIGNS[mode])
             for r in np.flatnonzero(at):
-                change = -SENSES[mode] * slopes[int(number[r])] * system.row_units[r]
+                change = -SLIP_SIGNS[mode] * slopes[int(number[r])] * system.row_units[r]
                 of_joints[:, r] += change * rows.block[pair.tangent] * units
         for k in self.normals:
             touch, mode = uni.touches[k], motion.modes[k]
-            row = touch.spot.sense * rows.block[touch.normal]
-            if mode in SENSES and touch.tangent >= 0:
-                row = row - touch.friction * SENSES[mode] * rows.block[touch.tangent]
+            row = touch.spot.sign * rows.block[touch.normal]
+            if mode in SLIP_SIGNS and touch.tangent >= 0:
+                row = row - touch.friction * SLIP_SIGNS[mode] * rows.block[touch.tangent]
             columns.append(row * units / length)
             forces.append(float(uni.pressing(page, touch)) * length)
         tangents = [uni.touches[k].tangent for k in self.sticking]
@@ -609,8 +611,8 @@ class SharedFriction:
             active = [one[:2] for one, some in zip(limits, moves, strict=True) if some]
             if all(self._law(motion, work, m).by_law for m in self.joints):
                 break
-        sliding = {number: sense for number, sense in active if sense}
-        opened = {number for number, sense in active if not sense}
+        sliding = {number: slip_sign for number, slip_sign in active if slip_sign}
+        opened = {number for number, slip_sign in active if not slip_sign}
         return Reserve(best / motion.system.length, sliding, opened)
 
     def _limits(
@@ -629,17 +631,17 @@ class SharedFriction:
         for k in self.sticking:
             group = motion.groups.get(k, [k])
             by = np.sum([uni.touches[j].static * every[place[j]] for j in group], axis=0)
-            for sense in (1.0, -1.0) if k in self.members else ():
+            for slip_sign in (1.0, -1.0) if k in self.members else ():
                 # low + T of what would slide forwards, high − T of what would backwards
-                own = by + sense * every[n]
-                found.append((k, sense, own, float(own @ forces)))
+                own = by + slip_sign * every[n]
+                found.append((k, slip_sign, own, float(own @ forces)))
             n += 1
         for m in self.joints:
             number = len(uni.touches) + m
-            for sense in (1.0, -1.0) if number in self.members else ():
-                by, value = self._tangent(motion, page, work, m, sense, change)
-                own = by + sense * every[n]
-                found.append((number, sense, own, value + sense * float(forces[n])))
+            for slip_sign in (1.0, -1.0) if number in self.members else ():
+                by, value = self._tangent(motion, page, work, m, slip_sign, change)
+                own = by + slip_sign * every[n]
+                found.append((number, slip_sign, own, value + slip_sign * float(forces[n])))
             n += 1
         return found
 
@@ -647,7 +649,7 @@ class SharedFriction:
         return JointFriction(motion.system, work, motion.uni.rough[m].pair)
 
     def _tangent(
-        self, motion: ModalMotion, page: Array, work: Work, m: int, sense: float, change: Array
+        self, motion: ModalMotion, page: Array, work: Work, m: int, slip_sign: float, change: Array
     ) -> tuple[Array, float]:
         """The tangent of the limit of a rough joint where forces have changed so: by all forces,
         and its value without the change.
@@ -658,7 +660,7 @@ class SharedFriction:
         by_rows = np.zeros((2, len(change)))
         by_rows[number[at], at] = system.row_units[at]
         now = np.array(self._pressing(motion, page, law.node)) + by_rows @ change
-        value, by_x, by_y = law.size(float(now[0]), float(now[1]), sense)
+        value, by_x, by_y = law.size(float(now[0]), float(now[1]), slip_sign)
         unit = 1.0 if motion.uni.angular[motion.uni.rough[m].tangent] else system.length
         by = unit * (by_x * by_rows[0] + by_y * by_rows[1])
         return by, unit * value - float(by @ change)
@@ -801,10 +803,10 @@ def _instant(motion: ModalMotion) -> _DecisionState:
         still |= (np.abs(speeds) <= SLOWED * motion.speed) & (
             np.abs(left) <= np.maximum(slow, SLOWED * np.abs(speeds))
         )
-    senses = np.where(still, 0.0, np.sign(speeds))
-    for n, sense in closing.sliding.items():
-        senses[n] = sense
-    return _DecisionState(motion.y.copy(), closed, senses[:count], senses[count:])
+    slip_signs = np.where(still, 0.0, np.sign(speeds))
+    for n, slip_sign in closing.sliding.items():
+        slip_signs[n] = slip_sign
+    return _DecisionState(motion.y.copy(), closed, slip_signs[:count], slip_signs[count:])
 
 
 def _speeds(motion: ModalMotion, tangents: list[int], rates: Array) -> Array:
@@ -830,7 +832,7 @@ def _held_rates(motion: ModalMotion, rows: Rows, held: list[int]) -> Array:
 
 def _model(motion: ModalMotion, now: _DecisionState) -> FrictionModel:
     """The problem, from what the kernels find with all contacts open and no joint stuck."""
-    pairs = [_mode(sense) for sense in now.resting]
+    pairs = [_mode(slip_sign) for slip_sign in now.resting]
     motion.y[:] = now.y
     none = np.zeros(len(motion.uni.touches), dtype=bool)
     open_ones = ["open"] * len(motion.uni.touches)
@@ -839,8 +841,8 @@ def _model(motion: ModalMotion, now: _DecisionState) -> FrictionModel:
     return model_of(motion, now.closed, now.sliding, now.resting)
 
 
-def _mode(sense: float) -> str:
-    return "slip+" if sense > 0.0 else "slip-" if sense < 0.0 else "stick"
+def _mode(slip_sign: float) -> str:
+    return "slip+" if slip_sign > 0.0 else "slip-" if slip_sign < 0.0 else "stick"
 
 
 def _modes(
@@ -853,7 +855,7 @@ def _modes(
     modes = ["open"] * count
     for number, state in zip(model.closed, normal, strict=True):
         if state == "closed":
-            modes[number] = found.get(number, "slip+")  # smooth: its sense changes nothing
+            modes[number] = found.get(number, "slip+")  # smooth: its direction changes nothing
     return modes, [found[count + m] for m in range(len(motion.uni.rough))]
 
 
@@ -909,18 +911,18 @@ def _wrong(motion: ModalMotion, now: _DecisionState, model: FrictionModel) -> di
     force = ROUNDING * force_size(motion)
     followers = {k for group in motion.groups.values() for k in group[1:]}
 
-    def ahead(row: int, sense: float = 1.0) -> bool:
+    def ahead(row: int, slip_sign: float = 1.0) -> bool:
         """Whether the acceleration along a row is that way, or none."""
         parts = np.append(rows.block[row] * a, rows.gamma[row])
         along = float(parts[:-1].sum() - parts[-1])
         unit = motion.system.length if uni.angular[row] else 1.0
         size = max(float(np.abs(parts).max()), model.problem.greatest / unit)
-        return sense * along >= -ROUNDING * size
+        return slip_sign * along >= -ROUNDING * size
 
     for k in now.closed:
         touch, mode = uni.touches[k], motion.modes[k]
         if mode == "open":
-            if not ahead(touch.normal, touch.spot.sense):
+            if not ahead(touch.normal, touch.spot.sign):
                 found[k] = "stick" if touch.static > 0.0 and not now.sliding[k] else "slip+"
                 if now.sliding[k]:
                     found[k] = _mode(now.sliding[k])
@@ -937,7 +939,9 @@ def _wrong(motion: ModalMotion, now: _DecisionState, model: FrictionModel) -> di
             own = float(uni.multiplier(page, touch.tangent))
             if abs(own) > most + force:
                 found.update(dict.fromkeys(group, _mode(own)))
-        elif mode in SENSES and not now.sliding[k] and not ahead(touch.tangent, SENSES[mode]):
+        elif (
+            mode in SLIP_SIGNS and not now.sliding[k] and not ahead(touch.tangent, SLIP_SIGNS[mode])
+        ):
             found[k] = "stick"
     for m, pair in enumerate(uni.rough):
         mode = motion.pairs[m]
@@ -948,7 +952,7 @@ def _wrong(motion: ModalMotion, now: _DecisionState, model: FrictionModel) -> di
             x, y = uni.pressing_pair(page, pair)
             if abs(own) > law.size(x, y, float(np.sign(own)))[0] + force * unit:
                 found[count + m] = _mode(own)
-        elif not now.resting[m] and not ahead(pair.tangent, SENSES[mode]):
+        elif not now.resting[m] and not ahead(pair.tangent, SLIP_SIGNS[mode]):
             found[count + m] = "stick"
     motion.shared = shared_friction(motion)
     if motion.shared is not None and found:

@@ -16,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 
 from mbody.analysis.contact.complementarity import JointFriction
-from mbody.analysis.contact.unilateral import SENSES, Rows, Touch, Unilateral
+from mbody.analysis.contact.unilateral import SLIP_SIGNS, Rows, Touch, Unilateral
 from mbody.analysis.dynamics import contact_decision
 from mbody.analysis.dynamics.contact_decision import (
     STILL,
@@ -96,14 +96,14 @@ def guards_of(motion: ModalMotion) -> list[Guard]:
         if mode == "stick":
             if n not in followers and n not in shared:
                 found.append(Guard("slip", n))
-        elif mode in SENSES:
+        elif mode in SLIP_SIGNS:
             found.append(Guard("stop", n))
     for m, mode in enumerate(motion.pairs, start=len(touches)):
-        if mode in SENSES or m not in shared:
-            found.append(Guard("stop" if mode in SENSES else "slip", m))
+        if mode in SLIP_SIGNS or m not in shared:
+            found.append(Guard("stop" if mode in SLIP_SIGNS else "slip", m))
     if shared or pressing:
         found.append(Guard("share", min(shared | pressing)))
-    if motion.work.sense[: len(motion.layout.friction_kind), 0].any():
+    if motion.work.slip_sign[: len(motion.layout.friction_kind), 0].any():
         found.append(Guard("paradox"))
     return found
 
@@ -166,8 +166,8 @@ def _by_positions(motion: ModalMotion, t: Array, pages: Array, guards: list[Guar
         elif kind in ALONG:
             found[k] = along[:, number] if kind == "edge" else -along[:, number]
         else:
-            tangent, sense = _sliding_row(motion, number)
-            found[k] = sense * rows.rate[:, tangent]
+            tangent, slip_sign = _sliding_row(motion, number)
+            found[k] = slip_sign * rows.rate[:, tangent]
     return found
 
 
@@ -190,12 +190,12 @@ def _by_pages(motion: ModalMotion, pages: Array, guard: Guard) -> Array:
 
 
 def _sliding_row(motion: ModalMotion, number: int) -> tuple[int, float]:
-    """The tangent row of what slides, and its sense."""
+    """The tangent row of what slides, and its direction."""
     touches = motion.uni.touches
     if number < len(touches):
-        return touches[number].tangent, SENSES[motion.modes[number]]
+        return touches[number].tangent, SLIP_SIGNS[motion.modes[number]]
     m = number - len(touches)
-    return motion.uni.rough[m].tangent, SENSES[motion.pairs[m]]
+    return motion.uni.rough[m].tangent, SLIP_SIGNS[motion.pairs[m]]
 
 
 def _reserve(motion: ModalMotion, pages: Array, number: int) -> Array:
@@ -206,7 +206,8 @@ def _reserve(motion: ModalMotion, pages: Array, number: int) -> Array:
         force = uni.multiplier(pages, pair.tangent)
         law = JointFriction(motion.system, motion.probe, pair.pair)
         x, y = uni.pressing_pair(pages, pair)
-        # limits differ with the sense, as of band brakes: the nearer one, without a jump at zero
+        # limits differ with the direction, as of band brakes: the nearer one, without a jump at
+        # zero
         ahead, back = law.size(x, y, 1.0)[0] - force, law.size(x, y, -1.0)[0] + force
         return np.asarray(np.minimum(ahead, back))
     group = motion.groups.get(number, [number])
@@ -306,8 +307,8 @@ class ModalIntegration(JumpIntegration):
         order = ("open", "idle", "slip-", "slip+", "stick", "roll")
         for touch, mode in zip(self.uni.touches, modes, strict=True):
             named = "roll" if mode == "stick" and touch.spot.round else mode
-            if touch.static == 0.0 and mode in SENSES:
-                named = "slip+"  # smooth: its sense changes nothing
+            if touch.static == 0.0 and mode in SLIP_SIGNS:
+                named = "slip+"  # smooth: its direction changes nothing
             if touch.tangent < 0 and mode != "open":
                 named = "stick"
             held = found.get(touch.name, "open")
@@ -331,7 +332,7 @@ class ModalIntegration(JumpIntegration):
         """
         uni, work = self.uni, self.work
         rows = np.zeros(len(uni))
-        senses = np.zeros(len(self.layout.friction_kind))
+        slip_signs = np.zeros(len(self.layout.friction_kind))
         self.modes, self.pairs = list(modes), list(pairs)
         self.load()
         found = uni.read(work)
@@ -345,22 +346,22 @@ class ModalIntegration(JumpIntegration):
             rows[touch.normal] = 1.0
             if uni.one_way[n] and not self.on[touch.normal]:
                 work.anchor[touch.normal, 0] = found.value[touch.normal] / uni.unit_of(n)
-            if mode in SENSES and touch.pair >= 0:
-                senses[touch.pair] = SENSES[mode]
+            if mode in SLIP_SIGNS and touch.pair >= 0:
+                slip_signs[touch.pair] = SLIP_SIGNS[mode]
             if on[n, 1]:
                 rows[touch.tangent] = 1.0
                 if not self.on[touch.tangent]:
                     self._anchor(n, touch, found, off)
         for pair, mode, holds in zip(uni.rough, pairs, held, strict=True):
-            if mode in SENSES:
-                senses[pair.pair] = SENSES[mode]
-            if mode in SENSES or not holds:
+            if mode in SLIP_SIGNS:
+                slip_signs[pair.pair] = SLIP_SIGNS[mode]
+            if mode in SLIP_SIGNS or not holds:
                 continue
             rows[pair.tangent] = 1.0
             if not self.on[pair.tangent]:
                 work.anchor[pair.tangent, 0] = found.value[pair.tangent]
         self.on = rows
-        uni.set_rows(work, rows, senses)
+        uni.set_rows(work, rows, slip_signs)
         self.eliminate_rows_that_are_on()
 
     def eliminate_rows_that_are_on(self) -> None:
@@ -639,29 +640,29 @@ class ContactIntegration(ModalIntegration):
         elif guard.kind == "share" and self.shared is not None:
             self.load()
             reserve = self.shared.reserve(self, self.page[:, 0], self.work)
-            for one, sense in reserve.sliding.items():
-                closing.sliding |= self._together(one, sense)
+            for one, slip_sign in reserve.sliding.items():
+                closing.sliding |= self._together(one, slip_sign)
             closing.opened = reserve.opened
         elif guard.kind == "stop":
             closing.stopped = {n}
         return self._settle()
 
     def _impending(self, n: int) -> float:
-        """The sense in which what sticks would slide: that of its multiplier."""
+        """The direction in which what sticks would slide: that of its multiplier."""
         touches = len(self.uni.touches)
         row = self.uni.touches[n].tangent if n < touches else self.uni.rough[n - touches].tangent
         return float(np.sign(self.uni.multiplier(self.page[:, 0], row))) or 1.0
 
-    def _together(self, n: int, sense: float) -> dict[int, float]:
-        """The senses in which all slides that sticks by the row of touch or rough joint n."""
+    def _together(self, n: int, slip_sign: float) -> dict[int, float]:
+        """The directions in which all slides that sticks by the row of touch or rough joint n."""
         group = self.groups.get(n, [n])
         if len(group) == 1:
-            return {n: sense}
+            return {n: slip_sign}
         self.load()
         rows, units = self.uni.read(self.work), self.system.coordinate_units**2
         own = rows.block[self.uni.touches[n].tangent] * units
         along = {k: own @ rows.block[self.uni.touches[k].tangent] for k in group}
-        return {k: sense * float(np.sign(part)) for k, part in along.items()}
+        return {k: slip_sign * float(np.sign(part)) for k, part in along.items()}
 
     def _who(self, guard: Guard) -> str:
         touches = self.uni.touches
@@ -746,7 +747,7 @@ class ContactIntegration(ModalIntegration):
         touch = self.uni.touches[first]
         up = self.uni.approach(rows)[first]
         row = touch.normal
-        pull = touch.spot.sense * float(rows.block[row] @ self.K[0, n : 2 * n] - rows.gamma[row])
+        pull = touch.spot.sign * float(rows.block[row] @ self.K[0, n : 2 * n] - rows.gamma[row])
         flies = up > STILL * self.speed and pull < 0.0
         flight = -2.0 * up / pull if flies else 0.0
         short = SHORTEST * np.sqrt(self.system.length / max(abs(pull), 1e-300))
@@ -854,8 +855,12 @@ class ContactIntegration(ModalIntegration):
 
     def _paradox(self) -> str:
         sliding = [
-            t.name for t, mode in zip(self.uni.touches, self.modes, strict=True) if mode in SENSES
-        ] + [p.name for p, mode in zip(self.uni.rough, self.pairs, strict=True) if mode in SENSES]
+            t.name
+            for t, mode in zip(self.uni.touches, self.modes, strict=True)
+            if mode in SLIP_SIGNS
+        ] + [
+            p.name for p, mode in zip(self.uni.rough, self.pairs, strict=True) if mode in SLIP_SIGNS
+        ]
         names = ", ".join(f"'{name}'" for name in dict.fromkeys(sliding))
         self._record_contact("paradox", float(self.state[TIME]), sliding[0], self.page, self.page)
         return self._ended(
@@ -866,12 +871,12 @@ class ContactIntegration(ModalIntegration):
         """No contact acts, and no joint sticks: an impact moves what stuck, which then slips. What
         slides goes on to.
         """
-        senses = self.work.sense[: len(self.layout.friction_kind), 0].copy()
+        slip_signs = self.work.slip_sign[: len(self.layout.friction_kind), 0].copy()
         for touch in self.uni.touches:
             if touch.pair >= 0:
-                senses[touch.pair] = 0.0
+                slip_signs[touch.pair] = 0.0
         self.on = np.zeros(len(self.on))
-        self.uni.set_rows(self.work, self.on, senses)
+        self.uni.set_rows(self.work, self.on, slip_signs)
 
     # -- records -------------------------------------------------------------------------------
 
@@ -893,7 +898,7 @@ class ContactIntegration(ModalIntegration):
             new = now[name]
             if old == new or (old == "open" and name not in free):
                 continue
-            kind = "open" if new == "open" else "slip" if new in SENSES else "stick"
+            kind = "open" if new == "open" else "slip" if new in SLIP_SIGNS else "stick"
             self._record_contact(kind, t, name, page, self.page)
 
     def _solution(self, status: str) -> Solution:

@@ -163,10 +163,10 @@ def bracketed_root(
     while b - a > 2.0 * near:
         middle, half = 0.5 * (a + b), 0.5 * (b - a)
         straight = (b * fa - a * fb) / (fa - fb)
-        sense, off = math.copysign(1.0, middle - straight), blunt * (b - a) ** 2
-        x = straight + sense * off if off <= abs(middle - straight) else middle
+        sign, off = math.copysign(1.0, middle - straight), blunt * (b - a) ** 2
+        x = straight + sign * off if off <= abs(middle - straight) else middle
         if abs(x - middle) > slack - half:
-            x = middle - sense * (slack - half)
+            x = middle - sign * (slack - half)
         here = value(x)
         if here == 0.0:
             return x

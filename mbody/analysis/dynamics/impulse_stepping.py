@@ -691,7 +691,7 @@ class ImpulseIntegration(Integration):
             fx, fy, torque = stepped.force(contact.name)
             sign = -1.0 if spot.swapped else 1.0
             x, y = self._torque_point(contact, second, pages)
-            made[:, o, 0] = -spot.sense * stepped.pressing(contact.name)
+            made[:, o, 0] = -spot.sign * stepped.pressing(contact.name)
             made[:, o + 2, 0], made[:, o + 3, 0] = sign * fx, sign * fy
             made[:, o + 4, 0] = sign * (torque - x * fy + y * fx)
         return made

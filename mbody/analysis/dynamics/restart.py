@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from mbody.analysis.contact.unilateral import SENSES, Unilateral
+from mbody.analysis.contact.unilateral import SLIP_SIGNS, Unilateral
 from mbody.analysis.dynamics.contact_decision import SharedFriction
 from mbody.analysis.dynamics.events import Guard
 from mbody.analysis.dynamics.integrators import integrator
@@ -20,21 +20,21 @@ from mbody.solution.solution import ModalState, Restart
 from mbody.system.system import System
 
 #: Words for modes; and of guards that may begin at zero.
-WORDS = ("open", "idle", "stick", *SENSES)
+WORDS = ("open", "idle", "stick", *SLIP_SIGNS)
 GUARDS = ("close", "lock", "open", "edge", "enter", "slip", "share", "stop", "paradox")
 
 
 def set_switched(uni: Unilateral, work: Work, found: ModalState) -> np.ndarray:
-    """Set rows, anchors, phases and senses of a workspace; returns which rows are on."""
-    on, senses = np.array(found.on), np.zeros(len(uni.layout.friction_kind))
+    """Set rows, anchors, phases and slip signs of a workspace; returns which rows are on."""
+    on, slip_signs = np.array(found.on), np.zeros(len(uni.layout.friction_kind))
     pairs = [one.pair for one in uni.touches] + [one.pair for one in uni.rough]
     for pair, mode in zip(pairs, (*found.modes, *found.pairs), strict=True):
-        if mode in SENSES and pair >= 0:
-            senses[pair] = SENSES[mode]
+        if mode in SLIP_SIGNS and pair >= 0:
+            slip_signs[pair] = SLIP_SIGNS[mode]
     work.anchor[: len(on), 0] = found.anchor
     for row, phase in zip(uni.phase_rows, found.phases, strict=True):
         work.par[row, 0] = phase
-    uni.set_rows(work, on, senses)
+    uni.set_rows(work, on, slip_signs)
     return on
 
 

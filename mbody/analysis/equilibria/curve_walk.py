@@ -41,7 +41,7 @@ class Node:
     place : Place
         Angles go on over whole turns.
     along : array (coordinates,)
-        Unit tangent in the sense of the walk.
+        Unit tangent in the direction of the walk.
     drive, slope : float
         g and dg/ds.
     side : float
@@ -102,7 +102,9 @@ class MotionCurve:
         return Node(place, along, float(place.force @ along), slope, side)
 
     def walk(self, sign: float, reach: float = np.inf) -> Walk:
-        """From the start on in the sense of the tangent, or against it, no further than `reach`."""
+        """From the start on in the direction of the tangent, or against it, no further than
+        `reach`.
+        """
         first = self.start
         here = Node(first.place, sign * first.along, sign * first.drive, first.slope, 0.0)
         here = self.node(here.place, here.along)
@@ -301,7 +303,7 @@ class MotionCurve:
 
 def forward(motion: Array) -> Array:
     """A direction with its greatest part positive; of equal ones the last, an angle where there is
-    one. A null space has no sense of its own, and one processor gives the other.
+    one. A null space has no sign of its own, and one processor gives the other.
     """
     sizes = np.abs(motion)
     equal = np.flatnonzero(sizes > 0.999 * sizes.max())

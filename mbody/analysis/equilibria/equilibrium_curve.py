@@ -626,8 +626,8 @@ def equilibrium_curve(
     parameter : str
         A changeable number or a parameter, such as ``"field.speed"`` or ``"spring.stiffness"``.
     span : pair of float
-        Where it may go, in the sense in which it goes first; it ends where it leaves the span on
-        either side.
+        Where it may go, in the direction in which it goes first; it ends where it leaves the span
+        on either side.
     at : float, optional
         Where in the span it begins, by default at its first number.
     free : str or sequence of str, optional

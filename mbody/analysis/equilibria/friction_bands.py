@@ -3,11 +3,11 @@
 A mechanism rests where friction can take what drives it. Along the curve of its positions, with the
 unit tangent t and the loads f, it is about to move on where
 
-    g₊ = t·f − Σ_k x_k |g_k t| = 0,   x = φ(λ₀ + B x) for the senses of g_k t,
+    g₊ = t·f − Σ_k x_k |g_k t| = 0,   x = φ(λ₀ + B x) for the directions of g_k t,
 
 all rough joints giving the friction that they can give at rest, and about to move back where g₋ =
-t·f + Σ_k x_k |g_k t| = 0 with the opposite senses: it rests where g₊ ≤ 0 ≤ g₋. That is the test of
-the bands of holding efforts in statics: where no effort is needed it does not matter what would
+t·f + Σ_k x_k |g_k t| = 0 with the opposite directions: it rests where g₊ ≤ 0 ≤ g₋. That is the test
+of the bands of holding efforts in statics: where no effort is needed it does not matter what would
 give it. Where friction grows without bound, as what jams does, it holds.
 """
 
@@ -29,7 +29,7 @@ from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.remarks import rubbing
 from mbody.solution.contact_forces import may_hold, rough_pairs
-from mbody.solution.friction_results import ContactLimits, RestingContacts, senses_with_still
+from mbody.solution.friction_results import ContactLimits, RestingContacts, slip_signs_with_resting
 
 # -- Friction reserves of closed contacts at rest, by linear programs --------------------------
 
@@ -136,7 +136,7 @@ class FrictionReserve:
         self.manifold, self.regularization = manifold, regularization
         system = manifold.system
         self.work, self.pairs = system.work(), rough_pairs(system)
-        self.layout = system.runtime().replaced(senses=IMPENDING)
+        self.layout = system.runtime().replaced(slip_signs=IMPENDING)
         holds = [may_hold(system, one) and not one.separable for one in self.pairs]
         self.holds = np.array(holds, dtype=bool)
 
@@ -168,8 +168,10 @@ class FrictionReserve:
         least, drive = np.inf, float(place.force @ along)
         for sign in (1.0, -1.0):
             most = -np.inf
-            for senses in senses_with_still(sign * np.sign(rates), self.holds & (rates == 0.0)):
-                forces_by_senses(self.layout, self.work, rest, senses[None], table, reached)
+            for slip_signs in slip_signs_with_resting(
+                sign * np.sign(rates), self.holds & (rates == 0.0)
+            ):
+                forces_by_senses(self.layout, self.work, rest, slip_signs[None], table, reached)
                 taken = sum(
                     abs(table[0, PER_PRIMITIVE * pair.primitive, 0] * rate)
                     for pair, rate in zip(self.pairs, rates, strict=True)
@@ -266,7 +268,7 @@ class _Located:
         """Nodes in order, the reserve there, and whether the curve is smooth up to the next."""
         nodes, smooth = list(walks[0].nodes), list(walks[0].smooth)
         for walk in walks[1:]:
-            # the way back, in the sense of the way on
+            # the way back, in the direction of the way on
             back = [self._turned(node) for node in reversed(walk.nodes[1:])]
             nodes, smooth = [*back, *nodes], [*reversed(walk.smooth), *smooth]
         for n, (one, other) in enumerate(itertools.pairwise(nodes)):
@@ -293,14 +295,14 @@ class _Located:
                 yield sample
                 continue
             before, after = samples[n - 1][1], samples[n + 1][1]
-            sense = 1.0 if value >= 0.0 else -1.0
-            near = sense * value <= min(sense * before, sense * after)
-            rise = max(sense * before, sense * after) - sense * value
-            if not near or min(sense * before, sense * after) < 0.0 or sense * value > DEEP * rise:
+            sign = 1.0 if value >= 0.0 else -1.0
+            near = sign * value <= min(sign * before, sign * after)
+            rise = max(sign * before, sign * after) - sign * value
+            if not near or min(sign * before, sign * after) < 0.0 or sign * value > DEEP * rise:
                 yield sample
                 continue
-            beside = self._nearest(samples[n - 1][0], samples[n + 1][0], sense)
-            if beside is None or sense * beside[1] >= 0.0:
+            beside = self._nearest(samples[n - 1][0], samples[n + 1][0], sign)
+            if beside is None or sign * beside[1] >= 0.0:
                 yield sample
                 continue
             chord = beside[0].place.q - node.place.q
@@ -308,9 +310,9 @@ class _Located:
             found = (beside[0], beside[1], True)
             yield from (sample, found) if ahead else (found, sample)
 
-    def _nearest(self, one: Node, other: Node, sense: float) -> tuple[Node, float] | None:
-        """Where sense times the reserve is least between two nodes, by golden sections; the first
-        place at which it is negative.
+    def _nearest(self, one: Node, other: Node, sign: float) -> tuple[Node, float] | None:
+        """Where the sign times the reserve is least between two nodes, by golden sections; the
+        first place at which it is negative.
         """
         ratio = 0.5 * (np.sqrt(5.0) - 1.0)
         low, high, best = 0.0, 1.0, None
@@ -323,11 +325,11 @@ class _Located:
                     if node is None:
                         return best
                     inner[part] = node, self.value(node)
-                if best is None or sense * inner[part][1] < sense * best[1]:
+                if best is None or sign * inner[part][1] < sign * best[1]:
                     best = inner[part]
-            if best is not None and sense * best[1] < 0.0:
+            if best is not None and sign * best[1] < 0.0:
                 return best
-            if sense * inner[parts[0]][1] <= sense * inner[parts[1]][1]:
+            if sign * inner[parts[0]][1] <= sign * inner[parts[1]][1]:
                 high = parts[1]
             else:
                 low = parts[0]

@@ -201,7 +201,7 @@ class RestSearch:
         pose = np.append(here.q, np.zeros(3))
         system = self.manifold.system
         rates = rates_of(system, free_motions(system, pose, here.motions)).reshape(2, -1)
-        # leaders have a sense of their own, a null space has not
+        # leaders have a sign of their own, a null space has not
         frame = np.linalg.qr((rates / self.manifold.scale).T)[0].T
         cover = Cover(self.manifold, here, frame)
         roots = surface_roots(cover, self._polished)

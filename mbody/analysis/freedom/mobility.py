@@ -75,7 +75,7 @@ KINDS = {"contacts": Contact, "ropes": Rope, "stops": Stop, "freewheels": Freewh
 
 
 def one_sided(mechanism: Mechanism) -> dict[str, tuple[str, ...]]:
-    """The names of all that holds in one sense only, by kind: "contacts", "ropes", "stops",
+    """The names of all that holds in one direction only, by kind: "contacts", "ropes", "stops",
     "freewheels", "limits" of joints by their ends, and "joints" that can separate or have play.
     Kinds of which there is none are left out.
 
@@ -178,8 +178,9 @@ class Mobility:
         Free motions without the drivers and with the drivers fixed; of a large mechanism each is
         computed when it is read.
     one_sided : dict
-        Names by kind of what holds in one sense only: "contacts", "ropes", "stops", "freewheels",
-        "limits" of joints, counted as open; "joints" that can separate, counted as closed.
+        Names by kind of what holds in one direction only: "contacts", "ropes", "stops",
+        "freewheels", "limits" of joints, counted as open; "joints" that can separate, counted as
+        closed.
     notes : tuple of str
         Singular positions, loose parts and what was not computed, as sentences.
 

@@ -52,7 +52,7 @@ WORDS = {
 
 class HeldModes:
     """The modes of an instant, as `simulate` decides them, and what they do to motions beside it:
-    what is closed and what sticks is a constraint, what slides goes on in its sense.
+    what is closed and what sticks is a constraint, what slides goes on in its direction.
 
     Attributes
     ----------
@@ -99,7 +99,7 @@ class HeldModes:
         own = self._work
         work.on[:], work.pad[:], work.anchor[:] = own.on, own.pad, own.anchor
         work.regularization_weight[:] = own.regularization_weight
-        work.sense[:], work.par[:] = own.sense, own.par
+        work.slip_sign[:], work.par[:] = own.slip_sign, own.par
 
     def rows(self, work: Work) -> tuple[Array, Array, Array]:
         """Φ, Φ_q without units and ν of the rows that are on, at the position in a workspace into

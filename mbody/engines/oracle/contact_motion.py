@@ -241,7 +241,7 @@ RTOL = 1e-12
 SHORTEST_FLIGHT = 5e-7
 
 OPEN, STICK, FORWARD, BACKWARD = "open", "stick", "slip+", "slip-"
-SENSE = {FORWARD: 1.0, BACKWARD: -1.0}
+SLIP_SIGN = {FORWARD: 1.0, BACKWARD: -1.0}
 
 
 @dataclass(frozen=True)
@@ -310,7 +310,7 @@ class DenseContactMotion:
             if mode == OPEN:
                 continue
             constrained.append(W[n : n + 1])
-            slides = SENSE.get(mode, 0.0) * mu[k]
+            slides = SLIP_SIGN.get(mode, 0.0) * mu[k]
             forces.append(W[n : n + 1] - slides * W[m + n : m + n + 1])
         for n, (k, mode) in enumerate(zip(closed, modes, strict=True)):
             if mode == STICK and mu[k] > 0.0:
@@ -327,7 +327,7 @@ class DenseContactMotion:
         for k, mode in zip(closed, modes, strict=True):
             if mode != OPEN:
                 normal[k], n = lam[n], n + 1
-                along[k] = -SENSE.get(mode, 0.0) * mu[k] * normal[k]
+                along[k] = -SLIP_SIGN.get(mode, 0.0) * mu[k] * normal[k]
         for k, mode in zip(closed, modes, strict=True):
             if mode == STICK and mu[k] > 0.0:
                 along[k], n = lam[n], n + 1
@@ -417,7 +417,7 @@ class DenseContactMotion:
         if mode == STICK:
             return bool(abs(along[k]) <= mu[k] * normal[k] + press)
         m = len(self.touching)
-        return not still or bool(SENSE[mode] * change[m + k] >= -size)
+        return not still or bool(SLIP_SIGN[mode] * change[m + k] >= -size)
 
     def _freely(self, t: float, q: Array, v: Array) -> float:
         """The greatest acceleration by loads alone, of what has mass."""
@@ -468,7 +468,7 @@ class DenseContactMotion:
                 fixed = np.zeros(len(v))
                 for k, mode in zip(closed, modes, strict=True):
                     n, s = W[k : k + 1], W[m + k : m + k + 1]
-                    row = n - SENSE.get(mode, SENSE.get(rests.get(k, ""), 0.0)) * mu[k] * s
+                    row = n - SLIP_SIGN.get(mode, SLIP_SIGN.get(rests.get(k, ""), 0.0)) * mu[k] * s
                     fixed += least[k] * row[0]
                     if mode != OPEN:
                         constrained.append(n)
@@ -534,7 +534,7 @@ class DenseContactMotion:
             how = rests.get(k, mode)
             if how == STICK and abs(along[k]) > mu[k] * normal[k] + NO_FORCE * push:
                 return False
-            if how in SENSE and mu[k] > 0.0 and SENSE[how] * rates[m + k] < -STILL * fast:
+            if how in SLIP_SIGN and mu[k] > 0.0 and SLIP_SIGN[how] * rates[m + k] < -STILL * fast:
                 return False
         return True
 
@@ -671,8 +671,8 @@ class DenseContactMotion:
             _, normal, along = forces(t, y)
             return float(mu[k] * normal[k] - sign * along[k])
 
-        def sliding(t: float, y: Array, k: int, sense: float) -> float:
-            return float(sense * self.touching.rates(y[:n], y[n:])[m + k])
+        def sliding(t: float, y: Array, k: int, slip_sign: float) -> float:
+            return float(slip_sign * self.touching.rates(y[:n], y[n:])[m + k])
 
         for k in range(m):
             if k not in closed:
@@ -683,8 +683,8 @@ class DenseContactMotion:
                 # friction at its limit forwards: it begins to slide backwards
                 add(ModeGuard(reserve, k, 1.0), k, BACKWARD)
                 add(ModeGuard(reserve, k, -1.0), k, FORWARD)
-            elif mode in SENSE:
-                add(ModeGuard(sliding, k, SENSE[mode]), k)
+            elif mode in SLIP_SIGN:
+                add(ModeGuard(sliding, k, SLIP_SIGN[mode]), k)
         y = np.concatenate([q, v])
         for guard in guards:
             if guard.function in (pressing, reserve):

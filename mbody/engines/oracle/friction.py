@@ -32,19 +32,19 @@ from mbody.model.joints import (
 # -- The oracle's belts: tensions of both ends of a band or of both strands, where these leave -
 
 
-def band_torque(joint: BandBrake, force: float, sense: float) -> float:
+def band_torque(joint: BandBrake, force: float, slip_sign: float) -> float:
     """Torque on a drum that slips, by the balance of the lever and the ratio of tensions."""
-    ratio = math.exp(joint.friction * joint.wrap * sense)
+    ratio = math.exp(joint.friction * joint.wrap * slip_sign)
     lever = [[1.0, -ratio], [-joint.helping_arm, joint.arm]]
     first, second = np.linalg.solve(lever, [0.0, force * joint.lever])
     return abs(float(first - second)) * joint.radius
 
 
 def pull_of_strands(
-    joint: Belt, centres: list[tuple[Any, Any]], mean: float, sense: float
+    joint: Belt, centres: list[tuple[Any, Any]], mean: float, slip_sign: float
 ) -> tuple[float, float, float]:
-    """(Fx, Fy, T) of both strands on pulley j about its centre; `sense`: that of slipping, times
-    the part of the greatest force on the rim.
+    """(Fx, Fy, T) of both strands on pulley j about its centre; `slip_sign`: that of slipping,
+    times the part of the greatest force on the rim.
     """
     (xi, yi), (xj, yj) = centres
     apart = math.hypot(xj - xi, yj - yi)
@@ -53,7 +53,7 @@ def pull_of_strands(
     lean = math.asin((joint.radius_i - side * joint.radius_j) / apart)
     wrap = math.pi + (2.0 * lean if joint.crossed else -2.0 * abs(lean))
     ratio = math.exp(joint.friction * wrap)
-    half = sense * mean * (ratio - 1.0) / (ratio + 1.0)
+    half = slip_sign * mean * (ratio - 1.0) / (ratio + 1.0)
     total = np.zeros(3)
     for n in (1.0, -1.0):
         # the normal of pulley i where the strand leaves it, and that of pulley j up to its sign
@@ -135,7 +135,7 @@ class DenseFriction:
         a: Any,
         t: float,
         *,
-        senses: Mapping[str, float] | None = None,
+        slip_signs: Mapping[str, float] | None = None,
         part: float = 1.0,
         impending: bool = False,
     ) -> None:
@@ -149,11 +149,11 @@ class DenseFriction:
         self.joints = [joint for joint in reference.mechanism.joints if rubs(joint)]
         self.rates = {joint.name: self._rate(joint) for joint in self.joints}
         swift = float(np.abs(self.v).max(initial=0.0))
-        self.senses = {
+        self.slip_signs = {
             name: 0.0 if abs(rate) <= RESTS * swift else math.copysign(1.0, rate)
             for name, rate in self.rates.items()
         }
-        self.senses |= {name: float(one) for name, one in (senses or {}).items()}
+        self.slip_signs |= {name: float(one) for name, one in (slip_signs or {}).items()}
         self.count = {joint.name: self._unknowns(joint) for joint in self.joints}
 
     # -- kinds of joints -----------------------------------------------------------------------
@@ -276,36 +276,36 @@ class DenseFriction:
 
     def _contact(self, joint: Any, lam: Any, own: Any) -> tuple[tuple[Any, Any, Any], list[Any]]:
         """The wrench of friction on body j, and the equations of the joint's own unknowns."""
-        sense, rate = self.senses[joint.name], self.rates[joint.name]
+        slip_sign, rate = self.slip_signs[joint.name], self.rates[joint.name]
         viscous = -(getattr(joint, "viscous", None) or 0.0) * rate
         if isinstance(joint, Clutch):
-            return (0.0, 0.0, -sense * self._given(joint, joint.torque)), []
+            return (0.0, 0.0, -slip_sign * self._given(joint, joint.torque)), []
         if isinstance(joint, FrictionForce):
             ux, uy = self._along(joint)
-            force = -sense * self._given(joint, joint.force)
+            force = -slip_sign * self._given(joint, joint.force)
             return (force * ux, force * uy, 0.0), []
         if isinstance(joint, BandBrake):
-            torque = band_torque(joint, self._given(joint, joint.force), sense)
-            return (0.0, 0.0, -sense * torque), []
+            torque = band_torque(joint, self._given(joint, joint.force), slip_sign)
+            return (0.0, 0.0, -slip_sign * torque), []
         if isinstance(joint, Belt):
             value = self.reference.value(joint.tension, self.t)
             holds = self._given(joint, joint.tension) / max(value, 1e-300)
             ends = [self.reference.place(self.q, marker) for marker in (joint.i, joint.j)]
-            return pull_of_strands(joint, ends, max(0.0, value), sense * holds), []
+            return pull_of_strands(joint, ends, max(0.0, value), slip_sign * holds), []
         if isinstance(joint, Gear | RackPinion):
-            return self._teeth(joint, lam, own, sense)
+            return self._teeth(joint, lam, own, slip_sign)
         if isinstance(joint, Rolling):
             nx, ny, _ = self._pushed(joint, lam, 0)
             px, py = self._normal(joint)
             press = nx * px + ny * py
-            return (0.0, 0.0, -sense * self.part * (joint.resistance or 0.0) * size(press)), []
+            return (0.0, 0.0, -slip_sign * self.part * (joint.resistance or 0.0) * size(press)), []
         mu = self._mu(joint)
         fx, fy, torque = self._pushed(joint, lam)
         if isinstance(joint, Revolute):
             nx, ny = own
             pressed = np.sqrt(nx * nx + ny * ny)
-            said = [nx + sense * mu * ny - fx, ny - sense * mu * nx - fy]
-            return (0.0, 0.0, viscous - sense * mu * (joint.pin_radius or 0.0) * pressed), said
+            said = [nx + slip_sign * mu * ny - fx, ny - slip_sign * mu * nx - fy]
+            return (0.0, 0.0, viscous - slip_sign * mu * (joint.pin_radius or 0.0) * pressed), said
         ux, uy = self._along(joint)
         press = uy * -fx + ux * fy
         said = []
@@ -314,22 +314,22 @@ class DenseFriction:
             # on the lower rail a contact pushes up, on the upper one down: friction at half the
             # height turns the slider as far as it pushes
             half, sides = 0.5 * joint.length, 0.5 * (joint.height or 0.0)
-            turn = sum(sides * mu * -sense * force for force in own)
+            turn = sum(sides * mu * -slip_sign * force for force in own)
             said = [one + two - press, half * (one - two) + turn - torque]
-            friction = -sense * mu * (size(one) + size(two))
+            friction = -slip_sign * mu * (size(one) + size(two))
         elif isinstance(joint, CamFollower):
             (friction,) = own
-            said = [friction + sense * mu * size(press)]
+            said = [friction + slip_sign * mu * size(press)]
             if joint.pin_radius is not None:
                 arm = joint.pin_radius * mu / math.sqrt(1.0 + mu * mu)
                 whole = np.sqrt(press * press + friction * friction)
-                said = [friction * joint.roller + sense * arm * whole]
+                said = [friction * joint.roller + slip_sign * arm * whole]
         else:
-            friction = -sense * mu * size(press)
+            friction = -slip_sign * mu * size(press)
         return ((friction + viscous) * ux, (friction + viscous) * uy, 0.0), said
 
     def _teeth(
-        self, joint: Any, lam: Any, own: Any, sense: float
+        self, joint: Any, lam: Any, own: Any, slip_sign: float
     ) -> tuple[tuple[Any, Any, Any], list[Any]]:
         """Torque of loss, and the force that presses the wheels apart."""
         # the direction of the line of centres, from i to j, and the tooth force square to it
@@ -345,14 +345,14 @@ class DenseFriction:
         if joint.efficiency is not None:
             (whole,) = own
             torque = self.part * whole
-            if sense:
+            if slip_sign:
                 said = [self._power(joint, force, whole, (px, py), (nx, ny))]
             else:
                 said = [whole]
         elif joint.friction is not None:
             arm = self._mean_arm(joint)
             mu = joint.friction * self.part
-            torque = -sense * mu * size(force) / math.cos(joint.pressure_angle) * arm
+            torque = -slip_sign * mu * size(force) / math.cos(joint.pressure_angle) * arm
         apart: Any = 0.0
         if joint.pressure_angle is not None:
             apart = math.tan(joint.pressure_angle) * size(force)

@@ -355,17 +355,18 @@ class Constraints(Geometry):
         if isinstance(e, Rolling) and e.on_radius is None:
             return [across - e.radius, along + e.radius * turn - e.offset]
         if isinstance(e, CamFollower):
-            # the profile in polar coordinates of the cam's axes, opposite to its sense of rotation
-            sense = 1.0 if e.clockwise else -1.0
+            # the profile in polar coordinates of the cam's axes, opposite to its direction of
+            # rotation
+            sign = 1.0 if e.clockwise else -1.0
             beyond = e.base_radius + e.roller if e.base_radius is not None else 0.0
             if not e.flat:
                 polar = _direction(along, across)
                 apart = np.sqrt(along * along + across * across)
-                return [apart - beyond - law_around(e.profile, sense * polar)]
+                return [apart - beyond - law_around(e.profile, sign * polar)]
             # the distance of the face's line from the centre is the support function of the cam
             face = direction + turn
             support = np.cos(face) * (yj - yi) - np.sin(face) * (xj - xi)
-            return [support - beyond - law_around(e.profile, sense * (turn + 0.5 * math.pi))]
+            return [support - beyond - law_around(e.profile, sign * (turn + 0.5 * math.pi))]
         if isinstance(e, Gear | Rolling):
             ri, rj = self.signed_radii(e)
             # rolling: equal arcs on both wheels
@@ -428,15 +429,15 @@ class Constraints(Geometry):
         with complex numbers for vectors.
         """
         axes = self._angle(q_all, e.i.body) + e.i.angle
-        sense = 1.0 if e.clockwise else -1.0
+        sign = 1.0 if e.clockwise else -1.0
         beyond = e.base_radius + e.roller if e.base_radius is not None else 0.0
         d = complex(*np.subtract(follower, centre)) * np.exp(-1j * axes)
         if e.flat:
             polar = self._angle(q_all, e.j.body) + e.j.angle + 0.5 * math.pi - axes
         else:
             polar = float(np.angle(d))
-        f, f1, _ = law_by_formula(e.profile).derivatives((sense * polar) % (2.0 * math.pi))
-        h, h1 = f + beyond, sense * f1
+        f, f1, _ = law_by_formula(e.profile).derivatives((sign * polar) % (2.0 * math.pi))
+        h, h1 = f + beyond, sign * f1
         if e.flat:  # the contour of a support function: (h + i h′) e^(iφ)
             touched = (h + 1j * h1) * np.exp(1j * polar)
         else:  # the tangent of the pitch curve R e^(iφ) is (R′ + i R) e^(iφ); inwards is i times it

@@ -455,9 +455,9 @@ def _minimum_norm(C: Array, wanted: Array) -> tuple[Array, Array]:
 
 def _add_force(whole: dict[str, Array], now: Instant, row: ConstraintRow, size: float) -> None:
     """Add a multiplier's force on j, and its opposite on i."""
-    for body, sense in ((row.j, size), (row.i, -size)):
+    for body, sign in ((row.j, size), (row.i, -size)):
         if body != "ground":
-            force, torque = sense * row.force, sense * row.torque
+            force, torque = sign * row.force, sign * row.torque
             whole[body] = whole[body] + now.bodies[body].wrench(force, torque, row.place)
 
 

@@ -151,33 +151,33 @@ class SpringImpulse:
     """A spring or damper of the space, and the sign of its impulse by the motion."""
 
     part: ImpulseConstraint
-    sense: Callable[[Array, Array], float]
+    sign: Callable[[Array, Array], float]
 
     def impulse(self, pose: Array, vel: Array) -> Array:
         """Impulse of the last step on all bodies (bodies, 3)."""
-        size = math.copysign(self.part.native.impulse, self.sense(pose, vel))
+        size = math.copysign(self.part.native.impulse, self.sign(pose, vel))
         return np.asarray(size * self.part.columns(pose)[0])
 
 
 def stretched(part: ImpulseConstraint, rest: float, stiffness: float) -> SpringImpulse:
     """A spring of length or angle: its impulse on j is opposite to the extension."""
 
-    def sense(pose: Array, vel: Array) -> float:
+    def sign(pose: Array, vel: Array) -> float:
         if part.kind == "turn":
             return -stiffness * float(pose[part.j, 2] - pose[part.i, 2] - rest)
         separation = place(pose, part.j, part.arm_j) - place(pose, part.i, part.arm_i)
         return -stiffness * float(np.hypot(*separation) - rest)
 
-    return SpringImpulse(part, sense)
+    return SpringImpulse(part, sign)
 
 
 def damped(part: ImpulseConstraint) -> SpringImpulse:
     """A damper of length or angle: its impulse on j is opposite to the rate."""
 
-    def sense(pose: Array, vel: Array) -> float:
+    def sign(pose: Array, vel: Array) -> float:
         return -float((part.columns(pose)[0] * vel).sum())
 
-    return SpringImpulse(part, sense)
+    return SpringImpulse(part, sign)
 
 
 #: Half the length of a slot, and of a line for rolling, in model lengths.

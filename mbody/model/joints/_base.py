@@ -103,7 +103,9 @@ class Joint(Constraint):
 
     @property
     def can_separate(self) -> bool:
-        """Whether it holds in one sense only, or has play: `simulate` has contacts in its place."""
+        """Whether it holds in one direction only, or has play: `simulate` has contacts in its
+        place.
+        """
         return False
 
     @property
@@ -343,7 +345,7 @@ class GivenFriction(Joint):
 
     def per_value(self, at: Numbers) -> tuple[Any, Any]:
         """The friction for a law of the value 1, and by which part of it there is more where it
-        slips in the positive sense, and less in the other.
+        slips in the positive direction, and less in the other.
         """
         return 1.0, 0.0
 
@@ -361,19 +363,19 @@ class GivenFriction(Joint):
 
 @dataclass(frozen=True)
 class Flank:
-    """Where a joint holds in one sense.
+    """Where a joint holds in one direction.
 
     Attributes
     ----------
     normal : ConstraintPrimitive
-        `sense` times its row is the gap.
-    sense : float
+        `sign` times its row is the gap.
+    sign : float
     tangent : ConstraintPrimitive or None
         Its rate is that of sliding, where there is friction.
     """
 
     normal: ConstraintPrimitive
-    sense: float
+    sign: float
     tangent: ConstraintPrimitive | None = None
 
 
@@ -381,7 +383,7 @@ class Flank:
 class StrikingJoint(Joint):
     """Base of joints with impacts.
 
-    A joint that can separate holds its bodies in one sense only, or between two flanks: in
+    A joint that can separate holds its bodies in one direction only, or between two flanks: in
     `simulate` contacts stand in its place, under its name. All other analyses keep it as an
     ordinary joint, and a note says where it would have to pull. A motion begins with the joint
     closed, unless what is given of its bodies at the beginning says otherwise.
@@ -434,7 +436,7 @@ class StrikingJoint(Joint):
                 )
 
     def flanks(self, at: Numbers) -> list[Flank]:
-        """Where it holds, each in one sense, of a joint that can separate."""
+        """Where it holds, each in one direction, of a joint that can separate."""
         raise NotImplementedError
 
 

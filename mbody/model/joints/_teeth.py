@@ -93,8 +93,8 @@ class ToothedJoint(StrikingJoint):
         """Both flanks, by half the play to either side."""
         half = 0.5 * at[f"{self.name}.backlash"]
         return [
-            Flank(replace(self.shifted(at, -sense * half), switched=True), sense)
-            for sense in (1.0, -1.0)
+            Flank(replace(self.shifted(at, -sign * half), switched=True), sign)
+            for sign in (1.0, -1.0)
         ]
 
     def shifted(self, at: Numbers, by: Value) -> ConstraintPrimitive:
@@ -159,7 +159,7 @@ class ToothedJoint(StrikingJoint):
         raise NotImplementedError
 
     #: Sign of the tooth force for a multiplier, along the normal of the line of centres.
-    _sense_of_force = 1.0
+    _sign_of_force = 1.0
 
     def frictions(self, at: Numbers) -> list[FrictionPrimitive]:
         """What the teeth lose against the relative rate, and how they press the wheels apart."""
@@ -173,14 +173,14 @@ class ToothedJoint(StrikingJoint):
                 FrictionPrimitive("couple", turning, 0, [mean, mean, 0.0, 0.0, 0.0, uneven])
             )
         if self.pressure_angle is not None:
-            row, sense = self.radial(at)
+            row, sign = self.radial(at)
             slope = np.tan(at[f"{name}.pressure_angle"])
-            found.append(FrictionPrimitive("apart", row, 0, [slope, slope, 0.0, 0.0, sense, 0.0]))
+            found.append(FrictionPrimitive("apart", row, 0, [slope, slope, 0.0, 0.0, sign, 0.0]))
         return found
 
     def _loss(self, at: Numbers) -> tuple[Value, Value]:
-        """Torque of loss by the tooth force [length], and by how much it is more where the sense of
-        rotation and the multiplier have one sign than where they have not, halved.
+        """Torque of loss by the tooth force [length], and by how much it is more where the
+        direction of rotation and the multiplier have one sign than where they have not, halved.
         """
         bi, bj = self.bends(at)
         if self.efficiency is None:
@@ -193,7 +193,7 @@ class ToothedJoint(StrikingJoint):
         # as i or j drives
         of_i = (1.0 - efficiency) / (sign * (bj + efficiency * bi))
         of_j = (1.0 - efficiency) / (sign * (bi + efficiency * bj))
-        return 0.5 * (of_i + of_j), 0.5 * self._sense_of_force * sign * (of_i - of_j)
+        return 0.5 * (of_i + of_j), 0.5 * self._sign_of_force * sign * (of_i - of_j)
 
     def _mean_path(self, at: Numbers, bi: Value, bj: Value, angle: Value) -> Value:
         """Mean distance of the contact from the pitch point along the line of action [length]."""

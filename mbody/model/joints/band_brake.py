@@ -113,7 +113,7 @@ class BandBrake(GivenFriction):
         arm, helping = at[f"{name}.arm"], at[f"{name}.helping_arm"]
         pull = at[f"{name}.lever"] * at[f"{name}.radius"] * (ratio - 1.0)
         one, other = pull / (arm - helping * ratio), pull / (arm * ratio - helping)
-        # in the sense of rotation that helps, and in the other
+        # in the direction of rotation that helps, and in the other
         return 0.5 * (one + other), (arm + helping) / (arm - helping) * (ratio - 1.0) / (
             ratio + 1.0
         )

@@ -133,19 +133,19 @@ class CamFollower(RubbingJoint, StrikingJoint):
             )
 
     def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
-        """One row; parameters are both arms, directions, the sense of ψ, and what R adds to f."""
+        """One row; parameters are both arms, directions, the sign of ψ, and what R adds to f."""
         ix, iy, jx, jy = *at.arm(self, "i"), *at.arm(self, "j")
         beta_i, beta_n = at.angle(self, "i"), at.angle(self, "j") + 0.5 * math.pi
-        sense, base, law = self._sense, self._base(at), at.law(self, "profile")
+        sign, base, law = self._rotation_sign, self._base(at), at.law(self, "profile")
         bodies = self.i.body, self.j.body
         if self.flat:
             # the base counts to the arm: what is left of h is the law
             jx, jy = jx - base * np.cos(beta_n), jy - base * np.sin(beta_n)
-            parameters = [ix, iy, jx, jy, beta_n, beta_i - beta_n, sense]
+            parameters = [ix, iy, jx, jy, beta_n, beta_i - beta_n, sign]
             return [ConstraintPrimitive("face", *bodies, "l", parameters, law=law)]
         return [
             ConstraintPrimitive(
-                "roller", *bodies, "l", [ix, iy, jx, jy, beta_i, sense, base], law=law
+                "roller", *bodies, "l", [ix, iy, jx, jy, beta_i, sign, base], law=law
             )
         ]
 
@@ -168,11 +168,11 @@ class CamFollower(RubbingJoint, StrikingJoint):
         bodies, law = (self.i.body, self.j.body), at.law(self, "profile")
         kinetic, static, stribeck, viscous = self.coefficients(at)
         if self.flat:
-            own = [ix, iy, jx, jy, beta_n, beta_i - beta_n, self._sense]
+            own = [ix, iy, jx, jy, beta_n, beta_i - beta_n, self._rotation_sign]
             row = ConstraintPrimitive("face_slip", *bodies, "l", own, law=law, switched=True)
         else:
             wheel = at[f"{self.name}.roller"]
-            own = [ix, iy, jx, jy, beta_i, self._sense, wheel]
+            own = [ix, iy, jx, jy, beta_i, self._rotation_sign, wheel]
             row = ConstraintPrimitive("roller_slip", *bodies, "l", own, law=law, switched=True)
         part: Value = 0.0
         if self.pin_radius is not None:
@@ -183,7 +183,7 @@ class CamFollower(RubbingJoint, StrikingJoint):
         return [FrictionPrimitive("follower", row, 0, parameters)]
 
     @property
-    def _sense(self) -> float:
+    def _rotation_sign(self) -> float:
         return -1.0 if self.clockwise else 1.0
 
     def _base(self, at: Any) -> Value:
@@ -274,7 +274,7 @@ class CamFollower(RubbingJoint, StrikingJoint):
             wheel = at[f"{self.name}.roller"]
             return -wheel * nx, -wheel * ny
         # from the foot of the normal through the centre by dh/dψ, ψ turning against the face
-        along = -self._sense * slope - (nx * d[1] - ny * d[0])
+        along = -self._rotation_sign * slope - (nx * d[1] - ny * d[0])
         return -along * ny, along * nx
 
     def normal(self, at: Any, d: Any, angle_i: Any, angle_j: Any) -> Any:
@@ -284,10 +284,10 @@ class CamFollower(RubbingJoint, StrikingJoint):
     def _normal(self, at: Any, d: Any, angle_i: Any, angle_j: Any) -> Any:
         """Unit normal (nx, ny) and R′ or h′."""
         ray = angle_j + 0.5 * math.pi if self.flat else np.arctan2(d[1], d[0])
-        psi = np.mod(self._sense * (angle_i - ray), 2.0 * math.pi)
+        psi = np.mod(self._rotation_sign * (angle_i - ray), 2.0 * math.pi)
         slope = self.radius(at, psi)[1]
         if not self.flat:
-            ray = ray + np.arctan2(self._sense * slope, np.hypot(*d))
+            ray = ray + np.arctan2(self._rotation_sign * slope, np.hypot(*d))
         return (np.cos(ray), np.sin(ray)), slope
 
 

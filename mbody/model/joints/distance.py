@@ -74,7 +74,7 @@ class Distance(StrikingJoint):
 
     @property
     def can_separate(self) -> bool:
-        """Whether it holds in one sense only."""
+        """Whether it holds in one direction only."""
         return bool(self.one_sided)
 
     def flanks(self, at: Numbers) -> list[Flank]:

@@ -87,11 +87,11 @@ class PinSlot(LimitedJoint):
         half = 0.5 * at[f"{self.name}.clearance"]
         return [
             Flank(
-                replace(row, switched=True, signal=Signal(Constant(0.0), [-sense * half])),
-                sense,
+                replace(row, switched=True, signal=Signal(Constant(0.0), [-sign * half])),
+                sign,
                 tangent,
             )
-            for sense in (1.0, -1.0)
+            for sign in (1.0, -1.0)
         ]
 
     def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:

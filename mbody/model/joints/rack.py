@@ -59,7 +59,7 @@ class RackPinion(ToothedJoint):
     rows = "l"
     spaced = True
     counts_turns = True
-    _sense_of_force = -1.0
+    _sign_of_force = -1.0
 
     def bends(self, at: Any) -> tuple[Value, Value]:
         """That of the rack is straight [1/length]."""

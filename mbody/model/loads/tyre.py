@@ -59,7 +59,7 @@ class Tyre(BetweenPlaces):
         μ, the greatest force by the load.
     steepness, shape, curvature : float
         B, C and E. The slope at slip zero is B C μ F_N. With C < 1 the force has no peak; with E at
-        most 1 it does not change its sense.
+        most 1 it does not change its sign.
     relaxation : float
         σ [length], half of a wheel's radius to a whole one.
     start : float
@@ -105,7 +105,7 @@ class Tyre(BetweenPlaces):
         if self.curvature > 1.0:
             raise ModelError(
                 f"'{self.name}': curvature is {self.curvature:g}: above 1 the force changes its "
-                "sense at great slip; give 1 or less",
+                "sign at great slip; give 1 or less",
                 self.name,
             )
 

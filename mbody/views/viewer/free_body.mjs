@@ -181,9 +181,9 @@ export class FreeBodyPanel {
       names.push([`force ${n}`, one.t, one.k, (w, h) => [...atArrow(outward, w, h), ...around(outward.x0, outward.y0, outward.dx / long, outward.dy / long, 27, w, h).map(([a, b, cost]) => [a, b, cost + 0.6])]]);
     });
     torques.forEach((one, n) => {
-      const [px, py] = one.o ? motion.place(one.o) : [one.x, one.y], [x, y] = at(px, py), sense = -Math.sign(one.torque), r = one.k === "inertia" ? 25 : 18;
-      const outward = widest([...pins.values()].filter((pin) => Math.hypot(pin.x - x, pin.y - y) > 4).map((pin) => Math.atan2(pin.y - y, pin.x - x))), from = outward - 1.3 * sense, to = outward + 1.3 * sense;
-      over.push(...curved(x, y, r, from, to, sense, one));
+      const [px, py] = one.o ? motion.place(one.o) : [one.x, one.y], [x, y] = at(px, py), turning = -Math.sign(one.torque), r = one.k === "inertia" ? 25 : 18;
+      const outward = widest([...pins.values()].filter((pin) => Math.hypot(pin.x - x, pin.y - y) > 4).map((pin) => Math.atan2(pin.y - y, pin.x - x))), from = outward - 1.3 * turning, to = outward + 1.3 * turning;
+      over.push(...curved(x, y, r, from, to, turning, one));
       for (let turn = -1.3; turn <= 1.3; turn += 0.325) crowd.points.push(x + r * Math.cos(outward + turn), y + r * Math.sin(outward + turn));
       names.push([`torque ${n}`, one.T, one.k, (w, h) => around(x, y, Math.cos(outward), Math.sin(outward), r + 6, w, h)]);
       for (const pin of pins.values()) if (Math.hypot(pin.x - x, pin.y - y) < r) pin.clear = r + 4;
@@ -260,9 +260,9 @@ function straight(x, y, dx, dy, { k }) {
   return [line, sv("path", { d: `M${tx.toFixed(1)} ${ty.toFixed(1)}L${(bx - w * v).toFixed(1)} ${(by + w * u).toFixed(1)}L${(bx + w * v).toFixed(1)} ${(by - w * u).toFixed(1)}Z`, style: `fill: ${color}; stroke: none` })];
 }
 /** The arc of a torque. */
-function curved(x, y, r, from, to, sense, { k }) {
-  const color = `var(--${COLORS[k]})`, end = to - 0.3 * sense, at = (angle, by = r) => `${(x + by * Math.cos(angle)).toFixed(1)} ${(y + by * Math.sin(angle)).toFixed(1)}`;
-  const line = sv("path", { d: `M${at(from)}A${r} ${r} 0 0 ${sense > 0 ? 1 : 0} ${at(end)}`, style: `stroke: ${color}; fill: none`, "stroke-width": 2 });
+function curved(x, y, r, from, to, turning, { k }) {
+  const color = `var(--${COLORS[k]})`, end = to - 0.3 * turning, at = (angle, by = r) => `${(x + by * Math.cos(angle)).toFixed(1)} ${(y + by * Math.sin(angle)).toFixed(1)}`;
+  const line = sv("path", { d: `M${at(from)}A${r} ${r} 0 0 ${turning > 0 ? 1 : 0} ${at(end)}`, style: `stroke: ${color}; fill: none`, "stroke-width": 2 });
   if (k === "inertia") line.setAttribute("stroke-dasharray", "5 3.5");
   return [line, sv("path", { d: `M${at(to)}L${at(end, r - 4)}L${at(end, r + 4)}Z`, style: `fill: ${color}; stroke: none` })];
 }

@@ -48,7 +48,7 @@ export class ModeBars {
   #take() {
     const { main, live } = this.viewer, recorded = main.scene.modes ?? [], { x, count } = main;
     this.rows = recorded.filter((row) => row.spans);
-    if (live) this.rows = this.rows.filter((row) => row.name in live.part.rubs).map((row) => ({ name: row.name, spans: spans(x, live.senses(row.name)), impacts: [] }));
+    if (live) this.rows = this.rows.filter((row) => row.name in live.part.rubs).map((row) => ({ name: row.name, spans: spans(x, live.slipSigns(row.name)), impacts: [] }));
     this.low = Math.min(x[0], x[count - 1]);
     this.high = Math.max(x[0], x[count - 1]);
     const there = Object.keys(MODE_WORDS).filter((mode) => this.rows.some((row) => row.spans.some((span) => span[2] === mode)));
