@@ -11,7 +11,7 @@ from mbody import crosscheck, gallery
 PAGE = Path(__file__).parents[1] / "docs" / "crosscheck.md"
 
 HEAD = """\
-# Second opinions
+# Cross-checks
 
 What other engines say of every model of the gallery, as `mbody crosscheck NAME` asks them: the
 instants or the free motion that the model itself requests. Written by
