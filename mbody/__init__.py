@@ -221,19 +221,19 @@ __all__ = [
 registered.compiler, registered.builder = "mbody.compiler.install", "mbody.compiler.builder"
 
 presentation.register(
-    "sheet",
-    Answer="mbody.sheets.analyses:answers_sheet",
-    AssemblyModes="mbody.sheets.analyses:assemblies_sheet",
-    Circuits="mbody.sheets.analyses:circuits_sheet",
-    DeadCentres="mbody.sheets.analyses:dead_centres_sheet",
-    Equations="mbody.sheets.equations:sheet",
-    Equilibria="mbody.sheets.analyses:equilibrium_sheet",
-    EquilibriumCurve="mbody.sheets.analyses:curve_sheet",
-    Mobility="mbody.sheets.analyses:mobility_sheet",
-    Modes="mbody.sheets.analyses:modes_sheet",
-    Optimum="mbody.optimization.optimum:sheet",
-    Solution="mbody.sheets.instant:sheet",
-    Transmission="mbody.sheets.analyses:transmission_sheet",
+    "summary",
+    Answer="mbody.summaries.analyses:answers_summary",
+    AssemblyModes="mbody.summaries.analyses:assemblies_summary",
+    Circuits="mbody.summaries.analyses:circuits_summary",
+    DeadCentres="mbody.summaries.analyses:dead_centres_summary",
+    Equations="mbody.summaries.equations:summary",
+    Equilibria="mbody.summaries.analyses:equilibrium_summary",
+    EquilibriumCurve="mbody.summaries.analyses:curve_summary",
+    Mobility="mbody.summaries.analyses:mobility_summary",
+    Modes="mbody.summaries.analyses:modes_summary",
+    Optimum="mbody.optimization.optimum:summary",
+    Solution="mbody.summaries.instant:summary",
+    Transmission="mbody.summaries.analyses:transmission_summary",
 )
 presentation.register(
     "data", Answer="mbody.files.results:answer_data", Solution="mbody.files.results:data"
@@ -249,7 +249,7 @@ presentation.register(
     System="mbody.views.notebook_html:shown",
 )
 presentation.register("drawing", FreeBody="mbody.views.free_bodies:draw_free_body")
-presentation.register("equations", Solution="mbody.sheets.equations:system_of_equations")
+presentation.register("equations", Solution="mbody.summaries.equations:system_of_equations")
 presentation.register("derivation", Solution="mbody.teaching.derivation:derivation_as")
 presentation.register("columns", Solution="mbody.files.tables:columns")
 presentation.register("dataframe", Solution="mbody.files.tables:dataframe")

@@ -43,7 +43,7 @@ LAYERS = (
     ("analysis.linear",),
     ("analysis.inverse",),
     ("files",),
-    ("sheets",),
+    ("summaries",),
     ("gallery", "makers", "testing", "engineering"),
     ("views", "engines", "sweeps", "image"),
     ("derivatives",),

@@ -221,7 +221,7 @@ def test_the_checker_catches(path, source, arrow):
         ("kernels/a.py", "from mbody.model.joints import revolute\nfrom . import b"),
         ("compiler/cache.py", "from mbody import errors"),
         ("solution/a.py", "def to_pandas(self):\n    import pandas"),
-        ("solution/a.py", '"""See mbody.sheets.instant."""'),
+        ("solution/a.py", '"""See mbody.summaries.instant."""'),
         ("analysis/inverse/a.py", "from mbody.analysis.driven import runner"),
         ("__init__.py", "from .analysis.dynamics.simulate import simulate"),
     ],

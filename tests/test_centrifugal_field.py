@@ -274,7 +274,7 @@ def test_files_carry_it():
     assert from_toml(to_toml(from_toml(free))) == from_toml(free)
 
 
-def test_the_sheet_tells_it():
+def test_the_summary_tells_it():
     told = str(kinetostatics(arm("point")))
     assert "speed 5 rad/s about the axis in ground, on every mass" in told
 

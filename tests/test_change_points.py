@@ -160,7 +160,7 @@ def test_forces_that_have_no_limit(analysis, start):
             mine, other = (getattr(r.reaction(name), key) for r in (run, alone))
             assert_allclose(mine[kept], other, rtol=1e-6, atol=1e-6)
     assert_allclose(run.effort("motor")[kept], alone.effort("motor"), rtol=1e-7, atol=1e-7)
-    # the sheet has peaks of what there is, data have no number
+    # the summary has peaks of what there is, data have no number
     assert " nan" not in str(run)
     told = json.loads(json.dumps(run.data(), allow_nan=False))
     assert [k for k, v in enumerate(told["reactions"]["B"]["fx"]) if v is None] == missing

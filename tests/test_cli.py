@@ -46,11 +46,11 @@ def run(capsys):
 def test_demo_prints_the_book_and_ours(capsys):
     assert cli.main(["demo"]) == 0
     text = capsys.readouterr().out
-    book, _, sheet = text.partition("THE BOOK")[2].partition("With the exact masses")
-    assert sheet.splitlines()[-3].startswith("RESIDUALS   constraint")
-    assert sheet.splitlines()[-1].endswith("view norton_fourbar --open")
-    assert "F12      -117.560   -107.459   159.272 @ 222.430°" in sheet
-    assert "243.238" in sheet
+    book, _, summary = text.partition("THE BOOK")[2].partition("With the exact masses")
+    assert summary.splitlines()[-3].startswith("RESIDUALS   constraint")
+    assert summary.splitlines()[-1].endswith("view norton_fourbar --open")
+    assert "F12      -117.560   -107.459   159.272 @ 222.430°" in summary
+    assert "243.238" in summary
     lines = book.splitlines()
     for name, printed in PRINTED.items():
         shown = [line.split() for line in lines if line.startswith(name)]
@@ -219,8 +219,8 @@ def test_every_model_in_every_analysis(analysis, model, run):
         assert all(len(values) == count for part in table.values() for values in part.values())
     forces = analysis != "kinematics"
     assert bool(told["efforts"]) == forces and bool(told["reactions"]) == forces
-    status, sheet, _ = run(analysis, model)
-    assert status == 0 and max(map(len, sheet.splitlines())) <= 100
+    status, summary, _ = run(analysis, model)
+    assert status == 0 and max(map(len, summary.splitlines())) <= 100
 
 
 def test_equations_are_the_books(run):

@@ -36,7 +36,7 @@ def shell(words, streams, **options):
     )
 
 
-#: What prints a sheet, a table, text with notes beside it, names, help, and an error.
+#: What prints a summary, a table, text with notes beside it, names, help, and an error.
 VERBS = [
     "kinetostatics norton_fourbar",
     "kinetostatics hoekens --over turn --csv -",

@@ -196,7 +196,7 @@ def test_a_group_of_contacts_is_measured_as_the_sum_of_its_contacts():
     assert run.contact("floor")[0] == pytest.approx(run.contact("floor_1")[0] * 2.0, rel=1e-9)
 
 
-def test_the_sheet_of_kinematics_has_what_touches_without_forces():
+def test_the_summary_of_kinematics_has_what_touches_without_forces():
     run = mbody.kinematics(three_discs())
     text = str(run)
     assert "CONTACTS" in text and "greatest press" not in text
@@ -205,7 +205,7 @@ def test_the_sheet_of_kinematics_has_what_touches_without_forces():
 
 
 @pytest.mark.parametrize("analysis", [mbody.kinematics, mbody.statics, mbody.kinetostatics])
-def test_sheets_of_a_pile_of_the_gallery(analysis):
+def test_summaries_of_a_pile_of_the_gallery(analysis):
     """Whose measure is one of a group of contacts."""
     assert "carried" in str(analysis(mbody.gallery.load("pile_of_discs")))
 

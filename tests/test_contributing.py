@@ -66,7 +66,7 @@ found["written"] = open("again.toml").read()
 run = mbody.kinetostatics(machine, t=[0.0, 1.0, 2.0])
 found["x"], found["y"] = run["bead"].x.tolist(), run["bead"].y.tolist()
 found["tension"] = run.load("leaf").force.tolist()
-found["sheet"] = str(run) + str(mbody.kinetostatics(machine, t=[1.0]))
+found["summary"] = str(run) + str(mbody.kinetostatics(machine, t=[1.0]))
 report = mbody.crosscheck(machine, [], ours=run)
 found["engines"] = {
     name: [opinion.agrees, len(opinion.rows), [one.element for one in opinion.not_expressible]]
@@ -145,9 +145,9 @@ def test_the_motion_is_that_of_the_definition(found):
     assert found["energy"] < 1e-6
 
 
-def test_the_sheet_and_the_picture_show_them(found, folder):
-    assert "guide" in found["sheet"]
-    assert "leaf" in found["sheet"]
+def test_the_summary_and_the_picture_show_them(found, folder):
+    assert "guide" in found["summary"]
+    assert "leaf" in found["summary"]
     for name in ("joint:guide", "load:leaf"):  # the general symbols
         assert name in found["picture"]
     assert (folder / "bead.png").stat().st_size > 1000

@@ -407,7 +407,7 @@ def test_all_that_is_installed_is_asked():
     assert set(ALWAYS) <= set(installed()) <= set(ENGINES)
 
 
-def test_the_sheet_tells_what_differs_first():
+def test_the_summary_tells_what_differs_first():
     machine = mbody.gallery.load("norton_fourbar")
     ours = mbody.kinetostatics(faulty(machine, "coupler"))
     text = str(check(machine, ours=ours))

@@ -122,5 +122,5 @@ def test_the_command_has_lengths(capsys, tmp_path):
     assert main(["assemblies", str(path), "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
     assert [one["value"] for one in data["dead_centres"]] == pytest.approx([0.4, 1.6])
-    sheet = str(mbody.dead_centres(mbody.load(path)))
-    assert "0.4 m   boom" in sheet and "°" not in sheet
+    summary = str(mbody.dead_centres(mbody.load(path)))
+    assert "0.4 m   boom" in summary and "°" not in summary

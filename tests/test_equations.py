@@ -26,8 +26,8 @@ from mbody.engineering import close_loops
 from mbody.engines.oracle import Reference
 from mbody.laws import ConstantSpeed, Harmonic
 from mbody.model.joints import CustomJoint
-from mbody.sheets.equations import equations, system_of_equations
-from mbody.sheets.text_table import WIDTH
+from mbody.summaries.equations import equations, system_of_equations
+from mbody.summaries.text_table import WIDTH
 from tests.linkages import random_linkage
 from tests.test_errors import says
 from validation.grubler_paradox import build as three_cranks
@@ -37,7 +37,7 @@ NORTON = ("F12x", "F12y", "F32x", "F32y", "F43x", "F43y", "F14x", "F14y", "T12")
 
 
 def seen(text):
-    """What holds of every sheet."""
+    """What holds of every summary."""
     assert all(len(line) <= WIDTH for line in text.splitlines()), max(text.splitlines(), key=len)
     assert all(line == line.rstrip() for line in text.splitlines())
     assert "nan" not in text and "\N{NO-BREAK SPACE}" not in text
@@ -55,7 +55,7 @@ def solved(system, run, k=0):
         )
     found = dict(zip(system.unknowns, system.values, strict=True))
     for joint in run.mechanism.joints:
-        name, on = mbody.sheets.text_table.force_names(run.mechanism)[joint.name]
+        name, on = mbody.summaries.text_table.force_names(run.mechanism)[joint.name]
         reaction = run.reaction(joint.name, on)
         if isinstance(joint, Revolute | Fixed) and "," not in name:
             pair = found[f"{name}x"], found[f"{name}y"]
@@ -155,7 +155,7 @@ def test_nortons_nine_equations(masses, numbers):
     assert found["T12"] == pytest.approx(run.effort("motor")[0], rel=1e-12)
 
 
-def test_nortons_sheet_prints_the_matrix():
+def test_nortons_summary_prints_the_matrix():
     run = mbody.kinetostatics(build("printed"))
     text = equations(run)
     seen(text)

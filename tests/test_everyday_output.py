@@ -113,7 +113,7 @@ def test_a_few_instants_have_a_column_each(capsys):
     assert "INSTANTS" not in str(run) and "INSTANTS" not in str(mbody.kinetostatics(machine))
 
 
-def test_points_have_their_velocities_on_the_sheet():
+def test_points_have_their_velocities_on_the_summary():
     run = mbody.kinetostatics(gallery.load("norton_fourbar"))
     rows = str(run).partition("POINTS")[2].partition("─\n")[2].partition("\n\n")[0].splitlines()
     found = {row.split()[0]: row.replace("@", " ").replace("°", " ").split()[1:] for row in rows}
@@ -197,7 +197,7 @@ def test_a_sweep_gives_angles_in_degrees(capsys):
 
 
 def test_angles_among_the_designs_of_a_sweep(capsys, tmp_path):
-    """As they are given, in degrees, on the sheet; in data and files by --angle."""
+    """As they are given, in degrees, on the summary; in data and files by --angle."""
     how = ["sweep", "norton_fourbar", "--vary", "coupler.cg.angle=10,25.5,40", "--at", "crank=60"]
     how += ["--vary", "crank.A.x=5,5.5", "--measure", "A.force"]
     assert cli.main(how) == 0
@@ -218,7 +218,7 @@ def test_angles_among_the_designs_of_a_sweep(capsys, tmp_path):
 
 
 @pytest.mark.parametrize("size", [1.0, 1e12])
-def test_sheets_of_six_instants_are_as_wide_as_others(size):
+def test_summaries_of_six_instants_are_as_wide_as_others(size):
     machine = mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 2, 3), speed=25.0 * size)
     run = mbody.kinetostatics(machine, drive={"motor": (np.linspace(0, 2, 6), 25.0 * size)})
     text = str(run)

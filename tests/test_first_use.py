@@ -61,7 +61,7 @@ def test_positions_that_are_not_in_a_row_are_those_of_the_first_turn(capsys):
 
 
 @pytest.mark.parametrize("by", REDUCTIONS)
-def test_the_sheet_shows_one_number_of_all_instants_as_it_is(by):
+def test_the_summary_shows_one_number_of_all_instants_as_it_is(by):
     """The history passes through zero, where a value at an instant is shown as 0."""
     machine = mbody.makers.slider_crank(0.05, 0.2, masses=(1, 1, 1), start=0.0, speed=30.0)
     machine.add(mbody.Force("push", "slider.B", 100.0, angle=math.pi))

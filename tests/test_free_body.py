@@ -164,7 +164,7 @@ def test_a_rod_with_two_springs_at_one_place():
     assert "at one place" in member.words
 
 
-def test_the_sheet_of_statics_names_members():
+def test_the_summary_of_statics_names_members():
     assert "MEMBER   'coupler' is a two-force member" in str(
         mbody.statics(gallery.load("static_fourbar"))
     )

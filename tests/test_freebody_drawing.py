@@ -9,7 +9,7 @@ import pytest
 import mbody
 from mbody import cli, free_body, gallery, kinetostatics
 from mbody.analysis.driven.free_body import FreeBody
-from mbody.sheets.text_table import force_names, forces_on
+from mbody.summaries.text_table import force_names, forces_on
 from mbody.views import save
 from mbody.views.free_bodies import draw_free_bodies, force_peak, when
 from tests.gallery_runs import run as asked
@@ -69,13 +69,13 @@ def test_forces_and_moments_close_at_every_instant(name):
 
 
 @pytest.mark.parametrize("name", ["norton_fourbar", "scissor_lift", "mud_pump_sixbar"])
-def test_names_are_those_of_the_sheet_and_their_opposites(name):
+def test_names_are_those_of_the_summary_and_their_opposites(name):
     machine = gallery.load(name)
-    sheet = force_names(machine)
+    summary = force_names(machine)
     number = {body.name: n for n, body in enumerate(machine.bodies, 2)} | {"ground": 1}
     for body in machine.bodies:
         for element, found in forces_on(machine, body.name).items():
-            own, on = sheet[element]
+            own, on = summary[element]
             if on == body.name:
                 assert found == own
             i, j = re.match(r"[FT](?:\((\d+),(\d+)\)|(\d)(\d))", found).group(

@@ -27,7 +27,7 @@ from mbody import (
 from mbody.engineering import close_loops
 from mbody.engines.oracle import Reference
 from mbody.makers import bar
-from mbody.sheets.text_table import WIDTH
+from mbody.summaries.text_table import WIDTH
 from tests.linkages import random_linkage
 from tests.test_errors import says
 from tests.test_sizes import chain

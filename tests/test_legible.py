@@ -14,7 +14,7 @@ from mbody import gallery, report
 from mbody.model.study import Instants
 from mbody.reports.blocks import ROWS, Cells, Grid, Text, first_rows, parts_of, printed
 from mbody.reports.writers import latex, typst_text
-from mbody.sheets.text_table import unit_text
+from mbody.summaries.text_table import unit_text
 from mbody.views.film_frames import FilmSet, film_names
 from mbody.views.motions import motion
 from mbody.views.page_data import text_runs

@@ -215,7 +215,7 @@ def test_forces_are_open_where_none_are_found():
     assert "–" in next(line for line in str(run).splitlines() if line.startswith("torque"))
 
 
-def test_sheets_show_them():
+def test_summaries_show_them():
     run = told(lift="coupler.P.y", torque=Measure("motor.effort", "N m"), turn="crank.angle")
     text = str(run)
     lines = text[text.index("MEASURES") :].splitlines()

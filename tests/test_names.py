@@ -7,8 +7,8 @@ from pathlib import Path
 PACKAGE = Path(__file__).parents[1] / "mbody"
 
 #: Folders that are the meaning of what is in them: `cli/analyse.py` is the command of `simulate`,
-#: `sheets/analyses.py` the sheet of `modes`, `engines/pinocchio/dynamics.py` the motion there.
-MEANINGS = ("cli", "files", "sheets", "model/joints", "model/loads")
+#: `summaries/analyses.py` the summary of `modes`, `engines/pinocchio/dynamics.py` the motion there.
+MEANINGS = ("cli", "files", "summaries", "model/joints", "model/loads")
 ENGINES = ("mjcf", "mujoco", "oracle", "pinocchio", "pymunk")
 EXEMPT = {*MEANINGS, *(f"engines/{name}" for name in ENGINES)}
 

@@ -1,4 +1,4 @@
-"""Sheets show no rounding as if it were a result, and tables have the requested angles."""
+"""Summaries show no rounding as if it were a result, and tables have the requested angles."""
 
 import csv
 import io

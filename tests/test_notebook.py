@@ -1,4 +1,4 @@
-"""What notebooks show: sheets and small pictures of mechanisms and results."""
+"""What notebooks show: summaries and small pictures of mechanisms and results."""
 
 import xml.etree.ElementTree as ElementTree
 
@@ -38,7 +38,7 @@ def hanging():
         ),
     ],
 )
-def test_a_notebook_shows_the_sheet(made, words, drawn):
+def test_a_notebook_shows_the_summary(made, words, drawn):
     page = made()._repr_html_()
     whole = ElementTree.fromstring(page)
     assert words in "".join(whole.find("pre").itertext())
@@ -46,7 +46,7 @@ def test_a_notebook_shows_the_sheet(made, words, drawn):
     assert "script" not in page
 
 
-def test_what_has_no_sheet_is_one_line():
+def test_what_has_no_summary_is_one_line():
     batch = mbody.kinetostatics(mbody.assemble(machine()).with_values({"crank.mass": [1.0, 2.0]}))
     page = batch._repr_html_()
     assert "2 designs" in page and "<svg" not in page

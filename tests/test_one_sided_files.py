@@ -1,4 +1,4 @@
-"""One-sided joints and contacts in model files and in the sheet of mobility."""
+"""One-sided joints and contacts in model files and in the summary of mobility."""
 
 import json
 
@@ -67,7 +67,7 @@ def test_one_sided_joints_in_files():
 
 
 def test_mobility_says_what_holds_in_one_direction():
-    """Every kind by name, in the data and in the sheet; nothing is said where there is none."""
+    """Every kind by name, in the data and in the summary; nothing is said where there is none."""
     machine = Mechanism("all kinds", ground={"O": (0.0, 0.0), "P": (0.0, 1.0)})
     machine.add(
         Body("arm", points={"O": (0.0, 0.0), "A": (1.0, 0.0)}),

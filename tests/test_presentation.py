@@ -1,4 +1,4 @@
-"""The readable sheet, tables and files: names, numbers and sentences as a reader meets them."""
+"""The readable summary, tables and files: names, numbers and sentences as a reader meets them."""
 
 import csv
 import math
@@ -11,7 +11,7 @@ import mbody
 from mbody import AngleDriver, Body, DistanceDriver, Mechanism, Revolute
 from mbody.engineering import close_loops
 from mbody.errors import ModelError
-from mbody.sheets.text_table import (
+from mbody.summaries.text_table import (
     WIDTH,
     Column,
     angles,
@@ -32,7 +32,7 @@ def rows(text: str, title: str) -> dict[str, list[str]]:
 
 
 def seen(text: str) -> None:
-    """What holds of every sheet."""
+    """What holds of every summary."""
     assert all(len(line) <= WIDTH for line in text.splitlines()), max(text.splitlines(), key=len)
     assert all(line == line.rstrip() for line in text.splitlines())
     assert not re.search(r"(?<![\d.])-0(\.0*)?(?![\d.e])", text), text
@@ -90,7 +90,7 @@ def test_tables_cut_text_and_nothing_else():
 # -- one instant ------------------------------------------------------------------------------
 
 
-def test_the_sheet_of_norton(norton):
+def test_the_summary_of_norton(norton):
     text = str(norton)
     seen(text)
     links = rows(text, "LINKS")
@@ -110,7 +110,7 @@ def test_the_sheet_of_norton(norton):
     assert text.splitlines()[-1].startswith("RESIDUALS   constraint ")
 
 
-def test_the_sheet_is_the_solution(norton):
+def test_the_summary_is_the_solution(norton):
     forces = rows(str(norton), "FORCES")
     for joint, (name, on) in force_names(norton.mechanism).items():
         if joint == "motor":
@@ -130,7 +130,7 @@ def test_printed_masses_give_the_printed_answers():
     assert float(rows(str(run), "DRIVERS")["T12"][1]) == pytest.approx(243.23, abs=0.005)
 
 
-def test_sheets_without_forces_show_none():
+def test_summaries_without_forces_show_none():
     for run in (mbody.kinematics(build()), close_loops(build())):
         text = str(run)
         seen(text)
@@ -139,7 +139,7 @@ def test_sheets_without_forces_show_none():
     assert "FORCES" not in str(mbody.kinematics(build(), turn=True))
 
 
-def test_the_sheet_of_statics_shows_no_motion():
+def test_the_summary_of_statics_shows_no_motion():
     text = str(mbody.statics(build()))
     seen(text)
     assert "rad/s" not in text and "INERTIA" not in text and "power" not in text
@@ -269,7 +269,7 @@ def test_the_summary_of_positions_without_times():
     assert "mean and rms over the instants" in text
 
 
-def test_the_sheet_of_a_batch_says_how_many():
+def test_the_summary_of_a_batch_says_how_many():
     system = mbody.assemble(build()).with_values({"crank.inertia": np.linspace(0.1, 1.0, 7)})
     text = str(mbody.kinetostatics(system, t=np.linspace(0.0, 0.1, 5)))
     seen(text)

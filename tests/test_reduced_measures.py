@@ -88,7 +88,7 @@ def test_an_integral_over_time(units):
     assert logarithmic == pytest.approx([exact, exact], rel=1e-12)
 
 
-@pytest.mark.parametrize("way", ["measure", "sweep", "gradient", "optimize", "sheet"])
+@pytest.mark.parametrize("way", ["measure", "sweep", "gradient", "optimize", "summary"])
 def test_means_are_over_the_motion_whatever_the_grid(way):
     """P = m g r ω cos ωt on a grid that is a hundred times as fine at one end: the mean is
     m g r sin(ωT)/T, the root mean square m g r ω √(½ + sin(2ωT)/(4 ωT)).
@@ -128,7 +128,7 @@ def test_means_are_over_the_motion_whatever_the_grid(way):
     else:
         text = str(mbody.kinetostatics(own, t)).partition("TORQUES")[2]
         line = next(line for line in text.splitlines() if " motor " in line)
-        # torques, to the six digits of a sheet
+        # torques, to the six digits of a summary
         cells = [float(cell) for cell in line.split()[2:6]]
         assert cells[2:] == pytest.approx([mean / speed, rms / speed], rel=2e-5)
         return
@@ -241,7 +241,7 @@ def test_a_table_of_measures_comes_back_from_its_file():
     )
 
 
-def test_sheet_and_data_show_one_number(tmp_path, capsys):
+def test_summary_and_data_show_one_number(tmp_path, capsys):
     path = tmp_path / "own.toml"
     path.write_text(to_toml(machine(pin=("peak(A.force)",), torque=("motor.effort",))), "utf-8")
     how = [str(path), "--over", "motor", "--instants", "9"]

@@ -18,7 +18,7 @@ from mbody.reports.blocks import Grid, Notice, Picture, typeset
 from mbody.reports.chapters import SECTIONS
 from mbody.reports.mechanism_report import FORMATS
 from mbody.reports.writers import typst_text
-from mbody.sheets.text_table import number
+from mbody.summaries.text_table import number
 
 #: What takes seconds: other engines.
 QUICK = [name for name in SECTIONS if name != "opinions"]

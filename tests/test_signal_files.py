@@ -184,7 +184,7 @@ def test_a_sweep_over_an_input_and_a_start_is_that_of_single_motions(machine):
 # -- results ---------------------------------------------------------------------------------------
 
 
-def test_data_tables_and_sheets_have_inputs_and_states(run):
+def test_data_tables_and_summaries_have_inputs_and_states(run):
     data = run.data()
     assert list(data["inputs"]) == ["u", "wave", "steps", "gain"]
     assert data["inputs"]["wave"]["unit"] == "N·m" and data["inputs"]["gain"]["unit"] == ""
@@ -194,12 +194,12 @@ def test_data_tables_and_sheets_have_inputs_and_states(run):
     columns = run.columns()
     assert np.array_equal(columns["i [s·rad]"], data["states"]["i"]["values"])
     assert np.array_equal(run.to_dataframe()["gain"], np.full(len(run), 2.0))
-    sheet = str(run)
-    assert "INPUTS" in sheet and "STATES" in sheet and "(u + wave - lag)/(0.2 s)" in sheet
+    summary = str(run)
+    assert "INPUTS" in summary and "STATES" in summary and "(u + wave - lag)/(0.2 s)" in summary
     assert "inputs" not in mbody.simulate(mbody.gallery.load("simple_pendulum"), 0.1).data()
 
 
-def test_the_sheet_of_an_instant_has_the_formula_of_a_load(machine):
+def test_the_summary_of_an_instant_has_the_formula_of_a_load(machine):
     held = from_toml(MODEL + '\n[drivers]\nm = { angle = "arm", law = "1 rad/s*t" }\n')
     run = mbody.kinetostatics(held)
     assert "kp*(target - arm.angle)" in str(run)

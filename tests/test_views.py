@@ -13,7 +13,7 @@ import mbody
 from mbody import Body, Mechanism, Revolute, Torque, cli, gallery, kinematics, kinetostatics, makers
 from mbody.analysis.driven.driven import analyse_at
 from mbody.model.study import Instants
-from mbody.sheets.text_table import force_names
+from mbody.summaries.text_table import force_names
 from mbody.views import draw, plot, save
 from mbody.views.labels import Label, Places
 from mbody.views.motions import SMOOTH, cycle

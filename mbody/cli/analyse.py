@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 def analyse(args: Any) -> int:
     """Run an analysis and print its results."""
     from mbody.analysis.driven.driven import analyse_at as solved
-    from mbody.sheets.instant import efficiency_line
+    from mbody.summaries.instant import efficiency_line
 
     check_forms(args)
     mechanism = model_of(args)
@@ -145,7 +145,7 @@ AT_ONCE = 6000
 def check(args: Any) -> int:
     """Degrees of freedom, redundant rows and free motions of a model."""
     from mbody.analysis.freedom.mobility import mobility
-    from mbody.sheets.analyses import closing_data, closing_line
+    from mbody.summaries.analyses import closing_data, closing_line
 
     mechanism = model_of(args)
     report = mobility(mechanism)
@@ -198,7 +198,7 @@ def modes(args: Any) -> int:
 def models(args: Any) -> int:
     """The models of the gallery, with title, source and what to look at."""
     from mbody import gallery
-    from mbody.sheets.text_table import paragraph
+    from mbody.summaries.text_table import paragraph
 
     found = {name: _headed(gallery.path(name)) for name in gallery.names()}
     if args.json:

@@ -229,7 +229,7 @@ def optimize(args: Any) -> int:
     from mbody.files.model.study_tables import optimization_tasks
     from mbody.files.results import error_data
     from mbody.optimization.optimize import optimize as solved
-    from mbody.optimization.optimum import sheet
+    from mbody.optimization.optimum import summary
     from mbody.solution.doubts import Doubt, Inherited, heading, inherited, unit_symbols
 
     check_printed(args)
@@ -268,7 +268,7 @@ def optimize(args: Any) -> int:
         doubts += found.doubts
         notes += found.notes
         cases[name] = found.data()
-        texts.append(sheet(found, name))
+        texts.append(summary(found, name))
         if args.csv:
             _optimize_write(found, args.csv)
         if args.output:
@@ -321,7 +321,7 @@ def _of_options(args: Any) -> OptimizationTask | None:
 
 
 def _unsolved(model: str, name: str, error: SolveError) -> str:
-    """The sheet of a task that has no answer."""
+    """The summary of a task that has no answer."""
     return "\n".join([f"{model}: {name}", "", "no optimum:", str(error)])
 
 
@@ -363,8 +363,8 @@ def solve(args: Any) -> int:
     """Answer one question of a model, or all of them; 1 where one has none, or a doubt."""
     from mbody.files.results import answer_data, error_data
     from mbody.inverse.solve_for import solve_for
-    from mbody.sheets.analyses import answers_sheet
     from mbody.solution.doubts import Doubt, Inherited, heading, inherited, unit_symbols
+    from mbody.summaries.analyses import answers_summary
 
     mechanism = model_of(args)
     questions = mechanism.questions
@@ -393,7 +393,7 @@ def solve(args: Any) -> int:
             doubts += answer.doubts
             notes += answer.notes
             cases[name] = answer_data(answer, args.angle or "deg")
-            texts.append(answers_sheet(answer, name))
+            texts.append(answers_summary(answer, name))
     if args.json:
         units = unit_symbols(mechanism.units, args.angle or "deg")
         whole = Inherited(**inherited(Inherited(doubts=tuple(doubts)), notes=notes))

@@ -66,7 +66,7 @@ def _command() -> str:
 
 def _comparison(run: Solution) -> list[str]:
     """The book's answers, ours with its rounded masses, and the differences."""
-    from mbody.sheets.text_table import Column, paragraph, table
+    from mbody.summaries.text_table import Column, paragraph, table
 
     force, torque = (run.mechanism.units.of(kind) for kind in ("force", "torque"))
     rows: list[tuple[str, str, str, str, str, str]] = []
@@ -112,7 +112,7 @@ def _comparison(run: Solution) -> list[str]:
 
 def _answers(run: Solution, name: str) -> list[float]:
     """A torque, or components, magnitude and direction [deg] of a force, by its textbook name."""
-    from mbody.sheets.text_table import force_names
+    from mbody.summaries.text_table import force_names
 
     element, on = next(
         (e, on) for e, (known, on) in force_names(run.mechanism).items() if known == name

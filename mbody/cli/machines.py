@@ -69,7 +69,7 @@ def _number(text: str, option: str) -> float:
 
 
 def _table(run: Solution, shafts: Sequence[BalanceShaft]) -> str:
-    from mbody.sheets.text_table import Column, angles, numbers, table
+    from mbody.summaries.text_table import Column, angles, numbers, table
 
     if not shafts:
         return "\nno balance shaft is needed for these orders"
@@ -194,7 +194,7 @@ def bearings(args: Any) -> int:
         }
         print(json.dumps(head | {"bearings": rows}, ensure_ascii=False, allow_nan=False))
     else:
-        print(_sheet(run, found, classes))
+        print(_summary(run, found, classes))
     return exit_status(run, shown=True)
 
 
@@ -222,8 +222,8 @@ def _plain(data: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _sheet(run: Solution, found: dict[str, BearingLoad], classes: int | None) -> str:
-    from mbody.sheets.text_table import Column, certified, even, numbers, table, title
+def _summary(run: Solution, found: dict[str, BearingLoad], classes: int | None) -> str:
+    from mbody.summaries.text_table import Column, certified, even, numbers, table, title
 
     unit, loads = run.mechanism.units, list(found.values())
     exponent = loads[0].exponent

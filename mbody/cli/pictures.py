@@ -141,7 +141,7 @@ def poles(args: Any) -> int:
 
 
 def _table(run: Solution, found: InstantCentres, k: int) -> str:
-    from mbody.sheets.text_table import Column, paragraph, table
+    from mbody.summaries.text_table import Column, paragraph, table
 
     unit = run.mechanism.units
     floor = ROUNDING * run.system.length
@@ -161,7 +161,7 @@ def _table(run: Solution, found: InstantCentres, k: int) -> str:
 
 def _places(found: InstantCentres, axis: str, k: int, floor: float) -> list[str]:
     """Cells of the places, empty where there is none."""
-    from mbody.sheets.text_table import numbers
+    from mbody.summaries.text_table import numbers
 
     values = [float(getattr(one, axis)[k]) for one in found.pairs]
     cells = iter(numbers([value for value in values if math.isfinite(value)] or [0.0], floor))

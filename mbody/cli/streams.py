@@ -59,9 +59,9 @@ def silenced(stream: Any = None) -> None:
         os.close(nowhere)
 
 
-# -- Tables of results: written to a file, or printed in place of the sheet --------------------
+# -- Tables of results: written to a file, or printed in place of the summary --------------------
 
-#: In place of the name of a file: the table is printed, and no sheet.
+#: In place of the name of a file: the table is printed, and no summary.
 PRINTED = "-"
 
 

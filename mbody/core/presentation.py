@@ -1,8 +1,8 @@
 """The one door through which results are presented: as text, as data, as tables, in files.
 
-An analysis and its result know nothing of sheets and files, which are built on them. A result asks
-here for a form of itself by name; `mbody/__init__.py`, which may import every layer, registers who
-makes it. What makes a form is loaded when it is first wanted.
+An analysis and its result know nothing of summaries and files, which are built on them. A result
+asks here for a form of itself by name; `mbody/__init__.py`, which may import every layer, registers
+who makes it. What makes a form is loaded when it is first wanted.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _MAKERS: dict[str, dict[str, str]] = {}
 def register(form: str, **makers: str) -> None:
     """Name the functions that make one form of results.
 
-    By class of result, such as ``Solution="mbody.sheets.instant:sheet"``: the module and its
+    By class of result, such as ``Solution="mbody.summaries.instant:summary"``: the module and its
     """
     _MAKERS.setdefault(form, {}).update(makers)
 
@@ -32,7 +32,7 @@ def present(form: str, result: Any, *args: Any) -> Any:
     Examples
     --------
     >>> import mbody
-    >>> present("sheet", mbody.mobility(mbody.makers.four_bar(1, 3, 2, 3.5))).splitlines()[0]
+    >>> present("summary", mbody.mobility(mbody.makers.four_bar(1, 3, 2, 3.5))).splitlines()[0]
     'four-bar'
     """
     makers = _MAKERS[form]

@@ -19,8 +19,8 @@ from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import dimension_named, number_in
 from mbody.quantities.types import Number
 from mbody.quantities.units import NUMBER
-from mbody.sheets.text_table import Column, number, paragraph, table
 from mbody.solution.doubts import Doubt, Inherited, inherited
+from mbody.summaries.text_table import Column, number, paragraph, table
 from mbody.system.read_only import lock
 from mbody.system.system import System
 

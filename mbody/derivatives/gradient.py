@@ -27,10 +27,10 @@ from mbody.model.loads import PistonPressure, ReciprocatingCylinder
 from mbody.model.mechanism import Mechanism
 from mbody.model.study import Measure
 from mbody.quantities.units import DIMENSIONS
-from mbody.sheets.text_table import Column, number, paragraph, table
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import link_poses
 from mbody.solution.solution import Solution
+from mbody.summaries.text_table import Column, number, paragraph, table
 from mbody.sweeps.job import MeasuredColumn, Measures, columns_of
 from mbody.system.read_only import lock
 from mbody.system.system import System

@@ -27,7 +27,7 @@ from mbody.quantities import (
 from mbody.quantities.formula import float_or_formula
 from mbody.quantities.types import Number
 from mbody.quantities.units import NUMBER
-from mbody.sheets.text_table import Column, number, paragraph, table
+from mbody.summaries.text_table import Column, number, paragraph, table
 from mbody.sweeps.job import MeasureLike, columns_of
 from mbody.sweeps.run import sweep
 from mbody.sweeps.samples import SIGMAS, Normal, Scatter, monte_carlo, scatter_of
@@ -185,7 +185,7 @@ class Allocation:
         }
 
     def lines(self) -> list[str]:
-        """The table of a sheet."""
+        """The table of a summary."""
         names = list(self.tolerance)
 
         def cells(row: Mapping[str, float]) -> list[str]:

@@ -19,10 +19,19 @@ from mbody.model.joints import CamFollower, Prismatic, Revolute
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
 from mbody.quantities.types import Number
-from mbody.sheets.text_table import Column, angles, certified, even, number, numbers, table, title
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import ends
 from mbody.solution.solution import Solution, as_solution
+from mbody.summaries.text_table import (
+    Column,
+    angles,
+    certified,
+    even,
+    number,
+    numbers,
+    table,
+    title,
+)
 from mbody.system.rank import dense
 from mbody.system.read_only import lock
 
@@ -271,14 +280,14 @@ class CamAnalysis(Inherited):
         }
 
     def __str__(self) -> str:
-        return _sheet(self)
+        return _summary(self)
 
 
 def _plain(values: Array) -> list[float | None]:
     return [float(value) if math.isfinite(value) else None for value in values]
 
 
-def _sheet(found: CamAnalysis) -> str:
+def _summary(found: CamAnalysis) -> str:
     """A cam as text, at most 100 characters wide."""
     unit = found.mechanism.units.length
     words = f"cam '{found.joint.name}', {found.follower}"

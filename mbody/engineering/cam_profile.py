@@ -15,8 +15,8 @@ from mbody.laws import Law, Table
 from mbody.model.closed_mechanism import with_element
 from mbody.model.joints import CamFollower
 from mbody.model.mechanism import Mechanism
-from mbody.sheets.text_table import Column, even, number, paragraph, table, title
 from mbody.solution.doubts import Inherited, heading, unit_symbols
+from mbody.summaries.text_table import Column, even, number, paragraph, table, title
 from mbody.system.assembler import assemble
 from mbody.system.read_only import lock
 from mbody.system.system import System
@@ -198,7 +198,7 @@ class CamUndercut(Inherited):
         }
 
     def __str__(self) -> str:
-        return _sheet(self)
+        return _summary(self)
 
 
 def cam_undercut(model: Mechanism | System, joint: str | None = None) -> CamUndercut:
@@ -354,7 +354,7 @@ def _ranges(psi: Array, cut: Array) -> Array:
     return np.column_stack([start, np.where(stop < start, stop + math.tau, stop)])
 
 
-def _sheet(found: CamUndercut) -> str:
+def _summary(found: CamUndercut) -> str:
     """An undercut as text, at most 100 characters wide."""
     unit, cam = found.mechanism.units.length, found.joint
     kind = "flat face" if cam.flat else "roller" if found.roller else "knife edge"

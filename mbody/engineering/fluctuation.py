@@ -12,10 +12,10 @@ import numpy.typing as npt
 from mbody.errors import ModelError, brief
 from mbody.laws import Table
 from mbody.model.element import listed
-from mbody.sheets.text_table import labelled_rows, labelled_rows_noted, number
 from mbody.solution.checks import one_design
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution, as_solution
+from mbody.summaries.text_table import labelled_rows, labelled_rows_noted, number
 from mbody.system.read_only import lock
 
 # -- Whole cycles of a driver: how many turns they are, and whether a quantity repeats ---------
@@ -147,7 +147,7 @@ class Fluctuation(Inherited):
         return float(np.ptp(self.torque)) / abs(self.mean) if self.mean else math.inf
 
     def rows(self) -> list[tuple[str, str, str]]:
-        """Names, numbers and units for a sheet; work that is rounding beside ΔE is none."""
+        """Names, numbers and units for a summary; work that is rounding beside ΔE is none."""
         unit = self.run.mechanism.units.of("torque") if self.run is not None else ""
         share = self.energy_coefficient
         none = math.isinf(share)

@@ -17,10 +17,10 @@ from mbody.laws import Table
 from mbody.model.closed_mechanism import with_changed
 from mbody.model.element import Marker
 from mbody.model.loads import Torque
-from mbody.sheets.text_table import labelled_rows, labelled_rows_noted, number, numbers
 from mbody.solution.checks import one_design
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution, as_solution
+from mbody.summaries.text_table import labelled_rows, labelled_rows_noted, number, numbers
 from mbody.system.read_only import lock
 
 # -- Flywheel for a speed fluctuation, with its proof by the free motion -----------------------

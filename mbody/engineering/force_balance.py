@@ -16,11 +16,11 @@ from mbody.model.closed_mechanism import with_changed
 from mbody.model.element import Marker, as_marker, listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
-from mbody.sheets.text_table import Column, number, numbers, paragraph, table
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import PointHistory
 from mbody.solution.measures import point_history
 from mbody.solution.solution import Solution
+from mbody.summaries.text_table import Column, number, numbers, paragraph, table
 from mbody.system.assembler import assemble
 from mbody.system.read_only import lock
 from mbody.system.system import System

@@ -11,10 +11,10 @@ import numpy as np
 from mbody.errors import ModelError, brief
 from mbody.model.element import listed
 from mbody.model.loads import ReciprocatingCylinder
-from mbody.sheets.text_table import labelled_rows, labelled_rows_noted, number
 from mbody.solution.checks import one_design
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution, as_solution
+from mbody.summaries.text_table import labelled_rows, labelled_rows_noted, number
 from mbody.system.read_only import lock
 
 Array = np.ndarray

@@ -15,10 +15,10 @@ from mbody.model.body import Body, CrossSection, as_section
 from mbody.model.element import Marker, listed
 from mbody.model.joints import Revolute
 from mbody.model.loads import Gravity
-from mbody.sheets.text_table import Column, number, paragraph, table
 from mbody.solution.checks import check_forces
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution, as_solution
+from mbody.summaries.text_table import Column, number, paragraph, table
 from mbody.system.read_only import lock
 
 # -- Mass distribution along the bar of a link, and its weight and inertia up to a cut ---------

@@ -15,9 +15,9 @@ from mbody.model.closed_mechanism import with_changed
 from mbody.model.element import listed
 from mbody.model.loads import Spring, TorsionSpring
 from mbody.model.mechanism import Mechanism
-from mbody.sheets.text_table import Column, number, numbers, paragraph, table
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution
+from mbody.summaries.text_table import Column, number, numbers, paragraph, table
 from mbody.system.assembler import assemble
 from mbody.system.read_only import lock
 from mbody.system.system import System

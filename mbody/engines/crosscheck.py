@@ -114,9 +114,9 @@ class Crosscheck:
         return str(present("notebook", self))
 
     def __str__(self) -> str:
-        from mbody.sheets.analyses import crosscheck_sheet
+        from mbody.summaries.analyses import crosscheck_summary
 
-        return crosscheck_sheet(self)
+        return crosscheck_summary(self)
 
 
 def crosscheck(

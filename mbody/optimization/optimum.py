@@ -20,10 +20,10 @@ from mbody.files.model.write import toml
 from mbody.live.file_numbers import file_numbers
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
-from mbody.sheets.text_table import Column, even, noted, number, paragraph, table
 from mbody.solution.doubts import Inherited
 from mbody.solution.histories import link_poses
 from mbody.solution.solution import Solution
+from mbody.summaries.text_table import Column, even, noted, number, paragraph, table
 from mbody.system.assembler import assemble
 from mbody.system.read_only import lock
 
@@ -250,16 +250,16 @@ class Optimum(Inherited):
         }
 
     def __str__(self) -> str:
-        return str(present("sheet", self))
+        return str(present("summary", self))
 
     def __repr__(self) -> str:
         return f"Optimum({self.aim}: {self.objective}, {self.agreeing} of {self.starts} starts)"
 
 
-# -- The readable sheet of an optimum: what ``print(mbody.optimize(machine, ...))`` shows ------
+# -- The readable summary of an optimum: what ``print(mbody.optimize(machine, ...))`` shows ------
 
 
-def sheet(found: Optimum, name: str = "") -> str:
+def summary(found: Optimum, name: str = "") -> str:
     """An optimum as text, at most 100 characters wide."""
     title = found.run.mechanism.name + (f": {name}" if name else "")
     lines = [*paragraph(title), "", *_aims(found), ""]

@@ -32,8 +32,16 @@ from mbody.reports.blocks import (
 )
 from mbody.reports.described import inputs, method, mobility, sketch
 from mbody.reports.subject import Subject, book
-from mbody.sheets.text_table import ROUNDING, angles, number, numbers, remark, swiftness, unit_text
 from mbody.solution.measures import found_by, measured
+from mbody.summaries.text_table import (
+    ROUNDING,
+    angles,
+    number,
+    numbers,
+    remark,
+    swiftness,
+    unit_text,
+)
 from mbody.views.frame import MODES, mode_rows
 from mbody.views.free_bodies import MOST, draw_free_bodies, when
 from mbody.views.plotting import PlottedCurve, all_measures, plot, plot_curves

@@ -18,8 +18,8 @@ from mbody.engines.crosscheck import Crosscheck, crosscheck
 from mbody.errors import ModelError, SolveError
 from mbody.model.mechanism import Mechanism
 from mbody.model.study import Instants
-from mbody.sheets.text_table import force_floor, force_names, number, unit_text
 from mbody.solution.solution import Solution
+from mbody.summaries.text_table import force_floor, force_names, number, unit_text
 from mbody.system.formula_rows import followed_states
 from mbody.views.free_bodies import force_peak
 from mbody.views.motions import cycle

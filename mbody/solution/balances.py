@@ -184,4 +184,4 @@ class Equations:
         }
 
     def __str__(self) -> str:
-        return str(present("sheet", self))
+        return str(present("summary", self))

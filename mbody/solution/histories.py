@@ -373,8 +373,8 @@ class Result(Protocol):
 
 
 def shown_states(mechanism: Mechanism) -> list[Any]:
-    """The own states that tables and sheets have: not those that only add up energies, which are in
-    the account of energy.
+    """The own states that tables and summaries have: not those that only add up energies, which are
+    in the account of energy.
     """
     return [one for one in mechanism.states if not getattr(one, "accounts", False)]
 

@@ -616,4 +616,4 @@ class Solution(FrictionResults):
         return str(present("notebook", self))
 
     def __str__(self) -> str:
-        return str(present("sheet", self))
+        return str(present("summary", self))

@@ -15,13 +15,13 @@ from mbody.model.element import listed
 from mbody.model.numbers import dimension_named
 from mbody.quantities.evaluate import degrees_of
 from mbody.quantities.units import DIMENSIONS
-from mbody.sheets.text_table import Column, number, numbers, paragraph, table
 from mbody.solution.doubts import Doubt
+from mbody.summaries.text_table import Column, number, numbers, paragraph, table
 from mbody.sweeps.samples import DesignNumbers
 from mbody.system.read_only import locked
 from mbody.system.system import System
 
-#: Failed designs that a sheet names.
+#: Failed designs that a summary names.
 NAMED = 3
 #: Designs up to which each has a row, and how many numbers a row has.
 LISTED, SHOWN = 30, 8
@@ -238,7 +238,7 @@ class Sweep:
             return []
         columns = [Column("DESIGN", [str(n) for n in range(len(self))])]
         for name in self.samples.given_names:
-            values, unit = self._given(name, "deg")  # as all sheets have angles
+            values, unit = self._given(name, "deg")  # as all summaries have angles
             columns.append(Column(name, numbers(values), unit))
         measures = [name for name in self.names if self._column(name).ndim == 1]
         if not measures:

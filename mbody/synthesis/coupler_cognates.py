@@ -30,8 +30,8 @@ from mbody.model.driver import AngleDriver
 from mbody.model.element import Marker, listed
 from mbody.model.joints import Joint, PinSlot, Prismatic, Revolute
 from mbody.model.mechanism import Mechanism
-from mbody.sheets.text_table import Column, number, paragraph, table
 from mbody.solution.solution import Solution
+from mbody.summaries.text_table import Column, number, paragraph, table
 from mbody.system.system import System
 
 #: A point of the coupler nearer to one of its pins than this part of its length has none.

@@ -21,8 +21,8 @@ from mbody.quantities import Scope
 from mbody.quantities.formula import evaluated
 from mbody.quantities.formula import number as number_number
 from mbody.quantities.units import Dimension, UnitSystem, unit_system
-from mbody.sheets.text_table import Column, number, paragraph, table
 from mbody.solution.measures import checked_sides, found_by, sides
+from mbody.summaries.text_table import Column, number, paragraph, table
 from mbody.sweeps.job import MeasuredColumn, columns_of, reduced
 from mbody.synthesis.linkage_kinds import Kind
 from mbody.system.assembler import assemble

@@ -27,7 +27,10 @@ from mbody.reports.blocks import (
     parts_of,
 )
 from mbody.reports.writers import latex, markdown
-from mbody.sheets.text_table import (
+from mbody.solution.checks import one_design, whole_instant
+from mbody.solution.doubts import Inherited, inherited
+from mbody.solution.solution import as_solution
+from mbody.summaries.text_table import (
     REDUNDANT,
     ROUNDING,
     WIDTH,
@@ -40,9 +43,6 @@ from mbody.sheets.text_table import (
     swiftness,
     table,
 )
-from mbody.solution.checks import one_design, whole_instant
-from mbody.solution.doubts import Inherited, inherited
-from mbody.solution.solution import as_solution
 from mbody.teaching.vector_loops import (
     Condition,
     Equation,

@@ -18,7 +18,7 @@ from mbody.laws import Law
 from mbody.model.body import Body
 from mbody.model.element import Element, listed
 from mbody.quantities.units import unit_system
-from mbody.sheets.text_table import WIDTH, paragraph
+from mbody.summaries.text_table import WIDTH, paragraph
 
 # -- An example of every kind of element and law, as a model file has it -----------------------
 
@@ -288,7 +288,7 @@ def _example(text: str, brackets: str) -> list[str]:
 
 
 def _broken(line: str, brackets: str) -> list[str]:
-    """A line in parts of the width of a sheet.
+    """A line in parts of the width of a summary.
 
     >>> _broken("law = { table = [" + ", ".join("[10.0, 20.0]" for _ in range(7)) + "] }", "[")[1]
     '    [10.0, 20.0], [10.0, 20.0]] }'

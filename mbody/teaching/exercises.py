@@ -21,7 +21,7 @@ from mbody.reports.blocks import Block, Cells, Chapter, Grid, Items, Picture, Re
 from mbody.reports.described import inputs
 from mbody.reports.subject import Subject
 from mbody.reports.writers import markdown
-from mbody.sheets.text_table import number
+from mbody.summaries.text_table import number
 from mbody.teaching.derivation import Derivation, derivation
 from mbody.teaching.vector_loops import loops_of_instants
 from mbody.views.drawing import draw

@@ -19,8 +19,8 @@ from mbody.model.driver import DistanceDriver
 from mbody.model.element import Marker
 from mbody.model.joints import Distance, Gear, RackPinion, Rolling
 from mbody.reports.writers import escaped
-from mbody.sheets.text_table import number
 from mbody.solution.checks import loaded
+from mbody.summaries.text_table import number
 from mbody.system.rank import jacobian
 
 if TYPE_CHECKING:

@@ -27,8 +27,8 @@ from mbody.model.loads import (
     TorsionSpring,
     Tyre,
 )
-from mbody.sheets.text_table import force_floor, force_names, forces_on
 from mbody.solution.measures import measured
+from mbody.summaries.text_table import force_floor, force_names, forces_on
 from mbody.views.frame import rounded_number
 from mbody.views.labels import symbolic
 from mbody.views.pose import Carrier, between, heading, on, placed
@@ -311,7 +311,7 @@ def _double(load: PistonPressure | ReciprocatingCylinder, pose: Pose) -> bool:
 def forces_shown(pose: Any, joints: bool) -> list[tuple[str, Array, Array, str, str]]:
     """Forces that are drawn: name, place, components, colour, and the body that they act on.
 
-    Applied forces always, joint forces if requested, as in the sheet: F_ij of
+    Applied forces always, joint forces if requested, as in the summary: F_ij of
     link i on link j.
     """
     found = []

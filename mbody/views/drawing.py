@@ -110,7 +110,7 @@ def draw(
     instant : int or list of int
         Which instant of the result; of several the first is drawn in full, the others faded.
     forces : bool
-        Whether the joint forces are drawn, as in the sheet: F_ij on link j by link i.
+        Whether the joint forces are drawn, as in the summary: F_ij on link j by link i.
     paths : sequence of str
         Points such as ``"coupler.P"`` whose paths are drawn: over the instants of the result; where
         it has one only, over the times that the mechanism asks for, or a whole turn; of a free

@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from mbody.sheets.text_table import force_names
 from mbody.solution.histories import Place, moved
 from mbody.solution.solution import Solution
+from mbody.summaries.text_table import force_names
 from mbody.views.acting import forces_shown, notation
 from mbody.views.frame import nice, rounded_number
 from mbody.views.friction_symbols import CONSTRUCTION, contact_arrows, line_of_action, sign_history

@@ -12,7 +12,7 @@ import numpy as np
 
 from mbody.model.driver import AngleDriver
 from mbody.model.loads import Gravity
-from mbody.sheets.text_table import cut
+from mbody.summaries.text_table import cut
 from mbody.views.labels import Label, extent
 from mbody.views.pose import heading
 from mbody.views.shapes import box

@@ -22,7 +22,7 @@ from mbody.model.driver import Driver
 from mbody.model.element import listed
 from mbody.model.joints import PinSlot, Prismatic
 from mbody.model.mechanism import Mechanism
-from mbody.sheets.text_table import force_floor, force_names
+from mbody.summaries.text_table import force_floor, force_names
 from mbody.views.acting import driver_symbol, force_arrow, forces_shown, load_symbol
 from mbody.views.body_shapes import body_shapes, bounds, guide, wheels
 from mbody.views.frame import captions, key_row, nice, rounded_number

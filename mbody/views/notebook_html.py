@@ -13,7 +13,7 @@ from mbody.model.mechanism import Mechanism
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
-#: Lines of a sheet that are shown, and the height of the picture on the screen.
+#: Lines of a summary that are shown, and the height of the picture on the screen.
 LINES, HIGH = 60, "16em"
 STYLE = "display:flex;flex-wrap:wrap;gap:1.5em;align-items:flex-start"
 
@@ -35,11 +35,11 @@ def shown(result: Any) -> str:
 
 
 def _text(result: Any) -> str:
-    """The sheet of a result, the file of a mechanism; else one line."""
+    """The summary of a result, the file of a mechanism; else one line."""
     machine = result.mechanism if isinstance(result, System) else result
     try:
         text = to_toml(machine) if isinstance(machine, Mechanism) else str(result)
-    except (ModelError, SolveError):  # Python, which no file has; a batch, which has no sheet
+    except (ModelError, SolveError):  # Python, which no file has; a batch, which has no summary
         return repr(result)
     lines = text.rstrip().splitlines()
     more = len(lines) - LINES

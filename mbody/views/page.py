@@ -25,11 +25,11 @@ from mbody.files.model import to_toml
 from mbody.files.writing import writing
 from mbody.model.loads import Force, Gravity
 from mbody.model.mechanism import Mechanism
-from mbody.sheets.text_table import forces_on
 from mbody.solution.checks import each_load_of
 from mbody.solution.histories import Place, moved
 from mbody.solution.measures import found_by
 from mbody.solution.solution import Solution
+from mbody.summaries.text_table import forces_on
 from mbody.system.system import System
 from mbody.views.acting import wrench_names
 from mbody.views.film_frames import FilmSet, film_svg

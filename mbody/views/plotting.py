@@ -13,9 +13,9 @@ from mbody.errors import ModelError, brief
 from mbody.model.driver import AngleDriver
 from mbody.model.study import Measure, measure_named
 from mbody.quantities.units import DIMENSIONS, Dimension, name_of
-from mbody.sheets.text_table import cut, unit_text
 from mbody.solution.checks import one_design
 from mbody.solution.measures import found_by, measured
+from mbody.summaries.text_table import cut, unit_text
 from mbody.views.frame import BAR, mode_bars, mode_key, mode_rows
 from mbody.views.labels import extent
 from mbody.views.motions import one_way

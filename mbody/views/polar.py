@@ -11,8 +11,8 @@ import numpy as np
 from mbody.errors import ModelError
 from mbody.model.driver import AngleDriver
 from mbody.model.element import listed
-from mbody.sheets.text_table import cut, force_names
 from mbody.solution.checks import check_forces, one_design
+from mbody.summaries.text_table import cut, force_names
 from mbody.views.acting import notation
 from mbody.views.frame import rounded_number
 from mbody.views.labels import drawable, extent
@@ -75,8 +75,8 @@ def polar(run: Solution, *joints: str) -> Figure:
 def hodograph(run: Solution, *joints: str, axes: str = "ground") -> Figure:
     """The curves that the tips of joint forces describe, in world axes or in those of a link.
 
-    F_ij is the force of link i on link j, as in the sheet. Small marks are every 30 degrees of the
-    driver, the circle is the first instant.
+    F_ij is the force of link i on link j, as in the summary. Small marks are every 30 degrees of
+    the driver, the circle is the first instant.
 
     Examples
     --------

@@ -126,7 +126,7 @@ class DeadCentres(Inherited):
         return iter(self.positions)
 
     def __str__(self) -> str:
-        return str(present("sheet", self))
+        return str(present("summary", self))
 
     def data(self, angle: str = "deg") -> list[dict[str, Any]]:
         """Plain values, ready for JSON; angles in `angle`."""

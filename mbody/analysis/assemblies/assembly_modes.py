@@ -172,7 +172,7 @@ class AssemblyModes(Inherited):
         return np.array([mode.pose for mode in self.modes]).reshape(len(self), size)
 
     def __str__(self) -> str:
-        return str(present("sheet", self))
+        return str(present("summary", self))
 
     def data(self, angle: str = "deg") -> dict[str, Any]:
         """Everything as plain values, ready for JSON; angles in `angle`, "deg" or "rad"."""

@@ -315,7 +315,7 @@ class Circuits(Inherited):
         return None, None
 
     def __str__(self) -> str:
-        return str(present("sheet", self))
+        return str(present("summary", self))
 
     def data(self, angle: str = "deg") -> dict[str, Any]:
         """The modes as data with circuits and dead centres, ready for JSON."""

@@ -541,7 +541,7 @@ class Transmission(Inherited):
         return any(d.angular for d in self.mechanism.drivers if d.name == self.driver)
 
     def __str__(self) -> str:
-        return str(present("sheet", self))
+        return str(present("summary", self))
 
     def data(self, angle: str = "deg") -> dict[str, Any]:
         """Everything as plain values, ready for JSON; what is infinite or undefined is null."""

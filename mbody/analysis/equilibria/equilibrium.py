@@ -90,7 +90,7 @@ class AtRestPositions(Inherited, Generic[T]):
         return str(present("notebook", self))
 
     def __str__(self) -> str:
-        return str(present("sheet", self))
+        return str(present("summary", self))
 
 
 # -- Sentences about a search for rest positions: what it met, what it may miss, why it failed -

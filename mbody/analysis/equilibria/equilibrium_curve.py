@@ -590,7 +590,7 @@ class EquilibriumCurve(Inherited):
         }
 
     def __str__(self) -> str:
-        return str(present("sheet", self))
+        return str(present("summary", self))
 
 
 def _flat(history: History) -> History:

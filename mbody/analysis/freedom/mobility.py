@@ -233,7 +233,7 @@ class Mobility:
         return plain
 
     def __str__(self) -> str:
-        return str(present("sheet", self))
+        return str(present("summary", self))
 
 
 def mobility(

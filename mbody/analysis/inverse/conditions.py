@@ -110,7 +110,7 @@ class Answer:
         return found
 
     def __str__(self) -> str:
-        return str(present("sheet", self))
+        return str(present("summary", self))
 
 
 # -- Conditions between measured quantities: equations and inequalities as text ----------------

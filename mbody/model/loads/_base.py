@@ -22,7 +22,7 @@ LINE = Polynomial((0.0, 0.0))
 FORCES = {"fx": "force", "fy": "force", "force": "force"}
 
 
-class LoadSheet(Protocol):
+class LoadSummary(Protocol):
     """What a load reads to write its line: its numbers and laws at an instant, as text."""
 
     def value(self, load: Load, field: str) -> str:
@@ -103,8 +103,8 @@ class Load(Element):
             return {**FORCES, "length": "length", "rate": "velocity"}
         return {**FORCES, "torque": "torque"} if self.sides() else {}
 
-    def line(self, sheet: LoadSheet) -> str:
-        """One line of a sheet at an instant; where it is empty, the sheet lists the fields."""
+    def line(self, summary: LoadSummary) -> str:
+        """One line of a summary at an instant; where it is empty, the summary lists the fields."""
         return ""
 
     def wrenches(self, i: Any, j: Any, t: float, law: Any) -> tuple[Any, Any]:

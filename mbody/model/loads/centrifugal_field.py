@@ -17,7 +17,7 @@ from mbody.quantities.types import NumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
-    from mbody.model.loads._base import LoadSheet
+    from mbody.model.loads._base import LoadSummary
 
 
 #: Second moments may miss the body's inertia by this part of it: digits that were typed.
@@ -109,10 +109,10 @@ class CentrifugalField(Load):
         """The speed, where it is constant."""
         return "speed" if isinstance(self.speed, Constant) else ""
 
-    def line(self, sheet: LoadSheet) -> str:
+    def line(self, summary: LoadSummary) -> str:
         """Speed or angular momentum, and the axis."""
-        unit = sheet.unit("angular velocity" if self.given == "speed" else "angular momentum")
-        turning = f"{self.given} {sheet.value(self, self.given)} {unit}"
+        unit = summary.unit("angular velocity" if self.given == "speed" else "angular momentum")
+        turning = f"{self.given} {summary.value(self, self.given)} {unit}"
         return f"{turning} about the axis in {self.axis}, on every mass"
 
     def actions(self, at: Numbers) -> list[ForcePrimitive]:

@@ -18,7 +18,7 @@ from mbody.quantities.types import NumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
-    from mbody.model.loads._base import LoadSheet
+    from mbody.model.loads._base import LoadSummary
 
 
 @dataclass(frozen=True)
@@ -58,11 +58,11 @@ class Force(Load):
                 f"'{self.name}': follows must be True or False, not {self.follows!r}", self.name
             )
 
-    def line(self, sheet: LoadSheet) -> str:
+    def line(self, summary: LoadSummary) -> str:
         """Size, direction and place."""
         frame = f" from the axes of {self.at.body}" if self.follows else ""
-        size = f"{sheet.value(self, 'value')} {sheet.unit('force')}"
-        return f"{size} @ {sheet.degrees(self, 'angle')}°{frame} on {self.at}"
+        size = f"{summary.value(self, 'value')} {summary.unit('force')}"
+        return f"{size} @ {summary.degrees(self, 'angle')}°{frame} on {self.at}"
 
     def actions(self, at: Numbers) -> list[ForcePrimitive]:
         """One action; parameters are the arm and the direction."""

@@ -12,7 +12,7 @@ from mbody.model.primitives import ForcePrimitive, load_physics
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
-    from mbody.model.loads._base import LoadSheet
+    from mbody.model.loads._base import LoadSummary
 
 
 @dataclass(frozen=True)
@@ -38,10 +38,10 @@ class Gravity(Load):
     y: LawLike = law_field("acceleration", 0.0)
     conservative = True
 
-    def line(self, sheet: LoadSheet) -> str:
+    def line(self, summary: LoadSummary) -> str:
         """Its components."""
-        parts = ", ".join(sheet.value(self, key) for key in "xy")
-        return f"({parts}) {sheet.unit('acceleration')} on every mass"
+        parts = ", ".join(summary.value(self, key) for key in "xy")
+        return f"({parts}) {summary.unit('acceleration')} on every mass"
 
     def actions(self, at: Numbers) -> list[ForcePrimitive]:
         """One action on all bodies."""

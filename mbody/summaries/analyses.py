@@ -1,4 +1,4 @@
-"""The readable sheets of all other results: rest positions, modes, mobility, answers."""
+"""The readable summaries of all other results: rest positions, modes, mobility, answers."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.model.element import listed
-from mbody.sheets.instant import measures
-from mbody.sheets.text_table import (
+from mbody.summaries.instant import measures
+from mbody.summaries.text_table import (
     ROUNDING,
     Column,
     angles,
@@ -55,13 +55,13 @@ ONE_SIDED = {
 }
 
 
-def mobility_sheet(report: Mobility) -> str:
+def mobility_summary(report: Mobility) -> str:
     """A mobility report as text, at most 100 characters wide.
 
     Examples
     --------
     >>> import mbody
-    >>> print(sheet(mbody.mobility(mbody.makers.four_bar(1, 3, 2, 3.5))).splitlines()[10])
+    >>> print(summary(mbody.mobility(mbody.makers.four_bar(1, 3, 2, 3.5))).splitlines()[10])
     degrees of freedom: coordinates - rank              1               0
     """
     when = f"mobility at t = {number(report.t)} {report.units.time}"
@@ -163,7 +163,7 @@ def _motions(title: str, motions: Sequence[FreeMotion]) -> list[str]:
     return lines
 
 
-# -- Sheets of assembly modes, circuits and dead centres ---------------------------------------
+# -- Summaries of assembly modes, circuits and dead centres ---------------------------------------
 
 #: Modes that are shown.
 ASSEMBLIES_SHOWN = 40
@@ -171,20 +171,20 @@ ASSEMBLIES_SHOWN = 40
 ASSEMBLIES_ROUNDING = 1e-12
 
 
-def assemblies_sheet(found: AssemblyModes) -> str:
+def assemblies_summary(found: AssemblyModes) -> str:
     """Assembly modes as text, at most 100 characters wide.
 
     Examples
     --------
     >>> import mbody
     >>> modes = mbody.assembly_modes(mbody.makers.four_bar(40, 120, 80, 100), {"crank": "40 deg"})
-    >>> print(sheet(modes).splitlines()[3])
+    >>> print(summary(modes).splitlines()[3])
     2 assembly modes at motor = 40 deg; it is proven that there are no more
     """
     return "\n".join(even([*_modes(found, None), *certified(found)]))
 
 
-def circuits_sheet(found: Circuits) -> str:
+def circuits_summary(found: Circuits) -> str:
     """Assembly modes, circuits and dead centres as text."""
     unit = found.mechanism.units.length
     lines = _modes(found.modes, found)
@@ -227,7 +227,7 @@ def closing_line(found: AssemblyModes) -> list[str]:
     return paragraph(text, "ASSEMBLIES   ")
 
 
-def dead_centres_sheet(found: DeadCentres) -> str:
+def dead_centres_summary(found: DeadCentres) -> str:
     """Dead centres as text."""
     lines = title(found.mechanism.name, f"dead centres of '{found.driver}'", found.mechanism.units)
     lines += ["", *paragraph(_dead_centres(found))]
@@ -320,13 +320,13 @@ def _dead_centres(found: DeadCentres) -> str:
     return f"dead centres of '{found.driver}': {', '.join(shown) or 'none was met'}{proof}{turns}"
 
 
-# -- The readable sheet of rest positions: what ``print(mbody.equilibrium(machine))`` shows ----
+# -- The readable summary of rest positions: what ``print(mbody.equilibrium(machine))`` shows ----
 
 #: Positions, links and joints that are shown.
 EQUILIBRIUM_SHOWN = 12
 
 
-def equilibrium_sheet(found: Equilibria) -> str:
+def equilibrium_summary(found: Equilibria) -> str:
     """Rest positions as text, at most 100 characters wide.
 
     Examples
@@ -337,7 +337,7 @@ def equilibrium_sheet(found: Equilibria) -> str:
     >>> machine.add(mbody.Body("rod", mass=2.0, cg=(0.5, 0.0)))
     >>> machine.add(mbody.Revolute("O", "ground", "rod"))
     >>> machine.add(mbody.Gravity("gravity", y=-9.81))
-    >>> print(sheet(mbody.equilibrium(machine)).splitlines()[6].split()[:3])
+    >>> print(summary(mbody.equilibrium(machine)).splitlines()[6].split()[:3])
     ['1', 'stable', '9.81']
     """
     count = len(found)
@@ -468,7 +468,7 @@ def _forces(found: Equilibria, shown: list[Equilibrium]) -> list[str]:
     return lines
 
 
-def curve_sheet(curve: EquilibriumCurve) -> str:
+def curve_summary(curve: EquilibriumCurve) -> str:
     """A curve of rest positions as text: its ends, folds and crossings, and what lies between.
 
     Examples
@@ -480,7 +480,7 @@ def curve_sheet(curve: EquilibriumCurve) -> str:
     >>> machine.add(mbody.Revolute("O", "ground", "rod"))
     >>> machine.add(mbody.Gravity("gravity", y=-9.81), mbody.Torque("push", "rod", value=0.0))
     >>> curve = equilibrium_curve(machine, "push.value", (0.0, 20.0), points=60)
-    >>> curve_sheet(curve).splitlines()[0]
+    >>> curve_summary(curve).splitlines()[0]
     'pendulum'
     """
     machine, last = curve.solution.mechanism, len(curve) - 1
@@ -517,13 +517,13 @@ def _moving(curve: EquilibriumCurve, name: str, rows: list[int]) -> list[Column]
     ]
 
 
-# -- The readable sheet of modes: what ``print(mbody.modes(machine))`` shows -------------------
+# -- The readable summary of modes: what ``print(mbody.modes(machine))`` shows -------------------
 
 #: Positions, modes of each, and leaders of a mode that are shown.
 MODES_SHOWN, MODES, LEADERS = 6, 20, 4
 
 
-def modes_sheet(found: Modes) -> str:
+def modes_summary(found: Modes) -> str:
     """Modes as text, at most 100 characters wide.
 
     Examples
@@ -533,7 +533,7 @@ def modes_sheet(found: Modes) -> str:
     >>> machine.add(mbody.Body("rod", mass=2.0, cg=(0.5, 0.0)))
     >>> machine.add(mbody.Revolute("O", "ground", "rod"))
     >>> machine.add(mbody.Gravity("gravity", y=-9.81))
-    >>> print(sheet(mbody.modes(machine)).splitlines()[7].split()[:4])
+    >>> print(summary(mbody.modes(machine)).splitlines()[7].split()[:4])
     ['1', 'oscillates', '4.42945', '0.704968']
     """
     count = len(found)
@@ -617,16 +617,16 @@ def _shape(one: ModesAt, mode: Mode) -> str:
     return " : ".join(parts) + (" …" if len(mode.amplitudes) > LEADERS else "")
 
 
-# -- The readable sheet of answers: what ``print(mbody.solve_for(machine, ...))`` shows --------
+# -- The readable summary of answers: what ``print(mbody.solve_for(machine, ...))`` shows --------
 
 
-def answers_sheet(answer: Answer, name: str = "") -> str:
+def answers_summary(answer: Answer, name: str = "") -> str:
     """An answer as text, at most 100 characters wide.
 
     >>> import mbody
     >>> machine = mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 3, 2), speed=10.0)
     >>> machine.add(mbody.Torque("brake", "rocker", value=1.0))
-    >>> print(sheet(mbody.solve_for(machine, "brake", "motor.effort = 0")).splitlines()[2])
+    >>> print(summary(mbody.solve_for(machine, "brake", "motor.effort = 0")).splitlines()[2])
     conditions: motor.effort = 0
     """
     question = answer.question
@@ -689,20 +689,20 @@ def _joints(found: AnswerCase) -> list[str]:
     )
 
 
-# -- Sheet of a transmission -------------------------------------------------------------------
+# -- Summary of a transmission -------------------------------------------------------------------
 
 #: Instants that are shown.
 TRANSMISSION_SHOWN = 13
 
 
-def transmission_sheet(found: Transmission) -> str:
+def transmission_summary(found: Transmission) -> str:
     """A transmission as text, at most 100 characters wide.
 
     Examples
     --------
     >>> import mbody
     >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5), turn=True, instants=37)
-    >>> print(sheet(mbody.transmission(run, output="rocker")).splitlines()[3])
+    >>> print(summary(mbody.transmission(run, output="rocker")).splitlines()[3])
     least transmission angle 52.831° at 'B', where 'motor' = 180 deg
     """
     unit = found.mechanism.units.length
@@ -748,13 +748,13 @@ def _cells(values: Any) -> list[str]:
     return [next(cells) if math.isfinite(v) else words.get(v, "–") for v in values.tolist()]
 
 
-# -- The readable sheet of a cross-check: what ``print(mbody.crosscheck(machine))`` shows ------
+# -- The readable summary of a cross-check: what ``print(mbody.crosscheck(machine))`` shows ------
 
 #: Quantities of an engine that are shown, where some differ and where all agree: the worst first.
 CROSSCHECK_SHOWN, ENOUGH = 16, 8
 
 
-def crosscheck_sheet(report: Any) -> str:
+def crosscheck_summary(report: Any) -> str:
     """A cross-check as text, at most 100 characters wide."""
     run = report.run
     instants = f"{len(run)} instants" if len(run) > 1 else "1 instant"

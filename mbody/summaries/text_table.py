@@ -184,7 +184,7 @@ def paragraph(text: str, mark: str = "") -> list[str]:
     return textwrap.wrap(mark + text, WIDTH, subsequent_indent=" " * len(mark)) or [mark]
 
 
-# -- A sheet of single numbers: a name, a number and its unit in a row -------------------------
+# -- A summary of single numbers: a name, a number and its unit in a row -------------------------
 
 
 def labelled_rows(head: str, rows: Sequence[tuple[str, str, str]]) -> list[str]:
@@ -214,7 +214,7 @@ Array = np.ndarray
 #: Below a table of joint forces that shows torques.
 ABOUT = "torques about the joint's place on its body j"
 
-#: Times of an event that a sheet shows.
+#: Times of an event that a summary shows.
 SHOWN = 5
 #: What is smaller than this part of the greatest of its kind is rounding, shown as 0.
 ROUNDING = 1e-9
@@ -403,8 +403,8 @@ def torque_cells(solution: Solution, torque: Array, floor: float) -> list[str]:
 
 
 def joint_torque(mechanism: Mechanism, reaction: Reaction) -> Array:
-    """The torque of a reaction as sheets show it: none of a contact, whose force acts at the place
-    where it touches.
+    """The torque of a reaction as summaries show it: none of a contact, whose force acts at the
+    place where it touches.
     """
     force_alone = isinstance(mechanism[reaction.joint], Contact | Rope)
     return np.asarray(0.0 * reaction.torque if force_alone else reaction.torque)

@@ -1,4 +1,4 @@
-"""The readable sheet of a solution: what ``print(run)`` shows, in the names of textbooks."""
+"""The readable summary of a solution: what ``print(run)`` shows, in the names of textbooks."""
 
 from __future__ import annotations
 
@@ -14,7 +14,9 @@ from mbody.model.contact import joined
 from mbody.model.element import OwnState
 from mbody.model.study import Measure, in_time, mean_weights, outermost
 from mbody.quantities.units import DIMENSIONS, Dimension
-from mbody.sheets.text_table import (
+from mbody.solution.histories import own_history, shown_states
+from mbody.solution.measures import found_by, measured
+from mbody.summaries.text_table import (
     ABOUT,
     ROUNDING,
     WIDTH,
@@ -39,8 +41,6 @@ from mbody.sheets.text_table import (
     there,
     torque_cells,
 )
-from mbody.solution.histories import own_history, shown_states
-from mbody.solution.measures import found_by, measured
 
 if TYPE_CHECKING:
     from mbody.model.element import Element
@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     from mbody.solution.solution import Solution
 
 
-# -- The table of contacts, ropes and rough joints in sheets -----------------------------------
+# -- The table of contacts, ropes and rough joints in summaries -----------------------------------
 
 
 def contacts(solution: Solution) -> list[str]:
@@ -113,7 +113,7 @@ def _between(solution: Solution, name: str) -> str:
     return " and ".join(bodies)
 
 
-# -- The table of couplings in the sheets of one instant and of many ---------------------------
+# -- The table of couplings in the summaries of one instant and of many ---------------------------
 
 
 def couplings(solution: Solution) -> list[str]:
@@ -143,7 +143,7 @@ def couplings(solution: Solution) -> list[str]:
     return lines
 
 
-# -- The tables of friction on a sheet: what joints lose, and between what efforts lie at rest -
+# -- The tables of friction on a summary: what joints lose, and between what efforts lie at rest -
 
 #: Losses below this part of the greatest are rounding.
 FRICTION_ROUNDING = 1e-12
@@ -241,7 +241,7 @@ def _ends(values: tuple[float, ...]) -> list[str]:
     ]
 
 
-# -- The table of measured quantities on a sheet -----------------------------------------------
+# -- The table of measured quantities on a summary -----------------------------------------------
 
 
 def _floor(solution: Solution, dimension: Dimension) -> float:
@@ -322,9 +322,9 @@ def measures(solution: Solution) -> list[str]:
     return table(columns)
 
 
-# -- The table of points on a sheet of one instant: places, velocities, accelerations ----------
+# -- The table of points on a summary of one instant: places, velocities, accelerations ----------
 
-#: Points that a sheet shows.
+#: Points that a summary shows.
 SHOWN = 24
 
 
@@ -353,7 +353,7 @@ def points(solution: Solution) -> list[str]:
     return [*lines, f"{more} points more are among the data and in tables"] if more > 0 else lines
 
 
-# -- The tables of inputs and of own states on a sheet -----------------------------------------
+# -- The tables of inputs and of own states on a summary -----------------------------------------
 
 
 def signals(solution: Solution) -> list[list[str]]:
@@ -448,7 +448,7 @@ class _Rows:
         self.floor = force_floor(solution) if solution.has_forces else 0.0
 
     def lines(self) -> list[str]:
-        """One table, or two below each other where the instants are wider than a sheet."""
+        """One table, or two below each other where the instants are wider than a summary."""
         if not self.names:
             return []
         columns = [
@@ -537,17 +537,17 @@ class _Rows:
             self.add(name, unit, values, ROUNDING * float(finite.max(initial=0.0)))
 
 
-# -- The sheet of many instants or designs: ranges and peaks, and where they occur -------------
+# -- The summary of many instants or designs: ranges and peaks, and where they occur -------------
 
 
-def summary(solution: Solution) -> list[str]:
-    """Lines of the sheet of many instants, or of a batch of designs.
+def range_lines(solution: Solution) -> list[str]:
+    """Lines of the summary of many instants, or of a batch of designs.
 
     Examples
     --------
     >>> import mbody
     >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=10.0), turn=True)
-    >>> summary(run)[1]
+    >>> range_lines(run)[1]
     'kinematics at 361 instants, t = 0 … 0.628319 s; units SI: m, N, s, kg'
     """
     return _Summary(solution).lines()
@@ -713,11 +713,11 @@ class _Summary:
         return mean_weights(self.solution.t) / designs
 
 
-#: Members that a sheet shows.
+#: Members that a summary shows.
 MEMBERS = 12
 
 
-def sheet(solution: Solution) -> str:
+def summary(solution: Solution) -> str:
     """A solution as text, at most 100 characters wide.
 
     One instant: links, forces at the joints as F_ij (of link i on link j), drivers, inertia forces,
@@ -727,15 +727,15 @@ def sheet(solution: Solution) -> str:
     --------
     >>> import mbody
     >>> run = mbody.kinetostatics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=10.0))
-    >>> sheet(run).splitlines()[0]
+    >>> summary(run).splitlines()[0]
     'four-bar'
     """
     many = solution.record.batch or len(solution) > 1
-    return "\n".join(even(summary(solution) if many else _Instant(solution).lines()))
+    return "\n".join(even(range_lines(solution) if many else _Instant(solution).lines()))
 
 
 class _Instant:
-    """The sheet of one instant, table by table."""
+    """The summary of one instant, table by table."""
 
     def __init__(self, solution: Solution) -> None:
         self.solution = solution

@@ -11,7 +11,9 @@ import numpy as np
 from mbody.analysis.position.closed_position import direction, place
 from mbody.errors import ModelError
 from mbody.kernels.layout import PER_PRIMITIVE
-from mbody.sheets.text_table import (
+from mbody.solution.balances import Equations
+from mbody.solution.checks import check_forces, loaded, whole_instant
+from mbody.summaries.text_table import (
     ABOUT,
     REDUNDANT,
     ROUNDING,
@@ -28,8 +30,6 @@ from mbody.sheets.text_table import (
     paragraph,
     table,
 )
-from mbody.solution.balances import Equations
-from mbody.solution.checks import check_forces, loaded, whole_instant
 from mbody.system.rank import DENSE, dense, jacobian, rank_of
 
 if TYPE_CHECKING:
@@ -54,14 +54,14 @@ LABEL = 18
 GLUE = "\N{NO-BREAK SPACE}"
 
 
-def sheet(system: Equations) -> str:
-    """The sheet of the equations of one instant, at most 100 characters wide.
+def summary(system: Equations) -> str:
+    """The summary of the equations of one instant, at most 100 characters wide.
 
     Examples
     --------
     >>> import mbody
     >>> run = mbody.statics(mbody.makers.four_bar(1, 3, 2, 3.5))
-    >>> sheet(run.equations()).splitlines()[3].split()[:4]
+    >>> summary(run.equations()).splitlines()[3].split()[:4]
     ['EQUATIONS', 'F12x', 'F12y', 'F32x']
     """
     rhs = numbers(_rounded(system, system.rhs, system.row_units))

@@ -1,1 +1,0 @@
-"""Results on paper: the readable sheet of every analysis."""

@@ -1,0 +1,1 @@
+"""Results on paper: the readable summary of every analysis."""
