@@ -24,7 +24,8 @@ from mbody import (
     mobility,
 )
 from mbody.analysis.freedom import mobility as mobility_analysis
-from mbody.analysis.position.assembly_analysis import DEAD, closed
+from mbody.analysis.position.assembly_analysis import closed
+from mbody.core.tolerances import SINGULAR_VALUE_DEAD_CENTRE
 from mbody.laws import Constant
 from mbody.system.rank import dense, large_rank, rank_of, sparse_rows
 
@@ -166,8 +167,13 @@ def test_elimination_beside_singular_values(machine, monkeypatch):
     system = mbody.assemble(machine)
     work = closed(system, 0.0, {}, None).work
     G = dense(system, work)[1]
-    rank = rank_of(G, DEAD)
-    own = large_rank(sparse_rows(system, work), system.rows, range(len(machine.bodies)), DEAD)
+    rank = rank_of(G, SINGULAR_VALUE_DEAD_CENTRE)
+    own = large_rank(
+        sparse_rows(system, work),
+        system.rows,
+        range(len(machine.bodies)),
+        SINGULAR_VALUE_DEAD_CENTRE,
+    )
     assert (own.rank, own.free, own.redundant) == (rank.rank, rank.free, rank.redundant)
     motions = own.motions()
     # factors below ten, in chains of up to forty; both span what Φ_q leaves open

@@ -15,10 +15,11 @@ from mbody.analysis.dynamics.events import Guard
 from mbody.analysis.dynamics.integrators import REFINEMENTS, coordinate_sizes, own_sizes
 from mbody.analysis.dynamics.interruptions import held_inputs, without_held
 from mbody.analysis.initial.initial_state import event_measure
-from mbody.analysis.position.assembly_analysis import SOFT, raise_user_error
+from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.core.dual_number import DualNumber, value
 from mbody.core.duals import TANGENTS
 from mbody.core.lanes import LANES, aligned
+from mbody.core.tolerances import REDUNDANT_ROW_SOFTNESS
 from mbody.derivatives.dual_solution import DualRecord, EventTime, dual_solution
 from mbody.derivatives.mode_record import JumpGuard, LostNumbers, ModeStretch, held
 from mbody.errors import SolveError
@@ -142,7 +143,7 @@ class DualMotion:
         sizes = coordinate_sizes(system.length, rates, accelerations)
         self.scale = np.concatenate([sizes, own_sizes(system), [1.0]])
         light = stand_ins(system.layout, system.mass, system.length).any()
-        self.regularization = SOFT * bool(run.regularization)
+        self.regularization = REDUNDANT_ROW_SOFTNESS * bool(run.regularization)
         self.refinements = 1 + REFINEMENTS if light or self.regularization else 0
 
     def followed(

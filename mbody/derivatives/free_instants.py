@@ -11,10 +11,11 @@ import numpy as np
 
 from mbody.analysis.driven.driven import kinematics
 from mbody.analysis.dynamics.integrators import first_own_states
-from mbody.analysis.dynamics.simulate import REPEATED, beginning, integrate_phases, phase_rows
+from mbody.analysis.dynamics.simulate import beginning, integrate_phases, phase_rows
 from mbody.analysis.freedom.mobility import released
 from mbody.analysis.initial.initial_state import StartDriver, start_drivers, state_of
 from mbody.core.dual_number import DualNumber
+from mbody.core.tolerances import STATE_REPEATED
 from mbody.derivatives.driven_instants import DrivenInstants
 from mbody.derivatives.dual_motion import (
     APART,
@@ -661,7 +662,7 @@ class FreeInstants:
             return
         kept = self.run.record.table(slice(0, n))[instants]
         apart = np.abs(pages.value[:, :n] - kept) / (motion.scale[:n] + np.abs(kept))
-        if float(apart.max(initial=0.0)) <= max(REPEATED, TOLERANCES * motion.settings.rtol):
+        if float(apart.max(initial=0.0)) <= max(STATE_REPEATED, TOLERANCES * motion.settings.rtol):
             return
         names = listed([one.name for one in machine.controllers])
         why = f"followed again the motion is another: {names} must be functions of what they read"

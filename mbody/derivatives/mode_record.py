@@ -12,10 +12,11 @@ import numpy as np
 
 from mbody.analysis.contact.unilateral import has_modes
 from mbody.analysis.dynamics.contact_motion import ContactIntegration
-from mbody.analysis.dynamics.events import AT_ZERO, EventIntegration, Guard
+from mbody.analysis.dynamics.events import EventIntegration, Guard
 from mbody.analysis.dynamics.interruptions import Interruptions
 from mbody.analysis.initial.initial_state import state_of
 from mbody.core.dual_number import DualNumber
+from mbody.core.tolerances import GUARD_ZERO
 from mbody.kernels.accelerations import free_motion
 from mbody.kernels.layout import Layout, Work
 from mbody.kernels.step_state import TIME
@@ -452,7 +453,7 @@ class ModeRecorder(JumpWatch, ContactIntegration):
         one = self.stretches[-1]
         one.guard = guard
         found = zip(self.guards, *self._guarded(), strict=True)
-        zero = [each for each, value, size in found if abs(value) <= AT_ZERO * size]
+        zero = [each for each, value, size in found if abs(value) <= GUARD_ZERO * size]
         one.also = tuple(each for each in zero if each != guard and each not in self.fresh)
         return super()._passed(guard)
 

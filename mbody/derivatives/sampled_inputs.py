@@ -16,9 +16,10 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.dynamics.interruptions import SAME, Interruptions, SampledState
+from mbody.analysis.dynamics.interruptions import Interruptions, SampledState
 from mbody.analysis.initial.initial_state import state_of
 from mbody.core.dual_number import DualNumber, value
+from mbody.core.tolerances import TIMES_SAME_SAMPLE
 from mbody.derivatives.dual_motion import DualMotion, Tangents
 from mbody.derivatives.dual_solution import DualRecord, dual_solution
 from mbody.derivatives.mode_record import LostNumbers, ModeStretch
@@ -151,7 +152,7 @@ class _Sampled:
     @property
     def close(self) -> float:
         """Times nearer to each other are one."""
-        return SAME * self.state.controller.every
+        return TIMES_SAME_SAMPLE * self.state.controller.every
 
     @property
     def sample_time(self) -> float:

@@ -17,8 +17,9 @@ from mbody.analysis.driven.driven import ANALYSES, analyse_at
 from mbody.analysis.driven.path_following import PathEnded, Runner
 from mbody.analysis.driven.time_grid import by_time
 from mbody.analysis.inverse.conditions import Relation
-from mbody.analysis.position.assembly_analysis import SUSPICIOUS, check_determined, closed_near
+from mbody.analysis.position.assembly_analysis import check_determined, closed_near
 from mbody.core.dual_number import DualNumber
+from mbody.core.tolerances import PIVOT_SUSPICIOUS
 from mbody.derivatives.driven_instants import DrivenInstants
 from mbody.errors import ModelError, ModelWarning, SolveError
 from mbody.inverse.roots import Affine, differences
@@ -387,7 +388,7 @@ class Trials:
             return None
         check_determined(system, start, self.question.analysis)
         redundant = bool(start.regularization)
-        nearly = not redundant and start.ratio < SUSPICIOUS
+        nearly = not redundant and start.ratio < PIVOT_SUSPICIOUS
         if self.known and (nearly or redundant > self.known[0].redundant):
             return None
         regular = (

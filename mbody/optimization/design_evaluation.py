@@ -11,9 +11,10 @@ import numpy as np
 from mbody.analysis.driven.path_following import PathEnded, Runner
 from mbody.analysis.driven.time_grid import TimeGrid, time_grid
 from mbody.analysis.dynamics.simulate import simulate
-from mbody.analysis.position.assembly_analysis import SUSPICIOUS, check_determined, closed, rounding
+from mbody.analysis.position.assembly_analysis import check_determined, closed, rounding
 from mbody.analysis.position.closed_position import ClosedPosition, close_in_stages
 from mbody.core.dual_number import DualNumber
+from mbody.core.tolerances import PIVOT_SUSPICIOUS
 from mbody.derivatives.driven_instants import DrivenInstants
 from mbody.derivatives.free_instants import MotionInstants, motion_instants
 from mbody.errors import ModelError, SolveError
@@ -178,7 +179,7 @@ class Evaluator:
             small = float(rounding(system, self.pose))
             # from the last design, which is near as a rule, else from the description
             for pose, origin in (self.last, (self.pose, self.system.par[:, 0])):
-                found = close_in_stages(system, t, values, pose, origin, small, SUSPICIOUS)
+                found = close_in_stages(system, t, values, pose, origin, small, PIVOT_SUSPICIOUS)
                 if found.good[0]:
                     start = ClosedPosition(system.work())
                     start.work.q[:, 0] = found.poses[0]

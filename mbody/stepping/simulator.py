@@ -23,7 +23,8 @@ from mbody.analysis.freedom.mobility import released
 from mbody.analysis.initial.close_loops import branch_rates, nearest_rates
 from mbody.analysis.initial.initial_state import fitted_places, state_of
 from mbody.analysis.position.assembly_analysis import as_system, closed, raise_user_error
-from mbody.analysis.singular.singular_positions import BESIDE, SUSPECT, Prescribed, singular
+from mbody.analysis.singular.singular_positions import Prescribed, singular
+from mbody.core.tolerances import PIVOT_SUSPECT, SINGULAR_DISTANCE_PRECISE
 from mbody.errors import ModelError, SolveError, brief
 from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import laws_of_time
@@ -138,10 +139,10 @@ def nearest_state(system: System, t: float, base: Array, given: Sequence[Prescri
     start = closed(system, t, {}, pose=np.append(q, np.zeros(3)))
     q = start.work.q[: system.coordinates, 0].copy()
     here = None
-    if start.regularization or start.ratio < SUSPECT:
+    if start.regularization or start.ratio < PIVOT_SUSPECT:
         own = system.work()
         own.q[:], own.signal[:], own.time[:] = start.work.q, start.work.signal, start.work.time
-        here = singular(system, own, t, BESIDE)
+        here = singular(system, own, t, SINGULAR_DISTANCE_PRECISE)
     notes: tuple[str, ...] = ()
     if here is None:
         still = _kept(system, start.work, q, rates, rates=True)

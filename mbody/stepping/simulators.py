@@ -18,7 +18,8 @@ from mbody.analysis.dynamics.options import tolerances
 from mbody.analysis.initial.initial_state import with_start_drivers
 from mbody.analysis.position.assembly_analysis import as_system, rounding
 from mbody.analysis.position.closed_position import close_batch
-from mbody.analysis.singular.singular_positions import SUSPECT, Prescribed
+from mbody.analysis.singular.singular_positions import Prescribed
+from mbody.core.tolerances import PIVOT_SUSPECT
 from mbody.errors import ModelError, SolveError, brief
 from mbody.kernels.loop_closure import project_designs
 from mbody.kernels.runge_kutta_lanes import JUDGED_STEPS, JUDGED_TIME, UNTIL
@@ -173,7 +174,7 @@ def _on_lanes(
     for k in range(1, steps + 1):
         if places:
             first[:, own:] = (goal if k == steps else start + k / steps * (goal - start)).T
-        good &= close_batch(driven, t, first, poses, rounding(driven, poses), SUSPECT)
+        good &= close_batch(driven, t, first, poses, rounding(driven, poses), PIVOT_SUSPECT)
     speeds = np.full((count, own + len(rates)), np.nan)
     speeds[:, own:] = values[rates].T
     v, off = np.empty((count, n)), np.empty(count)
@@ -493,7 +494,7 @@ class Simulators(SinglyLed):
         if self._on_lanes:
             lanes.begin(which, t, y)
             slots = lanes.some(many.state, which)
-            left = which[(many.bad[which] > 0.0) | ~(slots[:, BEST_CONDITIONING] > SUSPECT)]
+            left = which[(many.bad[which] > 0.0) | ~(slots[:, BEST_CONDITIONING] > PIVOT_SUSPECT)]
         else:
             lanes.put_all(many.y, which, y)
             lanes.put(many.state, TIME, which, t)

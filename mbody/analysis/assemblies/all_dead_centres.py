@@ -35,6 +35,7 @@ from mbody.analysis.assemblies.linkage import (
 )
 from mbody.analysis.position.assembly_analysis import as_system, check_determined, closed
 from mbody.core.presentation import present
+from mbody.core.tolerances import BOX_ROOTS_SAME, BOX_VECTOR_ROUNDING, BOX_WIDENING
 from mbody.errors import ModelError
 from mbody.model.driver import Driver
 from mbody.model.element import listed
@@ -45,8 +46,6 @@ from mbody.system.system import System
 
 #: Boxes that the search of all groups may examine.
 MOST = 60_000
-#: Components of n beyond 1 by rounding; positions that are one (cosines and sines of angles).
-ROUNDING, ONE = 1e-8, 1e-7
 #: What is said of drivers and linkages that the search does not cover.
 NO_PROOF = "there is no proof that there are no others"
 
@@ -113,7 +112,7 @@ class DeadCentres(Inherited):
         """Values of the driver [rad or length], each once, ascending."""
         found: list[float] = []
         greatest = max((abs(one.value) for one in self.positions), default=1.0)
-        same = ONE if self.angular else ONE * greatest
+        same = BOX_ROOTS_SAME if self.angular else BOX_ROOTS_SAME * greatest
         for one in self.positions:
             if not found or one.value - found[-1] > same:
                 found.append(one.value)
@@ -299,8 +298,8 @@ def _singular(linkage: Linkage, groups: list[Group], n: int, own: int, most: int
             key = np.concatenate(
                 [np.cos(angles), np.sin(angles), x[rows.angles : whole] / rows.scale]
             )
-            within = np.abs(x[whole:]) <= 1.0 + ROUNDING
-            if within.all() and not any(np.abs(key - k).max() < ONE for k in seen):
+            within = np.abs(x[whole:]) <= 1.0 + BOX_VECTOR_ROUNDING
+            if within.all() and not any(np.abs(key - k).max() < BOX_ROOTS_SAME for k in seen):
                 seen.append(key)
                 closes, more = _go_on(linkage, groups[n + 1 :], made.solved(x[:whole]))
                 boxes += more
@@ -407,7 +406,7 @@ def _patch(
         np.concatenate([rows.B, B]),
         [*rows.along, *(along[k] for k in others)],
     )
-    reach = np.concatenate([rows.reach, np.full(len(others), 1.0 + 1e-9)])
+    reach = np.concatenate([rows.reach, np.full(len(others), 1.0 + BOX_WIDENING)])
     return made, reach
 
 
@@ -418,7 +417,7 @@ def _turning_slide(rows: LoopRows, d: int, m: int) -> tuple[LoopRows, np.ndarray
     guide = rows.Q[:, m]
     kept = np.flatnonzero((np.abs(rows.P[:, d]) > 0.0) | (np.abs(guide) > 0.0))
     arms, unit = float(np.abs(rows.P[:, d]).max()), float(np.abs(guide).max())
-    most = (arms / unit + rows.reach[m]) * (1.0 + 1e-9)
+    most = (arms / unit + rows.reach[m]) * (1.0 + BOX_WIDENING)
     count, size = len(kept), rows.Q.shape[1]
     P = np.zeros((count, rows.P.shape[1]), dtype=complex)
     P[:, d] = rows.ratio[d] * 1j * rows.P[kept, d]
@@ -431,7 +430,7 @@ def _turning_slide(rows: LoopRows, d: int, m: int) -> tuple[LoopRows, np.ndarray
         np.concatenate([rows.B, np.zeros(count)]),
         [*rows.along, d],
     )
-    return made, np.concatenate([rows.reach, [1.0 + 1e-9]])
+    return made, np.concatenate([rows.reach, [1.0 + BOX_WIDENING]])
 
 
 def _early(made: GroupRows, v: int, groups: list[Group]) -> bool:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.assemblies.box_search import NARROW, BoxRoots, GroupRows, all_roots
+from mbody.analysis.assemblies.box_search import BoxRoots, GroupRows, all_roots
 from mbody.analysis.assemblies.linkage import (
     TOO_FEW,
     Group,
@@ -32,6 +32,15 @@ from mbody.analysis.position.assembly_analysis import (
 from mbody.analysis.position.initial_guess import placed
 from mbody.analysis.position.whole_turns import by_rows
 from mbody.core.presentation import present
+from mbody.core.tolerances import (
+    BOX_FAMILY_SPREAD,
+    BOX_MIDDLES_SAME,
+    BOX_WIDTH_NARROW,
+    LOOP_CLOSURE_RESIDUAL,
+    LOOP_OPEN,
+    LOOP_OPEN_SEARCH,
+    POSITION_SAME,
+)
 from mbody.errors import ModelError, SolveError, angle_text, brief
 from mbody.kernels.loop_closure import close
 from mbody.model.driver import Driver
@@ -295,10 +304,6 @@ def _distances(linkage: Linkage) -> list[float]:
 
 #: Poses that are tried.
 STARTS = 240
-#: A correction that is rounding, and an open row, in model lengths and radians.
-ROUNDING, OPEN = 1e-13, 1e-9
-#: Poses nearer than this are one, in model lengths and radians.
-ONE = 1e-6
 
 
 def modes_by_random_starts(system: System, drive: dict[str, float], t: float) -> np.ndarray:
@@ -318,12 +323,12 @@ def modes_by_random_starts(system: System, drive: dict[str, float], t: float) ->
             start = start + off
         work.q[:, 0] = start
         good, _, _ = close(
-            system.runtime(), work, 0.0, ROUNDING * (1.0 + float(system.extent(start)))
+            system.runtime(), work, 0.0, LOOP_CLOSURE_RESIDUAL * (1.0 + float(system.extent(start)))
         )
         raise_user_error(system)
         if not good or not np.isfinite(work.q).all():
             continue
-        if np.abs(dense(system, work)[0]).max(initial=0.0) > OPEN:
+        if np.abs(dense(system, work)[0]).max(initial=0.0) > LOOP_OPEN_SEARCH:
             continue
         pose = work.q[:, 0].copy()
         if not any(same_pose(system, pose, other) for other in found):
@@ -341,17 +346,11 @@ def same_pose(
     for body in meshed:
         if 3 * body + 2 < n:
             apart[3 * body + 2] = 0.0
-    return bool(np.abs(apart).max(initial=0.0) < ONE)
+    return bool(np.abs(apart).max(initial=0.0) < POSITION_SAME)
 
 
 #: Boxes that a search may examine: some ten seconds.
 MOST = 60_000
-#: Boxes whose middles are nearer than this are about one position [rad].
-TOGETHER = 1e-3
-#: Angles of boxes that spread more than this are those of a family [rad].
-SPREAD = 0.1
-#: A residual above this, in model lengths and radians, is no closed position.
-ASSEMBLY_MODES_OPEN = 1e-8
 
 
 def assembly_modes(
@@ -499,8 +498,8 @@ class _GroupSearch:
             return
         angles = rows.rows.angles
         spread = np.ptp(np.unwrap(np.sort(middle[:, :angles], axis=0), axis=0), axis=0)
-        if width >= NARROW / 100.0:
-            turning = {rows.names[k] for k in np.flatnonzero(spread > SPREAD)}
+        if width >= BOX_WIDTH_NARROW / 100.0:
+            turning = {rows.names[k] for k in np.flatnonzero(spread > BOX_FAMILY_SPREAD)}
             bodies = tuple(
                 names[b] for b in rows.group.bodies if self.linkage.variable[b] in turning
             )
@@ -512,7 +511,7 @@ class _GroupSearch:
             self.unresolved.append(Unresolved(reason, bodies, float(spread.max(initial=0.0))))
             return
         for place in _clusters(middle):
-            near = np.abs(middle - place).max(1) < TOGETHER
+            near = np.abs(middle - place).max(1) < BOX_MIDDLES_SAME
             low, high = found.low[near].min(0), found.high[near].max(0)
             reason = f"modes meet at {self._where()}: a dead centre, or nearer to one than 1e-12"
             self.unresolved.append(Unresolved(reason, group, float((high - low).max())))
@@ -540,7 +539,7 @@ class _GroupSearch:
         meshed = linkage.meshed
         residuals = _residuals(system, given, poses)
         for residual, name in zip(residuals, names, strict=True):
-            if residual > ASSEMBLY_MODES_OPEN:
+            if residual > LOOP_OPEN:
                 self.unresolved.append(
                     Unresolved(
                         f"mode {name} misses the constraint rows by {residual:.2g}", (), residual
@@ -574,7 +573,7 @@ class _GroupSearch:
 def _clusters(points: np.ndarray) -> list[np.ndarray]:
     found: list[np.ndarray] = []
     for point in points:
-        if not any(np.abs(point - other).max() < TOGETHER for other in found):
+        if not any(np.abs(point - other).max() < BOX_MIDDLES_SAME for other in found):
             found.append(point)
     return found
 

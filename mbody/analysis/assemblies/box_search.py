@@ -21,19 +21,32 @@ from math import lcm
 import numpy as np
 
 from mbody.analysis.assemblies.linkage import Group, Linkage, NotCovered, State
+from mbody.core.tolerances import (
+    BOX_COEFFICIENT_NONE,
+    BOX_INFLATED,
+    BOX_INFLATED_LEAST,
+    BOX_ROOTS_SAME,
+    BOX_SIZE_LEAST,
+    BOX_SPARE_ROWS_OPEN,
+    BOX_WIDENING_ROUNDING,
+    BOX_WIDER,
+    BOX_WIDTH_NARROW,
+    BOX_WIDTH_SMALLEST,
+    SINGULAR_VALUE_BOX_ROOT,
+    SINGULAR_VALUE_PARALLEL,
+    SINGULAR_VALUE_PRECONDITIONER,
+)
 
 # -- Ranges over boxes, many at a time: of a cosine, of a product, and a cosine inverted -------
 #
-# NumPy does not round outwards; each range is widened by `WIDEN` of its size instead, which is some
-# thousand times the rounding of what is added up.
+# NumPy does not round outwards; each range is widened by `BOX_WIDENING_ROUNDING` of its size
+# instead, which is some thousand times the rounding of what is added up.
 
-#: By what ranges are widened, as a part of the size of what is added up.
-WIDEN = 1e-12
 TURN = 2.0 * np.pi
 
 
 def cosine_range(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Least and greatest cosine between two angles [rad], exact up to `WIDEN`.
+    """Least and greatest cosine between two angles [rad], exact up to `BOX_WIDENING_ROUNDING`.
 
     >>> [round(float(end), 6) for end in cosine_range(np.array(-0.5), np.array(0.2))]
     [0.877583, 1.0]
@@ -43,7 +56,7 @@ def cosine_range(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndar
     greatest = np.where(np.floor(high / TURN) > np.floor(low / TURN), 1.0, greatest)
     behind, ahead = (low - np.pi) / TURN, (high - np.pi) / TURN
     least = np.where(np.floor(ahead) > np.floor(behind), -1.0, least)
-    return least - WIDEN, greatest + WIDEN
+    return least - BOX_WIDENING_ROUNDING, greatest + BOX_WIDENING_ROUNDING
 
 
 def first_within(start: np.ndarray, near: np.ndarray, far: np.ndarray) -> np.ndarray:
@@ -80,10 +93,6 @@ def products(
 
 #: Displacements without a bound are searched up to so many times the size of the rows.
 REACH = 4.0
-#: Least part of the size of the rows to which one is searched; by how much bounds are widened.
-LEAST, WIDER = 1e-2, 1.0 + 1e-9
-#: Least singular value of directions that are not parallel.
-PARALLEL = 1e-7
 
 
 def slide_bounds(
@@ -118,7 +127,7 @@ def slide_bounds(
         found[left] = _by_equations(arms, slides, found, left)
     proven = bool(np.isfinite(found).all())
     reach = np.where(np.isfinite(found), found, REACH * scale)
-    return WIDER * np.maximum(reach, LEAST * scale), proven
+    return BOX_WIDER * np.maximum(reach, BOX_SIZE_LEAST * scale), proven
 
 
 def _by_equations(
@@ -127,7 +136,7 @@ def _by_equations(
     """Bounds of slides in known directions; NaN where these are parallel."""
     others = arms + np.abs(slides) @ np.nan_to_num(found)
     A = np.concatenate([slides[:, left].real, slides[:, left].imag])
-    if np.linalg.matrix_rank(A, tol=PARALLEL) < len(left):
+    if np.linalg.matrix_rank(A, tol=SINGULAR_VALUE_PARALLEL) < len(left):
         return np.full(len(left), np.nan)
     return np.asarray(np.abs(np.linalg.pinv(A)) @ np.concatenate([others, others]))
 
@@ -144,10 +153,6 @@ def _by_equations(
 
 #: Denominators of gear ratios up to which all turns of the wheels are searched.
 TEETH = 400
-#: A coefficient that cuts no box, as a part of its row; a cosine that is not divided by.
-TOO_SMALL = 1e-9
-#: By how much rows to spare may be open, of the size of the rows.
-OPEN = 1e-9
 
 Box = tuple[np.ndarray, np.ndarray]
 
@@ -300,11 +305,11 @@ class LoopRows:
         for p in sliding:
             total += np.abs(p[0]) + np.abs(p[1])
             least, greatest = least + p[0], greatest + p[1]
-        slack = WIDEN * total + open_by * self.scale * np.abs(Y).sum(2)
+        slack = BOX_WIDENING_ROUNDING * total + open_by * self.scale * np.abs(Y).sum(2)
         least, greatest = least - slack, greatest + slack
         alive = alive & ((least <= 0.0) & (greatest >= 0.0)).all(1)
         # of each term what the others leave:  −(greatest − high) ≤ term ≤ −(least − low)
-        strong = size > TOO_SMALL * total[:, :, None]
+        strong = size > BOX_COEFFICIENT_NONE * total[:, :, None]
         left = low - least[:, :, None], high - greatest[:, :, None]
         self._cut_angles(box, left, np.where(strong, size, 0.0), shift)
         for m, (cosine, own) in enumerate(zip(cosines, sliding, strict=True)):
@@ -318,14 +323,14 @@ class LoopRows:
         divisor = np.where(strong, size, 1.0)
         top, bottom = left[0] / divisor, left[1] / divisor
         top, bottom = np.where(strong, top, 1.0), np.where(strong, bottom, -1.0)
-        empty = (top < -1.0 - WIDEN) | (bottom > 1.0 + WIDEN)
-        near = np.maximum(np.arccos(np.clip(top, -1.0, 1.0)) - WIDEN, 0.0)
-        far = np.minimum(np.arccos(np.clip(bottom, -1.0, 1.0)) + WIDEN, np.pi)
+        empty = (top < -1.0 - BOX_WIDENING_ROUNDING) | (bottom > 1.0 + BOX_WIDENING_ROUNDING)
+        near = np.maximum(np.arccos(np.clip(top, -1.0, 1.0)) - BOX_WIDENING_ROUNDING, 0.0)
+        far = np.minimum(np.arccos(np.clip(bottom, -1.0, 1.0)) + BOX_WIDENING_ROUNDING, np.pi)
         near, far = np.where(empty, 0.0, near), np.where(empty, np.pi, far)
         from_low = (self.ratio * lo[:, self.of])[:, None] + shift
         from_high = -(self.ratio * hi[:, self.of])[:, None] - shift
-        below = (first_within(from_low, near, far) - shift).max(1) - WIDEN
-        above = -(first_within(from_high, near, far) + shift).max(1) + WIDEN
+        below = (first_within(from_low, near, far) - shift).max(1) - BOX_WIDENING_ROUNDING
+        above = -(first_within(from_high, near, far) + shift).max(1) + BOX_WIDENING_ROUNDING
         for d, v in enumerate(self.of):
             dead = empty[:, :, d].any(1)
             lo[:, v] = np.where(dead, np.inf, np.maximum(lo[:, v], below[:, d] / self.ratio[d]))
@@ -337,7 +342,7 @@ class LoopRows:
         """
         lo, hi = box
         column = self.angles + m
-        positive, negative = cosine[0] > TOO_SMALL, cosine[1] < -TOO_SMALL
+        positive, negative = cosine[0] > BOX_COEFFICIENT_NONE, cosine[1] < -BOX_COEFFICIENT_NONE
         one, other = np.where(negative, -cosine[1], cosine[0]), cosine[1]
         other = np.where(negative, -cosine[0], other)
         sound = positive | negative
@@ -346,7 +351,7 @@ class LoopRows:
         high = np.where(negative, -left[0], left[1])
         least = np.minimum(low / one, low / other)
         greatest = np.maximum(high / one, high / other)
-        margin = WIDEN * (1.0 + np.abs(least) + np.abs(greatest))
+        margin = BOX_WIDENING_ROUNDING * (1.0 + np.abs(least) + np.abs(greatest))
         least = np.where(sound, least - margin, -np.inf).max(1)
         greatest = np.where(sound, greatest + margin, np.inf).min(1)
         lo[:, column] = np.maximum(lo[:, column], least)
@@ -359,9 +364,11 @@ class LoopRows:
         step = np.einsum("bij,bj->bi", Y, self.values(middle))
         away = (box[0] - middle)[:, None, :], (box[1] - middle)[:, None, :]
         p = products((one - high, one - low), away)
-        slack = WIDEN * (np.abs(p[0]).sum(2) + np.abs(p[1]).sum(2) + np.abs(middle) + 1.0)
+        slack = BOX_WIDENING_ROUNDING * (
+            np.abs(p[0]).sum(2) + np.abs(p[1]).sum(2) + np.abs(middle) + 1.0
+        )
         # the rounding of f goes through Y
-        slack += WIDEN * 1e-3 * self.scale * np.abs(Y).sum(2)
+        slack += BOX_WIDENING_ROUNDING * 1e-3 * self.scale * np.abs(Y).sum(2)
         return middle - step + p[0].sum(2) - slack, middle - step + p[1].sum(2) + slack
 
 
@@ -527,18 +534,11 @@ class GroupRows:
         return angles, places
 
 
-#: Width [rad, or a quarter of the reach] of a box that is not halved any more.
-SMALL = 1e-6
-#: Boxes as narrow as this, and how many of them, are no isolated roots.
-NARROW, MANY = 2e-2, 600
-#: BoxRoots nearer than this are one [rad].
-ONE = 1e-7
+#: So many narrow boxes are no isolated roots.
+MANY = 600
 #: Of the reach of a displacement, what weighs as a radian.
 QUARTER = 4.0
-#: Part of the greatest singular value that counts as none: of a preconditioner, of a root.
-ROUGH, FINE = 1e-8, 1e-10
 NEWTON = 7
-INFLATED, BOX_SEARCH_LEAST = 1.05, 1e-9
 
 
 @dataclass(frozen=True)
@@ -582,7 +582,10 @@ class _BoxSearch:
     def run(self) -> BoxRoots:
         rows, n = self.rows, self.rows.unknowns
         if not n:
-            closes = np.abs(rows.values(np.zeros((1, 0)))).max(initial=0.0) <= OPEN * rows.scale
+            closes = (
+                np.abs(rows.values(np.zeros((1, 0)))).max(initial=0.0)
+                <= BOX_SPARE_ROWS_OPEN * rows.scale
+            )
             return BoxRoots(np.zeros((int(closes), 0)), np.empty((0, 0)), np.empty((0, 0)), 0)
         if not rows.angles and len(rows.B) == n:
             only = self._linear()
@@ -593,7 +596,7 @@ class _BoxSearch:
         while len(lo):
             count += len(lo)
             spent = count > self.most
-            narrow = ((hi - lo) * self.weight).max(1).min() < NARROW and len(lo) > MANY
+            narrow = ((hi - lo) * self.weight).max(1).min() < BOX_WIDTH_NARROW and len(lo) > MANY
             if spent or narrow:
                 self.open.append((lo, hi))
                 break
@@ -610,7 +613,7 @@ class _BoxSearch:
         """The one root (1, slides) of slides in known directions; None where these are parallel."""
         zero = np.zeros((1, self.rows.slides))
         J = self.rows.jacobian(zero)[0]
-        if np.linalg.svd(J, compute_uv=False)[-1] < ROUGH:
+        if np.linalg.svd(J, compute_uv=False)[-1] < SINGULAR_VALUE_PRECONDITIONER:
             return None
         return -np.linalg.solve(J, self.rows.values(zero)[0])[None]
 
@@ -624,7 +627,7 @@ class _BoxSearch:
             if not len(lo):
                 break
             middle = 0.5 * (lo + hi)
-            Y = np.linalg.pinv(rows.jacobian(middle), rcond=ROUGH)
+            Y = np.linalg.pinv(rows.jacobian(middle), rcond=SINGULAR_VALUE_PRECONDITIONER)
             alive = self._cut(Y, (lo, hi))
             lo, hi, middle, Y = lo[alive], hi[alive], middle[alive], Y[alive]
             if not len(lo):
@@ -640,32 +643,32 @@ class _BoxSearch:
     def _cut(self, Y: np.ndarray, box: Box) -> np.ndarray:
         """Shrink boxes, in place, by the rows Y f = 0; which may hold a root."""
         rows = self.rows
-        spare = OPEN if len(rows.B) > rows.unknowns else 0.0
+        spare = BOX_SPARE_ROWS_OPEN if len(rows.B) > rows.unknowns else 0.0
         return rows.cut(Y, box, np.ones(len(box[0]), dtype=bool), spare)
 
     def _unsettled(self, box: Box) -> Box:
         """Boxes that are not covered by a box with one root, which is kept."""
         rows, (lo, hi) = self.rows, box
         x = self._newton(0.5 * (lo + hi))
-        far = INFLATED * np.maximum(np.abs(x - lo), np.abs(x - hi)) + BOX_SEARCH_LEAST
+        far = BOX_INFLATED * np.maximum(np.abs(x - lo), np.abs(x - hi)) + BOX_INFLATED_LEAST
         near = np.isfinite(x).all(1) & (far * self.weight < 2.0).all(1)
         settled = np.zeros(len(lo), dtype=bool)
         if near.any():
             points, half = x[near], far[near]
-            Y = np.linalg.pinv(rows.jacobian(points), rcond=FINE)
+            Y = np.linalg.pinv(rows.jacobian(points), rcond=SINGULAR_VALUE_BOX_ROOT)
             a, b = rows.krawczyk(Y, points, (points - half, points + half))
             good = ((a > points - half) & (b < points + half)).all(1)
             settled[np.flatnonzero(near)[good]] = True
             for root in points[good]:
                 # with rows to spare a root of their combinations may be none of their own
-                if np.abs(rows.values(root[None])).max() <= OPEN * rows.scale:
+                if np.abs(rows.values(root[None])).max() <= BOX_SPARE_ROWS_OPEN * rows.scale:
                     self._keep(root)
         return lo[~settled], hi[~settled]
 
     def _newton(self, x: np.ndarray) -> np.ndarray:
         rows = self.rows
         for _ in range(NEWTON):
-            inverse = np.linalg.pinv(rows.jacobian(x), rcond=FINE)
+            inverse = np.linalg.pinv(rows.jacobian(x), rcond=SINGULAR_VALUE_BOX_ROOT)
             step = np.einsum("bij,bj->bi", inverse, rows.values(x))
             x = x - np.clip(step, -1.0 / self.weight, 1.0 / self.weight)
         return x
@@ -675,13 +678,13 @@ class _BoxSearch:
         away = self.points - root
         turn = 2.0 * np.pi * self.rows.turns
         away[:, :angles] -= turn * np.round(away[:, :angles] / turn)
-        if not len(away) or (np.abs(away) * self.weight).max(1).min() > ONE:
+        if not len(away) or (np.abs(away) * self.weight).max(1).min() > BOX_ROOTS_SAME:
             self.points = np.concatenate([self.points, root[None]])
 
     def _halved(self, box: Box) -> Box:
         lo, hi = box
         width = (hi - lo) * self.weight
-        tiny = width.max(1) < SMALL
+        tiny = width.max(1) < BOX_WIDTH_SMALLEST
         if tiny.any():
             # Krawczyk's operator may have shrunk a box to a point after the rows were looked at
             low, high = lo[tiny], hi[tiny]

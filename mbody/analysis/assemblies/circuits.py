@@ -24,6 +24,16 @@ from mbody.analysis.assemblies.assembly_modes import (
 )
 from mbody.analysis.position.assembly_analysis import as_system, set_drive
 from mbody.core.presentation import present
+from mbody.core.tolerances import (
+    CIRCUIT_STEP_COSINE,
+    CIRCUIT_STEP_FIRST,
+    CIRCUIT_STEP_LONGEST,
+    CIRCUIT_STEP_OFF,
+    CIRCUIT_STEP_SHORTEST,
+    DEAD_CENTRE_MATCH,
+    LOOP_CLOSURE_CORRECTION,
+    POSITION_SAME,
+)
 from mbody.errors import ModelError
 from mbody.model.driver import Driver
 from mbody.model.mechanism import Mechanism
@@ -35,13 +45,6 @@ from mbody.system.system import System
 
 # -- Curve of positions with one driver released, walked step by step --------------------------
 
-#: First and longest step, in model lengths and radians, and below what a step has failed.
-FIRST, LONGEST, SHORTEST = 0.02, 0.2, 1e-9
-#: Cosine between tangents, and deviation from the tangent as a part of the step, that a step may
-#: have.
-STRAIGHT, DEVIATION = 0.985, 0.1
-#: A correction that is rounding.
-CLOSED = 1e-12
 #: Halvings of an interval with a dead centre in it; steps of one walk.
 HALVINGS, STEPS = 50, 20_000
 #: How far a length may go, in model lengths.
@@ -108,7 +111,7 @@ class JointCurve:
             phi, G = self._rows(q)
             step = np.linalg.lstsq(G[self.others], phi[self.others], rcond=None)[0]
             q = q - step
-            if np.abs(step).max() < CLOSED * (1.0 + np.abs(q).max()):
+            if np.abs(step).max() < LOOP_CLOSURE_CORRECTION * (1.0 + np.abs(q).max()):
                 return q
         return None
 
@@ -129,15 +132,15 @@ class JointCurve:
         t = self._tangent(G, G[self.row])
         x = first = self._known(self.value(q), values[begin[0]])
         found.low = found.high = x
-        step, steps = FIRST, 0
+        step, steps = CIRCUIT_STEP_FIRST, 0
         while steps < STEPS:
             steps += 1
             new = self._closed(q + step * t)
             s = None if new is None else self._tangent(self._rows(new)[1], t)
-            bad = new is None or s is None or s @ t < STRAIGHT
-            if bad or np.linalg.norm(new - q - step * t) > DEVIATION * step:
+            bad = new is None or s is None or s @ t < CIRCUIT_STEP_COSINE
+            if bad or np.linalg.norm(new - q - step * t) > CIRCUIT_STEP_OFF * step:
                 step *= 0.5
-                if step < SHORTEST:
+                if step < CIRCUIT_STEP_SHORTEST:
                     found.trouble = "branches meet on the way (a change point)"
                     return found
                 continue
@@ -172,7 +175,7 @@ class JointCurve:
             if self.period == math.inf and abs(x - first) > FAR * self.unit:
                 found.trouble = "the driver can go on without end"
                 return found
-            step = min(1.3 * step, LONGEST)
+            step = min(1.3 * step, CIRCUIT_STEP_LONGEST)
         found.trouble = f"the path does not close within {STEPS} steps"
         return found
 
@@ -181,7 +184,7 @@ class JointCurve:
         once more at the start.
         """
         turns = 0.0 if self.period == math.inf else self.period * round((x - value) / self.period)
-        return value + turns if abs(x - value - turns) < CLOSED * self.unit else x
+        return value + turns if abs(x - value - turns) < LOOP_CLOSURE_CORRECTION * self.unit else x
 
     @staticmethod
     def _joined(found: CircuitWalk) -> CircuitWalk:
@@ -215,7 +218,7 @@ class JointCurve:
             phi[self.row] -= (value - self.x) / self.unit
             step = np.linalg.lstsq(G, phi, rcond=None)[0]
             q = q - step
-            if np.abs(step).max() < CLOSED * (1.0 + np.abs(q).max()):
+            if np.abs(step).max() < LOOP_CLOSURE_CORRECTION * (1.0 + np.abs(q).max()):
                 break
         return np.asarray(q * self.system.coordinate_units)
 
@@ -235,10 +238,6 @@ class JointCurve:
         return middle
 
 
-#: Dead centres nearer than this are one [rad].
-ONE = 1e-6
-#: How far a dead centre that was met on a walk may be from a certified one [rad].
-ROUGH = 1e-3
 TURN = 2.0 * math.pi
 
 
@@ -422,7 +421,7 @@ def circuits(
             notes.append(_not_followed(number, walk.trouble))
     ends = [x for one in made for x in one.dead_centres]
     if dead is not None and dead.complete:
-        same = _same(dead, ONE)
+        same = _same(dead, POSITION_SAME)
         missing = [x for x in dead.values if not any(_apart(dead, x, end) < same for end in ends)]
         complete = complete and not missing
     doubts = list(modes.doubts)
@@ -455,7 +454,7 @@ def dead_centres_of_walks(system: System, driver: str, made: list[Circuit]) -> D
 
 def _settle(walk: CircuitWalk, dead: DeadCentres) -> None:
     """Certified values for those of a walk, which are rough where branches meet."""
-    same = _same(dead, ROUGH)
+    same = _same(dead, DEAD_CENTRE_MATCH)
 
     def settled(x: float) -> float:
         near = [value for value in dead.values.tolist() if _apart(dead, x, value) < same]

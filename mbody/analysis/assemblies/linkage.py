@@ -16,13 +16,9 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.position.assembly_analysis import set_drive
+from mbody.core.tolerances import BOX_FACTOR_NONE, DIRECTION_SAME
 from mbody.model.primitives import ConstraintPrimitive
 from mbody.system.system import System
-
-#: Of a factor or a rest in rows between angles: zero.
-ZERO = 1e-12
-#: Two angles that rows say are one direction [rad].
-SAME = 1e-9
 
 
 class NotCovered(Exception):
@@ -217,9 +213,9 @@ class Linkage:
             value -= factor * rest
             for v, c in terms.items():
                 row[v] = row.get(v, 0.0) + factor * c
-        row = {v: c for v, c in row.items() if abs(c) > ZERO}
+        row = {v: c for v, c in row.items() if abs(c) > BOX_FACTOR_NONE}
         if not row:
-            if abs(math.remainder(value, 2.0 * math.pi)) > SAME and not turns:
+            if abs(math.remainder(value, 2.0 * math.pi)) > DIRECTION_SAME and not turns:
                 raise NotCovered(f"'{element.name}' contradicts angles that others impose")
             if turns:
                 raise NotCovered(f"'{element.name}' repeats angles that others impose")
@@ -234,7 +230,7 @@ class Linkage:
             new = {v: c for v, c in terms.items() if v != pivot}
             for v, c in others.items():
                 new[v] = new.get(v, 0.0) + factor * c
-            new = {v: c for v, c in new.items() if abs(c) > ZERO}
+            new = {v: c for v, c in new.items() if abs(c) > BOX_FACTOR_NONE}
             self._forms[k] = new, rest + factor * own
 
     def _finish(self) -> None:

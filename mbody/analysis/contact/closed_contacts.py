@@ -19,6 +19,7 @@ import numpy as np
 
 from mbody.analysis.contact.unilateral import Touch, Unilateral
 from mbody.analysis.position.assembly_analysis import closed, set_drive
+from mbody.core.tolerances import CONTACT_GAP_FAR, CONTACT_GAP_MEANT, CONTACT_GAP_NONE, ROWS_SAME
 from mbody.errors import ModelError, SolveError
 from mbody.kernels.layout import Work
 from mbody.model.body import Guesses
@@ -37,15 +38,6 @@ from mbody.system.system import System, with_numbers_of
 # -- Contacts closed at a position, and those that determine it --------------------------------
 
 Array = np.ndarray
-
-#: A gap that is none, in model lengths.
-TIGHT = 1e-6
-#: A gap that is closed where nothing else determines the position, in model lengths.
-NEAR = 0.05
-#: A gap that is no contact that was meant, in model lengths.
-FAR = 10.0
-#: Rows that differ by less are the same.
-SAME = 1e-9
 
 
 @dataclass(frozen=True)
@@ -81,15 +73,17 @@ class ContactChoice:
         self.G = dense(system, work)[1]
         if self._left(self.G) <= free:
             return
-        within = self.uni.within_edges(self.rows, work, NEAR * system.length, 0.0)
+        within = self.uni.within_edges(self.rows, work, CONTACT_GAP_MEANT * system.length, 0.0)
         gaps = self.uni.gaps(self.rows) / system.length
         candidates = [
             _Candidate(n, abs(float(gaps[n])), self._row(self.uni.touches[n].normal))
-            for n in np.flatnonzero(within & ~self.uni.one_way & (np.abs(gaps) <= NEAR)).tolist()
+            for n in np.flatnonzero(
+                within & ~self.uni.one_way & (np.abs(gaps) <= CONTACT_GAP_MEANT)
+            ).tolist()
         ]
         candidates.sort(key=lambda one: one.gap)
         for one in candidates:
-            tight = one.gap <= TIGHT
+            tight = one.gap <= CONTACT_GAP_NONE
             if tight or not free:
                 self._close(one, tight)
         for name in list(self.places):
@@ -109,7 +103,7 @@ class ContactChoice:
         """Close a place; one that is only near where it takes a motion that nothing else takes."""
         size = float(np.linalg.norm(one.row))
         same = np.abs(np.abs(self.G @ one.row) - size * np.linalg.norm(self.G, axis=1))
-        if (same <= SAME * size).any():
+        if (same <= ROWS_SAME * size).any():
             return  # the same row is there
         more = np.vstack([self.G, one.row])
         if not tight and self._left(more) == self._left(self.G):
@@ -153,7 +147,11 @@ class ContactChoice:
         unit = self.system.mechanism.units.length
         for n in np.argsort(np.abs(gaps)).tolist():
             one, gap = touches[n], abs(float(gaps[n]))
-            if one.name in self.places or self.uni.one_way[n] or gap > FAR * self.system.length:
+            if (
+                one.name in self.places
+                or self.uni.one_way[n]
+                or gap > CONTACT_GAP_FAR * self.system.length
+            ):
                 continue
             size = gap / self.uni.unit_of(n)
             unit = "rad" if self.uni.angular[one.normal] else unit

@@ -19,6 +19,24 @@ from typing import Any
 
 import numpy as np
 
+from mbody.core.tolerances import (
+    COMPLEMENTARITY_PIVOT,
+    COMPLEMENTARITY_RESIDUAL,
+    COMPLEMENTARITY_SHIFT,
+    COMPLEMENTARITY_TIE,
+    COMPLEMENTARITY_TIES_FURTHER,
+    CONTACT_ACCELERATION_CANCELS,
+    CONTACT_ACCELERATION_NONE,
+    CONTACT_ACCELERATION_ROUNDING,
+    CONTACT_ACCELERATION_SAME,
+    CONTACT_CONDITION_SINGULAR,
+    CONTACT_FORCE_NONE,
+    CONTACT_FORCE_SAME,
+    CONTACT_FORCE_SETTLED,
+    CONTACT_SOLUTION_RESIDUAL,
+    LINEAR_PROGRAM_RESIDUAL,
+    TINY,
+)
 from mbody.kernels.contact_geometry import FOUND, ContactWork
 from mbody.kernels.friction import FRICTION_KINDS
 from mbody.kernels.layout import Work
@@ -26,12 +44,8 @@ from mbody.system.system import System
 
 Array = np.ndarray
 
-#: A pivot below this part of its column is none; ratios nearer to each other than this are equal.
-PIVOT, EQUAL = 1e-13, 1e-14
-#: Equal ratios of further paths; starts of the weights of their artificial unknown.
-MORE_EQUAL, WEIGHTS = (1e-12, 1e-10), 12
-#: What a solution of theirs may violate, in parts of the greatest |b|; 1e-12 is left of right ones.
-RESIDUAL = 1e-9
+#: Starts of the weights of the artificial unknown of further paths.
+WEIGHTS = 12
 #: Exchanges, at most, of a problem of n unknowns: this times n + 1. Lemke's path takes about n.
 EXCHANGES = 50
 
@@ -50,16 +64,16 @@ def lemke(A: Array, b: Array) -> Array | None:
     n = len(b)
     if n == 0 or b.min() >= 0.0:
         return np.zeros(n)
-    found = _path(A, b, np.ones(n), EQUAL)
+    found = _path(A, b, np.ones(n), COMPLEMENTARITY_TIE)
     if found is not None:
         return found
-    for equal in MORE_EQUAL:
+    for equal in COMPLEMENTARITY_TIES_FURTHER:
         found = _path(A, b, np.ones(n), equal)
         if found is not None and _solves(A, b, found):
             return found
     for seed in range(WEIGHTS):
         weights = 1.0 + np.random.default_rng(seed).random(n)
-        found = _path(A, b, weights, MORE_EQUAL[-1])
+        found = _path(A, b, weights, COMPLEMENTARITY_TIES_FURTHER[-1])
         if found is not None and _solves(A, b, found):
             return found
     return None
@@ -67,15 +81,15 @@ def lemke(A: Array, b: Array) -> Array | None:
 
 def _solves(A: Array, b: Array, z: Array) -> bool:
     """Whether w and z are not negative, and of each pair one is zero."""
-    w, size = (A @ z + b) / np.abs(b).max(), max(float(z.max()), 1e-300)
-    return bool(np.abs(np.minimum(w, z / size)).max() <= RESIDUAL)
+    w, size = (A @ z + b) / np.abs(b).max(), max(float(z.max()), TINY)
+    return bool(np.abs(np.minimum(w, z / size)).max() <= COMPLEMENTARITY_RESIDUAL)
 
 
 def _path(A: Array, b: Array, weights: Array, equal: float) -> Array | None:
     """Lemke's path with these weights of the artificial unknown (n,); None on a ray."""
     n = len(b)
     # scaled rows: neither signs nor zeros change
-    size = np.maximum(np.abs(A).max(axis=1), 1e-300)
+    size = np.maximum(np.abs(A).max(axis=1), TINY)
     # w − A z − d z₀ = b: columns of w, of z, of z₀, and the right-hand side
     table = np.hstack([np.eye(n), -A / size[:, None], -weights[:, None], (b / size)[:, None]])
     basis, row, entering = list(range(n)), int(np.argmin(b / size / weights)), 2 * n
@@ -90,7 +104,9 @@ def _path(A: Array, b: Array, weights: Array, equal: float) -> Array | None:
             return np.maximum(z[n : 2 * n], 0.0)
         entering = leaving + n if leaving < n else leaving - n
         column = table[:, entering]
-        able = np.flatnonzero(column > PIVOT * max(1.0, float(np.abs(column).max())))
+        able = np.flatnonzero(
+            column > COMPLEMENTARITY_PIVOT * max(1.0, float(np.abs(column).max()))
+        )
         if not len(able):
             return None
         row = _leaving(table, basis, column, able, equal)
@@ -190,12 +206,6 @@ class JointFriction:
 #
 # Pfeiffer, Glocker: Multibody Dynamics with Unilateral Contacts (1996), 6 and 8.
 
-#: Part of the greatest impulse below which one is none.
-NO_FORCE = 1e-12
-#: How far the approach is shifted, in parts of the greatest velocity, where an impact without
-#: collision is sought; the support that is found is solved without the shift.
-SHIFT = 1e-9
-
 
 @dataclass(frozen=True, eq=False)
 class ClosedContacts:
@@ -275,13 +285,13 @@ def impact_impulses(
     shifted = before.copy()
     shifted[:m] += np.where(by_newton, restitution, 0.0) * np.minimum(before[:m], 0.0)
     if without_collision:
-        shifted[:m] -= SHIFT * float(np.abs(before).max())
+        shifted[:m] -= COMPLEMENTARITY_SHIFT * float(np.abs(before).max())
     A, b, _ = contacts.problem(shifted[:m], shifted[m:])
     z = solve(A, b)
     if z is None:
         return None
     if without_collision:
-        support = np.flatnonzero(z > NO_FORCE * z.max())
+        support = np.flatnonzero(z > CONTACT_FORCE_NONE * z.max())
         exact = np.zeros_like(z)
         _, right, _ = contacts.problem(before[:m], before[m:])
         try:
@@ -330,21 +340,8 @@ Limits = Callable[[Array], tuple[Array, Array, Array, Array]]
 
 #: Sets of modes, at most, that are all tried.
 MOST_MODES = 3**7
-#: Problems with tangents of the limits, at most; change of forces, as a part of the greatest, that
-#: is none.
-PASSES, SAME = 40, 1e-12
-#: Accelerations, and forces, below these parts of the greatest are none.
-NO_ACCELERATION, FRICTION_PROBLEM_NO_FORCE = 1e-11, 1e-12
-#: Forces of the same modes that differ by less than this part are the same.
-NEARLY = 1e-3
-#: What a solution may violate, in parts of the greatest acceleration or force; matrices that are
-#: worse conditioned are not tried; accelerations that differ by less are the same.
-ROUGH, SINGULAR, ALIKE = 1e-10, 1e12, 1e-7
-#: Accelerations without forces below this part of the greatest are zero; such a part of the terms
-#: of one is rounding.
-ROUNDING, CANCELS = 1e-13, 1e-12
-#: By how much a linear program may violate its rows: the least that HiGHS takes.
-EXACT = 1e-10
+#: Problems with tangents of the limits, at most.
+PASSES = 40
 
 
 @dataclass(frozen=True, eq=False)
@@ -417,7 +414,7 @@ class FrictionProblem:
     @property
     def greatest(self) -> float:
         """Of accelerations."""
-        return max(float(np.abs(self.without).max(initial=0.0)), self.size, 1e-300)
+        return max(float(np.abs(self.without).max(initial=0.0)), self.size, TINY)
 
     @property
     def without(self) -> Array:
@@ -454,7 +451,9 @@ class FrictionProblem:
                     break
                 change = float(np.abs(found.forces - forces).max(initial=0.0))
                 forces = found.forces
-                if self.linear or change <= SAME * float(np.abs(forces).max(initial=0.0)):
+                if self.linear or change <= CONTACT_FORCE_SETTLED * float(
+                    np.abs(forces).max(initial=0.0)
+                ):
                     return found
         return None
 
@@ -495,7 +494,7 @@ class FrictionProblem:
             ]
         )
         free = c + D[:, m:] @ alone
-        free = np.where(np.abs(free) < ROUNDING * self.greatest, 0.0, free)
+        free = np.where(np.abs(free) < CONTACT_ACCELERATION_ROUNDING * self.greatest, 0.0, free)
         b = np.concatenate([free[:m], free[m:][rest], whole + whole_by[:, m:] @ alone])
         z = lemke(A, b)
         if z is None:
@@ -529,7 +528,7 @@ class FrictionProblem:
             A_eq=np.column_stack([self.delassus * size / self.greatest, np.zeros(n)]),
             b_eq=-self.without / self.greatest,
             bounds=[(None, None)] * n + [(0.0, 1.0)],
-            options={"primal_feasibility_tolerance": EXACT},
+            options={"primal_feasibility_tolerance": LINEAR_PROGRAM_RESIDUAL},
         )
         if found.status != 0:
             return None
@@ -605,7 +604,9 @@ class FrictionProblem:
         holds = np.concatenate([closed, slip_signs == 0.0], axis=1)
         slips = np.concatenate([np.zeros_like(closed), np.nan_to_num(slip_signs) != 0.0], axis=1)
         slip_sign = np.concatenate([np.zeros(closed.shape), np.nan_to_num(slip_signs)], axis=1)
-        scale = np.sqrt(np.maximum(np.diag(self.delassus), SINGULAR**-2 * self._softest))
+        scale = np.sqrt(
+            np.maximum(np.diag(self.delassus), CONTACT_CONDITION_SINGULAR**-2 * self._softest)
+        )
         # forces by 1/scale, what holds by its acceleration
         D = self.delassus / scale[:, None] / scale
         fixed = np.where(holds[..., None], D, np.eye(n))
@@ -621,16 +622,19 @@ class FrictionProblem:
             change[:, m:] = by * scale[m:, None] / scale
             A += np.where(slips[..., None], slip_sign[..., None] * change, 0.0)
             b[:, m:] -= np.where(slips[:, m:], slip_sign[:, m:] * rest * scale[m:], 0.0)
-            regular &= np.linalg.cond(A) < SINGULAR
+            regular &= np.linalg.cond(A) < CONTACT_CONDITION_SINGULAR
             A[~regular] = np.eye(n)
             new = np.linalg.solve(A, b[..., None])[..., 0] / scale
             new[~regular] = 0.0
             moved = np.abs(new - forces).max(axis=1)
             forces = new
-            if self.linear or (moved <= SAME * np.abs(forces).max(axis=1))[regular].all():
+            if (
+                self.linear
+                or (moved <= CONTACT_FORCE_SETTLED * np.abs(forces).max(axis=1))[regular].all()
+            ):
                 break
         else:
-            regular &= moved <= ROUGH * np.abs(forces).max(axis=1)
+            regular &= moved <= CONTACT_SOLUTION_RESIDUAL * np.abs(forces).max(axis=1)
         return forces, regular
 
     def _keeps(self, forces: Array, closed: Array, slip_signs: Array) -> Array:
@@ -638,15 +642,22 @@ class FrictionProblem:
         m = self.normals
         a = self.without + forces @ self.delassus.T
         size = np.maximum(self.greatest, np.abs(a).max(axis=1))[:, None]
-        big = np.maximum(np.abs(forces).max(axis=1), 1e-300)[:, None]
+        big = np.maximum(np.abs(forces).max(axis=1), TINY)[:, None]
         low, high, _, _ = self.limits(forces)
         own, along = forces[:, m:], a[:, m:]
         rests = np.array([one.sliding == 0.0 for one in self.tangents], dtype=bool)
         acts = np.isfinite(slip_signs)
-        outside = acts & (np.minimum(low, high) < -ROUGH * big)
-        outside |= (slip_signs == 0.0) & ((own < -low - ROUGH * big) | (own > high + ROUGH * big))
-        outside |= acts & rests & (np.nan_to_num(slip_signs) * along < -ROUGH * size)
-        apart = (forces[:, :m] < -ROUGH * big) | (a[:, :m] < -ROUGH * size)
+        outside = acts & (np.minimum(low, high) < -CONTACT_SOLUTION_RESIDUAL * big)
+        outside |= (slip_signs == 0.0) & (
+            (own < -low - CONTACT_SOLUTION_RESIDUAL * big)
+            | (own > high + CONTACT_SOLUTION_RESIDUAL * big)
+        )
+        outside |= (
+            acts & rests & (np.nan_to_num(slip_signs) * along < -CONTACT_SOLUTION_RESIDUAL * size)
+        )
+        apart = (forces[:, :m] < -CONTACT_SOLUTION_RESIDUAL * big) | (
+            a[:, :m] < -CONTACT_SOLUTION_RESIDUAL * size
+        )
         return np.asarray(~outside.any(axis=1) & ~apart.any(axis=1))
 
 
@@ -678,13 +689,15 @@ class FrictionSolution:
         m = self.problem.normals
         size = max(self.problem.greatest, float(np.abs(self.normal).max(initial=0.0)))
         size = max(size, float(np.abs(self.along).max(initial=0.0)))
-        big = max(float(np.abs(self.forces).max(initial=0.0)), 1e-300)
-        opens = (self.forces[:m] <= FRICTION_PROBLEM_NO_FORCE * big) & (
-            self.normal > ROUNDING * size
+        big = max(float(np.abs(self.forces).max(initial=0.0)), TINY)
+        opens = (self.forces[:m] <= CONTACT_FORCE_NONE * big) & (
+            self.normal > CONTACT_ACCELERATION_ROUNDING * size
         )
         tangents = []
         for one, ahead in zip(self.problem.tangents, self.along, strict=True):
-            slip_sign = one.sliding or (0.0 if abs(ahead) <= NO_ACCELERATION * size else ahead)
+            slip_sign = one.sliding or (
+                0.0 if abs(ahead) <= CONTACT_ACCELERATION_NONE * size else ahead
+            )
             tangents.append("slip+" if slip_sign > 0.0 else "slip-" if slip_sign < 0.0 else "stick")
         return tuple("open" if one else "closed" for one in opens), tuple(tangents)
 
@@ -703,12 +716,12 @@ def _different(problem: FrictionProblem, found: list[FrictionSolution]) -> list[
     kept = list[FrictionSolution]()
     for one in found:
         a = one.accelerations()
-        size = max(*(float(np.abs(each).max(initial=0.0)) for each in (a, problem.without)), 1e-300)
+        size = max(*(float(np.abs(each).max(initial=0.0)) for each in (a, problem.without)), TINY)
         terms = np.abs(problem.delassus) @ np.abs([each.forces for each in found]).max(axis=0)
         least = max(
-            ALIKE * size,
-            NO_ACCELERATION * problem.greatest,
-            CANCELS * float(terms.max(initial=0.0)),
+            CONTACT_ACCELERATION_SAME * size,
+            CONTACT_ACCELERATION_NONE * problem.greatest,
+            CONTACT_ACCELERATION_CANCELS * float(terms.max(initial=0.0)),
         )
         if all(np.abs(a - each.accelerations()).max(initial=0.0) > least for each in kept):
             kept.append(one)
@@ -718,7 +731,7 @@ def _different(problem: FrictionProblem, found: list[FrictionSolution]) -> list[
 def _same(one: FrictionSolution, other: FrictionSolution) -> bool:
     """Whether both have the same modes, and forces but for the rounding of nearly singular ones."""
     size = float(np.abs(one.forces).max(initial=0.0))
-    near = float(np.abs(one.forces - other.forces).max(initial=0.0)) <= NEARLY * size
+    near = float(np.abs(one.forces - other.forces).max(initial=0.0)) <= CONTACT_FORCE_SAME * size
     return near and one.modes() == other.modes()
 
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from mbody.core.tolerances import DIRECTION_SAME
 from mbody.errors import ModelError
 from mbody.kernels.contact_geometry import CIRCLE, LINE, POLYGON, SEGMENT, ContactShapes
 from mbody.kernels.layout import integers
@@ -22,8 +23,8 @@ Array = np.ndarray
 
 #: A shape is large that is so much larger than is usual.
 LARGE = 3.0
-#: Corners of a polygon, at most; sine of an angle by which it may bend inwards.
-MOST_CORNERS, STRAIGHT = 2000, 1e-9
+#: Corners of a polygon, at most.
+MOST_CORNERS = 2000
 
 
 @dataclass(frozen=True, eq=False)
@@ -241,7 +242,7 @@ def _refuse_concave(corners: Array, name: str) -> None:
         raise ModelError(
             f"'{body}': {key} has {len(corners)} corners: give at most {MOST_CORNERS}", body
         )
-    inward = np.flatnonzero(bend < -STRAIGHT * size)
+    inward = np.flatnonzero(bend < -DIRECTION_SAME * size)
     whole = np.arctan2(bend, (ahead * following).sum(axis=1)).sum()
     if inward.size or whole > 3.0 * math.pi:
         raise ModelError(

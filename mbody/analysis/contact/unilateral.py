@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from mbody.core.tolerances import DIRECTION_SAME, DISTANCE_TIE, TINY
 from mbody.errors import ModelError
 from mbody.kernels.friction import FRICTION_KINDS, LASTING
 from mbody.kernels.layout import PER_PRIMITIVE, Work, first_beyond
@@ -44,9 +45,6 @@ Array = np.ndarray
 
 #: A corner: its body, and its place in this one.
 Corner = tuple[str, float, float]
-
-#: Sine of the angle below which one edge goes straight on from another.
-STRAIGHT = 1e-9
 
 
 @dataclass(frozen=True)
@@ -155,7 +153,7 @@ def _points_outwards(about: list[_EdgeEnd]) -> bool:
             if one.end == 1 and two.end == 0:
                 (ax, ay), (bx, by) = one.direction, two.direction
                 turn = ax * by - ay * bx
-                if turn > STRAIGHT or (turn > -STRAIGHT and ax * bx + ay * by > 0.0):
+                if turn > DIRECTION_SAME or (turn > -DIRECTION_SAME and ax * bx + ay * by > 0.0):
                     return False
     return True
 
@@ -656,6 +654,6 @@ def _to_polygon(across: Array, along: Array) -> tuple[float, int]:
     distances = np.hypot(across, past)
     least = distances.min()
     # nearest to a corner both edges there are as near: the one that is seen more squarely decides
-    near = np.flatnonzero(distances <= least * (1.0 + 1e-12) + 1e-300)
+    near = np.flatnonzero(distances <= least * (1.0 + DISTANCE_TIE) + TINY)
     n = int(near[np.argmax(np.abs(across[near]))])
     return float(np.copysign(least, across[n])), n

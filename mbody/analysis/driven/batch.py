@@ -19,9 +19,10 @@ import numpy as np
 
 from mbody.analysis.driven.path_following import PathEnded, Runner, followed_lanes
 from mbody.analysis.driven.time_grid import TimeGrid
-from mbody.analysis.position.assembly_analysis import SUSPICIOUS, check_determined, closed, rounding
+from mbody.analysis.position.assembly_analysis import check_determined, closed, rounding
 from mbody.analysis.position.closed_position import ClosedDesigns, ClosedPosition, close_in_stages
 from mbody.core.lanes import LANES, aligned
+from mbody.core.tolerances import PIVOT_SUSPICIOUS
 from mbody.errors import ModelWarning, SolveError
 from mbody.kernels.continuation import BY_DRIVER
 from mbody.kernels.continuation_lanes import FAILED, Designs, LanePath, follow_designs
@@ -102,7 +103,7 @@ def closed_poses(
     designs = int(system.batch or 0)
     first = grid.first(system)
     values = np.tile([first.get(d.name, np.nan) for d in system.drivers], (designs, 1))
-    return close_in_stages(system, float(grid.t[0]), values, pose, origin, small, SUSPICIOUS)
+    return close_in_stages(system, float(grid.t[0]), values, pose, origin, small, PIVOT_SUSPICIOUS)
 
 
 def in_all_lanes(grid: TimeGrid) -> np.ndarray:

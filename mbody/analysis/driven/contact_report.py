@@ -12,7 +12,8 @@ import numpy as np
 
 from mbody.analysis.contact.closed_contacts import has_closed_contacts
 from mbody.analysis.contact.unilateral import Unilateral, deepest_overlap
-from mbody.analysis.position.assembly_analysis import MISFIT, misfit
+from mbody.analysis.position.assembly_analysis import misfit
+from mbody.core.tolerances import CONTACT_GAP_NONE, DISTANCE_MISFIT, FORCE_NONE, TINY
 from mbody.kernels.friction import REACHED_PART
 from mbody.kernels.layout import PER_PRIMITIVE
 from mbody.model.contact import OneSided, Rope, Spot
@@ -37,8 +38,6 @@ Array = np.ndarray
 
 #: Parts of an interval in which a least force is sought.
 CLOSER = 8
-#: Part of the greatest force of a contact below which its pull is rounding.
-ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +121,7 @@ def pulled(solution: Solution, between: Mapping[str, OneSidedForce] | None = Non
             more = between[element.name]
             t, force = np.append(t, more.t), np.append(force, more.force)
             size = np.append(size, more.size)
-        floor = ROUNDING * float(np.fmax.reduce(size, axis=None, initial=0.0))
+        floor = FORCE_NONE * float(np.fmax.reduce(size, axis=None, initial=0.0))
         if (force < -floor).any():
             found.append(_sentence(solution, element, t, force, floor))
     return found
@@ -169,7 +168,12 @@ def _distances(solution: Solution) -> Iterator[tuple[Joint, np.ndarray, np.ndarr
     for joint in solution.mechanism.joints:
         if joint.spaced:
             found, wanted = np.broadcast_arrays(*joint.fit(*ends(solution, joint)))
-            yield joint, found, wanted, np.abs(found - wanted) > MISFIT * solution.system.length
+            yield (
+                joint,
+                found,
+                wanted,
+                np.abs(found - wanted) > DISTANCE_MISFIT * solution.system.length,
+            )
 
 
 def _when(solution: Solution, t: float, where: tuple[int, ...]) -> str:
@@ -223,8 +227,6 @@ def _sentence(
 
 # -- Contacts of a driven motion: modes, doubts and notes --------------------------------------
 
-#: A distance past the end of an edge, or an overlap, that is none, in model lengths.
-NONE = 1e-6
 #: Contacts that a note names, and instants at which overlaps are looked for.
 NAMED, LOOKED = 8, 721
 
@@ -268,10 +270,10 @@ def _past_ends(found: Solution) -> list[Doubt]:
         spots = contact.spots(found.system.numbers)
         distances = [_distance_past(found, contact, spot) for spot in spots if _has_ends(spot)]
         past = np.max(distances, axis=0) if distances else np.zeros(1)
-        if not (past > NONE * found.system.length).any():
+        if not (past > CONTACT_GAP_NONE * found.system.length).any():
             continue
         unit = found.mechanism.units.length
-        t, where = _first(found, past > NONE * found.system.length)
+        t, where = _first(found, past > CONTACT_GAP_NONE * found.system.length)
         doubts.append(
             Doubt(
                 "contact",
@@ -342,8 +344,8 @@ def _slipping(found: Solution) -> list[Doubt]:
         rows = found.system.primitives_of[contact.name][len(presses) :]
         limit = column(contact.coefficients(found.system.numbers)[1])
         along = np.abs([found.primitive_history(e, 0) for e in rows])
-        needed = np.max(along / np.maximum(presses, 1e-300 + ROUNDING * along), axis=0)
-        slips = needed > limit * (1.0 + ROUNDING)
+        needed = np.max(along / np.maximum(presses, TINY + FORCE_NONE * along), axis=0)
+        slips = needed > limit * (1.0 + FORCE_NONE)
         if slips.any():
             t, where = _first(found, slips)
             doubts.append(
@@ -366,7 +368,7 @@ def _overlapping(found: Solution) -> list[Doubt]:
         return []
     uni, work, n = Unilateral(system), system.work(), system.coordinates
     looked = np.unique(np.linspace(0, len(found) - 1, LOOKED).astype(int))
-    places, near = found.record.table(slice(0, n)), NONE * system.length
+    places, near = found.record.table(slice(0, n)), CONTACT_GAP_NONE * system.length
     worst: dict[str, tuple[float, float]] = {}
     for k in looked.tolist():
         work.q[:n, 0], work.time[:] = places[k], found.t[k]
@@ -402,8 +404,6 @@ def _first(found: Solution, wrong: Array) -> tuple[float, str]:
 
 # -- Friction of a driven motion: jams are doubts, all else notes ------------------------------
 
-#: Part of its band, and of the greatest, below which an effort is none.
-NOTHING = 1e-9
 #: Elements that a note names.
 LISTED = 8
 
@@ -528,7 +528,7 @@ def _self_locking(found: Solution) -> list[str]:
     for driver in found.mechanism.drivers:
         limits, plain = found.range(driver.name), found.effort(driver.name)
         band = np.where(np.isfinite(limits.high - limits.low), limits.high - limits.low, 0.0)
-        size = NOTHING * np.maximum(band, np.abs(plain).max(initial=0.0))
+        size = FORCE_NONE * np.maximum(band, np.abs(plain).max(initial=0.0))
         holds = (limits.low <= 0.0) & (limits.high >= 0.0) & (np.abs(plain) > size)
         count = int(holds.sum())
         if count:

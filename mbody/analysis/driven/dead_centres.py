@@ -17,6 +17,17 @@ import numpy as np
 
 from mbody.analysis.position.assembly_analysis import as_system, check_determined, closed, drivers
 from mbody.analysis.position.closed_position import ClosedPosition
+from mbody.core.tolerances import (
+    LEAST_SQUARES_RANK,
+    LOOP_CLOSURE_DEAD_CENTRE,
+    PATH_DERIVATIVE_NONE,
+    PATH_PLACE_BEFORE,
+    PATH_STEP_FIRST,
+    PATH_STEP_LONGEST,
+    ROOT_REAL,
+    SINGULAR_VALUE_NEAR_SINGULAR,
+    SINGULAR_VALUE_REGULAR,
+)
 from mbody.errors import ModelError, SolveError, brief
 from mbody.kernels.continuation import (
     BY_DRIVER,
@@ -44,15 +55,9 @@ FAR = 1e3
 STATIONS = 61
 #: Rows up to which the end is found by dense matrices; beyond, the path's own end is given.
 LARGEST = 300
-#: Singular value of the joints, as a part of the greatest, below which branches meet there.
-MEETING = 1e-6
-#: First step along the curve, and the greatest one, in model lengths and radians.
-STEP, LONGEST = 1e-4, 0.05
-#: x′ that is none: rounding of a unit vector times Φ_q.
-FLAT = 1e-13
-#: Where branches meet in the turning point: how far before it places are taken, in radians or model
-#: lengths; least singular value of the joints at the last; degree of the polynomial; how many.
-BEFORE, REGULAR, DEGREE, PLACES = 0.05, 5e-4, 12, 60
+#: Where branches meet in the turning point: degree of the polynomial through places before it, and
+#: how many these are.
+DEGREE, PLACES = 12, 60
 ITERATIONS = 30
 
 
@@ -209,14 +214,14 @@ class _Curve:
         for _ in range(ITERATIONS):
             phi, G = self._rows(q)
             others = np.arange(len(phi)) != self.row
-            step = np.linalg.lstsq(G[others], -phi[others], rcond=1e-10)[0]
+            step = np.linalg.lstsq(G[others], -phi[others], rcond=LEAST_SQUARES_RANK)[0]
             q = q + self.size * step
-            if np.abs(step).max() < 1e-14 * (1.0 + np.abs(q / self.size).max()):
+            if np.abs(step).max() < LOOP_CLOSURE_DEAD_CENTRE * (1.0 + np.abs(q / self.size).max()):
                 return q
         return None
 
     def _slope(
-        self, q: np.ndarray, ahead: np.ndarray | None, least: float = MEETING
+        self, q: np.ndarray, ahead: np.ndarray | None, least: float = SINGULAR_VALUE_NEAR_SINGULAR
     ) -> tuple[float, np.ndarray] | None:
         """x′ along the curve and its direction, on from `ahead`; None where branches meet."""
         _, G = self._rows(q)
@@ -238,7 +243,7 @@ class _Curve:
         slope, along = found
         if slope * sign < 0.0:
             slope, along = -slope, -along
-        step = STEP
+        step = PATH_STEP_FIRST
         for _ in range(ITERATIONS):
             there = self._closed(here + self.size * along * step)
             found = None if there is None else self._slope(there, along)
@@ -246,12 +251,12 @@ class _Curve:
                 return None
             bend = (found[0] - slope) / step
             here, (slope, along) = there, found
-            if abs(slope) < FLAT or bend == 0.0:
+            if abs(slope) < PATH_DERIVATIVE_NONE or bend == 0.0:
                 break
             step = -slope / bend
-            if abs(step) > LONGEST:
-                step = math.copysign(LONGEST, step)
-        if abs(slope) > 1e3 * FLAT:
+            if abs(step) > PATH_STEP_LONGEST:
+                step = math.copysign(PATH_STEP_LONGEST, step)
+        if abs(slope) > 1e3 * PATH_DERIVATIVE_NONE:
             return None
         phi, _ = self._rows(here)
         return self.requested + float(phi[self.row]) * self.unit
@@ -260,7 +265,7 @@ class _Curve:
         """x at a turning point in which branches meet, too: from the places before it, as a
         polynomial along the curve, beyond which the turning point is a small part of them away.
         """
-        x = stopped - sign * min(BEFORE * self.unit, abs(stopped - self.value))
+        x = stopped - sign * min(PATH_PLACE_BEFORE * self.unit, abs(stopped - self.value))
         q = self._path(x - self.value)[1][-1]
         found = self._slope(q, None)
         if found is None:
@@ -276,7 +281,7 @@ class _Curve:
             places.append((float((q - origin) / self.size @ first), float(phi[self.row])))
             while step > stride / PLACES:
                 there = self._closed(q + self.size * along * step)
-                found = None if there is None else self._slope(there, along, REGULAR)
+                found = None if there is None else self._slope(there, along, SINGULAR_VALUE_REGULAR)
                 if there is not None and found is not None and found[0] * sign > 0.0:
                     q, along = there, found[1]
                     break
@@ -286,7 +291,7 @@ class _Curve:
             return None
         fit = np.polynomial.Polynomial.fit(p, values, DEGREE)
         roots = fit.deriv().roots()
-        near = roots.real[(np.abs(roots.imag) < 1e-6) & (roots.real > p[-1])]
+        near = roots.real[(np.abs(roots.imag) < ROOT_REAL) & (roots.real > p[-1])]
         if not near.size or near.min() - p[-1] > 0.2 * np.ptp(p):
             return None
         return self.requested + float(fit(near.min())) * self.unit

@@ -11,7 +11,20 @@ from dataclasses import fields
 import numpy as np
 
 from mbody.analysis.position.assembly_analysis import raise_user_error
-from mbody.analysis.position.tangent_space import MASSLESS, Array, Manifold, Place
+from mbody.analysis.position.tangent_space import Array, Manifold, Place
+from mbody.core.tolerances import (
+    ARTIFICIAL_MASS_MOTION,
+    FORCE_NONE,
+    INERTIA_NONE,
+    PARTICIPATION,
+    PARTICIPATION_NONE_DIAGNOSIS,
+    POSITION_BESIDE,
+    RATE_NONE,
+    SINGULAR_VALUE_DIAGNOSIS,
+    START_CHANGE_REPORTED,
+    START_MOTION_ROUNDING,
+    TINY,
+)
 from mbody.errors import SolveError
 from mbody.kernels.finished_instants import each_load
 from mbody.kernels.layout import Work
@@ -21,28 +34,10 @@ from mbody.model.element import listed
 from mbody.system.rank import Rank, dense, rank_of, too_large
 from mbody.system.system import System
 
-#: A force along a motion without inertia below this part of the greatest is rounding.
-NO_PUSH = 1e-9
-#: A motion has no inertia where this part of it is of what replaces missing masses.
-LENT = 0.1
 #: How far, in radians and model lengths, and how fast in natural rates, such a motion is tried.
 TRIED = 0.3
-#: Rows whose least singular value is below this part of the greatest are dependent;
-#: steps vanish much nearer to that than this, and ordinary mechanisms are far from it.
-DEPENDENT = 1e-3
-#: A row takes part in a dependency with this part of the greatest.
-TAKES_PART = 0.1
 #: Joints that a sentence names.
 MOST = 4
-#: Rates below this part of the natural rate are rest.
-STILL = 1e-9
-#: How far a position beside another is, in model lengths and radians.
-BESIDE = 0.02
-#: Changes of a start below this, in model lengths, radians and parts of the fastest rate, are not
-#: reported: a start written down with six digits.
-REPORTED = 1e-5
-#: Rates that move less than this over the whole motion, likewise, are rounding.
-ROUNDED = 1e-12
 
 
 def valueless(system: System, work: Work, t: float, q: Array, v: Array) -> SolveError:
@@ -78,7 +73,7 @@ def undetermined(system: System, t: float, q: Array, v: Array) -> SolveError | N
     scale = system.coordinate_units
     mass = system.mass[: system.coordinates, 0] * scale**2
     inertia, shapes = np.linalg.eigh((motions * mass) @ motions.T)
-    massless = shapes[:, inertia <= MASSLESS * max(float(mass.max()), 1e-300)].T @ motions
+    massless = shapes[:, inertia <= INERTIA_NONE * max(float(mass.max()), TINY)].T @ motions
     for motion in massless:
         body = bodies[int(np.abs(motion.reshape(-1, 3)).max(axis=1).argmax())]
         if body.massless:
@@ -112,7 +107,7 @@ def inertialess(system: System, t: float, q: Array) -> int:
     lent = (motions * (lent * scale**2)) @ motions.T
     factor = np.linalg.cholesky(mass + lent)
     part = np.linalg.solve(factor, np.linalg.solve(factor, lent).T)
-    return int((np.linalg.eigvalsh(0.5 * (part + part.T)) > LENT).sum())
+    return int((np.linalg.eigvalsh(0.5 * (part + part.T)) > ARTIFICIAL_MASS_MOTION).sum())
 
 
 def weightless(system: System) -> SolveError | None:
@@ -138,7 +133,7 @@ def _pushed(system: System, t: float, q: Array, v: Array, motion: Array) -> bool
         ]
     for place, rates in places:
         forces = load_forces(system, work, t, place, rates) * scale
-        if np.abs(forces @ motion).max(initial=0.0) > NO_PUSH * np.abs(forces).max(initial=0.0):
+        if np.abs(forces @ motion).max(initial=0.0) > FORCE_NONE * np.abs(forces).max(initial=0.0):
             return True
     return False
 
@@ -153,10 +148,10 @@ def stuck(system: System, t: float, q: Array) -> SolveError | None:
     if not np.isfinite(G).all():
         return None
     u, sizes, _ = np.linalg.svd(G)
-    if len(sizes) < len(G) or sizes[-1] > DEPENDENT * sizes[0]:
+    if len(sizes) < len(G) or sizes[-1] > SINGULAR_VALUE_DIAGNOSIS * sizes[0]:
         return None
     part = np.abs(u[:, len(sizes) - 1])
-    order = np.argsort(-part)[: int((part > TAKES_PART * part.max()).sum())]
+    order = np.argsort(-part)[: int((part > PARTICIPATION * part.max()).sum())]
     taking = dict.fromkeys(system.owners[system.row_table[0][n]][0].name for n in order)
     driving = [driver for driver in system.drivers if driver.name in taking]
     if not driving:
@@ -186,7 +181,7 @@ def branching(system: System, t: float, q: Array, v: Array) -> tuple[str, ...]:
         return ()
     top = manifold.largest(q)
     natural = np.sqrt(top / float((system.mass[: len(q), 0] * manifold.scale**2).max()))
-    if np.abs(v / manifold.scale).max() > STILL * natural or here.size <= NO_PUSH * top:
+    if np.abs(v / manifold.scale).max() > RATE_NONE * natural or here.size <= FORCE_NONE * top:
         return ()
     nearby = _nearby(manifold, here)
     if nearby >= len(here.motions):
@@ -205,16 +200,16 @@ def adjusted(system: System, given: Array, found: Array, whole: float = np.inf) 
     names = [body.name for body in system.mechanism.bodies]
     n, units = system.coordinates, system.mechanism.units
     moved, changed = ((found - given) / np.tile(system.coordinate_units, 2)).reshape(2, -1, 3)
-    slow = ROUNDED / (REPORTED * (whole or np.inf))
+    slow = START_MOTION_ROUNDING / (START_CHANGE_REPORTED * (whole or np.inf))
     swift = max(float(np.abs(given[n:] / system.coordinate_units).max()), slow)
     parts = []
-    if (far := np.hypot(moved[:, 0], moved[:, 1])).max() > REPORTED:
+    if (far := np.hypot(moved[:, 0], moved[:, 1])).max() > START_CHANGE_REPORTED:
         distance = system.length * far.max()
         parts.append(f"'{names[int(far.argmax())]}' was moved by {distance:.3g} {units.length}")
-    if (turned := np.abs(moved[:, 2])).max() > REPORTED:
+    if (turned := np.abs(moved[:, 2])).max() > START_CHANGE_REPORTED:
         angle = np.degrees(turned.max())
         parts.append(f"'{names[int(turned.argmax())]}' was turned by {angle:.3g} deg")
-    if np.abs(changed).max() > REPORTED * swift:
+    if np.abs(changed).max() > START_CHANGE_REPORTED * swift:
         b, k = divmod(int(np.abs(changed).argmax()), 3)
         before, after = (float(part[n + 3 * b + k]) for part in (given, found))
         rate, unit = ("vx", "vy", "omega")[k], units.of("velocity" if k < 2 else "angular velocity")
@@ -226,7 +221,7 @@ def adjusted(system: System, given: Array, found: Array, whole: float = np.inf) 
 
 def _nearby(manifold: Manifold, here: Place) -> int:
     """How many motions are free beside a place, at least."""
-    beside = [manifold.moved(here, BESIDE * motion) for motion in here.motions]
+    beside = [manifold.moved(here, POSITION_BESIDE * motion) for motion in here.motions]
     return min((len(p.motions) for p in beside if p is not None), default=len(here.motions))
 
 
@@ -256,8 +251,6 @@ def load_forces(
 
 # -- Undetermined reactions of redundant constraints (Wojtyra 2005; Wojtyra and Frączek 2013) --
 
-#: A part of a dependency below this is rounding.
-SMALL = 1e-7
 #: Elements that a note names.
 NAMED = 8
 
@@ -271,7 +264,7 @@ def open_reactions(system: System, report: Rank | None) -> dict[str, list[bool]]
     """
     if report is None:
         return None
-    touched = np.abs(report.dependencies).max(axis=0, initial=0.0) > SMALL
+    touched = np.abs(report.dependencies).max(axis=0, initial=0.0) > PARTICIPATION_NONE_DIAGNOSIS
     primitive, _, is_angle = system.row_table
     result = {}
     for joint in system.mechanism.joints:

@@ -21,6 +21,7 @@ from mbody.analysis.driven.path_following import PathEnded, Runner, through_chan
 from mbody.analysis.driven.time_grid import Drive, TimeGrid, by_time, check_timed, time_grid
 from mbody.analysis.position.assembly_analysis import as_system, check_determined, closed
 from mbody.analysis.position.closed_position import ClosedPosition
+from mbody.core.tolerances import LAW_TURN_ROUNDING, PATH_STUCK_AT_INSTANT, POSITION_SAME
 from mbody.errors import ModelError, ModelWarning, SolveError, angle_text, brief
 from mbody.kernels.continuation import BY_DRIVER, BY_TIME
 from mbody.laws import Law, times_of
@@ -39,8 +40,6 @@ from mbody.system.system import System
 
 #: Travel of a driver [rad, length] that is not followed to see whether a position is meant.
 FAR = 1e3
-#: Positions closer than this are one, in model lengths and radians.
-SAME = 1e-6
 
 Analysis = TypeVar("Analysis", bound=Callable[..., Solution])
 
@@ -166,7 +165,7 @@ def _as_from_start(runner: Runner, grid: TimeGrid, found: ClosedPosition) -> boo
     n = system.coordinates
     off = (q[:n] - found.work.q[:n, 0]).reshape(-1, 3)
     turned = np.abs(np.exp(1j * off[:, 2]) - 1.0).max()
-    return bool(max(np.abs(off[:, :2]).max() / system.length, turned) < SAME)
+    return bool(max(np.abs(off[:, :2]).max() / system.length, turned) < POSITION_SAME)
 
 
 def _followed(runner: Runner, start: ClosedPosition, grid: TimeGrid, remedy: str) -> Solution:
@@ -192,7 +191,7 @@ def _single(runner: Runner, start: ClosedPosition, grid: TimeGrid) -> Solution:
     except PathEnded as stuck:
         error = runner.explain(stuck, start, grid)
         # an instant at which branches meet is reached as a limit, where the path goes on
-        near = abs(stuck.place - grid.s[stuck.done]) <= 1e-3 * np.ptp(grid.s)
+        near = abs(stuck.place - grid.s[stuck.done]) <= PATH_STUCK_AT_INSTANT * np.ptp(grid.s)
         if not near:
             raise error from None
         return through_change_points(runner, start, grid, {stuck.done}, error)
@@ -334,9 +333,6 @@ def statics(
 # -- An analysis at the instants that a description or a command requests ----------------------
 
 ANALYSES = {"kinematics": kinematics, "kinetostatics": kinetostatics, "statics": statics}
-
-#: Part of a turn within which a value is where the law begins, not a turn later.
-HERE = 1e-12
 
 
 def analyse_at(
@@ -495,7 +491,7 @@ def _times(system: System, driver: Driver, values: np.ndarray) -> np.ndarray:
     # where the law begins too gently its derivatives do not show the direction
     sign = math.copysign(1.0, rate or change or 1.0)
     travels = sign * (values - begin)
-    if len(travels) > 1 and travels[0] > -HERE and (np.diff(travels) > 0.0).all():
+    if len(travels) > 1 and travels[0] > -LAW_TURN_ROUNDING and (np.diff(travels) > 0.0).all():
         travels = np.maximum(travels, 0.0)
         travels += _further(travels[0]) - travels[0]
         return np.array([_time(law, driver, [begin + sign * travel]) for travel in travels])
@@ -519,8 +515,8 @@ def _time(law: Law, driver: Driver, places: list[float]) -> float:
 def _further(travel: float) -> float:
     """What is left to an angle [rad] when one goes on in the same direction, 0 … 2π."""
     further = math.fmod(travel, 2.0 * math.pi)
-    further += 2.0 * math.pi if further < -HERE else 0.0
-    return 0.0 if 2.0 * math.pi - further < HERE else max(further, 0.0)
+    further += 2.0 * math.pi if further < -LAW_TURN_ROUNDING else 0.0
+    return 0.0 if 2.0 * math.pi - further < LAW_TURN_ROUNDING else max(further, 0.0)
 
 
 def _check_meets(

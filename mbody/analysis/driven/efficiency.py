@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.driven.driven import kinetostatics
+from mbody.core.tolerances import LAW_VALUES_SAME, WORK_AGREES, WORK_NONE
 from mbody.errors import ModelError
 from mbody.model.element import listed
 from mbody.solution.checks import each_load_of, one_design
@@ -19,13 +20,9 @@ Array = np.ndarray
 
 #: Nodes of Gauss's rule in each part of a motion, and parts at first.
 NODES, PARTS = 8, 24
-#: The work of a part of the motion and of its halves agree to this part of all work; where they do
-#: not, the halves are halved, at most so many times.
-EXACT, HALVINGS = 1e-11, 36
-#: Work below this part of the greatest that goes in or out is none.
-NOTHING = 1e-9
-#: Values and rates of a driver that differ by less are those of its law.
-ALIKE = 1e-9
+#: How often parts of the motion are halved, at most, until the work of a part and of its halves
+#: agree.
+HALVINGS = 36
 
 
 def efficiency(found: Solution, output: str) -> Efficiency:
@@ -49,7 +46,7 @@ def efficiency(found: Solution, output: str) -> Efficiency:
             "an efficiency is of a motion, this is one instant: analyse a turn, or several times"
         )
     given, useful, lost = _works(found, output, [name for name in drivers if name != output])
-    if not given > NOTHING * max(abs(given), abs(useful), lost):
+    if not given > WORK_NONE * max(abs(given), abs(useful), lost):
         raise ModelError(
             f"the drivers of '{machine.name}' give no work over this motion: what gives it must be "
             "a driver, or take a part of the motion in which one drives",
@@ -123,7 +120,7 @@ def _integrated(found: Solution, powers: Callable[[Solution], Array]) -> Array:
 
     low, high = posts[:-1], posts[1:]
     coarse, size = works(low, high)
-    total, accepted = np.zeros(coarse.shape[1]), EXACT * float(size.sum(axis=0).max())
+    total, accepted = np.zeros(coarse.shape[1]), WORK_AGREES * float(size.sum(axis=0).max())
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
         low, high = np.append(low, middle), np.append(middle, high)
@@ -148,6 +145,6 @@ def _by_laws(found: Solution) -> bool:
         law = found.system.law_of(driver)
         own = np.array([law.derivatives(float(t)) for t in found.t])
         size = np.abs(own).max(axis=0)
-        if (np.abs(found.given[:, n] - own) > ALIKE * size + ALIKE).any():
+        if (np.abs(found.given[:, n] - own) > LAW_VALUES_SAME * size + LAW_VALUES_SAME).any():
             return False
     return True

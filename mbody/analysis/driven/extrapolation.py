@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from mbody.core.tolerances import TABLE_RANGE_MARGIN
 from mbody.laws import MeasuredFormula, Table, Table2
 from mbody.model.curves import NamedCurve
 from mbody.model.element import Element
@@ -18,8 +19,6 @@ from mbody.solution.histories import column
 from mbody.solution.measures import argument, argument_rate, formula_value, measured
 from mbody.solution.solution import Solution
 
-#: Part of a table's range by which it may be left: what rounding may put beyond its ends.
-MARGIN = 1e-9
 #: What holds beyond the points.
 INSTEAD = {"hold": "the value at its end", "line": "the tangent at its end"}
 
@@ -80,7 +79,7 @@ def curve_doubts(solution: Solution) -> list[Doubt]:
         for curve, taken in _calls(solution, element, field, law):
             for place, (points, outside) in enumerate(_ranges(curve.curve)):
                 x = np.broadcast_to(taken[place], shape)
-                margin = MARGIN * (points[-1] - points[0])
+                margin = TABLE_RANGE_MARGIN * (points[-1] - points[0])
                 beyond = ((x < points[0] - margin) | (x > points[-1] + margin)).any(axis=0)
                 if not beyond.any():
                     continue
@@ -165,7 +164,7 @@ def extrapolated(solution: Solution) -> list[Doubt]:
             continue
         x, t = np.atleast_2d(x), solution.t
         low, high = float(table.x[0]), float(table.x[-1])
-        margin = MARGIN * (high - low)
+        margin = TABLE_RANGE_MARGIN * (high - low)
         rate = argument_rate(solution, element, field) if solution.analysis == "simulate" else None
         if rate is not None and len(t) > 1:
             within = _between(t, x[0], np.asarray(rate))

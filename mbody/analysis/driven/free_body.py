@@ -11,6 +11,7 @@ import numpy as np
 
 from mbody.analysis.contact.unilateral import Unilateral
 from mbody.core.presentation import present
+from mbody.core.tolerances import FORCE_NONE, LINES_PARALLEL, TINY
 from mbody.errors import ModelError
 from mbody.kernels.layout import PER_PRIMITIVE, Work
 from mbody.model.constraint import Constraint
@@ -82,12 +83,6 @@ def rows_on(solution: Solution, body: str) -> Iterator[tuple[str, Array, Array, 
         if body in contact.bodies and not isinstance(contact, Contact | Rope):
             own = solution.reaction(contact.name, on=body)
             yield contact.name, own.fx, own.fy, own.torque
-
-
-#: What is below this part of the greatest force of the mechanism is none.
-NONE = 1e-9
-#: Lines that meet at an angle of less [rad] are parallel.
-PARALLEL = 1e-6
 
 
 @dataclass(frozen=True)
@@ -269,9 +264,7 @@ def member_forces(solution: Solution, instant: int = 0) -> Several[Member]:
     greatest = max((force.force for row in found.values() for force in row), default=0.0)
     length = solution.system.length
     unit = (solution.mechanism.units.of("force"), solution.mechanism.units.of("length"))
-    members = (
-        _member(name, row, max(greatest, 1e-300), length, unit) for name, row in found.items()
-    )
+    members = (_member(name, row, max(greatest, TINY), length, unit) for name, row in found.items())
     return Several.of(solution, members)
 
 
@@ -350,11 +343,11 @@ def _member(
     body: str, row: list[Wrench], greatest: float, length: float, unit: tuple[str, str]
 ) -> Member:
     """The kind of member that a body is by the forces on it."""
-    forces = [one for one in row if one.force > NONE * greatest]
+    forces = [one for one in row if one.force > FORCE_NONE * greatest]
     couples = [
         one
         for one in row
-        if one.force <= NONE * greatest and abs(one.torque) > NONE * greatest * length
+        if one.force <= FORCE_NONE * greatest and abs(one.torque) > FORCE_NONE * greatest * length
     ]
     listing = listed(one.cause for one in (*forces, *couples))
     kind, meeting, tension = "general", None, None
@@ -398,7 +391,7 @@ def _meeting(forces: list[Wrench], length: float) -> tuple[float, float] | None:
     """Where the lines of three forces in equilibrium meet: of the two that cross most steeply."""
     pairs = [(forces[m], forces[n]) for m in range(3) for n in range(m)]
     a, b = max(pairs, key=lambda pair: abs(_sine(*pair)))
-    if abs(_sine(a, b)) < PARALLEL:
+    if abs(_sine(a, b)) < LINES_PARALLEL:
         return None
     (ax, ay), (bx, by) = a.line, b.line
     s = ((bx - ax) * b.fy - (by - ay) * b.fx) / (a.fx * b.fy - a.fy * b.fx)

@@ -27,6 +27,16 @@ from mbody.analysis.driven.time_grid import TimeGrid, by_time, check_laws
 from mbody.analysis.position.assembly_analysis import check_determined, closed, raise_user_error
 from mbody.analysis.position.closed_position import ClosedPosition, vanishing
 from mbody.core.lanes import LANES, aligned
+from mbody.core.tolerances import (
+    DEAD_CENTRE_RATE,
+    LOADS_UNBALANCED,
+    PARTICIPATION_ELEMENT,
+    PATH_DIFFERENCE_STEP,
+    PATH_PLACE_SAME,
+    PATH_SEAM,
+    PATH_STUCK_AT_INSTANT,
+    TINY,
+)
 from mbody.errors import SolveError
 from mbody.kernels.continuation import (
     BRANCH_UNSURE,
@@ -127,10 +137,6 @@ def own_motion_call(
 
 #: Change points that a note names, and elements of each.
 NAMED, ELEMENTS = 4, 8
-#: Places closer than this part of all that is followed are one.
-SAME = 1e-6
-#: An element takes part where its share of what rows have in common is at least this.
-SHARE = 0.05
 
 
 @dataclass(frozen=True)
@@ -177,7 +183,7 @@ class BranchRecord:
         if least < self.least:
             self.least = least
             self.t = s if grid.mode == BY_TIME else float(grid.t[min(int(k), len(grid.t) - 1)])
-        apart = SAME * max(float(np.ptp(grid.s)), 1e-300)
+        apart = PATH_PLACE_SAME * max(float(np.ptp(grid.s)), TINY)
         known = np.array([one.s for one in self.passed if one.design == design])
         for row in passed:
             if not (np.abs(known - row[0]) <= apart).any():
@@ -242,7 +248,7 @@ def meeting(system: System, work: Work) -> list[str]:
         name = system.owners[int(e)][0].name
         shares[name] = max(shares.get(name, 0.0), float(part))
     top = max(shares.values())
-    return [name for name, part in shares.items() if part >= SHARE * top][:ELEMENTS]
+    return [name for name, part in shares.items() if part >= PARTICIPATION_ELEMENT * top][:ELEMENTS]
 
 
 # -- A single motion in pieces of equal length, one a lane -------------------------------------
@@ -426,14 +432,8 @@ def _pieces(count: int) -> np.ndarray:
 SAMPLES, NUMBERS = 721, 4_000_000
 #: Change points of one motion that are distinguished.
 CHANGES = 256
-#: Rate of a body beside that of the driver from which on it is a dead centre that is near.
-RUNS_AWAY = 1e3
-#: Lanes must meet within this, in model lengths and radians.
-SEAM = 1e-8
 #: Samples of forces that have one direction: of a whole motion, and of a step.
 OF_ALL, OF_A_STEP = 200, 8
-#: Unbalanced part of the loads above which there is no equilibrium.
-UNBALANCED_PART = 1e-7
 
 
 class PathEnded(Exception):
@@ -453,7 +453,7 @@ class Runner:
     Where the reactions leave more of the loads than the part `unbalanced`, it is an error.
     """
 
-    def __init__(self, system: System, analysis: str, unbalanced: float = UNBALANCED_PART) -> None:
+    def __init__(self, system: System, analysis: str, unbalanced: float = LOADS_UNBALANCED) -> None:
         self.system, self.analysis, self.unbalanced = system, analysis, unbalanced
         self.with_forces = analysis != "kinematics"
         self.at_rest = analysis == "statics"
@@ -579,7 +579,7 @@ class Runner:
             except PathEnded:
                 return None
             output[:, :, lane], ends[:, lane] = whole[:-1], whole[-1]
-        if not pieces.gap(ends) <= SEAM * pieces.instants.reach:
+        if not pieces.gap(ends) <= PATH_SEAM * pieces.instants.reach:
             return None
         near = functools.partial(pieces.near, output, ends)
         self.branches.on_lanes(found, pieces.instants.t, near)
@@ -757,7 +757,7 @@ class Runner:
             work.q[:] = start.work.past[: len(work.q)]
             names = ", ".join(repr(name) for name in meeting(system, work))
             remedy = "stop before, or change a length so that they stay apart"
-            if abs(stuck.place - grid.s[stuck.done]) <= 1e-3 * np.ptp(grid.s):
+            if abs(stuck.place - grid.s[stuck.done]) <= PATH_STUCK_AT_INSTANT * np.ptp(grid.s):
                 remedy = "leave that instant out, the motion goes through there between others"
             return SolveError(
                 f"branches of '{system.mechanism.name}' meet at {where} of '{body}', driven by "
@@ -798,7 +798,7 @@ class Runner:
             rate = float(np.abs(grid.chords).max())
         fastest = system.extent(start.work.past[size : size + system.coordinates, 0])
         unit = driver.unit(system.length)
-        return bool(fastest > RUNS_AWAY * abs(rate) / unit)
+        return bool(fastest > DEAD_CENTRE_RATE * abs(rate) / unit)
 
     def where(self, s: float, grid: TimeGrid, design: int = 0) -> str:
         """A place of the path in words: of the first driver, with its body."""
@@ -849,9 +849,6 @@ def followed_lanes(output: np.ndarray) -> FollowedLanes:
 PLACES = np.array([-7.0, -5.0, -3.0, -1.0, 1.0, 3.0, 5.0, 7.0])
 #: Lagrange's weights at zero.
 WEIGHTS = np.array([-5.0, 49.0, -245.0, 1225.0, 1225.0, -245.0, 49.0, -5.0]) / 2048.0
-#: Step in radians or model lengths of the driver: the interpolation's error is 0.3 · STEP⁸ of the
-#: eighth derivative, 2e-12; rounding in forces is magnified by up to 1/STEP³.
-STEP = 4e-2
 #: Most change points in one sweep, and those that a sentence names.
 MOST, CHANGE_POINTS_NAMED = 32, 4
 
@@ -873,7 +870,7 @@ def through_change_points(
             k = int(np.searchsorted(places, stuck.done, side="right")) - 1
             inside = k in singular
             off = abs(stuck.place - grid.s[k])
-            if inside or len(singular) >= MOST or off > 1e-3 * np.ptp(grid.s):
+            if inside or len(singular) >= MOST or off > PATH_STUCK_AT_INSTANT * np.ptp(grid.s):
                 raise error from None
             singular = singular | {k}
             error = runner.explain(stuck, beginning, spread)
@@ -952,7 +949,7 @@ def _step(runner: Runner, grid: TimeGrid, k: int, error: SolveError) -> float:
     speed = max((r / u for r, u in zip(rates, units, strict=True)), default=0.0)
     if speed == 0.0:
         raise error
-    return STEP / speed
+    return PATH_DIFFERENCE_STEP / speed
 
 
 def _beginning(

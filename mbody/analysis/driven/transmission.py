@@ -24,6 +24,7 @@ import numpy as np
 from mbody.analysis.contact.closed_contacts import ContactPhase, contact_phases
 from mbody.analysis.driven.driven import kinematics
 from mbody.core.presentation import present
+from mbody.core.tolerances import CHANGE_POINT_LENGTHS, LEAST_SQUARES_RANK, RATE_NONE_COORDINATE
 from mbody.errors import ModelError, SolveError, brief
 from mbody.model.contact import Contact, joined
 from mbody.model.driver import Driver
@@ -39,9 +40,6 @@ from mbody.system.read_only import lock
 from mbody.system.system import System
 
 # -- Grashof's class of four-bar loops, in words -----------------------------------------------
-
-#: Lengths whose sums differ by less than this part of them are at a change point.
-EQUAL = 1e-9
 
 
 def grashof_class(ground: float, crank: float, coupler: float, rocker: float) -> str:
@@ -68,7 +66,7 @@ def inversion(ground: float, crank: float, coupler: float, rocker: float) -> str
     """
     lengths = sorted((ground, crank, coupler, rocker))
     short, long = lengths[0] + lengths[3], lengths[1] + lengths[2]
-    if abs(short - long) <= EQUAL * (short + long):
+    if abs(short - long) <= CHANGE_POINT_LENGTHS * (short + long):
         return "change point"
     if short > long:
         return "triple rocker"
@@ -117,8 +115,6 @@ def four_bar_loops(system: System) -> list[tuple[str, str]]:
 
 Array = np.ndarray
 
-#: Of the swiftest coordinate and of the greatest force, what is none.
-NONE = 1e-10
 #: Instants at which it is looked for what carries a force.
 LOOKED = 8
 
@@ -368,7 +364,7 @@ class _Phase:
                 continue
             multipliers, _ = self._multipliers(G, self._load(k, along))
             force = self._force(G, multipliers, self.rows_of[name], self._side(name))
-            if np.hypot(*force) > NONE * self._most(G, multipliers):
+            if np.hypot(*force) > RATE_NONE_COORDINATE * self._most(G, multipliers):
                 return True
         return False
 
@@ -392,7 +388,7 @@ class _Phase:
             arm = np.array([c * px - s * py, s * px + c * py])
         v = self._velocity(along, arm)
         speed = float(np.hypot(*v))
-        return arm, speed, v / speed if speed > NONE else np.zeros(2)
+        return arm, speed, v / speed if speed > RATE_NONE_COORDINATE else np.zeros(2)
 
     def _load(self, k: int, along: Array) -> Array:
         """A unit load on the output, as coordinates have it without units."""
@@ -411,7 +407,7 @@ class _Phase:
             both = np.concatenate([G.T, Q[:, None]], axis=1)
             null = np.linalg.svd(both)[2][-1]
             return null[:-1], float(null[-1])
-        return np.linalg.lstsq(G.T, -Q, rcond=1e-10)[0], 1.0
+        return np.linalg.lstsq(G.T, -Q, rcond=LEAST_SQUARES_RANK)[0], 1.0
 
     def _side(self, name: str) -> str:
         """The body on which the force of a joint or contact is taken: the output, or its j."""
@@ -439,7 +435,7 @@ class _Phase:
             return NOTHING
         multipliers, load = self._multipliers(G, self._load(k, along))
         most = self._most(G, multipliers)
-        angle, by, size = math.nan, "", NONE * most
+        angle, by, size = math.nan, "", RATE_NONE_COORDINATE * most
         for one in (one for name in names for one in self.carriers(name)):
             F = self._force(G, multipliers, one.rows, self.body)
             if float(np.hypot(*F)) <= size:
@@ -447,17 +443,19 @@ class _Phase:
             by, size = one.name, float(np.hypot(*F))
             v = self._velocity(along, self._arm(k, one.place[k]))
             angle = math.nan
-            if np.hypot(*v) > NONE:
+            if np.hypot(*v) > RATE_NONE_COORDINATE:
                 angle = math.asin(min(1.0, abs(float(F @ v)) / (size * float(np.hypot(*v)))))
         x = float(G[self.row] @ along) * self.unit
         y = float(along[self.first + 2])
         if not self.turns:  # along a path: of no direction
             x, y = abs(x), self._output(k, along)[1] * self.system.length
-        y = y if abs(y) > NONE * self.system.length else 0.0
-        ratio = y / x if abs(x) > NONE * self.unit else math.copysign(math.inf, x * y)
+        y = y if abs(y) > RATE_NONE_COORDINATE * self.system.length else 0.0
+        ratio = (
+            y / x if abs(x) > RATE_NONE_COORDINATE * self.unit else math.copysign(math.inf, x * y)
+        )
         advantage = x / y if y else math.copysign(math.inf, x * y)
         scale = self.system.length if self.turns else 1.0
-        index = most / (abs(load) * scale) if abs(load) > NONE * most else math.inf
+        index = most / (abs(load) * scale) if abs(load) > RATE_NONE_COORDINATE * most else math.inf
         if not y and not self.turns:  # the load has no direction
             index = math.nan
         return Transferred(by, angle, ratio, advantage, index)

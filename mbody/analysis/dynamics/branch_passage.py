@@ -20,7 +20,7 @@ from mbody.analysis.dynamics.integrators import (
 from mbody.analysis.dynamics.interruptions import Interruptions
 from mbody.analysis.dynamics.options import MotionRequest
 from mbody.analysis.initial.initial_state import event_measure
-from mbody.analysis.position.assembly_analysis import SOFT, raise_user_error
+from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.analysis.position.tangent_space import Manifold
 from mbody.analysis.singular.nearby_singularity import (
     Crossing,
@@ -29,8 +29,6 @@ from mbody.analysis.singular.nearby_singularity import (
     look_ahead,
 )
 from mbody.analysis.singular.singular_positions import (
-    SAID,
-    SUSPECT,
     Singular,
     along,
     fits,
@@ -45,6 +43,31 @@ from mbody.analysis.singular.singular_positions import (
     still,
     tangent,
     undecided,
+)
+from mbody.core.tolerances import (
+    ARTIFICIAL_MASS_GROWTH,
+    BRANCH_LOOK_AGAIN,
+    BRANCH_LOOK_FIRST,
+    BRANCH_STEP_FARTHER,
+    BRANCH_STEP_HOPELESS,
+    BRANCH_STEP_LONGER,
+    BRANCH_TIE,
+    BRANCH_VELOCITIES_SAME,
+    FORCE_NONE_BRANCH,
+    LEAST_SQUARES_RANK_FINE,
+    PARTICIPATION,
+    PIVOT_SUSPECT,
+    RATE_NONE,
+    RATE_NONE_MOTION,
+    REDUNDANT_ROW_SOFTNESS,
+    SINGULAR_DISTANCE_AT,
+    SINGULAR_DISTANCE_DETERMINED,
+    SINGULAR_START_ROUNDING,
+    SINGULAR_START_SETTLED,
+    SINGULAR_START_SPAN,
+    SINGULAR_START_TERM,
+    SINGULAR_VALUE_DEPENDS,
+    TINY,
 )
 from mbody.errors import SolveError
 from mbody.kernels.layout import PER_PRIMITIVE, Work
@@ -79,22 +102,6 @@ KnownCrossings = tuple[
     tuple[Crossing, ...], tuple[Crossing, ...], tuple[Doubt, ...], tuple[MetPosition, ...]
 ]
 
-#: What lies ahead is first looked at when a step is this part of the one that was rejected, as the
-#: kernel has it.
-FIRST = 0.3
-#: It is looked at again when the step is this part of that.
-AGAIN = 0.1
-#: A step of this part of the whole motion that may still meet one is made in doubt.
-HOPELESS = 1e-9
-#: A step over a change point may be so many times the one that was looked at; it is longer by
-#: this part, for rounding.
-FARTHER, LITTLE = 4.0, 1e-9
-#: Inertia is looked at again where the energy of masses that replace missing ones has so
-#: grown.
-MORE_OF_IT = 10.0
-#: A body takes part in a motion with this part of the fastest.
-TAKES_PART = 0.1
-
 
 class BranchPassage:
     """Decides for one motion; `state` is that of its steps."""
@@ -123,7 +130,9 @@ class BranchPassage:
         state, n = self.state, self.system.coordinates
         t, step = float(state[TIME]), 2.0 * float(state[NEXT])
         now = y[:n], y[n : 2 * n], derivative[n : 2 * n]
-        ahead = look_ahead(self.system, t, now, step / FIRST, self.regularized, self.met)
+        ahead = look_ahead(
+            self.system, t, now, step / BRANCH_LOOK_FIRST, self.regularized, self.met
+        )
         self.met = ahead.met
         if ahead.clear:
             state[KNOWN_UNTIL], state[NEXT] = t, 0.99 * ahead.clear
@@ -131,15 +140,19 @@ class BranchPassage:
             at = ahead.crossing
             over = 2.0 * (at.t - t)
             state[KNOWN_UNTIL], state[CROSSING_TIME] = max(t, at.t + 0.5 * (at.t - t)), at.t
-            state[NEXT] = over * (1.0 + LITTLE) if step < over < FARTHER * step else step
+            state[NEXT] = (
+                over * (1.0 + BRANCH_STEP_LONGER)
+                if step < over < BRANCH_STEP_FARTHER * step
+                else step
+            )
             self.open = (at,) if at.t > t else ()
-        elif step < HOPELESS * self.whole:
+        elif step < BRANCH_STEP_HOPELESS * self.whole:
             self._give_up(t, step, ahead.elements)
         elif ahead.bend < np.inf:
             state[SHORTENED_UNTIL] = ahead.bend + max(ahead.bend - t, step)
             state[DECIDE_BELOW] = 0.0
         else:
-            state[DECIDE_BELOW] = AGAIN * step
+            state[DECIDE_BELOW] = BRANCH_LOOK_AGAIN * step
 
     def _give_up(self, t: float, step: float, elements: tuple[str, ...]) -> None:
         unit = self.system.mechanism.units.time
@@ -176,7 +189,10 @@ class BranchPassage:
         state, n = self.state, self.system.coordinates
         if state[STAND_IN_ENERGY] <= state[STAND_IN_LIMIT]:
             return
-        t, state[STAND_IN_LIMIT] = float(state[TIME]), MORE_OF_IT * float(state[STAND_IN_ENERGY])
+        t, state[STAND_IN_LIMIT] = (
+            float(state[TIME]),
+            ARTIFICIAL_MASS_GROWTH * float(state[STAND_IN_ENERGY]),
+        )
         always = inertialess(self.system, t, self.first_position)
         if inertialess(self.system, t, y[:n]) <= always:
             return
@@ -215,7 +231,7 @@ def _without_mass(system: System, v: Array) -> tuple[str, ...]:
     bodies = system.mechanism.bodies
     own = system.mass[: len(v), 0].reshape(-1, 3)
     return tuple(
-        bodies[b].name for b in order if not own[b].any() and fast[b] > TAKES_PART * fast.max()
+        bodies[b].name for b in order if not own[b].any() and fast[b] > PARTICIPATION * fast.max()
     )
 
 
@@ -225,16 +241,6 @@ def _without_mass(system: System, v: Array) -> tuple[str, ...]:
 # that rests there, or moves along what several branches share, takes the branch on which the least
 # force has to be put against what the loads would do by themselves (Gauss's principle of least
 # constraint), and a doubt says that others are possible.
-
-#: Rates below this part of the natural rate are rest.
-STILL = 1e-9
-#: Branches are equally good where their constraint differs by less than this part.
-TIE = 1e-6
-#: Further away than this from a singular position the rows determine the motion, though not all its
-#: digits.
-FAR = 1e-4
-#: Forces below this part of the greatest are none.
-NONE = 1e-8
 
 
 @dataclass(frozen=True, eq=False)
@@ -278,7 +284,7 @@ def is_suspect(system: System, start: Solution, t: float, q: Array, v: Array) ->
     S.y[:n], S.y[n : 2 * n], S.state[TIME] = q, v, t
     S.y[2 * n :] = first_own_states(system, start)
     initial_derivative(system.runtime(), work, S, 0, page)
-    return not S.state[BEST_CONDITIONING] > SUSPECT
+    return not S.state[BEST_CONDITIONING] > PIVOT_SUSPECT
 
 
 def choose_branch(
@@ -315,12 +321,12 @@ class _Choice:
         manifold = Manifold(system, work, t, own)
         self.force = manifold.force(scale * here.x, v)
         top = max(manifold.largest(q), float(np.abs(self.force).max()))
-        self.natural = float(np.sqrt(top / max(float(self.mass.max()), 1e-300)))
+        self.natural = float(np.sqrt(top / max(float(self.mass.max()), TINY)))
 
     def start(self) -> BranchStart | None:
         here, scale = self.here, self.here.rows.scale
         y = here.unknowns(self.v)
-        if np.abs(self.v / scale).max() <= STILL * self.natural and here.steady:
+        if np.abs(self.v / scale).max() <= RATE_NONE * self.natural and here.steady:
             y = np.zeros(len(y))
         else:
             found = self._on_branch(y)
@@ -329,7 +335,7 @@ class _Choice:
             y = found
         branches = here.branches(y)
         spaces = [T for T in branches.spaces if fits(here, T)]
-        if not spaces and norm(here.y) > FAR:
+        if not spaces and norm(here.y) > SINGULAR_DISTANCE_DETERMINED:
             return None
         if not spaces or (len(branches.odd) and y.any()):
             raise undecided(self.system, self.t)
@@ -342,12 +348,17 @@ class _Choice:
             raise undecided(self.system, self.t)
         doubts: tuple[Doubt, ...] = ()
         if len(spaces) > 1 or len(branches.odd):
-            far = [n for n in order[1:] if np.abs(motions[n][0] - a).max() > TIE * np.abs(a).max()]
+            far = [
+                n
+                for n in order[1:]
+                if np.abs(motions[n][0] - a).max() > BRANCH_TIE * np.abs(a).max()
+            ]
             if not np.abs(a).max() > 0.0 and not far:
                 return None
             tied = not far and len(spaces) > 1
             if tied or (
-                far and constraint[far[0]] - constraint[order[0]] <= TIE * motions[order[0]][2]
+                far
+                and constraint[far[0]] - constraint[order[0]] <= BRANCH_TIE * motions[order[0]][2]
             ):
                 raise self._tied(len(spaces))
             doubts = (self._several(len(spaces), a),)
@@ -363,14 +374,14 @@ class _Choice:
         here = self.here
         away = norm(here.y)
         near = onto(here.A, y, here.clock)
-        if near is not None and norm(near - y) <= (SAID + 10.0 * away) * norm(y):
+        if near is not None and norm(near - y) <= (BRANCH_VELOCITIES_SAME + 10.0 * away) * norm(y):
             T = tangent(here.A, near)
             if not is_flat(here.A, T):
                 return near
             if fits(here, T):
                 free = still(T, here.clock)
                 return np.asarray(near + (free @ (y - near)) @ free)
-        if away > FAR:
+        if away > SINGULAR_DISTANCE_DETERMINED:
             return None
         raise SolveError(
             f"no motion of '{self.system.mechanism.name}' has the velocities of the start at "
@@ -393,7 +404,9 @@ class _Choice:
         """The accelerations along `directions` that the loads make, beside `bend`."""
         drive = directions @ (self.force - self.mass * bend)
         return np.asarray(
-            np.linalg.lstsq((directions * self.mass) @ directions.T, drive, rcond=1e-12)[0]
+            np.linalg.lstsq(
+                (directions * self.mass) @ directions.T, drive, rcond=LEAST_SQUARES_RANK_FINE
+            )[0]
             @ directions
         )
 
@@ -406,7 +419,7 @@ class _Choice:
         left = here.N @ (self.force - self.mass * a)
         top = np.abs(here.N * self.force).max(initial=0.0) + np.abs(here.N * self.mass * a).max()
         growth = 0
-        if np.abs(left).max(initial=0.0) > NONE * top:
+        if np.abs(left).max(initial=0.0) > FORCE_NONE_BRANCH * top:
             growth = 1 if y.any() else 2
         if growth:
             joints = tuple(joint.name for joint in self.system.mechanism.joints)
@@ -431,7 +444,7 @@ class _Choice:
     def _several(self, count: int, a: Array) -> Doubt:
         turning = np.abs(a.reshape(-1, 3)).max(axis=1)
         bodies = self.system.mechanism.bodies
-        names = [bodies[n].name for n in np.flatnonzero(turning > 1e-6 * turning.max())]
+        names = [bodies[n].name for n in np.flatnonzero(turning > RATE_NONE_MOTION * turning.max())]
         return Doubt(
             "singular",
             f"it begins in a singular position at {place_words(self.system, self.t)}, where "
@@ -452,24 +465,13 @@ class _Choice:
 
 #: Nodes of the polynomial, and the first of them as a part of the whole.
 NODES, SINGULAR_START_FIRST = 9, Fraction(3, 20)
-#: How far the first part goes, in radians and model lengths: near enough for the polynomial (its
-#: error falls with the ninth power), far enough for the rows at its nodes to be independent.
-SINGULAR_START_FAR = 0.4
-#: What the last term of the polynomial may be, as a part of the accelerations, and how often the
-#: part is halved for that, for iterations that do not settle, and for an event within it.
-SMALL, HALVED = 1e-9, 24
-#: Iterations, and the change of accelerations, as a part of them, at which they have settled.
-ITERATIONS, SETTLED = 60, 1e-13
-#: Where they no longer fall, changes below this part are rounding: of a part of the mechanism that
-#: begins at rest beside one that moves, and so is still near its singular position.
-ROUNDING = 1e-6
+#: How often the first part is halved for the last term of the polynomial, for iterations that do
+#: not settle, and for an event within it.
+HALVED = 24
+#: Iterations until the accelerations have settled, at most.
+ITERATIONS = 60
 #: Samples of the first part at which events are looked for.
 WATCHED = 33
-#: Nearer than this to the singular position the first accelerations are those there, and their
-#: change since then, which is more precise than the polynomial, continued back to its beginning.
-AT = 1e-6
-#: Rows with a singular value below this part of the greatest depend on others at a first instant.
-OWN = 5e-2
 
 
 @dataclass(frozen=True, eq=False)
@@ -578,7 +580,7 @@ class _SingularStart:
         self.layout = system.runtime()
         self.work: Work = system.work(masses=True)
         free = len(first.T0)
-        self.regularization = SOFT * (system.rows > system.coordinates - free)
+        self.regularization = REDUNDANT_ROW_SOFTNESS * (system.rows > system.coordinates - free)
         self.stepping = stepping(system.state_count, len(causes(system)), self.regularization)
         self.K, self.y, self.P = self.stepping.K, self.stepping.y, self.stepping.P
         self.page = np.empty((system.page_rows, 1))
@@ -633,8 +635,8 @@ class _SingularStart:
         # swift t + pull t²/2 = FAR
         span = (
             2.0
-            * SINGULAR_START_FAR
-            / (swift + np.sqrt(swift * swift + 2.0 * pull * SINGULAR_START_FAR))
+            * SINGULAR_START_SPAN
+            / (swift + np.sqrt(swift * swift + 2.0 * pull * SINGULAR_START_SPAN))
         )
         if span > self.longest:  # what comes later is of use: nodes are farther off
             try:
@@ -651,7 +653,7 @@ class _SingularStart:
             if found is not None:
                 even = self._without_units(found.a, found.rates, span)
                 top, off = np.abs(even).max(), np.abs(weights().last @ even).max()
-                if off <= SMALL * top:
+                if off <= SINGULAR_START_TERM * top:
                     return found
                 if best is None or off < best[0]:
                     best = float(off), found
@@ -703,7 +705,9 @@ class _SingularStart:
             top = np.abs(self._without_units(a, rates, span)).max()
             if not change < 1e3 * max(top, np.abs(first.v / first.scale).max() / span):
                 return None
-            if change <= SETTLED * top or (change <= ROUNDING * top and change > 0.5 * last):
+            if change <= SINGULAR_START_SETTLED * top or (
+                change <= SINGULAR_START_ROUNDING * top and change > 0.5 * last
+            ):
                 return Collocation(span, a, rates, reactions, powers, size * (iteration + 1))
             last = change
         return None
@@ -739,7 +743,7 @@ class _SingularStart:
             page[own.start + owns :] = self.work.signal[system.layout.input_row, 0]
         if self.first.growth and c[0] == 0.0:
             pages[0, self.rest] = np.nan
-        if c[0] == 0.0 and first.away <= AT:
+        if c[0] == 0.0 and first.away <= SINGULAR_DISTANCE_AT:
             onward = (
                 (w.value(np.array(1e-3)) - w.value(np.array(0.0))) @ part.a / (1e-3 * part.span)
             )
@@ -784,7 +788,7 @@ class _SingularStart:
         rows = lam[primitive, row] / unit
         left = loads - system.mass[:n, 0] * scale * page[2 * n : 3 * n] - G.T @ rows
         u, sizes, vt = np.linalg.svd(G, full_matrices=False)
-        rank = int((sizes > OWN * sizes[0]).sum())
+        rank = int((sizes > SINGULAR_VALUE_DEPENDS * sizes[0]).sum())
         rows = unit * (rows + u[:, :rank] @ ((vt[:rank] @ left) / sizes[:rank]))
         lam[primitive, row] = rows
         block = work.block[: 12 * L.nodes, 0].reshape(-1, 2, 2, 3)[L.primitive_node, 1]

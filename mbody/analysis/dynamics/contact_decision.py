@@ -29,6 +29,22 @@ from mbody.analysis.contact.complementarity import (
 from mbody.analysis.contact.unilateral import SLIP_SIGNS, Overlap, Rows, Unilateral, deepest_overlap
 from mbody.analysis.dynamics.events import Guard
 from mbody.analysis.dynamics.interruptions import works_of_drivers
+from mbody.core.tolerances import (
+    CONTACT_FORCE_NONE,
+    CONTACT_FORCE_SETTLED,
+    CONTACT_IMPULSES_DEPENDENT,
+    CONTACT_LED,
+    FORCE_NONE,
+    FRICTION_RESERVE_MOST,
+    INERTIA_NONE_CONTACT,
+    LINEAR_PROGRAM_MULTIPLIER,
+    RATE_NONE_FRICTION,
+    RATE_NONE_STOPPED,
+    ROWS_DEPENDENT,
+    SINGULAR_VALUE_SHARED_FRICTION,
+    SINGULAR_VALUE_ZERO,
+    TINY,
+)
 from mbody.errors import ModelError, SolveError
 from mbody.kernels.friction import REACHED_PART
 from mbody.kernels.layout import PER_PRIMITIVE, Layout, Work
@@ -174,13 +190,6 @@ class ModalMotion(Protocol):
 
 # -- Impacts of closed contacts, and overlaps at the beginning ---------------------------------
 
-#: The least inertia along a direction, as a part of the greatest, that is not for want of masses.
-MASSLESS = 1e-14
-#: A touch that moves so little by an impulse, as a part of what its body would, is led.
-LED = 1e-9
-#: Impulses of touches that depend on others to this part are shared.
-DEPENDENT = 1e-12
-
 
 @dataclass(frozen=True, eq=False)
 class Impact:
@@ -225,10 +234,10 @@ def responses_to(uni: Unilateral, work: Work, block: Array, sticking: Array | No
         return np.zeros((n, len(block)))
     inertia = (motions * (system.mass[:n, 0] * scale**2)) @ motions.T
     along = motions @ (block * scale).T
-    if np.linalg.cond(inertia) < 1.0 / MASSLESS:
+    if np.linalg.cond(inertia) < 1.0 / INERTIA_NONE_CONTACT:
         response = np.linalg.solve(inertia, along)
     else:
-        response = np.linalg.lstsq(inertia, along, rcond=MASSLESS)[0]
+        response = np.linalg.lstsq(inertia, along, rcond=INERTIA_NONE_CONTACT)[0]
     return np.asarray(scale[:, None] * (motions.T @ response))
 
 
@@ -288,7 +297,7 @@ def refuse_led(uni: Unilateral, work: Work, hit: list[int]) -> None:
     moved = np.linalg.norm(responses_to(uni, work, W) / system.coordinate_units[:, None], axis=0)
     usual = float(system.mass[: W.shape[1], 0].max()) * system.length**2
     for k, number in enumerate(hit):
-        if not moved[k] * usual > LED * sizes[k]:
+        if not moved[k] * usual > CONTACT_LED * sizes[k]:
             name = uni.touches[number].name
             raise SolveError(
                 f"nothing that strikes '{name}' is free to rebound: it follows drivers alone; take "
@@ -307,7 +316,7 @@ def arrest(uni: Unilateral, work: Work, closed: list[int]) -> Impact:
     stuck = [k for k in range(m, 2 * m) if abs(rates[k]) <= np.abs(rates[:m]).max()]
     rows = [*range(m), *stuck]
     Y = responses_to(uni, work, W[rows])
-    impulse = np.linalg.lstsq(W[rows] @ Y, -rates[rows], rcond=DEPENDENT)[0]
+    impulse = np.linalg.lstsq(W[rows] @ Y, -rates[rows], rcond=CONTACT_IMPULSES_DEPENDENT)[0]
     jump = Y @ impulse
     work_done = np.zeros(2 * m)
     work_done[rows] = impulse * (rates[rows] + 0.5 * (W[rows] @ jump))
@@ -343,9 +352,6 @@ def _overlap(uni: Unilateral, work: Work, found: Overlap) -> ModelError:
 #
 # Forces and accelerations are those that the kernels found with some modes; how they change by
 # forces along the rows of what may open or rub follows from dense matrices of rows and masses.
-
-#: Singular values of the rows of joints below this part of the greatest are zero.
-ZERO = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -383,7 +389,9 @@ def joint_multipliers(system: System, work: Work, changes: Array, accelerations:
     _, G = dense(system, work)
     n = G.shape[1]
     left = changes - system.mass[:n] * accelerations
-    scaled = np.linalg.pinv(G.T, rcond=ZERO) @ (left * system.coordinate_units[:, None])
+    scaled = np.linalg.pinv(G.T, rcond=SINGULAR_VALUE_ZERO) @ (
+        left * system.coordinate_units[:, None]
+    )
     primitive, row, _ = system.row_table
     found = np.zeros((2 * system.layout.nodes, changes.shape[1]))
     found[2 * system.layout.primitive_node[primitive] + row] = system.row_units[:, None] * scaled
@@ -496,15 +504,8 @@ def model_of(
 #
 # Limit analysis: Drucker, Prager, Greenberg (1952), here with the limits of friction.
 
-#: Singular values, and parts of a combination, below this part of the greatest are zero.
-SHARED_FRICTION_ZERO = 1e-8
-#: Linear programs with tangents of the limits, at most; a reserve that grows by less, as a part of
-#: the greatest force, does not.
-PASSES, SAME = 8, 1e-12
-#: A reserve is at most so many times the greatest force.
-MOST = 10.0
-#: Multipliers of the program above this part are some.
-MOVES = 1e-7
+#: Linear programs with tangents of the limits, at most.
+PASSES = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -582,19 +583,21 @@ class SharedFriction:
         F, forces = self._columns(motion, page, work)
         count = len(self.normals) + len(self.sticking) + len(self.joints)
         _, sizes, vt = np.linalg.svd(F)
-        rank = int((sizes > SHARED_FRICTION_ZERO * max(1.0, float(sizes.max(initial=0.0)))).sum())
+        rank = int(
+            (sizes > SINGULAR_VALUE_SHARED_FRICTION * max(1.0, float(sizes.max(initial=0.0)))).sum()
+        )
         Z = vt[rank:].T
         _, sizes, vt = np.linalg.svd(Z[len(forces) - count :])
-        return Z @ vt[: int((sizes > SHARED_FRICTION_ZERO).sum())].T, forces
+        return Z @ vt[: int((sizes > SINGULAR_VALUE_SHARED_FRICTION).sum())].T, forces
 
     def reserve(self, motion: ModalMotion, page: Array, work: Work) -> Reserve:
         """The greatest reserve by a page (rows,), with the rows of that position."""
         from scipy.optimize import linprog
 
         Z, forces = self.free_forces(motion, page, work)
-        size = max(force_size(motion), 1e-300) * motion.system.length
+        size = max(force_size(motion), TINY) * motion.system.length
         y, best, active = np.zeros(Z.shape[1]), -np.inf, list[tuple[int, float]]()
-        bounds = [(None, None)] * len(y) + [(None, MOST * size)]
+        bounds = [(None, None)] * len(y) + [(None, FRICTION_RESERVE_MOST * size)]
         for _ in range(PASSES):
             limits = self._limits(motion, page, work, forces, Z @ y)
             found = linprog(
@@ -603,11 +606,11 @@ class SharedFriction:
                 b_ub=np.array([value for *_, value in limits]) / size,
                 bounds=bounds,
             )
-            if found.status != 0 or float(found.x[-1]) <= best + SAME * size:
+            if found.status != 0 or float(found.x[-1]) <= best + CONTACT_FORCE_SETTLED * size:
                 break
             y, best = found.x[:-1], float(found.x[-1])
             loads = -found.ineqlin.marginals
-            moves = loads > MOVES * float(loads.max())
+            moves = loads > LINEAR_PROGRAM_MULTIPLIER * float(loads.max())
             active = [one[:2] for one, some in zip(limits, moves, strict=True) if some]
             if all(self._law(motion, work, m).by_law for m in self.joints):
                 break
@@ -686,7 +689,7 @@ def shared_friction(motion: ModalMotion) -> SharedFriction | None:
     Z, forces = every.free_forces(motion, motion.page[:, 0], motion.work)
     if not Z.shape[1]:
         return None
-    moves = np.abs(Z).max(axis=1) > SHARED_FRICTION_ZERO
+    moves = np.abs(Z).max(axis=1) > SINGULAR_VALUE_SHARED_FRICTION
     first = len(forces) - len(normals) - len(sticking) - len(joints)
     own = first + len(normals)
     place = {k: first + n for n, k in enumerate(normals)}
@@ -708,15 +711,6 @@ def shared_friction(motion: ModalMotion) -> SharedFriction | None:
     return SharedFriction(normals, sticking, joints, frozenset(members), pressing)
 
 
-#: Slower than this, as a part of the swiftest motion, does not move; slower than the other one
-#: rests where what has stopped lets nothing else move.
-STILL, SLOWED = 1e-11, 1e-7
-#: Reserves of friction, forces and accelerations below this part of the greatest are none.
-ROUNDING = 1e-9
-#: Rows that depend on others by less than this part are dependent.
-CONTACT_DECISION_DEPENDENT = 1e-9
-#: A force below this part of the greatest is none.
-NO_FORCE = 1e-12
 #: Changes of modes that the kernels do not verify, at most.
 CHANGES = 30
 
@@ -763,7 +757,7 @@ class _DecisionState:
 def near_touches(motion: ModalMotion, rows: Rows) -> list[int]:
     """Touches whose gap is none, within the ends of their edges; rows of the present state."""
     uni, near = motion.uni, motion.near
-    within = uni.within_edges(rows, motion.work, near, STILL * motion.speed)
+    within = uni.within_edges(rows, motion.work, near, RATE_NONE_FRICTION * motion.speed)
     found = {int(n) for n in np.flatnonzero((np.abs(uni.gaps(rows)) <= near) & within)}
     return sorted((found | motion.closing.closed) - motion.closing.opened - motion.beyond)
 
@@ -789,7 +783,7 @@ def _instant(motion: ModalMotion) -> _DecisionState:
     uni, closing, count = motion.uni, motion.closing, len(motion.uni.touches)
     motion.load()
     rows = uni.read(motion.work)
-    slow, approach = STILL * motion.speed, uni.approach(rows)
+    slow, approach = RATE_NONE_FRICTION * motion.speed, uni.approach(rows)
     closed = [
         k for k in near_touches(motion, rows) if abs(approach[k]) <= slow or k in closing.closed
     ]
@@ -800,8 +794,8 @@ def _instant(motion: ModalMotion) -> _DecisionState:
     if closing.stopped:
         rests = [k for k in np.flatnonzero(still) if k >= count or k in closed]
         left = _speeds(motion, tangents, _held_rates(motion, rows, [tangents[k] for k in rests]))
-        still |= (np.abs(speeds) <= SLOWED * motion.speed) & (
-            np.abs(left) <= np.maximum(slow, SLOWED * np.abs(speeds))
+        still |= (np.abs(speeds) <= RATE_NONE_STOPPED * motion.speed) & (
+            np.abs(left) <= np.maximum(slow, RATE_NONE_STOPPED * np.abs(speeds))
         )
     slip_signs = np.where(still, 0.0, np.sign(speeds))
     for n, slip_sign in closing.sliding.items():
@@ -824,9 +818,7 @@ def _held_rates(motion: ModalMotion, rows: Rows, held: list[int]) -> Array:
     held = [row for row in held if row >= 0]
     W = rows.block[held]
     Y = responses_to(motion.uni, motion.work, W)
-    stops = (
-        np.linalg.pinv(W @ Y, rcond=CONTACT_DECISION_DEPENDENT, hermitian=True) @ rows.rate[held]
-    )
+    stops = np.linalg.pinv(W @ Y, rcond=ROWS_DEPENDENT, hermitian=True) @ rows.rate[held]
     return np.asarray(rows.rate - rows.block @ (Y @ stops))
 
 
@@ -908,7 +900,7 @@ def _wrong(motion: ModalMotion, now: _DecisionState, model: FrictionModel) -> di
     reached = motion.system.friction_rows.start + REACHED_PART
     if len(motion.layout.friction_kind) and page[reached] < 1.0:
         return {count + len(uni.rough): "jams"}
-    force = ROUNDING * force_size(motion)
+    force = FORCE_NONE * force_size(motion)
     followers = {k for group in motion.groups.values() for k in group[1:]}
 
     def ahead(row: int, slip_sign: float = 1.0) -> bool:
@@ -917,7 +909,7 @@ def _wrong(motion: ModalMotion, now: _DecisionState, model: FrictionModel) -> di
         along = float(parts[:-1].sum() - parts[-1])
         unit = motion.system.length if uni.angular[row] else 1.0
         size = max(float(np.abs(parts).max()), model.problem.greatest / unit)
-        return slip_sign * along >= -ROUNDING * size
+        return slip_sign * along >= -FORCE_NONE * size
 
     for k in now.closed:
         touch, mode = uni.touches[k], motion.modes[k]
@@ -990,7 +982,7 @@ def _independent(
             for one in kept:
                 left = left - (one @ left) * one
         part = float(np.linalg.norm(left))
-        if part <= CONTACT_DECISION_DEPENDENT:
+        if part <= ROWS_DEPENDENT:
             return False
         kept.append(left / part)
         return True
@@ -999,7 +991,7 @@ def _independent(
         """Whether two touches of the same bodies slide together, as corners on one edge do."""
         first, second = (rows.block[uni.touches[k].tangent] * scale for k in (one, other))
         both = float(np.linalg.norm(first)) * float(np.linalg.norm(second))
-        same = abs(float(first @ second)) >= (1.0 - CONTACT_DECISION_DEPENDENT) * both
+        same = abs(float(first @ second)) >= (1.0 - ROWS_DEPENDENT) * both
         return same and set(uni.bodies[one]) == set(uni.bodies[other])
 
     for row in dense(system, motion.work)[1]:
@@ -1008,7 +1000,7 @@ def _independent(
     held = np.zeros(len(uni.rough), dtype=bool)
     motion.groups = {}
     closed = sorted((k for k in now.closed if modes[k] != "open"), key=lambda k: -pressing[k])
-    least = NO_FORCE * max(pressing.values(), default=0.0)
+    least = CONTACT_FORCE_NONE * max(pressing.values(), default=0.0)
     for k in closed:
         if pressing[k] > least:
             on[k, 0] = independent(rows.block[uni.touches[k].normal] * scale)

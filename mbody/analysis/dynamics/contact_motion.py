@@ -19,7 +19,6 @@ from mbody.analysis.contact.complementarity import JointFriction
 from mbody.analysis.contact.unilateral import SLIP_SIGNS, Rows, Touch, Unilateral
 from mbody.analysis.dynamics import contact_decision
 from mbody.analysis.dynamics.contact_decision import (
-    STILL,
     Closing,
     Impact,
     ModalMotion,
@@ -32,7 +31,6 @@ from mbody.analysis.dynamics.contact_decision import (
     strike,
 )
 from mbody.analysis.dynamics.events import (
-    AT_ZERO,
     OF_A_STEP,
     Guard,
     JumpIntegration,
@@ -41,6 +39,24 @@ from mbody.analysis.dynamics.events import (
     extrema,
 )
 from mbody.analysis.dynamics.restart import fresh_guards, set_switched, shared_of
+from mbody.core.tolerances import (
+    CONTACT_EDGE_BEHIND,
+    CONTACT_EDGES_FLUSH,
+    CONTACT_FLIGHT_SHORTEST,
+    CONTACT_GAP_BEGINNING,
+    CONTACT_GAP_CLOSED,
+    CONTACT_RESERVE_RESOLVED,
+    CONTACT_RESERVE_UNSEEN,
+    FRICTION_SINGULAR,
+    GUARD_FALLING,
+    GUARD_ROUNDING_FORCE,
+    GUARD_ROUNDING_GAP,
+    GUARD_ROUNDING_STOP,
+    GUARD_ZERO,
+    RATE_NONE_FRICTION,
+    TIMES_SAME_MODES,
+    TINY,
+)
 from mbody.kernels.friction import DETERMINANT, FRICTION_KINDS
 from mbody.kernels.layout import Layout
 from mbody.kernels.loop_closure import laws_of_time
@@ -70,8 +86,6 @@ Array = np.ndarray
 PLACES = ("close", "lock", "edge", "enter", "stop")
 #: Guards that follow from where a touch is along its edge.
 ALONG = ("edge", "enter")
-#: Edges of which one is this near to the line of the other, in model lengths, lie on one line.
-FLUSH = 1e-14
 
 
 def guards_of(motion: ModalMotion) -> list[Guard]:
@@ -144,7 +158,7 @@ def _by_positions(motion: ModalMotion, t: Array, pages: Array, guards: list[Guar
     """
     n, uni, probe = motion.system.coordinates, motion.uni, motion.probe
     found, kinds = np.empty((len(guards), len(t))), {guard.kind for guard in guards}
-    flush, slow = FLUSH * motion.system.length, STILL * motion.speed
+    flush, slow = CONTACT_EDGES_FLUSH * motion.system.length, RATE_NONE_FRICTION * motion.speed
     if not kinds <= set(ALONG):
         rows = uni.read_at(probe, t, pages)
         gaps, approaches = uni.gaps(rows), uni.approach(rows)
@@ -224,14 +238,6 @@ def guard_sizes(motion: ModalMotion) -> list[float]:
 
 
 # -- Integration between two changes of modes: active constraints, guards, restarts ------------
-
-#: Nearer than this, in model lengths, is closed.
-NEAR = 1e-10
-#: What cubics of reserves do not show, as a part of the least of them near by, or of the greatest.
-UNSEEN, RESOLVED = 0.25, 1e-3
-#: What is behind an edge comes to it where a cubic shows that it comes nearer than this part of how
-#: far behind it is at an end.
-BEHIND = 0.5
 
 
 class ModalIntegration(JumpIntegration):
@@ -324,7 +330,7 @@ class ModalIntegration(JumpIntegration):
     @property
     def near(self) -> float:
         """Gaps up to this are none [length]."""
-        return NEAR * self.system.length
+        return CONTACT_GAP_CLOSED * self.system.length
 
     def set_modes(self, modes: list[str], pairs: list[str], on: Array, held: Array) -> None:
         """Set the modes of touches and rough joints; which of their rows are on: `on` (touches, 2),
@@ -428,7 +434,11 @@ class ModalIntegration(JumpIntegration):
         error = np.abs(shown - g[:, 1:-1])
         far = np.minimum(np.minimum(low, high), g[:, 1:-1])
         size = np.abs(g).max(axis=1, initial=0.0, keepdims=True)
-        return bool((error <= np.maximum(UNSEEN * far, RESOLVED * size)).all())
+        return bool(
+            (
+                error <= np.maximum(CONTACT_RESERVE_UNSEEN * far, CONTACT_RESERVE_RESOLVED * size)
+            ).all()
+        )
 
     def _may_count(self, saved: Saved, event: Event | Guard, times: Array) -> bool:
         """A gap well behind an edge from one time to the other closes nothing between them: then
@@ -449,7 +459,7 @@ class ModalIntegration(JumpIntegration):
             np.diff(times), *(one[k : k + 1] for one in (gaps, rates) for k in (0, 1))
         )
         nearest = max(gaps.max(), np.nan_to_num(between, nan=-np.inf).max())
-        return bool(nearest >= min(-self.near, BEHIND * gaps.max()))
+        return bool(nearest >= min(-self.near, CONTACT_EDGE_BEHIND * gaps.max()))
 
     def _counts(self, one: LocatedZero) -> bool:
         """Whether a gap that closes does so within the ends of its edge: what comes round an end
@@ -460,7 +470,7 @@ class ModalIntegration(JumpIntegration):
         rows = self._look_at(one.t, one.saved.page)
         if self.uni.gaps(rows)[one.event.number] < -self.near:
             return False
-        within = self.uni.within_edges(rows, self.probe, self.near, STILL * self.speed)
+        within = self.uni.within_edges(rows, self.probe, self.near, RATE_NONE_FRICTION * self.speed)
         return bool(within[one.event.number])
 
     def _look_at(self, t: float, page: Array) -> Rows:
@@ -536,23 +546,19 @@ class ModalIntegration(JumpIntegration):
             self.page = np.array(self.resumed.page)[:, None]
 
 
-#: What touches at the beginning may be so far apart, or overlap so much, in model lengths.
-TOUCHES = 1e-9
-#: A flight shorter than this, in parts of the time in which what is pulled back goes a model
-#: length, is none: impacts have come to rest.
-SHORTEST = 2e-6
-#: Impacts at one instant, at most; changes of modes within this part of the motion.
-STRIKES, CHANGES, AT_ONCE = 500, 200, 1e-14
-#: det(I − φ′ B) of sliding friction below this, where steps vanish, is zero.
-SINGULAR = 1e-3
+#: Impacts, and changes of modes, at one instant, at most.
+STRIKES, CHANGES = 500, 200
 #: The first step after a rebound is this much longer than the flight.
 FLIGHT = 1.2
 #: A guard begins at zero where it is less than this part of its size; until the modes change
 #: again what is less than rounding of it is taken for a little more.
-ROUNDING = {"close": 1e-14, "edge": 1e-14, "enter": 1e-14, "stop": 1e-13, "lock": 1e-13}
-FORCES = 1e-12
-#: What begins below zero may be so many times as far below it until it counts as falling.
-BELOW = 1.5
+ROUNDING = {
+    "close": GUARD_ROUNDING_GAP,
+    "edge": GUARD_ROUNDING_GAP,
+    "enter": GUARD_ROUNDING_GAP,
+    "stop": GUARD_ROUNDING_STOP,
+    "lock": GUARD_ROUNDING_STOP,
+}
 
 
 class ContactIntegration(ModalIntegration):
@@ -573,10 +579,12 @@ class ContactIntegration(ModalIntegration):
     def begin_modes(self) -> str:
         """Decide the first modes, refusing what overlaps; a status where the motion ends there."""
         self.load()
-        touching = first_overlap(self.uni, self.work, TOUCHES * self.system.length)
+        touching = first_overlap(self.uni, self.work, CONTACT_GAP_BEGINNING * self.system.length)
         approach = self.uni.approach(self.uni.read(self.work))
         # what moves apart is closed no longer
-        self.closing = Closing({n for n in touching if approach[n] <= STILL * self.speed})
+        self.closing = Closing(
+            {n for n in touching if approach[n] <= RATE_NONE_FRICTION * self.speed}
+        )
         return self._settle(begins=True)
 
     def _guarded(self) -> tuple[Array, list[float]]:
@@ -584,7 +592,7 @@ class ContactIntegration(ModalIntegration):
         return found, guard_sizes(self)
 
     def _broken(self) -> bool:
-        return any(value < -AT_ZERO * size for value, size in zip(*self._guarded(), strict=True))
+        return any(value < -GUARD_ZERO * size for value, size in zip(*self._guarded(), strict=True))
 
     def _settle_anew(self) -> str:
         self.closing = Closing({n for n, mode in enumerate(self.modes) if mode != "open"})
@@ -597,7 +605,10 @@ class ContactIntegration(ModalIntegration):
     def _settle_jump(self) -> None:
         """Impacts of what the driver moves towards each other; what it moves apart opens."""
         self.load()
-        approach, slow = self.uni.approach(self.uni.read(self.work)), STILL * self.speed
+        approach, slow = (
+            self.uni.approach(self.uni.read(self.work)),
+            RATE_NONE_FRICTION * self.speed,
+        )
         self.closing = Closing(
             {n for n, mode in enumerate(self.modes) if mode != "open" and approach[n] <= slow}
         )
@@ -609,7 +620,7 @@ class ContactIntegration(ModalIntegration):
         code, status = super()._step()
         if code in (STEP_VANISHED, NOT_FINITE) and Guard("paradox") in self.guards:
             found = self.page[self.system.friction_rows.start + DETERMINANT, 0]
-            if abs(found) < SINGULAR:
+            if abs(found) < FRICTION_SINGULAR:
                 return MORE, self._paradox()
         return code, status
 
@@ -618,7 +629,7 @@ class ContactIntegration(ModalIntegration):
     def _passed(self, guard: Guard) -> str:
         """Go on from where a guard is zero."""
         t = float(self.state[TIME])
-        self.changes = self.changes + 1 if t - self.changed_at <= AT_ONCE * abs(t) else 0
+        self.changes = self.changes + 1 if t - self.changed_at <= TIMES_SAME_MODES * abs(t) else 0
         self.changed_at = t
         if self.changes > CHANGES:
             return self._ended(
@@ -680,7 +691,7 @@ class ContactIntegration(ModalIntegration):
             rows = self.uni.read(self.work)
             closed = near_touches(self, rows)
             speed = self.speed
-            hit = [n for n in closed if self.uni.approach(rows)[n] < -STILL * speed]
+            hit = [n for n in closed if self.uni.approach(rows)[n] < -RATE_NONE_FRICTION * speed]
             if not hit:
                 break
             if (status := self._impact(closed, hit)) is not None:
@@ -719,9 +730,11 @@ class ContactIntegration(ModalIntegration):
         found, sizes = self._guarded()
         # what begins below zero is zero from there on: it falls where it falls further
         self.fresh = {
-            guard: max(ROUNDING.get(guard.kind, FORCES) * size, -BELOW * float(value))
+            guard: max(
+                ROUNDING.get(guard.kind, GUARD_ROUNDING_FORCE) * size, -GUARD_FALLING * float(value)
+            )
             for guard, value, size in zip(self.guards, found, sizes, strict=True)
-            if abs(value) <= AT_ZERO * size
+            if abs(value) <= GUARD_ZERO * size
         }
 
     # -- impacts ------------------------------------------------------------------------------
@@ -748,9 +761,9 @@ class ContactIntegration(ModalIntegration):
         up = self.uni.approach(rows)[first]
         row = touch.normal
         pull = touch.spot.sign * float(rows.block[row] @ self.K[0, n : 2 * n] - rows.gamma[row])
-        flies = up > STILL * self.speed and pull < 0.0
+        flies = up > RATE_NONE_FRICTION * self.speed and pull < 0.0
         flight = -2.0 * up / pull if flies else 0.0
-        short = SHORTEST * np.sqrt(self.system.length / max(abs(pull), 1e-300))
+        short = CONTACT_FLIGHT_SHORTEST * np.sqrt(self.system.length / max(abs(pull), TINY))
         # what joints that slip and stick again throw back comes sooner each time, too
         again = t - self.struck.get(first, -np.inf) < short
         soon = again and len(stuck) > 0

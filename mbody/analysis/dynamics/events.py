@@ -19,6 +19,16 @@ from mbody.analysis.driven.contact_report import OneSidedForce, one_sided, one_s
 from mbody.analysis.dynamics.branch_passage import KnownCrossings
 from mbody.analysis.dynamics.integration import AT_ONCE, Integration
 from mbody.analysis.initial.initial_state import event_measure
+from mbody.core.tolerances import (
+    EVENT_EXTREMUM_END,
+    EVENT_EXTREMUM_SHALLOW,
+    EVENT_EXTREMUM_UNSURE,
+    EVENT_LOCATED,
+    EVENT_RATE_STEP,
+    EVENT_SECOND_SAMPLE,
+    EVENT_TOGETHER,
+    TIME_ROUNDING,
+)
 from mbody.kernels.step_state import DELIVERED, DONE, EVALUATIONS, MORE, NEXT, TIME, Outputs
 from mbody.model.driver import DRIVEN
 from mbody.model.simulation import Event
@@ -40,13 +50,6 @@ Samples = tuple[Array, Array, Array]
 
 #: Rounds in which samples are added; places converge quadratically, so that few are used.
 ROUNDS = 12
-#: An extremum this near to zero, in errors of the cubic that shows it, may lie beyond it.
-UNSURE = 10.0
-#: An extremum that goes towards zero by less than this part of the nearer end hides none: a cubic
-#: through values and rates is not wrong by a hundred times what it shows.
-SHALLOW = 0.01
-#: Part of an interval in which an extremum is not distinguished from its end.
-END = 1e-6
 
 
 def extrema(h: Array, a: Array, b: Array, da: Array, db: Array) -> tuple[Array, Array]:
@@ -79,13 +82,18 @@ def _hidden(samples: Samples, near: float, unsure: Any) -> tuple[Array, Array, A
     places, predicted = extrema(h, a, b, r[..., :-1], r[..., 1:])
     # what lies between both ends, on their side of zero, hides nothing
     low, high = np.minimum(a, b), np.maximum(a, b)
-    deep = 1.0 - SHALLOW
+    deep = 1.0 - EVENT_EXTREMUM_SHALLOW
     beyond = ((predicted < deep * low) & (low > 0.0) & (predicted < unsure)) | (
         (predicted > deep * high) & (high < 0.0) & (-predicted < unsure)
     )
     # of ends on both sides, what goes back across zero on its way
     back = (low <= 0.0) & (high >= 0.0) & ((predicted < low) | (predicted > high))
-    inner = (places > END) & (places < 1.0 - END) & (h > near) & (beyond | back)
+    inner = (
+        (places > EVENT_EXTREMUM_END)
+        & (places < 1.0 - EVENT_EXTREMUM_END)
+        & (h > near)
+        & (beyond | back)
+    )
     return places, predicted, inner
 
 
@@ -124,7 +132,7 @@ def refined(
         r = np.insert(r, at, rates[order])
         for k, off in zip(at + np.arange(len(at)), error[order], strict=True):
             fresh[k - 1 : k + 1] = True
-            bound[k - 1 : k + 1] = np.maximum(bound[k - 1 : k + 1], UNSURE * off)
+            bound[k - 1 : k + 1] = np.maximum(bound[k - 1 : k + 1], EVENT_EXTREMUM_UNSURE * off)
         unsure = bound
     return t, g, r
 
@@ -180,8 +188,6 @@ def bracketed_root(
 
 # -- Quantities that events are of, and their rates, along a motion ----------------------------
 
-#: Step of a rate along a motion, as a part of the time between samples: its error is 1e-11 of it.
-MOMENT = 6e-6
 #: Quantities of a motion that positions, velocities and accelerations carry on.
 CARRIED = {"x", "y", "angle", "vx", "vy", "omega", *DRIVEN}
 
@@ -207,7 +213,7 @@ def rates(system: System, measures: list[Measure], t: Array, pages: Array, step:
     """Rates (measures, instants) of quantities that are `has_exact_rates`, `step` being the time
     between samples: central differences along velocities and accelerations.
     """
-    n, moment = system.coordinates, MOMENT * step
+    n, moment = system.coordinates, EVENT_RATE_STEP * step
     q, v, a = (pages[:, k * n : (k + 1) * n] for k in range(3))
     beside = np.concatenate([pages, pages])
     middle = q + 0.5 * moment * moment * a
@@ -268,16 +274,8 @@ OF_A_STEP, OF_ALL = 4, 400
 #: Where these do not resolve what is watched they become so many times more, up to so many a step,
 #: which is made shorter then.
 FINER, MOST_OF_A_STEP = 4, 4**8
-#: Where a rate follows from two samples only: how far the second sample is, as a part of the time
-#: between samples.
-BESIDE = 1e-4
 #: What is noted of contacts and ropes.
 FORCES = tuple(part.name for part in fields(OneSidedForce))
-#: A crossing is located to this part of its step. The instants of what is zero together, as a rate
-#: and the sliding that it reverses, differ by no more than the second part.
-LOCATED, TOGETHER = 1e-12, 1e-11
-#: Rounding of times.
-ROUNDING = 1e-15
 
 
 class EventIntegration(Integration):
@@ -407,7 +405,7 @@ class EventIntegration(Integration):
                 state[NEXT] = h / FINER**2
                 return MORE, ""
         crossings = self._crossings(saved, times, found, rising)
-        together = max(TOGETHER * (end - t), ROUNDING * abs(end))
+        together = max(EVENT_TOGETHER * (end - t), TIME_ROUNDING * abs(end))
         cut = _first_end(crossings, together)
         self._record_forces(np.append(t, marks), np.concatenate([saved.page[None], pages]), cut)
         for n in np.flatnonzero(np.isin(marks, wanted)):
@@ -519,7 +517,7 @@ class EventIntegration(Integration):
     def _beside(self, times: Array) -> Array:
         """Times a little later than `times`, a little earlier than the end of the step."""
         last = self.step[1]
-        little = BESIDE * (last - self.step[0]) / OF_A_STEP
+        little = EVENT_SECOND_SAMPLE * (last - self.step[0]) / OF_A_STEP
         return np.where(times + little < last, times + little, times - little)
 
     def _sampled(self, times: Array, marks: Array, pages: Array) -> tuple[Array, Array]:
@@ -549,7 +547,7 @@ class EventIntegration(Integration):
         """
         brackets = []
         watched: list[Event | Guard] = [*self.events, *self.guards]
-        near = LOCATED * (self.step[1] - self.step[0])
+        near = EVENT_LOCATED * (self.step[1] - self.step[0])
         for k in np.flatnonzero(may_be_zero(times, found, rising, near)).tolist():
             event = watched[k]
             again = functools.partial(self._again, saved, k)
@@ -610,7 +608,7 @@ class EventIntegration(Integration):
             self.page = pages[-1].copy()
             return float(self._values([which], np.array([t]), pages)[0, 0])
 
-        near = LOCATED * float(saved.state[NEXT])
+        near = EVENT_LOCATED * float(saved.state[NEXT])
         t = bracketed_root(lambda t: value(t, self.steps.fixed), left, right, near)
         value(t, within=False)
         return LocatedZero(t, event, self._save())
@@ -628,9 +626,6 @@ def _first_end(crossings: list[LocatedZero], together: float) -> LocatedZero | N
 
 
 # -- Forces that jump at set times, as of inputs and corners of tables: modes are decided anew -
-
-#: A guard is zero where it is less than this part of its size.
-AT_ZERO = 1e-9
 
 
 class JumpIntegration(EventIntegration):

@@ -21,6 +21,12 @@ from mbody.analysis.dynamics.options import MotionRequest
 from mbody.analysis.dynamics.restart import check_restart
 from mbody.analysis.initial.initial_state import state_of
 from mbody.analysis.position.assembly_analysis import raise_user_error
+from mbody.core.tolerances import (
+    CONTACT_IMPULSES_UNCERTAIN,
+    CONTACT_OVERLAP_DEEP,
+    FRICTION_AT_LIMIT,
+    TIMES_SAME_SAMPLE,
+)
 from mbody.errors import ModelError
 from mbody.kernels.contact_geometry import (
     FOUND,
@@ -285,10 +291,6 @@ class ImpulseMemory:
 
 #: Sweeps of one step of few contacts, at most.
 SWEEPS = 800
-#: A last change of impulses that is a greater part of the greatest leaves a doubt.
-UNCERTAIN = 1e-3
-#: Overlap, as a part of the smaller shape, that leaves a doubt.
-DEEP = 0.05
 #: Contacts at once up to which a motion by events is the better one.
 FEW = 12
 
@@ -338,17 +340,17 @@ def judged_steps(
             f"{settings.rtol:.0e}, first at t = {t:.6g} {units.time}: what is left is {part:.1e} "
             "of the greatest"
         )
-        if part > UNCERTAIN:
+        if part > CONTACT_IMPULSES_UNCERTAIN:
             doubts.append(Doubt("solver", f"{message}; take shorter steps", t))
         else:
             notes.append(message)
-    if state[DEEPEST_PART] > DEEP:
+    if state[DEEPEST_PART] > CONTACT_OVERLAP_DEEP:
         t, part = float(state[PART_AT]), 100 * float(state[DEEPEST_PART])
         doubts.append(
             Doubt(
                 "contact",
                 f"shapes overlap by {part:.2g} % of the smaller one at t = {t:.6g} {units.time}, "
-                f"more than {100 * DEEP:g} %: take shorter steps",
+                f"more than {100 * CONTACT_OVERLAP_DEEP:g} %: take shorter steps",
                 t,
             )
         )
@@ -360,10 +362,6 @@ AT_ONCE = 200
 #: Contacts up to which a step whose impulses do not converge is solved by Lemke's method: of more
 #: its table, of four rows a contact, would cost more than a hundred steps.
 BY_LEMKE = 30
-#: Overlap, as a part of the smaller shape, that is refused at the beginning.
-OVERLAP = 0.05
-#: Friction within this part of its limit slides.
-SLIDES = 1e-9
 
 
 def impulse_motion(
@@ -542,7 +540,7 @@ class ImpulseIntegration(Integration):
         """Refuse shapes that overlap at the beginning."""
         self.started = True
         state, B = self.impulses.state, self.memory.contacts
-        if not state[DEEPEST_PART] > OVERLAP:
+        if not state[DEEPEST_PART] > CONTACT_OVERLAP_DEEP:
             return
         count = int(B.counts[FOUND])
         gaps = B.geometry[:count, 6]
@@ -569,7 +567,7 @@ class ImpulseIntegration(Integration):
             return
         while len(self.instants) < len(self.times):
             t = float(self.times[len(self.instants)])
-            if t > now + 1e-9 * M.length:
+            if t > now + TIMES_SAME_SAMPLE * M.length:
                 return
             self._keep(min(t, now), t, h)
 
@@ -600,7 +598,7 @@ class ImpulseIntegration(Integration):
         for k, c in enumerate(acting):
             law = int(B.who[c, 2])
             limit = B.effect[c, 3] * force[k, 0]
-            sliding = limit > 0.0 and abs(force[k, 1]) >= limit * (1.0 - SLIDES)
+            sliding = limit > 0.0 and abs(force[k, 1]) >= limit * (1.0 - FRICTION_AT_LIMIT)
             mode = "stick" if not sliding else "slip-" if force[k, 1] > 0.0 else "slip+"
             order = ("open", "slip-", "slip+", "stick")
             found[law] = max((found[law], mode), key=order.index)

@@ -43,9 +43,16 @@ from mbody.analysis.dynamics.interruptions import (
     held_inputs,
     without_held,
 )
-from mbody.analysis.position.assembly_analysis import SOFT, raise_user_error
-from mbody.analysis.position.closed_position import GONE, vanishing
+from mbody.analysis.position.assembly_analysis import raise_user_error
+from mbody.analysis.position.closed_position import vanishing
 from mbody.analysis.singular.nearby_singularity import packed_positions, unpacked_positions
+from mbody.core.tolerances import (
+    DISTANCE_LOST,
+    REDUNDANT_ROW_SOFTNESS,
+    STEP_CRAWL_SHRUNK,
+    STEP_CRAWL_SLOW,
+    TINY,
+)
 from mbody.errors import ModelError, SolveError
 from mbody.kernels.layout import stand_ins
 from mbody.kernels.state_derivative import initial_derivative
@@ -122,9 +129,9 @@ class ControllerReadings:
 
 #: Steps of one call of the kernel; between calls progress is shown and Ctrl-C takes effect.
 AT_ONCE = 500
-#: Of so many steps the mean is judged: what falls below this part of the greatest and of the time
-#: in which the motion changes, with `PATIENT` steps still to go, crawls.
-JUDGED, SHRUNK, SLOW = 10_000, 0.1, 1e-4
+#: Of so many steps the mean is compared with the greatest; where `PATIENT` steps are still to go,
+#: the motion may crawl.
+JUDGED = 10_000
 
 
 class Integration(RateJumps):
@@ -142,7 +149,9 @@ class Integration(RateJumps):
         self.layout = without_held(system.runtime(), held_inputs(system))
         self.work = system.work(masses=True)
         self.regularization = (
-            start.regularization if start.system is system else SOFT * bool(start.regularization)
+            start.regularization
+            if start.system is system
+            else REDUNDANT_ROW_SOFTNESS * bool(start.regularization)
         )
         self.causes = len(causes(system))
         self.steps = self.integrator(settings.method, self.layout, self.work, settings.step)
@@ -342,7 +351,9 @@ class Integration(RateJumps):
         distance has become zero.
         """
         n, unit = self.system.coordinates, self.system.mechanism.units.time
-        gone = vanishing(self.system, self.y[:n], f"t = {self.state[TIME]:.6g} {unit}", GONE)
+        gone = vanishing(
+            self.system, self.y[:n], f"t = {self.state[TIME]:.6g} {unit}", DISTANCE_LOST
+        )
         if gone is not None:
             gone.solution = self._solution("")
             raise gone
@@ -351,10 +362,14 @@ class Integration(RateJumps):
             return
         mean = float(t - since) / float(done - count)
         self.judged, self.longest = (float(done), float(t)), max(self.longest, mean)
-        left = (self.until - t) / max(mean, 1e-300)
+        left = (self.until - t) / max(mean, TINY)
         rate = float(np.abs(self.y[n : 2 * n] / self.scale[:n]).max())
         rate = max(rate, float(np.sqrt(np.abs(self.K[0, n : 2 * n] / self.scale[:n]).max())))
-        if mean < SHRUNK * self.longest and mean * rate < SLOW and left > PATIENT:
+        if (
+            mean < STEP_CRAWL_SHRUNK * self.longest
+            and mean * rate < STEP_CRAWL_SLOW
+            and left > PATIENT
+        ):
             raise SolveError(
                 f"the loads jump to and fro at t = {t:.6g} {unit}: the last {JUDGED} steps were "
                 f"{mean:.1g} {unit} each, the end would take {left:.1g} more; smooth what jumps, "

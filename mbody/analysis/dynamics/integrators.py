@@ -8,6 +8,16 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from mbody.core.tolerances import (
+    CONDITIONING_INTO_SINGULAR,
+    DIFFERENCE_STEP_FORWARD,
+    STATE_SIZE_SMALL,
+    STEP_FIRST_LITTLE,
+    STEP_FIRST_SILENT,
+    STEP_STEADY_START,
+    TIME_END_ROUNDING,
+    TIMES_SAME_SAMPLE,
+)
 from mbody.errors import ModelError, SolveError
 from mbody.kernels.dense_output import FIRST, SECOND
 from mbody.kernels.fixed_step import FixedStep, fixed_step
@@ -73,7 +83,11 @@ def first_step(
     size = settings.atol * scale + settings.rtol * np.abs(y)
     d0, d1 = (np.sqrt(np.mean((part / size) ** 2, axis=-1)) for part in (y, derivative))
     with np.errstate(divide="ignore", invalid="ignore"):
-        step = np.where((d0 > 1e-5) & (d1 > 1e-5), 0.01 * d0 / d1, 1e-6 * whole)
+        step = np.where(
+            (d0 > STEP_FIRST_SILENT) & (d1 > STEP_FIRST_SILENT),
+            0.01 * d0 / d1,
+            STEP_FIRST_LITTLE * whole,
+        )
     return np.minimum(step, 0.1 * whole)
 
 
@@ -83,14 +97,10 @@ Array = np.ndarray
 
 #: Methods whose steps take no own states.
 WITHOUT = ("rattle", "rattle4")
-#: Newton iterations towards a steady start, and the part of the first rates at which it is found.
-ITERATIONS, FOUND = 30, 1e-12
+#: Newton iterations towards a steady start.
+ITERATIONS = 30
 #: Where it begins, in sizes of the states: where a rate is flat Newton's method cannot.
 TRIED = (0.0, 1.0, -1.0, 10.0, -10.0, 0.1)
-#: Part of a state by which differences step: the root of rounding.
-STEP = 1.5e-8
-#: A state whose size nobody gave is said to be small below this part of it.
-SMALL = 1e-3
 
 
 class Evaluated(Protocol):
@@ -168,7 +178,7 @@ def find_steady(motion: Evaluated) -> bool:
     found = rates(z)
     first = np.abs(found).max()
     for part in TRIED:
-        steady = _newton(rates, z + part * sizes, sizes, FOUND * first)
+        steady = _newton(rates, z + part * sizes, sizes, STEP_STEADY_START * first)
         if steady is not None:
             motion.y[rows] = steady
             return True
@@ -189,7 +199,7 @@ def _newton(rates: Callable[[Array], Array], z: Array, sizes: Array, small: floa
         slopes = np.empty((len(z), len(z)))
         for n in range(len(z)):
             moved = z.copy()
-            moved[n] += STEP * max(abs(z[n]), sizes[n])
+            moved[n] += DIFFERENCE_STEP_FORWARD * max(abs(z[n]), sizes[n])
             slopes[:, n] = (rates(moved) - found) / (moved[n] - z[n])
         if not np.isfinite(slopes).all() or np.linalg.matrix_rank(slopes) < len(z):
             return None
@@ -208,7 +218,7 @@ def unresolved_states(run: Solution) -> tuple[str, ...]:
     for n, state in enumerate(system.mechanism.states):
         given = state.size is not None
         most, size = float(np.abs(pages[:, n]).max()), float(own_sizes(system)[n])
-        if not given and 0.0 < most < SMALL * size:
+        if not given and 0.0 < most < STATE_SIZE_SMALL * size:
             unit = "" if state.dimension is None else system.mechanism.units.of(state.dimension)
             notes.append(
                 f"state '{state.name}' stays below {most:.3g} {unit}".rstrip()
@@ -218,9 +228,6 @@ def unresolved_states(run: Solution) -> tuple[str, ...]:
     return tuple(notes)
 
 
-#: The conditioning of the constraints, as a part of its best, below which a step that fails may be
-#: one into a singular position.
-NEARLY = 0.01
 #: Steps of one explicit run that stiffness may cost.
 PATIENT = 300_000
 #: Spectral radius of generalised-α at infinite frequency.
@@ -296,7 +303,7 @@ class ExplicitSteps:
 
     def slack(self, until: float) -> float:
         """Rounding."""
-        return 1e-14 * abs(until)
+        return TIME_END_ROUNDING * abs(until)
 
     def steps(self, motion: Motion, until: float, count: int, outputs: Outputs) -> int:
         """Explicit Runge-Kutta steps until a time, at most `count`; returns the kernel's code."""
@@ -334,7 +341,7 @@ class _WithPassages:
             best = state[BEST_CONDITIONING]
             if state[CONDITIONING] >= NEAR_SINGULAR_BELOW * best and not near:
                 code = int(self.kernel(motion, until, count, outputs))
-                nearly = state[CONDITIONING] < NEARLY * state[BEST_CONDITIONING]
+                nearly = state[CONDITIONING] < CONDITIONING_INTO_SINGULAR * state[BEST_CONDITIONING]
                 failed = code in (STEP_VANISHED, NOT_FINITE)
                 if code != SINGULAR_AHEAD and not (nearly and failed):
                     return code
@@ -387,7 +394,7 @@ class RadauSteps(_WithPassages):
 
     def slack(self, until: float) -> float:
         """Rounding."""
-        return 1e-14 * abs(until)
+        return TIME_END_ROUNDING * abs(until)
 
     def kernel(self, motion: Motion, until: float, count: int, outputs: Outputs) -> Any:
         """Implicit steps of Radau IIA, by `mbody.kernels.radau`."""
@@ -434,7 +441,7 @@ class FixedSteps(_WithPassages):
 
     def slack(self, until: float) -> float:
         """A last step that were as short would be lost in rounding."""
-        return 1e-9 * float(self.method.length)
+        return TIMES_SAME_SAMPLE * float(self.method.length)
 
     def kernel(self, motion: Motion, until: float, count: int, outputs: Outputs) -> Any:
         """Steps of equal length, by `mbody.kernels.fixed_step`."""

@@ -20,6 +20,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from mbody.core.tolerances import RATE_JUMP_SAME, TIMES_SAME_SAMPLE
 from mbody.errors import ModelError, SolveError, brief
 from mbody.kernels.layout import Layout, Work, integers
 from mbody.kernels.loop_closure import laws_of_time, violation
@@ -101,9 +102,6 @@ def bar(done: float) -> str:
 
 Array = np.ndarray
 
-#: Rates that differ by less than this part of the greatest are the same.
-RATE_JUMPS_SAME = 1e-12
-
 
 def jump_times(system: System, first: float, until: float) -> Array:
     """Times after `first`, up to `until`, at which the rate of a driver may jump, ascending: points
@@ -173,7 +171,7 @@ class RateJumps:
         before, after = (self._prescribed(t) for t in (float(self.state[TIME]), corner))
         self.state[TIME] = corner
         size = max(np.abs(before).max(initial=0.0), np.abs(after).max(initial=0.0))
-        if not np.abs(after - before).max(initial=0.0) > RATE_JUMPS_SAME * size:
+        if not np.abs(after - before).max(initial=0.0) > RATE_JUMP_SAME * size:
             return
         self._loosen()
         self.evaluate()
@@ -218,8 +216,6 @@ Reader = Callable[[Controller, bool], "list[float]"]
 
 #: Samples of a motion, at most.
 MOST_SAMPLES = 1e8
-#: Times nearer to each other than this part of the sample time are one.
-SAME = 1e-9
 #: Steps end so many units in the last place before rates of drivers jump: t + h is rounded by one.
 ULPS = 4
 
@@ -345,7 +341,7 @@ class Interruptions:
 
     def due(self, t: float) -> bool:
         """Whether t is a set time, at which nothing was done yet, or a corner."""
-        if any(one.next() <= t + SAME * one.controller.every for one in self.sampled):
+        if any(one.next() <= t + TIMES_SAME_SAMPLE * one.controller.every for one in self.sampled):
             return True
         if self.jump_after(t) is not None:
             return True
@@ -366,7 +362,7 @@ class Interruptions:
         for name, law in self.tables.items():
             changed = self._set(name, float(law(t))) or changed
         for one in self.sampled:
-            close = SAME * one.controller.every
+            close = TIMES_SAME_SAMPLE * one.controller.every
             if one.anchor + one.count * one.controller.every <= t + close:
                 one.count += 1
                 values = self._called(one, t, read(one.controller, changed))

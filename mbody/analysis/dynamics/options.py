@@ -11,6 +11,7 @@ import numpy as np
 
 from mbody.analysis.driven.time_grid import check_room
 from mbody.analysis.initial.initial_state import check_release, checked_events
+from mbody.core.tolerances import RTOL_DEFAULT, RTOL_LEAST, TIMES_COUNT_ROUNDING, TIMES_SAME_SAMPLE
 from mbody.errors import ModelError, brief, remedy
 from mbody.laws import Table
 from mbody.model.closed_mechanism import with_element
@@ -75,9 +76,9 @@ def tolerances(system: System, rtol: Any, atol: Any) -> tuple[float, float]:
     """Relative and absolute error."""
     own = system.mechanism.simulation
     if rtol is None:
-        rtol = 1e-8 if own is None else own.rtol
+        rtol = RTOL_DEFAULT if own is None else own.rtol
     for name, value in (("rtol", rtol), ("atol", rtol if atol is None else atol)):
-        if not isinstance(value, int | float) or not 1e-14 <= value <= 0.1:
+        if not isinstance(value, int | float) or not RTOL_LEAST <= value <= 0.1:
             raise ModelError(f"{name} is {value!r}: give a number from 1e-14 to 0.1")
     return float(rtol), float(rtol if atol is None else atol)
 
@@ -171,9 +172,9 @@ def _times(
         step = number_in(machine, every, "time", "simulate", "every")
         if not step > 0.0 or (last - first) / step > MOST_INSTANTS:
             raise ModelError(f"every is {step:g}: give a positive time, for at most 1e7 instants")
-        count = math.floor((last - first) / step * (1.0 + 1e-12))
+        count = math.floor((last - first) / step * (1.0 + TIMES_COUNT_ROUNDING))
         kept = first + step * np.arange(count + 1)
-        if last - kept[-1] > 1e-9 * step:
+        if last - kept[-1] > TIMES_SAME_SAMPLE * step:
             kept = np.append(kept, last)
         kept[-1] = min(kept[-1], last)
         return kept

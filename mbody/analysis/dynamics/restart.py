@@ -11,6 +11,7 @@ from mbody.analysis.dynamics.contact_decision import SharedFriction
 from mbody.analysis.dynamics.events import Guard
 from mbody.analysis.dynamics.integrators import integrator
 from mbody.analysis.singular.nearby_singularity import unpacked_positions
+from mbody.core.tolerances import RESTART_STEPS_BEFORE
 from mbody.errors import ModelError
 from mbody.kernels.layout import Work
 from mbody.kernels.step_state import NEXT, PROGRESS, TIME, UNLIMITED
@@ -87,9 +88,6 @@ def unfit_modes(system: System, found: ModalState) -> str | None:
 
 # -- Checks of the state from which a motion is to be continued: sizes, finite numbers, its time
 
-#: Lengths of its next step that the state may lie before the last instant; it lies one before.
-BEFORE = 10.0
-
 
 def check_restart(system: System, restart: Restart, last: float) -> None:
     """Refuse a state that no motion of a system can have left: going on from it would not end."""
@@ -163,6 +161,6 @@ def _unfit_time(restart: Restart, last: float) -> str | None:
     if not (restart.scale > 0.0).all():
         return "'scale' holds sizes that are not positive"
     t, step = float(restart.state[TIME]), float(restart.state[NEXT])
-    if not step > 0.0 or not 0.0 <= last - t <= BEFORE * step:
+    if not step > 0.0 or not 0.0 <= last - t <= RESTART_STEPS_BEFORE * step:
         return f"its time is {t:g} and its step {step:g}, the last instant {last:g}"
     return None

@@ -36,6 +36,14 @@ from mbody.analysis.initial.initial_state import (
 )
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core.former_names import refuses_former_arguments
+from mbody.core.tolerances import (
+    ENERGY_ERROR_DRIVEN,
+    ENERGY_ERROR_FIXED_STEPS,
+    ENERGY_ROUNDING_STEP,
+    STATE_REPEATED,
+    STATE_SAME,
+    STEP_ERROR_TOLERANCES,
+)
 from mbody.errors import ModelError, SolveError, brief
 from mbody.kernels.finished_instants import TERM
 from mbody.kernels.layout import PER_PRIMITIVE
@@ -89,10 +97,6 @@ Array = np.ndarray
 #: What a motion depends on; what else a description has may differ.
 SAME_PARTS: tuple[str, ...] = ("units", "ground", "bodies", "joints", "couplings", "drivers")
 SAME_PARTS += ("loads", "curves", "states", "controllers")
-
-#: Part of its size by which a state may be apart from the one that it goes on from: it is projected
-#: on the constraints again, which are satisfied to rounding.
-SAME_STATE = 1e-9
 
 
 def stops_of(run: Solution) -> list[str]:
@@ -151,7 +155,7 @@ def then(first: Solution, *later: Solution) -> Solution:
         rows = slice(0, 2 * before.system.coordinates)
         left, right = before.record.table(rows)[-1], after.record.table(rows)[0]
         apart = float((np.abs(left - right) / sizes(before, left)).max(initial=0.0))
-        if begin != end or not apart <= SAME_STATE:
+        if begin != end or not apart <= STATE_SAME:
             how = (
                 f"begins at t = {begin:.6g} {unit}, the one before ends at {end:.6g} {unit}"
                 if begin != end
@@ -378,10 +382,6 @@ def _restart(
 
 # -- A motion at other instants, followed again from its beginning -----------------------------
 
-#: Part of a position's and a rate's size by which a motion that is repeated may differ from what
-#: was kept: impacts are located to 1e-12 of a step, and differ by what follows from that.
-REPEATED = 1e-6
-
 
 def beginning(system: System, start: Solution, request: MotionRequest) -> Beginning:
     """Initial state and request by which a motion can be followed again; of `start` its last
@@ -508,7 +508,7 @@ def _check_same(run: Solution, k: int, found: Solution, n: int) -> None:
     rows = slice(0, 2 * run.system.coordinates)
     ours, theirs = run.record.table(rows)[k], found.record.table(rows)[n]
     apart = float((np.abs(ours - theirs) / sizes(run, ours)).max(initial=0.0))
-    if not apart <= REPEATED:
+    if not apart <= STATE_REPEATED:
         raise SolveError(
             f"the motion, followed again, is at t = {run.t[k]:.6g} {run.mechanism.units.time} "
             f"apart from what was kept, by {apart:.2g} of its size: controllers or loads in Python "
@@ -526,14 +526,6 @@ def _check_same(run: Solution, k: int, found: Solution, n: int) -> None:
 # the energy. Efforts of drivers may jump where the motion does not, and the work of a jump comes
 # out as well as the steps resolve it; a motion that follows drivers does not depend on that.
 
-#: What a step may err by, in tolerances: in the gallery and in random mechanisms, by all methods at
-#: 1e-3 … 1e-12, none errs by a fifth of that.
-OF_A_STEP = 5.0
-#: The part of the energy that steps of one length, and motions with drivers, may err by.
-EVENLY, DRIVEN = 0.05, 0.15
-#: Rounding of an account, and of a step.
-ROUNDING = 1e-13
-
 
 def energy_doubts(run: Solution, method: str, rtol: float) -> list[Doubt]:
     """A doubt where the balance of energy of a motion is out of proportion; else none.
@@ -550,14 +542,14 @@ def energy_doubts(run: Solution, method: str, rtol: float) -> list[Doubt]:
         return []
     steps = max(1, (run.stats or {}).get("steps", 1))
     size, forces = energy.size, _force(run) * run.system.length
-    part = ROUNDING * steps
+    part = ENERGY_ROUNDING_STEP * steps
     if method in EVEN:
-        part = max(part, EVENLY)
+        part = max(part, ENERGY_ERROR_FIXED_STEPS)
     else:
-        part = max(part, OF_A_STEP * rtol * steps)
+        part = max(part, STEP_ERROR_TOLERANCES * rtol * steps)
         if any(run.released.get(one.name, math.inf) > run.t[0] for one in run.system.drivers):
-            part = max(part, DRIVEN)
-    allowed = part * size + (OF_A_STEP * rtol * steps + ROUNDING) * forces
+            part = max(part, ENERGY_ERROR_DRIVEN)
+    allowed = part * size + (STEP_ERROR_TOLERANCES * rtol * steps + ENERGY_ROUNDING_STEP) * forces
     off = np.abs(energy.balance)
     beyond = np.flatnonzero(off > allowed)
     if not len(beyond):

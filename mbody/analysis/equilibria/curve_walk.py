@@ -14,22 +14,29 @@ import numpy as np
 
 from mbody.analysis.position.closed_position import place
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
+from mbody.core.tolerances import (
+    EQUILIBRIUM_STEP_ROUNDING,
+    EQUILIBRIUM_STEP_STALLED,
+    FORCE_NONE_DRIVE,
+    POSITION_SAME_FINE,
+    POSITION_SAME_LOOSE,
+    POSITION_SAME_WALK,
+    RATE_NONE_ANGLE,
+    TINY,
+    WALK_BEHIND_CORNER,
+    WALK_CUBIC_SURE,
+    WALK_DRIVE_JUMPS,
+    WALK_INTERVAL_SMALLEST,
+    WALK_STEP,
+    WALK_STEP_SHORTEST,
+    WALK_TURN_GREATEST,
+    WALK_TURN_STRAIGHT,
+)
 
-#: Step of a walk, in model lengths and radians of the fastest coordinate; where the curve is
-#: straight steps grow. No whole part of a turn, so that places of symmetry are not met exactly.
-STRIDE, GROWTH = 0.1973, 1.9
-#: Greatest angle between neighbouring tangents [rad], and the one below which steps grow.
-TURN, STRAIGHT = 0.35, 0.01
-#: A rate of an angle below this is none.
-STILL = 1e-9
+#: How much steps grow where the curve is straight.
+GROWTH = 1.9
 #: Steps in each direction, and the distance in model lengths beyond which bodies have run away.
 STEPS, RUN_AWAY = 120, 1e3
-#: A step below this part of a stride meets a corner, a branch point or an end.
-SHORTEST = 1e-5
-#: Distance behind a corner at which the walk goes on, in model lengths.
-BEHIND = 1e-6
-#: Positions that agree to this are one, where a walk comes back to its beginning.
-CLOSES, SAME = 1e-7, 1e-5
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,13 +116,13 @@ class MotionCurve:
         here = Node(first.place, sign * first.along, sign * first.drive, first.slope, 0.0)
         here = self.node(here.place, here.along)
         walk = Walk([here])
-        length, bend, arclength = STRIDE, np.zeros(len(here.along)), 0.0
+        length, bend, arclength = WALK_STEP, np.zeros(len(here.along)), 0.0
         for _ in range(STEPS):
             there, length, why = self._step(here, bend, length)
             smooth = there is not None
             if there is None:
                 there = self._across(here)
-                bend, length = np.zeros(len(here.along)), STRIDE
+                bend, length = np.zeros(len(here.along)), WALK_STEP
             elif why == "crossing":
                 walk.crossings.append(there.place)
             if there is None:
@@ -139,12 +146,12 @@ class MotionCurve:
             else:
                 bend = (there.along - here.along) / chord
                 # a straight path is followed in growing steps; what turns comes round
-                still = np.abs(there.along[2::3]).max() < STILL
-                straight = np.linalg.norm(there.along - here.along) < STRAIGHT
+                still = np.abs(there.along[2::3]).max() < RATE_NONE_ANGLE
+                straight = np.linalg.norm(there.along - here.along) < WALK_TURN_STRAIGHT
                 if still and straight and length < 0.1 * RUN_AWAY:
                     length *= GROWTH
                 else:
-                    length = min(2.0 * length, STRIDE)
+                    length = min(2.0 * length, WALK_STEP)
             here = there
         walk.end = "long"
         return walk
@@ -174,7 +181,10 @@ class MotionCurve:
             if not -0.01 < part < 1.01 or np.linalg.norm(to) > 2.0 * np.linalg.norm(chord):
                 continue
             near = between(self, one, other, part)
-            if near is not None and self.manifold.apart(near.place.q, place.q) < SAME:
+            if (
+                near is not None
+                and self.manifold.apart(near.place.q, place.q) < POSITION_SAME_LOOSE
+            ):
                 return True
         return False
 
@@ -203,20 +213,23 @@ class MotionCurve:
         """
         why = "stuck"
         fastest = float(np.abs(here.along).max())
-        while length > SHORTEST * STRIDE:
+        while length > WALK_STEP_SHORTEST * WALK_STEP:
             step = length / fastest
-            curved = np.linalg.norm(bend) * step < TURN
+            curved = np.linalg.norm(bend) * step < WALK_TURN_GREATEST
             increment = step * here.along + (0.5 * step**2 * bend if curved else 0.0)
             there = self.manifold.moved(here.place, increment)
             if there is not None and len(there.motions):
                 onward = there.motions.T @ (there.motions @ here.along)
                 chord = (there.q - here.place.q) / self.scale
-                straight = np.linalg.norm(onward) > np.cos(TURN) and chord @ here.along > 0.7 * step
+                straight = (
+                    np.linalg.norm(onward) > np.cos(WALK_TURN_GREATEST)
+                    and chord @ here.along > 0.7 * step
+                )
                 if straight:
                     node = self.node(there, onward)
                     if node.side * here.side >= 0.0:
                         return node, length, ""
-                    if length < 100.0 * SHORTEST * STRIDE:
+                    if length < 100.0 * WALK_STEP_SHORTEST * WALK_STEP:
                         return node, length, "crossing"
                     why = "crossing"
             elif there is None and self._without_value(here, increment):
@@ -249,7 +262,7 @@ class MotionCurve:
         # along the tangent both may still be apart, across it they are not on one curve
         off = (near.place.q - target) / self.scale
         if np.linalg.norm(off - (off @ near.along) * near.along) > max(
-            1e-2 * abs(off @ near.along), CLOSES
+            1e-2 * abs(off @ near.along), POSITION_SAME_FINE
         ):
             return None
         place = self.manifold.place(target)
@@ -261,13 +274,13 @@ class MotionCurve:
         """
         scale, manifold = self.scale, self.manifold
         # walk up to the corner: the last place that goes on straight
-        length = STRIDE
+        length = WALK_STEP
         corner = here
-        while length > BEHIND:
+        while length > WALK_BEHIND_CORNER:
             there = manifold.moved(corner.place, length * corner.along / np.abs(corner.along).max())
             if there is not None and len(there.motions) == 1:
                 # behind the corner the motion may be at right angles to the step, to the last bit
-                straight = abs(there.motions[0] @ corner.along) > np.cos(TURN)
+                straight = abs(there.motions[0] @ corner.along) > np.cos(WALK_TURN_GREATEST)
                 chord = (there.q - corner.place.q) / scale
                 if straight and chord @ corner.along > 0.5 * length:
                     corner = self.node(there, corner.along)
@@ -275,7 +288,7 @@ class MotionCurve:
             length *= 0.5
         fastest = corner.along / np.abs(corner.along).max()
         before = corner.place.rows.reshape(len(corner.place.rows), -1, 3)
-        beyond = corner.place.q + scale * fastest * 4.0 * BEHIND
+        beyond = corner.place.q + scale * fastest * 4.0 * WALK_BEHIND_CORNER
         after = manifold.rows(beyond)[1].reshape(before.shape)
         dots = (before * after).sum(axis=2)
         sizes = np.linalg.norm(before, axis=2) * np.linalg.norm(after, axis=2)
@@ -292,8 +305,8 @@ class MotionCurve:
                 continue
             displacement = (place.q - corner.place.q) / scale
             if (
-                np.abs(displacement).max() > 100.0 * BEHIND
-                or not abs(displacement @ fixed) > BEHIND * size
+                np.abs(displacement).max() > 100.0 * WALK_BEHIND_CORNER
+                or not abs(displacement @ fixed) > WALK_BEHIND_CORNER * size
             ):
                 continue
             onward = place.motions[0] * np.sign(place.motions[0] @ fixed)
@@ -353,19 +366,10 @@ def between(curve: MotionCurve, one: Node, other: Node, part: float) -> Node | N
 
 #: Places of an interval at which the cubic is compared with its error.
 X = np.linspace(0.0, 1.0, 33)
-#: The error of a cubic, as a multiple of what neighbours or the middle show.
-SURE = 6.0
 #: An error of one in the middle is 16 x²(1−x)² beside it, and its slope 12 at most.
 BAND, BAND_SLOPE = 16.0, 12.0
-#: An interval below this, in radians or model lengths, is not divided further.
-SMALLEST = 1e-7
 #: Nodes that divisions of one walk add at most.
 MOST = 3000
-#: A change of the drive that is so many times what slopes and rounding explain is a jump, however
-#: small beside the greatest drive of a walk, which may end far away.
-JUMP = 100.0
-#: A drive below this part of the greatest of a walk is rounding.
-ROUNDING = 1e-12
 
 
 @dataclass
@@ -425,8 +429,8 @@ class _CurveIsolation:
         self.lines = [load for load in loads if {"i", "j"} <= set(load.places())]
         self.found = Roots()
         drives = np.array([node.drive for node in walk.nodes])
-        self.top = max(float(np.abs(drives).max()), 1e-300)
-        self.zero = ROUNDING * self.top
+        self.top = max(float(np.abs(drives).max()), TINY)
+        self.zero = FORCE_NONE_DRIVE * self.top
         nodes = [self.snapped(node) for node in walk.nodes]
         if start and nodes[0].drive == 0.0:
             self.found.rests.append(nodes[0])
@@ -442,7 +446,7 @@ class _CurveIsolation:
             if walk.closed and len(pairs) > 2:
                 beside = [(n - 1) % len(pairs), (n + 1) % len(pairs)]
             jump = max((abs(thirds[m] - thirds[n]) for m in beside), default=np.inf)
-            self.divide(one, other, SURE * jump * sizes[n] ** 3 / 384.0)
+            self.divide(one, other, WALK_CUBIC_SURE * jump * sizes[n] ** 3 / 384.0)
 
     def snapped(self, node: Node) -> Node:
         """The node, its drive zero where it is rounding: as of a position of symmetry, which one
@@ -490,7 +494,7 @@ class _CurveIsolation:
                 self._root(one, other)
                 return
         size = float(np.abs((other.place.q - one.place.q) / self.curve.scale).max())
-        if size < SMALLEST:
+        if size < WALK_INTERVAL_SMALLEST:
             self._small(one, other)
             return
         middle = between(self.curve, one, other, 0.5) if self.left else None
@@ -506,7 +510,7 @@ class _CurveIsolation:
         missed = abs(middle.drive - float(cubic @ x ** np.arange(4)))
         # by halves the error of a smooth drive falls to a sixteenth; one that is greater than its
         # bound shows that this drive is not smooth
-        part = SURE * missed / (16.0 if missed <= error < np.inf else 1.0)
+        part = WALK_CUBIC_SURE * missed / (16.0 if missed <= error < np.inf else 1.0)
         self.divide(one, middle, part)
         self.divide(middle, other, part)
 
@@ -543,7 +547,7 @@ class _CurveIsolation:
         best = min((low, high), key=lambda node: abs(node.drive))
         for _ in range(80):
             size = float(np.abs((high.place.q - low.place.q) / self.curve.scale).max())
-            if abs(best.drive) <= 1e-3 * self.zero or size < 1e-13:
+            if abs(best.drive) <= 1e-3 * self.zero or size < EQUILIBRIUM_STEP_ROUNDING:
                 break
             part = _zero(self.cubic(low, high))
             node = between(self.curve, low, high, part)
@@ -556,7 +560,7 @@ class _CurveIsolation:
                 low = node
             else:
                 high = node
-            if not better and size < 1e-9:
+            if not better and size < EQUILIBRIUM_STEP_STALLED:
                 break
             if not better:  # as of a jump: by halves
                 node = between(self.curve, low, high, 0.5)
@@ -568,7 +572,7 @@ class _CurveIsolation:
                 else:
                     high = node
         steep = max(abs(low.slope), abs(high.slope)) * self.size(low, high)
-        if abs(high.drive - low.drive) > JUMP * (steep + self.zero):
+        if abs(high.drive - low.drive) > WALK_DRIVE_JUMPS * (steep + self.zero):
             (self.found.jumps if low.drive > high.drive else self.found.lifts).append(low)
             return
         self.found.rests.append(best)
@@ -587,7 +591,9 @@ class _CurveIsolation:
         if abs(best.drive) > 100.0 * self.zero or (best is one and one.drive == 0.0):
             return  # none, or that of the interval before
         apart = self.curve.manifold.apart
-        if not any(apart(best.place.q, rest.place.q) < 1e-4 for rest in self.found.rests):
+        if not any(
+            apart(best.place.q, rest.place.q) < POSITION_SAME_WALK for rest in self.found.rests
+        ):
             self.found.rests.append(best)
 
 

@@ -23,8 +23,6 @@ from mbody.analysis.equilibria.friction_bands import (
     holding_sentences,
 )
 from mbody.analysis.equilibria.search import (
-    BALANCED,
-    ZERO,
     Rest,
     RestSearch,
     directionless_loads,
@@ -36,6 +34,13 @@ from mbody.analysis.freedom.mobility import single_design, single_time
 from mbody.analysis.position.assembly_analysis import closed
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
 from mbody.core.presentation import present
+from mbody.core.tolerances import (
+    EQUILIBRIUM_BALANCED,
+    INERTIA_NONE,
+    ROOT_REAL,
+    STIFFNESS_SYMMETRIC,
+    STIFFNESS_ZERO,
+)
 from mbody.errors import ModelError, SolveError, remedy
 from mbody.model.body import Guesses
 from mbody.model.mechanism import Mechanism
@@ -278,13 +283,13 @@ def lifting(manifold: Manifold, rest: Rest) -> list[str]:
         if one is None or other is None or len(one.motions) != len(rest.place.motions):
             continue
         top = max(rest.top, turning.largest(rest.place.q))
-        if max(one.size, other.size) > 10.0 * BALANCED * top:
+        if max(one.size, other.size) > 10.0 * EQUILIBRIUM_BALANCED * top:
             continue
         before, field = still.stiffness(one), turning.stiffness(other)
         if np.linalg.matrix_rank(before) < len(before):
             continue  # the field alone keeps it there
         roots = np.linalg.eigvals(np.linalg.solve(before, before - field))
-        real = roots.real[np.abs(roots.imag) <= 1e-6 * np.abs(roots).max(initial=0.0)]
+        real = roots.real[np.abs(roots.imag) <= ROOT_REAL * np.abs(roots).max(initial=0.0)]
         most = float(real.max(initial=0.0))
         if most <= 1e-12:
             continue
@@ -306,8 +311,6 @@ def _in_words(speed: float, time: str) -> str:
 #: Free motions up to which rest positions are sought; 30 take some ten seconds, and of 60 a descent
 #: no longer ends.
 FREE = 40
-#: A part of the stiffness below which it counts as symmetric, or an eigenvalue as real.
-UNEVEN = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -599,7 +602,7 @@ class _RestResults:
         numbers = tuple(
             n
             for n, place in enumerate(places)
-            if self.reserve.at(place) > ZERO * self.manifold.scale_of(place)
+            if self.reserve.at(place) > STIFFNESS_ZERO * self.manifold.scale_of(place)
             and min(every, key=lambda one: self._apart(one, place)) is band
         )
         inside = band.inside[0]
@@ -674,9 +677,9 @@ def stability_of(rest: Rest, mass: Array) -> tuple[str, tuple[float, ...], list[
     by its own.
     """
     K = rest.stiffness
-    zero = ZERO * max(float(np.abs(K).max(initial=0.0)), rest.top)
-    massive = bool(np.linalg.eigvalsh(mass).min() > 1e-12 * np.abs(mass).max())
-    if np.abs(K - K.T).max() <= UNEVEN * float(np.abs(K).max()) + zero:
+    zero = STIFFNESS_ZERO * max(float(np.abs(K).max(initial=0.0)), rest.top)
+    massive = bool(np.linalg.eigvalsh(mass).min() > INERTIA_NONE * np.abs(mass).max())
+    if np.abs(K - K.T).max() <= STIFFNESS_SYMMETRIC * float(np.abs(K).max()) + zero:
         sizes = np.linalg.eigvalsh(0.5 * (K + K.T))
         word = "neutral"
         if sizes.min() < -zero:
@@ -690,13 +693,13 @@ def stability_of(rest: Rest, mass: Array) -> tuple[str, tuple[float, ...], list[
     note = "its stiffness is not symmetric: the loads have no potential"
     roots = np.linalg.eigvals(np.linalg.solve(mass, K) if massive else K)
     top = float(np.abs(roots).max())
-    if (np.abs(roots.imag) > UNEVEN * top).any() and massive:
+    if (np.abs(roots.imag) > STIFFNESS_SYMMETRIC * top).any() and massive:
         return "unstable", (), [f"{note}, and it flutters"]
     if not massive:
         note += "; a free motion has no inertia, so that only divergence is looked for, no flutter"
-    if roots.real.min() < -UNEVEN * top:
+    if roots.real.min() < -STIFFNESS_SYMMETRIC * top:
         return "unstable", (), [note]
-    if roots.real.min() <= UNEVEN * top:
+    if roots.real.min() <= STIFFNESS_SYMMETRIC * top:
         return "neutral", (), [note]
     frequencies = tuple(np.sqrt(np.sort(roots.real)).tolist()) if massive else ()
     return "stable", frequencies, [note]

@@ -18,6 +18,27 @@ from mbody.analysis.freedom.mobility import single_design
 from mbody.analysis.position.assembly_analysis import closed
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
 from mbody.core.presentation import present
+from mbody.core.tolerances import (
+    BRANCH_POINT_CURVATURE_NONE,
+    BRANCH_POINT_GAP,
+    BRANCH_POINT_LOOK,
+    BRANCH_POINT_STEP_LEAST,
+    BRANCH_POINT_STEP_LONGEST,
+    CURVE_COSINE,
+    CURVE_STEP_FIRST,
+    CURVE_STEP_LONGEST,
+    CURVE_STEP_SHORTEST,
+    DIFFERENCE_STEP_BRANCH_POINT,
+    DIFFERENCE_STEP_CURVE,
+    DIFFERENCE_STEP_FOURTH_ORDER,
+    EQUILIBRIUM_STEP_STALLED,
+    LEAST_SQUARES_RANK_FINE,
+    LOOP_CLOSURE_CORRECTION,
+    ROOT_REAL,
+    SINGULAR_VALUE_ZERO,
+    STIFFNESS_SYMMETRIC,
+    TINY,
+)
 from mbody.errors import ModelError, SolveError
 from mbody.model.body import Guesses
 from mbody.model.mechanism import Mechanism
@@ -34,18 +55,8 @@ from mbody.system.system import System
 # change of the drive with p. Arclength is without units: lengths by the model length, p by its
 # span.
 
-#: Part of the span that differences along the number take.
-STEP = 1e-4
-#: The same where differences are of fourth order.
-FINE = 1e-3
-#: First and longest step along the curve, and the shortest.
-FIRST, LONGEST, SHORTEST = 0.02, 0.1, 1e-7
-#: Cosine of the greatest angle between the directions of neighbours.
-STRAIGHT = 0.98
 #: Corrections of one step.
 CORRECTIONS = 8
-#: A correction below this is rounding.
-SMALL = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +94,7 @@ class Point:
         passes zero where the stability changes.
         """
         K = self.stiffness
-        if np.abs(K - K.T).max() > 1e-6 * np.abs(K).max():
+        if np.abs(K - K.T).max() > STIFFNESS_SYMMETRIC * np.abs(K).max():
             return np.array([np.linalg.det(K)])
         return np.linalg.eigvalsh(0.5 * (K + K.T))
 
@@ -122,20 +133,27 @@ class Follower:
 
         low, high = self._around(value)
         rates = (both(high) - both(low)) / (high - low)
-        if fine and self._around(value, 2.0 * FINE) == (value - 2.0 * FINE, value + 2.0 * FINE):
-            near = both(value + FINE) - both(value - FINE)
-            far = both(value + 2.0 * FINE) - both(value - 2.0 * FINE)
-            rates = (8.0 * near - far) / (12.0 * FINE)
+        if fine and self._around(value, 2.0 * DIFFERENCE_STEP_FOURTH_ORDER) == (
+            value - 2.0 * DIFFERENCE_STEP_FOURTH_ORDER,
+            value + 2.0 * DIFFERENCE_STEP_FOURTH_ORDER,
+        ):
+            near = both(value + DIFFERENCE_STEP_FOURTH_ORDER) - both(
+                value - DIFFERENCE_STEP_FOURTH_ORDER
+            )
+            far = both(value + 2.0 * DIFFERENCE_STEP_FOURTH_ORDER) - both(
+                value - 2.0 * DIFFERENCE_STEP_FOURTH_ORDER
+            )
+            rates = (8.0 * near - far) / (12.0 * DIFFERENCE_STEP_FOURTH_ORDER)
         G = self.manifold(value).rows(here.q)[1]
         shift, change = rates[: len(G)], rates[len(G) :]
         follows = np.zeros(len(here.q))
         if np.abs(shift).max(initial=0.0) > 0.0:
-            follows = -np.linalg.lstsq(G, shift, rcond=1e-9)[0]
+            follows = -np.linalg.lstsq(G, shift, rcond=SINGULAR_VALUE_ZERO)[0]
         if follows.any():
             change = change + self.manifold(value).change(here, follows)
         return follows, here.motions @ change
 
-    def _around(self, value: float, step: float = STEP) -> tuple[float, float]:
+    def _around(self, value: float, step: float = DIFFERENCE_STEP_CURVE) -> tuple[float, float]:
         """Two values beside one, those that the system takes."""
         low, high = value - step, value + step
         for shifted in (low, high):
@@ -149,7 +167,7 @@ class Follower:
         """A rest position with the direction of the curve there, onward from the one before."""
         K = self.manifold(value).stiffness(here)
         follows, change = self.slopes(here, value)
-        size = max(float(np.abs(K).max()), float(np.abs(change).max()), 1e-300)
+        size = max(float(np.abs(K).max()), float(np.abs(change).max()), TINY)
         vt = np.linalg.svd(np.column_stack([-K, change]) / size)[2]
         y, rate = vt[-1, :-1], vt[-1, -1]
         direction = np.append(y @ here.motions + rate * follows, rate)
@@ -180,7 +198,7 @@ class Follower:
             off -= (value - here.value) * float(here.direction[-1])
             across = place.motions @ here.direction[:-1]
             along = follows @ here.direction[:-1] + here.direction[-1]
-            size = max(float(np.abs(K).max()), float(np.abs(change).max()), 1e-300)
+            size = max(float(np.abs(K).max()), float(np.abs(change).max()), TINY)
             A = np.block(
                 [[-K / size, change[:, None] / size], [across[None, :], np.array([[along]])]]
             )
@@ -191,12 +209,12 @@ class Follower:
                 return None
             length = float(np.linalg.norm(move))
             if not length < 1.0 or (n > 1 and length > last):
-                if n > 1 and length < 1e-9:
+                if n > 1 and length < EQUILIBRIUM_STEP_STALLED:
                     return self.point(place, value, here.direction, here.arc + abs(step))
                 return None
             q = place.q + self.scale * (move[:-1] @ place.motions + move[-1] * follows)
             value += float(move[-1])
-            if length < SMALL:
+            if length < LOOP_CLOSURE_CORRECTION:
                 place = self.manifold(value).at(q)
                 if place is None:
                     return None
@@ -214,12 +232,12 @@ class Follower:
             if place is None:
                 return None
             K = manifold.stiffness(place)
-            move = np.linalg.lstsq(K, place.drive, rcond=1e-12)[0]
+            move = np.linalg.lstsq(K, place.drive, rcond=LEAST_SQUARES_RANK_FINE)[0]
             length = float(np.linalg.norm(move))
             if not length < 1.0:
                 return None
             place = manifold.moved(place, move @ place.motions)
-            if length < SMALL and place is not None:
+            if length < LOOP_CLOSURE_CORRECTION and place is not None:
                 return self.point(place, value, here.direction, here.arc + abs(part))
         return None
 
@@ -262,21 +280,11 @@ class Follower:
 # G. Moore: The numerical treatment of non-trivial bifurcation points, Numerical Functional Analysis
 # and Optimization 2 (1980), 441-472.
 
-#: Step of the differences of J; they only steer Newton's method and show the kind of crossing.
-BRANCH_POINTS_STEP = 1e-3
-#: Corrections at most, the longest of them, and one that is rounding.
-ITERATIONS, BRANCH_POINTS_LONGEST, BRANCH_POINTS_SMALL = 25, 0.2, 1e-12
-#: What is left of the drive, as a part of its second derivatives, above which branches pass each
-#: other without meeting: the square of how far they are apart, and rounding leaves 1e-13.
-GAP = 1e-10
-#: A curvature of the drive along the position, as a part of the greatest, that is none: then one
-#: branch turns round in the crossing, as a pitchfork does. Differences leave STEP² of it.
-NONE = 1e-4
+#: Corrections to a branch point, at most.
+ITERATIONS = 25
 #: Points of the curve around a crossing of more branches: a step turns by 0.2 rad at most, and the
 #: polynomial through eight of them errs by 1e-11.
 NODES = 8
-#: Distance from it, along the curve, at which it is looked whether branches meet.
-NEAR = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -326,7 +334,7 @@ def together(
         return None
     went = np.abs(there.stiffnesses[numbers] - here.stiffnesses[numbers])
     apart = float((np.abs(left[numbers]) * length / went).max())
-    return found if apart**2 <= GAP else None
+    return found if apart**2 <= BRANCH_POINT_GAP else None
 
 
 def _simple(follower: Follower, here: Point, there: Point) -> BranchPoint | None:
@@ -384,18 +392,18 @@ def _multiple(
     sides = np.polynomial.Chebyshev.fit(
         parameters, [side for side, _ in rows], len(parameters) - 1, (-1.0, 1.0)
     )
-    zeros = [z.real for z in sides.roots() if abs(z.imag) < 1e-6 and abs(z.real) <= 1.0]
+    zeros = [z.real for z in sides.roots() if abs(z.imag) < ROOT_REAL and abs(z.real) <= 1.0]
     if len(zeros) != 1:
         return None
     part = float(zeros[0])
 
     # beside it what passes zero goes by the distance, or by √(distance² + gap) past each other
-    beside = NEAR / length
+    beside = BRANCH_POINT_LOOK / length
     near = at(part - beside), at(part + beside)
     slope = float(sides.deriv()(part))
     if near[0] is None or near[1] is None or not slope:
         return None
-    gap = abs((near[1][0] - near[0][0]) / (2.0 * beside * slope) - 1.0) * NEAR**2
+    gap = abs((near[1][0] - near[0][0]) / (2.0 * beside * slope) - 1.0) * BRANCH_POINT_LOOK**2
     fit = np.polynomial.chebyshev.chebfit(
         parameters, np.array([row for _, row in rows]), len(parameters) - 1
     )
@@ -417,7 +425,11 @@ def _kind(H: Array, V: Array) -> str:
     still = np.array([V[1, -1], -V[0, -1]])  # the direction in which the number stays
     size = float(np.linalg.norm(still))
     bend = float(still @ H @ still) / size**2 if size > 1e-6 else 0.0
-    return "pitchfork" if abs(bend) <= NONE * float(np.abs(H).max()) else "transcritical"
+    return (
+        "pitchfork"
+        if abs(bend) <= BRANCH_POINT_CURVATURE_NONE * float(np.abs(H).max())
+        else "transcritical"
+    )
 
 
 def _solved(
@@ -437,26 +449,28 @@ def _solved(
         rows = []
         for kernel in V:
             sides = []
-            for step in (BRANCH_POINTS_STEP, -BRANCH_POINTS_STEP):
+            for step in (DIFFERENCE_STEP_BRANCH_POINT, -DIFFERENCE_STEP_BRANCH_POINT):
                 near = _moved(follower, place, value, follows, step * kernel)
                 if near is None or len(near.motions) != free:
                     return None
                 _, other = _jacobian(follower, near, value + step * float(kernel[-1]))
                 sides.append(_aligned(place, near, other) / size)
-            rows.append(w @ (sides[0] - sides[1]) @ V.T / (2.0 * BRANCH_POINTS_STEP))
+            rows.append(w @ (sides[0] - sides[1]) @ V.T / (2.0 * DIFFERENCE_STEP_BRANCH_POINT))
         H = np.array(rows)
         r = place.drive / size
         across = -(vt[: free - 1].T @ ((u[:, : free - 1].T @ r) / s[: free - 1]))
-        along = np.linalg.lstsq(H.T, -(w @ (J / size) @ V.T), rcond=1e-9)[0]
+        along = np.linalg.lstsq(H.T, -(w @ (J / size) @ V.T), rcond=SINGULAR_VALUE_ZERO)[0]
         x = across + along @ V
         length = float(np.linalg.norm(x))
-        if length < BRANCH_POINTS_SMALL or (length < 1e-9 and length > 0.5 * last):
+        if length < LOOP_CLOSURE_CORRECTION or (
+            length < EQUILIBRIUM_STEP_STALLED and length > 0.5 * last
+        ):
             H = 0.5 * (H + H.T)
             # a form with one sign has no branches: an isolated point
-            gap = abs(float(w @ r)) / max(float(np.abs(H).max()), 1e-300)
+            gap = abs(float(w @ r)) / max(float(np.abs(H).max()), TINY)
             return (place, value, H, V, gap) if np.linalg.det(H) < 0.0 else None
         last = length
-        x *= min(1.0, BRANCH_POINTS_LONGEST / length)
+        x *= min(1.0, BRANCH_POINT_STEP_LONGEST / length)
         place, value = _moved(follower, place, value, follows, x), value + float(x[-1])
     return None
 
@@ -489,8 +503,6 @@ History = TypeVar("History", BodyHistory, PointHistory, Reaction)
 
 #: Points that a curve has at most, unless the caller says how many.
 POINTS = 1000
-#: A step below which branches that do not cross are no longer distinguished.
-LEAST = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
@@ -751,25 +763,25 @@ class _Tracer:
         if here.direction[-1] < 0.0:
             here = dataclasses.replace(here, direction=-here.direction)
         self.path = [here]
-        step = FIRST
+        step = CURVE_STEP_FIRST
         while len(self.path) < self.points:
             there = self.follower.ahead(here, step)
             bend = 0.0 if there is None else float(there.direction @ here.direction)
-            if there is None or bend < STRAIGHT:
+            if there is None or bend < CURVE_COSINE:
                 step *= 0.5
-                if step < SHORTEST:
+                if step < CURVE_STEP_SHORTEST:
                     self._stops(here)
                     break
                 continue
             if not 0.0 <= there.value <= 1.0:
                 if not self._end(here, 1.0 if there.value > 1.0 else 0.0):
-                    if step > LEAST:
+                    if step > BRANCH_POINT_STEP_LEAST:
                         step *= 0.5
                         continue
                     self._stops(here)
                 break
             if not self._between(here, there):
-                if step > LEAST:
+                if step > BRANCH_POINT_STEP_LEAST:
                     step *= 0.5  # it leapt from one branch to another that does not cross
                     continue
                 said = (
@@ -784,8 +796,8 @@ class _Tracer:
             if np.abs((there.place.q - place.q) / self.follower.scale).max() > RUN_AWAY:
                 self.notes.append(f"it leaves all bounds near {self._where(there)}")
                 break
-            if bend > 1.0 - 0.25 * (1.0 - STRAIGHT):
-                step = min(2.0 * step, LONGEST)
+            if bend > 1.0 - 0.25 * (1.0 - CURVE_COSINE):
+                step = min(2.0 * step, CURVE_STEP_LONGEST)
             here = there
         else:
             said = f"{self.points} points were not enough: give more points"
@@ -799,8 +811,8 @@ class _Tracer:
         """Whether the curve has come back to its beginning."""
         first, parts = self.path[0], len(self.path)
         apart = self.follower.first.apart(first.place.q, there.place.q)
-        near = max(apart, abs(first.value - there.value)) < 0.6 * LONGEST
-        return parts > 10 and near and bool(first.direction @ there.direction > STRAIGHT)
+        near = max(apart, abs(first.value - there.value)) < 0.6 * CURVE_STEP_LONGEST
+        return parts > 10 and near and bool(first.direction @ there.direction > CURVE_COSINE)
 
     def _stops(self, here: Point) -> None:
         """The curve ends at a point within its span."""
@@ -824,7 +836,7 @@ class _Tracer:
         """Folds and crossings between neighbours; whether both are on one branch."""
         if here.side * there.side < 0.0:
             found = crossing(self.follower, here, there)
-            if found is None or found.gap > GAP:
+            if found is None or found.gap > BRANCH_POINT_GAP:
                 return False
             self._crossed(found.point, found.kind)
             return True

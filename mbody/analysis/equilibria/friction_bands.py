@@ -22,6 +22,14 @@ import numpy as np
 
 from mbody.analysis.equilibria.curve_walk import MotionCurve, Node, Walk, between
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
+from mbody.core.tolerances import (
+    FRICTION_BAND_END,
+    FRICTION_BAND_ENDS_SAME,
+    FRICTION_RESERVE_DEEP,
+    FRICTION_RESERVE_JAMMED,
+    FRICTION_RESERVE_NONE,
+    RATE_NONE_SLIDING,
+)
 from mbody.kernels.finished_instants import PER_PAIR, StoredMotion, forces_by_senses, rates_of_pairs
 from mbody.kernels.friction import IMPENDING
 from mbody.kernels.layout import PER_PRIMITIVE
@@ -66,17 +74,6 @@ Sample = tuple[Node, float, bool]
 PARTS = 4
 #: Halvings of an interval that holds an end, and steps of the search for a least reserve.
 HALVINGS, GOLDEN = 60, 40
-#: A least reserve lies below the least sample by no more than neighbours lie above it (1.4 times as
-#: much at a cusp, less at a corner): one that is this many times as much above zero stays positive.
-DEEP = 10.0
-#: A rate of sliding below this part of the greatest is rounding.
-ROUNDING = 1e-9
-#: An end is located to this, in model lengths and radians.
-LOCATED = 1e-14
-#: A reserve below this part of the greatest is none; ends nearer to each other bound no band.
-NONE, APART = 1e-13, 1e-9
-#: An infinite reserve, as a part of the greatest finite one: where a mechanism jams.
-JAMMED = 10.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,7 +159,7 @@ class FrictionReserve:
         output = np.zeros((1, len(self.pairs), PER_PAIR))
         rates_of_pairs(self.layout, self.work, StoredMotion(motion=moving, **how), output)
         rates = np.where(self.holds, output[0, :, 0], 0.0)
-        rates[np.abs(rates) <= ROUNDING * np.abs(rates).max(initial=0.0)] = 0.0
+        rates[np.abs(rates) <= RATE_NONE_SLIDING * np.abs(rates).max(initial=0.0)] = 0.0
         table = np.empty((1, PER_PRIMITIVE * len(system.owners), 1))
         reached = np.empty((1, 2))
         least, drive = np.inf, float(place.force @ along)
@@ -222,7 +219,7 @@ def _is_point(band: Band, scale: Array) -> bool:
     if band.first is None or band.last is None or len(band.inside) > 1:
         return False
     displacement = (band.last.place.q - band.first.place.q) / scale
-    return bool(np.abs(displacement).max() < APART)
+    return bool(np.abs(displacement).max() < FRICTION_BAND_ENDS_SAME)
 
 
 def holding_sentences(mechanism: Mechanism, bands: tuple[RestBand, ...], holds: bool) -> list[str]:
@@ -252,7 +249,7 @@ class _Located:
         """Places along the walks between which the reserve changes its sign once at most."""
         samples = list(self.samples(walks))
         finite = [abs(value) for _, value, _ in samples if np.isfinite(value)]
-        self.most = JAMMED * max(finite, default=1.0)
+        self.most = FRICTION_RESERVE_JAMMED * max(finite, default=1.0)
         limited = [(node, self._limited(value), smooth) for node, value, smooth in samples]
         return list(self.refined(limited))
 
@@ -262,7 +259,7 @@ class _Located:
 
     def _limited(self, value: float) -> float:
         # where nothing slides, as in a dead centre, rounding would decide
-        return 0.0 if abs(value) <= NONE * self.most else min(value, self.most)
+        return 0.0 if abs(value) <= FRICTION_RESERVE_NONE * self.most else min(value, self.most)
 
     def samples(self, walks: list[Walk]) -> Iterator[Sample]:
         """Nodes in order, the reserve there, and whether the curve is smooth up to the next."""
@@ -298,7 +295,11 @@ class _Located:
             sign = 1.0 if value >= 0.0 else -1.0
             near = sign * value <= min(sign * before, sign * after)
             rise = max(sign * before, sign * after) - sign * value
-            if not near or min(sign * before, sign * after) < 0.0 or sign * value > DEEP * rise:
+            if (
+                not near
+                or min(sign * before, sign * after) < 0.0
+                or sign * value > FRICTION_RESERVE_DEEP * rise
+            ):
                 yield sample
                 continue
             beside = self._nearest(samples[n - 1][0], samples[n + 1][0], sign)
@@ -346,7 +347,7 @@ class _Located:
         size = float(np.abs((other.place.q - one.place.q) / scale).max())
         best, side = holding, 0
         for _ in range(HALVINGS):
-            if (high - low) * size <= LOCATED:
+            if (high - low) * size <= FRICTION_BAND_END:
                 break
             # the Illinois rule: a false position that does not stay at one end
             part = (low * above - high * below) / (above - below)

@@ -22,6 +22,27 @@ from mbody.analysis.position.tangent_space import (
     Place,
     orthonormal,
 )
+from mbody.core.tolerances import (
+    CHART_BENT,
+    CHART_CHORD,
+    CHART_FURTHER,
+    CHART_RADIUS,
+    CHART_RADIUS_INNERMOST,
+    CHART_RADIUS_PART,
+    CHART_STEEP,
+    CHART_TANGENT_COSINE,
+    LEAST_SQUARES_RANK_COARSE,
+    POSITION_SAME,
+    SURFACE_END_MET,
+    SURFACE_END_ON_LINE,
+    SURFACE_ERROR_SURE,
+    SURFACE_FORCE_PROBE,
+    SURFACE_FORCE_SMOOTH,
+    SURFACE_SPACING,
+    SURFACE_SPACING_LEAST,
+    SURFACE_SPACING_SAME,
+    TINY,
+)
 from mbody.model.loads import Load
 from mbody.system.system import System
 
@@ -83,20 +104,10 @@ class LoadEnds:
         return np.moveaxis(moved[..., 1, :, :] - moved[..., 0, :, :], -3, -1)
 
 
-#: Distance of neighbours in radians and model lengths of the fastest coordinate, the part of it at
-#: which places are the same, and the least.
-SPACING, SAME, LEAST = 0.4, 0.7, 0.05
 #: Directions to go from each place.
 DIRECTIONS = 8
 #: Places at most, and how far from the start in model lengths.
 MOST, FAR = 2400, 8.0
-#: The error of r − K y, as a multiple of what neighbours show.
-SURE = 2.0
-#: Least cosine between the tangent planes of neighbours.
-LEVEL = 0.8
-#: How much longer than its part in the tangent plane the chord to a neighbour may be that bounds a
-#: chart: one round a sharp bend, or on another sheet, is further than the plane shows.
-CHORD = 1.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,7 +167,7 @@ class Cover:
         self.full = self.wound = False
         self._names = np.empty((MOST, 4 * (len(start.q) // 3)))
         self._reaches = np.empty(MOST)
-        self._add(self.node(start, frame, SPACING))
+        self._add(self.node(start, frame, SURFACE_SPACING))
         self._grow()
 
     @property
@@ -205,7 +216,7 @@ class Cover:
         """Whether there are places already at each of some positions."""
         own = np.minimum(self._reaches[: len(self.nodes)], reach[:, None])
         taken = np.zeros(len(names), dtype=bool)
-        taken[self.within(names, SAME * own)[0]] = True
+        taken[self.within(names, SURFACE_SPACING_SAME * own)[0]] = True
         return taken
 
     def _grow(self) -> None:
@@ -225,7 +236,10 @@ class Cover:
             for node in around
             for direction in turns @ node.frame
         ]
-        left = [(node, direction, min(2.0 * node.reach, SPACING)) for node, direction in directions]
+        left = [
+            (node, direction, min(2.0 * node.reach, SURFACE_SPACING))
+            for node, direction in directions
+        ]
         added: list[CoverNode] = []
         while left:
             # the guess says mostly whether the place is new; closing it is dear
@@ -238,7 +252,7 @@ class Cover:
                 if taken[n]:
                     continue
                 others = np.abs(names[tried] - name).max(axis=1)
-                alike = others < SAME * np.minimum(0.8 * reaches[tried], reach)
+                alike = others < SURFACE_SPACING_SAME * np.minimum(0.8 * reaches[tried], reach)
                 (later if alike.any() else tried).append(n)
             again = [left[n] for n in later]
             if tried:
@@ -248,7 +262,7 @@ class Cover:
                 level[found.good] = orthonormal(found.directions[found.good])[1]
                 moved = np.array([found.q[k] - left[n][0].place.q for k, n in enumerate(tried)])
                 parts = np.abs(moved / self.scale).max(axis=1) / reaches[tried]
-                fits = found.good & (level > LEVEL) & (parts > 0.5) & (parts < 1.6)
+                fits = found.good & (level > CHART_TANGENT_COSINE) & (parts > 0.5) & (parts < 1.6)
                 which = np.flatnonzero(fits)
                 places = dict(zip(which.tolist(), self.many.places(found, which), strict=True))
                 names = self.name(np.where(fits[:, None], found.q, 0.0))
@@ -257,12 +271,12 @@ class Cover:
                     node, direction, reach = left[n]
                     place = places.get(k)
                     if place is None or not np.isfinite(place.force).all():
-                        if 0.5 * reach > LEAST:
+                        if 0.5 * reach > SURFACE_SPACING_LEAST:
                             again.append((node, direction, 0.5 * reach))
                         continue
                     count, name = len(self.nodes), names[k]
                     beside = np.abs(self._names[old:count] - name).max(axis=1)
-                    own = SAME * np.minimum(self._reaches[old:count], reach)
+                    own = SURFACE_SPACING_SAME * np.minimum(self._reaches[old:count], reach)
                     if taken[k] or (beside < own).any():
                         continue
                     if count == MOST:
@@ -290,7 +304,9 @@ class Cover:
         while left:
             ring, count = [left.pop()], count + 1
             for one in ring:  # grows on the way
-                beside = [n for n in left if np.abs(n.name - one.name).max() < 1.6 * SPACING]
+                beside = [
+                    n for n in left if np.abs(n.name - one.name).max() < 1.6 * SURFACE_SPACING
+                ]
                 left = [n for n in left if n not in beside]
                 ring += beside
         return count
@@ -356,7 +372,9 @@ class Cover:
         own = slice(*beside.begin[number : number + 2].tolist())
         seen, lengths = beside.seen[own], np.linalg.norm(beside.seen[own], axis=1)
         # the tangent plane shows where they are
-        shown = (beside.chords[own] <= CHORD * lengths) & (beside.level[own] > LEVEL)
+        shown = (beside.chords[own] <= CHART_CHORD * lengths) & (
+            beside.level[own] > CHART_TANGENT_COSINE
+        )
         reach = 1.5 * self.nodes[number].reach
         if shown.any():
             reach = 0.75 * float(lengths[shown].max())
@@ -387,7 +405,7 @@ class Cover:
         # places are no further than that from the nearest of the cover
         reach = 0.75 * longest[own]
         least = _least(drives[own], stiffness[own], reach)
-        found[own] = least > SURE * bend[own] * reach**2
+        found[own] = least > SURFACE_ERROR_SURE * bend[own] * reach**2
         return found
 
 
@@ -422,7 +440,7 @@ def _least(r: Array, K: Array, reach: Array) -> Array:
     """The least |r − K y| of |y| up to reach: (places,), r (places, 2), K (places, 2, 2)."""
     u, s, _ = np.linalg.svd(K)
     part = np.einsum("nba,nb->na", u, r)
-    low, high = np.zeros(len(r)), np.linalg.norm(part, axis=1) * s[:, 0] / reach + 1e-300
+    low, high = np.zeros(len(r)), np.linalg.norm(part, axis=1) * s[:, 0] / reach + TINY
     for _ in range(40):  # the multiplier of |y| = reach
         middle = 0.5 * (low + high)
         y = s * part / (s**2 + middle[:, None])
@@ -443,21 +461,8 @@ def _least(r: Array, K: Array, reach: Array) -> Array:
 # whole curve of the surface: there the energy has a crease, and the force keeps its line and turns
 # round.
 
-#: Newton steps to a point, how often one is halved, and the distance of the ends there, in model
-#: lengths.
-ITERATIONS, HALVINGS, MET = 20, 5, 1e-11
-#: How far a point may be from the nearest place, in reaches of it.
-FURTHER = 1.5
-#: Distance from the point at which forces are compared.
-BESIDE = 1e-6
-#: Forces that differ by less than this part of the greatest do not jump.
-SMOOTH = 1e-4
-#: Points nearer to each other than this are one.
-ONE = 1e-6
-#: Greatest radius around a point, and the part of the distance to the next one.
-RADIUS, PART = 0.12, 0.45
-#: Ends that move across their line by less than this part of what they move along it stay on it.
-ON_LINE = 1e-6
+#: Newton steps to a point, and how often one is halved.
+ITERATIONS, HALVINGS = 20, 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -519,7 +524,7 @@ def meetings(cover: Cover, ends: LoadEnds, nodes: list[int], near: Array) -> Mee
     points = []
     for node, q in found:
         others = [_apart(cover, q, other) for _, other in found if other is not q]
-        radius = min(RADIUS, PART * min(others, default=np.inf))
+        radius = min(CHART_RADIUS, CHART_RADIUS_PART * min(others, default=np.inf))
         points.append(JumpPoint(node, q, cover.seen(node, q), radius))
     return Meetings(points, sharp, creased)
 
@@ -539,7 +544,7 @@ def may_meet(cover: Cover, ends: LoadEnds) -> Array:
     reach = np.array([[node.reach] for node in cover.nodes])
     sizes = np.linalg.norm(ends.slopes(q, frames), axis=(-2, -1))
     return np.asarray(
-        np.linalg.norm(ends.vectors(q), axis=-1) <= FURTHER * reach * sizes + reach**2
+        np.linalg.norm(ends.vectors(q), axis=-1) <= CHART_FURTHER * reach * sizes + reach**2
     )
 
 
@@ -549,7 +554,7 @@ def _apart(cover: Cover, one: Array, other: Array) -> float:
 
 
 def _is_new(cover: Cover, q: Array, found: list[tuple[CoverNode, Array]]) -> bool:
-    return all(_apart(cover, q, other) > ONE for _, other in found)
+    return all(_apart(cover, q, other) > POSITION_SAME for _, other in found)
 
 
 def _met(
@@ -570,10 +575,10 @@ def _met(
     left = np.arange(len(beside))
     for _ in range(ITERATIONS):
         J = ends.slopes(q[left], directions[left])[:, n]
-        there = np.linalg.norm(d[left], axis=1) < MET
+        there = np.linalg.norm(d[left], axis=1) < SURFACE_END_MET
         for k, own in zip(left[there].tolist(), J[there], strict=True):
             sizes = np.linalg.svd(own, compute_uv=False)
-            line = bool(sizes[1] <= ON_LINE * sizes[0])
+            line = bool(sizes[1] <= SURFACE_END_ON_LINE * sizes[0])
             on_line &= line
             # of a curve one is enough
             if not (met and line and on_line) and _is_new(cover, q[k], met):
@@ -581,9 +586,9 @@ def _met(
         left, J = left[~there], J[~there]
         if not left.size:
             break
-        step = -np.einsum("nfd,nd->nf", np.linalg.pinv(J, rcond=1e-6), d[left])
+        step = -np.einsum("nfd,nd->nf", np.linalg.pinv(J, rcond=LEAST_SQUARES_RANK_COARSE), d[left])
         along = np.einsum("nf,nfc->nc", step, directions[left])
-        size = np.maximum(np.abs(along).max(axis=1), 1e-300)
+        size = np.maximum(np.abs(along).max(axis=1), TINY)
         along *= np.minimum(1.0, reach[left] / size)[:, None]
         # where two such points are close to each other a whole step overshoots
         trying, kept = np.arange(len(left)), np.zeros(len(left), dtype=bool)
@@ -611,12 +616,13 @@ def _jumps(cover: Cover, node: CoverNode, q: Array) -> bool:
     manifold = cover.manifold
     for direction in node.frame:
         sides = [
-            manifold.closed(q + sign * BESIDE * manifold.scale * direction) for sign in (1.0, -1.0)
+            manifold.closed(q + sign * SURFACE_FORCE_PROBE * manifold.scale * direction)
+            for sign in (1.0, -1.0)
         ]
         if sides[0] is None or sides[1] is None:
             continue
         one, other = (manifold.force(side) for side in sides if side is not None)
-        if not np.abs(one - other).max() <= SMOOTH * manifold.largest(sides[0]):
+        if not np.abs(one - other).max() <= SURFACE_FORCE_SMOOTH * manifold.largest(sides[0]):
             return True
     return False
 
@@ -625,14 +631,6 @@ def _jumps(cover: Cover, node: CoverNode, q: Array) -> bool:
 
 #: Cells of a chart along each axis at its finest, a power of two.
 FINEST = 2**12
-#: How much longer than its part in the tangent plane a path on the surface may be.
-STEEP = 2.0
-#: The same of a chart that is to be level.
-BENT = 1.15
-#: Positions nearer to each other than this are one.
-SURFACE_CHARTS_SAME = 1e-6
-#: The least radius of a polar chart, as a part of its greatest.
-INNERMOST = 1e-5
 #: Angle [rad] at which a polar chart begins: no direction of symmetry.
 BEGINS = 0.7
 
@@ -672,7 +670,7 @@ class TangentChart:
         y = np.array([self.y(0.5 * i * FINEST, 0.5 * j * FINEST) for i, j in middles])
         found = led_to([self] * len(y), y)
         chords = np.linalg.norm((found.q - self.node.place.q) / self.cover.scale, axis=1)
-        return bool(found.good.all() and (chords <= BENT * np.linalg.norm(y, axis=1)).all())
+        return bool(found.good.all() and (chords <= CHART_BENT * np.linalg.norm(y, axis=1)).all())
 
     def y(self, i: float, j: float) -> Array:
         """Coordinates of a point of the grid."""
@@ -715,10 +713,10 @@ class PolarChart(TangentChart):
 
     def __init__(self, cover: Cover, point: JumpPoint, ends: LoadEnds) -> None:
         self.centre, self.radius = point.y, point.radius
-        low = np.array([INNERMOST * self.radius, BEGINS])
+        low = np.array([CHART_RADIUS_INNERMOST * self.radius, BEGINS])
         super().__init__(cover, point.node, low, np.array([self.radius, BEGINS + 2.0 * np.pi]))
         lengths = np.linalg.norm(ends.vectors(point.q), axis=1)
-        self.own = lengths < 1e-3 * INNERMOST * self.radius
+        self.own = lengths < 1e-3 * CHART_RADIUS_INNERMOST * self.radius
 
     def y(self, i: float, j: float) -> Array:
         """Coordinates of a point of the grid."""
@@ -737,7 +735,7 @@ class PolarChart(TangentChart):
         """
         turned = np.linalg.norm(np.diff(ends, axis=2), axis=-1)[:, :, 0]
         lengths = np.linalg.norm(ends, axis=-1)
-        part = (turned / np.maximum(lengths.min(axis=2), 1e-300)).max(axis=1)
+        part = (turned / np.maximum(lengths.min(axis=2), TINY)).max(axis=1)
         return np.where(self.own, part * lengths.min(axis=(1, 2)), moved)
 
 
@@ -751,7 +749,7 @@ def led_to(charts: Sequence[TangentChart], y: Array) -> ClosedPositions:
     # closing may lead to another sheet, and beside a change point to another circuit
     chords = np.linalg.norm((found.q - origin) / scale, axis=1)
     sides = np.array([chart.side for chart in charts])
-    good = found.good & (chords <= STEEP * np.linalg.norm(y, axis=1) + 1e-9)
+    good = found.good & (chords <= CHART_STEEP * np.linalg.norm(y, axis=1) + 1e-9)
     return replace(found, good=good & (found.side == sides))
 
 
@@ -765,7 +763,7 @@ def hold(charts: Sequence[TangentChart], q: Array) -> Array:
     displacement = whole_turns_less((q - origin) / cover.scale)
     found = led_to(charts, np.einsum("nfc,nc->nf", frames, displacement))
     apart = np.abs(whole_turns_less((found.q - q) / cover.scale)).max(axis=1)
-    return np.asarray(found.good & (np.where(found.good, apart, np.inf) < SURFACE_CHARTS_SAME))
+    return np.asarray(found.good & (np.where(found.good, apart, np.inf) < POSITION_SAME))
 
 
 # -- The drive at points of charts of a surface, and what single loads are of it ---------------

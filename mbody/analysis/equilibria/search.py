@@ -16,37 +16,44 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mbody.analysis.equilibria.curve_walk import RUN_AWAY, MotionCurve, Walk, out_of_turn, roots_of
-from mbody.analysis.equilibria.position_surface import SPACING, Cover
+from mbody.analysis.equilibria.position_surface import Cover
 from mbody.analysis.equilibria.surface_roots import surface_roots
 from mbody.analysis.freedom.free_motions import free_motions, leading, rates_of
 from mbody.analysis.position.tangent_space import Array, Manifold, ManyPositions, Place
+from mbody.core.tolerances import (
+    EQUILIBRIA_ALIKE,
+    EQUILIBRIUM_BALANCED,
+    EQUILIBRIUM_LEADS,
+    EQUILIBRIUM_STEP_LONGEST,
+    EQUILIBRIUM_STEP_ROUNDING,
+    EQUILIBRIUM_STEP_STALLED,
+    EQUILIBRIUM_STRIDE,
+    LEAST_SQUARES_RANK_SEARCH,
+    LOAD_CHANGE_NONE,
+    LOAD_JUMP,
+    LOADS_BESIDE,
+    LOADS_BESIDE_FURTHER,
+    LOADS_COMPARED_FAR,
+    LOADS_COMPARED_NEAR,
+    POSITION_SAME_LOOSE,
+    STIFFNESS_SOFT,
+    STIFFNESS_ZERO,
+    SURFACE_SPACING,
+    TINY,
+)
 
 # -- Why a number of rest positions is uncertain near a place: a load jumps, or no stiffness ---
-
-#: Distances to both sides at which loads are compared, in model lengths and radians: the lesser is
-#: further than a finest cell of a chart is long, so that a jump in it lies between.
-FAR, NEAR = 1e-2, 1e-3
-#: The change of a load over the lesser, as a part of that over the greater, from which on it jumps:
-#: that of a smooth load is their ratio.
-JUMPS = 0.5
-#: Distances, likewise, to where what is left out at the very place where its ends meet is there.
-BESIDE, FURTHER = 1e-8, 1e-5
-#: A change below this part of the greatest load is none.
-NONE = 1e-6
-#: A stiffness below this part of the greatest, or of how fast loads change, is none to first order:
-#: as far beside a double zero as a finest cell is long it is about 1e-4.
-SOFT = 1e-3
 
 
 def jumping_loads(manifold: Manifold, place: Place) -> list[str]:
     """Names of the loads whose force jumps at a place, as of a spring whose ends meet there."""
     many, directions = ManyPositions(manifold), manifold.scale * place.motions
     changes = []
-    for step in (NEAR, FAR):
+    for step in (LOADS_COMPARED_NEAR, LOADS_COMPARED_FAR):
         sides = [many.loads(place.q + sign * step * directions) for sign in (1.0, -1.0)]
         changes.append(np.abs(sides[0] - sides[1]).max(axis=(0, 2), initial=0.0))
-    least = NONE * manifold.largest(place.q)
-    jumps = (changes[0] > JUMPS * changes[1]) & (changes[0] > least)
+    least = LOAD_CHANGE_NONE * manifold.largest(place.q)
+    jumps = (changes[0] > LOAD_JUMP * changes[1]) & (changes[0] > least)
     loads = manifold.system.mechanism.loads
     return [load.name for load, own in zip(loads, jumps, strict=True) if own]
 
@@ -62,11 +69,11 @@ def directionless_loads(manifold: Manifold, place: Place) -> list[str]:
         )
         .max(axis=2, initial=0.0)
         .max(axis=0, initial=0.0)
-        for step in (BESIDE, FURTHER)
+        for step in (LOADS_BESIDE, LOADS_BESIDE_FURTHER)
     )
     here = np.abs(many.loads(place.q[None]))[0].max(axis=1, initial=0.0)
     # a load that vanishes smoothly is as much smaller as it is nearer
-    gone = (here < JUMPS * near) & (near > JUMPS * far)
+    gone = (here < LOAD_JUMP * near) & (near > LOAD_JUMP * far)
     loads = manifold.system.mechanism.loads
     return [load.name for load, own in zip(loads, gone, strict=True) if own]
 
@@ -77,11 +84,11 @@ def without_stiffness(manifold: Manifold, place: Place) -> bool:
     if not (K.size and np.isfinite(K).all()):
         return False
     sizes = np.linalg.svd(K, compute_uv=False)
-    return bool(sizes[-1] <= SOFT * max(float(sizes[0]), manifold.scale_of(place)))
+    return bool(sizes[-1] <= STIFFNESS_SOFT * max(float(sizes[0]), manifold.scale_of(place)))
 
 
-#: Step of a walk, in model lengths and radians, and how many in each direction.
-STRIDE, STRIDES = 0.2, 80
+#: How many steps a walk makes each way.
+STRIDES = 80
 #: Distances of the starts along each of several free motions.
 DISTANCES = (0.8, 1.8, 3.0)
 #: Random directions for each of several free motions, starts in all by free motion, and directions
@@ -89,21 +96,8 @@ DISTANCES = (0.8, 1.8, 3.0)
 RANDOM, MOST, LEAST = 3, 120, 2
 #: Walks of single leaders, by free motion: those of four links of a chain, from all 16 positions.
 WALKS = 256
-#: Step of such a walk; it ends where less than this part of the others can be fixed.
-LEAP, LEADS = 0.4, 1e-3
-#: Iterations of a search and of a descent, and the longest step of one.
-ITERATIONS, DESCENT, LONGEST = 100, 60, 0.4
-#: A step below this is rounding.
-SMALL = 1e-13
-#: A drive below this part of the greatest force is none: 1e-13 is left where there is rest, 1e-9
-#: may be beside a singular position, where forces have no bound.
-BALANCED = 1e-10
-#: Positions nearer to each other than this are the same: a double root is found to half the digits.
-SAME = 1e-5
-#: Forces and stiffnesses that agree to this part are alike.
-ALIKE = 1e-4
-#: A stiffness below this part of the greatest load is none.
-ZERO = 1e-8
+#: Iterations of a search and of a descent.
+ITERATIONS, DESCENT = 100, 60
 
 
 def unit(direction: Array) -> Array:
@@ -210,7 +204,7 @@ class RestSearch:
             self._keep(place)
         self.jumps += roots.jumps
         self.unsure += roots.unsure
-        new = [r for r in self.found if cover.near(cover.name(r.place.q)).min() < SPACING]
+        new = [r for r in self.found if cover.near(cover.name(r.place.q)).min() < SURFACE_SPACING]
         row = any(rest.row for rest in self.found[before:])
         # each border that loads drive away from takes one from the Euler characteristic
         inward = not (cover.full or cover.driven_out())
@@ -228,7 +222,7 @@ class RestSearch:
     def _polished(self, near: Place) -> Place | None:
         """The rest position that a place is close to."""
         place = self._solved(near)
-        return place if place.size <= BALANCED * self.manifold.scale_of(place) else None
+        return place if place.size <= EQUILIBRIUM_BALANCED * self.manifold.scale_of(place) else None
 
     def _beside(self, here: Place) -> list[Place]:
         """Places around a singular one that have a single free motion; none where others have not.
@@ -237,7 +231,8 @@ class RestSearch:
         """
         directions = [sign * direction for direction in here.motions for sign in (1.0, -1.0)]
         found = [
-            self.manifold.moved(here, 0.5 * STRIDE * unit(direction)) for direction in directions
+            self.manifold.moved(here, 0.5 * EQUILIBRIUM_STRIDE * unit(direction))
+            for direction in directions
         ]
         return [place for place in found if place is not None and len(place.motions) == 1]
 
@@ -255,8 +250,8 @@ class RestSearch:
             arclength = 0.0
             for distance in DISTANCES:
                 while place is not None and arclength < distance:
-                    place, along = self._step(place, along, STRIDE)
-                    arclength += STRIDE
+                    place, along = self._step(place, along, EQUILIBRIUM_STRIDE)
+                    arclength += EQUILIBRIUM_STRIDE
                 if place is not None:
                     found.append(place)
         return found
@@ -285,7 +280,7 @@ class RestSearch:
         again = onward.nodes[-1].place
         # turns of a torsion spring are different positions
         alike = float(np.abs(again.force - here.force).max())
-        round_ = onward.closed and alike <= ALIKE * self.manifold.scale_of(here)
+        round_ = onward.closed and alike <= EQUILIBRIA_ALIKE * self.manifold.scale_of(here)
         walks = [onward]
         if onward.closed and not round_:
             walks.append(curve.walk(-1.0, 0.5 * float(curve.arclengths(onward)[-1])))
@@ -341,7 +336,7 @@ class RestSearch:
         if there is None:
             return False
         alike = float(np.abs(there.force - last.force).max())
-        return alike <= ALIKE * self.manifold.scale_of(last)
+        return alike <= EQUILIBRIA_ALIKE * self.manifold.scale_of(last)
 
     def _each_leader(self, free: int) -> None:
         """Walk every leader by itself from every rest position, those included that it leads to."""
@@ -363,15 +358,15 @@ class RestSearch:
         """Rest positions from where the drive along a direction changes its sign; the other leaders
         do not move, fixed (free − 1, coordinates) being what they do.
         """
-        none = BALANCED * self.manifold.largest(start.q)
+        none = EQUILIBRIUM_BALANCED * self.manifold.largest(start.q)
         for sign in (1.0, -1.0):
             here, along, last = start, sign * unit(direction), 0.0
             for n in range(STRIDES):
-                there = self.manifold.moved(here, LEAP * along)
+                there = self.manifold.moved(here, EQUILIBRIUM_STEP_LONGEST * along)
                 if there is None or there.motions.shape != start.motions.shape:
                     break
                 sizes, vt = np.linalg.svd(fixed @ there.motions.T)[1:]
-                if not sizes[-1] > LEADS * sizes[0] or self._is_away(there):
+                if not sizes[-1] > EQUILIBRIUM_LEADS * sizes[0] or self._is_away(there):
                     break
                 onward = vt[-1] @ there.motions
                 along = unit(onward) * np.sign(onward @ along)
@@ -381,7 +376,7 @@ class RestSearch:
                         self._settle(there if abs(drive) < abs(last) else here)
                     last = drive
                 here = there
-                if n > 2 and self.manifold.apart(here.q, start.q) < 0.6 * LEAP:
+                if n > 2 and self.manifold.apart(here.q, start.q) < 0.6 * EQUILIBRIUM_STEP_LONGEST:
                     return  # once round
 
     def _try(self, start: Place) -> None:
@@ -404,26 +399,30 @@ class RestSearch:
             K = self.manifold.stiffness(here)
             if not np.isfinite(K).all():
                 break
-            size = max(float(np.abs(K).max()), 1e-300)
+            size = max(float(np.abs(K).max()), TINY)
             A = np.vstack([K, np.sqrt(damping) * size * np.eye(len(K))])
-            step = np.linalg.lstsq(A, np.append(here.drive, 0.0 * here.drive), rcond=1e-14)[0]
-            step *= min(1.0, LONGEST / max(float(np.linalg.norm(step)), 1e-300))
+            step = np.linalg.lstsq(
+                A, np.append(here.drive, 0.0 * here.drive), rcond=LEAST_SQUARES_RANK_SEARCH
+            )[0]
+            step *= min(1.0, EQUILIBRIUM_STEP_LONGEST / max(float(np.linalg.norm(step)), TINY))
             there = self.manifold.moved(here, step @ here.motions)
             length = float(np.linalg.norm(step))
             if there is not None and there.size < here.size:
                 slow = there.size > 0.5 * here.size
                 here, damping = there, max(0.1 * damping, 1e-15)
-                if length < SMALL or (length < 1e-9 and slow):
+                if length < EQUILIBRIUM_STEP_ROUNDING or (
+                    length < EQUILIBRIUM_STEP_STALLED and slow
+                ):
                     break
             else:
                 damping = max(10.0 * damping, 1e-12)
-                if length < 1e-9 or damping > 1e9:
+                if length < EQUILIBRIUM_STEP_STALLED or damping > 1e9:
                     break
         return here
 
     def _relax(self, here: Place) -> Place | None:
         """Along the drive to where it ends: a stable rest position, as far as there is one."""
-        reach = LONGEST
+        reach = EQUILIBRIUM_STEP_LONGEST
         for _ in range(DESCENT):
             if self._is_away(here):
                 self.ran_away = here
@@ -448,7 +447,10 @@ class RestSearch:
                 if reach < 1e-7:
                     return here
                 continue
-            here, reach = there, min(2.0 * reach, max(LONGEST, 0.5 * self._far(there)))
+            here, reach = (
+                there,
+                min(2.0 * reach, max(EQUILIBRIUM_STEP_LONGEST, 0.5 * self._far(there))),
+            )
         return here
 
     def _far(self, here: Place) -> float:
@@ -464,7 +466,7 @@ class RestSearch:
         another one after whole turns; of places that do not rest the one with the least drive.
         """
         top = self.manifold.scale_of(here)
-        if here.size > BALANCED * top or self._is_away(here):
+        if here.size > EQUILIBRIUM_BALANCED * top or self._is_away(here):
             ratio = here.size / top
             if ratio < self._ratio and not self._is_away(here):
                 self.least, self._ratio = here, ratio
@@ -473,8 +475,8 @@ class RestSearch:
             turned = np.abs(other.place.q - here.q)[2::3].max(initial=0.0) > np.pi
             if not (known is None or turned or any(other is one for one in known)):
                 continue  # the walk distinguishes neighbours along it
-            alike = np.abs(other.place.force - here.force).max() <= ALIKE * top
-            if alike and self.manifold.apart(other.place.q, here.q) < SAME:
+            alike = np.abs(other.place.force - here.force).max() <= EQUILIBRIA_ALIKE * top
+            if alike and self.manifold.apart(other.place.q, here.q) < POSITION_SAME_LOOSE:
                 return
         if self._at_jump(here):
             return
@@ -490,7 +492,8 @@ class RestSearch:
             return False
         directions = [sign * direction for direction in here.motions for sign in (1.0, -1.0)]
         beside = [
-            (direction, self.manifold.moved(here, SAME * direction)) for direction in directions
+            (direction, self.manifold.moved(here, POSITION_SAME_LOOSE * direction))
+            for direction in directions
         ]
         back = all(
             there is not None and there.push @ direction < 0.0 for direction, there in beside
@@ -503,15 +506,18 @@ class RestSearch:
         """Stiffness, stability and isolation of an equilibrium."""
         K = self.manifold.stiffness(here)
         sizes, vt = np.linalg.svd(K)[1:]
-        none = sizes <= ZERO * max(top, float(np.abs(K).max(initial=0.0)))
+        none = sizes <= STIFFNESS_ZERO * max(top, float(np.abs(K).max(initial=0.0)))
         row = False
         for direction in vt[none]:
-            there = self.manifold.moved(here, STRIDE * direction @ here.motions)
+            there = self.manifold.moved(here, EQUILIBRIUM_STRIDE * direction @ here.motions)
             if there is not None:
                 there = self._solved(there)
                 apart = self.manifold.apart(there.q, here.q)
-                row |= there.size <= BALANCED * top and apart > 0.1 * STRIDE
-        beside = [self.manifold.moved(here, 0.1 * STRIDE * direction) for direction in here.motions]
+                row |= there.size <= EQUILIBRIUM_BALANCED * top and apart > 0.1 * EQUILIBRIUM_STRIDE
+        beside = [
+            self.manifold.moved(here, 0.1 * EQUILIBRIUM_STRIDE * direction)
+            for direction in here.motions
+        ]
         singular = any(p is not None and len(p.motions) < len(here.motions) for p in beside)
         return Rest(here, K, top, row, singular)
 
@@ -523,4 +529,4 @@ class RestSearch:
         forces = [np.linalg.norm(rest.place.force.reshape(-1, 3)[:, :2]) for rest in (one, other)]
         apart = float(np.abs(np.sort_complex(sizes[0]) - np.sort_complex(sizes[1])).max())
         scale = max(one.top, float(np.abs(sizes[0]).max()))
-        return max(apart, float(abs(forces[0] - forces[1]))) <= ALIKE * scale
+        return max(apart, float(abs(forces[0] - forces[1]))) <= EQUILIBRIA_ALIKE * scale

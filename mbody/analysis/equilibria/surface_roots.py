@@ -29,7 +29,6 @@ import numpy as np
 
 from mbody.analysis.equilibria.position_surface import (
     FINEST,
-    SPACING,
     Cover,
     JumpPoint,
     LoadEnds,
@@ -44,14 +43,29 @@ from mbody.analysis.equilibria.position_surface import (
     whole_turns_less,
 )
 from mbody.analysis.position.tangent_space import Array, Place
+from mbody.core.tolerances import (
+    CELL_ONE_ZERO,
+    CELL_STEP_NEAR,
+    CELL_STIFFNESS_SINGULAR,
+    CELL_ZERO_FOLLOWED,
+    CELL_ZERO_WITHIN,
+    CELL_ZEROS_SAME,
+    CHART_WIDTH_LEAST,
+    CHART_WIDTH_MOST,
+    JUMP_ANGLE,
+    LEAST_SQUARES_RANK_FINE,
+    SURFACE_CREASE_PLACES_SAME,
+    SURFACE_ENDS_CREASE,
+    SURFACE_ENDS_ONE_LINE,
+    SURFACE_ERROR_SURE,
+    SURFACE_SPACING,
+    TINY,
+)
 
 # -- Zeros of the drive on a surface: Newton's method from many points of charts at once -------
 
-#: A stiffness with a singular value below this part of the greatest is singular, and zeros whose
-#: names differ by less than this are one.
-SINGULAR, SAME = 1e-7, 1e-7
-#: Newton steps in a cell, and the length of one after which the search's own method ends it.
-ITERATIONS, NEAR = 15, 1e-6
+#: Newton steps in a cell.
+ITERATIONS = 15
 
 Polish = Callable[[Place], "Place | None"]
 Corner = tuple[int, int]
@@ -116,9 +130,13 @@ class SurfaceZeros:
             K = many.stiffness(q, motions, rows, force)
             steady = np.isfinite(K).all(axis=(1, 2))
             left, q, motions = left[steady], q[steady], motions[steady]
-            step = np.einsum("nab,nb->na", np.linalg.pinv(K[steady], rcond=1e-12), drive[steady])
+            step = np.einsum(
+                "nab,nb->na",
+                np.linalg.pinv(K[steady], rcond=LEAST_SQUARES_RANK_FINE),
+                drive[steady],
+            )
             found = many.closed(q + scale * np.einsum("na,nac->nc", step, motions), motions)
-            short = found.good & (np.linalg.norm(step, axis=1) < NEAR)
+            short = found.good & (np.linalg.norm(step, axis=1) < CELL_STEP_NEAR)
             ends = np.flatnonzero(short)
             ended += zip(left[ends].tolist(), many.places(found, ends), strict=True)
             which = np.flatnonzero(found.good & ~short)
@@ -140,11 +158,13 @@ class SurfaceZeros:
         name = self.cover.name(place.q)
         if not self._is_known(name):
             sizes = np.linalg.svd(self.cover.manifold.stiffness(place))[1]
-            self.every.append(Zero(place, name, bool(sizes[-1] <= SINGULAR * sizes[0])))
+            self.every.append(
+                Zero(place, name, bool(sizes[-1] <= CELL_STIFFNESS_SINGULAR * sizes[0]))
+            )
             self._names = np.vstack([self._names, name])
 
     def _is_known(self, name: Array) -> bool:
-        return bool((np.abs(self._names - name).max(axis=1) <= SAME).any())
+        return bool((np.abs(self._names - name).max(axis=1) <= CELL_ZEROS_SAME).any())
 
     def known(self, chart: TangentChart, corner: Corner, size: int, beside: float) -> Zero | None:
         """A zero that was found in a cell, or beside it by a part of its size."""
@@ -181,18 +201,8 @@ class SurfaceZeros:
 # meet in a curve that goes through the cell both sides are known: where it outweighs the rest,
 # there is no zero beside the curve.
 
-#: The error of interpolation, as a multiple of what second differences show.
-SURE = 2.0
 #: Directions among which one that separates zero is sought.
 DIRECTIONS = 32
-#: Difference from the identity below which a cell holds one zero at most.
-ALONE = 0.9
-#: How far outside its cell, in parts of it, a zero of the interpolation is followed at least.
-FOLLOWED = 0.6
-#: Sine of the angle between two directions of ends that are on one line.
-ONE_LINE = 0.2
-#: Ends at this distance, in model lengths, are on both sides of a crease.
-ON_CREASE = 1e-9
 
 _ANGLES = np.arange(DIRECTIONS) * (2.0 * np.pi / DIRECTIONS)
 UNIT_CIRCLE = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES)])
@@ -222,7 +232,7 @@ def _separated(corners: Array, bends: Sequence[Array]) -> Array:
 
 def _error(bends: Sequence[Array]) -> Array:
     every = [np.abs(bend @ UNIT_CIRCLE.T).max(axis=1) for bend in bends]
-    return np.asarray(0.25 * SURE * sum(every))
+    return np.asarray(0.25 * SURFACE_ERROR_SURE * sum(every))
 
 
 class ChartCells:
@@ -285,16 +295,18 @@ class ChartCells:
         for load in np.flatnonzero(self.creased):
             d = ends[..., load, :].reshape(*shape, 4, 2)
             long = lengths[..., load].reshape(*shape, 4)
-            u = d / np.maximum(long, 1e-300)[..., None]
+            u = d / np.maximum(long, TINY)[..., None]
             line = np.take_along_axis(u, long.argmax(axis=-1)[..., None, None], axis=2)
             across = np.abs(u[..., 0] * line[..., 1] - u[..., 1] * line[..., 0])
-            on_line = ((across <= ONE_LINE) | (long <= ON_CREASE)).all(axis=-1)
+            on_line = ((across <= SURFACE_ENDS_ONE_LINE) | (long <= SURFACE_ENDS_CREASE)).all(
+                axis=-1
+            )
             signed = (d * line).sum(axis=-1)
             whole = np.einsum("cijx,cqx->cqij", grid[:, :, :, load], line[:, :, 0])
             bent = [
                 np.abs(bend).max(axis=1).reshape(shape) for bend in _bends(whole.reshape(-1, 3, 3))
             ]
-            least = signed.min(axis=-1) - 0.25 * SURE * (bent[0] + bent[1])
+            least = signed.min(axis=-1) - 0.25 * SURFACE_ERROR_SURE * (bent[0] + bent[1])
             beside = on_line & (least > 0.0)
             self.turning[..., load] &= ~beside
             self.crossed[..., load] = on_line & ~beside & self.turning[..., load]
@@ -310,12 +322,14 @@ class ChartCells:
         B[good] = np.linalg.inv(J[good])
         errors, off = [], []
         for mean_slope, bend, unit in zip(along, bends, np.eye(2), strict=True):
-            error = SURE * np.linalg.norm(np.einsum("nkx,nyx->nky", bend, B), axis=2).max(axis=1)
+            error = SURFACE_ERROR_SURE * np.linalg.norm(
+                np.einsum("nkx,nyx->nky", bend, B), axis=2
+            ).max(axis=1)
             turned = np.einsum("nkx,nyx->nky", mean_slope, B) - unit
             errors.append(error)
             off.append(np.linalg.norm(turned, axis=2).max(axis=1) + error)
         differs = np.hypot(*off)
-        single = good & (differs <= ALONE)
+        single = good & (differs <= CELL_ONE_ZERO)
         part = np.full((count, 2), 0.5)
         on = single.copy()
         for _ in range(8):
@@ -325,8 +339,8 @@ class ChartCells:
             part[on] -= np.einsum("nyx,nx->ny", B[on], value)
             on[on] = np.abs(part[on] - 0.5).max(axis=1) <= 2.0
         # by how much the zero may be beside that of the interpolation
-        shift = 0.25 * sum(errors) / np.maximum(1.0 - differs, 1.0 - ALONE)
-        outside = np.abs(part - 0.5).max(axis=1) > 0.5 + np.maximum(FOLLOWED, shift)
+        shift = 0.25 * sum(errors) / np.maximum(1.0 - differs, 1.0 - CELL_ONE_ZERO)
+        outside = np.abs(part - 0.5).max(axis=1) > 0.5 + np.maximum(CELL_ZERO_FOLLOWED, shift)
         self.single = single.reshape(shape)
         self.part = part.reshape(*shape, 2)
         self.outside = outside.reshape(shape)
@@ -356,23 +370,23 @@ class ChartCells:
         # what a load may give in each direction: F |slopes · w|
         slopes = samples.slopes[four][:, :, turning]
         sizes = np.linalg.norm(slopes @ UNIT_CIRCLE.T, axis=3).max(axis=1)
-        most = (force.max(axis=1) + SURE * spread)[:, :, None] * sizes
+        most = (force.max(axis=1) + SURFACE_ERROR_SURE * spread)[:, :, None] * sizes
         empty = (part.min(axis=1) - error - most.sum(axis=1) > 0.0).any(axis=1)
         for k, load in enumerate(turning):
             ends = samples.ends[four][:, :, load]
             long = np.linalg.norm(ends, axis=2)
-            off = long > ON_CREASE
+            off = long > SURFACE_ENDS_CREASE
             line = ends[np.arange(len(ends)), long.argmax(axis=1)]
             signed = np.einsum("nkx,nx->nk", ends, line)
             own = samples.own[four][:, :, load]
             given = np.sign(signed)[:, :, None] * (own @ UNIT_CIRCLE.T)
             given = np.where(off[:, :, None], given, np.inf).min(axis=1)
-            given = given - SURE * spread[:, k, None] * sizes[:, k]
+            given = given - SURFACE_ERROR_SURE * spread[:, k, None] * sizes[:, k]
             others = np.abs(part).max(axis=1) + error + most.sum(axis=1) - most[:, k]
             outweighs = self.crossed[which[:, 0], which[:, 1], load] & ~empty
             outweighs &= (given - others > 0.0).any(axis=1)
             empty |= outweighs
-            u = ends / np.maximum(long, 1e-300)[:, :, None]
+            u = ends / np.maximum(long, TINY)[:, :, None]
             pull = np.einsum("nka,nkax,nkx->nk", u, slopes[:, :, k], own)
             inward = outweighs & ((pull < 0.0) | ~off).all(axis=1)
             for n in np.flatnonzero(inward):
@@ -402,10 +416,8 @@ TRIED = FINEST // 2**3
 #: Cells down to which a chart that does not reach their corners is divided, whether other charts go
 #: on there or not, and those at which its end is followed no further.
 FOLDED, RIM = FINEST // 2, FINEST // 2**6
-#: Half the width of charts that go on where others end, at most and at least, and their number.
-WIDEST, NARROWEST, PATCHES = 0.2, 1e-3, 600
-#: How far outside its cell, in parts of it, a zero that was found counts for it.
-WITHIN = 0.3
+#: Number of charts that go on where others end.
+PATCHES = 600
 #: By how much charts overlap beyond halfway to their neighbours.
 OVERLAP = 1.15
 #: The part of the radius of a polar chart within which other charts leave their cells to it.
@@ -416,11 +428,9 @@ LEFT = FINEST // 2**6
 DOUBTS = 3
 #: Evaluations of the drive at most.
 MOST = 20_000
-#: Places beside creases nearer to each other than this, by their names, are one.
-BESIDE = 0.05
-#: Places on the circle on which the winding number around a jump begins, the greatest angle between
-#: the drives of neighbours, and how often their arc is halved.
-CIRCLE, ANGLE, HALVINGS = 16, 1.0, 16
+#: Places on the circle on which the winding number around a jump begins, and how often the arc
+#: between neighbours is halved.
+CIRCLE, HALVINGS = 16, 16
 
 
 @dataclass
@@ -549,7 +559,7 @@ class _SurfaceIsolation:
         """Keep a position where no number of zeros is certain; of some beside each other one,
         and of many a few."""
         if len(self.found.unsure) < DOUBTS:
-            self.keep_new(q, self.found.unsure, SPACING)
+            self.keep_new(q, self.found.unsure, SURFACE_SPACING)
 
     def keep_new(self, q: Array, places: list[Place], apart: float) -> None:
         """Keep a position among places if its name differs from theirs by more than `apart`."""
@@ -608,7 +618,7 @@ class _SurfaceIsolation:
             chart, corner = cell.chart, cell.corner
             if single:
                 doubtful.append((cell, True))
-                if self.zeros.known(chart, corner, half, WITHIN) is None:
+                if self.zeros.known(chart, corner, half, CELL_ZERO_WITHIN) is None:
                     i, j = corner + half * np.clip(part, 0.0, 1.0)
                     sought.append(SoughtCell(chart, chart.y(i, j), corner, half))
                 continue
@@ -620,7 +630,10 @@ class _SurfaceIsolation:
         left = list[_Cell]()
         self.zeros.read(charts)
         for cell, single in doubtful:
-            if single and self.zeros.known(cell.chart, cell.corner, half, WITHIN) is not None:
+            if (
+                single
+                and self.zeros.known(cell.chart, cell.corner, half, CELL_ZERO_WITHIN) is not None
+            ):
                 continue
             if half == TRIED:
                 zero = self.zeros.known(cell.chart, cell.corner, half, 1.0)
@@ -635,7 +648,11 @@ class _SurfaceIsolation:
     def keep_inward(self, known: ChartCells, numbers: Array) -> None:
         """Keep places on creases to which loads drive from both sides."""
         for n, k in np.argwhere(known.inward >= 0):
-            self.keep_new(self.samples.q[numbers[n, k // 2, k % 2]], self.found.jumps, BESIDE)
+            self.keep_new(
+                self.samples.q[numbers[n, k // 2, k % 2]],
+                self.found.jumps,
+                SURFACE_CREASE_PLACES_SAME,
+            )
 
     def leave(self, cells: Iterable[_Cell]) -> None:
         """Keep finest cells in which nothing is certain, and the zeros near them, if there are."""
@@ -693,8 +710,8 @@ class _SurfaceIsolation:
         place = self.cover.manifold.place(q) if len(self.patches) < PATCHES else None
         if place is None or len(place.motions) != 2:
             return False
-        half_width = WIDEST
-        while half_width > NARROWEST:
+        half_width = CHART_WIDTH_MOST
+        while half_width > CHART_WIDTH_LEAST:
             node = self.cover.node(place, chart.node.frame, half_width)
             corner = np.full(2, half_width)
             patch = TangentChart(self.cover, node, -corner, corner)
@@ -719,7 +736,7 @@ class _SurfaceIsolation:
         cover = self.cover
         q = np.array([one for _, one in sought])
         names = cover.name(q)
-        k, n, apart = cover.within(names, 2.0 * SPACING)
+        k, n, apart = cover.within(names, 2.0 * SURFACE_SPACING)
         order = np.lexsort((apart, k))
         number = np.unique(n)
         charts = [self.chart_of(int(one)) for one in number]
@@ -805,7 +822,7 @@ class _SurfaceIsolation:
         drives = list(self.on_circle(chart, angles))
         for _ in range(HALVINGS):
             turns = _turns(np.array(drives))
-            wide = np.flatnonzero(~(np.abs(turns) < ANGLE)).tolist()
+            wide = np.flatnonzero(~(np.abs(turns) < JUMP_ANGLE)).tolist()
             if not wide:
                 break
             middles = [0.5 * (angles[n] + angles[n + 1]) for n in wide]

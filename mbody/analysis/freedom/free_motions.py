@@ -13,20 +13,15 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.position.closed_position import place
+from mbody.core.tolerances import AXIS_DIRECTION, PARTICIPATION_LEADING, RATE_NONE_MOTION
 from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
 from mbody.system.system import System
 
 Array = np.ndarray
 
-#: A rate below this part of the greatest of a motion is none.
-STILL = 1e-6
-#: A coordinate leads where it has at least this part of the fastest one.
-LEADS = 1e-2
 #: Bodies that a sentence names.
 NAMED = 5
-#: A direction is called x or y within this [deg].
-AXIS = 1e-4
 #: Motions that are put into words together.
 AT_ONCE = 64
 #: Multiplications of a product of matrices that stays on one thread of OpenBLAS: on a machine that
@@ -168,7 +163,7 @@ def _worded(
     for row, leader in zip(basis, leaders, strict=True):
         rates = row.reshape(-1, 3) * scale
         own = rates[system.bodies[leader]]
-        turns = abs(row[3 * system.bodies[leader] + 2]) >= STILL
+        turns = abs(row[3 * system.bodies[leader] + 2]) >= RATE_NONE_MOTION
         unit = own[2] if turns else np.hypot(own[0], own[1])
         found.append(_Words(system, q, touching, rates / unit, leader).motion())
     return tuple(found)
@@ -189,7 +184,7 @@ def _echelon(system: System, motions: Array, order: Sequence[str]) -> tuple[Arra
             if not left.size:
                 break
             part = np.abs(basis[left, c]) / top[left]
-            if part.max(initial=0.0) < LEADS:
+            if part.max(initial=0.0) < PARTICIPATION_LEADING:
                 continue
             n = int(left[part.argmax()])
             basis[n] /= basis[n, c]
@@ -218,7 +213,7 @@ def panel_echelon(system: System, motions: Array, order: Sequence[str]) -> tuple
             work, at = np.hstack([T, T @ motions[:, own]]), 0
             while left.size:
                 part = np.abs(work[left, free + at :]) / top[left, None]
-                large = np.flatnonzero(part.max(axis=0, initial=0.0) >= LEADS)
+                large = np.flatnonzero(part.max(axis=0, initial=0.0) >= PARTICIPATION_LEADING)
                 if not large.size:
                     break
                 n, at = int(left[part[:, large[0]].argmax()]), at + int(large[0])
@@ -269,7 +264,7 @@ class _Words:
     ) -> None:
         self.system, self.q, self.touching, self.leader = system, q, touching, leader
         size = np.abs(rates / [system.length, system.length, 1.0]).max(axis=1)
-        self.small = STILL * float(size.max())
+        self.small = RATE_NONE_MOTION * float(size.max())
         self.rates, self.names = rates, touching.names
         moving = size > self.small
         guided = touching.guided(moving)
@@ -334,7 +329,7 @@ class _Words:
         x, y = self.q[3 * self.system.bodies[name] :][:2]
         vx, vy, w = self._rate(name)
         touching = self.touching.joints[name]
-        near = STILL * self.system.length * 10.0
+        near = RATE_NONE_MOTION * self.system.length * 10.0
         for joint in touching:
             side = "i" if joint.i.body == name else "j"
             px, py = place(self.system, self.q, joint, side)
@@ -353,9 +348,9 @@ class _Words:
         angle = float(np.degrees(np.arctan2(vy, vx))) % 180.0
         speed = float(np.hypot(vx, vy))
         along, sign = f"{angle:.4g}°", np.sign(vy)
-        if min(angle, 180.0 - angle) < AXIS:
+        if min(angle, 180.0 - angle) < AXIS_DIRECTION:
             along, sign = "x", np.sign(vx)
-        elif abs(angle - 90.0) < AXIS:
+        elif abs(angle - 90.0) < AXIS_DIRECTION:
             along = "y"
         rate = f"{_number(sign * speed)} {self.units.of('velocity')}"
         s = "s" if len(names) == 1 else ""

@@ -20,9 +20,16 @@ from mbody.analysis.freedom.free_motions import (
     leading_order,
     panel_echelon,
 )
-from mbody.analysis.position.assembly_analysis import DEAD, as_system, closed
+from mbody.analysis.position.assembly_analysis import as_system, closed
 from mbody.analysis.position.closed_position import ClosedPosition
 from mbody.core.presentation import present
+from mbody.core.tolerances import (
+    LEAST_SQUARES_RANK_NEARBY,
+    LOOP_CLOSURE_CORRECTION,
+    PARTICIPATION_NONE,
+    PIVOT_CLEAR,
+    SINGULAR_VALUE_DEAD_CENTRE,
+)
 from mbody.errors import ModelError
 from mbody.kernels.layout import Work
 from mbody.model.body import Guesses
@@ -96,8 +103,6 @@ def one_sided(mechanism: Mechanism) -> dict[str, tuple[str, ...]]:
     return {kind: names for kind, names in found.items() if names}
 
 
-#: Part of a dependency below which a row has no part in it.
-SMALL = 1e-6
 #: Rows up to which matrices are dense and positions nearby are looked at.
 LOOKED = 300
 #: Numbers of all free motions up to which every one has its leader as near to the ground as can be.
@@ -106,12 +111,10 @@ LISTED = 20_000_000
 IN_DATA, FEWEST = 1_500_000, 12
 #: Parts that are not joined to the ground up to which each has a note.
 APART = 8
-#: A least pivot below so many times what counts as zero is reported.
-CLEAR = 100.0
 #: Step to a position nearby, in model lengths and radians, and how many are tried.
 NEARBY, TRIES = 0.05, 6
-#: Iterations by which joints are closed again, and what counts as closed.
-SETTLE, SETTLED = 40, 1e-12
+#: Iterations by which joints are closed again.
+SETTLE = 40
 
 
 @dataclass(frozen=True)
@@ -376,12 +379,12 @@ class _Report:
             parts, order = sparse_rows(self.system, self.work), leading_order(self.system)
             bodies = [self.system.bodies[name] for name in order]
             rows = [self.joint_rows, self.system.rows][: 1 + bool(self.system.drivers)]
-            found = [large_rank(parts, count, bodies, DEAD) for count in rows]
+            found = [large_rank(parts, count, bodies, SINGULAR_VALUE_DEAD_CENTRE) for count in rows]
             self._say_unclear(found[-1])
             return found[0], found[-1]
         G = dense(self.system, self.work)[1]
-        joints = rank_of(G[: self.joint_rows], DEAD)
-        return joints, rank_of(G, DEAD) if self.system.drivers else joints
+        joints = rank_of(G[: self.joint_rows], SINGULAR_VALUE_DEAD_CENTRE)
+        return joints, rank_of(G, SINGULAR_VALUE_DEAD_CENTRE) if self.system.drivers else joints
 
     @staticmethod
     def _count(found: Rank | LargeRank, nearby: int | None) -> Count:
@@ -411,7 +414,11 @@ class _Report:
         found = {}
         for element, product in zip(elements, products, strict=True):
             # singular values, squared
-            count = int((np.linalg.eigvalsh(product) > SMALL**2).sum()) if product.any() else 0
+            count = (
+                int((np.linalg.eigvalsh(product) > PARTICIPATION_NONE**2).sum())
+                if product.any()
+                else 0
+            )
             if count:
                 found[element.name] = count
         return found
@@ -437,7 +444,10 @@ class _Report:
             far = np.linalg.norm((self.work.q[:size, 0] - here[:size, 0]) / scale)
             if closes and far > 0.2 * NEARBY:
                 G = dense(self.system, self.work)[1]
-                ranks = rank_of(G[: self.joint_rows], DEAD).rank, rank_of(G, DEAD).rank
+                ranks = (
+                    rank_of(G[: self.joint_rows], SINGULAR_VALUE_DEAD_CENTRE).rank,
+                    rank_of(G, SINGULAR_VALUE_DEAD_CENTRE).rank,
+                )
                 best = max(best[0], ranks[0]), max(best[1], ranks[1])
                 reached = True
         self.work.q[:] = here
@@ -453,10 +463,10 @@ class _Report:
         rows = self.joint_rows
         for _ in range(SETTLE):
             phi, G = dense(self.system, self.work)
-            if np.abs(phi[:rows]).max() < SETTLED:
+            if np.abs(phi[:rows]).max() < LOOP_CLOSURE_CORRECTION:
                 return True
             # what is nearly dependent is left alone
-            step = np.linalg.lstsq(G[:rows], -phi[:rows], rcond=1e-4)[0]
+            step = np.linalg.lstsq(G[:rows], -phi[:rows], rcond=LEAST_SQUARES_RANK_NEARBY)[0]
             self.work.q[: len(scale), 0] += scale * step
         return False
 
@@ -478,7 +488,7 @@ class _Report:
 
     def _say_unclear(self, found: LargeRank) -> None:
         """A rank that depends on what counts as zero."""
-        if found.basis.kept < CLEAR * found.zero:
+        if found.basis.kept < PIVOT_CLEAR * found.zero:
             self.notes.append(
                 f"the position is nearly singular: the least pivot of the rows is "
                 f"{found.basis.kept:.2g}, below {found.zero:.2g} it would count as zero"
@@ -495,7 +505,7 @@ class _Report:
             size = np.abs(combinations[:, self.joint_rows :]).max(axis=0, initial=0.0)
             part = np.maximum(part, size)
         pairs = zip(self.mechanism.drivers, part, strict=True)
-        names = [driver.name for driver, size in pairs if size > SMALL]
+        names = [driver.name for driver, size in pairs if size > PARTICIPATION_NONE]
         surplus = driven.redundant - joints.redundant
         self.notes.append(
             f"drivers repeat each other or the joints ({listed(names)}): remove {surplus} of them"

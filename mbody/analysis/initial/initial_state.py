@@ -15,7 +15,21 @@ from mbody.analysis.position.assembly_analysis import closed, rounding, set_driv
 from mbody.analysis.position.closed_position import close_batch
 from mbody.analysis.position.initial_guess import placed
 from mbody.analysis.position.whole_turns import by_rows
-from mbody.analysis.singular.singular_positions import BESIDE, SUSPECT, Prescribed, singular
+from mbody.analysis.singular.singular_positions import Prescribed, singular
+from mbody.core.tolerances import (
+    LOOP_CLOSURE_FIRST_INSTANT,
+    LOOP_OPEN_START,
+    PIVOT_SINGULAR,
+    PIVOT_SUSPECT,
+    SINGULAR_DISTANCE_PRECISE,
+    SINGULAR_DISTANCE_UNSURE,
+    SINGULAR_VALUE_NEAR_SINGULAR,
+    START_CHANGE_ALLOWED,
+    START_CHANGE_ROUNDING,
+    START_CONDITION_MET,
+    TINY,
+    VELOCITIES_AGREE,
+)
 from mbody.errors import ModelError, SolveError
 from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import laws_of_time, project_designs
@@ -40,17 +54,8 @@ from mbody.system.system import System, polar_points, with_numbers_of
 
 Array = np.ndarray
 
-#: Corrections, and what they end with, in model lengths and radians.
-CORRECTIONS, CLOSED = 30, 1e-14
-#: A singular value below this part of the greatest is zero: near a singular position as well.
-ZERO = 1e-6
-#: Places may be changed by so much, in model lengths and radians: a start with four digits.
-SAID = 1e-3
-#: Changes below this are rounding of numbers with all their digits.
-REPORTED = 1e-9
-#: At a singular position rows with a singular value below `ZERO` stay open: corrections end so far
-#: beside it, in model lengths and radians.
-UNSURE = 1e-4
+#: Corrections of a first instant, at most.
+CORRECTIONS = 30
 #: Places that a sentence names.
 NAMED = 4
 
@@ -73,7 +78,7 @@ class Fitted:
     @property
     def near(self) -> bool:
         """Whether what is prescribed differs by no more than rounding of digits."""
-        return bool(np.abs(self.off).max(initial=0.0) <= SAID)
+        return bool(np.abs(self.off).max(initial=0.0) <= START_CHANGE_ALLOWED)
 
 
 def fitted_places(
@@ -94,21 +99,21 @@ def fitted_places(
         off = wanted - np.array([one.at(system, q) for one in prescribed])
         P = np.array([one.row(system, q) for one in prescribed]).reshape(-1, n)
         u, sizes, vt = np.linalg.svd(G)
-        rank = int((sizes > ZERO * sizes.max(initial=1e-300)).sum())
+        rank = int((sizes > SINGULAR_VALUE_NEAR_SINGULAR * sizes.max(initial=TINY)).sum())
         step = -vt[:rank].T @ ((u.T @ phi)[:rank] / sizes[:rank])
         free = vt[rank:]
-        step = step + shortest(P @ free.T, off - P @ step, ZERO) @ free
+        step = step + shortest(P @ free.T, off - P @ step, SINGULAR_VALUE_NEAR_SINGULAR) @ free
         length = float(np.abs(step).max(initial=0.0))
-        work.q[:n, 0] += scale * step * min(1.0, 0.5 / max(length, 1e-300))
-        if length <= CLOSED * (1.0 + float(np.abs(q / scale).max())):
+        work.q[:n, 0] += scale * step * min(1.0, 0.5 / max(length, TINY))
+        if length <= LOOP_CLOSURE_FIRST_INSTANT * (1.0 + float(np.abs(q / scale).max())):
             break
     open_ = float(np.abs(dense(system, work)[0]).max(initial=0.0))
-    if not open_ <= 1e-10:
+    if not open_ <= LOOP_OPEN_START:
         return None
     q = work.q[:, 0].copy()
     off = wanted - np.array([one.at(system, q[:n]) for one in prescribed])
     found = Fitted(q, off)
-    if open_ <= CLOSED * (1.0 + float(np.abs(q[:n] / scale).max())):
+    if open_ <= LOOP_CLOSURE_FIRST_INSTANT * (1.0 + float(np.abs(q[:n] / scale).max())):
         return found
     return _at_singular(system, work, prescribed, found) or found
 
@@ -122,7 +127,7 @@ def _at_singular(
     n = system.coordinates
     own = system.work()
     own.q[:], own.signal[:], own.time[:] = work.q, work.signal, work.time
-    here = singular(system, own, 0.0, UNSURE)
+    here = singular(system, own, 0.0, SINGULAR_DISTANCE_UNSURE)
     if here is None:
         return None
     q = found.q.copy()
@@ -130,14 +135,14 @@ def _at_singular(
     moved = np.array([one.at(system, q[:n]) - one.at(system, found.q[:n]) for one in prescribed])
     off = found.off - moved
     worse = float((np.abs(off) - np.abs(found.off)).max(initial=0.0))
-    return Fitted(q, off) if worse <= REPORTED else None
+    return Fitted(q, off) if worse <= START_CHANGE_ROUNDING else None
 
 
 def fitted_note(system: System, prescribed: Sequence[Prescribed], found: Fitted) -> tuple[str, ...]:
     """By how much places were changed, where that is more than rounding."""
     worst = int(np.abs(found.off).argmax())
     size = abs(float(found.off[worst]))
-    if size <= REPORTED:
+    if size <= START_CHANGE_ROUNDING:
         return ()
     spot = prescribed[worst]
     unit = "deg" if spot.key == "angle" else system.mechanism.units.length
@@ -151,7 +156,7 @@ def fitted_note(system: System, prescribed: Sequence[Prescribed], found: Fitted)
 def misplaced(system: System, prescribed: Sequence[Prescribed], found: Fitted) -> SolveError:
     """The sentence of places that joints and drivers do not allow together."""
     order = np.argsort(-np.abs(found.off))
-    wrong = [int(n) for n in order if abs(found.off[n]) > 0.1 * SAID]
+    wrong = [int(n) for n in order if abs(found.off[n]) > 0.1 * START_CHANGE_ALLOWED]
     parts = []
     for n in wrong[:NAMED]:
         spot = prescribed[n]
@@ -172,8 +177,6 @@ StartDriver = tuple[str, tuple[str, str, float], Any, Any]
 
 #: A coordinate, its rate, and the direction in which it is measured.
 PAIRS = (("angle", "omega", 0.0), ("x", "vx", 0.0), ("y", "vy", 0.5 * math.pi))
-#: What is prescribed of the first instant is met to this part of its size.
-MET = 1e-7
 RATES = {place: rate for place, rate, _ in PAIRS}
 
 
@@ -250,10 +253,10 @@ def _first_instant(system: System, simulation: SimulationSettings) -> Solution:
         for _, (body, place, _), _, speed in start_drivers(system, simulation, rates=True, poses={})
     ]
     here = None
-    if start.regularization or start.ratio < SUSPECT:
+    if start.regularization or start.ratio < PIVOT_SUSPECT:
         own = system.work()
         own.q[:], own.signal[:], own.time[:] = work.q, work.signal, work.time
-        here = singular(system, own, t, BESIDE)
+        here = singular(system, own, t, SINGULAR_DISTANCE_PRECISE)
     if here is None:
         v, more = fitting_rates(system, work, rates)
     else:
@@ -286,7 +289,10 @@ def begins_so(start: Solution, simulation: SimulationSettings) -> bool:
             wanted, key = (speed, RATES[place]) if rates else (value, place)
             history = start[body] if place == "angle" else start.point(body)
             unit = 1.0 if place == "angle" else system.length
-            if abs(float(getattr(history, key)[0]) - float(wanted)) > MET * size * unit:
+            if (
+                abs(float(getattr(history, key)[0]) - float(wanted))
+                > START_CONDITION_MET * size * unit
+            ):
                 return False
     return True
 
@@ -449,12 +455,6 @@ def state_of(system: System, start: Any) -> tuple[float, np.ndarray, np.ndarray]
 # Driven designs close from the one position of the description, so that all are on its branch; here
 # each closes from its own guess, as it would alone, which may be on another branch.
 
-#: The least pivot, as a part of its diagonal, of a start that is about 1e-3 rad away from a
-#: singular position: from there on rows alone give rates to nine digits.
-SINGULAR = 1e-6
-#: Velocities that agree with drivers to this part of the rates are as good as exact.
-AGREE = 1e-9
-
 
 @dataclass(frozen=True, eq=False)
 class BatchStart:
@@ -509,14 +509,14 @@ def initial_states(
     first, still = _driver_values(start, system, places, rates=False)
     poses = _first_poses(start, places, first)
     # at or near a singular position the branch has to be looked at: one by one
-    good = close_batch(places, 0.0, first, poses, rounding(places, poses), SINGULAR)
+    good = close_batch(places, 0.0, first, poses, rounding(places, poses), PIVOT_SINGULAR)
     turning, rates = places, still
     if start.turning is not start.places:
         turning = start.turning.with_values(values)
         _, rates = _driver_values(start, system, turning, rates=True)
     velocities, off = np.empty((designs, n3)), np.empty(designs)
     project_designs(turning.layout, turning.work(), turning.par, poses, rates, velocities, off)
-    return poses[:, :n3], velocities, good & (off <= AGREE)
+    return poses[:, :n3], velocities, good & (off <= VELOCITIES_AGREE)
 
 
 def _one_by_one(start: BatchStart, system: System) -> tuple[Array, Array, np.ndarray]:

@@ -20,6 +20,24 @@ from mbody.analysis.position.closed_position import (
 from mbody.analysis.position.initial_guess import nearest_to_guesses, placed, wrapped
 from mbody.analysis.position.whole_turns import ambiguous, by_rows, by_springs, other_teeth
 from mbody.core.callbacks import failure
+from mbody.core.tolerances import (
+    DISTANCE_MISFIT,
+    GUESS_NEAR,
+    LOOP_CLOSURE_CORRECTION,
+    LOOP_CLOSURE_RESIDUAL,
+    LOOP_GAP_ROUNDING,
+    LOOP_GAP_SLIGHT,
+    LOOP_OPEN,
+    LOOP_OPEN_FIXED,
+    PARTICIPATION_CLOSED,
+    PIVOT_SUSPICIOUS,
+    REDUNDANT_ROW_SOFTNESS,
+    SINGULAR_VALUE_DEAD_CENTRE,
+    SINGULAR_VALUE_SLIGHT,
+    TINY,
+    USER_ANSWER_SAME,
+    USER_DERIVATIVE_WRONG,
+)
 from mbody.errors import ModelError, ModelWarning, SolveError, angle_text
 from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import close, laws_of_time, violation
@@ -41,12 +59,8 @@ Hook = Callable[[Array, Array], None]
 #: Steps of differences, in radians, model lengths and units of time: a right derivative agrees with
 #: one of them, whatever its scale.
 STEPS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7)
-#: Part of the greatest term by which a derivative may be off: users may find theirs by differences.
-OFF = 1e-4
 #: Positions that are tried; a derivative is wrong where it is at each of them.
 PROBES = 3
-#: Two answers to the same question may differ by this part: nothing, but for another summation.
-SAME = 1e-12
 
 
 def check_own(system: System, t: float, pose: Array) -> None:
@@ -129,7 +143,7 @@ def _check_pure(name: str, hook: Hook, questions: list[Array], size: int) -> Non
     for question, a, b in zip(questions, first, second, strict=True):
         if a is None or b is None:
             continue
-        far = ~(np.abs(a - b) <= SAME * np.abs(a).max()) & np.isfinite(a)
+        far = ~(np.abs(a - b) <= USER_ANSWER_SAME * np.abs(a).max()) & np.isfinite(a)
         if far.any():
             n = int(far.argmax())
             raise ModelError(
@@ -250,7 +264,7 @@ def _slopes(function: Callable[[float], Array]) -> list[Array]:
 def _off(given: Array, slopes: list[Array], size: Any) -> tuple[int, float] | None:
     """The row, and what it should be, of a derivative that no step agrees with."""
     error = np.min([np.abs(slope - given) for slope in slopes], axis=0)
-    bad = np.flatnonzero(~(error <= OFF * np.maximum(size, 1e-300)))
+    bad = np.flatnonzero(~(error <= USER_DERIVATIVE_WRONG * np.maximum(size, TINY)))
     if not bad.size:
         return None
     row = int(bad[0])
@@ -285,16 +299,8 @@ def unused_points(mechanism: Mechanism) -> list[str]:
 
 #: Rows up to which the smallest gap is looked for, and joints at which: a second or two in all.
 SEARCHED, CANDIDATES = 60, 8
-#: Rows that are fixed are closed within this, in model lengths and radians.
-SATISFIED = 1e-6
-#: A gap below this, in model lengths and radians, is rounding of joints that fit.
-ROUNDING = 1e-14
-#: A gap below this, in model lengths and radians, may be an error of lengths that should agree;
-#: rows are then dependent but for this part of the greatest singular value.
-SLIGHT, NEARLY = 1e-3, 3e-3
-#: How far beside a position the gap is looked at again; a row takes part in a dependency with this
-#: part of the greatest; joints that are named.
-BESIDE, TAKES_PART, NAMED = 0.1, 0.3, 6
+#: How far beside a position the gap is looked at again; joints that are named.
+BESIDE, NAMED = 0.1, 6
 
 
 def violations(system: System, work: Work) -> np.ndarray:
@@ -320,7 +326,7 @@ def explain_gap(system: System, work: Work, start: np.ndarray, t: float) -> NoRe
     work.q[:] = start
     _check_directions(system, work, owners)
     phi = np.abs(smallest_gap(system, work, np.arange(len(owners)) < joints))
-    if phi[:joints].max(initial=0.0) < SATISFIED:
+    if phi[:joints].max(initial=0.0) < LOOP_OPEN_FIXED:
         _refuse_surplus(system, rank_of(dense(system, work)[1][:joints]))
         raise _out_of_reach(system, work, phi[joints:], t)
     # hold all joints but one: the gap there is what a user would measure
@@ -331,7 +337,7 @@ def explain_gap(system: System, work: Work, start: np.ndarray, t: float) -> NoRe
         own = owners == joint.name
         work.q[:] = start
         phi = smallest_gap(system, work, ~own)
-        if np.abs(phi[~own]).max(initial=0.0) < SATISFIED:
+        if np.abs(phi[~own]).max(initial=0.0) < LOOP_OPEN_FIXED:
             found.append((float(np.linalg.norm(phi[own])) * system.length, joint))
     if not found:
         raise _gap_met(system, work, joints, t)
@@ -365,9 +371,9 @@ def refuse_near_redundant(system: System, work: Work, start: np.ndarray) -> None
         if not np.isfinite(dense(system, work)[1]).all():  # a distance of 0
             return
         gap = np.abs(smallest_gap(system, work, driven)[:joints])
-        if not ROUNDING < gap.max() < SLIGHT:
+        if not LOOP_GAP_ROUNDING < gap.max() < LOOP_GAP_SLIGHT:
             return
-        report = rank_of(dense(system, work)[1][:joints], NEARLY)
+        report = rank_of(dense(system, work)[1][:joints], SINGULAR_VALUE_SLIGHT)
         if not report.redundant or report.free < max(1, drivers):
             return
         here, motion = work.q.copy(), report.motions[0]
@@ -375,7 +381,7 @@ def refuse_near_redundant(system: System, work: Work, start: np.ndarray) -> None
             work.q[:size] = here[:size] + sign * BESIDE * (scale * motion)[:, None]
             beside = np.abs(_least(system, work, joints))
             moved = float(np.abs((work.q[:size] - here[:size])[:, 0] / scale).max())
-            if moved < 0.3 * BESIDE * float(np.abs(motion).max()) or beside.max() > SLIGHT:
+            if moved < 0.3 * BESIDE * float(np.abs(motion).max()) or beside.max() > LOOP_GAP_SLIGHT:
                 return
         part = np.abs(report.dependencies).max(axis=0)
     finally:
@@ -383,7 +389,7 @@ def refuse_near_redundant(system: System, work: Work, start: np.ndarray) -> None
     names = dict.fromkeys(
         system.owners[system.row_table[0][n]][0].name
         for n in np.argsort(-part)
-        if part[n] > TAKES_PART * part.max()
+        if part[n] > PARTICIPATION_CLOSED * part.max()
     )
     unit = system.mechanism.units.length
     most = float(gap.max()) * system.length
@@ -403,9 +409,9 @@ def _least(system: System, work: Work, joints: int) -> np.ndarray:
     for _ in range(10):
         phi, G = dense(system, work)
         # dependent rows are left alone, so that the free motion is, too
-        step = np.linalg.lstsq(G[:joints], -phi[:joints], rcond=NEARLY)[0]
+        step = np.linalg.lstsq(G[:joints], -phi[:joints], rcond=SINGULAR_VALUE_SLIGHT)[0]
         work.q[: len(scale), 0] += scale * step
-        if np.abs(step).max() < 1e-12:
+        if np.abs(step).max() < LOOP_CLOSURE_CORRECTION:
             break
     return np.asarray(dense(system, work)[0][:joints])
 
@@ -473,23 +479,8 @@ def _check_directions(system: System, work: Work, owners: np.ndarray) -> None:
         )
 
 
-#: Correction below which a position is closed, in model lengths and radians.
-TOLERANCE = 1e-13
-#: Proximal term of redundant rows, in dimensionless units.
-SOFT = 1e-9
 #: Starts that are tried, the guess first, before loops are said not to close.
 ATTEMPTS = 60
-#: A pivot below this part of its diagonal calls for a look at the rank.
-SUSPICIOUS = 1e-10
-#: A row violated by more is open, in model lengths and radians.
-OPEN = 1e-8
-#: A singular value below this part of the greatest is zero at a position closed to rounding: a dead
-#: centre is a double root and closes to half the digits.
-DEAD = 1e-7
-#: A distance that other joints hold may be wrong by so much, in model lengths.
-MISFIT = 1e-6
-#: A body that closing turns by less [rad] is where the guess meant it to be.
-NEAR = 0.2
 #: Points that a sentence names.
 LISTED = 3
 
@@ -633,7 +624,7 @@ def check_fit(system: System, q: np.ndarray, design: int) -> None:
         separation = place(system, q, joint, "j") - place(system, q, joint, "i")
         angles = (direction(system, q, joint, side) for side in ("i", "j"))
         found, wanted = map(float, joint.fit(system.numbers, tuple(separation), *angles))
-        if abs(found - wanted) > MISFIT * system.length:
+        if abs(found - wanted) > DISTANCE_MISFIT * system.length:
             raise misfit(system, joint, found, wanted)
 
 
@@ -647,17 +638,17 @@ def misfit(
 
 def _from(system: System, work: Work, start: np.ndarray) -> ClosedPosition | None:
     """Close from one pose, with the proximal term where rows turn out to be dependent."""
-    for regularization in (0.0, SOFT):
+    for regularization in (0.0, REDUNDANT_ROW_SOFTNESS):
         work.q[:] = start
         good, straight, ratio = close(
             system.runtime(), work, regularization, float(rounding(system, work.q[:, 0]))
         )
         raise_user_error(system)
         result = ClosedPosition(work, regularization, ratio, straight=straight)
-        if good and regularization == 0.0 and ratio >= SUSPICIOUS:
+        if good and regularization == 0.0 and ratio >= PIVOT_SUSPICIOUS:
             return result
         # dependent rows let Newton rest where a gap is smallest
-        if not good or not violations(system, work).max(initial=0.0) < OPEN:
+        if not good or not violations(system, work).max(initial=0.0) < LOOP_OPEN:
             continue
         if too_large(system):
             if regularization:
@@ -677,7 +668,7 @@ def _from(system: System, work: Work, start: np.ndarray) -> ClosedPosition | Non
 
 def rounding(system: System, poses: np.ndarray) -> Any:
     """Size of a correction that is rounding of positions (…, coordinates + 3): (…)."""
-    return TOLERANCE * (1.0 + system.extent(poses))
+    return LOOP_CLOSURE_RESIDUAL * (1.0 + system.extent(poses))
 
 
 def set_drive(system: System, work: Work, t: float, drive: Mapping[str, float]) -> dict[str, float]:
@@ -737,7 +728,7 @@ def _say_branch(
         ),
         default=(0.0, name),
     )
-    if result.straight and far < NEAR and apart < NEAR * system.length:
+    if result.straight and far < GUESS_NEAR and apart < GUESS_NEAR * system.length:
         return True
     here = np.linalg.slogdet(dense(system, result.work)[1])[0]
     result.work.q[:] = start
@@ -748,7 +739,7 @@ def _say_branch(
     if meant is not None and meant(result):
         return False
     distance = f"{np.degrees(far):.1f} deg"
-    if far < NEAR:  # it is a place that is elsewhere
+    if far < GUESS_NEAR:  # it is a place that is elsewhere
         name, distance = elsewhere, f"{apart:.4g} {system.mechanism.units.length}"
     note = (
         f"the guess is on another branch than the position found: '{name}' came out {distance} "
@@ -768,7 +759,7 @@ def _guessed_place(body: Body, guess: Guesses | None) -> bool:
 def check_determined(system: System, result: ClosedPosition, what: str, remedy: str = "") -> None:
     """Refuse a position that the drivers do not determine; `remedy`: what else may be done."""
     regular = system.rows == system.coordinates and not result.regularization
-    if regular and result.ratio > SUSPICIOUS:
+    if regular and result.ratio > PIVOT_SUSPICIOUS:
         return
     if too_large(system):
         if system.rows >= system.coordinates:
@@ -784,7 +775,7 @@ def check_determined(system: System, result: ClosedPosition, what: str, remedy: 
         if report.free:
             raise SolveError(_too_few(system, what, report.free, report.motions) + remedy)
         sizes = np.linalg.svd(G, compute_uv=False)
-        if not names or sizes[system.coordinates - 1] > DEAD * sizes[0]:
+        if not names or sizes[system.coordinates - 1] > SINGULAR_VALUE_DEAD_CENTRE * sizes[0]:
             return
     at_fault = len(names) - 1
     if independent < len(names):

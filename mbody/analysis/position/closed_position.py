@@ -10,6 +10,13 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.position.whole_turns import by_springs
+from mbody.core.tolerances import (
+    BRANCH_LEAP,
+    DISTANCE_SMALL,
+    STAGE_BENT,
+    STAGE_LEAST,
+    STAGE_STRAIGHT,
+)
 from mbody.errors import SolveError
 from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import close_designs
@@ -119,13 +126,8 @@ def close_batch(
 # does not close, is halved, so that the branch is kept: a path that ends at a singular position has
 # none for that design. All designs that are still on their way take a stage in one call.
 
-#: A stage may move coordinates by so much, in model lengths and radians, so that no other branch
-#: is near: as `mbody.inverse.trials`.
-LEAP = 0.5
-#: A stage may miss where the last one led by this part of its way and of the last one's.
-BENT = 0.5
-#: The first stage, and the least one, as parts of the way.
-FIRST, LEAST = 0.25, 2.0**-12
+#: The first stage, as a part of the way.
+FIRST = 0.25
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,7 +163,7 @@ def close_in_stages(
     """
     poses = np.tile(pose, (len(values), 1))
     good = close_batch(system, t, values, poses, small, least)
-    good &= system.extent(poses - pose) <= LEAP
+    good &= system.extent(poses - pose) <= BRANCH_LEAP
     progress = np.where(good, 1.0, 0.0)
     far = np.flatnonzero(~good)
     if len(far):
@@ -204,14 +206,14 @@ class _Stages:
             moved = found - poses[active]
             bent = self.system.extent(moved - step * slope[active])
             straight = self.system.extent(moved) + self.system.extent(step * slope[active])
-            kept = closes & (self.system.extent(moved) <= LEAP)
-            kept &= ~begun[active] | (bent <= BENT * straight) | (straight <= 1e-3)
+            kept = closes & (self.system.extent(moved) <= BRANCH_LEAP)
+            kept &= ~begun[active] | (bent <= STAGE_BENT * straight) | (straight <= STAGE_STRAIGHT)
             on = active[kept]
             poses[on], slope[on], begun[on] = found[kept], (moved / step)[kept], True
             progress[on] = to[kept]
             stage[on] *= 2.0
             stage[active[~kept]] *= 0.5
-            active = active[(progress[active] < 1.0) & (stage[active] >= LEAST)]
+            active = active[(progress[active] < 1.0) & (stage[active] >= STAGE_LEAST)]
         return poses, progress
 
     def _closed(
@@ -253,13 +255,10 @@ def direction(system: System, q: np.ndarray, element: Element, side: str) -> flo
 
 # -- Distances that become zero: there a row of Φ_q, a unit vector along the distance, has none
 
-#: A motion that fails where a distance is this part of the model length fails because of it.
-CLOSE = 1e-3
-#: A motion that goes on where a distance is this part has lost its way there.
-GONE = 1e-7
 
-
-def vanishing(system: System, q: np.ndarray, when: str, close: float = CLOSE) -> SolveError | None:
+def vanishing(
+    system: System, q: np.ndarray, when: str, close: float = DISTANCE_SMALL
+) -> SolveError | None:
     """The sentence of a motion that cannot go on since a distance becomes zero; None where none
     does. `q` (coordinates,).
 

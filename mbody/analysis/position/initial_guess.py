@@ -9,6 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mbody.core.tolerances import (
+    GUESS_NEAR_OTHER,
+    GUESS_NEAR_TIMES,
+    GUESS_WORTH_NOTE,
+    PIVOT_SINGULAR,
+    POSITION_SAME_LOOSE,
+)
 from mbody.errors import ModelError
 from mbody.model.body import Body, Guess, Guesses, as_guess
 from mbody.model.element import Marker, Numbers
@@ -243,15 +250,6 @@ Array = np.ndarray
 EASE = 1e3
 #: Starts that are tried, by the greatest number of coordinates.
 TRIED = ((60, 8), (300, 2))
-#: Positions whose coordinates agree to this, in model lengths and radians, are one.
-SAME = 1e-5
-#: A pivot below this part of its diagonal is that of a dead centre, where chance led.
-DEAD = 1e-6
-#: A body without a guess that is elsewhere by more [rad] is worth a note.
-WORTH = 0.1
-#: Bodies with a guess are as near to it in another position where they are off by less than so many
-#: times as much, and so many radians.
-TIMES, NEAR = 3.0, 0.3
 
 
 def nearest_to_guesses(
@@ -272,7 +270,7 @@ def nearest_to_guesses(
     names = unguessed(base, guess, values) if count else ()
     work, n = result.work, system.coordinates
     own = _scaled(system, work.q[:n, 0])
-    if not names or np.abs(own - _scaled(system, first[:n])).max() < SAME:
+    if not names or np.abs(own - _scaled(system, first[:n])).max() < POSITION_SAME_LOOSE:
         return result
     fixed = _fixed(base, guess or {})
     found = [work.q[:, 0].copy()]
@@ -286,13 +284,13 @@ def nearest_to_guesses(
     for other in more:
         if close(other[:, None]) is not None:
             q = work.q[:, 0].copy()
-            if all(_apart(system, q, known) > SAME for known in found):
+            if all(_apart(system, q, known) > POSITION_SAME_LOOSE for known in found):
                 found.append(q)
     work.weight[:] = weight
     off = np.array([_off(system, base, guess or {}, first, q) for q in found])
-    dead = not result.regularization and result.ratio < DEAD and len(found) > 1
-    off[0] += 2.0 * SAME * dead
-    best = 0 if off[0] <= off.min() + SAME else int(off.argmin())
+    dead = not result.regularization and result.ratio < PIVOT_SINGULAR and len(found) > 1
+    off[0] += 2.0 * POSITION_SAME_LOOSE * dead
+    best = 0 if off[0] <= off.min() + POSITION_SAME_LOOSE else int(off.argmin())
     again = None
     if best or not np.array_equal(start[:, 0], first):
         again = close(_unwound(system, found[best], names)[:, None])
@@ -365,14 +363,17 @@ def _say_others(
     """Note another position in which the bodies with a guess are about as near to it."""
     here = result.work.q[:, 0]
     for q, far in sorted(zip(found, off, strict=True), key=lambda pair: float(pair[1])):
-        if far > TIMES * least + NEAR or _apart(system, q, here) <= SAME:
+        if (
+            far > GUESS_NEAR_TIMES * least + GUESS_NEAR_OTHER
+            or _apart(system, q, here) <= POSITION_SAME_LOOSE
+        ):
             continue
         difference = np.abs(_difference(system, q, here))
         if _other_teeth(system, difference):
             continue
         apart = difference[:, 2]
         name = max(names, key=lambda name: float(apart[system.bodies[name]]))
-        if apart[system.bodies[name]] <= WORTH:
+        if apart[system.bodies[name]] <= GUESS_WORTH_NOTE:
             continue
         now, then = (
             math.degrees(wrapped(float(p[3 * system.bodies[name] + 2]))) for p in (here, q)
@@ -394,8 +395,8 @@ def _other_teeth(system: System, difference: Array) -> bool:
         if one.counts_turns and not getattr(one, "parallel", False):
             wheels.update(one.turn_bodies())
     others = [b for b, body in enumerate(machine.bodies) if body.name not in wheels]
-    stay = difference[:, :2].max(initial=0.0) <= SAME
-    return bool(stay and difference[others, 2].max(initial=0.0) <= SAME)
+    stay = difference[:, :2].max(initial=0.0) <= POSITION_SAME_LOOSE
+    return bool(stay and difference[others, 2].max(initial=0.0) <= POSITION_SAME_LOOSE)
 
 
 def wrapped(angle: float) -> float:

@@ -15,6 +15,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbody.analysis.position.assembly_analysis import raise_user_error
+from mbody.core.tolerances import (
+    DIFFERENCE_STEP_FOURTH_ORDER,
+    INERTIA_NONE,
+    LEAST_SQUARES_RANK_FINE,
+    LOOP_CLOSURE_RESIDUAL,
+    LOOP_CLOSURE_RESIDUAL_STALLED,
+    PIVOT_REGULAR,
+    SINGULAR_VALUE_ZERO,
+    TINY,
+)
 from mbody.kernels.finished_instants import (
     NO_FRICTION,
     RESIDUALS,
@@ -30,18 +40,10 @@ from mbody.system.system import System
 
 Array = np.ndarray
 
-#: A violation of the constraints below this is rounding, in model lengths and radians.
-CLOSED = 1e-13
 #: Corrections by which a position is closed again.
 CORRECTIONS = 12
-#: Step of the differences for stiffness; with fourth order its error and rounding are near 1e-12.
-STEP = 1e-3
 #: Coordinates below which dense matrices are as fast as kernels called one by one.
 FEW = 45
-#: A least pivot, as a part of its diagonal, above which rows are far from depending on each other.
-REGULAR = 1e-4
-#: Inertia below this part of the heaviest body's is rounding, as of a crank at its dead centre.
-MASSLESS = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +75,9 @@ class Place:
         """λ that balance the loads best: (rows,)."""
         if not len(self.rows):
             return np.zeros(0)
-        return np.asarray(np.linalg.lstsq(self.rows.T, self.force, rcond=1e-12)[0])
+        return np.asarray(
+            np.linalg.lstsq(self.rows.T, self.force, rcond=LEAST_SQUARES_RANK_FINE)[0]
+        )
 
     @property
     def push(self) -> Array:
@@ -139,8 +143,14 @@ class Manifold:
         """Scale of the residual force's rounding: the greatest force of a single load, or how fast
         the forces change. At rest all may vanish, as of a spring without tension.
         """
-        changes = [self.force(here.q + STEP * self.scale * d) - here.force for d in here.motions]
-        steepest = max((float(np.abs(change).max()) for change in changes), default=0.0) / STEP
+        changes = [
+            self.force(here.q + DIFFERENCE_STEP_FOURTH_ORDER * self.scale * d) - here.force
+            for d in here.motions
+        ]
+        steepest = (
+            max((float(np.abs(change).max()) for change in changes), default=0.0)
+            / DIFFERENCE_STEP_FOURTH_ORDER
+        )
         return max(self.largest(here.q), steepest)
 
     def largest(self, q: Array) -> float:
@@ -197,7 +207,9 @@ class Manifold:
             worst = float(np.abs(phi).max(initial=0.0))
             reach = 1.0 + float(np.abs(q / self.scale).max())
             # at rounding the violation no longer falls
-            if worst <= CLOSED * reach or (worst <= 1e-10 * reach and worst > 0.5 * last):
+            if worst <= LOOP_CLOSURE_RESIDUAL * reach or (
+                worst <= LOOP_CLOSURE_RESIDUAL_STALLED * reach and worst > 0.5 * last
+            ):
                 return q
             if not worst < 1e3 * reach:
                 return None
@@ -205,7 +217,7 @@ class Manifold:
             if fixed is not None:
                 phi = np.append(phi, fixed @ ((q - start) / self.scale))
                 G = np.vstack([G, fixed])
-            q -= self.scale * np.linalg.lstsq(G, phi, rcond=1e-9)[0]
+            q -= self.scale * np.linalg.lstsq(G, phi, rcond=SINGULAR_VALUE_ZERO)[0]
         return None
 
     def moved(self, here: Place, along: Array) -> Place | None:
@@ -220,9 +232,9 @@ class Manifold:
         work = self.work
         work.q[: self.size, 0] = q
         reach = 1.0 + float(np.abs(q / self.scale).max())
-        good, straight, ratio = close(self.layout, work, 0.0, CLOSED * reach)
+        good, straight, ratio = close(self.layout, work, 0.0, LOOP_CLOSURE_RESIDUAL * reach)
         raise_user_error(self.system)
-        if not (good and straight and ratio > REGULAR):
+        if not (good and straight and ratio > PIVOT_REGULAR):
             return self.at(q)
         q = work.q[: self.size, 0].copy()
         motions = self._carried(here.motions)
@@ -262,9 +274,11 @@ class Manifold:
             force = self.force(q)
             return np.asarray(force - self.rows(q)[1].T @ here.multipliers)
 
-        near = unbalanced(STEP) - unbalanced(-STEP)
-        far = unbalanced(2.0 * STEP) - unbalanced(-2.0 * STEP)
-        return np.asarray((8.0 * near - far) / (12.0 * STEP))
+        near = unbalanced(DIFFERENCE_STEP_FOURTH_ORDER) - unbalanced(-DIFFERENCE_STEP_FOURTH_ORDER)
+        far = unbalanced(2.0 * DIFFERENCE_STEP_FOURTH_ORDER) - unbalanced(
+            -2.0 * DIFFERENCE_STEP_FOURTH_ORDER
+        )
+        return np.asarray((8.0 * near - far) / (12.0 * DIFFERENCE_STEP_FOURTH_ORDER))
 
     def apart(self, one: Array, other: Array) -> float:
         """How far two positions are from each other, whole turns left out."""
@@ -279,7 +293,7 @@ class Manifold:
         own = self.work.mass[: self.size, 0] * self.scale**2
         mass = (motions * own) @ motions.T
         sizes, modes = np.linalg.eigh(mass)
-        small = sizes <= MASSLESS * float(own.max())
+        small = sizes <= INERTIA_NONE * float(own.max())
         return np.asarray((modes * np.where(small, 0.0, sizes)) @ modes.T if small.any() else mass)
 
 
@@ -287,9 +301,6 @@ class Manifold:
 #
 # One by one a position costs the interpreter's time a hundred times over; here the kernels are
 # called one after the other and everything else is linear algebra on stacks of matrices.
-
-#: A singular value below this part of the greatest is none where a position is closed.
-RANK = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -379,8 +390,8 @@ class ManyPositions:
             reach = 1.0 + np.abs(q[left] / self.scale).max(axis=1)
             finite = np.isfinite(phi).all(axis=1) & np.isfinite(G).all(axis=(1, 2))
             # at rounding the violation no longer falls
-            still = (worst <= 1e-10 * reach) & (worst > 0.5 * last[left])
-            done = finite & ((worst <= CLOSED * reach) | still)
+            still = (worst <= LOOP_CLOSURE_RESIDUAL_STALLED * reach) & (worst > 0.5 * last[left])
+            done = finite & ((worst <= LOOP_CLOSURE_RESIDUAL * reach) | still)
             good[left[done]], rows[left[done]] = True, G[done]
             last[left] = worst
             on = finite & ~done & (worst < 1e3 * reach)
@@ -402,7 +413,7 @@ class ManyPositions:
         side = np.zeros(len(q))
         if len(K):
             inverse = _inverse(K)
-            least = 1.0 / np.maximum(np.linalg.norm(inverse, axis=(1, 2)), 1e-300)
+            least = 1.0 / np.maximum(np.linalg.norm(inverse, axis=(1, 2)), TINY)
             own = least > ZERO * np.maximum(np.abs(K).max(axis=(1, 2)), 1.0)
             if K.shape[1] == K.shape[2]:
                 side[good] = np.linalg.slogdet(K)[0]
@@ -424,7 +435,7 @@ class ManyPositions:
         count, free = motions.shape[:2]
         K = np.concatenate([rows, motions], axis=1)
         balance = np.einsum("ncm,nc->nm", _inverse(K), force)[:, : rows.shape[1]]
-        steps = np.array([-2.0, -1.0, 1.0, 2.0]) * STEP
+        steps = np.array([-2.0, -1.0, 1.0, 2.0]) * DIFFERENCE_STEP_FOURTH_ORDER
         moved = self.scale * motions[:, :, None] * steps[:, None]  # positions, free, steps
         every = (q[:, None, None] + moved).reshape(-1, self.size)
         G = self.rows(every)[1].reshape(count, -1, *rows.shape[1:])
@@ -432,7 +443,7 @@ class ManyPositions:
         own = own - np.einsum("nsrc,nr->nsc", G, balance)
         own = own.reshape(count, free, 4, self.size)
         change = (own[:, :, 0] - 8.0 * own[:, :, 1] + 8.0 * own[:, :, 2] - own[:, :, 3]) / (
-            12.0 * STEP
+            12.0 * DIFFERENCE_STEP_FOURTH_ORDER
         )
         return np.asarray(-np.einsum("nac,nbc->nab", motions, change))
 
@@ -466,4 +477,4 @@ def _inverse(K: Array) -> Array:
             return np.asarray(np.linalg.inv(K))
         except np.linalg.LinAlgError:
             pass
-    return np.asarray(np.linalg.pinv(K, rcond=RANK))
+    return np.asarray(np.linalg.pinv(K, rcond=SINGULAR_VALUE_ZERO))

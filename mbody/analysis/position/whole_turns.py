@@ -21,15 +21,12 @@ from typing import Any
 
 import numpy as np
 
+from mbody.core.tolerances import POINT_SAME, SPRING_HALF_TURN
 from mbody.model.constraint import Constraint, TurnRow
 from mbody.model.element import Element, Numbers
 from mbody.system.system import System
 
 TURN = 2.0 * math.pi
-#: How near to half a turn from its free angle a spring is as much on either side [rad].
-HALF = 1e-6
-#: Places of a wheel that are nearer to each other are one, in model lengths.
-SAME = 1e-9
 
 
 class _TurningGroups:
@@ -113,7 +110,7 @@ def ambiguous(system: System, pose: np.ndarray, drive: Mapping[str, float]) -> l
     turned = [d.name for d in system.drivers if d.angular and abs(drive.get(d.name, 0.0)) > TURN]
     for _, spring in _springs(system):
         twist = float(_twist(system, spring, pose[None])[0])
-        if abs(twist) > math.pi - HALF:
+        if abs(twist) > math.pi - SPRING_HALF_TURN:
             found.append(
                 f"torsion spring '{spring.name}' is half a turn from its free angle, {twist:.6g} "
                 "rad: whether it is wound up one way or the other is not certain; say the angle "
@@ -208,4 +205,4 @@ def _is_wheel(system: System, at: Numbers, body: str) -> bool:
                 return False
             side = "ij"[joint.bodies.index(body)]
             arms.append([float(part) for part in at.arm(joint, side)])
-    return bool(np.ptp(arms, axis=0).max() <= SAME * system.length)
+    return bool(np.ptp(arms, axis=0).max() <= POINT_SAME * system.length)

@@ -23,31 +23,29 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mbody.analysis.singular.singular_positions import ConstraintRows
+from mbody.core.tolerances import (
+    DIFFERENCE_STEP_NEARBY,
+    INDEPENDENCE_CERTAIN,
+    LEAST_SQUARES_RANK_FINE,
+    LOOP_CLOSURE_CHANGE_POINT,
+    PARTICIPATION,
+    POSITION_SAME,
+    ROOT_REAL_FINE,
+    SINGULAR_VALUE_CHANGE_POINT,
+    SINGULAR_VALUE_MAY_VANISH,
+    SINGULAR_VALUE_ZERO,
+    SINGULARITY_BESIDE_PATH,
+)
 from mbody.model.element import listed
 from mbody.system.rank import too_large
 from mbody.system.system import System
 
 Array = np.ndarray
 
-#: Singular values below this part of the greatest are those of redundant rows.
-REDUNDANT = 1e-9
-#: Singular values of rows that may become dependent, as a part of the greatest.
-SMALL = 0.3
-#: Iterations; what is left of the singular values, and of the constraints, at a change point: a
-#: mechanism described with twelve digits.
-ROUNDS, VANISHED, CLOSED = 16, 1e-9, 1e-12
-#: Step of differences.
-STEP = 1e-5
-#: A motion meets a position that lies beside its path by less than this part of the way there.
-BESIDE = 0.2
-#: A position nearer than this, in model lengths and radians, is where the motion is.
-HERE = 1e-6
+#: Iterations towards a change point.
+ROUNDS = 16
 #: Parts of the distance that is requested, on which rows may be found to stay independent.
 HORIZONS = (1.0, 0.3, 0.1)
-#: A row takes part in a dependency with this part of the greatest.
-TAKES_PART = 0.1
-#: Rows stay independent where the least singular value is so many times what they change by.
-CERTAIN = 1.5
 #: Singular positions that a motion remembers.
 KNOWN = 64
 #: Joints, and instants, that a sentence names.
@@ -93,7 +91,9 @@ class Crossing:
             first,
         ]
         roots = np.roots(cubic)
-        inside = roots.real[(np.abs(roots.imag) < 1e-9) & (roots.real >= 0.0) & (roots.real <= 1.0)]
+        inside = roots.real[
+            (np.abs(roots.imag) < ROOT_REAL_FINE) & (roots.real >= 0.0) & (roots.real <= 1.0)
+        ]
         return replace(self, t=start + h * float(inside[0]) if len(inside) else self.t)
 
 
@@ -155,10 +155,12 @@ class _TimedRows:
             rows.at(x)
             return rows.phi, rows.G
         sides = []
-        for side in (STEP, -STEP, 0.0):
+        for side in (DIFFERENCE_STEP_NEARBY, -DIFFERENCE_STEP_NEARBY, 0.0):
             rows.at(x[:-1], None, (x[-1] + side) * self.unit)
             sides.append(rows.phi)
-        return rows.phi, np.column_stack([rows.G, (sides[0] - sides[1]) / (2.0 * STEP)])
+        return rows.phi, np.column_stack(
+            [rows.G, (sides[0] - sides[1]) / (2.0 * DIFFERENCE_STEP_NEARBY)]
+        )
 
 
 def packed_positions(met: Sequence[MetPosition]) -> Array:
@@ -222,7 +224,7 @@ def _ahead(
         G = rows.at(x)[1]
         parts = np.linalg.svd(G)
         sizes = parts[1]
-        rank = int((sizes > REDUNDANT * sizes[0]).sum()) if regularized else len(sizes)
+        rank = int((sizes > SINGULAR_VALUE_ZERO * sizes[0]).sum()) if regularized else len(sizes)
         n = len(q)
         least = (
             np.linalg.svd(G[:, :n], compute_uv=False)[rank - 1] if rows.driven else sizes[rank - 1]
@@ -230,7 +232,7 @@ def _ahead(
         for part in HORIZONS:
             far = part * within
             ahead = rows.at(x + far * direction + 0.5 * far**2 * bent)[1]
-            if least > CERTAIN * _at_most(ahead[:, :n] - G[:, :n]):
+            if least > INDEPENDENCE_CERTAIN * _at_most(ahead[:, :n] - G[:, :n]):
                 return Ahead(clear=part * step)
         found = _nearest(rows, x, rank, parts, 8.0 * within)
         if found is None:
@@ -242,10 +244,10 @@ def _ahead(
     gone = found.x - x
     far, along = float(np.linalg.norm(gone)), float(gone @ direction) / float(direction @ direction)
     when = t + (along - 0.5 * along**2 * float(bent @ direction)) / speed
-    if found.left > CLOSED * (1.0 + float(np.abs(x).max())):
+    if found.left > LOOP_CLOSURE_CHANGE_POINT * (1.0 + float(np.abs(x).max())):
         return Ahead(bend=max(when, t), elements=elements, met=met)
     missed = float(np.linalg.norm(gone - along * direction - 0.5 * along**2 * bent))
-    if missed > BESIDE * far and far > HERE:
+    if missed > SINGULARITY_BESIDE_PATH * far and far > POSITION_SAME:
         return Ahead(elements=elements, met=met)
     n = len(q)
     place, direction = found.x[:n], direction[:n]
@@ -270,7 +272,7 @@ def _nearest(
 ) -> MetPosition | None:
     """The singular position within reach of x, if there is one."""
     sizes = parts[1][:rank]
-    small = int((sizes < SMALL * sizes[0]).sum())
+    small = int((sizes < SINGULAR_VALUE_MAY_VANISH * sizes[0]).sum())
     above = np.append(sizes[0], sizes)[rank - small : rank]
     # how many vanish together: where the gap to the next one is widest
     for place in np.argsort(-above / sizes[rank - small :])[:2]:
@@ -302,7 +304,10 @@ def _singular(
         along, off = eliminated[:, :-1], eliminated[:, -1]
         left = B[kept:, kept:] - B[kept:, :kept] @ along
         worst = float(np.abs(left).max(initial=0.0)) / sizes[0]
-        if worst <= VANISHED and np.abs(off).max(initial=0.0) <= VANISHED:
+        if (
+            worst <= SINGULAR_VALUE_CHANGE_POINT
+            and np.abs(off).max(initial=0.0) <= SINGULAR_VALUE_CHANGE_POINT
+        ):
             U = u[:, kept:] - u[:, :kept] @ np.linalg.solve(B[:kept, :kept].T, B[kept:, :kept].T)
             return MetPosition(x, U, float(np.linalg.norm(c[kept:] - B[kept:, :kept] @ off)))
         if n > 2 and worst > 0.7 * last:
@@ -310,9 +315,11 @@ def _singular(
         if flat is None or worst > 0.2 * last:
             turned = [
                 _between(u[:, kept:], rows.at(x + d)[1] - rows.at(x - d)[1], vt[kept:])
-                for d in STEP * vt[kept:]
+                for d in DIFFERENCE_STEP_NEARBY * vt[kept:]
             ]
-            flat = _inverse(np.array(turned).reshape(len(turned), -1) / (2.0 * STEP))
+            flat = _inverse(
+                np.array(turned).reshape(len(turned), -1) / (2.0 * DIFFERENCE_STEP_NEARBY)
+            )
         last = worst
         z = -np.einsum("an,n->a", flat, left.ravel())
         x = x + z @ vt[kept:] - (off + along @ z) @ vt[:kept]
@@ -325,7 +332,9 @@ def _inverse(F: Array) -> Array:
     """The inverse of Fᵀ in the sense of least squares, F (unknowns, equations): one for several
     iterations.
     """
-    return np.asarray(np.linalg.pinv(np.einsum("an,bn->ab", F, F), 1e-12, hermitian=True) @ F)
+    return np.asarray(
+        np.linalg.pinv(np.einsum("an,bn->ab", F, F), LEAST_SQUARES_RANK_FINE, hermitian=True) @ F
+    )
 
 
 def _between(U: Array, G: Array, N: Array) -> Array:
@@ -347,7 +356,7 @@ def _at_most(G: Array) -> float:
 def _owners(system: System, U: Array) -> tuple[str, ...]:
     """Joints and drivers whose rows take part in dependencies U (rows, ·), those most first."""
     part = np.linalg.norm(U, axis=1)
-    order = np.argsort(-part)[: int((part > TAKES_PART * part.max()).sum())]
+    order = np.argsort(-part)[: int((part > PARTICIPATION * part.max()).sum())]
     names = [system.owners[system.row_table[0][n]][0].name for n in order]
     return tuple(dict.fromkeys(names))
 

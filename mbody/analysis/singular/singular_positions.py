@@ -21,6 +21,24 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mbody.analysis.position.assembly_analysis import raise_user_error
+from mbody.core.tolerances import (
+    BRANCH_CERTIFICATE,
+    BRANCH_DIRECTIONS_SAME,
+    BRANCH_RATE_NONE,
+    DIFFERENCE_STEP_FOURTH_ORDER,
+    LEAST_SQUARES_RANK,
+    LEAST_SQUARES_RANK_COARSE,
+    LOOP_CLOSURE_DEAD_CENTRE,
+    LOOP_CLOSURE_RESIDUAL,
+    SINGULAR_BRANCH_STEP,
+    SINGULAR_DISTANCE_SOUGHT,
+    SINGULAR_DISTANCE_UNDETERMINED,
+    SINGULAR_VALUE_DEAD_CENTRE,
+    SINGULAR_VALUE_NEARBY,
+    SINGULAR_VALUE_VANISHES,
+    SINGULAR_VALUE_ZERO,
+    TINY,
+)
 from mbody.errors import SolveError
 from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import laws_of_time
@@ -35,10 +53,6 @@ from mbody.system.system import System
 
 Array = np.ndarray
 
-#: A quadric is met, and two solutions are one, within this part of their size.
-MET, SAME = 1e-10, 1e-6
-#: A singular value below this part of the greatest is zero.
-ZERO = 1e-7
 #: Starts of one round, rounds at most, and steps of one search.
 STARTS, ROUNDS, STEPS = 64, 12, 60
 #: How often each solution must be met before the list counts as complete.
@@ -105,7 +119,7 @@ def tangent(A: Array, y: Array) -> Array:
         return np.eye(A.shape[1])
     _, sizes, vt = np.linalg.svd(D)
     top = np.abs(A).max(initial=0.0) * np.linalg.norm(y)
-    rank = int((sizes > ZERO * max(top, 1e-300)).sum())
+    rank = int((sizes > SINGULAR_VALUE_DEAD_CENTRE * max(top, TINY)).sum())
     return np.asarray(vt[rank:])
 
 
@@ -121,7 +135,7 @@ def solutions(A: Array, P: Array, p: Array) -> Solutions:
     """
     base, Z = _affine(P, p)
     if not len(Z):
-        met = np.abs(values(A, base)).max(initial=0.0) <= MET * size(A, base)
+        met = np.abs(values(A, base)).max(initial=0.0) <= BRANCH_CERTIFICATE * size(A, base)
         return Solutions([base] if met else [])
     if len(Z) == 1 and len(A):
         return _in_line(A, base, Z[0])
@@ -131,7 +145,7 @@ def solutions(A: Array, P: Array, p: Array) -> Solutions:
 def _affine(P: Array, p: Array) -> tuple[Array, Array]:
     """The shortest y with P y = p, and a basis of what P leaves open."""
     u, sizes, vt = np.linalg.svd(P)
-    rank = int((sizes > ZERO * max(sizes.max(initial=0.0), 1e-300)).sum())
+    rank = int((sizes > SINGULAR_VALUE_DEAD_CENTRE * max(sizes.max(initial=0.0), TINY)).sum())
     base = vt[:rank].T @ ((u.T @ p)[:rank] / sizes[:rank])
     return np.asarray(base), vt[rank:]
 
@@ -144,24 +158,24 @@ def _in_line(A: Array, base: Array, z: Array) -> Solutions:
     far = float(np.linalg.norm(base))
     sizes = np.abs(quadratic) * far**2 + np.abs(linear) * far + np.abs(constant)
     top = np.abs(A).max() * far**2
-    if sizes.max() <= MET * top:  # every velocity is one: take the least
+    if sizes.max() <= BRANCH_CERTIFICATE * top:  # every velocity is one: take the least
         return Solutions([base])
     # a quadric that turns about its double root is no more precise than the root of rounding
     n = int((np.abs(quadratic) * far**2 + np.abs(linear) * far).argmax())
     a, b, c = quadratic[n] * far**2, linear[n] * far, constant[n]
     roots: list[float] = []
-    if abs(a) > MET * top:
+    if abs(a) > BRANCH_CERTIFICATE * top:
         inside = b * b - 4.0 * a * c
-        if abs(inside) <= MET * sizes[n] ** 2:
+        if abs(inside) <= BRANCH_CERTIFICATE * sizes[n] ** 2:
             roots = [-b / (2.0 * a)]
         elif inside > 0.0:
             stable = -0.5 * (b + np.copysign(np.sqrt(inside), b))
             roots = [stable / a, c / stable]
-    elif abs(b) > MET * top:
+    elif abs(b) > BRANCH_CERTIFICATE * top:
         roots = [-c / b]
     points = [base + far * root * z for root in roots]
     return Solutions(
-        [y for y in points if np.abs(values(A, y)).max() <= 1e3 * MET * size(A, y)],
+        [y for y in points if np.abs(values(A, y)).max() <= 1e3 * BRANCH_CERTIFICATE * size(A, y)],
     )
 
 
@@ -174,7 +188,7 @@ def _searched(A: Array, base: Array, Z: Array, P: Array, p: Array) -> Solutions:
         least = _least(T @ hull, P, p)
         if least is not None and not any(_same(one, least) for one in found):
             found.append(least)
-    seen = [y for y in branches.odd if abs(y[0]) > SAME]
+    seen = [y for y in branches.odd if abs(y[0]) > BRANCH_DIRECTIONS_SAME]
     return Solutions(found, branches.complete, flat=not seen)
 
 
@@ -211,12 +225,16 @@ def _branches(A: Array) -> ConeBranches:
 def _most(A: Array) -> int:
     """How many lines such a cone has at most, where lines are all it has (Bézout)."""
     sizes = np.linalg.svd(A.reshape(len(A), -1), compute_uv=False)
-    rank = int((sizes > ZERO * sizes[0]).sum()) if sizes.max(initial=0.0) > 0.0 else 0
+    rank = (
+        int((sizes > SINGULAR_VALUE_DEAD_CENTRE * sizes[0]).sum())
+        if sizes.max(initial=0.0) > 0.0
+        else 0
+    )
     return 2**rank if rank == A.shape[1] - 1 and rank < 60 else -1
 
 
 def _same(one: Array, other: Array) -> bool:
-    return float(np.linalg.norm(one - other)) <= SAME * max(
+    return float(np.linalg.norm(one - other)) <= BRANCH_DIRECTIONS_SAME * max(
         float(np.linalg.norm(one)), float(np.linalg.norm(other))
     )
 
@@ -226,10 +244,10 @@ def _least(T: Array, P: Array, p: Array) -> Array | None:
     inside = P @ T.T
     u, sizes, vt = np.linalg.svd(inside, full_matrices=False)
     # of a branch that P does not see there are only rounding errors
-    kept = sizes > SAME * np.linalg.norm(P)
+    kept = sizes > BRANCH_DIRECTIONS_SAME * np.linalg.norm(P)
     y = (((u[:, kept].T @ p) / sizes[kept]) @ vt[kept]) @ T
     off = np.abs(P @ y - p).max(initial=0.0)
-    return np.asarray(y) if off <= 1e-7 * max(np.abs(p).max(initial=0.0), 1e-300) else None
+    return np.asarray(y) if off <= 1e-7 * max(np.abs(p).max(initial=0.0), TINY) else None
 
 
 def _newton(A: Array, base: Array, Z: Array, starts: Array) -> list[Array]:
@@ -241,10 +259,10 @@ def _newton(A: Array, base: Array, Z: Array, starts: Array) -> list[Array]:
         Ay = np.einsum("ijk,nk->nij", A, y)
         f = np.einsum("nij,nj->ni", Ay, y)
         J = 2.0 * np.einsum("nij,dj->nid", Ay, Z)
-        step = -np.einsum("ndi,ni->nd", np.linalg.pinv(J, rcond=1e-10), f)
+        step = -np.einsum("ndi,ni->nd", np.linalg.pinv(J, rcond=LEAST_SQUARES_RANK), f)
         length = np.linalg.norm(step, axis=1)
         longest = 0.5 * np.linalg.norm(y, axis=1)
-        step *= np.minimum(1.0, longest / np.maximum(length, 1e-300))[:, None]
+        step *= np.minimum(1.0, longest / np.maximum(length, TINY))[:, None]
         s = s + step
         if (np.linalg.norm(step, axis=1) <= 1e-15 * longest).all():
             break
@@ -262,11 +280,11 @@ def through(A: Array, y: Array) -> ConeBranches:
         return ConeBranches([own], np.zeros((0, A.shape[1])))
     # those of the cone within the tangent space, and y
     branches = _branches(np.einsum("ijk,aj,bk->iab", A, own, own))
-    unit, found = y / max(float(np.linalg.norm(y)), 1e-300), list[Array]()
+    unit, found = y / max(float(np.linalg.norm(y)), TINY), list[Array]()
     for T in branches.spaces:
         both = np.vstack([unit, T @ own]) if y.any() else T @ own
         _, sizes, vt = np.linalg.svd(both)
-        space = vt[: int((sizes > ZERO).sum())]
+        space = vt[: int((sizes > SINGULAR_VALUE_DEAD_CENTRE).sum())]
         if not any(_same_space(one, space) for one in found):
             found.append(space)
     return ConeBranches(found, branches.odd @ own, branches.complete)
@@ -282,7 +300,7 @@ def _directions(inner: Array, random: np.random.Generator) -> list[Array]:
             found += _newton(inner, base, Z, random.normal(size=(8, len(Z))))
         elif len(Z) == 1:
             found += _in_line(inner, base, Z[0]).points
-        elif np.abs(values(inner, base)).max() <= MET * size(inner, base):
+        elif np.abs(values(inner, base)).max() <= BRANCH_CERTIFICATE * size(inner, base):
             found.append(base)
     return found
 
@@ -293,20 +311,8 @@ def _same_space(one: Array, other: Array) -> bool:
     return bool(np.linalg.svd(one @ other.T, compute_uv=False)[-1] > 1.0 - 1e-9)
 
 
-#: The least pivot of an elimination, as a part of its diagonal, below which a place may be
-#: singular, or too near to one for rates to be more than rounding.
-SUSPECT = 1e-3
-#: A singular value below this part of the greatest belongs to a singular position nearby.
-NEAR = 2e-2
-#: How far away that position may be, in model lengths and radians: nearer than that the first
-#: accelerations lose more than eight digits to rounding. Corrections to find it.
-FAR, CORRECTIONS = 2e-2, 12
-#: What closes, and what vanishes at a singular position, within rounding.
-CLOSED, VANISHES = 1e-13, 1e-10
-#: A singular value below this part of the greatest is zero where rows are dependent for good.
-SINGULAR_POSITIONS_ZERO = 1e-9
-#: Step of differences along a motion: of fourth order, its error and rounding are near 1e-12.
-STEP = 1e-3
+#: Corrections to find a singular position nearby.
+CORRECTIONS = 12
 
 
 @dataclass
@@ -431,7 +437,7 @@ class Singular:
         if not A.size:
             return A[:0]
         u, sizes, vt = np.linalg.svd(A.reshape(len(A), -1), full_matrices=False)
-        kept = sizes > 1e-9 * max(1.0, float(sizes[0]))
+        kept = sizes > SINGULAR_VALUE_ZERO * max(1.0, float(sizes[0]))
         self.basis = u[:, kept].T
         return np.asarray((sizes[kept, None] * vt[kept]).reshape(-1, K, K))
 
@@ -489,7 +495,7 @@ class Singular:
             return np.asarray(norm**2 * first)
         third = self._third(first, v, clock)
         # Lᵀ d/dt(Φ_q a − γ) changes by −3 D z where a changes by N z
-        z = np.linalg.lstsq(3.0 * D, self.basis @ third, rcond=1e-7)[0]
+        z = np.linalg.lstsq(3.0 * D, self.basis @ third, rcond=SINGULAR_VALUE_DEAD_CENTRE)[0]
         return np.asarray(norm**2 * (first + z @ self.N))
 
     def _third(self, a: Array, v: Array, clock: float) -> Array:
@@ -500,12 +506,14 @@ class Singular:
             there = self.rows.form(x, v + s * a, clock, later)
             return np.asarray(self.L.T @ (self.rows.G @ a - there))
 
-        near = unmet(STEP) - unmet(-STEP)
-        far = unmet(2.0 * STEP) - unmet(-2.0 * STEP)
-        return np.asarray((8.0 * near - far) / (12.0 * STEP))
+        near = unmet(DIFFERENCE_STEP_FOURTH_ORDER) - unmet(-DIFFERENCE_STEP_FOURTH_ORDER)
+        far = unmet(2.0 * DIFFERENCE_STEP_FOURTH_ORDER) - unmet(-2.0 * DIFFERENCE_STEP_FOURTH_ORDER)
+        return np.asarray((8.0 * near - far) / (12.0 * DIFFERENCE_STEP_FOURTH_ORDER))
 
 
-def singular(system: System, work: Work, t: float, far: float = FAR) -> Singular | None:
+def singular(
+    system: System, work: Work, t: float, far: float = SINGULAR_DISTANCE_SOUGHT
+) -> Singular | None:
     """The singular position at or near a closed one; None where there is none. `far` in model
     lengths.
     """
@@ -518,8 +526,8 @@ def singular(system: System, work: Work, t: float, far: float = FAR) -> Singular
         return None
     sizes = np.linalg.svd(rows.G, compute_uv=False)
     for rank in range(
-        int((sizes > NEAR * sizes[0]).sum()),
-        int((sizes > SINGULAR_POSITIONS_ZERO * sizes[0]).sum()) + 1,
+        int((sizes > SINGULAR_VALUE_NEARBY * sizes[0]).sum()),
+        int((sizes > SINGULAR_VALUE_ZERO * sizes[0]).sum()) + 1,
     ):
         found = _nearest(rows, given, rank, far)
         if found is not None:
@@ -540,7 +548,10 @@ def _nearest(rows: ConstraintRows, given: Array, rank: int, far: float) -> Array
         L, N = u[:, rank:], vt[rank:]
         left = L.T @ G @ N.T
         open_, reach = float(np.abs(phi).max()), 1.0 + float(np.abs(x).max())
-        if np.abs(left).max(initial=0.0) <= 1e-15 * sizes[0] * reach and open_ <= CLOSED * reach:
+        if (
+            np.abs(left).max(initial=0.0) <= 1e-15 * sizes[0] * reach
+            and open_ <= LOOP_CLOSURE_RESIDUAL * reach
+        ):
             return x
         step = -(vt[:rank].T / sizes[:rank]) @ (u[:, :rank].T @ phi)
         if left.size:
@@ -552,8 +563,8 @@ def _nearest(rows: ConstraintRows, given: Array, rank: int, far: float) -> Array
             break
     rows.at(x)
     u, sizes, _ = np.linalg.svd(rows.G)
-    shut = np.abs(rows.phi).max() <= CLOSED * (1.0 + float(np.abs(x).max()))
-    gone = sizes[rank:].max(initial=0.0) <= VANISHES * sizes[0]
+    shut = np.abs(rows.phi).max() <= LOOP_CLOSURE_RESIDUAL * (1.0 + float(np.abs(x).max()))
+    gone = sizes[rank:].max(initial=0.0) <= SINGULAR_VALUE_VANISHES * sizes[0]
     return x if shut and gone else None
 
 
@@ -561,25 +572,22 @@ def _towards(rows: ConstraintRows, x: Array, L: Array, N: Array, left: Array) ->
     """y with which LᵀΦ_q N vanishes: its change along N by differences."""
     change = np.empty((*left.shape, len(N)))
     for n, direction in enumerate(N):
-        rows.at(x + STEP * direction)
+        rows.at(x + DIFFERENCE_STEP_FOURTH_ORDER * direction)
         there = rows.G
-        rows.at(x - STEP * direction)
-        change[:, :, n] = L.T @ (there - rows.G) @ N.T / (2.0 * STEP)
-    return np.asarray(np.linalg.lstsq(change.reshape(-1, len(N)), -left.reshape(-1), rcond=1e-7)[0])
+        rows.at(x - DIFFERENCE_STEP_FOURTH_ORDER * direction)
+        change[:, :, n] = L.T @ (there - rows.G) @ N.T / (2.0 * DIFFERENCE_STEP_FOURTH_ORDER)
+    return np.asarray(
+        np.linalg.lstsq(
+            change.reshape(-1, len(N)), -left.reshape(-1), rcond=SINGULAR_VALUE_DEAD_CENTRE
+        )[0]
+    )
 
 
 # -- Branches of motion at a singular position: velocities in them, and places along them ------
 
-#: Velocities are those of a branch where they differ from it by less than this part: as of a start
-#: that is written with five digits.
-SAID = 1e-4
-#: Within this, in model lengths and radians, a closed position does not determine the branch.
-UNDETERMINED = 1e-6
-#: Further away from a singular position than this rates by rows alone are as precise.
-BESIDE = 2e-3
-#: Places on a branch from which positions near the singular one are interpolated, in radians and
-#: model lengths: the error is 2e-12 of the eighth derivative, and rows are independent there.
-BRANCHES_STEP, PLACES = 0.04, np.array([-7.0, -5.0, -3.0, -1.0, 1.0, 3.0, 5.0, 7.0])
+#: Places on a branch from which positions near the singular one are interpolated, in steps: rows
+#: are independent there.
+PLACES = np.array([-7.0, -5.0, -3.0, -1.0, 1.0, 3.0, 5.0, 7.0])
 
 
 def norm(y: Array) -> float:
@@ -597,7 +605,7 @@ def fits(here: Singular, T: Array) -> bool:
     """Whether a start that is away from the singular position is on a branch; positions that are
     closed to rounding do not determine this within the root of rounding.
     """
-    return norm(here.y - along(T, here)) <= 1e-2 * norm(here.y) + UNDETERMINED
+    return norm(here.y - along(T, here)) <= 1e-2 * norm(here.y) + SINGULAR_DISTANCE_UNDETERMINED
 
 
 def onto(A: Array, y: Array, clock: Array) -> Array | None:
@@ -606,7 +614,7 @@ def onto(A: Array, y: Array, clock: Array) -> Array | None:
     for _ in range(30):
         D = 2.0 * np.einsum("ijk,k->ij", A, found)
         D[:, clock > 0.0] = 0.0
-        step = -np.linalg.lstsq(D, values(A, found), rcond=1e-6)[0]
+        step = -np.linalg.lstsq(D, values(A, found), rcond=LEAST_SQUARES_RANK_COARSE)[0]
         found = found + step
         if norm(step) <= 1e-15 * norm(found):
             break
@@ -630,9 +638,11 @@ def frame(here: Singular, T: Array, place: Array) -> tuple[Array, Array]:
     value, change = np.linalg.inv(spread)[:2]
     x, changes = here.x, []
     for direction in T:
-        points = np.array([_on(here, T, place + BRANCHES_STEP * c * direction) for c in PLACES])
+        points = np.array(
+            [_on(here, T, place + SINGULAR_BRANCH_STEP * c * direction) for c in PLACES]
+        )
         x = value @ points
-        changes.append(change @ points / BRANCHES_STEP)
+        changes.append(change @ points / SINGULAR_BRANCH_STEP)
     return x, np.array(changes)
 
 
@@ -643,9 +653,9 @@ def _on(here: Singular, T: Array, place: Array) -> Array:
     for _ in range(8):
         here.rows.at(x)
         off = np.append(here.rows.phi, chart @ (x - here.x) - T @ place)
-        step = np.linalg.lstsq(np.vstack([here.rows.G, chart]), off, rcond=1e-9)[0]
+        step = np.linalg.lstsq(np.vstack([here.rows.G, chart]), off, rcond=SINGULAR_VALUE_ZERO)[0]
         x = x - step
-        if np.abs(step).max() <= 1e-14:
+        if np.abs(step).max() <= LOOP_CLOSURE_DEAD_CENTRE:
             break
     return np.asarray(x)
 
@@ -656,7 +666,7 @@ def still(T: Array, clock: Array) -> Array:
         return T
     rates = T @ clock
     _, sizes, vt = np.linalg.svd(rates[None])
-    return np.asarray(vt[int((sizes > 1e-9).sum()) :] @ T)
+    return np.asarray(vt[int((sizes > SINGULAR_VALUE_ZERO).sum()) :] @ T)
 
 
 def nearest(here: Singular, y: Array) -> Array | None:
@@ -754,8 +764,6 @@ class Prescribed:
 NAMED, VALUES = 4, 6
 #: Rates that are named to distinguish branches.
 RATES = 4
-#: A rate below this part of the greatest is none; two that differ by less are one.
-STILL = 1e-7
 
 
 def place_words(system: System, t: float) -> str:
@@ -784,7 +792,7 @@ def rate_words(system: System, v: Array) -> str:
     units = system.mechanism.units
     rates = v.reshape(-1, 3)
     top = float(np.abs(v).max())
-    keys = ("omega",) if np.abs(rates[:, 2]).max() > STILL * top else ("vx", "vy")
+    keys = ("omega",) if np.abs(rates[:, 2]).max() > BRANCH_RATE_NONE * top else ("vx", "vy")
     listed_rates = [
         f"{body.name}.{key} = {_plain(rates[n, ('vx', 'vy', 'omega').index(key)], top)}"
         for n, body in enumerate(system.mechanism.bodies)
@@ -857,4 +865,4 @@ def _with_values(
 
 
 def _plain(value: float, top: float) -> str:
-    return f"{0.0 if abs(value) <= STILL * top else value:.6g}"
+    return f"{0.0 if abs(value) <= BRANCH_RATE_NONE * top else value:.6g}"
