@@ -113,7 +113,8 @@ if TYPE_CHECKING:
     from mbody.views import animate, draw, plot, view
 
 # Type checkers read the imports above and this list. At run time a name is loaded when it is first
-# used, so that `import mbody` takes no time. `tests/test_public_names.py` compares the three lists.
+# used, so that `import mbody` takes no time. `tests/project/test_public_names.py` compares the
+# three lists.
 __all__ = [
     "Actuator",
     "AngleCoupling",

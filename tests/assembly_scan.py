@@ -4,10 +4,10 @@
     python -m tests.assembly_scan --count 20 --first 7 --starts 400
 
 Pins, slides, slots, rods, gears and redundant rows, up to three loops in one group, take turns.
-Newton's method (`tests.assembly_cases.Exhaustive`) has equations of its own; where it finds fewer
-modes than are proven it goes on from more poses. A mode that it finds and the search does not is a
-wrong certificate. Beside every dead centre that is certified the modes are counted again, 1e-9 rad
-before and beyond it.
+Newton's method (`tests.support.assembly_cases.Exhaustive`) has equations of its own; where it finds
+fewer modes than are proven it goes on from more poses. A mode that it finds and the search does not
+is a wrong certificate. Beside every dead centre that is certified the modes are counted again,
+1e-9 rad before and beyond it.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ import numpy as np
 
 import mbody
 from mbody import AngleDriver, Body, Marker, Mechanism, Prismatic, Revolute
-from tests.assembly_cases import (
+from tests.support.assembly_cases import (
     CHAINS,
     Exhaustive,
     geared,

@@ -22,7 +22,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 import mbody
-from tests.coulomb_linkages import Linkage, curvature, gradient, linkage
+from tests.support.coulomb_linkages import Linkage, curvature, gradient, linkage
 
 __all__ = ["Comparison", "Coulomb", "Followed", "compare", "follow"]
 

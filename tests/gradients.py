@@ -27,8 +27,8 @@ import numpy as np
 import mbody
 from mbody.derivatives.driven_instants import DrivenInstants
 from mbody.derivatives.named_numbers import checked_names
-from tests.complex_loads import KNOWN
-from tests.complex_oracle import ComplexOracle, Unwritten, derivative
+from tests.support.complex_loads import KNOWN
+from tests.support.complex_oracle import ComplexOracle, Unwritten, derivative
 
 #: Error allowed, and the condition number from which on it grows.
 ALLOWED, CONDITION = 1e-12, 1e3
@@ -208,7 +208,7 @@ def gallery() -> Iterator[tuple[str, Any]]:
 
 def linkage(seed: int) -> tuple[str, Any, np.ndarray]:
     """A random linkage with loads of every kind, and two instants of its motion."""
-    from tests.linkages import random_linkage
+    from tests.support.linkages import random_linkage
 
     loops, sliders = 2 + seed % 2, seed % 3 > 0
     machine, turn = random_linkage(seed, loops, sliders=sliders, extras=seed % 5 == 0)

@@ -14,11 +14,11 @@ import sys
 import time
 from collections import Counter
 from dataclasses import dataclass
-from pathlib import Path
+
+from tests.support.paths import ROOT
 
 __all__ = ["ENVIRONMENT", "Told", "trial"]
 
-ROOT = Path(__file__).parents[1]
 #: Of the command: as a user has it, whatever the tests run with.
 ENVIRONMENT = {k: v for k, v in os.environ.items() if k != "PYTHONUNBUFFERED"}
 WORDS = (

@@ -4,8 +4,6 @@
 a film and a free-body diagram of the textbook's four-bar.
 """
 
-from pathlib import Path
-
 import mbody
 from mbody import gallery
 from mbody.analysis.driven.driven import analyse_at
@@ -13,9 +11,9 @@ from mbody.model.study import Instants
 from mbody.views import draw, save
 from mbody.views.free_bodies import draw_free_bodies
 from mbody.views.motions import motion
-from tests.linkage_sheet import linkage_sheet
+from tests.support.linkage_sheet import linkage_sheet
+from tests.support.paths import ROOT
 
-ROOT = Path(__file__).parents[1]
 FOLDER = ROOT / "docs" / "pictures"
 README = ROOT / "README.md"
 BEGIN, END = "<!-- pictures: made by `make pictures` -->\n", "<!-- end of the pictures -->\n"

@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 from mbody import SolveError, equilibrium
-from tests.rest_linkages import FAMILIES, Linkage
+from tests.support.rest_linkages import FAMILIES, Linkage
 
 Array = np.ndarray
 

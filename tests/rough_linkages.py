@@ -39,8 +39,8 @@ from mbody import (
     Torque,
 )
 from mbody.laws import Harmonic
-from tests.linkages import random_linkage, times_within
-from tests.rough import dense_at, difference, followed_part, roughened
+from tests.support.linkages import random_linkage, times_within
+from tests.support.rough import dense_at, difference, followed_part, roughened
 
 __all__ = ["PARTS", "Instant", "Linkage", "examined", "rough_linkage"]
 

@@ -217,7 +217,8 @@ EXTRA = {
     "scipy": "second opinion: trajectories",
 }
 #: Driving torque of the gallery's `norton_fourbar` [lbf·in], from the book's nine equations solved
-#: in extended precision (`tests/test_doctor.py`), and how far a processor may round it, relative.
+#: in extended precision (`tests/cli/test_doctor.py`), and how far a processor may round it,
+#: relative.
 TORQUE, ROUNDING = 243.23759076122957, 1e-12
 
 

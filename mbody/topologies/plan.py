@@ -129,8 +129,8 @@ def graph_of(table: bytes, shape: tuple[int, int, int, int, int]) -> Graph:
 # -- The system of a linkage from its graph alone, without the elements of a description -------
 #
 # It has the layout that `mbody.system.assembler.assemble` makes of the same joints described as
-# elements (`tests/linkage_elements.py`), number for number: revolute joints, rows along a line,
-# driven angles, gravity.
+# elements (`tests/support/linkage_elements.py`), number for number: revolute joints, rows along a
+# line, driven angles, gravity.
 
 #: Numbers that the loops of kernels read beyond the parameters of the last action.
 SPARE = 8

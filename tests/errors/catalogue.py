@@ -64,8 +64,9 @@ from tests.errors import (
     unknowns,
     views,
 )
+from tests.support.paths import ROOT
 
-PACKAGE = Path(__file__).parents[2] / "mbody"
+PACKAGE = ROOT / "mbody"
 SUBJECTS = (
     *(describing, friction, touching, pistons, laws, formulas, model_files, assembling),
     *(

@@ -5,7 +5,7 @@ from mbody import Mechanism, SimulationSettings, Torque
 from mbody.derivatives.fit_problem import PreparedGradient
 from tests.errors.command import said
 from tests.errors.models import four_bar
-from tests.rough import slider_crank
+from tests.support.rough import slider_crank
 
 
 def gradient(measure="A.force", by="crank.A.x", analysis="kinetostatics", **options):

@@ -24,9 +24,9 @@ from mbody.image import fmu, webassembly
 from mbody.image.fmu import to_fmu
 from mbody.image.model_image import to_image
 from mbody.laws import Function, Table
-from tests import folded
 from tests.errors.command import said
 from tests.errors.models import by_law, four_bar
+from tests.support import folded
 
 
 def free(**settings):

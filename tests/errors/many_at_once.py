@@ -9,7 +9,7 @@ import numpy as np
 import mbody
 from mbody import Controller, Simulators
 from tests.errors.results import batch
-from tests.many_motions import TASK, cart_pole
+from tests.support.many_motions import TASK, cart_pole
 
 
 def lot():

@@ -12,7 +12,7 @@ from mbody.cli import command
 from mbody.files.model import Limits, from_toml, in_units, to_toml
 from mbody.model.loads import CustomLoad
 from tests.errors.models import by_law, four_bar
-from tests.model_text import model_from
+from tests.support.model_text import model_from
 
 ARM = """\
 [ground]

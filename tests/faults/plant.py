@@ -15,10 +15,10 @@ from pathlib import Path
 
 from tests.faults.catalogue import Fault
 from tests.faults.models import MODELS
+from tests.support.paths import ROOT
 
 __all__ = ["seen_by", "verdicts"]
 
-ROOT = Path(__file__).parents[2]
 
 ASK = """
 import json, sys

@@ -14,7 +14,7 @@ from mbody.model.mechanism import whole
 from mbody.quantities import FormulaError, Scope, Valued, parse, read, text_of
 from mbody.quantities.formula import Formula
 from mbody.quantities.units import DIMENSIONS, unit_system
-from tests.model_text import model_from, text_from
+from tests.support.model_text import model_from, text_from
 
 LONGEST = 20_000  # bytes of a message
 SLOW = 20  # seconds

@@ -2,16 +2,15 @@
 
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from tests.fuzz import KEPT, KINDS, mutate, plain, properties, strategies
+from tests.support.paths import ROOT
 
 some = settings(max_examples=150, suppress_health_check=list(HealthCheck), derandomize=True)
-ROOT = Path(__file__).parents[2]
 
 
 @some

@@ -1,0 +1,393 @@
+"""Stops and limits of joints: impact, rest and lift, against closed forms."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from mbody import (
+    Body,
+    Contact,
+    Event,
+    Force,
+    Gravity,
+    Mechanism,
+    Prismatic,
+    Revolute,
+    SimulationSettings,
+    Stop,
+    assemble,
+    from_toml,
+    gallery,
+    kinetostatics,
+    simulate,
+    to_toml,
+)
+from tests.support.falling import ball, blocks
+
+G = 9.81
+KEYS = ("vx", "vy", "omega")
+
+
+def test_a_rod_falls_on_its_end():
+    """Newton's law with the effective mass 1/(1/m + x²/I) of the end, by hand."""
+    m, inertia, half, lean, e = 2.0, 0.15, 0.4, 0.5, 0.6
+    machine = Mechanism("rod")
+    machine.add(
+        Body("rod", mass=m, inertia=inertia, points={"P": (-half, 0.0)}, guess=(0.0, 1.0, lean)),
+        Gravity("gravity", y=-G),
+    )
+    machine.add(Stop("floor", "rod.P.y", e))
+    run = simulate(machine, 0.6)
+    hit = run.events[0]
+    drop = 1.0 - half * math.sin(lean)
+    assert hit.t == pytest.approx(math.sqrt(2.0 * drop / G), abs=1e-13)
+    speed, arm = -math.sqrt(2.0 * G * drop), -half * math.cos(lean)
+    impulse = -(1.0 + e) * speed / (1.0 / m + arm**2 / inertia)
+    after = hit.after["rod"]
+    assert after.vy[0] == pytest.approx(speed + impulse / m, abs=1e-10)
+    assert after.omega[0] == pytest.approx(arm * impulse / inertia, abs=1e-10)
+    assert hit.after.point("rod.P").vy[0] == pytest.approx(-e * speed, abs=1e-10)
+    assert hit.state["rod"].vy[0] == pytest.approx(speed, abs=1e-12)
+    # what is lost, by Carnot's theorem
+    lost = 0.5 * (1.0 - e**2) * speed**2 / (1.0 / m + arm**2 / inertia)
+    assert run.energy.dissipated[-1] == pytest.approx(lost, rel=1e-9)
+    assert np.abs(run.energy.balance).max() < 1e-9 * run.energy.size
+
+
+def test_a_double_pendulum_strikes_its_elbow():
+    """In its two angles: H(θ) Δω = Jᵀ p, J Δω = −(1 + e) J ω; the joints' impulses drop out."""
+    machine = Mechanism("arm")
+    a, b, m1, m2, i1, i2 = 0.7, 0.4, 2.0, 1.5, 0.2, 0.1
+    machine.add(
+        Body("upper", mass=m1, inertia=i1, cg=(0.3, 0.0), points={"E": (a, 0.0)}, guess=0.1),
+        Body("lower", mass=m2, inertia=i2, cg=(b, 0.0), guess=(0.7, 0.0, 0.8)),
+        Revolute("shoulder", "ground", "upper"),
+        Revolute("elbow", "upper.E", "lower"),
+        Gravity("gravity", y=-G),
+    )
+    start = {"upper": {"angle": 0.1}, "lower": {"angle": 0.8, "omega": -3.0}}
+    machine.simulation = SimulationSettings(1.0, start)
+    machine.add(Stop("elbow stop", "lower.angle - upper.angle", 0.5))
+    run = simulate(machine, 1.0, rtol=1e-11)
+    assert run.events
+    for hit in run.events:
+        if hit.name != "impact":
+            continue
+        one, two = hit.state["upper"], hit.state["lower"]
+        assert two.angle[0] == pytest.approx(one.angle[0], abs=1e-11)
+        H = np.array(
+            [
+                [i1 + m1 * 0.09 + m2 * a * a, m2 * a * b * math.cos(two.angle[0] - one.angle[0])],
+                [0.0, i2 + m2 * b * b],
+            ]
+        )
+        H[1, 0] = H[0, 1]
+        J, omega = np.array([-1.0, 1.0]), np.array([one.omega[0], two.omega[0]])
+        way = np.linalg.solve(H, J)
+        expected = omega - 1.5 * (J @ omega) * way / (J @ way)
+        after = [hit.after["upper"].omega[0], hit.after["lower"].omega[0]]
+        assert after == pytest.approx(expected, abs=1e-9)
+    assert np.abs(run.energy.balance).max() < 1e-9 * run.energy.size
+    gap = run["lower"].angle - run["upper"].angle
+    assert gap.min() > -1e-9 and run.checks.constraint < 1e-12
+
+
+def test_a_point_mass_on_a_rod_without_inertia():
+    """What has no inertia of its own rebounds as the joint lets it."""
+    machine = gallery.load("simple_pendulum")
+    machine.add(Stop("wall", "270 deg - pendulum.angle", 0.5))
+    run = simulate(machine, 1.5, rtol=1e-11)
+    hit = run.events[0]
+    speed = math.sqrt(2.0 * G)
+    assert hit.state["pendulum"].omega[0] == pytest.approx(speed, abs=1e-9)
+    assert hit.after["pendulum"].omega[0] == pytest.approx(-0.5 * speed, abs=1e-9)
+    # half the speed: a quarter of the height
+    top = simulate(machine, 3.0, events=[Event("pendulum.omega", 1, stop=True)])
+    assert top.point("pendulum.P").y[-1] == pytest.approx(-0.75, abs=1e-8)
+
+
+@pytest.mark.parametrize("name", ["free_fourbar", "n_windows_2"])
+def test_one_free_motion_is_turned_round(name):
+    """v⁺ = −e v⁻ of every link, whatever the coordinate of the stop, with redundant rows too."""
+    machine, e = gallery.load(name), 0.6
+    stops = {"free_fourbar": "130 deg - rocker.angle", "n_windows_2": "b1.y + 0.5 m"}
+    machine.add(Stop("buffer", stops[name], e))
+    run = simulate(machine, 1.0, rtol=1e-11)
+    hit = run.events[0]
+    for body in run:
+        before, after = hit.state[body], hit.after[body]
+        for key in ("vx", "vy", "omega"):
+            was, now = getattr(before, key)[0], getattr(after, key)[0]
+            # free directions by a dense factor, 1e-12 of the greatest rates
+            assert now == pytest.approx(-e * was, rel=1e-9, abs=1e-9)
+    assert hit.after.checks.constraint < 1e-12
+    assert np.abs(run.energy.balance).max() < 1e-8 * run.energy.size
+    assert run.energy.by["buffer"][-1] < 0.0
+
+
+def test_to_and_fro_between_walls():
+    """Elastic walls 1 m apart at 3 m/s: a triangle wave."""
+    machine = blocks(0.0, speed=3.0)
+    machine.add(Stop("left", "b0.x + 0.5 m", 1.0), Stop("right", "0.5 m - b0.x", 1.0))
+    run = simulate(machine, 5.0, instants=301)
+    wave = np.arcsin(np.sin(3.0 * math.pi * run.t)) / math.pi
+    assert run["b0"].x == pytest.approx(wave, abs=1e-11)  # fifteen impacts
+    assert run.energy.kinetic == pytest.approx(4.5, abs=1e-11)
+    assert len(run.events) == 15
+
+
+def test_a_row_of_equal_blocks_is_struck_at_once():
+    """Elastic, the second and the third touching: all contacts that are closed take part. By
+    Poisson's law 1/3 each after compression, then gap 0 gives back 2/3, gap 1 its 1/3.
+    """
+    machine = blocks(0.0, 0.3, 0.4)
+    machine.add(*(Stop(f"gap{n}", f"b{n + 1}.x - b{n}.x - 0.1 m", 1.0) for n in range(2)))
+    run = simulate(machine, 1.0)
+    speeds = [run[f"b{n}"].vx[-1] for n in range(3)]
+    assert speeds == pytest.approx([-1.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0], abs=1e-12)
+    assert run.energy.kinetic[-1] == pytest.approx(run.energy.kinetic[0], rel=1e-12)
+    assert [(one.name, one.contact) for one in run.events] == [("impact", "gap0")]
+
+
+def test_into_a_corner():
+    """Both stops are struck at one instant: one impact, by the name of that which came first."""
+    machine = Mechanism("corner")
+    machine.add(Body("ball", mass=2.0, inertia=0.3))
+    machine.simulation = SimulationSettings(
+        1.0, {"ball": {"x": 1.0, "y": 1.0, "vx": -1.0, "vy": -1.0}}
+    )
+    machine.add(Stop("wall", "ball.x", 0.5), Stop("floor", "ball.y", 0.5))
+    run = simulate(machine, 3.0)
+    assert [one.t for one in run.events] == pytest.approx([1.0], abs=1e-12)
+    assert [run["ball"].vx[-1], run["ball"].vy[-1]] == pytest.approx([0.5, 0.5], abs=1e-11)
+
+
+def test_a_moving_floor():
+    """v⁺ = −e v⁻ + (1 + e) w on a floor that goes at w."""
+    machine, e = ball(), 0.7
+    machine.add(Stop("floor", "ball.y - 0.1 m*sin(6*t/(1 s))", e))
+    run = simulate(machine, 0.6)
+    hit = run.events[0]
+    t = brentq(lambda t: 1.0 - 0.5 * G * t * t - 0.1 * math.sin(6.0 * t), 0.3, 0.6, xtol=1e-15)
+    assert hit.t == pytest.approx(t, abs=1e-13)
+    w = 0.6 * math.cos(6.0 * t)
+    assert hit.after["ball"].vy[0] == pytest.approx(e * G * t + (1.0 + e) * w, abs=1e-12)
+
+
+@pytest.mark.parametrize("e", [0.0, 0.3, 0.8])
+def test_bounces_come_to_rest(e):
+    """The sum of all flights, t₁ (1 + e)/(1 − e), then the weight lies on the stop."""
+    machine = ball()
+    machine.add(Stop("floor", "ball.y", e))
+    run = simulate(machine, 10.0)
+    first = math.sqrt(2.0 / G)
+    last = [one for one in run.events if one.contact == "floor"][-1]
+    assert last.name == ("rest" if e else "impact")
+    # the flights that are left out are a part of the last that was followed, 2e-6 of a fall
+    assert last.t == pytest.approx(first * (1.0 + e) / (1.0 - e), abs=2e-11)
+    assert run.status == "completed" and run.mode("floor")[-1] == "stick"
+    weight = machine["ball"].mass * G
+    assert run.contact("floor")[-1] == pytest.approx(weight, rel=1e-12)
+    assert run["ball"].y[-1] == pytest.approx(0.0, abs=1e-12)
+    assert run.energy.lost["floor"][-1] == pytest.approx(weight, rel=1e-9)
+    assert run.energy.error < 1e-9
+
+
+def test_touching_without_load_is_no_end():
+    """A block that leans on a stop at rest stays while another goes on."""
+    machine = blocks(0.5, 0.3)
+    # 0.3 − 0.1 − 0.2 is not zero in binary numbers
+    machine.add(Stop("wall", "b1.x - 0.1 m - 0.2 m", 0.5))
+    run = simulate(machine, 2.0)
+    assert run.status == "completed" and not run.events
+    assert run["b0"].x[-1] == pytest.approx(2.5, abs=1e-12)
+
+
+def test_what_lies_on_a_stop_rests_and_lifts_off():
+    """A load that grows beyond the weight lifts it, when it is that: 2 N/s · t = m g."""
+    machine = ball(height=0.0)
+    machine.add(
+        Stop("floor", "ball.y", 0.5),
+        Force("crane", "ball", "2 N/s*t", angle=0.5 * math.pi),
+    )
+    weight = machine["ball"].mass * G
+    run = simulate(machine, weight, rtol=1e-11)
+    (lifts,) = run.events
+    assert (lifts.name, lifts.contact) == ("open", "floor")
+    assert lifts.t == pytest.approx(0.5 * weight, abs=1e-11)
+    resting = run.t < lifts.t
+    assert run.contact("floor")[resting] == pytest.approx(weight - 2.0 * run.t[resting], abs=1e-11)
+    # then ÿ = 2 (t − t₁)/m
+    gone = run.t - lifts.t
+    rise = np.where(gone > 0.0, gone**3 / (3.0 * machine["ball"].mass), 0.0)
+    assert run["ball"].y == pytest.approx(rise, abs=1e-8)
+
+
+@pytest.mark.parametrize("made", ["stop", "contact"])
+def test_what_is_thrown_off_its_floor_flies(made):
+    """Touching at first and moving apart is open: it lands after 2 v/g."""
+    machine = Mechanism(
+        "ball",
+        ground={"O": (0.0, 0.0)},
+        ground_shapes={"floor": {"line": {"point": "O"}}},
+    )
+    machine.add(
+        Body("ball", mass=1.0, inertia=0.1, points={"C": (0.0, 0.0)}), Gravity("gravity", y=-G)
+    )
+    floor = (
+        Stop("floor", "ball.y") if made == "stop" else Contact("floor", "ground.floor", "ball.C")
+    )
+    machine.add(floor)
+    machine.simulation = SimulationSettings(1.0, {"ball": {"y": 0.0, "vy": 3.0}}, rtol=1e-11)
+    (lands,) = simulate(machine).events
+    assert lands.t == pytest.approx(6.0 / G, abs=1e-12)
+
+
+def test_rest_on_a_stop_that_moves():
+    """Carried by a floor y = a sin ωt as long as its acceleration is above −g: it leaves it where
+    sin ωt = g/(a ω²).
+    """
+    machine = ball(height=0.0)
+    a, w = 0.2, 9.0
+    machine.add(Stop("floor", f"ball.y - {a} m*sin({w} rad/s*t)"))
+    machine.simulation = SimulationSettings(0.3, {"ball": {"y": 0.0, "vy": a * w}}, rtol=1e-11)
+    run = simulate(machine)
+    (leaves,) = run.events
+    assert leaves.t == pytest.approx(math.asin(G / (a * w * w)) / w, abs=1e-11)
+    on = run.t < leaves.t
+    assert run["ball"].y[on] == pytest.approx(a * np.sin(w * run.t[on]), abs=1e-13)
+    mass = machine["ball"].mass
+    force = mass * (G - a * w * w * np.sin(w * run.t[on]))
+    assert run.contact("floor")[on] == pytest.approx(force, abs=1e-10)
+    assert run.energy.error < 1e-9
+    # what the floor gave: ½ m v² − ½ m (a ω)² + m g y, where it left
+    at = leaves.state["ball"]
+    given = 0.5 * mass * (at.vy[0] ** 2 - (a * w) ** 2) + mass * G * at.y[0]
+    assert run.energy.by["floor.moving"][-1] == pytest.approx(given, rel=1e-9)
+
+
+@pytest.mark.parametrize("e", [0.0, 0.3])
+def test_a_stop_of_several_bodies(e):
+    """Against the dense equations: M Δv = gᵀ p and g Δv = −(1 + e) g v of impacts; of rest
+    M a = f + gᵀ λ and g a + ġ v = 0.
+    """
+    machine = Mechanism("three")
+    masses = [[1.0, 1.0, 0.1], [2.0, 2.0, 0.2], [3.0, 3.0, 0.3]]
+    for n, (mass, _, inertia) in enumerate(masses):
+        machine.add(Body(f"b{n}", mass=mass, inertia=inertia))
+    machine.add(
+        Stop("s", "b0.x + 0.3*b1.x*cos(b2.angle) + b2.y", restitution=e),
+        Gravity("g", x=-1.0, y=-2.0),
+    )
+    start = {
+        "b0": {"x": 1.0},
+        "b1": {"x": 0.5, "angle": 0.0, "omega": 0.2},
+        "b2": {"y": 0.7, "angle": 0.0, "omega": 1.0},
+    }
+    machine.simulation = SimulationSettings(2.0, start, rtol=1e-11)
+    run = simulate(machine)
+
+    def rows(at):
+        """g, M⁻¹ gᵀ, v and ġ v at an instant."""
+        x, turned = at["b1"].x[0], at["b2"].angle[0]
+        c, s = math.cos(turned), math.sin(turned)
+        g = np.array([1.0, 0, 0, 0.3 * c, 0, 0, 0, 1.0, -0.3 * x * s])
+        v = np.array([getattr(at[f"b{n}"], key)[0] for n in range(3) for key in KEYS])
+        return g, g / np.ravel(masses), v, -0.3 * v[8] * (2.0 * v[3] * s + x * v[8] * c)
+
+    impacts = [one for one in run.events if one.name == "impact"]
+    assert impacts and run.energy.error < 1e-9
+    for hit in impacts:
+        g, way, before, _ = rows(hit.state)
+        expected = before - (1.0 + e) * (g @ before) * way / (g @ way)
+        assert rows(hit.after)[2] == pytest.approx(expected, abs=1e-10)
+    resting = np.flatnonzero(np.array(run.mode("s")) == "stick")
+    assert len(resting) > 5 or e > 0.0
+    weight = np.array([-1.0, -2.0, 0.0] * 3)
+    for k in resting[::20]:
+        g, way, _, turning = rows(run.at(run.t[k]))
+        force = -(g @ weight + turning) / (g @ way)
+        assert run.contact("s")[k] == pytest.approx(force, rel=1e-8)
+
+
+def test_bounces_to_rest_against_a_limit_of_a_joint():
+    """A pendulum of a point mass, almost level on its limit, falls as y = −½ g t² does to first
+    order; here against the energy: ω⁻ = √(2 g/l (cos θ₁ − cos θ₀)), ω⁺ = −e ω⁻.
+    """
+    e, length = 0.5, 0.4
+    machine = Mechanism("pendulum", ground={"O": (0.0, 0.0)})
+    machine.add(
+        Body("bob", mass=2.0, inertia=0.0, cg=(0.0, -length), points={"O": (0.0, 0.0)}),
+        Revolute("A", "ground.O", "bob.O", limits=("-90 deg", "30 deg"), restitution=e),
+        Gravity("gravity", y=-G),
+    )
+    start = {"bob": {"angle": "-60 deg"}}
+    machine.simulation = SimulationSettings(8.0, start, rtol=1e-12)
+    run = simulate(machine)
+    impacts = [one for one in run.events if one.name == "impact"]
+    swing = math.cos(math.radians(30.0)) - math.cos(math.radians(60.0))
+    omega = math.sqrt(2.0 * G / length * swing)
+    assert {one.contact for one in impacts} == {"A_high"}
+    for n, hit in enumerate(impacts[:4]):
+        assert hit.state["bob"].angle[0] == pytest.approx(math.radians(30.0), abs=1e-12)
+        assert hit.state["bob"].omega[0] == pytest.approx(omega * e**n, rel=1e-9)
+        assert hit.after["bob"].omega[0] == pytest.approx(-omega * e ** (n + 1), rel=1e-9)
+    assert run.energy.error < 1e-9
+
+
+def test_a_slider_rests_at_the_end_of_its_guide():
+    """x = ½ a t² up to 0.5 m, rebounds of e, rest after t₁ (1 + e)/(1 − e), pressed by m a."""
+    e, mass = 0.3, 1.5
+    machine = Mechanism("slider")
+    machine.add(
+        Body("block", mass=mass, inertia=1.0),
+        Prismatic("guide", "ground", "block", limits=(None, "0.5 m"), restitution=e),
+        Gravity("pull", x=2.0),
+    )
+    machine.simulation = SimulationSettings(2.5, rtol=1e-11)
+    run = simulate(machine)
+    last = run.events[-1]
+    assert (last.name, last.contact) == ("rest", "guide_high")
+    # the last impacts, at speeds of 1e-6, are of positions to 1e-16
+    assert last.t == pytest.approx(math.sqrt(0.5) * (1.0 + e) / (1.0 - e), abs=1e-10)
+    assert run.contact("guide_high")[-1] == pytest.approx(2.0 * mass, rel=1e-12)
+    assert run.reaction("guide_high").fx[-1] == pytest.approx(-2.0 * mass, rel=1e-12)
+    assert run.energy.error < 1e-10 and run["block"].x[-1] == pytest.approx(0.5, abs=1e-12)
+
+
+def test_limits_are_numbers_by_name_and_in_files():
+    machine = Mechanism("slider", parameters={"reach": "0.4 m"})
+    machine.add(
+        Body("block", mass=1.0, inertia=1.0),
+        Prismatic("guide", "ground", "block", limits=("-reach", "reach"), restitution=0.2),
+        Gravity("pull", x=2.0),
+    )
+    machine.simulation = SimulationSettings(1.0)
+    again = from_toml(to_toml(machine))
+    assert again == machine and to_toml(again) == to_toml(machine)
+    system = assemble(again).with_values({"guide.limits.high": 0.1})
+    hit = simulate(system).events[0]
+    assert hit.contact == "guide_high" and hit.t == pytest.approx(math.sqrt(0.1), abs=1e-12)
+    doubled = assemble(again).with_values({"reach": 0.8})
+    assert simulate(doubled).events[0].t == pytest.approx(math.sqrt(0.8), abs=1e-12)
+    one = Mechanism("slider")
+    one.add(
+        Body("block", mass=1.0, inertia=1.0),
+        Prismatic("guide", "ground", "block", limits=[None, 0.4]),
+    )
+    text = to_toml(one)
+    assert "limits = { high = 0.4 }" in text and from_toml(text) == one
+
+
+def test_kinetostatics_leaves_limits_out():
+    machine = gallery.load("slider_crank")
+    joint = machine.joints[0]
+    limited = Mechanism(machine.name, units=machine.units, ground=machine.ground.points)
+    for element in machine:
+        same = element is joint
+        limited.add(replace(element, limits=(-0.1, 0.1)) if same else element)
+    notes = kinetostatics(limited, turn=True, instants=4).notes
+    assert any(f"limits of '{joint.name}': left out of kinetostatics" in note for note in notes)

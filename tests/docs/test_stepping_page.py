@@ -1,0 +1,16 @@
+"""docs/stepping.md: its code runs and prints what it shows."""
+
+from tests.docs.test_readme import differences, printed, steps
+from tests.support.paths import ROOT
+
+PAGE = ROOT / "docs" / "stepping.md"
+
+
+def test_the_code_of_the_page_prints_what_it_shows():
+    namespace = {"__name__": "stepping"}
+    done = steps(PAGE.read_text("utf-8"))
+    assert len(done) == 5
+    for code, shown in done:
+        output = printed(code, namespace)
+        assert shown is not None, code
+        assert not differences(output, shown), output

@@ -1,0 +1,198 @@
+"""Errors of model files: lines of TOML and JSON, many errors at once, large texts."""
+
+import os
+import time
+
+import pytest
+
+import mbody
+from mbody import ModelError, from_toml
+from tests.support.model_files import says_in_file
+from tests.support.model_text import model_from
+
+CRANK = 'name = "m"\n[bodies.crank]\nmass = 1\n[joints]\nO = { revolute = ["ground", "crank"] }\n'
+
+
+def problems(text, is_json=False):
+    with pytest.raises(ModelError) as caught:
+        model_from(text, is_json, name="file")
+    assert all(f"line {line}: " in str(caught.value) for line, *_ in caught.value.problems if line)
+    return [(line, field) for line, field, _ in caught.value.problems]
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("[bodies.crank]\nmass = 1\nfoo = 2\n", [(3, "bodies.crank.foo")]),
+        ("[bodies.crank]\r\nmass = 1\r\nfoo = 2\r\n", [(3, "bodies.crank.foo")]),
+        ("bodies.crank.mass = 1\nbodies.crank.foo = 2\n", [(2, "bodies.crank.foo")]),
+        ("[bodies]\ncrank.mass = 1\n\ncrank.foo = 2\n", [(4, "bodies.crank.foo")]),
+        ("[bodies]\n# [x] = {\ncrank = { mass = 1, foo = 2 }\n", [(3, "bodies.crank.foo")]),
+        ("[bodies.'a b']\nmass = 1\n\"foo\" = 2\n", [(3, "bodies.a b.foo")]),
+        ('[bodies."ü\\"]"]\nmass = "]"\nfoo = 2', [(2, 'bodies.ü"].mass'), (3, 'bodies.ü"].foo')]),
+        ("[bodies.c.points]\nA = [\n  0, # ]\n  0,\n]\nB = [1]\n", [(6, "bodies.c.points.B.1")]),
+        ("[bodies.crank.points]\nA = [\n  0,\n  'x y',\n]\n", [(2, "bodies.crank.points.A.1")]),
+        ('note = """\n[bodies]\nfoo = "1"\n"""\n[ground]\nfoo = 1\n', [(6, "ground.foo")]),
+        ("note = '''\n[ground]\n'''\nfoo = 1\n", [(4, "foo")]),
+        ('note = "[\\"{ # "   # a [ bracket\nfoo = 1\n', [(2, "foo")]),
+        ("[ bodies . crank ]\nmass = '2 s'\n\n[bodies.\"crank\".points]\nA = 3\n",
+         [(2, "bodies.crank.mass"), (5, "bodies.crank.points.A")]),
+        ("[drivers.m]\nangle = 'c'\n[drivers.m.law.constant_speed]\nvalue = 1\nspeed = '2 m'\n",
+         [(5, "drivers.m.law.constant_speed.speed")]),
+        ("[drivers.m.law.cam]\nperiod = 1\n[[drivers.m.law.cam.segments]]\ndwell = 'x'\n", None),
+        ("[measures]\na = 't +'\n[ask]\nover = 'x'\n", [(2, "measures.a"), (4, "ask")]),
+        ("g = -3\n", [(1, "g")]),
+        ("units = 'inch'\n", [(1, "units")]),
+        ("[parameters]\na = 1\nb = '2*zz'\n", [(3, "parameters.b")]),
+        (CRANK + "A = { revolute = ['crank', 'crank.Q'] }\n", [(6, "joints.A")]),
+    ],
+)  # fmt: skip
+def test_lines_of_toml(text, expected):
+    found = problems(text)
+    if expected is None:  # an array of tables: the line of its header or nearer
+        assert found[0][0] in (1, 3, 4)
+    elif expected == [(2, "measures.a"), (4, "ask")]:
+        assert found[0] == (2, "measures.a") and found[1][0] in (3, 4)
+    else:
+        assert found == expected
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ('{"bodies":\n {"crank":\n {"mass": 1,\n "foo": 2}}}', [(4, "bodies.crank.foo")]),
+        ('{"note": "{\\"foo\\": [",\n\n"foo": 2}', [(3, "foo")]),
+        ('{"bodies": {"a\\u0062":\r\n{"foo": [1,\r\n2]}}}', [(2, "bodies.ab.foo")]),
+        ('{"a": [[1, {"b":\n 2}],\n 3],\n "g": 1}', [(1, "a")]),
+        (
+            '{"drivers": {"m": {"angle": "c", "law": {"cam": {"period": 1, "segments": [\n'
+            '{"dwell": 1},\n{"dwell":\n"x y"}]}}}}}',
+            [(3, "drivers.m.law.cam.segments.1.dwell")],
+        ),
+    ],
+)
+def test_lines_of_json(text, expected):
+    assert problems(text, is_json=True) == expected
+
+
+def test_all_that_is_wrong_at_once():
+    text = CRANK + (
+        'A = { revolut = ["ground", "crank"] }\n'
+        'B = { revolute = ["ground.Q", "crank"] }\n'
+        '[loads]\nS = { spring = ["ground", "crank.P"], stiffness = "10 lb/in" }\n'
+        "T = { torque = 3, bodi = 'crank' }\n[bodies.rod]\nmas = 3\nmass = '2 m'\n"
+    )
+    with pytest.raises(ModelError) as caught:
+        from_toml(text, name="file")
+    told = str(caught.value)
+    assert told.startswith("file:\n  line 6: joints.A: names no kind of joint")
+    for words in (
+        "it has 'revolut', did you mean 'revolute'?",
+        "line 9: loads.S.stiffness: '10 lb/in' is",
+        "did you mean '10 lbf/in'?",
+        "line 10: loads.T.bodi: there is no such key, did you mean 'body'?",
+        "line 12: bodies.rod.mas: there is no such key, did you mean 'mass'?",
+        "line 13: bodies.rod.mass: '2 m' is a length (m), where a mass (kg) is wanted",
+    ):
+        assert words in told
+    # what the shape has right is tried too, all of it; what follows from it is not reported
+    good_shape = CRANK + (
+        'A = { revolute = ["rod.A", "crank"] }\nB = { revolute = ["ground.Q", "crank"] }\n'
+        "[bodies.rod]\nmass = -1\n[loads]\nF = { force = 1, at = 'crank.Z' }\n"
+    )
+    assert [field for _, field in problems(good_shape)] == ["joints.B", "bodies.rod", "loads.F"]
+
+
+def test_very_many_errors_are_counted_in_time():
+    text = CRANK + "[loads]\n" + "".join(f"F{n} = {{ forc = 1 }}\n" for n in range(5000))
+    began = time.perf_counter()
+    with pytest.raises(ModelError, match="and 4980 more") as caught:
+        from_toml(text)
+    assert str(caught.value).count("\n") == 21
+    assert time.perf_counter() - began < 5.0  # 1.0 here; reading all again for each took a minute
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        'note = "' + "a" * 900_000 + '"\n',
+        'note = "' + "a." * 300_000 + '"\n',
+        'note = "' + "a ." * 200_000 + '"\n',
+        'note = "' + "'" * 500_000 + '"\n',
+        "x" * 900_000,
+        "a." * 400_000 + "a = 1",
+        "a = " + "[" * 400_000,
+        "[" * 400_000,
+        "a = '" + '"' * 500_000 + "'",
+    ],
+    ids=range(9),
+)
+def test_large_texts_are_read_or_refused_in_time(text):
+    began = time.perf_counter()
+    try:
+        assert from_toml(text).name == "mechanism"
+    except ModelError as error:
+        assert len(str(error)) < 400
+    assert time.perf_counter() - began < 3.0  # linear: 0.2 here
+
+
+@pytest.mark.parametrize(
+    ("text", "is_json", "words"),
+    [
+        ("a = \n", False, "file: it is no TOML: line 1"),
+        ("a = 1\na = 2\n", False, "it is no TOML: line 2"),
+        ("{", True, "it is no JSON: line 1"),
+        ('{"g": NaN}', True, "NaN is no number of a model"),
+        ('{"g": 1, "g": 2}', True, "the key 'g' is given twice"),
+        ("[1]", True, "a model is a table, not list"),
+        ("g = nan", False, "line 1: g: is nan, it must be finite"),
+        ("g = inf", False, "line 1: g: is inf, it must be finite"),
+        ("g = " + "9" * 400, False, "line 1: g: is inf"),
+        ("g = 2024-01-01", False, "line 1: g: must be a number or text such as '2 mm'"),
+        ("bodies = 3", False, "line 1: bodies: must be a table, not 3"),
+        ("[bodies.'a.b']", False, "'a.b': a name may not hold a dot"),
+        ("[bodies.' ']", False, "needs a name"),
+        ("[ask]\nat = { t = [] }", False, "at.t is empty"),
+        ("[ask]\nat = { t = 0 }\nover = 'turn'", False, "give at or over, not both"),
+        ("[ask]\nat = { t = 0, m = 1 }\n", False, "there is no driver 'm'"),
+        (" " * 6_000_001, False, "more than 6 MB"),
+        ("a = " + "{b=" * 31 + "1" + "}" * 31, False, "nested too deep: at most 30"),
+        ('{"a":' * 100_000, True, "nested too deep"),
+    ],
+)
+def test_what_is_no_model(text, is_json, words):
+    with pytest.raises(ModelError) as caught:
+        model_from(text, is_json, name="file")
+    assert words in str(caught.value) and str(caught.value).startswith("file: ")
+
+
+def test_files_that_cannot_be_read(tmp_path):
+    os.mkfifo(tmp_path / "pipe.toml")
+    (tmp_path / "bytes.toml").write_bytes(b"name = '\xff'")
+    (tmp_path / "large.toml").write_bytes(b"#" * 6_000_001)
+    for name, words in (
+        ("none.toml", "there is no file"),
+        (".", "is a folder"),
+        ("pipe.toml", "is no ordinary file"),
+        ("bytes.toml", "is no text: byte 9 is not UTF-8"),
+        ("large.toml", "more than 6 MB"),
+    ):
+        with says_in_file(words):
+            mbody.load(tmp_path / name)
+    (tmp_path / "bom.JSON").write_bytes(b'\xef\xbb\xbf{"name": "x"}')
+    assert mbody.load(tmp_path / "bom.JSON").name == "x"
+
+
+def test_parameters_from_outside():
+    text = 'name = "m"\n[parameters]\na = "1 in"\nb = "2*a"\n[bodies.c]\npoints.A = ["b", 0]\n'
+    assert from_toml(text)["c"].points["A"][0] == pytest.approx(0.0508, rel=1e-15)
+    assert from_toml(text, parameters={"a": "1 m"})["c"].points["A"][0] == 2.0
+    assert from_toml(text, parameters={"b": 5})["c"].points["A"][0] == 5.0
+    for given_parameters, words in (
+        ({"z": 1}, "model: there is no parameter 'z' (there are: 'a', 'b')"),
+        ({"a": None}, "parameter 'a' must be a number, not None"),
+        ({"a": "1 kg"}, "is a mass (kg), where a length"),
+        ({"a": "2 +"}, "parameter 'a'"),
+    ):
+        with says_in_file(words):
+            from_toml(text, parameters=given_parameters)

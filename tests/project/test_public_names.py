@@ -1,0 +1,80 @@
+"""Few names in `mbody`, the same for type checkers and at run time, not hidden by folders."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import mbody
+
+PACKAGE = Path(mbody.__file__).parent
+#: Verbs and elements; of results only those that users name in their own programs.
+MOST = 101
+
+
+def imported_for_type_checkers() -> set[str]:
+    """The names that the block under `TYPE_CHECKING` imports."""
+    tree = ast.parse((PACKAGE / "__init__.py").read_text(encoding="utf-8"))
+    blocks = (node for node in tree.body if isinstance(node, ast.If))
+    block = next(one for one in blocks if ast.unparse(one.test) == "TYPE_CHECKING")
+    imports = [node for node in block.body if isinstance(node, ast.ImportFrom)]
+    assert len(imports) == len(block.body)
+    names = {alias.asname or alias.name for node in imports for alias in node.names}
+    return names - {*mbody._FOLDERS, "Any"}
+
+
+def test_few_names():
+    assert len(mbody.__all__) == len(set(mbody.__all__)) <= MOST
+    assert dir(mbody) == sorted(mbody.__all__)
+
+
+def test_type_checkers_and_users_find_the_same():
+    assert imported_for_type_checkers() == set(mbody.__all__)
+    for name in mbody.__all__:
+        assert getattr(mbody, name) is not None
+
+
+def test_no_folder_bears_the_name_of_a_function():
+    """Importing a folder sets its name in its parent: it would replace the function."""
+    folders = {path.name for path in PACKAGE.rglob("*") if path.is_dir()}
+    functions = {
+        name
+        for name in mbody.__all__
+        if callable(getattr(mbody, name)) and not isinstance(getattr(mbody, name), type)
+    }
+    assert functions and not functions & folders
+
+
+def public():
+    """Every function and class that users are to know, but for kernels, which are called with
+    arrays."""
+    found = {f"mbody.{name}": getattr(mbody, name) for name in mbody.__all__}
+    for folder in mbody._FOLDERS:
+        module = getattr(mbody, folder)
+        found |= {f"mbody.{folder}.{name}": getattr(module, name) for name in module.__all__}
+    return {
+        name: thing
+        for name, thing in found.items()
+        if callable(thing) and not thing.__module__.endswith(".kernels")
+    }
+
+
+def test_every_public_name_has_an_example():
+    """They are run by `test_docstrings` of tests/docs/test_readme.py, with those of all modules."""
+    names = public()
+    assert len(names) > len(mbody.__all__) + 50
+    assert not [name for name, thing in names.items() if ">>> " not in (thing.__doc__ or "")]
+    ours = {name: thing.__module__ for name, thing in names.items()}
+    assert not [name for name, module in ours.items() if not module.startswith("mbody")]
+
+
+def test_import_loads_only_what_is_used():
+    code = "import sys, mbody; print(*sorted(n for n in sys.modules if n.startswith('mbody')))"
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    core = ["mbody.core", "mbody.core.presentation", "mbody.core.registered"]
+    assert found.stdout.split() == ["mbody", "mbody._version", *core]
+
+
+def test_a_name_that_is_not_there():
+    assert not hasattr(mbody, "Cam")
+    assert mbody.laws.Cam is not None

@@ -1,0 +1,292 @@
+"""Formulas: the grammar against Python's own, values over arrays."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from mbody.quantities import (
+    FUNCTIONS,
+    FormulaError,
+    Scope,
+    Valued,
+    evaluate,
+    parse,
+    parse_unit,
+    read,
+)
+from mbody.quantities.tree import Binary, Measured, Name, Negative, Plain
+from mbody.quantities.units import DIMENSIONS, known, unit_system
+from tests.support.formulas import worth
+
+SI = unit_system("SI")
+ROUNDED = 2.3e-16  # one rounding
+
+
+# -- the grammar ------------------------------------------------------------------------------
+
+WORDS = ("a", "b", "k_2", "Θ", "l2")
+VALUES = dict(zip(WORDS, map(np.float64, (1.7, -0.3, 12.0, 0.02, 3.5)), strict=True))
+
+
+class Number:
+    """A double that Python's grammar puts together; powers are NumPy's, as ours are."""
+
+    def __init__(self, value):
+        self.value = np.float64(value)
+
+    def __neg__(self):
+        return Number(-self.value)
+
+    def __pos__(self):
+        return self
+
+    def __pow__(self, other):
+        return Number(np.power(np.asarray(self.value), other.value))
+
+
+def _joining(name):
+    apply = getattr(np.float64, name)
+    return lambda self, other: Number(apply(self.value, other.value))
+
+
+for name in ("__add__", "__sub__", "__mul__", "__truediv__"):
+    setattr(Number, name, _joining(name))
+
+
+def _called(function):
+    return lambda *given: Number(function(*(part.value for part in given)))
+
+
+COMPUTE = {
+    **{
+        name: _called(getattr(np, name))
+        for name in ("sin", "cos", "tan", "sqrt", "abs", "exp", "log", "hypot")
+    },
+    **{"min": _called(np.minimum), "max": _called(np.maximum), "pi": Number(np.pi), "F": Number},
+}
+NUMERAL = re.compile(r"(?<![\w.])((?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)")
+ONE = [name for name, count in FUNCTIONS.items() if count == 1 and name in COMPUTE]
+TWO = [name for name, count in FUNCTIONS.items() if count == 2 and name in COMPUTE]
+numerals = st.sampled_from(["2", "3.", ".5", "0.25", "1e2", "7E-1", "10", "1.5e+1", "0"])
+
+
+def grown(inside):
+    """Texts put together without brackets: what binds tighter is for the grammar to say."""
+    operators = st.sampled_from(["+", "-", "*", "/", "^", "**", " + ", " - ", " * ", " / ", " ^ "])
+    return st.one_of(
+        st.tuples(inside, operators, inside).map("".join),
+        st.tuples(st.sampled_from(["-", "+", "- "]), inside).map("".join),
+        inside.map(lambda text: f"({text})"),
+        st.tuples(st.sampled_from(ONE), inside).map(lambda p: f"{p[0]}({p[1]})"),
+        st.tuples(st.sampled_from(TWO), inside, inside).map(lambda p: f"{p[0]}({p[1]}, {p[2]})"),
+    )
+
+
+texts = st.recursive(numerals | st.sampled_from([*WORDS, "pi"]), grown, max_leaves=8)
+
+
+@settings(max_examples=400)
+@given(texts)
+def test_arithmetic_is_that_of_python(text):
+    """Precedence, association and every function, by `eval` of the same text."""
+    # a minus on a power's exponent is one thing for both; so is a - -b
+    pythons = NUMERAL.sub(r"F(\1)", text.replace("^", "**"))
+    with np.errstate(all="ignore"):
+        names = {name: Number(own) for name, own in VALUES.items()}
+        expected = eval(pythons, {**COMPUTE, **names}).value
+    found = worth(text, **VALUES)
+    assert found.dimension is None
+    np.testing.assert_array_equal(found.value, expected)  # the same roundings in the same order
+    spread = " ".join(re.findall(r"\*\*|[\w.]+(?<=e)[+-]\d+|[\w.]+|\S", text))
+    if "e+" not in text and "E-" not in text:
+        assert parse(spread) == parse(text)
+
+
+def test_precedence_by_hand():
+    for text, expected in {
+        "2*a^2": 2 * 1.7**2,
+        "-a^2": -(1.7**2),
+        "(-a)^2": 1.7**2,
+        "2^3^2": 512.0,
+        "(2^3)^2": 64.0,
+        "2^-1": 0.5,
+        "8/4/2": 1.0,
+        "8 - 4 - 2": 2.0,
+        "2 - -3": 5.0,
+        "a²": 1.7**2,
+        "2·a−1": 2 * 1.7 - 1,
+        "-2²": -4.0,
+        "+a": 1.7,
+        "10⁰ + 2⁵": 33.0,
+        "1/4*a": 0.25 * 1.7,
+        "pi": math.pi,
+    }.items():
+        assert worth(text, a=1.7).value == pytest.approx(expected, rel=ROUNDED), text
+
+
+@pytest.mark.parametrize(
+    ("text", "same"),
+    [
+        ("20 lbf/in", "20*(1 lbf)/(1 in)"),
+        ("20 lbf / in", "20*(1 lbf)/(1 in)"),
+        ("1/4 in", "0.25*(1 in)"),
+        ("1 / 4 in", "(1/4)/(1 in)"),
+        ("3/8 in^2", "0.375*(1 in)*(1 in)"),
+        ("12 in-lbf", "12*(1 in)*(1 lbf)"),
+        ("12 lbf in", "12*(1 in)*(1 lbf)"),
+        ("12 lbf·in", "12*(1 in)*(1 lbf)"),
+        ("5 kg·m²", "5*(1 kg)*(1 m)^2"),
+        ("5 kg*m**2", "5*(1 kg)*(1 m)^2"),
+        ("5 N*m*s^-1", "5*(1 N)*(1 m)/(1 s)"),
+        ("-40 rad/s^2", "-(40*(1 rad)/(1 s)^2)"),
+        ("2*3 mm^2", "6*(1 mm)*(1 mm)"),
+        ("(2 mm)^2", "4*(1 mm)*(1 mm)"),
+        ("10 m/2 s", "5*(1 m)/(1 s)"),
+        ("10 m/(2 s)", "5*(1 m)/(1 s)"),
+        ('0.25"', "0.25*(1 in)"),
+        ("6'", "6*(1 ft)"),
+        ("90°", "90*(1 deg)"),
+        ("1 rev/min", "1*(1 rev)/(1 min)"),
+        ("2 mm - 1 s*m/s", "(2*(1 mm)) - (1*(1 m))"),
+        ("N*m", "1*(1 N)*(1 m)"),
+        ("60 deg/s", "60*(1 deg)/(1 s)"),
+        ("3 furlong", "3*(1 furlong)"),
+        ("5 min", "300*(1 s)"),
+        ("min(3, 5) mm", "3*(1 mm)"),
+        ("sqrt(4) in", "2*(1 in)"),
+    ],
+)
+def test_units_bind_tighter_than_arithmetic(text, same):
+    found, expected = worth(text), worth(same)
+    assert found.dimension == expected.dimension
+    assert found.value == pytest.approx(expected.value, rel=6 * ROUNDED)  # a few more products
+
+
+def test_units_behind_names_and_brackets():
+    names = {"a": 2.0, "b": 3.0, "l": "15 in"}
+    assert worth("(a+b) mm", **names).value == 0.005
+    assert worth("a mm", **names).value == 0.002
+    assert worth("2*a deg", **names).value == pytest.approx(math.radians(4.0), rel=ROUNDED)
+    assert worth("sqrt(a*b + 3) in", **names).value == pytest.approx(0.0762, rel=2 * ROUNDED)
+    assert worth("-a lbf/in", **names).dimension == DIMENSIONS["stiffness"]
+    assert worth("l/2", **names).value == pytest.approx(0.1905, rel=ROUNDED)
+    for text in ("l mm", "(l + 1 mm) m", "(l/1 s) s"):
+        with pytest.raises(FormulaError, match="already: leave the unit out"):
+            worth(text, **names)
+    # a parameter that is called as a unit: the word right behind a number is the unit
+    assert worth("2*m + m", m=3.0).value == 9.0
+    assert worth("2 m", m=3.0).dimension == DIMENSIONS["length"]
+    # and so is what is joined to it without a space; apart it is the parameter
+    assert worth("2 N*m", m=3.0).dimension == DIMENSIONS["torque"]
+    assert worth("20 N/m", m=3.0).dimension == DIMENSIONS["stiffness"]
+    assert worth("20 N/m", m="3 kg").value == 20.0
+    assert worth("20 N / m", m="4 kg") == Valued(5.0, DIMENSIONS["acceleration"])
+    assert worth("20 N * m", m=3.0) == Valued(60.0, DIMENSIONS["force"])
+    # a length that is called m cannot be distinguished from metres by the result
+    with pytest.raises(FormulaError, match=r"'m' in 'N·m' is a unit, and a parameter of"):
+        worth("2 N*m", m="3 m")
+
+
+def test_trees():
+    assert parse("1.5 lbf") == Measured(Plain(parse("1.5").value), known("lbf"), ("lbf",))
+    assert parse("-a") == Negative(Name("a"))
+    assert parse("a + b*c") == Binary("+", Name("a"), Binary("*", Name("b"), Name("c")))
+    assert parse("a^b^c") == Binary("^", Name("a"), Binary("^", Name("b"), Name("c")))
+    assert parse("crank.A.x") == Name("crank.A.x")
+    assert parse_unit("1/s") == Binary("/", Plain(1), parse("1 s"))
+    assert parse("1/3 in").of == Plain(parse("1").value / 3)  # exact, as a fraction
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "it is empty: give a number"),
+        ("  ", "it is empty"),
+        ("2 +", "ends where a number is expected"),
+        ("(2", "lacks a ')'"),
+        ("sin(2", "lacks a ')'"),
+        ("2)", "a '(' is missing"),
+        ("* 2", "has '*' where a number is expected"),
+        ("2 3", "an operator is missing before '3'"),
+        ("2 aaa", "there is no unit 'aaa'"),
+        ("1/12*2² kg*m^2", "put brackets before the unit, as in '(2²) kg*m^2'"),
+        ("(a + 1)² mm + 1", "as in '((…)²) mm'"),
+        ("5 kgm", "there is no unit 'kgm'"),
+        ("3,5 mm", "write a decimal point, not a comma"),
+        ("a, b", "the ',' is not within a function"),
+        ("sine(2)", "there is no function 'sine' (there are: sin, "),
+        ("sin(1, 2)", "sin takes one number, not 2"),
+        ("atan2(1)", "atan2 takes two numbers, not 1"),
+        ("5 mm^a", "the power of the unit 'mm' must be one digit"),
+        ("5 mm^12", "must be one digit"),
+        ("2 $", "contains '$', which is not allowed in a formula"),
+        ("__import__('os')", "no function '__import__'"),
+        ("a.__class__", None),
+        ("a[0]", "contains '['"),
+        ("1e999999999", "too large or too small"),
+        ("9" * 401, "too large or too small"),
+        ("(" * 41 + "1" + ")" * 41, "nested more than 40 deep"),
+        ("-" * 41 + "1", "nested more than 40 deep"),
+        ("+".join(["a"] * 302), "has 301 operations, at most 200"),
+        ("a" * 2001, "2001 characters long, at most 2000"),
+        ('"', "without a number"),
+        ("a = 2", "contains '='"),
+        ("2 % 3", "contains '%'"),
+        ("1_000", "there is no unit '_000'"),
+    ],
+)
+def test_what_is_no_formula(text, words):
+    if words is None:  # a name that nothing has
+        with pytest.raises(FormulaError, match="there is no parameter"):
+            worth(text)
+        return
+    with pytest.raises(FormulaError) as caught:
+        parse(text)
+    assert words in str(caught.value)
+    assert len(str(caught.value)) < 300
+
+
+@given(st.text(max_size=30))
+def test_any_text_is_a_formula_or_a_sentence(text):
+    try:
+        found = worth(text)
+    except FormulaError as error:
+        assert str(error) and "\n" not in str(error).replace(repr(text), "")
+    else:
+        assert np.ndim(found.value) == 0
+
+
+# -- arrays -----------------------------------------------------------------------------------
+
+
+@settings(max_examples=150)
+@given(texts, st.lists(st.floats(-5.0, 5.0), min_size=2, max_size=4))
+def test_arrays_are_the_numbers_one_by_one(text, column):
+    tree = parse(text)
+    whole = evaluate(tree, Scope(names={**_named(VALUES), "a": Valued(np.array(column))}))
+    each = [
+        evaluate(tree, Scope(names={**_named(VALUES), "a": Valued(np.float64(x))})).value
+        for x in column
+    ]
+    # NumPy's vector functions may round otherwise than its scalar ones, a few units each
+    found = np.broadcast_to(whole.value, len(column))
+    finite = np.isfinite(each) & (np.abs(each) < 1e6)
+    assume(not re.search(r"(sin|cos|tan|exp|\^|\*\*).*(sin|cos|tan|exp|\^|\*\*)", text))
+    np.testing.assert_allclose(found[finite], np.array(each)[finite], rtol=1e-9, atol=1e-9)
+
+
+def _named(values):
+    return {name: Valued(value) for name, value in values.items()}
+
+
+def test_formulas_over_a_batch():
+    a = np.array([1.0, 2.0, 4.0])
+    scope = Scope(SI, {"a": Valued(a, DIMENSIONS["length"])})
+    formula = read("2*a + 1 cm", DIMENSIONS["length"])
+    np.testing.assert_array_equal(formula.value(scope), 2 * a + 0.01)
+    with pytest.raises(FormulaError, match="evaluates to inf"):
+        read("1 m^2/(a - 2 m)", DIMENSIONS["length"]).value(scope)

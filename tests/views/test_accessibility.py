@@ -1,0 +1,109 @@
+"""Pages and reports for those who do not see them, or use no mouse.
+
+The rules are those of axe-core. Where it is there, it looks itself: `npm pack axe-core`, unpack it
+and name its file, as ``MBODY_AXE=package/axe.min.js pytest tests/views/test_accessibility.py``.
+Otherwise the essential rules are looked at directly.
+"""
+
+import json
+import os
+from pathlib import Path
+
+import pytest
+
+import mbody
+from mbody import gallery
+from mbody.cli import main
+from mbody.live import live_view
+from mbody.views.motions import motion
+from tests.support.browser import browser as started
+from tests.support.browser import chromium
+from tests.support.viewer_page import ViewerPage
+
+AXE = os.environ.get("MBODY_AXE", "")
+
+pytestmark = [
+    pytest.mark.browser,
+    pytest.mark.skipif(chromium() is None, reason="there is no chromium"),
+]
+
+PAGES = ("recorded", "designs", "live", "free motion", "report", "report of two")
+
+#: Everything of a page is open: diagrams, all arrows, all details, designs side by side.
+OPEN = """(() => { const v = mbody.viewer;
+for (const key of ['free', 'forces', 'velocities', 'accelerations'])
+  if (v.switches[key] && !v.on[key]) v.toggle(key);
+for (const one of v.shadowRoot.querySelectorAll('details')) one.open = true;
+if (v.motions.length > 1) v.arrange('side by side');
+return 0; })()"""
+
+RULES = Path(__file__).with_name("accessibility_rules.js").read_text("utf-8")
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("pages")
+
+    def file(name):
+        path = folder / f"{name.replace(' ', '_')}.html"
+        if path.exists():
+            return path
+        run = motion(gallery.load("free_fourbar" if name == "free motion" else "norton_fourbar"))
+        if name == "designs":
+            other = run.system.with_values({"crank.A.x": 5.0})
+            mbody.view({"a": run, "b": mbody.kinetostatics(other, turn=True)}).save(path)
+        elif name == "live":
+            pytest.importorskip("numba", reason="it builds the core for browsers")
+            pytest.importorskip("ziglang", reason="it builds the core for browsers")
+            live_view(run).save(path)
+        elif name.startswith("report"):
+            two = ["--compare", "AB=6.5"] if name.endswith("two") else []
+            assert main(["report", "mud_pump_sixbar", *two, "-o", str(path)]) == 0
+        else:
+            mbody.view(run).save(path)
+        return path
+
+    return file
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with started("--hide-scrollbars") as found:
+        yield ViewerPage(found)
+
+
+def opened(browser, files, name, dark):
+    browser.size(1280, 1000)
+    if name.startswith("report"):
+        browser.browser.open(files(name))
+        browser.dark(dark)
+        browser.read("document.querySelectorAll('details').forEach((e) => (e.open = true))")
+    else:
+        browser.open(files(name))
+        browser.dark(dark)
+        browser.read(OPEN)
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_names_landmarks_headings_and_tables(browser, files, name):
+    opened(browser, files, name, False)
+    found = browser.read(RULES)
+    assert found == {rule: [] for rule in found}
+    browser.size(420, 900)  # narrow: no part is wider than the window
+    found = browser.read(RULES)
+    assert found == {rule: [] for rule in found}
+
+
+@pytest.mark.skipif(not AXE, reason="MBODY_AXE does not name axe-core")
+@pytest.mark.parametrize("dark", (False, True))
+@pytest.mark.parametrize("name", PAGES)
+def test_axe_finds_nothing(browser, files, name, dark):
+    opened(browser, files, name, dark)
+    browser.read(f"{Path(AXE).read_text('utf-8')}; 0")
+    browser.read("new Promise((done) => setTimeout(done, 400))")  # colours change in 0.12 s
+    found = browser.read(
+        "axe.run(document, { resultTypes: ['violations'] }).then((r) => JSON.stringify("
+        "r.violations.map((v) => [v.id, v.impact, v.nodes.slice(0, 3).map((n) => n.html)])))"
+    )
+    browser.dark(False)
+    assert json.loads(found) == []
