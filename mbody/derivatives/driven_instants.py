@@ -119,7 +119,7 @@ class DrivenInstants:
         the instant itself then give other values.
         """
         system = self.run.system
-        whole = self.run.record.table(slice(0, system.page_rows))
+        whole = self.run.record.table(slice(0, system.record_rows))
         apart = np.abs(record.values[:, : whole.shape[1]] - whole[instants])
         fine = np.isfinite(whole)
         greatest = np.abs(whole[fine]).max(initial=0.0)

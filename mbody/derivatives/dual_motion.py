@@ -94,7 +94,7 @@ class DualInstant:
     t : float
     y, slope : DualNumber (numbers,)
         The state, projected on the constraints, and its derivative.
-    page : DualNumber (rows,)
+    record : DualNumber (rows,)
         As of `mbody.kernels.motion_duals.keep_duals`.
     value, rate : DualNumber (switched,)
         Of the rows that can be on or off: Φ and its rate.
@@ -109,7 +109,7 @@ class DualInstant:
     t: float
     y: DualNumber
     slope: DualNumber
-    page: DualNumber
+    record: DualNumber
     value: DualNumber
     rate: DualNumber
     block: DualNumber
@@ -138,7 +138,7 @@ class DualMotion:
         self.sided: dict[tuple[tuple[int, float], ...], tuple[Layout, dict[int, float]]] = {}
         self.uni = Unilateral(system)
         self.loads = len(system.mechanism.loads) if with_loads else 0
-        self.first_load = system.page_rows + 1 + 3 * len(system.drivers)
+        self.first_load = system.record_rows + 1 + 3 * len(system.drivers)
         self.rows = self.first_load + self.loads * system.coordinates
         sizes = coordinate_sizes(system.length, rates, accelerations)
         self.scale = np.concatenate([sizes, own_sizes(system), [1.0]])
@@ -149,7 +149,7 @@ class DualMotion:
     def followed(
         self, stretch: ModeStretch, begin: float, y: DualNumber, tangents: Tangents, times: Array
     ) -> DualNumber:
-        """Pages (instants, rows) at rising times of a stretch, from a state `begin` on."""
+        """Records (instants, rows) at rising times of a stretch, from a state `begin` on."""
         values = np.zeros((len(times), self.rows))
         changes = np.zeros((len(times), self.rows, tangents.count))
         for first in range(0, max(tangents.count, 1), TANGENTS):
@@ -201,7 +201,7 @@ class DualMotion:
             t=float(free.t[0]),
             y=_dual(free.y[:-1, lanes]),
             slope=_dual(free.K[0][:-1, lanes]),
-            page=_dual(free.output[0][:, lanes]),
+            record=_dual(free.output[0][:, lanes]),
             value=_dual(uni.units[:, None] * work.phi[2 * nodes][:, lanes]),
             rate=_dual(rate),
             block=_dual(block[:, :n3]),
@@ -240,7 +240,7 @@ class DualMotion:
             absolute=self.settings.atol,
             regularization=self.regularization,
             refinements=self.refinements,
-            rows=system.page_rows,
+            rows=system.record_rows,
             loads=self.loads,
             scale=self.scale,
             state=state,
@@ -343,7 +343,7 @@ class GuardDuals:
         if guard.kind == "lock":
             return touches[guard.number].spot.sign * now.rate[touches[guard.number].normal]
         if guard.kind == "open":
-            return self._pressing(now.page, guard.number)
+            return self._pressing(now.record, guard.number)
         if guard.kind in ("edge", "enter"):
             along = self._along(guard.number, now)
             return along if guard.kind == "edge" or along is None else -along
@@ -352,8 +352,8 @@ class GuardDuals:
             return SLIP_SIGNS[mode] * now.rate[row]
         if guard.kind == "slip" and guard.number < len(touches):
             group = stretch.groups.get(guard.number, [guard.number])
-            most = sum(self.static[k] * self._pressing(now.page, k) for k in group)
-            return most - abs(self._multiplier(now.page, touches[guard.number].tangent))
+            most = sum(self.static[k] * self._pressing(now.record, k) for k in group)
+            return most - abs(self._multiplier(now.record, touches[guard.number].tangent))
         if guard.kind == "slip":
             return self._reserve(guard.number - len(touches), now)
         return None
@@ -403,22 +403,22 @@ class GuardDuals:
             return touches[number].tangent, stretch.modes[number]
         return self.uni.rough[number - len(touches)].tangent, stretch.pairs[number - len(touches)]
 
-    def _multiplier(self, page: DualNumber, row: int) -> DualNumber:
+    def _multiplier(self, record: DualNumber, row: int) -> DualNumber:
         e = int(self.uni.layout.switched[row])
-        return page[3 * self.system.coordinates + PER_PRIMITIVE * e]
+        return record[3 * self.system.coordinates + PER_PRIMITIVE * e]
 
-    def _pressing(self, page: DualNumber, number: int) -> Any:
+    def _pressing(self, record: DualNumber, number: int) -> Any:
         touch = self.uni.touches[number]
-        return -touch.spot.sign * self._multiplier(page, touch.normal)
+        return -touch.spot.sign * self._multiplier(record, touch.normal)
 
     def _reserve(self, m: int, now: DualInstant) -> Any:
         """How much more friction a rough joint that sticks could have: of the nearer direction."""
         pair, L = self.uni.rough[m], self.uni.layout
-        force = self._multiplier(now.page, pair.tangent)
+        force = self._multiplier(now.record, pair.tangent)
         node = int(L.friction_node[pair.pair])
         first = 3 * self.system.coordinates
         first += PER_PRIMITIVE * int(np.flatnonzero(L.primitive_node == node)[0])
-        x, y = now.page[first], now.page[first + 1]
+        x, y = now.record[first], now.record[first + 1]
         ahead = self._limit(pair.pair, now, x, y, 1.0) - force
         back = self._limit(pair.pair, now, x, y, -1.0) + force
         return ahead if value(ahead) <= value(back) else back
@@ -572,9 +572,9 @@ class ChangeTimes:
         """Value of an event's measure at an instant; for part 1, without tangents of the
         parameters.
         """
-        page, n = now.page, self.motion.system.coordinates
-        width = page.tangents.shape[-1]
-        record = DualRecord(page.value[None], page.tangents[None], self.motion.first_load, n)
+        instant, n = now.record, self.motion.system.coordinates
+        width = instant.tangents.shape[-1]
+        record = DualRecord(instant.value[None], instant.tangents[None], self.motion.first_load, n)
         values = self.values
         if part:
             values = {

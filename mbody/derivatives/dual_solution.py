@@ -103,7 +103,7 @@ class DualSolution(Solution):
         if driver not in names:
             return super().driven(driver)
         value, rate, change = self.record.some(
-            self.system.page_rows + 1 + 3 * names.index(driver), 3
+            self.system.record_rows + 1 + 3 * names.index(driver), 3
         )
         return value, rate, change
 
@@ -120,7 +120,7 @@ def dual_solution(run: Solution, values: dict[str, Any], record: DualRecord) -> 
 
 
 def _made(run: Solution, system: System, record: DualRecord) -> DualSolution:
-    t: Any = record.take(system.page_rows)
+    t: Any = record.take(system.record_rows)
     return DualSolution(
         system=system,
         analysis=run.analysis,
@@ -162,14 +162,14 @@ class DualWorkspace:
     instants : DualInstants
     found : FoundDuals
     first_load : int
-        Row of the first load: after the page, the time and three signals of each driver.
+        Row of the first load: after the record, the time and three signals of each driver.
     """
 
     def __init__(self, system: System, kind: WorkspaceKind) -> None:
         count, drivers = kind.instants, len(system.drivers)
         loads = len(system.mechanism.loads) if kind.loads else 0
         self.kind = kind
-        self.first_load = system.page_rows + 1 + 3 * drivers
+        self.first_load = system.record_rows + 1 + 3 * drivers
         self.work: Work = system.work(LANES)
         self.instants = DualInstants(
             mode=kind.mode,
@@ -177,7 +177,7 @@ class DualWorkspace:
             t=np.zeros(count),
             given=np.zeros((count, max(1, drivers), 3)),
             q=np.zeros((count, system.coordinates)),
-            rows=system.page_rows,
+            rows=system.record_rows,
             regularization=kind.regularization,
             with_forces=kind.with_forces,
             at_rest=kind.at_rest,

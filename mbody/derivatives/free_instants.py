@@ -325,8 +325,8 @@ class DualWalk:
         #: Where the motion has come to.
         self.y = DualNumber(first.y, first.tangents)
 
-    def pages(self, t: Array) -> DualNumber:
-        """Pages (instants, rows) at rising times."""
+    def records(self, t: Array) -> DualNumber:
+        """Records (instants, rows) at rising times."""
         motion, width = self.motion, len(self.lost.names)
         values = np.full((len(t), motion.rows), np.nan)
         changes = np.zeros((len(t), motion.rows, width))
@@ -362,7 +362,7 @@ class DualWalk:
                 changes[near] = np.nan
             elif self._ends(stretch):
                 near = inside[t[inside] == stretch.end]
-                changes[near] = now.page.tangents if now is not None else np.nan
+                changes[near] = now.record.tangents if now is not None else np.nan
                 self.lost.without(changes, near)
             elif (moving := begun.tangents != 0.0).any():
                 near = inside[np.abs(t[inside] - stretch.end) <= self.times.short]
@@ -374,13 +374,13 @@ class DualWalk:
     # -- samples of controllers ---------------------------------------------------------------
 
     def _sampled(
-        self, old: ModeStretch, begun: DualNumber, y: DualNumber, page: DualNumber | None
+        self, old: ModeStretch, begun: DualNumber, y: DualNumber, record: DualNumber | None
     ) -> tuple[DualNumber, DualNumber]:
-        """Let controllers sample: the time at which inputs change, and the state there. `page`: of
-        this state, where it is known.
+        """Let controllers sample: the time at which inputs change, and the state there. `record`:
+        of this state, where it is known.
         """
         tangents = self.inputs.enter(old, self.tangents)
-        later = self.inputs.sample(old, begun, y, self.tangents, page)
+        later = self.inputs.sample(old, begun, y, self.tangents, record)
         if not later.any():
             return begun, y
         now = self.motion.at(old, begun, y, tangents)
@@ -567,12 +567,12 @@ class DualWalk:
 
     # -- shared computations -------------------------------------------------------------------
 
-    def _state(self, page: DualNumber) -> DualNumber:
-        """The state of a page."""
+    def _state(self, record: DualNumber) -> DualNumber:
+        """The state of a record."""
         n, owns = self.system.coordinates, self.system.layout.owns
         rows = self.system.own_rows
         places = np.r_[0 : 2 * n, rows.start : rows.start + owns]
-        return DualNumber(page.value[places], page.tangents[places].copy())
+        return DualNumber(record.value[places], record.tangents[places].copy())
 
 
 def _within(stretch: ModeStretch, t: Array) -> Array:
@@ -650,24 +650,24 @@ class FreeInstants:
         if before is not None and before.walk is not None:
             inputs.go_on_from(before.walk.inputs)
         self.walk = DualWalk(motion, first, self.stretches, tangents, times, impacts, inputs)
-        pages = self.walk.pages(np.array(self.run.t[instants]))
-        self._compare(motion, pages, instants)
+        records = self.walk.records(np.array(self.run.t[instants]))
+        self._compare(motion, records, instants)
         self.events = times.events
-        return DualRecord(pages.value, pages.tangents, motion.first_load, system.coordinates)
+        return DualRecord(records.value, records.tangents, motion.first_load, system.coordinates)
 
-    def _compare(self, motion: DualMotion, pages: DualNumber, instants: Array) -> None:
+    def _compare(self, motion: DualMotion, records: DualNumber, instants: Array) -> None:
         """Controllers that are no functions of what they read make another motion each time."""
         machine, n = self.run.mechanism, 2 * self.run.system.coordinates
         if not machine.controllers:
             return
         kept = self.run.record.table(slice(0, n))[instants]
-        apart = np.abs(pages.value[:, :n] - kept) / (motion.scale[:n] + np.abs(kept))
+        apart = np.abs(records.value[:, :n] - kept) / (motion.scale[:n] + np.abs(kept))
         if float(apart.max(initial=0.0)) <= max(STATE_REPEATED, TOLERANCES * motion.settings.rtol):
             return
         names = listed([one.name for one in machine.controllers])
         why = f"followed again the motion is another: {names} must be functions of what they read"
         self.lost.lose(True, self.first.t, f"{why}, or objects, which are copied with their memory")
-        pages.tangents[:] = np.nan
+        records.tangents[:] = np.nan
 
     def without_derivative(self, instants: Array, _: DualRecord) -> Array:
         """Which of some instants have no derivatives by any number, (instants,): none; what has
@@ -745,7 +745,7 @@ class ReleasedInstants:
         t, first = np.asarray(self.run.t[instants]), self.first
         loads = len(self.run.mechanism.loads) if with_loads else 0
         system = self.run.system
-        first_load = system.page_rows + 1 + 3 * len(system.drivers)
+        first_load = system.record_rows + 1 + 3 * len(system.drivers)
         rows = first_load + loads * system.coordinates
         values, changes = np.zeros((len(t), rows)), np.zeros((len(t), rows, len(self.names)))
         self.followed = []
@@ -785,13 +785,13 @@ class ReleasedInstants:
         """Put the rows of a part where those of the whole system are."""
         whole, part = self.run.system, run.system
         to, of = phase_rows(whole, part)
-        to, of = np.append(to, whole.page_rows), np.append(of, part.page_rows)
+        to, of = np.append(to, whole.record_rows), np.append(of, part.record_rows)
         names = [one.name for one in whole.drivers]
         signals = np.arange(3)
         for k, one in enumerate(part.drivers):
-            to = np.append(to, whole.page_rows + 1 + 3 * names.index(one.name) + signals)
-            of = np.append(of, part.page_rows + 1 + 3 * k + signals)
-        first = whole.page_rows + 1 + 3 * len(names)
+            to = np.append(to, whole.record_rows + 1 + 3 * names.index(one.name) + signals)
+            of = np.append(of, part.record_rows + 1 + 3 * k + signals)
+        first = whole.record_rows + 1 + 3 * len(names)
         loads = np.arange(values.shape[1] - first)
         to, of = np.append(to, first + loads), np.append(of, found.loads + loads)
         values[np.ix_(places, to)] = found.values[:, of]
@@ -803,7 +803,7 @@ class ReleasedInstants:
         for n, driver in enumerate(system.drivers):
             free = t >= self.run.released.get(driver.name, np.inf)
             if free.any():
-                row = system.page_rows + 1 + 3 * n
+                row = system.record_rows + 1 + 3 * n
                 for k, one in enumerate(driven_motion(found, driver)):
                     record.values[free, row + k] = one.value[free]
                     record.tangents[free, row + k] = one.tangents[free]

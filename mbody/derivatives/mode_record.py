@@ -95,40 +95,40 @@ class JumpWatch(EventIntegration):
         self.greatest = dict.fromkeys((one.number for one in self.jumps), 0.0)
         self.aside: Work = self.work.copied()
 
-    def _values(self, which: list[int], t: Array, pages: Array) -> Array:
+    def _values(self, which: list[int], t: Array, records: Array) -> Array:
         last = self.first_jump + len(self.jumps)
         ours = [k for k, n in enumerate(which) if self.first_jump <= n < last]
         others = [k for k, n in enumerate(which) if not self.first_jump <= n < last]
         found = np.empty((len(which), len(t)))
-        found[others] = super()._values([which[k] for k in others], t, pages)
+        found[others] = super()._values([which[k] for k in others], t, records)
         if ours:
             places = [self.jumps[which[k] - self.first_jump].number for k in ours]
-            found[ours] = self._arguments(places, t, pages[:, :, 0])
+            found[ours] = self._arguments(places, t, records[:, :, 0])
             for place, row in zip(places, found[ours], strict=True):
                 self.greatest[place] = max(self.greatest[place], float(np.abs(row).max()))
         return found
 
-    def _arguments(self, places: list[int], t: Array, pages: Array) -> Array:
+    def _arguments(self, places: list[int], t: Array, records: Array) -> Array:
         """Values (places, instants) of arguments."""
         system, work = self.system, self.aside
         n, owns = system.coordinates, system.layout.owns
         first = system.own_rows.start
         rows = system.layout.input_row
         found = np.empty((len(places), len(t)))
-        for k, page in enumerate(pages):
-            work.q[:n, 0], work.v[:n, 0] = page[:n], page[n : 2 * n]
-            work.own[:owns, 0] = page[first : first + owns]
-            work.signal[rows, 0] = page[first + owns : first + owns + len(rows)]
+        for k, record in enumerate(records):
+            work.q[:n, 0], work.v[:n, 0] = record[:n], record[n : 2 * n]
+            work.own[:owns, 0] = record[first : first + owns]
+            work.signal[rows, 0] = record[first + owns : first + owns + len(rows)]
             work.time[0, 0] = t[k]
             free_motion(self.layout, work, self.regularization, 0)
             found[:, k] = work.formula[places, 0]
         return found
 
-    def _record(self, event: Any, t: float, page: Array) -> None:
+    def _record(self, event: Any, t: float, record: Array) -> None:
         if isinstance(event, JumpGuard):
             self.crossings.append((t, event.number))
         else:
-            super()._record(event, t, page)
+            super()._record(event, t, record)
 
 
 # -- Laws and loads that may jump along a motion, followed as formulas or not ------------------
@@ -469,6 +469,6 @@ class ModeRecorder(JumpWatch, ContactIntegration):
         self.why = "an impact without collision follows there (Painlevé's paradox)"
         return super()._without_collision(before)
 
-    def _note_several(self, page: Array) -> None:
+    def _note_several(self, record: Array) -> None:
         self.why = "several accelerations are consistent with the friction there"
-        super()._note_several(page)
+        super()._note_several(record)

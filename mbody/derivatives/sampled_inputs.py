@@ -246,22 +246,22 @@ class SampledInputs:
         t: DualNumber,
         y: DualNumber,
         tangents: Tangents,
-        page: DualNumber | None,
+        record: DualNumber | None,
     ) -> Array:
         """Do what is due at a time, which may move; by how much numbers move the change of the
         inputs away from there: delays that are zero may be more.
 
-        y, page: the state there, which moves with it, and its page where that is known, in the
+        y, record: the state there, which moves with it, and its record where that is known, in the
         modes before.
         """
         later = []
         for one in self.sampled:
             if one.due(float(t.value)):
-                if page is None:
+                if record is None:
                     seen = replace(before, inputs=dict(before.inputs))
-                    page = self.motion.at(seen, t, y, self.enter(seen, tangents)).page
+                    record = self.motion.at(seen, t, y, self.enter(seen, tangents)).record
                 one.state.count += 1
-                found = one.duals(t, self._reads(one, page))
+                found = one.duals(t, self._reads(one, record))
                 self._check(one, float(t.value), found)
                 delay = one.state.controller.delay
                 when = DualNumber(t.value + delay, t.tangents + one.delay)
@@ -270,7 +270,7 @@ class SampledInputs:
             while one.pending and one.pending[0][0].value <= t.value + one.close:
                 # what is sampled after it reads the new inputs
                 self.now |= one.pending.pop(0)[1]
-                page = None
+                record = None
         return self._alike(later, float(t.value))
 
     def when(self, t: float) -> DualNumber:
@@ -321,9 +321,9 @@ class SampledInputs:
         found = self.values[name]
         return found.tangents if isinstance(found, DualNumber) else np.zeros(self.width)
 
-    def _reads(self, one: _Sampled, page: DualNumber) -> list[DualNumber]:
+    def _reads(self, one: _Sampled, instant: DualNumber) -> list[DualNumber]:
         n = self.motion.system.coordinates
-        record = DualRecord(page.value[None], page.tangents[None], self.motion.first_load, n)
+        record = DualRecord(instant.value[None], instant.tangents[None], self.motion.first_load, n)
         found, whole, names = [], None, self.lost.names
         for measure in one.reads:
             if measure.of not in self.programs:

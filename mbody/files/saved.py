@@ -65,11 +65,11 @@ def array(
     return found
 
 
-def pages(
+def read_records(
     arrays: Mapping[str, np.ndarray], name: str, system: System, count: int, analysis: str
 ) -> np.ndarray:
     """Kept records of so many instants: (instants, rows)."""
-    rows = system.page_rows
+    rows = system.record_rows
     return array(arrays, name, (count, rows), open=analysis != "simulate")
 
 
@@ -488,7 +488,9 @@ def _solution(
         given = array(arrays, "given", (n, len(system.drivers), 3), open=True)
 
     def instants(name: str, when: Any) -> Solution:
-        record = Record([pages(arrays, name, system, 1, analysis)[:, :, None]], 1, batch=False)
+        record = Record(
+            [read_records(arrays, name, system, 1, analysis)[:, :, None]], 1, batch=False
+        )
         return Solution(
             system, analysis, np.atleast_1d(when), record, None, regularization=regularization
         )
@@ -504,7 +506,7 @@ def _solution(
         )
         for n, (name, t, after) in enumerate(header["events"])
     )
-    block = np.ascontiguousarray(pages(arrays, "pages", system, n, analysis)[:, :, None])
+    block = np.ascontiguousarray(read_records(arrays, "pages", system, n, analysis)[:, :, None])
     return Solution(
         system=system,
         analysis=analysis,

@@ -323,7 +323,7 @@ def measured_quantities(changeable: Changeable) -> MeasuredProgram:
     and the measures of the mechanism.
     """
     system = changeable.system
-    rows = system.page_rows
+    rows = system.record_rows
     inputs = {f"row {n}": Rule(0.0) for n in range(rows)} | {"time": Rule(0.0)}
     # names of numbers, of which one may be that of a row
     inputs |= {f"number {name}": rule for name, rule in changeable.rules.items()}
@@ -544,12 +544,12 @@ def enter_free(
     assert isinstance(explicit, ExplicitSteps)
     layout, work = integration.layout, integration.work
     stepping, errors = integration.stepping, integration.motion.tolerances
-    page, rows, causes = integration.page, integration.rows, integration.causes
+    record, rows, causes = integration.record, integration.rows, integration.causes
     program = measured.program
     own = integration.y[2 * system.coordinates :].copy()
     begin = MotionStart(times=np.array([first, last]), q=q, v=v, own=own)
     arena.call("numbers.free", "set_numbers", numbers, layout, work)
-    at = arena.call("begin", "begin_motion", layout, work, stepping, errors, begin, page, False)
+    at = arena.call("begin", "begin_motion", layout, work, stepping, errors, begin, record, False)
     arena.word("begin.goes_on", at["goes_on"])
     for name, times in (("advance", np.array([first])), ("run", request.times.copy())):
         outputs = Outputs(
@@ -577,7 +577,7 @@ def enter_free(
         arena.entries.append(ImageEntry(STATE, place, column, one.name, unit))
     for key in ("relative", "absolute"):
         arena.word(f"motion.{key}", arena.field_place(errors, key))
-    arena.array("begin.page", page)
+    arena.array("begin.page", record)
     arena.array("motion.state", stepping.state)
     arena.array("motion.y", stepping.y)
     return {
@@ -745,7 +745,7 @@ def to_image(
             place = arena.put(numbers.slots) + 8 * slots.index(number_name)
             unit = measured.units[measured.names.index(input_name)]
             arena.entries.append(ImageEntry(INPUT, place, 1, input_name, unit))
-    rows = system.page_rows
+    rows = system.record_rows
     arena.word("page.rows", 0, rows)
     about: dict[str, Any] = {}
     notes = [*measured.notes, *_fits(system)]

@@ -88,7 +88,7 @@ class Evaluation:
         n = system.coordinates
         rates = record.values[:, n : 2 * n] / system.coordinate_units
         units = np.array([one.unit(system.length) for one in system.drivers])
-        first = system.page_rows + 1
+        first = system.record_rows + 1
         speeds = record.values[:, first + 1 : first + 3 * len(units) : 3] / units
         driving = np.abs(speeds).max(axis=1)
         moving = driving > SLOW * driving.max(initial=0.0)

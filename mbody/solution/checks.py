@@ -366,21 +366,21 @@ def _limits(
     system = solution.system
     constraint, left, term, power, flow = parts.T
     n = system.coordinates
-    pages = solution.record.table(slice(None))
-    pages = pages[design] if solution.record.batch else pages
-    reach = 1.0 + system.extent(pages)
-    known = np.isfinite(pages[:, : 3 * n]).all(axis=1)
+    records = solution.record.table(slice(None))
+    records = records[design] if solution.record.batch else records
+    reach = 1.0 + system.extent(records)
+    known = np.isfinite(records[:, : 3 * n]).all(axis=1)
     constraint = np.where(known, constraint, np.nan)
     yield "the constraints are violated by {} (model lengths, rad)", constraint, OPEN * reach
     if not solution.has_forces:
         return
     top, flowing = (float(np.nanmax(np.abs(whole), initial=0.0)) for whole in (term, flow))
-    known &= np.isfinite(pages).all(axis=1)
+    known &= np.isfinite(records).all(axis=1)
     # forces that are reported as missing are in no balance
     reported = any(doubt.kind == "incomplete" for doubt in as_reported(solution).doubts)
     unknown = 0.0 if reported else np.nan
     part = np.where(known, left / (top or 1.0), unknown)
-    carried = np.where(known, _carried(system, pages) / (top or 1.0), 0.0)
+    carried = np.where(known, _carried(system, records) / (top or 1.0), 0.0)
     limit = CERTIFICATE_LEFT + ROUNDED * carried**2
     if (part > limit).any():
         # at rest on springs of their free lengths all forces are rounding of places
@@ -399,12 +399,12 @@ def _pace(system: System, top: float) -> float:
     return float(np.sqrt(top / (whole * system.length))) if whole else 0.0
 
 
-def _carried(system: System, pages: Array) -> Any:
+def _carried(system: System, records: Array) -> Any:
     """The greatest force of a joint or driver at every instant, torques by the model length."""
-    primitives = pages[:, 3 * system.coordinates :][:, : PER_PRIMITIVE * len(system.owners)]
-    forces = np.abs(primitives.reshape(len(pages), -1, PER_PRIMITIVE)[:, :, 2:])
+    primitives = records[:, 3 * system.coordinates :][:, : PER_PRIMITIVE * len(system.owners)]
+    forces = np.abs(primitives.reshape(len(records), -1, PER_PRIMITIVE)[:, :, 2:])
     forces[:, :, 2] /= system.length
-    return forces.reshape(len(pages), -1).max(axis=1, initial=0.0)
+    return forces.reshape(len(records), -1).max(axis=1, initial=0.0)
 
 
 def _doubt(solution: Result, which: str, what: str, size: Array, wrong: Array) -> Doubt:

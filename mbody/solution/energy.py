@@ -147,10 +147,10 @@ def works_of_moving(system: System) -> list[str]:
     return [f"{system.owners[int(L.switched[s])][0].name}.moving" for s in L.moving]
 
 
-def _named(system: System, pages: Array) -> dict[str, dict[str, AccountedEnergy]]:
+def _named(system: System, records: Array) -> dict[str, dict[str, AccountedEnergy]]:
     """The parts of the account that loads name beside their work."""
     states = system.mechanism.states
-    own = pages[:, system.own_rows]
+    own = records[:, system.own_rows]
     found = {}
     for load in system.mechanism.loads:
         first = f"{load.name}."
@@ -164,18 +164,18 @@ def _named(system: System, pages: Array) -> dict[str, dict[str, AccountedEnergy]
     return found
 
 
-def account(system: System, pages: Array, gained: Array, stops: Sequence[str] = ()) -> Energy:
-    """The account of a motion. `pages` (instants, rows), `gained` (instants, causes)."""
+def account(system: System, records: Array, gained: Array, stops: Sequence[str] = ()) -> Energy:
+    """The account of a motion. `records` (instants, rows), `gained` (instants, causes)."""
     machine, n = system.mechanism, system.coordinates
-    kinetic = 0.5 * (pages[:, n : 2 * n] ** 2) @ system.mass[:n, 0]
+    kinetic = 0.5 * (records[:, n : 2 * n] ** 2) @ system.mass[:n, 0]
     loads = {load.name: load for load in machine.loads}
     names = causes(system, stops)
     together = not 0 < len(loads) <= ACCOUNTED
     by = {name: gained[:, k] for k, name in enumerate(names)}
-    potential, work, lost = (np.zeros(len(pages)) for _ in range(3))
+    potential, work, lost = (np.zeros(len(records)) for _ in range(3))
     rough = works_of_pairs(system)
-    taken = {name: np.zeros(len(pages)) for name in (*rough.values(), *stops)}
-    named = {} if together else _named(system, pages)
+    taken = {name: np.zeros(len(records)) for name in (*rough.values(), *stops)}
+    named = {} if together else _named(system, records)
     for name, part in by.items():
         if name in named:
             continue  # it passes from one named part to the others
@@ -198,6 +198,6 @@ def account(system: System, pages: Array, gained: Array, stops: Sequence[str] = 
             total += one.values
     whole = kinetic + potential + lost - work
     balance = whole - whole[:1]
-    forces = pages[:, 3 * n : 3 * n + PER_PRIMITIVE * len(system.owners)]
+    forces = records[:, 3 * n : 3 * n + PER_PRIMITIVE * len(system.owners)]
     rounding = ROUNDING * system.length * float(np.abs(forces).max(initial=0.0))
     return Energy(kinetic, potential, work, lost, balance, by, taken, rounding)

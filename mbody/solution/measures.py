@@ -196,13 +196,13 @@ def _forces(solution: Result, load: Load, body: str) -> tuple[Array, Array, Arra
     if kept is not None:
         return kept
     motion, batch = motion_rows(solution), solution.record.batch
-    pages = motion if batch else motion[None]
-    found = np.empty((len(pages), len(solution.t), 3))
+    histories = motion if batch else motion[None]
+    found = np.empty((len(histories), len(solution.t), 3))
     t = np.array(solution.t)
-    for design, page in enumerate(pages):
+    for design, history in enumerate(histories):
         output = np.empty((len(solution.t), len(system.mechanism.loads), system.coordinates))
         work = system.work(designs=design if system.batch is not None else 0)
-        each_load(system.runtime(), work, np.ascontiguousarray(page), t, output)
+        each_load(system.runtime(), work, np.ascontiguousarray(history), t, output)
         found[design] = output[:, cause, column : column + 3]
     whole = np.moveaxis(found, 2, 0)
     fx, fy, torque = whole if batch else whole[:, 0]

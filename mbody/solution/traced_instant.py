@@ -232,11 +232,11 @@ class Present:
         system: System,
         y: memoryview,
         slots: memoryview,
-        page: Callable[[], memoryview],
+        instant: Callable[[], memoryview],
     ) -> None:
-        self.system, self.page = system, page
+        self.system, self.record = system, instant
         self.y, self.slots = y, slots
-        self.rows = system.page_rows
+        self.rows = system.record_rows
         self.recording = Recording(
             {f"row {n}": Rule(0.0) for n in range(self.rows)} | {"time": Rule(0.0)}
         )
@@ -259,12 +259,12 @@ class Present:
         """Function that evaluates a traced number at the present instant."""
         if isinstance(value, np.ndarray):
             value = value[()]
-        text, needs_page = self._text(self.recording.program([value]))
+        text, needs_record = self._text(self.recording.program([value]))
         strict, lenient = (_function(text, scope) for scope in (STRICT, LENIENT))
-        y, slots, page = self.y, self.slots, self.page
+        y, slots, record = self.y, self.slots, self.record
 
         def evaluated() -> float:
-            kept = page() if needs_page else None
+            kept = record() if needs_record else None
             try:
                 found: float = strict(y, slots, kept)
             except (ValueError, ArithmeticError):
@@ -275,16 +275,16 @@ class Present:
         return evaluated
 
     def _text(self, program: NumberProgram) -> tuple[str, bool]:
-        """The function as text, and whether it reads the page."""
+        """The function as text, and whether it reads the record."""
         inputs, few = self.rows + 1, 2 * self.system.coordinates
         constants = len(program.slots) - len(program.operations)
         used = {int(n) for n in program.operations[:, 1:3].ravel()} | {int(program.targets[0])}
-        lines = ["def read(y, slots, page):"]
-        needs_page = False
+        lines = ["def read(y, slots, record):"]
+        needs_record = False
         for n in sorted(used):
             if n < inputs:
-                source = f"y[{n}]" if n < few else f"page[{n}]"
-                needs_page |= few <= n < self.rows
+                source = f"y[{n}]" if n < few else f"record[{n}]"
+                needs_record |= few <= n < self.rows
                 source = "slots[0]" if n == self.rows else source
                 lines.append(f"    s{n} = number({source})")
             elif n < constants:
@@ -295,7 +295,7 @@ class Present:
             form = WRITTEN.get(name, f"{name}({{0}}, {{1}})" if binary else f"{name}({{0}})")
             lines.append(f"    s{place} = {form.format(f's{a}', f's{b}')}")
         lines.append(f"    return s{int(program.targets[0])}")
-        return "\n".join(lines), needs_page
+        return "\n".join(lines), needs_record
 
 
 def _function(text: str, scope: dict[str, Any]) -> Callable[..., Any]:

@@ -119,7 +119,7 @@ class LaneMotion:
             bad=np.zeros(self.groups * LANES),
         )
         self.many.scale[:] = 1.0
-        self.pages = self._blank(system.page_rows)
+        self.records = self._blank(system.record_rows)
         self._own = own_sizes(system)
         self._workers = [self._worker() for _ in range(self.threads)]
         self._pool: ThreadPoolExecutor | None = None
@@ -209,11 +209,11 @@ class LaneMotion:
         self.put(many.state, NEXT, which, 0.0)
 
     def evaluate(self, groups: Array | None = None) -> None:
-        """Keep the present instants of some groups in `pages`."""
+        """Keep the present instants of some groups in `records`."""
 
         def work(worker: tuple[Work, LaneWorkspace], first: int, last: int) -> int:
             evaluate_lanes(
-                self.layout, worker[0], REFINEMENTS, self.many, worker[1], self.pages, first, last
+                self.layout, worker[0], REFINEMENTS, self.many, worker[1], self.records, first, last
             )
             return last
 
@@ -460,7 +460,7 @@ class LaneReadings:
     system: System
     n: int
     _lanes: LaneMotion
-    _page_valid = False
+    _record_valid = False
 
     def _alone(self) -> Iterator[tuple[int, Simulator]]:
         """The states that are not on lanes, each with a simulator that is set to it."""
@@ -537,11 +537,11 @@ class LaneReadings:
                 return self._program(measure)
             except Exception:  # whatever Python does with a number that is none
                 pass
-        return lambda: self._patched(measure, self._by_pages(measure))
+        return lambda: self._patched(measure, self._by_records(measure))
 
     def _program(self, measure: Measure) -> ReadAll:
         """A measure as a list of operations on rows."""
-        system, rows = self.system, self.system.page_rows
+        system, rows = self.system, self.system.record_rows
         recording = Recording({f"row {n}": Rule(0.0) for n in range(rows)} | {"time": Rule(0.0)})
         traced: list[Any] = list(recording.inputs.values())
         record: Any = TracedRecord(traced[:-1])
@@ -550,11 +550,11 @@ class LaneReadings:
         operations = program.operations.tolist()
         constants = len(program.slots) - len(operations)
         target = int(program.targets[0])
-        lines, needs_page = ["def read(row, page, time):"], False
+        lines, needs_record = ["def read(row, record, time):"], False
         for n in sorted({m for one in operations for m in one[1:3]} | {target}):
             if n < rows:
                 source = self._source(n)
-                needs_page |= source.startswith("page")
+                needs_record |= source.startswith("record")
                 lines.append(f"    s{n} = {source}")
             elif n == rows:
                 lines.append(f"    s{n} = time()")
@@ -573,20 +573,20 @@ class LaneReadings:
         def row(of: int, n: int) -> Array:
             return lanes.row((lanes.many.y, lanes.many.inputs)[of], n)
 
-        def page(n: int) -> Array:
+        def instant(n: int) -> Array:
             self._evaluate()
-            return lanes.row(lanes.pages, n)
+            return lanes.row(lanes.records, n)
 
         def read() -> Array:
             with np.errstate(all="ignore"):
-                found = function(row, page, lambda: self.t)
+                found = function(row, instant, lambda: self.t)
             found = np.broadcast_to(np.asarray(found, dtype=float), (self.n,)).copy()
-            return self._patched(measure, found) if needs_page else found
+            return self._patched(measure, found) if needs_record else found
 
         return read
 
     def _source(self, n: int) -> str:
-        """Where a row of a page is: among the states, the inputs that are set, or the page."""
+        """Where a row of a record is: among the states, the inputs that are set, or the record."""
         few, own = 2 * self.system.coordinates, self.system.own_rows.start
         if n < few:
             return f"row(0, {n})"
@@ -597,14 +597,14 @@ class LaneReadings:
             name = self.system.mechanism.inputs[n - own - owns].name
             if name in self._input_names:
                 return f"row(1, {self._input_names.index(name)})"
-        return f"page({n})"
+        return f"record({n})"
 
-    def _by_pages(self, measure: Measure) -> Array:
-        """A measure from the pages of all instants."""
+    def _by_records(self, measure: Measure) -> Array:
+        """A measure from the records of all instants."""
         self._evaluate()
-        pages = self._lanes.rows(self._lanes.pages, 0, self.system.page_rows)
+        records = self._lanes.rows(self._lanes.records, 0, self.system.record_rows)
         batch = self.system.batch is not None
-        block, t = (pages.T[None], self.t[:, None]) if batch else (pages[:, :, None], self.t)
+        block, t = (records.T[None], self.t[:, None]) if batch else (records[:, :, None], self.t)
         record = Record([np.ascontiguousarray(block)], self.n, batch=batch)
         if batch and np.ptp(self.t) == 0.0:
             t = self.t[:1]
@@ -618,9 +618,9 @@ class LaneReadings:
         return found
 
     def _evaluate(self) -> None:
-        if not self._page_valid:
+        if not self._record_valid:
             self._lanes.evaluate()
-            self._page_valid = True
+            self._record_valid = True
 
     _measures: dict[Any, ReadAll]
     _input_names: tuple[str, ...]

@@ -45,11 +45,11 @@ class BodyNow:
         Of the link's x axis [rad], and its rates.
     """
 
-    __slots__ = ("_angle", "_first", "_omega", "_page", "_rate", "_second", "_y", "name")
+    __slots__ = ("_angle", "_first", "_instant_record", "_omega", "_rate", "_second", "_y", "name")
 
     def __init__(self, name: str, present: Present) -> None:
         n, b = present.system.coordinates, present.system.bodies[name]
-        self.name, self._y, self._page = name, present.y, present.page
+        self.name, self._y, self._instant_record = name, present.y, present.record
         self._first, self._rate, self._second = 3 * b, n + 3 * b, 2 * n + 3 * b
         self._angle, self._omega = self._first + 2, self._rate + 2
 
@@ -86,17 +86,17 @@ class BodyNow:
     @property
     def ax(self) -> float:
         """Acceleration of the mass centre [length/time²]."""
-        return self._page()[self._second]
+        return self._instant_record()[self._second]
 
     @property
     def ay(self) -> float:
         """Acceleration of the mass centre [length/time²]."""
-        return self._page()[self._second + 1]
+        return self._instant_record()[self._second + 1]
 
     @property
     def alpha(self) -> float:
         """Angular acceleration [rad/time²]."""
-        return self._page()[self._second + 2]
+        return self._instant_record()[self._second + 2]
 
     def __repr__(self) -> str:
         return f"{self.name}: x {self.x:.6g}, y {self.y:.6g}, angle {self.angle:.6g} rad"
@@ -229,7 +229,7 @@ class Readings:
         self._integration, self._settings = integration, settings
         y, slots, shown = integration.y, integration.state, integration.shown.reshape(-1)
         self._slots, self._shown = memoryview(slots.data), memoryview(shown.data)
-        self._present = Present(self.system, memoryview(y.data), self._slots, self._page)
+        self._present = Present(self.system, memoryview(y.data), self._slots, self._instant_record)
         self._named: dict[str, BodyNow | PointNow] = {}
         self._found: dict[Any, Any] = {}
         self._measures: dict[Any, Read] = {}
@@ -237,7 +237,7 @@ class Readings:
 
     def _changed(self) -> None:
         """Nothing that was evaluated holds any more."""
-        self._page_valid = False
+        self._record_valid = False
         self._certified: Solution | None = None
 
     @property
@@ -345,17 +345,17 @@ class Readings:
             read = self._measures[of] = self._present.measure(of, self._instant)
         return read()
 
-    def _page(self) -> memoryview:
+    def _instant_record(self) -> memoryview:
         """Record of the present instant."""
-        if not self._page_valid:
+        if not self._record_valid:
             self._integration.instant()
-            self._page_valid = True
+            self._record_valid = True
         return self._shown
 
     def _instant(self) -> Solution:
         """The present instant as a result."""
-        page = np.array(self._page())[None, :, None]
-        record = Record([page], 1, batch=False)
+        instant = np.array(self._instant_record())[None, :, None]
+        record = Record([instant], 1, batch=False)
         t = np.array([self.t])
         regular = self._integration.regularization
         return Solution(self.system, "simulate", t, record, None, regularization=regular)
@@ -369,7 +369,7 @@ class Readings:
             if self._origin is not None and self._before is not None:
                 found = self._before
             else:
-                self._page()
+                self._instant_record()
                 found = self._integration.now(self._ended or "completed")
             self._certified = judged(found, self._settings, self._beyond)
         return self._certified
@@ -549,11 +549,11 @@ class MechanicsNow(Readings):
             Inputs in place of the present ones, for this evaluation alone.
         """
         n = self.system.coordinates
-        page = self._page()
+        record = self._instant_record()
         if u is not None:
-            page = memoryview(self._integration.instant(self.inputs.array(u)).reshape(-1).data)
-            self._page_valid = False
-        a = np.array(page[2 * n : 3 * n])
+            record = memoryview(self._integration.instant(self.inputs.array(u)).reshape(-1).data)
+            self._record_valid = False
+        a = np.array(record[2 * n : 3 * n])
         return np.asarray(self._mechanics().minimal().P @ a) if minimal else a
 
     def multipliers(self) -> Array:
@@ -562,7 +562,7 @@ class MechanicsNow(Readings):
         """
         primitive, row, _ = self.system.row_table
         first = 3 * self.system.coordinates
-        return np.array(self._page())[first + PER_PRIMITIVE * primitive + row]
+        return np.array(self._instant_record())[first + PER_PRIMITIVE * primitive + row]
 
     @property
     def row_names(self) -> tuple[str, ...]:
@@ -600,5 +600,5 @@ class MechanicsNow(Readings):
         return linearize(self.system, at=self.solution()).state_matrices(measures)
 
     def _mechanics(self) -> InstantMechanics:
-        own = np.array(self._page())[self.system.own_rows]
+        own = np.array(self._instant_record())[self.system.own_rows]
         return InstantMechanics(self.system, self.t, self.q, self.v, own)

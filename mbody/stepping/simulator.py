@@ -403,7 +403,7 @@ class Simulator(MechanicsNow):
         return Inputs(values, self._set_input, others, number, followed)
 
     def _kept_number(self, row: int) -> float:
-        return self._page()[row]
+        return self._instant_record()[row]
 
     def _begin(
         self,
@@ -486,7 +486,7 @@ class Simulator(MechanicsNow):
     def _reach(self, until: float) -> None:
         if self._ended or self._stale or self._origin is not None:
             until = self._prepared(until)
-        self._page_valid, self._certified = False, None
+        self._record_valid, self._certified = False, None
         if until > self._slots[TIME]:
             self._ended = self._integration.reach(until)
             if self._watched.any:
@@ -534,7 +534,7 @@ class Simulator(MechanicsNow):
             return True
         rows = part.record.table(slice(None))
         self._integration.place_at(until, rows[int(np.searchsorted(part.t, until))])
-        self._page_valid, self._certified = True, None
+        self._record_valid, self._certified = True, None
         return False
 
     # -- the state ----------------------------------------------------------------------------
@@ -599,12 +599,12 @@ class Simulator(MechanicsNow):
                 f"{own.method} at rtol {own.rtol:g}: reset(state) takes its positions and rates "
                 "alone"
             )
-        self._page_valid = False
+        self._record_valid = False
         return self._integration.unfit(carried, given.inputs)
 
     def _set_input(self, place: int, value: float) -> None:
         self._signals[self._rows[place]] = value
-        self._stale, self._page_valid, self._certified = True, False, None
+        self._stale, self._record_valid, self._certified = True, False, None
 
     def reset(
         self,

@@ -464,7 +464,7 @@ class Simulators(SinglyLed):
 
     def _changed(self) -> None:
         """Invalidates readings after a change of state or inputs."""
-        self._page_valid = False
+        self._record_valid = False
 
     # -- starts --------------------------------------------------------------------------------
 

@@ -133,7 +133,7 @@ class Carried:
     passage : tuple
         Singular positions ahead, those behind, doubts, and positions that were met.
     first : float
-    reference, page : arrays (rows, 1)
+    reference, record : arrays (rows, 1)
         When the motion began, what is kept of that instant (see `mbody.kernels.layout`), and of
         the present one.
     extremes : dict
@@ -148,7 +148,7 @@ class Carried:
     passage: KnownCrossings
     first: float
     reference: Array
-    page: Array
+    record: Array
     extremes: dict[str, OneSidedForce]
     modes: CarriedModes | None = None
 
@@ -159,7 +159,7 @@ class Stepwise(Integration):
     outputs: Outputs
     reference: Array
     ends: tuple[Array, Array, Array]
-    #: Whether the instants within calls of many steps are kept in `samples`, times and pages; and
+    #: Whether the instants within calls of many steps are kept in `samples`, times and records; and
     #: those within each call.
     watched = closely = False
     samples: tuple[Array, Array] | None = None
@@ -193,7 +193,7 @@ class Stepwise(Integration):
     @functools.cached_property
     def shown(self) -> Array:
         """Record of an instant, (rows, 1): see `instant`."""
-        return np.zeros((self.system.page_rows, 1))
+        return np.zeros((self.system.record_rows, 1))
 
     def regularize(self, regularization: float) -> None:
         """Another proximal term, of redundant rows: zero where there are none."""
@@ -234,17 +234,17 @@ class Stepwise(Integration):
         self.extremes = {}
         # how long it goes on is not known yet
         self.begin(t, q, v, math.inf, own)
-        self.reference = self.page.copy()
+        self.reference = self.record.copy()
         self._show(None)
 
-    def place_at(self, t: float, page: Array) -> None:
+    def place_at(self, t: float, record: Array) -> None:
         """Show an instant (rows,) that no steps have led to."""
         self._clear()
         self.extremes = {}
         self.first, self.state[TIME] = t, t
         n, own = 2 * self.system.coordinates, self.system.own_rows.start
-        self.y[:n], self.shown[:, 0] = page[:n], page
-        self.y[n:] = page[own : own + self.system.layout.owns]
+        self.y[:n], self.shown[:, 0] = record[:n], record
+        self.y[n:] = record[own : own + self.system.layout.owns]
 
     def _clear(self) -> None:
         for own, blank in zip(self.steps.own, self._blank, strict=True):
@@ -297,14 +297,14 @@ class Stepwise(Integration):
     def _watched_steps(self) -> str:
         """Advances to `until` and keeps the records of the instants within the call."""
         times, gained = self._instants(), self._gained.copy()
-        pages = np.empty((len(times), self.rows, 1))
+        records = np.empty((len(times), self.rows, 1))
         work = np.zeros((len(times) + 1, self.causes))
         work[-1], self.state[DELIVERED] = gained, 0.0
-        self.outputs = Outputs(times=times, pages=pages, work=work)
+        self.outputs = Outputs(times=times, pages=records, work=work)
         try:
             status = self._all_steps()
             met = int(self.state[DELIVERED])
-            self.samples = times[:met], pages[:met]
+            self.samples = times[:met], records[:met]
         finally:
             gained = self._gained.copy()
             self.outputs = self._no_outputs()
@@ -313,8 +313,8 @@ class Stepwise(Integration):
 
     def _no_outputs(self) -> Outputs:
         """None but the work since the reference."""
-        pages, work = np.empty((0, len(self.shown), 1)), np.zeros((1, self.causes))
-        return Outputs(times=np.empty(0), pages=pages, work=work)
+        records, work = np.empty((0, len(self.shown), 1)), np.zeros((1, self.causes))
+        return Outputs(times=np.empty(0), pages=records, work=work)
 
     def _set_times(self) -> None:
         """Interrupts due at the beginning, and the first set time after it."""
@@ -361,7 +361,7 @@ class Stepwise(Integration):
             passage=self.passage.known,
             first=self.first,
             reference=self.reference,
-            page=self.page.copy(),
+            record=self.record.copy(),
             extremes=dict(self.extremes),
         )
 
@@ -373,7 +373,7 @@ class Stepwise(Integration):
         self._gained[:] = given.restart.gained
         self.work.near[:] = given.near
         self.passage.known = given.passage
-        self.first, self.reference, self.page = given.first, given.reference, given.page.copy()
+        self.first, self.reference, self.record = given.first, given.reference, given.record.copy()
         self.extremes = dict(given.extremes)
 
     def unfit(self, given: Carried, inputs: Array) -> str:
@@ -417,7 +417,7 @@ class Stepwise(Integration):
         """Record of the present instant, (rows, 1), with the present inputs or with others, set
         from outside or `held` between set times; the motion is left unchanged.
         """
-        (work, memory), page = self._probe, self.shown
+        (work, memory), record = self._probe, self.shown
         memory.y[:] = self.y
         memory.state[TIME] = self.state[TIME]
         work.signal[:] = self.work.signal
@@ -425,9 +425,9 @@ class Stepwise(Integration):
             work.signal[list(self.free_inputs.values()), 0] = inputs
         for name, value in (held or {}).items():
             work.signal[self.interruptions.held[name], 0] = value
-        initial_derivative(self.layout, work, memory, REFINEMENTS, page)
+        initial_derivative(self.layout, work, memory, REFINEMENTS, record)
         raise_user_error(self.system)
-        return page
+        return record
 
     def now(self, status: str) -> Solution:
         """The first and the present instant as a result."""
@@ -437,14 +437,14 @@ class Stepwise(Integration):
         finally:
             self._show(None)
 
-    def _show(self, page: Array | None) -> None:
-        """Let the first instant be what results have, and the present one if its page is given."""
+    def _show(self, record: Array | None) -> None:
+        """Let results have the first instant, and the present one if its record is given."""
         t = float(self.state[TIME])
-        if page is None or t == self.first:
-            pages, times = self.reference[None], np.array([self.first])
+        if record is None or t == self.first:
+            records, times = self.reference[None], np.array([self.first])
         else:
-            pages, times = np.array([self.reference, page]), np.array([self.first, t])
-        self.ends = times, pages, self._works()[: len(times)]
+            records, times = np.array([self.reference, record]), np.array([self.first, t])
+        self.ends = times, records, self._works()[: len(times)]
 
     def _works(self) -> Array:
         return np.array([np.zeros(self.causes), self._gained])
@@ -482,7 +482,7 @@ class StepwiseEvents(Stepwise, EventIntegration):
     #: Of each event the value at the state in `at`; none where one needs more than that.
     values: Sequence[StepwiseEventsRead] = ()
     at: tuple[Array, Array]
-    #: Whether `page` is of an earlier instant.
+    #: Whether `record` is of an earlier instant.
     late = False
 
     def start_at(self, t: float, q: Array, v: Array, own: Array | None = None) -> None:
@@ -495,7 +495,7 @@ class StepwiseEvents(Stepwise, EventIntegration):
 
     def _forget(self) -> None:
         """Nothing of former calls is kept."""
-        self.instants, self.pages, self.works = list[float](), list[Array](), list[Array]()
+        self.instants, self.records, self.works = list[float](), list[Array](), list[Array]()
 
     def reach(self, until: float) -> str:
         """Advances to a time, event by event; returns how it ended, "" for completed."""
@@ -547,9 +547,9 @@ class StepwiseEvents(Stepwise, EventIntegration):
         return [(v, (a - b) / (2.0 * little)) for v, a, b in zip(here, after, before, strict=True)]
 
     def _renew(self) -> None:
-        """The page of the present instant."""
+        """The record of the present instant."""
         if self.late:
-            self.page, self.late = self.instant().copy(), False
+            self.record, self.late = self.instant().copy(), False
 
     def refresh(self) -> None:
         """Evaluates the present state after changed inputs; events are looked for anew."""
@@ -579,7 +579,7 @@ class StepwiseEvents(Stepwise, EventIntegration):
     def _watched_steps(self) -> str:
         status = self._all_steps()
         if self.instants:
-            self.samples = np.array(self.instants), np.array(self.pages)
+            self.samples = np.array(self.instants), np.array(self.records)
         return status
 
     def snapshot(self) -> Carried:
@@ -617,13 +617,13 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
         super().start_at(t, q, v, own)
         self.ending = self.begin_modes()
         self.first_modes = self.named_modes()
-        self.reference = self.page.copy()
+        self.reference = self.record.copy()
         self._show(None)
 
-    def place_at(self, t: float, page: Array) -> None:
+    def place_at(self, t: float, record: Array) -> None:
         """Places the motion at a record of an instant, with all contacts open."""
         self._open_all()
-        super().place_at(t, page)
+        super().place_at(t, record)
         self.first_modes = self.named_modes()
 
     def _open_all(self) -> None:
@@ -790,8 +790,8 @@ class Watched:
         if engine.samples is None:
             self._at_the_end()
             return known
-        (times, pages), engine.samples = engine.samples, None
-        run = self._result(times, pages)
+        (times, records), engine.samples = engine.samples, None
+        run = self._result(times, records)
         names = {one.elements for one in known}
         for name, one, _, _ in self.contacts:
             engine.meet(name, one_sided_force(run, one))
@@ -802,17 +802,17 @@ class Watched:
         engine, t = self.integration, np.array([self.integration.state[TIME]])
         for name, one, force, size in self.contacts:
             if force is None or size is None:
-                run = self._result(t, np.array(self.present.page())[None, :, None])
+                run = self._result(t, np.array(self.present.record())[None, :, None])
                 engine.meet(name, one_sided_force(run, one))
                 continue
             known, now, large = engine.extremes.get(name), force(), size()
             if known is None or now < known.force.min() or large > known.size.max():
                 engine.meet(name, OneSidedForce(t, np.array([now]), np.array([large])))
 
-    def _result(self, times: Array, pages: Array) -> Solution:
+    def _result(self, times: Array, records: Array) -> Solution:
         """Instants as a result."""
         regular = self.integration.regularization
-        record = Record([pages], len(times), batch=False)
+        record = Record([records], len(times), batch=False)
         return Solution(self.system, "simulate", times, record, None, regularization=regular)
 
 
@@ -820,7 +820,7 @@ def _find_values(integration: StepwiseEvents) -> None:
     """Values of events at other states than the present one, where no forces are in them."""
     integration.at = np.zeros_like(integration.y), np.zeros_like(integration.state)
     y, slots = (memoryview(part.data) for part in integration.at)
-    beside = Present(integration.system, y, slots, _no_page)
+    beside = Present(integration.system, y, slots, _no_record)
     with contextlib.suppress(Exception):  # what no list of operations gives, or forces
         found = [beside.read(valued(beside.instant, one)[0]) for one in integration.measures]
         for value in found:
@@ -828,5 +828,5 @@ def _find_values(integration: StepwiseEvents) -> None:
         integration.values = found
 
 
-def _no_page() -> memoryview:
+def _no_record() -> memoryview:
     raise LookupError("there are no forces beside the present instant")

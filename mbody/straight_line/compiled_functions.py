@@ -17,7 +17,7 @@ from mbody.straight_line.whole_function import FLOATS, I32, I64, OWN, FunctionWr
 ONE_MORE = ir.Constant(I64, 1)
 #: What the caller's arrays begin at: a number.
 CALLERS = 8
-#: Side of the squares of which a page is turned.
+#: Side of the squares by which a buffer is transposed.
 SIDE = 4
 
 
@@ -31,7 +31,7 @@ class MotionWriter(FunctionWriter):
         self.worst, self.when = self._variable(self.number), self._variable(self.number)
         self.rows_kept = sum(len(self.pieces[name].results) for name in self.groups)
         # rows of the last instants, as many as there are lanes: (rows, instants)
-        self.page = self._variable(self.number, self.lanes * self.rows_kept)
+        self.buffer = self._variable(self.number, self.lanes * self.rows_kept)
         with self._loop(self.word["lanes"], self.lanes) as low:
             self.low = low
             self._lanes()
@@ -109,7 +109,7 @@ class MotionWriter(FunctionWriter):
         self._store(b.select(greater, most, worst), self.worst)
 
     def _keep(self, k: Any) -> None:
-        """All rows of an instant onto the page; a full one into the output, and the last instant
+        """All rows of an instant into the buffer; a full one into the output, and the last instant
         into the ends.
         """
         b = self.b
@@ -117,28 +117,28 @@ class MotionWriter(FunctionWriter):
         for name in self.groups:
             for row, value in self._piece(name).items():
                 at = b.add(place, ir.Constant(I64, self.lanes * int(row)))
-                self._store(value, self._at(self.page, at))
+                self._store(value, self._at(self.buffer, at))
         last = b.sub(self.word["instants"], ONE_MORE)
         with b.if_else(b.icmp_signed("==", k, last)) as (then, otherwise):
             with then, self._loop(self.rows_kept) as row:
                 at = b.add(place, b.mul(row, ir.Constant(I64, self.lanes)))
-                self._put("ends", row, self._load(self._at(self.page, at)))
+                self._put("ends", row, self._load(self._at(self.buffer, at)))
             with otherwise, b.if_then(b.icmp_signed("==", place, ir.Constant(I64, self.lanes - 1))):
                 self._turn(b.sub(k, place))
 
     def _turn(self, first: Any) -> None:
-        """A full page into the output (rows, lanes, instants), from instant `first` on: by squares
-        that fit into the registers of most processors.
+        """A full buffer into the output (rows, lanes, instants), from instant `first` on: by
+        squares that fit into the registers of most processors.
         """
         b = self.b
         with self._loop(self.rows_kept) as row:
-            page = b.mul(row, ir.Constant(I64, self.lanes))
+            buffer = b.mul(row, ir.Constant(I64, self.lanes))
             lanes = [b.add(self._output_place(row, lane), first) for lane in range(self.lanes)]
             for low in range(0, self.lanes, SIDE):
                 for begin in range(0, self.lanes, SIDE):
                     square = []
                     for n in range(begin, begin + SIDE):
-                        numbers = self._numbers(self._at(self.page, b.add(page, _number(n))))
+                        numbers = self._numbers(self._at(self.buffer, b.add(buffer, _number(n))))
                         square.append(b.load(self._side(numbers, _number(low)), align=8 * SIDE))
                     for n, value in enumerate(turned(b, square)):
                         place = b.add(lanes[low + n], _number(begin))
@@ -152,14 +152,14 @@ class MotionWriter(FunctionWriter):
         return self.b.bitcast(self._at(numbers, place), ir.VectorType(SHARED, SIDE).as_pointer())
 
     def _rest(self) -> None:
-        """The instants on a page that did not become full into the output."""
+        """The instants of a buffer that did not become full into the output."""
         b = self.b
         kept = b.sub(self.word["instants"], ONE_MORE)
         count = b.and_(kept, ir.Constant(I64, self.lanes - 1))
         first = b.sub(kept, count)
         with self._loop(self.rows_kept) as row, self._loop(count) as n:
-            page = b.add(b.mul(row, ir.Constant(I64, self.lanes)), n)
-            value = self._load(self._at(self.page, page))
+            buffer = b.add(b.mul(row, ir.Constant(I64, self.lanes)), n)
+            value = self._load(self._at(self.buffer, buffer))
             for lane in range(self.lanes):
                 place = b.add(self._output_place(row, lane), b.add(first, n))
                 b.store(self._lane(value, lane), self._at(self.word["output"], place))
@@ -210,7 +210,7 @@ class DesignsWriter(FunctionWriter):
     def _memory(self) -> None:
         super()._memory()
         rows = sum(len(self.pieces[name].results) for name in self.groups)
-        self.page = self._variable(self.number, rows)
+        self.buffer = self._variable(self.number, rows)
 
     def _whole(self) -> None:
         with self._loop(self.word["designs"], self.lanes) as low:
@@ -262,7 +262,7 @@ class DesignsWriter(FunctionWriter):
                     self._piece("two")
 
     def _keep(self, low: Any, k: Any) -> None:
-        """The wanted rows of an instant: the groups to which they belong onto a page, and from it
+        """The wanted rows of an instant: the groups to which they belong into a buffer, and from it
         into the output.
         """
         b = self.b
@@ -270,11 +270,11 @@ class DesignsWriter(FunctionWriter):
             flag = b.load(self._at(self.word["groups"], n))
             with b.if_then(b.icmp_signed("!=", flag, ir.Constant(I64, 0))):
                 for row, value in self._piece(name).items():
-                    self._store(value, self._at(self.page, int(row)))
+                    self._store(value, self._at(self.buffer, int(row)))
         designs, instants = self.word["designs"], self.word["instants"]
         with self._loop(self.word["count"]) as n:
             row = b.load(self._at(self.word["kept"], n))
-            value = self._load(self._at(self.page, row))
+            value = self._load(self._at(self.buffer, row))
             first = b.add(b.mul(b.add(b.mul(n, designs), low), instants), k)
             whole = b.icmp_signed("<=", b.add(low, ir.Constant(I64, self.lanes)), designs)
             with b.if_else(whole) as (then, otherwise):

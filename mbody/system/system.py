@@ -371,7 +371,7 @@ class System:
         return "", ""
 
     @property
-    def page_rows(self) -> int:
+    def record_rows(self) -> int:
         """How many numbers are kept of an instant (`mbody.kernels.layout`)."""
         L = self.layout
         return self.friction_rows.stop + L.owns + len(L.input_row)
@@ -387,7 +387,7 @@ class System:
     @property
     def own_rows(self) -> slice:
         """Where own states, then inputs, are among the numbers that are kept of an instant."""
-        last = self.page_rows
+        last = self.record_rows
         return slice(last - self.layout.owns - len(self.layout.input_row), last)
 
     @property

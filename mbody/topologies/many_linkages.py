@@ -245,8 +245,8 @@ class _GroupContinuation:
         except SolveError:
             self._fail(row, "its reactions are not determined: a position is singular", 0.0)
             return
-        page = self._page(found[:, :, 0], linkage)
-        self.output[row][:, group.column[linkage]] = page
+        record = self._linkage_record(found[:, :, 0], linkage)
+        self.output[row][:, group.column[linkage]] = record
         nearest = runner.branches.distance
         self.margins[row] = np.nan if nearest is None else nearest.least
 
@@ -275,7 +275,7 @@ class _GroupContinuation:
         self.output[row] = np.nan
         self.margins[row] = np.nan
 
-    def _page(self, found: np.ndarray, linkage: int) -> np.ndarray:
+    def _linkage_record(self, found: np.ndarray, linkage: int) -> np.ndarray:
         """Records of all instants, from all rows of the kernel: (instants, rows)."""
         plan, n3 = self.group.plan, self.system.coordinates
         arm, length = self.group.arm[:, linkage], self.group.length[linkage]

@@ -361,20 +361,20 @@ class Unilateral:
         block[rows, columns] = parts
         return Rows(units * value, rate, units * gamma, block[:, :n3])
 
-    def read_at(self, work: Work, times: Array, pages: Array) -> RowHistories:
-        """The rows at many instants: times, and pages (instants, rows) with positions and
+    def read_at(self, work: Work, times: Array, records: Array) -> RowHistories:
+        """The rows at many instants: times, and records (instants, rows) with positions and
         velocities. Leaves a workspace at the last of them.
         """
         nodes, rows, places, columns = self.places
         n, count, switched = self.system.coordinates, len(times), len(nodes)
         value, nu = np.empty((count, switched)), np.empty((count, switched))
         block, v = np.empty((count, len(places))), np.tile(work.v[:, 0], (count, 1))
-        v[:, :n] = pages[:, n : 2 * n]
+        v[:, :n] = records[:, n : 2 * n]
         kept = [(work.phi[:, 0], 2 * nodes, value), (work.nu[:, 0], 2 * nodes, nu)]
         kept += [(work.block[:, 0], places, block)]
         here, moves, time = work.q[:n, 0], work.v[:n, 0], work.time[0]
         for m in range(count):
-            here[:], moves[:], time[0] = pages[m, :n], pages[m, n : 2 * n], times[m]
+            here[:], moves[:], time[0] = records[m, :n], records[m, n : 2 * n], times[m]
             laws_of_time(self.layout, work)
             violation(self.layout, work)
             for part, at, found in kept:
@@ -569,21 +569,21 @@ class Unilateral:
 
     # -- forces -------------------------------------------------------------------------------
 
-    def multiplier(self, pages: Array, row: int) -> Any:
-        """λ of a row that can be on or off, of pages (rows,) or (instants, rows)."""
+    def multiplier(self, records: Array, row: int) -> Any:
+        """λ of a row that can be on or off, of records (rows,) or (instants, rows)."""
         e = int(self.layout.switched[row])
-        return pages[..., 3 * self.system.coordinates + PER_PRIMITIVE * e]
+        return records[..., 3 * self.system.coordinates + PER_PRIMITIVE * e]
 
-    def pressing(self, pages: Array, touch: Touch) -> Any:
+    def pressing(self, records: Array, touch: Touch) -> Any:
         """λ_N ≥ 0 of a touch."""
-        return -touch.spot.sign * self.multiplier(pages, touch.normal)
+        return -touch.spot.sign * self.multiplier(records, touch.normal)
 
-    def pressing_pair(self, pages: Array, pair: JointPair) -> tuple[Any, Any]:
-        """Both multipliers of what presses a rough joint, by pages (…, rows)."""
+    def pressing_pair(self, records: Array, pair: JointPair) -> tuple[Any, Any]:
+        """Both multipliers of what presses a rough joint, by records (…, rows)."""
         node = int(self.layout.friction_node[pair.pair])
         e = int(np.flatnonzero(self.layout.primitive_node == node)[0])
         first = 3 * self.system.coordinates + PER_PRIMITIVE * e
-        return pages[..., first], pages[..., first + 1]
+        return records[..., first], records[..., first + 1]
 
     def presses_apart(self, f: int) -> bool:
         """Whether pair f is of teeth that press their wheels apart."""

@@ -147,8 +147,8 @@ def on_lanes(
 
 
 def _designs(par: np.ndarray, mass: np.ndarray, q: np.ndarray, wanted: np.ndarray) -> Designs:
-    page = aligned(len(wanted) + PER_PRIMITIVE, LANES)
-    return Designs(par=par, mass=mass, q=q, wanted=wanted, page=page, failed=np.empty(q.shape[1]))
+    record = aligned(len(wanted) + PER_PRIMITIVE, LANES)
+    return Designs(par=par, mass=mass, q=q, wanted=wanted, page=record, failed=np.empty(q.shape[1]))
 
 
 def _follow(

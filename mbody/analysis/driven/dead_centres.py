@@ -183,7 +183,7 @@ class _Curve:
             reach=1.0 + reach + abs(change) / self.unit,
         )
         followed = FollowedPath(
-            output=np.empty((len(steps), system.page_rows, 1)),
+            output=np.empty((len(steps), system.record_rows, 1)),
             progress=np.zeros(PROGRESS),
             nearest=np.zeros(3),
             passed=np.empty((0, 1 + n)),

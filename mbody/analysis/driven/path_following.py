@@ -130,7 +130,7 @@ def own_motion_call(
     if found is None:
         return None
     code, initial = found
-    return MotionCall(code, work, instants, system.page_rows, initial, joined=joined)
+    return MotionCall(code, work, instants, system.record_rows, initial, joined=joined)
 
 
 # -- Record of a branch: distance to other branches, change points passed ----------------------
@@ -300,7 +300,7 @@ class MotionPieces:
             regularization=0.0,
             reach=reach,
         )
-        rows, n = system.page_rows, system.coordinates
+        rows, n = system.record_rows, system.coordinates
         self._followed = FollowedPath(
             output=np.empty((LANES, rows, 1)),
             progress=np.zeros(PROGRESS),
@@ -458,7 +458,7 @@ class Runner:
         self.with_forces = analysis != "kinematics"
         self.at_rest = analysis == "statics"
         self.layout = system.runtime()
-        self.rows = system.page_rows
+        self.rows = system.record_rows
         self.branches = BranchRecord(system)
         #: Steps of the last motion on the scalar path.
         self.steps = 0

@@ -41,7 +41,7 @@ SMALL = 16e6
 
 def check_room(system: System, instants: int) -> None:
     """Refuse more instants than the memory of this machine can hold."""
-    rows = system.page_rows
+    rows = system.record_rows
     wanted = int(instants) * (NUMBER * rows * int(system.batch or 1) + BESIDE)
     if wanted < SMALL:
         return

@@ -144,8 +144,8 @@ def _integrated(
     request, n, n3 = motions.request, len(which), system.coordinates
     settings, times, table = request.settings, request.times, TABLES[request.settings.method]()
     work, mass = system.work(LANES), system.mass[:, which]
-    count = system.page_rows
-    page = aligned(max(2, count), LANES)
+    count = system.record_rows
+    record = aligned(max(2, count), LANES)
     batch = Batch(
         par=system.par[:, which],
         mass=mass,
@@ -162,7 +162,7 @@ def _integrated(
         output=np.empty((len(wanted), n, len(times))),
         bad=np.zeros(n),
     )
-    initial_derivatives(system.layout, work, REFINEMENTS, batch, page)
+    initial_derivatives(system.layout, work, REFINEMENTS, batch, record)
     if batch.bad.all():
         return batch.output, batch.bad == 0.0
     whole, derivative = float(times[-1]) - request.first, np.ascontiguousarray(batch.derivative.T)
@@ -171,7 +171,7 @@ def _integrated(
     scale = np.hstack([sizes, own.T])
     batch.scale[:] = scale.T
     batch.step[:] = first_step(settings, np.ascontiguousarray(batch.y.T), derivative, scale, whole)
-    lanes = _workspace(batch, table, page, int(np.flatnonzero(batch.bad == 0.0)[0]), work)
+    lanes = _workspace(batch, table, record, int(np.flatnonzero(batch.bad == 0.0)[0]), work)
     tolerances = Tolerances(
         relative=settings.rtol,
         absolute=settings.atol,
@@ -185,7 +185,9 @@ def _integrated(
     return batch.output, batch.bad == 0.0
 
 
-def _workspace(batch: Batch, table: Explicit, page: Array, design: int, work: Any) -> LaneWorkspace:
+def _workspace(
+    batch: Batch, table: Explicit, record: Array, design: int, work: Any
+) -> LaneWorkspace:
     """The lanes before they have designs: numbers of one of them in all."""
     n, terms = len(batch.y), 3 + len(table.D)
     designs = np.full(LANES + 1, -1)
@@ -200,7 +202,7 @@ def _workspace(batch: Batch, table: Explicit, page: Array, design: int, work: An
         scale=aligned(n, LANES),
         K=aligned(len(table.A) * n, LANES).reshape(-1, n, LANES),
         F=aligned(terms * n, LANES).reshape(-1, n, LANES),
-        page=page,
+        page=record,
     )
     for of, own in zip(
         (lanes.y, lanes.scale, lanes.K[0], work.par, work.mass, work.weight),

@@ -279,11 +279,11 @@ def is_suspect(system: System, start: Solution, t: float, q: Array, v: Array) ->
     if start.regularization:
         return True
     work, n = system.work(masses=True), system.coordinates
-    page = np.empty((system.page_rows, 1))
+    record = np.empty((system.record_rows, 1))
     S = stepping(system.state_count, len(causes(system)), 0.0)
     S.y[:n], S.y[n : 2 * n], S.state[TIME] = q, v, t
     S.y[2 * n :] = first_own_states(system, start)
-    initial_derivative(system.runtime(), work, S, 0, page)
+    initial_derivative(system.runtime(), work, S, 0, record)
     return not S.state[BEST_CONDITIONING] > PIVOT_SUSPECT
 
 
@@ -583,7 +583,7 @@ class _SingularStart:
         self.regularization = REDUNDANT_ROW_SOFTNESS * (system.rows > system.coordinates - free)
         self.stepping = stepping(system.state_count, len(causes(system)), self.regularization)
         self.K, self.y, self.P = self.stepping.K, self.stepping.y, self.stepping.P
-        self.page = np.empty((system.page_rows, 1))
+        self.record = np.empty((system.record_rows, 1))
         # reactions, then own states and inputs
         self.rest = slice(3 * system.coordinates, system.own_rows.start)
         self.longest = min(self.longest, self._next_change())
@@ -601,7 +601,7 @@ class _SingularStart:
     def evaluate(self) -> bool:
         """Rates of own states at the start, where accelerations are none."""
         self.stepping.state[TIME] = self.t
-        initial_derivative(self.layout, self.work, self.stepping, REFINEMENTS, self.page)
+        initial_derivative(self.layout, self.work, self.stepping, REFINEMENTS, self.record)
         raise_user_error(self.system)
         return True
 
@@ -699,7 +699,7 @@ class _SingularStart:
                 ):
                     return None
                 new[node], powers[node] = self.K[0, n : 2 * n], self.P[0]
-                fresh[node], reactions[node] = self.K[0, 2 * n :], self.page[self.rest, 0]
+                fresh[node], reactions[node] = self.K[0, 2 * n :], self.record[self.rest, 0]
             change = np.abs(self._without_units(new - a, fresh - rates, span)).max()
             a, rates = new, fresh
             top = np.abs(self._without_units(a, rates, span)).max()
@@ -713,11 +713,11 @@ class _SingularStart:
         return None
 
     def _at(self, t: float, q: Array, v: Array, z: Array) -> bool:
-        """Slope, powers and page at a state, projected; whether the loops close there."""
+        """Slope, powers and record at a state, projected; whether the loops close there."""
         n = self.system.coordinates
         self.y[:n], self.y[n : 2 * n], self.y[2 * n :] = q, v, z
         self.stepping.state[TIME] = t
-        good = initial_derivative(self.layout, self.work, self.stepping, REFINEMENTS, self.page)
+        good = initial_derivative(self.layout, self.work, self.stepping, REFINEMENTS, self.record)
         raise_user_error(self.system)
         if good and not np.isfinite(self.K).all():
             raise valueless(self.system, self.system.work(), t, self.y[:n], self.y[n : 2 * n])
@@ -730,33 +730,33 @@ class _SingularStart:
         system, first, w = self.system, self.first, weights()
         n = system.coordinates
         c = after / part.span
-        pages = np.empty((len(after), len(self.page)))
-        pages[:, :n] = first.q + after[:, None] * first.v + part.span**2 * w.value(c, 2) @ part.a
-        pages[:, n : 2 * n] = first.v + part.span * w.value(c, 1) @ part.a
-        pages[:, 2 * n : 3 * n] = w.value(c) @ part.a
+        records = np.empty((len(after), len(self.record)))
+        records[:, :n] = first.q + after[:, None] * first.v + part.span**2 * w.value(c, 2) @ part.a
+        records[:, n : 2 * n] = first.v + part.span * w.value(c, 1) @ part.a
+        records[:, 2 * n : 3 * n] = w.value(c) @ part.a
         own, owns = system.own_rows, len(self.own)
-        pages[:, self.rest] = self._reactions(part, c)
-        pages[:, own.start : own.start + owns] = self.own + part.span * w.value(c, 1) @ part.rates
-        for page, later in zip(pages, after, strict=True):
+        records[:, self.rest] = self._reactions(part, c)
+        records[:, own.start : own.start + owns] = self.own + part.span * w.value(c, 1) @ part.rates
+        for instant, later in zip(records, after, strict=True):
             self.work.time[:] = self.t + later
             laws_of_time(self.layout, self.work)
-            page[own.start + owns :] = self.work.signal[system.layout.input_row, 0]
+            instant[own.start + owns :] = self.work.signal[system.layout.input_row, 0]
         if self.first.growth and c[0] == 0.0:
-            pages[0, self.rest] = np.nan
+            records[0, self.rest] = np.nan
         if c[0] == 0.0 and first.away <= SINGULAR_DISTANCE_AT:
             onward = (
                 (w.value(np.array(1e-3)) - w.value(np.array(0.0))) @ part.a / (1e-3 * part.span)
             )
-            pages[0, 2 * n : 3 * n] = first.a + first.late * onward
-        known = np.isfinite(pages[:, self.rest]).all(axis=1)
+            records[0, 2 * n : 3 * n] = first.a + first.late * onward
+        known = np.isfinite(records[:, self.rest]).all(axis=1)
         for k in np.flatnonzero((c < 1.0) & known):
-            pages[k, self.rest] = self._balanced(self.t + after[k], pages[k])
+            records[k, self.rest] = self._balanced(self.t + after[k], records[k])
         for k in np.flatnonzero(c == 1.0):  # on the constraints to rounding, from here on
-            z = pages[k, own.start : own.start + owns]
-            self._at(self.t + part.span, pages[k, :n], pages[k, n : 2 * n], z)
-            pages[k] = self.page[:, 0]
+            z = records[k, own.start : own.start + owns]
+            self._at(self.t + part.span, records[k, :n], records[k, n : 2 * n], z)
+            records[k] = self.record[:, 0]
         gained = part.span * w.value(c, 1) @ part.powers
-        output = pages[:, :, None]
+        output = records[:, :, None]
         before = self.start.notes if self.start.analysis == "close_loops" else ()
         return Solution(
             system=system,
@@ -771,22 +771,22 @@ class _SingularStart:
             energy=account(system, output[:, :, 0], gained),
         )
 
-    def _balanced(self, t: float, page: Array) -> Array:
+    def _balanced(self, t: float, record: Array) -> Array:
         """Reactions of an instant: interpolated in the part that depends on other rows, or nearly
         so, all else from the balance of the loads there.
         """
         system, scale, n = self.system, self.first.scale, self.system.coordinates
         L, work, (primitive, row, _) = system.layout, self.work, system.row_table
         unit = system.row_units
-        forces = Manifold(system, system.work(), t, page[system.own_rows])
+        forces = Manifold(system, system.work(), t, record[system.own_rows])
         forces.work.time[:] = t
         laws_of_time(self.layout, forces.work)
-        loads = forces.force(page[:n], page[n : 2 * n])
-        work.q[:n, 0] = page[:n]
+        loads = forces.force(record[:n], record[n : 2 * n])
+        work.q[:n, 0] = record[:n]
         G = dense(system, work)[1]
-        lam = page[self.rest].reshape(-1, PER_PRIMITIVE)[:, :2].copy()
+        lam = record[self.rest].reshape(-1, PER_PRIMITIVE)[:, :2].copy()
         rows = lam[primitive, row] / unit
-        left = loads - system.mass[:n, 0] * scale * page[2 * n : 3 * n] - G.T @ rows
+        left = loads - system.mass[:n, 0] * scale * record[2 * n : 3 * n] - G.T @ rows
         u, sizes, vt = np.linalg.svd(G, full_matrices=False)
         rank = int((sizes > SINGULAR_VALUE_DEPENDS * sizes[0]).sum())
         rows = unit * (rows + u[:, :rank] @ ((vt[:rank] @ left) / sizes[:rank]))

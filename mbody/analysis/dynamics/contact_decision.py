@@ -122,8 +122,8 @@ class SharedForces(Protocol):
     def members(self) -> frozenset[int]:
         """Sticking contacts and frictional joints whose forces are undetermined."""
 
-    def reserve(self, motion: ModalMotion, page: Array, work: Work) -> Reserve:
-        """The greatest reserve by a page (rows,), with the rows of that position."""
+    def reserve(self, motion: ModalMotion, record: Array, work: Work) -> Reserve:
+        """The greatest reserve by a record (rows,), with the rows of that position."""
 
 
 class ModalMotion(Protocol):
@@ -146,7 +146,7 @@ class ModalMotion(Protocol):
         What is watched.
     fresh : dict
         What is rounding of guards that began at zero.
-    y, K, page, scale : arrays
+    y, K, record, scale : arrays
         State, derivatives, what is kept of the instant, sizes of the coordinates.
     work, probe : Work
         That of the steps, and one to look at other positions.
@@ -165,7 +165,7 @@ class ModalMotion(Protocol):
     fresh: dict[Guard, float]
     y: Array
     K: Array
-    page: Array
+    record: Array
     scale: Array
     work: Work
     probe: Work
@@ -182,7 +182,7 @@ class ModalMotion(Protocol):
         """The present state into the workspace."""
 
     def evaluate(self) -> bool:
-        """Project the state, evaluate its derivative and its page."""
+        """Project the state, evaluate its derivative and its record."""
 
     def set_modes(self, modes: list[str], pairs: list[str], on: Array, held: Array) -> None:
         """Set the modes, and which rows of touches and rough joints are on."""
@@ -377,7 +377,7 @@ def force_size(motion: ModalMotion) -> float:
     """The greatest force, or torque by unit length, at the present instant."""
     system, n = motion.system, motion.system.coordinates
     inertia = system.mass[:n, 0] * motion.K[0, n : 2 * n] / motion.scale[:n]
-    forces = motion.page[3 * n : system.friction_rows.start]
+    forces = motion.record[3 * n : system.friction_rows.start]
     return max(float(np.abs(part).max(initial=0.0)) for part in (inertia, forces))
 
 
@@ -398,11 +398,11 @@ def joint_multipliers(system: System, work: Work, changes: Array, accelerations:
     return found
 
 
-def _multipliers_at(system: System, page: Array, node: int) -> tuple[float, float]:
-    """Both multipliers of a node by a page (rows,)."""
+def _multipliers_at(system: System, record: Array, node: int) -> tuple[float, float]:
+    """Both multipliers of a node by a record (rows,)."""
     e = int(np.flatnonzero(system.layout.primitive_node == node)[0])
     first = 3 * system.coordinates + PER_PRIMITIVE * e
-    return float(page[first]), float(page[first + 1])
+    return float(record[first]), float(record[first + 1])
 
 
 def _limits(
@@ -431,11 +431,11 @@ def _lasting(uni: Unilateral) -> list[tuple[int, float]]:
 def model_of(
     motion: ModalMotion, closed: Sequence[int], sliding: Array, resting: Array
 ) -> FrictionModel:
-    """The problem at the state, derivative and page of a motion, whose modes may be any. `sliding`
-    (contacts,), `resting` (pairs,): signs of the sliding velocities, zero at rest.
+    """The problem at the state, derivative and record of a motion, whose modes may be any.
+    `sliding` (contacts,), `resting` (pairs,): signs of the sliding velocities, zero at rest.
     """
     uni, system, n = motion.uni, motion.system, motion.system.coordinates
-    work, page, a = motion.work, motion.page[:, 0], motion.K[0, n : 2 * n]
+    work, record, a = motion.work, motion.record[:, 0], motion.K[0, n : 2 * n]
     motion.load()
     rows = uni.read(work)
     touches = [uni.touches[k] for k in closed]
@@ -462,10 +462,10 @@ def model_of(
     ]
     forces = np.concatenate(
         [
-            [uni.pressing(page, one) for one in touches],
-            [-uni.multiplier(page, touches[k].tangent) for k in rough],
+            [uni.pressing(record, one) for one in touches],
+            [-uni.multiplier(record, touches[k].tangent) for k in rough],
             [
-                (v - uni.multiplier(page, row)) / u
+                (v - uni.multiplier(record, row)) / u
                 for (row, *_), v, u in zip(pairs, viscous, unit, strict=True)
             ],
         ]
@@ -479,7 +479,7 @@ def model_of(
         changes = joint_multipliers(system, work, every.T, Y)
     for (row, f, slip_sign, _), u in zip(pairs, unit, strict=True):
         law = JointFriction(system, work, f, rows.rate[row] if slip_sign else None)
-        at, node = _multipliers_at(system, page, law.node), 2 * law.node
+        at, node = _multipliers_at(system, record, law.node), 2 * law.node
         limits = _limits(law, at, changes[node : node + 2], forces, 1.0 / u)
         tangents.append(Tangent(limits, slip_sign, linear=law.by_law))
     D = every @ Y
@@ -536,7 +536,7 @@ class SharedFriction:
         every = (self.normals, self.sticking, self.joints, self.members, self.pressing)
         return tuple(tuple(sorted(part)) for part in every)
 
-    def _columns(self, motion: ModalMotion, page: Array, work: Work) -> tuple[Array, Array]:
+    def _columns(self, motion: ModalMotion, record: Array, work: Work) -> tuple[Array, Array]:
         """Generalised forces by every force, (coordinates, forces), and these: joints', normal,
         tangential, of rough joints; without units.
         """
@@ -544,14 +544,14 @@ class SharedFriction:
         rows, units, length = uni.read(work), system.coordinate_units, system.length
         primitive, number, _ = system.row_table
         _, G = dense(system, work)
-        own = page[3 * n + PER_PRIMITIVE * primitive + number] / system.row_units
+        own = record[3 * n + PER_PRIMITIVE * primitive + number] / system.row_units
         of_joints, columns, forces = -G.T, list[Array](), list[float]()
         for m, pair in enumerate(uni.rough):
             if (mode := motion.pairs[m]) not in SLIP_SIGNS:
                 continue
             law = JointFriction(system, work, pair.pair, rows.rate[pair.tangent])
             at = system.layout.primitive_node[primitive] == law.node
-            x, y = self._pressing(motion, page, law.node)
+            x, y = self._pressing(motion, record, law.node)
             _, *slopes = law.size(x, y, SLIP_SIGNS[mode])
             for r in np.flatnonzero(at):
                 change = -SLIP_SIGNS[mode] * slopes[int(number[r])] * system.row_units[r]
@@ -562,25 +562,25 @@ class SharedFriction:
             if mode in SLIP_SIGNS and touch.tangent >= 0:
                 row = row - touch.friction * SLIP_SIGNS[mode] * rows.block[touch.tangent]
             columns.append(row * units / length)
-            forces.append(float(uni.pressing(page, touch)) * length)
+            forces.append(float(uni.pressing(record, touch)) * length)
         tangents = [uni.touches[k].tangent for k in self.sticking]
         for row in (*tangents, *(uni.rough[m].tangent for m in self.joints)):
             unit = 1.0 if uni.angular[row] else length
             columns.append(rows.block[row] * units / unit)
-            forces.append(-float(uni.multiplier(page, row)) * unit)
+            forces.append(-float(uni.multiplier(record, row)) * unit)
         return np.column_stack([of_joints, *columns]), np.concatenate([own, forces])
 
     @staticmethod
-    def _pressing(motion: ModalMotion, page: Array, node: int) -> tuple[float, float]:
+    def _pressing(motion: ModalMotion, record: Array, node: int) -> tuple[float, float]:
         e = int(np.flatnonzero(motion.layout.primitive_node == node)[0])
         first = 3 * motion.system.coordinates + PER_PRIMITIVE * e
-        return float(page[first]), float(page[first + 1])
+        return float(record[first]), float(record[first + 1])
 
-    def free_forces(self, motion: ModalMotion, page: Array, work: Work) -> tuple[Array, Array]:
+    def free_forces(self, motion: ModalMotion, record: Array, work: Work) -> tuple[Array, Array]:
         """Forces in balance with themselves (forces, free) and the present ones; those of joints
         alone are not among them.
         """
-        F, forces = self._columns(motion, page, work)
+        F, forces = self._columns(motion, record, work)
         count = len(self.normals) + len(self.sticking) + len(self.joints)
         _, sizes, vt = np.linalg.svd(F)
         rank = int(
@@ -590,16 +590,16 @@ class SharedFriction:
         _, sizes, vt = np.linalg.svd(Z[len(forces) - count :])
         return Z @ vt[: int((sizes > SINGULAR_VALUE_SHARED_FRICTION).sum())].T, forces
 
-    def reserve(self, motion: ModalMotion, page: Array, work: Work) -> Reserve:
-        """The greatest reserve by a page (rows,), with the rows of that position."""
+    def reserve(self, motion: ModalMotion, record: Array, work: Work) -> Reserve:
+        """The greatest reserve by a record (rows,), with the rows of that position."""
         from scipy.optimize import linprog
 
-        Z, forces = self.free_forces(motion, page, work)
+        Z, forces = self.free_forces(motion, record, work)
         size = max(force_size(motion), TINY) * motion.system.length
         y, best, active = np.zeros(Z.shape[1]), -np.inf, list[tuple[int, float]]()
         bounds = [(None, None)] * len(y) + [(None, FRICTION_RESERVE_MOST * size)]
         for _ in range(PASSES):
-            limits = self._limits(motion, page, work, forces, Z @ y)
+            limits = self._limits(motion, record, work, forces, Z @ y)
             found = linprog(
                 np.append(np.zeros(len(y)), -1.0 / size),
                 A_ub=np.array([np.append(-by @ Z, 1.0) for *_, by, _ in limits]) / size,
@@ -619,7 +619,7 @@ class SharedFriction:
         return Reserve(best / motion.system.length, sliding, opened)
 
     def _limits(
-        self, motion: ModalMotion, page: Array, work: Work, forces: Array, change: Array
+        self, motion: ModalMotion, record: Array, work: Work, forces: Array, change: Array
     ) -> list[tuple[int, float, Array, float]]:
         """Friction reserves that must stay positive: number of the contact or pair, sign of the
         sliding (0 of a normal force), gradient by all forces, and value now; with tangents where
@@ -642,7 +642,7 @@ class SharedFriction:
         for m in self.joints:
             number = len(uni.touches) + m
             for slip_sign in (1.0, -1.0) if number in self.members else ():
-                by, value = self._tangent(motion, page, work, m, slip_sign, change)
+                by, value = self._tangent(motion, record, work, m, slip_sign, change)
                 own = by + slip_sign * every[n]
                 found.append((number, slip_sign, own, value + slip_sign * float(forces[n])))
             n += 1
@@ -652,7 +652,13 @@ class SharedFriction:
         return JointFriction(motion.system, work, motion.uni.rough[m].pair)
 
     def _tangent(
-        self, motion: ModalMotion, page: Array, work: Work, m: int, slip_sign: float, change: Array
+        self,
+        motion: ModalMotion,
+        record: Array,
+        work: Work,
+        m: int,
+        slip_sign: float,
+        change: Array,
     ) -> tuple[Array, float]:
         """The tangent of the limit of a rough joint where forces have changed so: by all forces,
         and its value without the change.
@@ -662,7 +668,7 @@ class SharedFriction:
         at = np.flatnonzero(system.layout.primitive_node[primitive] == law.node)
         by_rows = np.zeros((2, len(change)))
         by_rows[number[at], at] = system.row_units[at]
-        now = np.array(self._pressing(motion, page, law.node)) + by_rows @ change
+        now = np.array(self._pressing(motion, record, law.node)) + by_rows @ change
         value, by_x, by_y = law.size(float(now[0]), float(now[1]), slip_sign)
         unit = 1.0 if motion.uni.angular[motion.uni.rough[m].tangent] else system.length
         by = unit * (by_x * by_rows[0] + by_y * by_rows[1])
@@ -686,7 +692,7 @@ def shared_friction(motion: ModalMotion) -> SharedFriction | None:
         return None
     every = SharedFriction(normals, sticking, joints)
     motion.load()
-    Z, forces = every.free_forces(motion, motion.page[:, 0], motion.work)
+    Z, forces = every.free_forces(motion, motion.record[:, 0], motion.work)
     if not Z.shape[1]:
         return None
     moves = np.abs(Z).max(axis=1) > SINGULAR_VALUE_SHARED_FRICTION
@@ -763,7 +769,7 @@ def near_touches(motion: ModalMotion, rows: Rows) -> list[int]:
 
 
 def decide(motion: ModalMotion) -> Verdict:
-    """Set the modes that go on from the present state, with its derivative and page."""
+    """Set the modes that go on from the present state, with its derivative and record."""
     now = _instant(motion)
     model = _model(motion, now)
     found, complete = decide_modes(model.problem)
@@ -894,11 +900,11 @@ def _wrong(motion: ModalMotion, now: _DecisionState, model: FrictionModel) -> di
     accelerations of the kernels, and better ones.
     """
     uni, n, count = motion.uni, motion.system.coordinates, len(motion.uni.touches)
-    page, a = motion.page[:, 0], motion.K[0, n : 2 * n]
+    record, a = motion.record[:, 0], motion.K[0, n : 2 * n]
     motion.load()
     rows, found = uni.read(motion.work), dict[int, str]()
     reached = motion.system.friction_rows.start + REACHED_PART
-    if len(motion.layout.friction_kind) and page[reached] < 1.0:
+    if len(motion.layout.friction_kind) and record[reached] < 1.0:
         return {count + len(uni.rough): "jams"}
     force = FORCE_NONE * force_size(motion)
     followers = {k for group in motion.groups.values() for k in group[1:]}
@@ -920,15 +926,15 @@ def _wrong(motion: ModalMotion, now: _DecisionState, model: FrictionModel) -> di
                     found[k] = _mode(now.sliding[k])
             continue
         if mode == "idle" or touch.static == 0.0:
-            if uni.pressing(page, touch) < -force:
+            if uni.pressing(record, touch) < -force:
                 found[k] = "open"
             continue
-        if uni.pressing(page, touch) < -force:
+        if uni.pressing(record, touch) < -force:
             found[k] = "open"
         elif mode == "stick" and k not in followers:
             group = motion.groups.get(k, [k])
-            most = sum(uni.touches[j].static * uni.pressing(page, uni.touches[j]) for j in group)
-            own = float(uni.multiplier(page, touch.tangent))
+            most = sum(uni.touches[j].static * uni.pressing(record, uni.touches[j]) for j in group)
+            own = float(uni.multiplier(record, touch.tangent))
             if abs(own) > most + force:
                 found.update(dict.fromkeys(group, _mode(own)))
         elif (
@@ -938,10 +944,10 @@ def _wrong(motion: ModalMotion, now: _DecisionState, model: FrictionModel) -> di
     for m, pair in enumerate(uni.rough):
         mode = motion.pairs[m]
         if mode == "stick":
-            own = float(uni.multiplier(page, pair.tangent))
+            own = float(uni.multiplier(record, pair.tangent))
             unit = motion.system.length if uni.angular[pair.tangent] else 1.0
             law = JointFriction(motion.system, motion.work, pair.pair)
-            x, y = uni.pressing_pair(page, pair)
+            x, y = uni.pressing_pair(record, pair)
             if abs(own) > law.size(x, y, float(np.sign(own)))[0] + force * unit:
                 found[count + m] = _mode(own)
         elif not now.resting[m] and not ahead(pair.tangent, SLIP_SIGNS[mode]):
@@ -952,7 +958,7 @@ def _wrong(motion: ModalMotion, now: _DecisionState, model: FrictionModel) -> di
         motion.load()
         if (
             found.keys() & open_ones
-            and motion.shared.reserve(motion, page, motion.work).least >= -force
+            and motion.shared.reserve(motion, record, motion.work).least >= -force
         ):
             found = {k: mode for k, mode in found.items() if k not in open_ones}
     return found

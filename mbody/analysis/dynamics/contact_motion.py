@@ -122,13 +122,13 @@ def guards_of(motion: ModalMotion) -> list[Guard]:
     return found
 
 
-def guard_values(motion: ModalMotion, t: Array, pages: Array, guards: list[Guard]) -> Array:
-    """Values (guards, instants) by times and pages (instants, rows, 1)."""
-    found, flat = np.empty((len(guards), len(pages))), pages[:, :, 0]
+def guard_values(motion: ModalMotion, t: Array, records: Array, guards: list[Guard]) -> Array:
+    """Values (guards, instants) by times and records (instants, rows, 1)."""
+    found, flat = np.empty((len(guards), len(records))), records[:, :, 0]
     by_position, one_by_one = list[int](), list[int]()
     for k, guard in enumerate(guards):
-        if _follows_from_pages(motion, guard):
-            found[k] = _by_pages(motion, flat, guard)
+        if _follows_from_record(motion, guard):
+            found[k] = _by_records(motion, flat, guard)
         elif guard.kind in PLACES:
             by_position.append(k)
         else:
@@ -142,29 +142,29 @@ def guard_values(motion: ModalMotion, t: Array, pages: Array, guards: list[Guard
             new[1:] = (places[1:] != places[:-1]).any(axis=1)
         values = _by_positions(motion, t[new], flat[new], chosen)
         found[by_position] = values[:, np.cumsum(new) - 1]
-    for m, page in enumerate(flat if one_by_one else ()):
-        motion.uni.read_at(motion.probe, t[m : m + 1], page[None])
+    for m, record in enumerate(flat if one_by_one else ()):
+        motion.uni.read_at(motion.probe, t[m : m + 1], record[None])
         for k in one_by_one:
             if guards[k].kind == "slip":
-                found[k, m] = _reserve(motion, page, guards[k].number)
+                found[k, m] = _reserve(motion, record, guards[k].number)
             elif motion.shared is not None:
-                found[k, m] = motion.shared.reserve(motion, page, motion.probe).least
+                found[k, m] = motion.shared.reserve(motion, record, motion.probe).least
     return found
 
 
-def _by_positions(motion: ModalMotion, t: Array, pages: Array, guards: list[Guard]) -> Array:
-    """Values (guards, instants) of what follows from positions and rates: times, pages (instants,
+def _by_positions(motion: ModalMotion, t: Array, records: Array, guards: list[Guard]) -> Array:
+    """Values (guards, instants) of what follows from positions and rates: times, records (instants,
     rows).
     """
     n, uni, probe = motion.system.coordinates, motion.uni, motion.probe
     found, kinds = np.empty((len(guards), len(t))), {guard.kind for guard in guards}
     flush, slow = CONTACT_EDGES_FLUSH * motion.system.length, RATE_NONE_FRICTION * motion.speed
     if not kinds <= set(ALONG):
-        rows = uni.read_at(probe, t, pages)
+        rows = uni.read_at(probe, t, records)
         gaps, approaches = uni.gaps(rows), uni.approach(rows)
     if not kinds.isdisjoint(("close", *ALONG)):
         q = np.tile(probe.q[:, 0], (len(t), 1))
-        q[:, :n] = pages[:, :n]
+        q[:, :n] = records[:, :n]
         along = uni.along_at(q).min(axis=-1, initial=np.inf)
     for k, (kind, number) in enumerate((guard.kind, guard.number) for guard in guards):
         if kind == "close":
@@ -185,7 +185,7 @@ def _by_positions(motion: ModalMotion, t: Array, pages: Array, guards: list[Guar
     return found
 
 
-def _follows_from_pages(motion: ModalMotion, guard: Guard) -> bool:
+def _follows_from_record(motion: ModalMotion, guard: Guard) -> bool:
     """Whether the value needs nothing but what is kept of an instant."""
     if guard.kind != "slip" or guard.number < len(motion.uni.touches):
         return guard.kind in ("open", "slip", "paradox")
@@ -194,13 +194,13 @@ def _follows_from_pages(motion: ModalMotion, guard: Guard) -> bool:
     return kind not in ("torque", "force", "follower")
 
 
-def _by_pages(motion: ModalMotion, pages: Array, guard: Guard) -> Array:
-    """Values by pages (instants, rows)."""
+def _by_records(motion: ModalMotion, records: Array, guard: Guard) -> Array:
+    """Values by records (instants, rows)."""
     if guard.kind == "paradox":
-        return np.asarray(pages[:, motion.system.friction_rows.start + DETERMINANT])
+        return np.asarray(records[:, motion.system.friction_rows.start + DETERMINANT])
     if guard.kind == "open":
-        return np.asarray(motion.uni.pressing(pages, motion.uni.touches[guard.number]))
-    return np.asarray(_reserve(motion, pages, guard.number))
+        return np.asarray(motion.uni.pressing(records, motion.uni.touches[guard.number]))
+    return np.asarray(_reserve(motion, records, guard.number))
 
 
 def _sliding_row(motion: ModalMotion, number: int) -> tuple[int, float]:
@@ -212,21 +212,21 @@ def _sliding_row(motion: ModalMotion, number: int) -> tuple[int, float]:
     return motion.uni.rough[m].tangent, SLIP_SIGNS[motion.pairs[m]]
 
 
-def _reserve(motion: ModalMotion, pages: Array, number: int) -> Array:
-    """How much more friction what sticks could have, by pages (…, rows)."""
+def _reserve(motion: ModalMotion, records: Array, number: int) -> Array:
+    """How much more friction what sticks could have, by records (…, rows)."""
     uni, touches = motion.uni, motion.uni.touches
     if number >= len(touches):
         pair = uni.rough[number - len(touches)]
-        force = uni.multiplier(pages, pair.tangent)
+        force = uni.multiplier(records, pair.tangent)
         law = JointFriction(motion.system, motion.probe, pair.pair)
-        x, y = uni.pressing_pair(pages, pair)
+        x, y = uni.pressing_pair(records, pair)
         # limits differ with the direction, as of band brakes: the nearer one, without a jump at
         # zero
         ahead, back = law.size(x, y, 1.0)[0] - force, law.size(x, y, -1.0)[0] + force
         return np.asarray(np.minimum(ahead, back))
     group = motion.groups.get(number, [number])
-    most = np.sum([touches[k].static * uni.pressing(pages, touches[k]) for k in group], axis=0)
-    return np.asarray(most - np.abs(uni.multiplier(pages, touches[number].tangent)))
+    most = np.sum([touches[k].static * uni.pressing(records, touches[k]) for k in group], axis=0)
+    return np.asarray(most - np.abs(uni.multiplier(records, touches[number].tangent)))
 
 
 def guard_sizes(motion: ModalMotion) -> list[float]:
@@ -287,7 +287,7 @@ class ModalIntegration(JumpIntegration):
         #: The state before the step that ends in time, and that which it went on from.
         self.before_end: Restart | None = None
         self.resumed: ModalState | None = None
-        #: The page with which a step begins, as it is kept for who goes on from there.
+        #: The record with which a step begins, as it is kept for who goes on from there.
         self.begun = np.empty((0, 1))
 
     def load(self) -> None:
@@ -296,10 +296,10 @@ class ModalIntegration(JumpIntegration):
         self.work.q[:n, 0], self.work.v[:n, 0] = self.y[:n], self.y[n : 2 * n]
         self.work.time[0, 0] = self.state[TIME]
 
-    def _keep(self, t: float, page: Array, work: Array) -> None:
+    def _keep(self, t: float, record: Array, work: Array) -> None:
         if self.instants and self.instants[-1] == t:
             self.kept_modes.pop()
-        super()._keep(t, page, work)
+        super()._keep(t, record, work)
         self.kept_modes.append(self.named_modes())
 
     def named_modes(
@@ -388,19 +388,19 @@ class ModalIntegration(JumpIntegration):
 
     # -- guards -------------------------------------------------------------------------------
 
-    def _values(self, which: list[int], t: Array, pages: Array) -> Array:
+    def _values(self, which: list[int], t: Array, records: Array) -> Array:
         count = len(self.events)
         own = [n for n in which if n < count]
         found = np.empty((len(which), len(t)))
         if own:
-            found[: len(own)] = super()._values(own, t, pages)
+            found[: len(own)] = super()._values(own, t, records)
         if len(own) < len(which):
             chosen = [self.guards[n - count] for n in which if n >= count]
-            found[len(own) :] = guard_values(self, t, pages, chosen)
+            found[len(own) :] = guard_values(self, t, records, chosen)
         return found
 
-    def _sampled(self, times: Array, marks: Array, pages: Array) -> tuple[Array, Array]:
-        found, rising = super()._sampled(times, marks, pages)
+    def _sampled(self, times: Array, marks: Array, records: Array) -> tuple[Array, Array]:
+        found, rising = super()._sampled(times, marks, records)
         for k, guard in enumerate(self.guards, start=len(self.events)):
             if (least := self.fresh.get(guard)) is not None:
                 rounding = np.abs(found[k]) <= least
@@ -448,9 +448,9 @@ class ModalIntegration(JumpIntegration):
             return True
         later = times[times > saved.state[TIME]]
         self._restore(saved)
-        _, pages, _ = self._run(self.target, 1, later)
-        before = np.broadcast_to(saved.page, (len(times) - len(later), *saved.page.shape))
-        rows = [self._look_at(t, one) for t, one in zip(times, [*before, *pages], strict=True)]
+        _, records, _ = self._run(self.target, 1, later)
+        before = np.broadcast_to(saved.record, (len(times) - len(later), *saved.record.shape))
+        rows = [self._look_at(t, one) for t, one in zip(times, [*before, *records], strict=True)]
         gaps, rates = (
             np.array([part(one)[event.number] for one in rows])
             for part in (self.uni.gaps, self.uni.approach)
@@ -467,23 +467,23 @@ class ModalIntegration(JumpIntegration):
         """
         if not isinstance(one.event, Guard) or one.event.kind != "close":
             return True
-        rows = self._look_at(one.t, one.saved.page)
+        rows = self._look_at(one.t, one.saved.record)
         if self.uni.gaps(rows)[one.event.number] < -self.near:
             return False
         within = self.uni.within_edges(rows, self.probe, self.near, RATE_NONE_FRICTION * self.speed)
         return bool(within[one.event.number])
 
-    def _look_at(self, t: float, page: Array) -> Rows:
-        """The rows at a time and page (rows, 1), of which the probe has the position."""
+    def _look_at(self, t: float, record: Array) -> Rows:
+        """The rows at a time and record (rows, 1), of which the probe has the position."""
         n, probe = self.system.coordinates, self.probe
-        probe.q[:n, 0], probe.v[:n, 0], probe.time[0, 0] = page[:n, 0], page[n : 2 * n, 0], t
+        probe.q[:n, 0], probe.v[:n, 0], probe.time[0, 0] = record[:n, 0], record[n : 2 * n, 0], t
         laws_of_time(self.layout, probe)
         return self.uni.read(probe)
 
     # -- restarts -----------------------------------------------------------------------------
 
     def _save(self) -> Saved:
-        self.begun = self.page
+        self.begun = self.record
         return super()._save()
 
     def _restart_state(self, work_done: Array) -> Restart:
@@ -543,7 +543,7 @@ class ModalIntegration(JumpIntegration):
         """
         if self.resumed is not None:
             self.lost = np.array(self.resumed.lost)
-            self.page = np.array(self.resumed.page)[:, None]
+            self.record = np.array(self.resumed.page)[:, None]
 
 
 #: Impacts, and changes of modes, at one instant, at most.
@@ -570,7 +570,7 @@ class ContactIntegration(ModalIntegration):
         if self.resumed is not None:
             return super()._integrate(times, progress)
         self.wanted, self.instants = times, list[float]()
-        self.pages, self.works = list[Array](), list[Array]()
+        self.records, self.works = list[Array](), list[Array]()
         self.total = self.initial_work.copy()
         if status := self.begin_modes():
             return MORE, status
@@ -588,7 +588,7 @@ class ContactIntegration(ModalIntegration):
         return self._settle(begins=True)
 
     def _guarded(self) -> tuple[Array, list[float]]:
-        found = guard_values(self, self.state[[TIME]], self.page[None], self.guards)[:, 0]
+        found = guard_values(self, self.state[[TIME]], self.record[None], self.guards)[:, 0]
         return found, guard_sizes(self)
 
     def _broken(self) -> bool:
@@ -619,7 +619,7 @@ class ContactIntegration(ModalIntegration):
         """Where forces of what slides grow without bound the steps vanish before that is met."""
         code, status = super()._step()
         if code in (STEP_VANISHED, NOT_FINITE) and Guard("paradox") in self.guards:
-            found = self.page[self.system.friction_rows.start + DETERMINANT, 0]
+            found = self.record[self.system.friction_rows.start + DETERMINANT, 0]
             if abs(found) < FRICTION_SINGULAR:
                 return MORE, self._paradox()
         return code, status
@@ -650,7 +650,7 @@ class ContactIntegration(ModalIntegration):
             closing.sliding = self._together(n, self._impending(n))
         elif guard.kind == "share" and self.shared is not None:
             self.load()
-            reserve = self.shared.reserve(self, self.page[:, 0], self.work)
+            reserve = self.shared.reserve(self, self.record[:, 0], self.work)
             for one, slip_sign in reserve.sliding.items():
                 closing.sliding |= self._together(one, slip_sign)
             closing.opened = reserve.opened
@@ -662,7 +662,7 @@ class ContactIntegration(ModalIntegration):
         """The direction in which what sticks would slide: that of its multiplier."""
         touches = len(self.uni.touches)
         row = self.uni.touches[n].tangent if n < touches else self.uni.rough[n - touches].tangent
-        return float(np.sign(self.uni.multiplier(self.page[:, 0], row))) or 1.0
+        return float(np.sign(self.uni.multiplier(self.record[:, 0], row))) or 1.0
 
     def _together(self, n: int, slip_sign: float) -> dict[int, float]:
         """The directions in which all slides that sticks by the row of touch or rough joint n."""
@@ -685,7 +685,7 @@ class ContactIntegration(ModalIntegration):
         the motion ends.
         """
         before = list(self.modes), list(self.pairs)
-        state_before = self.page.copy()
+        state_before = self.record.copy()
         for _ in range(STRIKES):
             self.load()
             rows = self.uni.read(self.work)
@@ -702,9 +702,9 @@ class ContactIntegration(ModalIntegration):
             return self._without_collision(before)
         return ""
 
-    def _go_on(self, before: tuple[list[str], list[str]] | None, page: Array) -> bool:
+    def _go_on(self, before: tuple[list[str], list[str]] | None, record: Array) -> bool:
         """Set the modes that go on and record what changes; whether there are consistent ones.
-        `before` and `page`: the modes, None at the beginning, and the page before.
+        `before` and `record`: the modes, None at the beginning, and the record before.
         """
         verdict = decide(self)
         self.none = "no accelerations are consistent"
@@ -713,10 +713,10 @@ class ContactIntegration(ModalIntegration):
         if not verdict.consistent:
             return False
         if verdict.several:
-            self._note_several(page)
+            self._note_several(record)
         self._begin_anew()
         if before is not None:
-            self._record_changes(before, page)
+            self._record_changes(before, record)
         return True
 
     def _begin_anew(self) -> None:
@@ -742,7 +742,7 @@ class ContactIntegration(ModalIntegration):
     def _impact(self, closed: list[int], hit: list[int]) -> str | None:
         """One impact of all closed contacts; a status where it has no solution."""
         n, t = self.system.coordinates, float(self.state[TIME])
-        before, page = self.y[n : 2 * n].copy(), self.page.copy()
+        before, record = self.y[n : 2 * n].copy(), self.record.copy()
         found = strike(self.uni, self.work, closed)
         if found is None:
             refuse_led(self.uni, self.work, hit)
@@ -787,7 +787,7 @@ class ContactIntegration(ModalIntegration):
         elif flies:
             self.state[NEXT] = min(self.state[NEXT], FLIGHT * flight)
         self._add_losses(found, closed)
-        self._record_contact(kind, when, touch.name, page, self.page)
+        self._record_contact(kind, when, touch.name, record, self.record)
         self.closing.closed -= set(closed)
         return None
 
@@ -817,35 +817,35 @@ class ContactIntegration(ModalIntegration):
         closed = near_touches(self, self.uni.read(self.work))
         if not closed:
             return self._undecided()
-        page, velocities = self.page.copy(), self.y[n : 2 * n].copy()
+        record, velocities = self.record.copy(), self.y[n : 2 * n].copy()
         found = strike(self.uni, self.work, closed, without_collision=True)
         names = ", ".join(dict.fromkeys(f"'{self.uni.touches[k].name}'" for k in closed))
-        self._record_contact("inconsistent", t, self.uni.touches[closed[0]].name, page, page)
+        self._record_contact("inconsistent", t, self.uni.touches[closed[0]].name, record, record)
         if found is None:
             return self._ended(f"no accelerations and no impact are consistent at {names}")
         self._switch_off()
         self.y[n : 2 * n] = velocities + found.jump
         self.evaluate()
         self._add_losses(found, closed)
-        self._record_contact("impact", t, self.uni.touches[closed[0]].name, page, self.page)
+        self._record_contact("impact", t, self.uni.touches[closed[0]].name, record, self.record)
         self.contact_notes.append(
             f"at t = {t:.6g} {self.system.mechanism.units.time} {self.none} with the friction at "
             f"{names} (Painlevé's paradox): an impact without collision followed"
         )
         self.closing = Closing()
         self.load()
-        if not self._go_on(before, page):
+        if not self._go_on(before, record):
             return self._ended(f"{self.none} at {names}")
         return ""
 
     def _undecided(self) -> str:
         """No modes of rough joints are consistent, and no contact can be struck."""
         names = ", ".join(f"'{one.name}'" for one in self.uni.rough)
-        name, page = self.uni.rough[0].name, self.page
-        self._record_contact("inconsistent", float(self.state[TIME]), name, page, page)
+        name, record = self.uni.rough[0].name, self.record
+        self._record_contact("inconsistent", float(self.state[TIME]), name, record, record)
         return self._ended(f"{self.none} with the friction at {names}")
 
-    def _note_several(self, page: Array) -> None:
+    def _note_several(self, record: Array) -> None:
         """Several accelerations are consistent: an event and a note."""
         t = float(self.state[TIME])
         who = [n for n in sorted(self.closing.closed)] or near_touches(
@@ -853,7 +853,7 @@ class ContactIntegration(ModalIntegration):
         )
         names = [self.uni.touches[k].name for k in who] or [p.name for p in self.uni.rough]
         shown = ", ".join(dict.fromkeys(f"'{name}'" for name in names))
-        self._record_contact("indeterminate", t, names[0] if names else "", page, page)
+        self._record_contact("indeterminate", t, names[0] if names else "", record, record)
         why = "Painlevé's paradox): that of the least contact force was taken"
         idle = "idle" in self.modes or any(
             mode == "stick" and not self.on[pair.tangent]
@@ -875,7 +875,9 @@ class ContactIntegration(ModalIntegration):
             p.name for p, mode in zip(self.uni.rough, self.pairs, strict=True) if mode in SLIP_SIGNS
         ]
         names = ", ".join(f"'{name}'" for name in dict.fromkeys(sliding))
-        self._record_contact("paradox", float(self.state[TIME]), sliding[0], self.page, self.page)
+        self._record_contact(
+            "paradox", float(self.state[TIME]), sliding[0], self.record, self.record
+        )
         return self._ended(
             f"the forces of what slides at {names} grow without bound (Painlevé's paradox)"
         )
@@ -893,14 +895,14 @@ class ContactIntegration(ModalIntegration):
 
     # -- records -------------------------------------------------------------------------------
 
-    def _record_contact(self, kind: str, t: float, name: str, page: Array, after: Array) -> None:
+    def _record_contact(self, kind: str, t: float, name: str, record: Array, after: Array) -> None:
         now = float(self.state[TIME])
         if self.resumed is not None and now <= self.first:
             return  # reported by the motion that this one continues
-        states = [self._instant(now, one) for one in (page, after)]
+        states = [self._instant(now, one) for one in (record, after)]
         self.occurred.append(EventRecord(kind, t, states[0], states[1], name))
 
-    def _record_changes(self, before: tuple[list[str], list[str]], page: Array) -> None:
+    def _record_changes(self, before: tuple[list[str], list[str]], record: Array) -> None:
         """Records mode changes of contacts that were closed before, and contacts that close without
         an impact.
         """
@@ -912,7 +914,7 @@ class ContactIntegration(ModalIntegration):
             if old == new or (old == "open" and name not in free):
                 continue
             kind = "open" if new == "open" else "slip" if new in SLIP_SIGNS else "stick"
-            self._record_contact(kind, t, name, page, self.page)
+            self._record_contact(kind, t, name, record, self.record)
 
     def _solution(self, status: str) -> Solution:
         found = super()._solution(status)

@@ -192,14 +192,14 @@ def bracketed_root(
 CARRIED = {"x", "y", "angle", "vx", "vy", "omega", *DRIVEN}
 
 
-def motion_at(system: System, t: Array, pages: Array) -> Solution:
-    """Pages (instants, rows, 1) of a motion as a solution."""
-    return Solution(system, "simulate", t, Record([pages], len(t), batch=False), None)
+def motion_at(system: System, t: Array, records: Array) -> Solution:
+    """Records (instants, rows, 1) of a motion as a solution."""
+    return Solution(system, "simulate", t, Record([records], len(t), batch=False), None)
 
 
-def values(system: System, measures: list[Measure], t: Array, pages: Array) -> Array:
-    """Measured quantities (measures, instants) of pages (instants, rows, 1)."""
-    run = motion_at(system, t, pages)
+def values(system: System, measures: list[Measure], t: Array, records: Array) -> Array:
+    """Measured quantities (measures, instants) of records (instants, rows, 1)."""
+    run = motion_at(system, t, records)
     return np.array([measured(run, measure)[0] for measure in measures]).reshape(-1, len(t))
 
 
@@ -209,13 +209,13 @@ def has_exact_rates(of: Measure) -> bool:
     return all(name.rpartition(".")[2] in CARRIED for name in names if "." in name)
 
 
-def rates(system: System, measures: list[Measure], t: Array, pages: Array, step: float) -> Array:
+def rates(system: System, measures: list[Measure], t: Array, records: Array, step: float) -> Array:
     """Rates (measures, instants) of quantities that are `has_exact_rates`, `step` being the time
     between samples: central differences along velocities and accelerations.
     """
     n, moment = system.coordinates, EVENT_RATE_STEP * step
-    q, v, a = (pages[:, k * n : (k + 1) * n] for k in range(3))
-    beside = np.concatenate([pages, pages])
+    q, v, a = (records[:, k * n : (k + 1) * n] for k in range(3))
+    beside = np.concatenate([records, records])
     middle = q + 0.5 * moment * moment * a
     beside[:, :n] = np.concatenate([middle + moment * v, middle - moment * v])
     beside[:, n : 2 * n] = np.concatenate([v + moment * a, v - moment * a])
@@ -235,7 +235,7 @@ class Saved:
     K: Array
     P: Array
     state: Array
-    page: Array
+    record: Array
     total: Array
     near: Array
     own: tuple[Array, ...]
@@ -305,9 +305,9 @@ class EventIntegration(Integration):
 
     def _integrate(self, times: Array, progress: Callable[[float], None] | None) -> tuple[int, str]:
         self.wanted, self.instants = times, list[float]()
-        self.pages, self.works = list[Array](), list[Array]()
+        self.records, self.works = list[Array](), list[Array]()
         if times[0] <= self.first:
-            self._keep(self.first, self.page, self.total)
+            self._keep(self.first, self.record, self.total)
         self.total = self.initial_work.copy()
         self._begin()
         code, status = MORE, ""
@@ -325,42 +325,42 @@ class EventIntegration(Integration):
         count = len(self.instants)
         return (
             np.array(self.instants),
-            np.array(self.pages).reshape(count, self.rows, 1),
+            np.array(self.records).reshape(count, self.rows, 1),
             np.array(self.works).reshape(count, self.causes + len(self.stops)),
         )
 
     def _keep_now(self) -> None:
         if self.instants:
             self.restart_point = None if self.stops else self._restart_state(self.total)
-            self._keep(float(self.state[TIME]), self.page, self.total)
+            self._keep(float(self.state[TIME]), self.record, self.total)
 
-    def _keep(self, t: float, page: Array, work: Array) -> None:
+    def _keep(self, t: float, record: Array, work: Array) -> None:
         """Keep an instant; once, the last state of it."""
         if self.instants and self.instants[-1] == t:
-            for kept in (self.instants, self.pages, self.works):
+            for kept in (self.instants, self.records, self.works):
                 kept.pop()
         self.instants.append(t)
-        self.pages.append(page.copy())
+        self.records.append(record.copy())
         self.works.append(np.concatenate([work, self.lost]))
 
     def _save(self) -> Saved:
-        parts = (self.y, self.K[0], self.P[0], self.state, self.page, self.total, self.work.near)
-        y, K, P, state, page, total, near = (part.copy() for part in parts)
+        parts = (self.y, self.K[0], self.P[0], self.state, self.record, self.total, self.work.near)
+        y, K, P, state, record, total, near = (part.copy() for part in parts)
         own = tuple(part.copy() for part in self.steps.own)
-        return Saved(y, K, P, state, page, total, near, own, self.passage.known)
+        return Saved(y, K, P, state, record, total, near, own, self.passage.known)
 
     def _restore(self, saved: Saved) -> None:
         """Go back, or ahead; the count of evaluations goes on."""
         evaluations = self.state[EVALUATIONS]
         self.y[:], self.K[0], self.P[0], self.state[:] = saved.y, saved.K, saved.P, saved.state
-        self.page, self.total = saved.page.copy(), saved.total.copy()
+        self.record, self.total = saved.record.copy(), saved.total.copy()
         self.work.near[:], self.passage.known = saved.near, saved.passage
         for part, was in zip(self.steps.own, saved.own, strict=True):
             part[:] = was
         self.state[EVALUATIONS] = evaluations
 
     def _run(self, until: float, steps: int, times: Array) -> tuple[int, Array, Array]:
-        """Steps of the kernel: its code, pages and work at the times."""
+        """Steps of the kernel: its code, records and work at the times."""
         output = np.empty((len(times), self.rows, 1))
         work_done = np.zeros((len(times) + 1, self.causes))
         work_done[-1], self.state[DELIVERED] = self.total, 0.0
@@ -389,13 +389,13 @@ class EventIntegration(Integration):
             times = self._sample_times(t, h, count, wanted)
             times = np.append(t, np.unique(np.append(times[(times > t) & (times < end)], end)))
             marks = np.union1d(self._marks(times[1:], times), wanted)
-            code, pages, work_done = self._run(self.target, 1, marks)
+            code, records, work_done = self._run(self.target, 1, marks)
             if state[TIME] == t:
                 return code, ""
-            self.page = pages[-1].copy()
+            self.record = records[-1].copy()
             after = self._save()
             found, rising = self._sampled(
-                times, np.append(t, marks), np.concatenate([saved.page[None], pages])
+                times, np.append(t, marks), np.concatenate([saved.record[None], records])
             )
             if self._resolved(times, found, rising):
                 break
@@ -407,10 +407,10 @@ class EventIntegration(Integration):
         crossings = self._crossings(saved, times, found, rising)
         together = max(EVENT_TOGETHER * (end - t), TIME_ROUNDING * abs(end))
         cut = _first_end(crossings, together)
-        self._record_forces(np.append(t, marks), np.concatenate([saved.page[None], pages]), cut)
+        self._record_forces(np.append(t, marks), np.concatenate([saved.record[None], records]), cut)
         for n in np.flatnonzero(np.isin(marks, wanted)):
             if cut is None or marks[n] <= cut.t:
-                self._keep(float(marks[n]), pages[n], work_done[n])
+                self._keep(float(marks[n]), records[n], work_done[n])
         for one in crossings:
             if one.t <= self.first:  # reported by the motion that this one continues
                 continue
@@ -418,7 +418,7 @@ class EventIntegration(Integration):
             if late or isinstance(one.event, Guard):
                 continue
             if not self._is_known(one.event, one.t, together):
-                self._record(one.event, one.t, one.saved.page)
+                self._record(one.event, one.t, one.saved.record)
         if cut is None:
             self._restore(after)
             return code, ""
@@ -426,7 +426,7 @@ class EventIntegration(Integration):
         state[NEXT] = min(state[NEXT], h)
         if isinstance(cut.event, Guard):
             return MORE, self._passed(cut.event)
-        self._record(cut.event, cut.t, self.page)
+        self._record(cut.event, cut.t, self.record)
         return MORE, self._ended(f"'{cut.event.of}' is zero")
 
     def _is_known(self, event: Event, t: float, together: float) -> bool:
@@ -441,7 +441,7 @@ class EventIntegration(Integration):
         self._interrupt(t)
         now = float(self.state[TIME])
         if now > t and now in self.wanted:
-            self._keep(now, self.page, self.total)
+            self._keep(now, self.record, self.total)
         if now >= self.until:
             self.restart_point = self._restart_state(self.total)
         return now
@@ -466,11 +466,11 @@ class EventIntegration(Integration):
         """Whether samples, values and rates (events, times), are near enough to each other."""
         return True
 
-    def _values(self, which: list[int], t: Array, pages: Array) -> Array:
+    def _values(self, which: list[int], t: Array, records: Array) -> Array:
         """Values (events, instants) of some of the events."""
-        return values(self.system, [self.measures[n] for n in which], t, pages)
+        return values(self.system, [self.measures[n] for n in which], t, records)
 
-    def _record_forces(self, marks: Array, pages: Array, cut: LocatedZero | None) -> None:
+    def _record_forces(self, marks: Array, records: Array, cut: LocatedZero | None) -> None:
         """Record the forces of contacts and ropes over a step, within the output instants."""
         if not self.sided:
             return
@@ -478,7 +478,7 @@ class EventIntegration(Integration):
         inside = (marks >= self.wanted[0]) & (marks <= last)
         if not inside.any():
             return
-        run = motion_at(self.system, marks[inside], pages[inside])
+        run = motion_at(self.system, marks[inside], records[inside])
         for one in self.sided:
             self.forces[one.name].append(one_sided_force(run, one))
 
@@ -490,12 +490,12 @@ class EventIntegration(Integration):
                 found[name] = OneSidedForce(**whole)
         return found
 
-    def _record(self, event: Event, t: float, page: Array) -> None:
-        self.occurred.append(EventRecord(event.name, t, self._instant(t, page)))
+    def _record(self, event: Event, t: float, record: Array) -> None:
+        self.occurred.append(EventRecord(event.name, t, self._instant(t, record)))
 
-    def _instant(self, t: float, page: Array) -> Solution:
-        """A page as a solution of one instant."""
-        record = Record([page[None].copy()], 1, batch=False)
+    def _instant(self, t: float, instant: Array) -> Solution:
+        """A record as a solution of one instant."""
+        record = Record([instant[None].copy()], 1, batch=False)
         return Solution(
             self.system, "simulate", np.array([t]), record, None, regularization=self.regularization
         )
@@ -503,7 +503,7 @@ class EventIntegration(Integration):
     def _ended(self, why: str) -> str:
         """Keep the last instant; the status of a motion that ends there."""
         t, self.restart_point = float(self.state[TIME]), None
-        self._keep(t, self.page, self.total)
+        self._keep(t, self.record, self.total)
         return f"ended: at t = {t:.6g} {self.system.mechanism.units.time}, {why}"
 
     # -- zeros --------------------------------------------------------------------------------
@@ -520,17 +520,17 @@ class EventIntegration(Integration):
         little = EVENT_SECOND_SAMPLE * (last - self.step[0]) / OF_A_STEP
         return np.where(times + little < last, times + little, times - little)
 
-    def _sampled(self, times: Array, marks: Array, pages: Array) -> tuple[Array, Array]:
-        """Values and rates (events, times) by pages at the marks, the times being among them."""
+    def _sampled(self, times: Array, marks: Array, records: Array) -> tuple[Array, Array]:
+        """Values and rates (events, times) by records at the marks, the times being among them."""
         at = np.searchsorted(marks, times)
         every = [*self.events, *self.guards]
-        found = self._values(list(range(len(every))), marks, pages)
+        found = self._values(list(range(len(every))), marks, records)
         rising = np.empty((len(every), len(times)))
         carried = np.append(self.carried, np.zeros(len(self.guards), dtype=bool))
         if carried.any():
             measures = [self.measures[n] for n in np.flatnonzero(self.carried)]
             apart = (self.step[1] - self.step[0]) / OF_A_STEP
-            rising[carried] = rates(self.system, measures, times, pages[at], apart)
+            rising[carried] = rates(self.system, measures, times, records[at], apart)
         if not carried.all():
             own = ~carried
             beside = np.searchsorted(marks, self._beside(times))
@@ -583,8 +583,8 @@ class EventIntegration(Integration):
         order = np.argsort(times, kind="stable")
         marks = self._marks(times[order], times)
         self._restore(saved)
-        _, pages, _ = self._run(self.target, 1, marks)
-        found, rising = self._sampled(times[order], marks, pages)
+        _, records, _ = self._run(self.target, 1, marks)
+        found, rising = self._sampled(times[order], marks, records)
         back = np.argsort(order, kind="stable")
         return found[k][back], rising[k][back]
 
@@ -602,11 +602,11 @@ class EventIntegration(Integration):
             self._restore(saved)
             # steps of one length have another error where they are cut
             until, steps = (self.target, 1) if within else (t, AT_ONCE)
-            code, pages, _ = self._run(until, steps, np.array([t]))
+            code, records, _ = self._run(until, steps, np.array([t]))
             if code != DONE and not within:
                 raise self._stopped(self._solution(""), code)
-            self.page = pages[-1].copy()
-            return float(self._values([which], np.array([t]), pages)[0, 0])
+            self.record = records[-1].copy()
+            return float(self._values([which], np.array([t]), records)[0, 0])
 
         near = EVENT_LOCATED * float(saved.state[NEXT])
         t = bracketed_root(lambda t: value(t, self.steps.fixed), left, right, near)

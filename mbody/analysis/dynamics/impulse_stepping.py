@@ -412,7 +412,7 @@ class ImpulseIntegration(Integration):
             state=np.zeros(IMPULSE_SLOTS),
         )
         self.instants: list[float] = []
-        self.pages: list[Array] = []
+        self.records: list[Array] = []
         self.works: list[Array] = []
         self.which: list[Array] = []
         self.numbers: list[Array] = []
@@ -574,11 +574,11 @@ class ImpulseIntegration(Integration):
     def _keep(self, t: float, named: float, h: float) -> None:
         """Keep an instant within the last step."""
         M, B = self.impulses, self.memory.contacts
-        page = np.empty((self.system.page_rows, 1))
-        kept_instant(self.layout, self.work, B, M, t, page)
+        record = np.empty((self.system.record_rows, 1))
+        kept_instant(self.layout, self.work, B, M, t, record)
         part = min(1.0, max(0.0, (t - (float(M.state[NOW]) - h)) / h))
         self.instants.append(named)
-        self.pages.append(page)
+        self.records.append(record)
         self.works.append((1.0 - part) * M.work_before + part * M.work)
         count = int(B.counts[FOUND])
         acting = np.flatnonzero((B.impulse[:count] != 0.0).any(axis=1))
@@ -614,10 +614,10 @@ class ImpulseIntegration(Integration):
             self._keep(now, now, float(self.impulses.state[LENGTH]))
 
     def _kept(self) -> tuple[Array, Array, Array]:
-        pages = np.array(self.pages).reshape(-1, self.system.page_rows, 1)
-        works = np.array(self.works).reshape(len(pages), -1)
-        self.state[DELIVERED] = len(pages)
-        return np.array(self.instants), pages, works
+        records = np.array(self.records).reshape(-1, self.system.record_rows, 1)
+        works = np.array(self.works).reshape(len(records), -1)
+        self.state[DELIVERED] = len(records)
+        return np.array(self.instants), records, works
 
     # -- the result ---------------------------------------------------------------------------
 
@@ -645,12 +645,12 @@ class ImpulseIntegration(Integration):
             "by_lemke": self.by_lemke,
         }
         notes, doubts = judged_steps(self.whole, self.impulses, self.settings)
-        pages = self._whole_pages(found, stepped)
+        records = self._whole_records(found, stepped)
         said = as_reported(found)
         return changed(
             found,
             system=self.whole,
-            record=Record([pages], len(pages), batch=False),
+            record=Record([records], len(records), batch=False),
             stepped=stepped,
             modes=modes,
             stats=stats,
@@ -667,40 +667,40 @@ class ImpulseIntegration(Integration):
             parts[0, :, LEFT:] = self.residuals
         return parts
 
-    def _whole_pages(self, found: Solution, stepped: SteppedContacts) -> Array:
-        """The pages with rows for named contacts: a contact's whole force in those of its first
+    def _whole_records(self, found: Solution, stepped: SteppedContacts) -> Array:
+        """The records with rows for named contacts: a contact's whole force in those of its first
         place.
         """
         bare, whole = self.system, self.whole
-        pages = found.record.blocks[0]
+        records = found.record.blocks[0]
         if whole is bare:
-            return pages
-        n, made = 3 * bare.coordinates, np.zeros((len(pages), whole.page_rows, 1))
-        made[:, :n] = pages[:, :n]
+            return records
+        n, made = 3 * bare.coordinates, np.zeros((len(records), whole.record_rows, 1))
+        made[:, :n] = records[:, :n]
         for name, primitives in bare.primitives_of.items():
             for ours, theirs in zip(primitives, whole.primitives_of[name], strict=True):
                 a, b = n + PER_PRIMITIVE * ours, n + PER_PRIMITIVE * theirs
-                made[:, b : b + PER_PRIMITIVE] = pages[:, a : a + PER_PRIMITIVE]
-        made[:, whole.own_rows] = pages[:, bare.own_rows]
+                made[:, b : b + PER_PRIMITIVE] = records[:, a : a + PER_PRIMITIVE]
+        made[:, whole.own_rows] = records[:, bare.own_rows]
         for contact in whole.mechanism.contacts:
             spot = contact.spots(whole.numbers)[0]
             o = n + PER_PRIMITIVE * whole.primitives_of[contact.name][0]
             second = contact.bodies[0 if spot.swapped else 1]
             fx, fy, torque = stepped.force(contact.name)
             sign = -1.0 if spot.swapped else 1.0
-            x, y = self._torque_point(contact, second, pages)
+            x, y = self._torque_point(contact, second, records)
             made[:, o, 0] = -spot.sign * stepped.pressing(contact.name)
             made[:, o + 2, 0], made[:, o + 3, 0] = sign * fx, sign * fy
             made[:, o + 4, 0] = sign * (torque - x * fy + y * fx)
         return made
 
-    def _torque_point(self, contact: Any, body: str, pages: Array) -> tuple[Array, Array]:
+    def _torque_point(self, contact: Any, body: str, records: Array) -> tuple[Array, Array]:
         """Where torques are taken: the mass centre of a body, of a rope its end."""
         if body == "ground":
-            q = np.zeros((len(pages), 3))
+            q = np.zeros((len(records), 3))
         else:
             b = 3 * self.system.bodies[body]
-            q = pages[:, b : b + 3, 0]
+            q = records[:, b : b + 3, 0]
         ax, ay = self.whole.numbers.arm(contact, "j") if "j" in contact.places() else (0.0, 0.0)
         c, s = np.cos(q[:, 2]), np.sin(q[:, 2])
         return q[:, 0] + c * ax - s * ay, q[:, 1] + s * ax + c * ay

@@ -100,14 +100,14 @@ class ControllerReadings:
         system: System,
         y: Array,
         state: Array,
-        page: Callable[[], Array],
+        record: Callable[[], Array],
         regularization: float,
     ) -> None:
-        self.system, self.state, self.page = system, state, page
+        self.system, self.state, self.record = system, state, record
         self.regularization = regularization
         slots = memoryview(state.data)
         self.present = Present(
-            system, memoryview(y.data), slots, lambda: memoryview(page().reshape(-1).data)
+            system, memoryview(y.data), slots, lambda: memoryview(record().reshape(-1).data)
         )
         self._found: dict[str, list[Read]] = {}
 
@@ -122,7 +122,7 @@ class ControllerReadings:
 
     def _instant(self) -> Solution:
         """The present instant as a result."""
-        record = Record([self.page()[None].copy()], 1, batch=False)
+        record = Record([self.record()[None].copy()], 1, batch=False)
         t, regular = np.array([self.state[TIME]]), self.regularization
         return Solution(self.system, "simulate", t, record, None, regularization=regular)
 
@@ -225,10 +225,10 @@ class Integration(RateJumps):
         """
         n3 = self.system.coordinates
         self.first, self.until = first, until
-        self.rows = self.system.page_rows
+        self.rows = self.system.record_rows
         self.y[:n3], self.y[n3 : 2 * n3] = q, v
         self.y[2 * n3 :] = first_own_states(self.system, self.start) if own is None else own
-        self.page = np.empty((self.rows, 1))
+        self.record = np.empty((self.rows, 1))
         self.state[TIME] = first
         self.interruptions = Interruptions(self.system, self.work, first, until)
         self.target = until
@@ -267,9 +267,9 @@ class Integration(RateJumps):
         )
 
     def evaluate(self) -> bool:
-        """Project the state, evaluate its derivative and its page; whether the loops close."""
+        """Project the state, evaluate its derivative and its record; whether the loops close."""
         m = self.motion
-        closes = initial_derivative(m.layout, m.work, m.stepping, REFINEMENTS, self.page)
+        closes = initial_derivative(m.layout, m.work, m.stepping, REFINEMENTS, self.record)
         raise_user_error(self.system)
         return bool(closes)
 
@@ -302,7 +302,7 @@ class Integration(RateJumps):
         self.work_done = np.zeros((len(times) + 1, self.causes))
         self.work_done[-1] = self.initial_work
         if times[0] <= self.first:
-            self.output[0], self.state[DELIVERED] = self.page, 1.0
+            self.output[0], self.state[DELIVERED] = self.record, 1.0
         outputs = Outputs(times=times, pages=self.output, work=self.work_done)
         code = MORE
         while code == MORE:
@@ -343,7 +343,7 @@ class Integration(RateJumps):
     @functools.cached_property
     def _readings(self) -> ControllerReadings:
         return ControllerReadings(
-            self.system, self.y, self.state, lambda: self.page, self.regularization
+            self.system, self.y, self.state, lambda: self.record, self.regularization
         )
 
     def _check_progress(self) -> None:
@@ -399,10 +399,10 @@ class Integration(RateJumps):
         """Continue from a restart state."""
         self.y[:], self.state[TIME] = restart.y, restart.state[TIME]
         self.interruptions.restore(restart.inputs, restart.sampled)
-        page = self.page.copy()
+        record = self.record.copy()
         # for the distances from singular positions with which the next step begins
         self.evaluate()
-        self.page = page
+        self.record = record
         self._take(restart)
         self.initial_work[:] = restart.gained
 
@@ -435,12 +435,12 @@ class Integration(RateJumps):
         if met and self.times[met - 1] == self.state[TIME]:
             met -= 1
         self.times = np.append(self.times[:met], self.state[TIME])
-        self.output = np.concatenate([self.output[:met], self.page[None]])
+        self.output = np.concatenate([self.output[:met], self.record[None]])
         self.work_done = np.concatenate([self.work_done[:met], done[None]])
         self.state[DELIVERED] = met + 1
 
     def _kept(self) -> tuple[Array, Array, Array]:
-        """Times, pages and work of the instants that are met."""
+        """Times, records and work of the instants that are met."""
         met = int(self.state[DELIVERED])
         return self.times[:met], self.output[:met], self.work_done[:met]
 

@@ -214,10 +214,10 @@ def unresolved_states(run: Solution) -> tuple[str, ...]:
     system, owns = run.system, run.system.layout.owns
     if not owns or not len(run):
         return ()
-    pages = run.record.table(system.own_rows)
+    records = run.record.table(system.own_rows)
     for n, state in enumerate(system.mechanism.states):
         given = state.size is not None
-        most, size = float(np.abs(pages[:, n]).max()), float(own_sizes(system)[n])
+        most, size = float(np.abs(records[:, n]).max()), float(own_sizes(system)[n])
         if not given and 0.0 < most < STATE_SIZE_SMALL * size:
             unit = "" if state.dimension is None else system.mechanism.units.of(state.dimension)
             notes.append(

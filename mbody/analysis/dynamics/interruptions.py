@@ -158,7 +158,7 @@ class RateJumps:
     work_done: Array
 
     def evaluate(self) -> bool:
-        """Project the state, evaluate its derivative and its page; whether the loops close."""
+        """Project the state, evaluate its derivative and its record; whether the loops close."""
         raise NotImplementedError
 
     def _check_finite(self, K: Array, t: float) -> None:

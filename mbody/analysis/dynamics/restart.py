@@ -62,7 +62,7 @@ def unfit_modes(system: System, found: ModalState) -> str | None:
         "on": len(uni),
         "anchor": len(uni),
         "phases": len(uni.phase_rows),
-        "page": system.page_rows,
+        "page": system.record_rows,
         "lost": len(system.mechanism.contacts),
     }
     for name, size in sizes.items():

@@ -185,7 +185,7 @@ def joined(
     """
     last = found[-1]
     whole = causes(system, stops)
-    t, pages, works, kept = [], [], [], []
+    t, records, works, kept = [], [], [], []
     before = np.zeros(len(whole))
     for run in found:
         keep = np.ones(len(run), dtype=bool) if times is None else np.isin(run.t, times)
@@ -200,10 +200,10 @@ def joined(
             work[:, place] += run.energy.by.get(name, 0.0) if run.energy else 0.0
         before = work[-1].copy()
         t.append(run.t[keep])
-        pages.append(_widened(system, run)[keep])
+        records.append(_widened(system, run)[keep])
         works.append(work[keep])
         kept.append(keep)
-    output, gained = np.concatenate(pages), np.concatenate(works)
+    output, gained = np.concatenate(records), np.concatenate(works)
     certified = [as_reported(run) for run in found]
     stats = {
         key: sum((run.stats or {}).get(key, 0) for run in found)
@@ -245,8 +245,8 @@ def _kept(run: Solution, name: str, keep: Array) -> list[str]:
 
 
 def phase_rows(system: System, part: System) -> tuple[Array, Array]:
-    """Rows of the pages of the whole system, and those of a phase without some of its drivers that
-    they are.
+    """Rows of the records of the whole system, and those of a phase without some of its drivers
+    that they are.
     """
     n3 = 3 * system.coordinates
     here = {(element.name, number): e for e, (element, number) in enumerate(system.owners)}
@@ -262,9 +262,9 @@ def phase_rows(system: System, part: System) -> tuple[Array, Array]:
 
 
 def _widened(system: System, run: Solution) -> Array:
-    """Pages of a phase as those of the whole system."""
+    """Records of a phase as those of the whole system."""
     block = run.record.blocks[0]
-    wide = np.zeros((len(run), system.page_rows, 1))
+    wide = np.zeros((len(run), system.record_rows, 1))
     whole, own = phase_rows(system, run.system)
     wide[:, whole] = block[:, own]
     return wide
@@ -387,12 +387,12 @@ def beginning(system: System, start: Solution, request: MotionRequest) -> Beginn
     """Initial state and request by which a motion can be followed again; of `start` its last
     instant alone is kept.
     """
-    page = start.record.table(slice(None))[-1:, :, None]
+    instant = start.record.table(slice(None))[-1:, :, None]
     last = Solution(
         system=start.system,
         analysis=start.analysis,
         t=start.t[-1:],
-        record=Record([page.copy()], 1, batch=False),
+        record=Record([instant.copy()], 1, batch=False),
         given=None if start.given is None else start.given[-1:],
         regularization=start.regularization,
         dependencies=start.dependencies,
@@ -419,7 +419,7 @@ def repeated_at(run: Solution, t: Any) -> Solution:
     times = _times(run, t)
     firsts = np.array([one.first for one in run.begun])
     part = np.maximum(np.searchsorted(firsts, times, side="right") - 1, 0)
-    pages = np.empty((len(times), run.system.page_rows, 1))
+    records = np.empty((len(times), run.system.record_rows, 1))
     stops = stops_of(run)
     names = causes(run.system, stops)
     work = np.zeros((len(times), len(names)))
@@ -429,15 +429,15 @@ def repeated_at(run: Solution, t: Any) -> Solution:
         ends = float(firsts[n + 1]) if n + 1 < len(firsts) else np.inf
         found, before = _again(run, run.begun[n], times[mine], ends)
         at = np.searchsorted(found.t, times[mine])
-        pages[mine] = found.record.table(slice(None))[at][:, :, None]
+        records[mine] = found.record.table(slice(None))[at][:, :, None]
         for name, row in modes.items():
             for k, instant in zip(mine.tolist(), at.tolist(), strict=True):
                 row[k] = found.modes[name][instant]
         for k, name in enumerate(names):
             if found.energy is not None and name in found.energy.by:
                 work[mine, k] = found.energy.by[name][at] + before.get(name, 0.0)
-    energy = account(run.system, pages[:, :, 0], work, stops)
-    record = Record([pages], len(times), batch=False)
+    energy = account(run.system, records[:, :, 0], work, stops)
+    record = Record([records], len(times), batch=False)
     whole = changed(run, t=times, record=record, energy=energy, restart=None, given=None)
     whole = changed(whole, modes=modes)
     return whole.take(np.arange(len(times)))

@@ -454,7 +454,7 @@ def close_loops(
         work.v[: len(v), 0] = v
         notes = [*start.notes, *more]
     n3 = system.coordinates
-    block = np.zeros((1, system.page_rows, 1))
+    block = np.zeros((1, system.record_rows, 1))
     block[0, :n3], block[0, n3 : 2 * n3] = work.q[:n3], work.v[:n3]
     return Solution(
         system=system,

@@ -262,9 +262,9 @@ def _first_instant(system: System, simulation: SimulationSettings) -> Solution:
     else:
         v, more = branch_rates(system, here, t, work.q[: system.coordinates, 0], rates)
     n = system.coordinates
-    page = np.zeros((1, system.page_rows, 1))
-    page[0, :n], page[0, n : 2 * n, 0] = work.q[:n], v
-    record = Record([page], 1, batch=False)
+    instant = np.zeros((1, system.record_rows, 1))
+    instant[0, :n], instant[0, n : 2 * n, 0] = work.q[:n], v
+    record = Record([instant], 1, batch=False)
     every = (*notes, *start.notes, *more)
     return Solution(
         system,

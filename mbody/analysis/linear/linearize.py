@@ -82,7 +82,7 @@ class HeldModes:
         engine = ContactIntegration(system, given, settings, ())
         engine.begin(t, q, v, t + 1.0)
         engine.wanted, engine.instants = np.array([t]), []
-        engine.pages, engine.works = [], []
+        engine.records, engine.works = [], []
         status = engine.begin_modes()
         if status or any(event.name == "impact" for event in engine.occurred):
             unit = system.mechanism.units.time
@@ -242,18 +242,18 @@ class Moving:
         S.y[:n], S.y[n : 2 * n], S.y[2 * n :] = q, v, given[: L.owns]
         self.whole.signal[L.input_row, 0] = given[L.owns :]
         S.state[TIME] = self.t
-        page = np.empty((self.system.page_rows, 1))
-        initial_derivative(L, self.whole, S, REFINEMENTS, page)
+        record = np.empty((self.system.record_rows, 1))
+        initial_derivative(L, self.whole, S, REFINEMENTS, record)
         raise_user_error(self.system)
         run = Solution(
             self.system,
             "simulate",
             np.array([self.t]),
-            Record([page[None]], 1, batch=False),
+            Record([record[None]], 1, batch=False),
             None,
             regularization=self.regularization,
         )
-        return self.parts @ (page[2 * n : 3 * n, 0] / scale), S.K[0, 2 * n :].copy(), run
+        return self.parts @ (record[2 * n : 3 * n, 0] / scale), S.K[0, 2 * n :].copy(), run
 
     def by_own(self, function: Callable[[Array], Array]) -> Array:
         """∂f/∂(own states, inputs) (rows, …) of a function of them."""
