@@ -246,12 +246,12 @@ def main(words: Sequence[str] | None = None) -> int:
         totals["fewer"] += one.exhaustive < one.found
         totals["dead"] += one.dead
         costs.append(one.seconds)
-        remark = "; ".join(one.wrong) or ("" if one.complete else "not complete")
+        note = "; ".join(one.wrong) or ("" if one.complete else "not complete")
         if one.exhaustive < one.found:
-            remark = f"{remark} (Newton's method found {one.exhaustive})".strip()
+            note = f"{note} (Newton's method found {one.exhaustive})".strip()
         print(
             f"{kind:32} {seed:5}  {one.found:3} modes {one.boxes:6} boxes "
-            f"{one.seconds:7.3f} s {one.dead:3} dead centres  {remark}",
+            f"{one.seconds:7.3f} s {one.dead:3} dead centres  {note}",
             flush=True,
         )
     totals |= {"median_s": float(np.median(costs)), "greatest_s": float(np.max(costs))}  # type: ignore[dict-item]

@@ -61,8 +61,8 @@ class MechanismEnv(gymnasium.Env[Array, Array]):
         given = _actions(action, (len(self._episodes.task.actions),))
         episodes = self._episodes
         episodes.step(given[None])
-        reasons = episodes.reasons()
-        info = {"failed": reasons[0]} if reasons else {}
+        failures = episodes.failures()
+        info = {"failed": failures[0]} if failures else {}
         return (
             episodes.observe()[0],
             float(episodes.rewards[0]),
@@ -144,11 +144,11 @@ class MechanismVectorEnv(VectorEnv[Array, Array, Array]):
         episodes.step(given, ~over)
         self._over = episodes.ended | episodes.truncated
         info: dict[str, Any] = {}
-        reasons = episodes.reasons()
-        if reasons:
+        failures = episodes.failures()
+        if failures:
             texts = np.full(self.num_envs, None, dtype=object)
             known = np.zeros(self.num_envs, dtype=bool)
-            for k, why in reasons.items():
+            for k, why in failures.items():
                 texts[k], known[k] = why, True
             info = {"failed": texts, "_failed": known}
         observed = episodes.observe()

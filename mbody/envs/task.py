@@ -280,7 +280,7 @@ class Episodes:
         ]
         return np.stack(found, axis=1).astype(np.float32)
 
-    def reasons(self) -> dict[int, str]:
+    def failures(self) -> dict[int, str]:
         """Why motions failed, by their number."""
         failed = np.flatnonzero(~self.sims.ok).tolist()
         status = self.sims.status if failed else ()

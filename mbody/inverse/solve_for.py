@@ -363,10 +363,10 @@ class Solver:
         where = f"{self.refusals.at(best.low)} to {self.refusals.at(best.high)}"
         if best.u is None:
             raise SolveError(self.refusals.nowhere(best.nearest, where))
-        self._remark(best, where)
+        self._note_search(best, where)
         return next(filter(self._runs, np.array(best.inwards)[:, None]), np.array([best.u]))
 
-    def _remark(self, best: Extremum, where: str) -> None:
+    def _note_search(self, best: Extremum, where: str) -> None:
         """Say what of the range of the one unknown was not searched, and what is not sure."""
         assert best.u is not None
         low, high = self.wanted[0].bounds

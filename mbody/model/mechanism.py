@@ -194,7 +194,7 @@ class Mechanism:
             for _, formula in formulas_in(one.given):
                 self.fixed_parameters |= self.parameters.used_by(formula)
         #: What was perhaps meant otherwise in the file it was read from, for the notes of results.
-        self.file_remarks: tuple[str, ...] = ()
+        self.file_notes: tuple[str, ...] = ()
         self.g = self.units.g if g is None else self._turning(g)
         if self.g <= 0.0:
             raise ModelError(

@@ -38,8 +38,8 @@ from mbody.summaries.text_table import (
     angles,
     number,
     numbers,
-    remark,
     swiftness,
+    uniqueness_text,
     unit_text,
 )
 from mbody.views.frame import MODES, mode_rows
@@ -367,7 +367,7 @@ def joints(subject: Subject) -> list[Block]:
     ]
     if (np.abs(torque) > turning).any():
         columns.append(Cells("peak torque", numbers(torque, turning), subject.unit("torque")))
-    columns.append(Cells("uniqueness", [remark(r) for *_, r in found], text=True))
+    columns.append(Cells("uniqueness", [uniqueness_text(r) for *_, r in found], text=True))
     blocks: list[Block] = [Grid("Forces of the joints", columns)]
     blocks += [Text(note)] if note else []
     if (np.abs(torque) > turning).any():
@@ -815,9 +815,9 @@ def checks(subject: Subject) -> list[Block]:
                 f"{subject.unit('time')}."
             )
         )
-    messages = {doubt.message for doubt in run.doubts}
+    sentences = {doubt.message for doubt in run.doubts}
     blocks += [Notice("doubt", doubt.message) for doubt in run.doubts]
-    blocks += [Notice("note", note) for note in run.notes if note not in messages]
+    blocks += [Notice("note", note) for note in run.notes if note not in sentences]
     return blocks
 
 

@@ -180,11 +180,11 @@ def inherited(*results: Any, notes: Iterable[str] = ()) -> dict[str, Any]:
     """
     every = [one for result in results for one in getattr(result, "doubts", ())]
     doubts = tuple(dict.fromkeys(every))
-    messages = dict.fromkeys((*notes, *(one.message for one in doubts)))
+    sentences = dict.fromkeys((*notes, *(one.message for one in doubts)))
     return {
         "status": status_of("completed", doubts),
         "doubts": doubts,
-        "notes": tuple(messages),
+        "notes": tuple(sentences),
     }
 
 

@@ -236,11 +236,11 @@ class Solution(FrictionResults):
         rows, report = self.record.table(slice(None))[index], as_reported(self)
         last = float(self.t[index].max(initial=-np.inf))
         gone = [one for one in report.doubts if one.t is not None and one.t > last]
-        messages = {one.message for one in gone}
+        sentences = {one.message for one in gone}
         return changed(
             self,
             doubts=tuple(one for one in report.doubts if one not in gone),
-            notes=tuple(note for note in report.notes if note not in messages),
+            notes=tuple(note for note in report.notes if note not in sentences),
             t=self.t[index],
             record=Record([np.ascontiguousarray(rows[:, :, None])], len(index), batch=False),
             given=None if self.given is None else self.given[index],

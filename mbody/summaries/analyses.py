@@ -61,8 +61,8 @@ def mobility_summary(report: Mobility) -> str:
     Examples
     --------
     >>> import mbody
-    >>> print(summary(mbody.mobility(mbody.makers.four_bar(1, 3, 2, 3.5))).splitlines()[10])
-    degrees of freedom: coordinates - rank              1               0
+    >>> print(mobility_summary(mbody.mobility(mbody.makers.four_bar(1, 3, 2,
+    3.5))).splitlines()[10]) degrees of freedom: coordinates - rank              1               0
     """
     when = f"mobility at t = {number(report.t)} {report.units.time}"
     lines = [*title(report.mechanism, when, report.units), "", *_counts(report)]
@@ -178,7 +178,7 @@ def assemblies_summary(found: AssemblyModes) -> str:
     --------
     >>> import mbody
     >>> modes = mbody.assembly_modes(mbody.makers.four_bar(40, 120, 80, 100), {"crank": "40 deg"})
-    >>> print(summary(modes).splitlines()[3])
+    >>> print(assemblies_summary(modes).splitlines()[3])
     2 assembly modes at motor = 40 deg; it is proven that there are no more
     """
     return "\n".join(even([*_modes(found, None), *certified(found)]))
@@ -337,7 +337,7 @@ def equilibrium_summary(found: Equilibria) -> str:
     >>> machine.add(mbody.Body("rod", mass=2.0, cg=(0.5, 0.0)))
     >>> machine.add(mbody.Revolute("O", "ground", "rod"))
     >>> machine.add(mbody.Gravity("gravity", y=-9.81))
-    >>> print(summary(mbody.equilibrium(machine)).splitlines()[6].split()[:3])
+    >>> print(equilibrium_summary(mbody.equilibrium(machine)).splitlines()[6].split()[:3])
     ['1', 'stable', '9.81']
     """
     count = len(found)
@@ -533,7 +533,7 @@ def modes_summary(found: Modes) -> str:
     >>> machine.add(mbody.Body("rod", mass=2.0, cg=(0.5, 0.0)))
     >>> machine.add(mbody.Revolute("O", "ground", "rod"))
     >>> machine.add(mbody.Gravity("gravity", y=-9.81))
-    >>> print(summary(mbody.modes(machine)).splitlines()[7].split()[:4])
+    >>> print(modes_summary(mbody.modes(machine)).splitlines()[7].split()[:4])
     ['1', 'oscillates', '4.42945', '0.704968']
     """
     count = len(found)
@@ -626,8 +626,8 @@ def answers_summary(answer: Answer, name: str = "") -> str:
     >>> import mbody
     >>> machine = mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 3, 2), speed=10.0)
     >>> machine.add(mbody.Torque("brake", "rocker", value=1.0))
-    >>> print(summary(mbody.solve_for(machine, "brake", "motor.effort = 0")).splitlines()[2])
-    conditions: motor.effort = 0
+    >>> print(answers_summary(mbody.solve_for(machine, "brake", "motor.effort =
+    0")).splitlines()[2]) conditions: motor.effort = 0
     """
     question = answer.question
     lines = paragraph(f"{answer.mechanism.name}{': ' + name if name else ''}")
@@ -702,7 +702,7 @@ def transmission_summary(found: Transmission) -> str:
     --------
     >>> import mbody
     >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5), turn=True, instants=37)
-    >>> print(summary(mbody.transmission(run, output="rocker")).splitlines()[3])
+    >>> print(transmission_summary(mbody.transmission(run, output="rocker")).splitlines()[3])
     least transmission angle 52.831° at 'B', where 'motor' = 180 deg
     """
     unit = found.mechanism.units.length

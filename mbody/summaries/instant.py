@@ -35,11 +35,11 @@ from mbody.summaries.text_table import (
     numbers,
     paragraph,
     polars,
-    remark,
     swiftness,
     table,
     there,
     torque_cells,
+    uniqueness_text,
 )
 
 if TYPE_CHECKING:
@@ -668,7 +668,7 @@ class _Summary:
                 Column("peak torque", turning, self.unit("torque")),
                 Column("joint", [joint for _, joint, _ in found], text=True),
                 Column("i on j", [f"{r.by} on {r.on}" for *_, r in found], text=True),
-                Column("", [remark(r) for *_, r in found], text=True, whole=True),
+                Column("", [uniqueness_text(r) for *_, r in found], text=True, whole=True),
             ]
         )
         return [*lines, ABOUT] if any(turning) else lines
@@ -826,7 +826,7 @@ class _Instant:
                 Column("torque", turning, self.unit("torque")),
                 Column("joint", [joint for _, joint, _ in found], text=True),
                 Column("i on j", [f"{r.by} on {r.on}" for *_, r in found], text=True),
-                Column("", [remark(r) for *_, r in found], text=True, whole=True),
+                Column("", [uniqueness_text(r) for *_, r in found], text=True, whole=True),
             ]
         )
         return [*lines, ABOUT] if any(turning) else lines

@@ -410,7 +410,7 @@ def joint_torque(mechanism: Mechanism, reaction: Reaction) -> Array:
     return np.asarray(0.0 * reaction.torque if force_alone else reaction.torque)
 
 
-def remark(reaction: Reaction) -> str:
+def uniqueness_text(reaction: Reaction) -> str:
     """Which components of a reaction are not determined; empty if all are."""
     if reaction.unique is None:
         return "uniqueness unknown"

@@ -33,7 +33,7 @@ class LinkageArrays:
     slides : array of int (linkages, slides, 2)
         Joint, and the link on which it slides, −1 for the ground; joint −1 where there is none.
     directions : array (linkages, slides)
-    reasons : dict
+    failures : dict
         What is wrong with a linkage, by its number.
     """
 
@@ -46,7 +46,7 @@ class LinkageArrays:
     cg: np.ndarray
     slides: np.ndarray
     directions: np.ndarray
-    reasons: dict[int, str]
+    failures: dict[int, str]
 
     def __len__(self) -> int:
         return len(self.joints)
@@ -99,7 +99,7 @@ def linkage_arrays(arrays: Mapping[str, Any]) -> LinkageArrays:
         **found,
         slides=slides,
         directions=directions,
-        reasons={},
+        failures={},
     )
     if count:
         _refuse(made, ground)
@@ -226,7 +226,7 @@ def _refuse(made: LinkageArrays, ground: np.ndarray) -> None:
     )
     for which, sentence in wrong:
         for n in np.flatnonzero(which).tolist():
-            made.reasons.setdefault(n, sentence)
+            made.failures.setdefault(n, sentence)
 
 
 # -- Canonical order of the joints and links of many linkages: equal graphs become equal rows --

@@ -451,7 +451,7 @@ def linkages(
         )
     output = np.empty((count, instants, columns))  # filled, or with NaN, linkage by linkage
     margins, topology = np.full(count, np.nan), np.full(count, -1)
-    failures = dict(made.reasons)
+    failures = dict(made.failures)
     work = _Work(made, motion, output, margins, topology, failures)
     seen = counted("linkages") if progress is True else progress or None
     done = len(failures)

@@ -20,8 +20,8 @@ from mbody.files.model import from_toml, in_units, json_schema, to_toml
 from mbody.files.model.read import from_json
 from mbody.files.model.write import to_json
 from mbody.live.file_numbers import file_numbers
+from mbody.model.model_notes import model_notes
 from mbody.model.numbers import dimension_named, meant
-from mbody.model.remarks import remarks
 from mbody.quantities.units import DIMENSIONS
 
 MODEL = """\
@@ -212,10 +212,10 @@ def test_the_summary_of_an_instant_has_the_formula_of_a_load(machine):
 
 
 def test_what_nothing_uses_is_noted(machine):
-    assert not any("nothing uses" in note for note in remarks(machine) if "steps" not in note)
-    assert any("nothing uses input 'steps'" in note for note in remarks(machine))
+    assert not any("nothing uses" in note for note in model_notes(machine) if "steps" not in note)
+    assert any("nothing uses input 'steps'" in note for note in model_notes(machine))
     plain = from_toml(MODEL.replace("-3 N/m*spring.length*gain", "-3*(arm.angle - 30)*gain"))
-    assert any("measured angles are in rad" in note for note in remarks(plain))
+    assert any("measured angles are in rad" in note for note in model_notes(plain))
 
 
 def test_a_saved_run_comes_back_and_goes_on(machine, run, tmp_path):

@@ -9,7 +9,7 @@ import pytest
 import mbody
 from mbody import Body, Mechanism, Revolute, gallery, makers
 from mbody.laws import Table
-from mbody.model.remarks import remarks
+from mbody.model.model_notes import model_notes
 
 FILE = """
 units = "{units}"
@@ -30,13 +30,13 @@ def model(law='"25 rad/s * t"', mass="mass = 2\ninertia = 1", spring='"3 N*m/rad
 
 
 def test_nothing_is_said_of_what_is_plain():
-    assert model().file_remarks == () and remarks(model()) == ()
+    assert model().file_notes == () and model_notes(model()) == ()
     assert not mbody.kinetostatics(model()).notes
 
 
 @pytest.mark.parametrize("name", gallery.names())
 def test_nothing_is_said_of_the_gallery(name):
-    assert not remarks(mbody.load(gallery.path(name)))
+    assert not model_notes(mbody.load(gallery.path(name)))
 
 
 SWINGS = '{ table = { x = [-2000, 0, 1, 2000], y = [0, 0, 5, 5], interpolation = "spline" } }'
@@ -94,7 +94,7 @@ def test_it_is_said_and_leaves_the_status(kind):
     ],
 )
 def test_it_is_not_said_where_it_is_clear(changes):
-    assert not remarks(model(**changes))
+    assert not model_notes(model(**changes))
 
 
 def test_the_rule_of_plain_numbers():
@@ -121,7 +121,7 @@ def test_a_driver_without_a_law():
     (note,) = run.notes
     assert note.startswith("driver 'motor' has no law: it keeps 'arm' at 0 deg")
     asked = mbody.from_toml(text + "[ask]\nat = { motor = 30 }\n")
-    assert not remarks(asked)
+    assert not model_notes(asked)
 
 
 def test_a_link_without_length():
@@ -130,12 +130,12 @@ def test_a_link_without_length():
         Body("crank", points={"O": (1.0, 2.0), "A": (1.0, 2.0)}), Body("rod"),
         Revolute("O", "ground", "crank.O"), Revolute("A", "crank.A", "rod"),
     )  # fmt: skip
-    (said,) = remarks(machine)
+    (said,) = model_notes(machine)
     assert said.startswith("body 'crank' has no length: its joints 'O', 'A' are at one point")
-    assert not remarks(makers.four_bar(1, 3, 2, 3.5))
+    assert not model_notes(makers.four_bar(1, 3, 2, 3.5))
 
 
-def test_of_many_bodies_there_is_one_remark():
+def test_of_many_bodies_there_is_one_note():
     """Of each sort one, with their number and the first names; of eight each has its own."""
     for count, notes in ((8, 16), (9, 2)):
         lines = ['units = "in-lbf-s"', "[ground]", "points = { O = [0, 0] }"]
@@ -147,12 +147,12 @@ def test_of_many_bodies_there_is_one_remark():
             lines.append(f'J{n} = {{ revolute = ["{before}", "rod{n}.A"] }}')
         lines.append(f'E = {{ revolute = ["rod{count - 1}.B", "ground.O"] }}')
         made = mbody.from_toml("\n".join(lines))
-        said = [one for one in remarks(made) if "no length" in one or "a mass of" in one]
-        said += [one for one in remarks(made) if "have plain masses" in one]
+        said = [one for one in model_notes(made) if "no length" in one or "a mass of" in one]
+        said += [one for one in model_notes(made) if "have plain masses" in one]
         assert len(said) == notes
     assert said[0].startswith("9 bodies have no length ('rod0', ") and "and 1 more" in said[0]
     assert said[1].startswith("9 bodies have plain masses, which are in blob ('rod0', ")
-    (inertia,) = (one for one in remarks(made) if "no inertia" in one)
+    (inertia,) = (one for one in model_notes(made) if "no inertia" in one)
     assert inertia.startswith("9 bodies have a mass or weight and no inertia ('rod0', ")
 
 
@@ -164,7 +164,7 @@ def test_python_speaks_radians():
         mbody.AngleDriver("motor", "arm", "2*pi*t"),
         mbody.TorsionSpring("s", "arm", law=Table([-9.0, 9.0], [-1.0, 1.0])),
     )  # fmt: skip
-    assert not remarks(machine)
+    assert not model_notes(machine)
     assert mbody.kinematics(machine, t=0.0)["arm"].omega[0] == pytest.approx(2 * math.pi)
 
 

@@ -55,13 +55,13 @@ def follow(text, folder):
 
 
 def commands(content):
-    """The lines of a block that call mbody, without their remarks, joined where they go on."""
+    """The lines of a block that call mbody, without their comments, joined where they go on."""
     lines = content.replace("\\\n", " ").splitlines()
     return [line for line in lines if line.removeprefix(".venv/bin/").startswith("mbody ")]
 
 
 def said(line):
-    """What a command prints; it must succeed, unless its remark says how it ends: `# status 1`."""
+    """What a command prints; it must succeed, unless its comment says how it ends: `# status 1`."""
     words = shlex.split(line, comments=True)
     with contextlib.redirect_stdout(io.StringIO()) as stream:
         try:

@@ -67,7 +67,7 @@ from mbody.kernels.continuation_lanes import (
 )
 from mbody.kernels.layout import PER_PRIMITIVE, Work
 from mbody.kernels.loop_closure import violation
-from mbody.model.remarks import kept_states, left_out, remarks
+from mbody.model.model_notes import kept_states, left_out, model_notes
 from mbody.solution.checks import as_reported, changed
 from mbody.solution.doubts import Doubt
 from mbody.solution.histories import BranchDistance, Record
@@ -652,7 +652,7 @@ class Runner:
         """
         dependencies = open_reactions(self.system, start.rank) if start.regularization else None
         machine, own = self.system.mechanism, self.system.first_states[:, 0]
-        notes = [*start.notes, *self.system.once("remarks", lambda: remarks(machine))]
+        notes = [*start.notes, *self.system.once("model_notes", lambda: model_notes(machine))]
         left = "left out", self.analysis
         notes += self.system.once(left, lambda: left_out(machine, self.analysis))
         if machine.states and self.analysis != "kinematics":

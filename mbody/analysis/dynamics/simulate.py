@@ -50,7 +50,7 @@ from mbody.kernels.layout import PER_PRIMITIVE
 from mbody.kernels.step_state import PROGRESS
 from mbody.model.body import Guesses
 from mbody.model.mechanism import Mechanism
-from mbody.model.remarks import remarks
+from mbody.model.model_notes import model_notes
 from mbody.model.simulation import ADAPTIVE, EVEN, Event
 from mbody.model.study import Measure, measure_named
 from mbody.quantities.types import Number, PlainNumbers
@@ -786,7 +786,7 @@ def judged(
     """
     system = run.system
     notes = as_reported(run).notes
-    own = system.once("remarks", lambda: remarks(system.mechanism))
+    own = system.once("model_notes", lambda: model_notes(system.mechanism))
     added = [note for note in own if note not in notes]
     found = changed(run, notes=(*notes, *added)) if added else run
     left = extrapolated(found) if beyond is None else beyond

@@ -44,7 +44,7 @@ from mbody.core.tolerances import (
 from mbody.errors import ModelError, SolveError, remedy
 from mbody.model.body import Guesses
 from mbody.model.mechanism import Mechanism
-from mbody.model.remarks import kept_states, left_out, without_friction
+from mbody.model.model_notes import kept_states, left_out, without_friction
 from mbody.quantities.units import UnitSystem
 from mbody.solution.doubts import Doubt, Inherited, doubted, heading, unit_symbols
 from mbody.solution.friction_results import rubs_by_contacts_alone

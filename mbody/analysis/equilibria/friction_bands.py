@@ -35,7 +35,7 @@ from mbody.kernels.friction import IMPENDING
 from mbody.kernels.layout import PER_PRIMITIVE
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
-from mbody.model.remarks import rubbing
+from mbody.model.model_notes import rubbing
 from mbody.solution.contact_forces import may_hold, rough_pairs
 from mbody.solution.friction_results import ContactLimits, RestingContacts, slip_signs_with_resting
 

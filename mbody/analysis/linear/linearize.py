@@ -43,7 +43,7 @@ from mbody.kernels.loop_closure import laws_of_time
 from mbody.kernels.state_derivative import initial_derivative
 from mbody.kernels.step_state import TIME
 from mbody.model.mechanism import Mechanism
-from mbody.model.remarks import left_out, without_friction
+from mbody.model.model_notes import left_out, without_friction
 from mbody.model.study import Measure, measure_named
 from mbody.solution.doubts import Doubt, Inherited, heading, inherited, unit_symbols
 from mbody.solution.energy import causes

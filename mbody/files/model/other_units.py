@@ -43,7 +43,7 @@ def in_units(mechanism: Mechanism, units: str | UnitSystem) -> Mechanism:
     if system == mechanism.units:
         return mechanism
     made = built(_Converter(mechanism, system).whole())
-    made.file_remarks = mechanism.file_remarks
+    made.file_notes = mechanism.file_notes
     return made
 
 

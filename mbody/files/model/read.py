@@ -44,8 +44,8 @@ from mbody.model.element import Element, listed
 from mbody.model.inputs import Input
 from mbody.model.loads import Gravity
 from mbody.model.mechanism import Mechanism
+from mbody.model.model_notes import of_each
 from mbody.model.numbers import meant
-from mbody.model.remarks import of_each
 from mbody.model.simulation import Event, SimulationSettings
 from mbody.model.states import State
 from mbody.model.stop import Stop
@@ -476,9 +476,9 @@ def _made(
     if (sentence := most.over(f"{name}: it", size=len(text))) is not None:
         raise ModelError(sentence)
     data = _parsed(text, is_json, name, most)
-    remarks = _read_set(data, parameters, name) if parameters else []
+    notes = _read_set(data, parameters, name) if parameters else []
     made = built(data, text, is_json=is_json, name=name, folder=folder)
-    made.file_remarks = (*remarks, *meant_otherwise(data, made))
+    made.file_notes = (*notes, *meant_otherwise(data, made))
     return made
 
 
@@ -663,10 +663,10 @@ def check_size(data: dict[str, Any], size: int, limits: Limits, name: str) -> No
 
 def _read_set(data: dict[str, Any], parameters: Mapping[str, Any], name: str) -> list[str]:
     """Put other values in the place of parameters of the model; a plain number for one that has a
-    unit is in the file's unit of what that measures, and a remark says so where the file has it in
+    unit is in the file's unit of what that measures, and a note says so where the file has it in
     another.
     """
-    remarks = []
+    notes = []
     table = data.get("parameters")
     known = table if isinstance(table, dict) else {}
     before, units = _dimensions(data)
@@ -683,10 +683,10 @@ def _read_set(data: dict[str, Any], parameters: Mapping[str, Any], name: str) ->
             angle = str(data.get("angle", "deg"))
             with_unit = with_unit_of(value, dimension, units, angle)
             if with_unit is not value and value not in (0, "0"):
-                remarks.append(plain_otherwise(key, known[key], units, angle))
+                notes.append(plain_otherwise(key, known[key], units, angle))
             value = with_unit
         known[key] = value
-    return [one for one in remarks if one]
+    return [one for one in notes if one]
 
 
 def _dimensions(data: Mapping[str, Any]) -> tuple[dict[str, Dimension], UnitSystem]:

@@ -1,4 +1,4 @@
-"""Remarks on a description: what is allowed, but perhaps meant otherwise."""
+"""Notes on a description: what is allowed, but perhaps meant otherwise."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ from mbody.quantities.units import DIMENSIONS, Dimension, UnitSystem, dimension_
 
 #: A unit of mass above so many kilograms, and the plain masses in it that are seldom meant.
 HEAVY, MUCH = 100, 0.1
-#: Bodies up to which each has a remark of its own.
+#: Bodies up to which each has a note of its own.
 EACH = 8
 
 
-def remarks(mechanism: Mechanism) -> tuple[str, ...]:
+def model_notes(mechanism: Mechanism) -> tuple[str, ...]:
     """Sentences for the user, each with the element, the number and what to do; they are among
     the notes of every analysis and leave its status.
 
     >>> from mbody import makers
-    >>> remarks(makers.four_bar(1, 3, 2, 3.5, masses=(1, 3, 2)))
+    >>> model_notes(makers.four_bar(1, 3, 2, 3.5, masses=(1, 3, 2)))
     ()
     """
     return (
-        *mechanism.file_remarks,
+        *mechanism.file_notes,
         *_tables(mechanism),
         *_formulas(mechanism),
         *_masses(mechanism),
@@ -42,7 +42,7 @@ def remarks(mechanism: Mechanism) -> tuple[str, ...]:
 
 
 def of_each(found: Mapping[str, str], whole: str) -> list[str]:
-    """The remarks on some bodies; of many one that counts them, names the first and goes on with
+    """The notes on some bodies; of many one that counts them, names the first and goes on with
     what is to be said of all.
 
     >>> of_each({f"rod{n}": "" for n in range(9)}, "have no length")[0][:30]
