@@ -61,8 +61,9 @@ def mobility_summary(report: Mobility) -> str:
     Examples
     --------
     >>> import mbody
-    >>> print(mobility_summary(mbody.mobility(mbody.makers.four_bar(1, 3, 2,
-    3.5))).splitlines()[10]) degrees of freedom: coordinates - rank              1               0
+    >>> report = mbody.mobility(mbody.makers.four_bar(1, 3, 2, 3.5))
+    >>> print(mobility_summary(report).splitlines()[10])
+    degrees of freedom: coordinates - rank              1               0
     """
     when = f"mobility at t = {number(report.t)} {report.units.time}"
     lines = [*title(report.mechanism, when, report.units), "", *_counts(report)]
@@ -626,8 +627,9 @@ def answers_summary(answer: Answer, name: str = "") -> str:
     >>> import mbody
     >>> machine = mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 3, 2), speed=10.0)
     >>> machine.add(mbody.Torque("brake", "rocker", value=1.0))
-    >>> print(answers_summary(mbody.solve_for(machine, "brake", "motor.effort =
-    0")).splitlines()[2]) conditions: motor.effort = 0
+    >>> answer = mbody.solve_for(machine, "brake", "motor.effort = 0")
+    >>> print(answers_summary(answer).splitlines()[2])
+    conditions: motor.effort = 0
     """
     question = answer.question
     lines = paragraph(f"{answer.mechanism.name}{': ' + name if name else ''}")
