@@ -85,7 +85,7 @@ def test_gallery_against_differences(model):
 
 def check(system, run, analysis, names):
     instants = DrivenInstants(run, names)
-    found = instants.at(np.arange(len(run.t)), False).record.tangents[:, : system.page_rows]
+    found = instants.at(np.arange(len(run.t)), False).record.tangents[:, : system.record_rows]
     n = 3 * system.coordinates
     worst = {}
     for k, name in enumerate(names):
@@ -96,7 +96,7 @@ def check(system, run, analysis, names):
         size = abs(float(system.values[name])) or system.length
         for part in (slice(0, n // 3), slice(n // 3, 2 * n // 3), slice(2 * n // 3, n)):
             worst[name, part.start] = off(found[:, part, k], numeric[:, part], table[:, part], size)
-        forces = slice(n, system.page_rows)
+        forces = slice(n, system.record_rows)
         worst[name, n] = off(found[:, forces, k], numeric[:, forces], table[:, forces], size)
     bad = {key: value for key, value in worst.items() if not value < BY_DIFFERENCES}
     assert not bad

@@ -189,7 +189,7 @@ def motions(machine, analysis=mbody.kinetostatics, **options):
 def same_motion(by_kernel, by_code, close=CLOSE):
     assert (by_kernel.status, by_kernel.notes) == (by_code.status, by_code.notes)
     assert_allclose(by_code.t, by_kernel.t, rtol=0.0, atol=0.0)
-    n, last = by_kernel.system.coordinates, by_kernel.system.page_rows
+    n, last = by_kernel.system.coordinates, by_kernel.system.record_rows
     # positions, rates, accelerations, forces and torques, each by the greatest of all
     for part in (slice(0, n), slice(n, 2 * n), slice(2 * n, 3 * n), slice(3 * n, last)):
         expected, found = (run.record.table(part) for run in (by_kernel, by_code))

@@ -65,7 +65,7 @@ def test_the_system_is_that_of_elements(arrays):
         assert system.par.shape == expected.par.shape
         assert_array_equal(system.mass, expected.mass)
         assert system.row_kinds == expected.row_kinds
-        assert (system.signals, system.page_rows) == (expected.signals, expected.page_rows)
+        assert (system.signals, system.record_rows) == (expected.signals, expected.record_rows)
         number = {element.name: e for e, (element, _) in enumerate(expected.owners)}
         slots = [(n, across) for n in range(len(made.closing) // 2) for across in (0, 1)]
         assert made.pins[:, 0].tolist() == [number[f"R{n}"] for n in range(len(made.pins))]
