@@ -54,7 +54,7 @@ def sweep(args: Any) -> int:
     interrupt.done()
     angle = args.angle or "rad"
     if args.csv:
-        _write(found, args.csv, angle)
+        _write_sweep(found, args.csv, angle)
     if args.json:
         print(json.dumps(_data(found, angle), ensure_ascii=False, allow_nan=False))
     elif args.csv != PRINTED:
@@ -116,7 +116,7 @@ def _plain(value: Any) -> Any:
     return None if isinstance(value, float) and value != value else value
 
 
-def _write(found: Sweep, path: str, angle: str) -> None:
+def _write_sweep(found: Sweep, path: str, angle: str) -> None:
     """A line for each design; of histories a column for each instant. Headings have units."""
     units = {name: found.unit_of(name, angle) for name in found.samples.given_names} | found.units
     table: dict[str, Any] = {}
@@ -270,7 +270,7 @@ def optimize(args: Any) -> int:
         cases[name] = found.data()
         texts.append(summary(found, name))
         if args.csv:
-            _optimize_write(found, args.csv)
+            _write_optimum(found, args.csv)
         if args.output:
             found.save(args.output)
             message(f"wrote {args.output}")
@@ -338,7 +338,7 @@ def _progress(name: str) -> Any:
     return seen
 
 
-def _optimize_write(found: Optimum, path: str) -> None:
+def _write_optimum(found: Optimum, path: str) -> None:
     """A line for each number: before, at the optimum, unit, band; or the designs of a front."""
     rows: list[list[Any]]
     if found.pareto:

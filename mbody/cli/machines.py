@@ -25,8 +25,8 @@ def shaking(args: Any) -> int:
     """Print the orders of the shaking force."""
     from mbody.engineering import balance_shafts, shaking_orders
 
-    highest = _number(args.orders, "--orders")
-    orders = [_number(part, "--shafts") for part in (args.shafts or "").split(",") if part]
+    highest = _positive_number(args.orders, "--orders")
+    orders = [_positive_number(part, "--shafts") for part in (args.shafts or "").split(",") if part]
     run = cycle_run(args, model_of(args))
     found = shaking_orders(run, args.about, args.driver, highest)
     shafts = balance_shafts(run, orders, args.driver) if orders else ()
@@ -58,7 +58,7 @@ def cycle_run(args: Any, mechanism: Mechanism, analysis: str = "kinetostatics") 
     return analyse_at(mechanism, analysis, wanted, assembly_of(args))
 
 
-def _number(text: str, option: str) -> float:
+def _positive_number(text: str, option: str) -> float:
     try:
         value = float(text)
     except ValueError:
@@ -134,8 +134,8 @@ def motor(args: Any) -> int:
     curve = MotorCurve(
         _row(args.speed), _row(args.peak), _row(args.continuous), inertia=args.inertia
     )
-    ratio = None if args.ratio is None else _motor_number(args.ratio, "--ratio", "12.5")
-    efficiency = _motor_number(args.efficiency, "--efficiency", "0.9")
+    ratio = None if args.ratio is None else _finite_number(args.ratio, "--ratio", "12.5")
+    efficiency = _finite_number(args.efficiency, "--efficiency", "0.9")
     run = cycle_run(args, model_of(args))
     found = motor_sizing(
         run, curve, args.driver, ratio=ratio, efficiency=efficiency, rest=args.rest
@@ -155,7 +155,7 @@ def _row(text: str) -> list[str]:
     return [part.strip() for part in text.split(",")]
 
 
-def _motor_number(text: str, option: str, such: str) -> float:
+def _finite_number(text: str, option: str, such: str) -> float:
     try:
         value = float(text)
     except ValueError:

@@ -375,7 +375,7 @@ STEPS = re.compile(r"([-+0-9.eE]+)\s*([^:]*):([-+0-9.eE]+)\s*([^:]*):([0-9]{1,9}
 def view(args: Any) -> int:
     """Write a page on which the model moves."""
     path = args.output or f"{path_of(args.model).stem}.html"
-    options: dict[str, Any] = {"plots": args.plot, "command": _command(args)}
+    options: dict[str, Any] = {"plots": args.plot, "command": _view_command(args)}
     if args.path:
         options["paths"] = args.path
     if args.show is not None:
@@ -527,7 +527,7 @@ def _number(text: str, option: str) -> float:
         raise UsageError(f"{option} takes a number, not {text[:40]!r}") from None
 
 
-def _command(args: Any) -> str:
+def _view_command(args: Any) -> str:
     """The command as it was given, for the reader of the page."""
     words = sys.argv[1:] if Path(sys.argv[0]).stem in ("mbody", "__main__") else []
     return shlex.join(["mbody", *words]) if words else f"mbody view {args.model}"
@@ -577,7 +577,7 @@ def report(args: Any) -> int:
         against=against,
         compare=other,
         labels=_labels(args),
-        command=_report_command(args),
+        command=_repeating_command(args),
         assembly=assembly_of(args),
     )
     files = found.save(output)
@@ -595,7 +595,7 @@ def _labels(args: Any) -> tuple[str, str]:
     return ", ".join(args.set) or "as given", ", ".join(args.compare)
 
 
-def _report_command(args: Any) -> str:
+def _repeating_command(args: Any) -> str:
     """The command that makes the same report."""
     words = ["mbody", "report", args.model]
     for option in ("set", "at", "sections", "without", "plot", "polar", "against", "compare"):

@@ -283,10 +283,10 @@ class DualMotion:
         there = np.abs(own[:, :, 0] * weights[:, :, 0] - 1.0) < 1e-9
         slopes = -own[:, :, width] * np.square(weights[:, :, :1])
         weights[:, :, width] = np.where(there[:, :, None], slopes, 0.0)
-        for place, one_value in self._layout(stretch)[1].items():
-            work.formula[place, 0] = one_value
-        for name, one_value in stretch.inputs.items():
-            work.signal[self.held[name], 0] = one_value
+        for place, amount in self._layout(stretch)[1].items():
+            work.formula[place, 0] = amount
+        for name, amount in stretch.inputs.items():
+            work.signal[self.held[name], 0] = amount
         work.signal[list(self.held.values()), width] = tangents.held
         if count := len(stretch.on):
             self.uni.set_rows(work, stretch.on, stretch.slip_sign)

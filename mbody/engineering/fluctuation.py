@@ -15,7 +15,7 @@ from mbody.model.element import listed
 from mbody.solution.checks import one_design
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution, as_solution
-from mbody.summaries.text_table import labelled_rows, labelled_rows_noted, number
+from mbody.summaries.text_table import labelled_rows, number, plain_notes
 from mbody.system.read_only import lock
 
 # -- Whole cycles of a driver: how many turns they are, and whether a quantity repeats ---------
@@ -162,9 +162,7 @@ class Fluctuation(Inherited):
 
     def __str__(self) -> str:
         named = [self.run.mechanism.name, ""] if self.run is not None else []
-        return "\n".join(
-            [*named, *labelled_rows("FLUCTUATION", self.rows()), *labelled_rows_noted(self)]
-        )
+        return "\n".join([*named, *labelled_rows("FLUCTUATION", self.rows()), *plain_notes(self)])
 
     def __repr__(self) -> str:
         return f"Fluctuation({self.fluctuation:.6g} about a mean torque of {self.mean:.6g})"

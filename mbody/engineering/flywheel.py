@@ -20,7 +20,7 @@ from mbody.model.loads import Torque
 from mbody.solution.checks import one_design
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution, as_solution
-from mbody.summaries.text_table import labelled_rows, labelled_rows_noted, number, numbers
+from mbody.summaries.text_table import labelled_rows, number, numbers, plain_notes
 from mbody.system.read_only import lock
 
 # -- Flywheel for a speed fluctuation, with its proof by the free motion -----------------------
@@ -189,7 +189,7 @@ class FlywheelSizing(Inherited):
             *self._everyday(self.simple),
         ]
         named = f"{self.run.mechanism.name}: driver '{self.driver}'"
-        return "\n".join([named, "", *labelled_rows("FLYWHEEL", rows), *labelled_rows_noted(self)])
+        return "\n".join([named, "", *labelled_rows("FLYWHEEL", rows), *plain_notes(self)])
 
     def _everyday(self, inertia: float) -> list[tuple[str, str, str]]:
         """The row of an inertia in kg·m², where that is not the unit of the system."""

@@ -14,7 +14,7 @@ from mbody.model.loads import ReciprocatingCylinder
 from mbody.solution.checks import one_design
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution, as_solution
-from mbody.summaries.text_table import labelled_rows, labelled_rows_noted, number
+from mbody.summaries.text_table import labelled_rows, number, plain_notes
 from mbody.system.read_only import lock
 
 Array = np.ndarray
@@ -77,7 +77,7 @@ class Indicator(Inherited):
             f"{t[0]:.6g} … {t[-1]:.6g} {units.time}" if len(t) > 1 else f"{t[0]:.6g} {units.time}"
         )
         named = f"{self.run.mechanism.name}: a chamber at t = {time}"
-        return "\n".join([named, "", *labelled_rows("INDICATOR", rows), *labelled_rows_noted(self)])
+        return "\n".join([named, "", *labelled_rows("INDICATOR", rows), *plain_notes(self)])
 
     def __repr__(self) -> str:
         return f"Indicator({len(self.volume)} instants, up to {self.pressure.max():.6g})"

@@ -335,7 +335,7 @@ def _term(space: Spatial, joint: int, factor: float) -> CouplingTerm:
     return CouplingTerm(factor, coordinate=(i, _marker(space, body, label, at, joint)))
 
 
-PLANAR_BODIES_HINGE, PLANAR_BODIES_SLIDE, PLANAR_BODIES_FREE = 3, 2, 0
+HINGE_JOINT, SLIDE_JOINT, FREE_JOINT = 3, 2, 0
 
 
 def planar_bodies(path: Path, root: Node, units: str) -> Imported:
@@ -455,8 +455,8 @@ class _Planar:
     def _plane(self) -> Plane:
         model = self.model
         kinds, axes = model.jnt_type, self.data.xaxis
-        hinges = [axes[n] for n in range(model.njnt) if kinds[n] == PLANAR_BODIES_HINGE]
-        slides = [axes[n] for n in range(model.njnt) if kinds[n] == PLANAR_BODIES_SLIDE]
+        hinges = [axes[n] for n in range(model.njnt) if kinds[n] == HINGE_JOINT]
+        slides = [axes[n] for n in range(model.njnt) if kinds[n] == SLIDE_JOINT]
         if not hinges and not slides:
             raise ModelError(
                 "it has no hinge and no slide, so nothing says in which plane it moves"
@@ -464,9 +464,9 @@ class _Planar:
         plane = plane_of(hinges, slides, model.opt.gravity)
         for n in range(model.njnt):
             name = f"the joint {seen(self.name('JOINT', n))}"
-            if kinds[n] in (PLANAR_BODIES_HINGE, PLANAR_BODIES_SLIDE):
-                check_axes(plane, name, axes[n], hinge=kinds[n] == PLANAR_BODIES_HINGE)
-            elif kinds[n] != PLANAR_BODIES_FREE:
+            if kinds[n] in (HINGE_JOINT, SLIDE_JOINT):
+                check_axes(plane, name, axes[n], hinge=kinds[n] == HINGE_JOINT)
+            elif kinds[n] != FREE_JOINT:
                 raise refusal(name, "a ball joint leaves the plane")
         return plane
 
@@ -510,7 +510,7 @@ class _Planar:
     def _note_the_rest(self) -> None:
         """All that the file has and the model has not."""
         model, notes = self.model, self.notes
-        for n in np.flatnonzero(model.jnt_type == PLANAR_BODIES_FREE):
+        for n in np.flatnonzero(model.jnt_type == FREE_JOINT):
             notes.append(
                 f"the joint {self.name('JOINT', int(n))}, free in space, stays in the plane"
             )

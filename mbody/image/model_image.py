@@ -46,7 +46,7 @@ from mbody.model.numbers import dimension_named, number_in
 from mbody.model.simulation import INSTANTS, METHODS
 from mbody.quantities import Scope, evaluate, parse_unit
 from mbody.quantities.units import DIMENSIONS, Dimension, name_of, unit_system
-from mbody.quantities.units import NUMBER as UNITS_NUMBER
+from mbody.quantities.units import NUMBER as DIMENSIONLESS
 from mbody.solution.histories import ends, own_history
 from mbody.solution.measures import quantity, valued
 from mbody.solution.solution import Solution
@@ -96,10 +96,10 @@ def si_unit(text: str) -> SiUnit:
     ('rad', 1.0)
     """
     if not text:
-        return SiUnit("", 1.0, UNITS_NUMBER)
+        return SiUnit("", 1.0, DIMENSIONLESS)
     system = unit_system("SI")
     found = evaluate(parse_unit(text), Scope(system))
-    dimension = found.dimension or UNITS_NUMBER
+    dimension = found.dimension or DIMENSIONLESS
     name = USUAL.get(name_of(dimension)) or system.of(dimension).translate(SUPERSCRIPTS)
     return SiUnit(name, float(found.value), dimension)
 
@@ -371,7 +371,7 @@ def _wanted(instant: Solution) -> Iterator[tuple[str, str, Any]]:
             yield f"{body.name}.{key}", f"{body.name}.{key}", history(body.name, key)
     own: tuple[Any, ...] = (*machine.states, *machine.inputs)
     for one in own:
-        plain = one.dimension or UNITS_NUMBER
+        plain = one.dimension or DIMENSIONLESS
         yield (
             one.name,
             one.name,
@@ -399,7 +399,7 @@ def _misfit(instant: Solution, joint: Joint) -> tuple[Any, Dimension, str]:
 # -- The calls of an image for driven motion: closing the loops, a turn, a step of a drag ------
 
 #: Instants of a turn, both ends included, unless the caller says how many.
-DRIVEN_CALLS_INSTANTS = 361
+REVOLUTION_INSTANTS = 361
 #: Change points of one motion that are kept, and of a step.
 CHANGES, OF_A_STEP = 256, 8
 #: What the path parameter is, in words.
@@ -423,7 +423,7 @@ def enter_driven(
     instants: int | None,
 ) -> dict[str, Any]:
     """Put the calls of driven motion into the image; what the manifest says of them."""
-    grid = _grid(system, DRIVEN_CALLS_INSTANTS if instants is None else instants)
+    grid = _grid(system, REVOLUTION_INSTANTS if instants is None else instants)
     start = closed(system, float(grid.t[0]), grid.first(system))
     check_determined(system, start, "kinetostatics")
     work, drivers = start.work, len(system.drivers)

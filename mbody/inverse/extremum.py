@@ -535,7 +535,7 @@ def _gaps(profile: Profile, space: _Range) -> tuple[tuple[float, float], ...]:
 # and in doubt where climbs end at different values, or a sample is better than all.
 
 #: Starts of climbs, samples that check them, and combinations of binding rows that are tried.
-STARTS, SEVERAL_UNKNOWNS_SAMPLES, CORNERS = 12, 80, 60
+STARTS, CLIMB_SAMPLES, CORNERS = 12, 80, 60
 #: An unknown without bounds is sought so many steps about a place, then farther.
 SEVERAL_UNKNOWNS_REACHES = (10.0, 1e2, 1e3, 1e4)
 #: Values that differ by less than this part of their size are one; a row binds below it.
@@ -695,7 +695,7 @@ def climbed(rows: Residuals, equations: int, wanted: Sequence[Wanted], sign: flo
     hill = _Hill(rows, equations, wanted, sign)
     start = hill.start
     grids = [one.grid for one in wanted]
-    every = spread(grids, STARTS + SEVERAL_UNKNOWNS_SAMPLES)
+    every = spread(grids, STARTS + CLIMB_SAMPLES)
     ends: list[tuple[float, Array]] = []
     nearest: tuple[float, Array | None] = (math.inf, None)
     for u in [start, *every[:STARTS]]:

@@ -583,11 +583,11 @@ E = TypeVar("E", bound=Element)
 
 
 #: Dimensions of those of the names in a formula that are measured in a motion.
-EvaluationMeasured: TypeAlias = "Callable[[frozenset[str]], Mapping[str, Dimension | None]]"
+MeasuredDimensions: TypeAlias = "Callable[[frozenset[str]], Mapping[str, Dimension | None]]"
 
 
 def resolved(
-    element: E, scope: Scope, measured: EvaluationMeasured
+    element: E, scope: Scope, measured: MeasuredDimensions
 ) -> tuple[E, dict[str, Formula], set[str]]:
     """The element with floats for all its text, in the units of the scope; laws by formulas of
     what is `measured` in a motion.

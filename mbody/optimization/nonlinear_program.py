@@ -135,7 +135,7 @@ def _step(at: Linearized, box: float) -> tuple[np.ndarray, float, float] | None:
 
 
 #: Rows of a limit with which the search begins, rounds of exchange, and steps of each.
-ROWS, ROUNDS, NONLINEAR_PROGRAM_STEPS = 40, 8, 100
+ROWS, ROUNDS, ITERATIONS = 40, 8, 100
 #: What is broken by less, as a part of the size of a limit, holds.
 HOLDS = 1e-6
 #: A design moves no faster than so many times the description, by unit rate of its drivers.
@@ -387,7 +387,7 @@ class Program:
                 bounds=bounds,
                 constraints=conditions,
                 method="SLSQP",
-                options={"maxiter": NONLINEAR_PROGRAM_STEPS, "ftol": 1e-10},
+                options={"maxiter": ITERATIONS, "ftol": 1e-10},
             )
         if not np.isfinite(found.x).all():
             return None

@@ -39,8 +39,8 @@ def with_numbers(run: Solution, values: Mapping[str, float]) -> Mechanism:
     values = {**_overridden(run), **values}
     cut = file_numbers(machine, list(values))
     given: dict[str, float] = {}
-    for one_number in cut.numbers:
-        for name, factor in one_number.factors.items():
+    for entry in cut.numbers:
+        for name, factor in entry.factors.items():
             given[name] = values[name] / factor
     missing = [name for name in values if name not in given]
     if missing:

@@ -61,7 +61,7 @@ DARK = {
 }
 #: Columns of a table that a narrow screen shows beside each other.
 NARROW = 3
-MARKS = {"good": "✓", "doubt": "!", "note": "i"}
+HTML_MARKS = {"good": "✓", "doubt": "!", "note": "i"}
 
 CSS = """
 *{box-sizing:border-box}
@@ -134,10 +134,10 @@ def html_page(document: ReportDocument) -> str:
     Pictures are inline, their colours are variables of the page.
     """
     about = "".join(
-        f"<dt>{_rich(what)}</dt><dd>{_rich(value)}</dd>" for what, value in document.about
+        f"<dt>{_html_text(what)}</dt><dd>{_html_text(value)}</dd>" for what, value in document.about
     )
     nav = "".join(
-        f'<li><a href="#{one.key}">{_rich(one.title)}</a></li>' for one in document.chapters
+        f'<li><a href="#{one.key}">{_html_text(one.title)}</a></li>' for one in document.chapters
     )
     numbered = iter(range(1, 1000))
     chapters = "\n".join(_chapter(one, numbered) for one in document.chapters)
@@ -153,7 +153,7 @@ def html_page(document: ReportDocument) -> str:
 <body>
 <a class="skip" href="#report">Skip to the report</a>
 <div class="page">
-<header><h1>{_rich(document.title)}</h1><dl>{about}</dl></header>
+<header><h1>{_html_text(document.title)}</h1><dl>{about}</dl></header>
 <nav aria-label="Chapters"><ol>{nav}</ol></nav>
 <main id="report">
 {chapters}
@@ -178,39 +178,39 @@ def _variables() -> str:
 
 
 def _chapter(chapter: Chapter, numbered: Iterator[int]) -> str:
-    blocks = "\n".join(_block(block, numbered) for block in chapter.blocks)
-    title = f'<h2 id="{chapter.key}-title">{_rich(chapter.title)}</h2>'
+    blocks = "\n".join(_html_block(block, numbered) for block in chapter.blocks)
+    title = f'<h2 id="{chapter.key}-title">{_html_text(chapter.title)}</h2>'
     label = f'aria-labelledby="{chapter.key}-title"'
     return f'<section id="{chapter.key}" {label}>{title}\n{blocks}\n</section>'
 
 
-def _block(block: Block, numbered: Iterator[int]) -> str:
+def _html_block(block: Block, numbered: Iterator[int]) -> str:
     if isinstance(block, Text):
-        return f"<p>{_rich(block.text)}</p>"
+        return f"<p>{_html_text(block.text)}</p>"
     if isinstance(block, Items):
-        return f"<ul>{''.join(f'<li>{_rich(item)}</li>' for item in block.items)}</ul>"
+        return f"<ul>{''.join(f'<li>{_html_text(item)}</li>' for item in block.items)}</ul>"
     if isinstance(block, Grid):
-        return _grid(block)
+        return _html_grid(block)
     if isinstance(block, Picture):
         n = next(numbered)
         svg = picture_text(block, n)
-        caption = f"<figcaption><b>Figure {n}.</b> {_rich(block.caption)}</figcaption>"
+        caption = f"<figcaption><b>Figure {n}.</b> {_html_text(block.caption)}</figcaption>"
         return f"<figure>{svg}{caption}</figure>"
     if isinstance(block, Notice):
-        mark = f'<b aria-hidden="true">{MARKS[block.kind]}</b>'
-        return f'<div class="notice {block.kind}">{mark}<span>{_rich(block.text)}</span></div>'
+        mark = f'<b aria-hidden="true">{HTML_MARKS[block.kind]}</b>'
+        return f'<div class="notice {block.kind}">{mark}<span>{_html_text(block.text)}</span></div>'
     if isinstance(block, DisplayedEquations):
         lines = (" ".join(text for text, _ in line) for line in block.lines)
         return f'<p class="formula">{"<br>".join(map(html.escape, lines))}</p>'
     return _file(block)
 
 
-def _grid(grid: Grid) -> str:
+def _html_grid(grid: Grid) -> str:
     """A table; the first column names the rows, a column without a title says what the rows are."""
     shown = grid.shown
     heads = "".join(
         f'<th role="columnheader" scope="col"{_class(column.text)}>'
-        f"{_rich(column.title) or '<span>what</span>'}"
+        f"{_html_text(column.title) or '<span>what</span>'}"
         f"{f'<span class=unit>{html.escape(column.unit)}</span>' if column.unit else ''}</th>"
         for column in shown
     )
@@ -218,13 +218,14 @@ def _grid(grid: Grid) -> str:
     for row in grid.rows:
         first, *rest = row
         cells = "".join(
-            f'<td role="cell" data-label="{_label(column)}"{_class(column.text)}>{_rich(cell)}</td>'
+            f'<td role="cell" data-label="{_label(column)}"{_class(column.text)}>'
+            f"{_html_text(cell)}</td>"
             for column, cell in zip(shown[1:], rest, strict=True)
         )
         rows.append(
-            f'<tr role="row"><th role="rowheader" scope="row">{_rich(first)}</th>{cells}</tr>'
+            f'<tr role="row"><th role="rowheader" scope="row">{_html_text(first)}</th>{cells}</tr>'
         )
-    caption = f"<caption>{_rich(grid.title)}</caption>"
+    caption = f"<caption>{_html_text(grid.title)}</caption>"
     body = "".join(rows)
     head = f'<thead role="rowgroup"><tr role="row">{heads}</tr></thead>'
     # roles are named, as a narrow screen shows rows as blocks, which would lose them
@@ -252,7 +253,7 @@ def _file(block: FileText) -> str:
     )
 
 
-def _rich(text: str) -> str:
+def _html_text(text: str) -> str:
     """Text with its indices, bold words and code."""
     tags = {"bold": "b", "code": "code"}
     found = []
@@ -294,19 +295,19 @@ def _plain(text: str) -> str:
 # -- A report as Markdown, its pictures as SVG files beside it ---------------------------------
 
 #: Letters of a line of an equation.
-LINE = 100
-MARKDOWN_MARKS = {"good": "✓", "doubt": "⚠", "note": "Note:"}
+MARKDOWN_LINE_WIDTH = 100
+NOTICE_MARKS = {"good": "✓", "doubt": "⚠", "note": "Note:"}
 
 
 def markdown(document: ReportDocument, folder: str) -> str:
     """The text; pictures are named in `folder`, which the caller writes."""
-    lines = [f"# {_markdown_rich(document.title)}", ""]
+    lines = [f"# {_markdown_text(document.title)}", ""]
     lines += [
-        f"- {_markdown_rich(what)}: {_markdown_rich(value)}" for what, value in document.about
+        f"- {_markdown_text(what)}: {_markdown_text(value)}" for what, value in document.about
     ]
     numbered = iter(range(1, 1000))
     for chapter in document.chapters:
-        lines += ["", f"## {_markdown_rich(chapter.title)}"]
+        lines += ["", f"## {_markdown_text(chapter.title)}"]
         for block in chapter.blocks:
             lines += ["", *_markdown_block(block, folder, numbered)]
     return "\n".join(lines) + "\n"
@@ -314,20 +315,20 @@ def markdown(document: ReportDocument, folder: str) -> str:
 
 def _markdown_block(block: Block, folder: str, numbered: Iterator[int]) -> list[str]:
     if isinstance(block, Text):
-        return [_markdown_rich(block.text)]
+        return [_markdown_text(block.text)]
     if isinstance(block, Items):
-        return [f"- {_markdown_rich(item)}" for item in block.items]
+        return [f"- {_markdown_text(item)}" for item in block.items]
     if isinstance(block, Grid):
         return _markdown_grid(block)
     if isinstance(block, Picture):
         n = next(numbered)
-        caption = _markdown_rich(block.caption)
+        caption = _markdown_text(block.caption)
         file = f"{folder}/{block.name}.svg".replace(" ", "%20")
         return [f"![{caption}]({file})", "", f"*Figure {n}.* {caption}"]
     if isinstance(block, Notice):
-        return [f"> {MARKDOWN_MARKS[block.kind]} {_markdown_rich(block.text)}"]
+        return [f"> {NOTICE_MARKS[block.kind]} {_markdown_text(block.text)}"]
     if isinstance(block, DisplayedEquations):
-        rows = (" ".join(latex for _, latex in row) for row in block.broken(LINE))
+        rows = (" ".join(latex for _, latex in row) for row in block.broken(MARKDOWN_LINE_WIDTH))
         lines = " \\\\\n".join(f"& {row}" for row in rows)
         return ["$$", r"\begin{aligned}", lines, r"\end{aligned}", "$$"]
     return _markdown_file(block)
@@ -346,17 +347,17 @@ def _markdown_grid(grid: Grid) -> list[str]:
     rules = [":--" if n == 0 or column.text else "--:" for n, column in enumerate(grid.shown)]
     rows = [" | ".join(map(_cell, row)) for row in grid.rows]
     table = [" | ".join(heads), " | ".join(rules), *rows]
-    return [f"**{_markdown_rich(grid.title)}**", "", *(f"| {line} |" for line in table)]
+    return [f"**{_markdown_text(grid.title)}**", "", *(f"| {line} |" for line in table)]
 
 
 def _cell(text: str) -> str:
-    return _markdown_rich(text).replace("|", r"\|").replace("\n", " ")
+    return _markdown_text(text).replace("|", r"\|").replace("\n", " ")
 
 
-def _markdown_rich(text: str) -> str:
+def _markdown_text(text: str) -> str:
     r"""Text with indices in HTML, which Markdown lets through, and its own signs escaped.
 
-    >>> print(_rich("F_{32} of *this* in `a_b`, x_y"))
+    >>> print(_html_text("F_{32} of *this* in `a_b`, x_y"))
     *F*<sub>32</sub> of \*this\* in `a_b`, x\_y
     """
     found = []
@@ -373,7 +374,7 @@ def _markdown_rich(text: str) -> str:
 
 # -- A report as LaTeX, its pictures as PDF files beside it; for one's own document too --------
 
-HEAD = r"""\documentclass[11pt,a4paper]{article}
+LATEX_HEAD = r"""\documentclass[11pt,a4paper]{article}
 \usepackage[T1]{fontenc}
 \usepackage[utf8]{inputenc}
 \IfFileExists{lmodern.sty}{\usepackage{lmodern}}{}
@@ -388,7 +389,7 @@ SIZES = ((r"\small", 88), (r"\footnotesize", 98), (r"\scriptsize", 112))
 #: Letters of a column from which on it may be broken into lines.
 LONG = 22
 #: Letters of a line of an equation.
-LATEX_LINE = 84
+LATEX_LINE_WIDTH = 84
 #: Signs that need a command of LaTeX.
 SIGNS = {
     **{"\\": r"\textbackslash{}", "{": r"\{", "}": r"\}", "$": r"\$", "&": r"\&", "#": r"\#"},
@@ -406,12 +407,16 @@ SIGNS = {
 
 def latex(document: ReportDocument, folder: str) -> str:
     """The text; pictures are named in `folder`, which the caller writes."""
-    about = [f"{_latex_rich(what)} & {_latex_rich(value)} \\\\" for what, value in document.about]
-    lines = [HEAD + rf"\title{{{_latex_rich(document.title)}}}", r"\date{}", r"\begin{document}"]
+    about = [f"{_latex_text(what)} & {_latex_text(value)} \\\\" for what, value in document.about]
+    lines = [
+        LATEX_HEAD + rf"\title{{{_latex_text(document.title)}}}",
+        r"\date{}",
+        r"\begin{document}",
+    ]
     lines += [r"\maketitle", r"\begin{tabular}{@{}ll@{}}", *about, r"\end{tabular}"]
     numbered = iter(range(1, 1000))
     for chapter in document.chapters:
-        lines += ["", rf"\section{{{_latex_rich(chapter.title)}}}"]
+        lines += ["", rf"\section{{{_latex_text(chapter.title)}}}"]
         for block in chapter.blocks:
             lines += ["", *_latex_block(block, folder, numbered)]
     return "\n".join([*lines, r"\end{document}", ""])
@@ -419,9 +424,9 @@ def latex(document: ReportDocument, folder: str) -> str:
 
 def _latex_block(block: Block, folder: str, numbered: Iterator[int]) -> list[str]:
     if isinstance(block, Text):
-        return [_latex_rich(block.text)]
+        return [_latex_text(block.text)]
     if isinstance(block, Items):
-        items = [rf"\item {_latex_rich(item)}" for item in block.items]
+        items = [rf"\item {_latex_text(item)}" for item in block.items]
         return [r"\begin{itemize}", *items, r"\end{itemize}"]
     if isinstance(block, Grid):
         return _latex_grid(block)
@@ -430,17 +435,19 @@ def _latex_block(block: Block, folder: str, numbered: Iterator[int]) -> list[str
         file = f"{folder}/{block.name}.pdf"
         size = r"width=\linewidth,height=0.42\textheight,keepaspectratio"
         picture = rf"\includegraphics[{size}]{{\detokenize{{{file}}}}}"
-        caption = rf"\\[2pt]{{\small\textbf{{Figure {n}.}} {_latex_rich(block.caption)}}}"
+        caption = rf"\\[2pt]{{\small\textbf{{Figure {n}.}} {_latex_text(block.caption)}}}"
         return [r"\begin{center}", picture + caption, r"\end{center}"]
     if isinstance(block, Notice):
-        return [rf"\notice{{{_latex_rich(block.text)}}}"]
+        return [rf"\notice{{{_latex_text(block.text)}}}"]
     if isinstance(block, DisplayedEquations):
-        lines = ["& " + " ".join(latex for _, latex in row) for row in block.broken(LATEX_LINE)]
+        lines = [
+            "& " + " ".join(latex for _, latex in row) for row in block.broken(LATEX_LINE_WIDTH)
+        ]
         return [r"\begin{align*}", " \\\\\n".join(lines), r"\end{align*}"]
     # the empty box keeps a line that begins with a bracket from being an option of the break
     text = "\n".join(r"\mbox{}" + escaped(line) + r"\\" for line in block.text.splitlines())
     return [
-        rf"\textbf{{{_latex_rich(block.title)}}}",
+        rf"\textbf{{{_latex_text(block.title)}}}",
         r"{\ttfamily\scriptsize\raggedright\obeyspaces",
         text,
         "}",
@@ -460,9 +467,9 @@ def _latex_grid(grid: Grid) -> list[str]:
         else ("l" if n == 0 or column.text else "r")
         for n, column in enumerate(shown)
     ]
-    heads = [_latex_rich(column.title) for column in shown]
-    units = [_latex_rich(column.unit) for column in shown]
-    rows = [" & ".join(map(_latex_rich, row)) + r" \\" for row in grid.rows]
+    heads = [_latex_text(column.title) for column in shown]
+    units = [_latex_text(column.unit) for column in shown]
+    rows = [" & ".join(map(_latex_text, row)) + r" \\" for row in grid.rows]
     head = [r"\toprule", " & ".join(heads) + r" \\"]
     if any(units):
         head.append(" & ".join(units) + r" \\")
@@ -471,7 +478,7 @@ def _latex_grid(grid: Grid) -> list[str]:
         rf"{{{size}\setlength{{\tabcolsep}}{{3pt}}",
         rf"\begin{{longtable}}[l]{{@{{}}{''.join(kinds)}@{{}}}}",
         # the title is a row, so that no page ends with it
-        rf"\multicolumn{{{len(shown)}}}{{@{{}}l@{{}}}}{{\textbf{{{_latex_rich(grid.title)}}}}} \\",
+        rf"\multicolumn{{{len(shown)}}}{{@{{}}l@{{}}}}{{\textbf{{{_latex_text(grid.title)}}}}} \\",
         *head,
         r"\endfirsthead",
         *head,
@@ -482,10 +489,10 @@ def _latex_grid(grid: Grid) -> list[str]:
     ]
 
 
-def _latex_rich(text: str) -> str:
+def _latex_text(text: str) -> str:
     r"""Text with its indices, bold words and code.
 
-    >>> _rich("F_{32} = 5% of **all** `a_b`")
+    >>> _html_text("F_{32} = 5% of **all** `a_b`")
     '$F_{32}$ = 5\\% of \\textbf{all} \\texttt{a\\_b}'
     """
     found = []
@@ -518,7 +525,7 @@ def escaped(text: str) -> str:
 
 # -- A report as PDF, typeset by Typst, which is a package without other programs --------------
 
-PDF_HEAD = """#set document(title: {title})
+TYPST_HEAD = """#set document(title: {title})
 #set page(paper: "a4", margin: (x: 18mm, y: 20mm), numbering: "1 / 1")
 #set text(size: 10pt, fill: rgb("#26323f"))
 #set par(justify: false, leading: 0.62em)
@@ -536,13 +543,13 @@ PDF_HEAD = """#set document(title: {title})
 #let notice(color, body) = block(width: 100%, inset: 7pt, stroke: (left: 3pt + color),
   fill: rgb("#eef2f6"), body)
 """
-PDF_COLORS = {"good": "#00795a", "doubt": "#d55e00", "note": "#7d8894"}
+NOTICE_COLORS = {"good": "#00795a", "doubt": "#d55e00", "note": "#7d8894"}
 #: Points: a picture is drawn in its own size, or as wide as the text.
 WIDTH = 490.0
 #: Letters that a line of a table has.
 LETTERS = 118
 #: Letters of a line of an equation.
-PDF_LINE = 120
+TYPST_LINE_WIDTH = 120
 #: Part of its own size that a picture has, as the text is smaller than on a screen.
 PART = 0.86
 
@@ -573,45 +580,47 @@ def pdf(document: ReportDocument) -> bytes:
 
 def typst_text(document: ReportDocument) -> str:
     """The document in the language of Typst."""
-    lines = [PDF_HEAD.format(title=_quoted(document.title))]
-    lines.append(f'#text(size: 17pt, weight: "bold")[{_pdf_rich(document.title)}]\n')
+    lines = [TYPST_HEAD.format(title=_quoted(document.title))]
+    lines.append(f'#text(size: 17pt, weight: "bold")[{_typst_text(document.title)}]\n')
     pairs = "".join(
-        f'[#text(fill: rgb("#56616c"))[{_pdf_rich(what)}]], [{_pdf_rich(value)}], '
+        f'[#text(fill: rgb("#56616c"))[{_typst_text(what)}]], [{_typst_text(value)}], '
         for what, value in document.about
     )
     lines.append(f"#grid(columns: (auto, 1fr), gutter: 5pt, {pairs})\n")
     numbered = iter(range(1, 1000))
     for chapter in document.chapters:
-        lines.append(f"= {_pdf_rich(chapter.title)}\n")
-        lines += [_pdf_block(block, numbered) for block in chapter.blocks]
+        lines.append(f"= {_typst_text(chapter.title)}\n")
+        lines += [_typst_block(block, numbered) for block in chapter.blocks]
     return "\n".join(lines)
 
 
-def _pdf_block(block: Block, numbered: Iterator[int]) -> str:
+def _typst_block(block: Block, numbered: Iterator[int]) -> str:
     if isinstance(block, Text):
-        return f"{_pdf_rich(block.text)}\n"
+        return f"{_typst_text(block.text)}\n"
     if isinstance(block, Items):
-        return "".join(f"- {_pdf_rich(item)}\n" for item in block.items)
+        return "".join(f"- {_typst_text(item)}\n" for item in block.items)
     if isinstance(block, Grid):
-        return _pdf_grid(block)
+        return _typst_grid(block)
     if isinstance(block, Picture):
         n = next(numbered)
         wide = min(WIDTH, PART * 72.0 * float(block.figure.get_size_inches()[0]))
         image = f"image({_quoted(f'{block.name}.svg')}, width: {wide:.0f}pt)"
-        caption = f"*Figure {n}.* {_pdf_rich(block.caption)}"
+        caption = f"*Figure {n}.* {_typst_text(block.caption)}"
         return (
             f"#block(breakable: false, above: 1em, below: 1.2em)[#{image}\n"
             f'#text(size: 8.5pt, fill: rgb("#56616c"))[{caption}]]\n'
         )
     if isinstance(block, Notice):
-        return f'#notice(rgb("{PDF_COLORS[block.kind]}"))[{_pdf_rich(block.text)}]\n'
+        return f'#notice(rgb("{NOTICE_COLORS[block.kind]}"))[{_typst_text(block.text)}]\n'
     if isinstance(block, DisplayedEquations):
-        lines = "\n".join(" ".join(text for text, _ in row) for row in block.broken(PDF_LINE))
+        lines = "\n".join(
+            " ".join(text for text, _ in row) for row in block.broken(TYPST_LINE_WIDTH)
+        )
         return f"#raw({_quoted(lines)}, block: true)\n"
-    return f"*{_pdf_rich(block.title)}*\n#raw({_quoted(block.text)}, block: true)\n"
+    return f"*{_typst_text(block.title)}*\n#raw({_quoted(block.text)}, block: true)\n"
 
 
-def _pdf_grid(grid: Grid) -> str:
+def _typst_grid(grid: Grid) -> str:
     """A table; columns of long text share the width that is left."""
     shown = grid.shown
     # only where the table is wider than the page, and columns of text alone
@@ -626,33 +635,33 @@ def _pdf_grid(grid: Grid) -> str:
     )
     heads = []
     for column in shown:
-        unit = f'\\ #text(fill: rgb("#56616c"))[{_pdf_rich(column.unit)}]' if column.unit else ""
-        heads.append(f"[*{_pdf_rich(column.title)}*{unit}]")
-    cells = ", ".join(f"[{_pdf_rich(cell)}]" for row in grid.rows for cell in row)
+        unit = f'\\ #text(fill: rgb("#56616c"))[{_typst_text(column.unit)}]' if column.unit else ""
+        heads.append(f"[*{_typst_text(column.title)}*{unit}]")
+    cells = ", ".join(f"[{_typst_text(cell)}]" for row in grid.rows for cell in row)
     return (
-        f"#grid-table([{_pdf_rich(grid.title)}], ({widths},), ({sides},), ({', '.join(heads)},), "
+        f"#grid-table([{_typst_text(grid.title)}], ({widths},), ({sides},), ({', '.join(heads)},), "
         f"{cells})\n"
     )
 
 
-def _pdf_rich(text: str) -> str:
+def _typst_text(text: str) -> str:
     r"""Text with its indices, bold words and code; signs of the language escaped.
 
-    >>> _rich("F_{32} is *not* `A.force`")
+    >>> _html_text("F_{32} is *not* `A.force`")
     '#emph[F]#sub[32] is \\*not\\* #raw("A.force")'
     """
     found = []
     for kind, part, index in parts_of(text):
         if kind == "index":
-            found.append(f"#emph[{_pdf_plain(part)}]#sub[{_pdf_plain(index)}]")
+            found.append(f"#emph[{_typst_plain(part)}]#sub[{_typst_plain(index)}]")
         elif kind == "bold":
-            found.append(f"#strong[{_pdf_plain(part)}]")
+            found.append(f"#strong[{_typst_plain(part)}]")
         else:
-            found.append(f"#raw({_quoted(part)})" if kind == "code" else _pdf_plain(part))
+            found.append(f"#raw({_quoted(part)})" if kind == "code" else _typst_plain(part))
     return "".join(found)
 
 
-def _pdf_plain(text: str) -> str:
+def _typst_plain(text: str) -> str:
     return "".join(f"\\{sign}" if sign in "\\#$*_`<>@[]~'\"/=-+" else sign for sign in text)
 
 

@@ -269,7 +269,7 @@ def driven(solution: Result, driver: str) -> tuple[Array, Array, Array]:
     if states is None:
         element = solution.mechanism.drivers[names.index(driver)]
         if _follows(solution, element):
-            found = _drive_histories_measured(solution, element)
+            found = _driven_by_motion(solution, element)
         elif solution.given is not None:
             found = solution.given[:, names.index(driver)].T[:, None]
         else:
@@ -296,7 +296,7 @@ def drive_states(solution: Result) -> Array | None:
     states = np.zeros((len(solution), len(drivers), 3))
     for n, driver in enumerate(drivers):
         if n in following:
-            states[:, n] = _drive_histories_measured(solution, driver).T
+            states[:, n] = _driven_by_motion(solution, driver).T
         elif solution.given is not None:
             states[:, n] = solution.given[:, n]
         else:
@@ -337,10 +337,10 @@ def _since_release(solution: Result, driver: Any, prescribed: Array) -> Array:
     free = solution.t >= solution.released.get(driver.name, np.inf)
     if not free.any():
         return prescribed
-    return np.where(free, _drive_histories_measured(solution, driver), prescribed)
+    return np.where(free, _driven_by_motion(solution, driver), prescribed)
 
 
-def _drive_histories_measured(solution: Result, driver: Any) -> Array:
+def _driven_by_motion(solution: Result, driver: Any) -> Array:
     """Value, rate and acceleration of the coordinate of a driver, by the motion (3, …)."""
     steps = StepList()
     value = driven_coordinate(steps, driver, _columns(solution))

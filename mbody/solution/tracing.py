@@ -77,9 +77,9 @@ class Recording(recorded_numbers.NumberRecording):
         slots[:count] = [rule.value for rule in self.rules]
         slots[count : count + len(constants)] = [self.made[place][1] for place in constants]
         operations = np.zeros((len(steps), 4), dtype=np.int64)
-        for row, one_place in zip(operations, steps, strict=True):
-            name, first, *second = self.made[one_place]
-            row[:] = CODES[name], slot[first], slot[(second or [first])[0]], slot[one_place]
+        for row, step in zip(operations, steps, strict=True):
+            name, first, *second = self.made[step]
+            row[:] = CODES[name], slot[first], slot[(second or [first])[0]], slot[step]
         bounds = [LOWEST[rule.sign] for rule in self.rules]
         return NumberProgram(
             slots=slots,

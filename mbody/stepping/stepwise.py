@@ -466,7 +466,7 @@ class Stepwise(Integration):
 
 
 #: What reads one number.
-StepwiseEventsRead = Callable[[], float]
+Reading = Callable[[], float]
 
 #: A step is short if it is this part of the one that the tolerance allows.
 QUARTER = 0.25
@@ -480,7 +480,7 @@ class StepwiseEvents(Stepwise, EventIntegration):
     """Motion by steps with events, which every step looks for."""
 
     #: Of each event the value at the state in `at`; none where one needs more than that.
-    values: Sequence[StepwiseEventsRead] = ()
+    values: Sequence[Reading] = ()
     at: tuple[Array, Array]
     #: Whether `record` is of an earlier instant.
     late = False

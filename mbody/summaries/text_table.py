@@ -202,7 +202,7 @@ def labelled_rows(head: str, rows: Sequence[tuple[str, str, str]]) -> list[str]:
     )
 
 
-def labelled_rows_noted(result: Any) -> list[str]:
+def plain_notes(result: Any) -> list[str]:
     """Lines of the notes of a result."""
     return [line for note in result.notes for line in paragraph(f"note: {note}")]
 

@@ -61,7 +61,7 @@ def on_threads(
 # -- Pieces of work on an existing Dask cluster: of sweeps, and of data sets of linkages -------
 
 #: Pieces in the queue of each thread of the workers.
-CLUSTER_AHEAD = 3
+QUEUED_PIECES = 3
 
 
 def connected(scheduler: str) -> Any:
@@ -104,7 +104,7 @@ def results(
     """
     import distributed
 
-    ahead = CLUSTER_AHEAD * max(1, sum(client.nthreads().values()))
+    ahead = QUEUED_PIECES * max(1, sum(client.nthreads().values()))
     waiting = iter(pieces)
     begun: dict[Any, int] = {}
     arriving: Any = distributed.as_completed(loop=client.loop)

@@ -148,11 +148,11 @@ def _of_five(moves: Displacements) -> np.ndarray:
             continue
         if abs(value - np.conj(q)) > REAL * (abs(q) + np.abs(t).max()):
             continue
-        found.append(_refined(complex(q), complex(m), moves))
+        found.append(_refined_pair(complex(q), complex(m), moves))
     return np.array(found).reshape(-1, 2)
 
 
-def _refined(q: complex, m: complex, moves: Displacements) -> tuple[complex, complex]:
+def _refined_pair(q: complex, m: complex, moves: Displacements) -> tuple[complex, complex]:
     """Newton's method on the four equations of a pair."""
     r, t = moves
     for _ in range(STEPS):
@@ -265,7 +265,7 @@ def _slider_cranks(phi: np.ndarray, x: np.ndarray) -> list[Generated]:
         solution = _solved(matrix, x**2)
         if solution is None:
             return []
-        return _slider(solution[0], solution[1], solution[2], 0.0, 0.0)
+        return _generating_sliders(solution[0], solution[1], solution[2], 0.0, 0.0)
     if len(phi) == 4:
         return list(_sliders_of_4(phi, x))
     if len(phi) == 5:
@@ -282,10 +282,10 @@ def _solved(matrix: np.ndarray, right: np.ndarray) -> np.ndarray | None:
 def _linear_four_bar(phi: np.ndarray, psi: np.ndarray) -> Generated | None:
     matrix = np.column_stack([np.cos(psi), -np.cos(phi), np.ones(len(phi))])
     k = _solved(matrix, np.cos(phi - psi))
-    return None if k is None else _four_bar(k[0], k[1], k[2], 0.0, 0.0)
+    return None if k is None else _generating_four_bar(k[0], k[1], k[2], 0.0, 0.0)
 
 
-def _four_bar(
+def _generating_four_bar(
     k1: float, k2: float, k3: float, input_zero: float, output_zero: float
 ) -> Generated | None:
     """Lengths from Freudenstein's numbers; a negative one is a link whose mark is opposite."""
@@ -302,7 +302,7 @@ def _four_bar(
     )
 
 
-def _slider(
+def _generating_sliders(
     k1: float, k2: float, k3: float, input_zero: float, output_zero: float
 ) -> list[Generated]:
     """Lengths of a slider-crank from K1 = 2a, K2 = 2ae, K3 = b² − a² − e²."""
@@ -349,7 +349,7 @@ def _four_bars_of_4(phi: np.ndarray, psi: np.ndarray) -> Iterator[Generated]:
         size = np.hypot(u[4], u[5])
         zero = np.arctan2(-u[5], u[4])
         k1 = (u[0] * np.cos(zero) + u[1] * np.sin(zero)) / size
-        if found := _four_bar(k1, u[2] / size, u[3] / size, 0.0, zero):
+        if found := _generating_four_bar(k1, u[2] / size, u[3] / size, 0.0, zero):
             yield found
 
 
@@ -371,7 +371,7 @@ def _four_bars_of_5(phi: np.ndarray, psi: np.ndarray) -> Iterator[Generated]:
         output_zero = np.angle(first)
         input_zero = np.arctan2(u[6], u[5]) + output_zero
         k2 = (second * np.exp(-1j * input_zero)).real
-        if found := _four_bar(abs(first), k2, u[4] / size, input_zero, output_zero):
+        if found := _generating_four_bar(abs(first), k2, u[4] / size, input_zero, output_zero):
             yield found
 
 
@@ -384,7 +384,7 @@ def _sliders_of_4(phi: np.ndarray, x: np.ndarray) -> Iterator[Generated]:
     for u in _on_line(*line, lambda u: u[1] * u[5] - u[0] * u[4], 2):
         if abs(u[5]) > 1e-12 * np.abs(u).max():
             u = u / u[5]
-            yield from _slider(u[0], u[2], u[3] + u[4] ** 2, 0.0, u[4])
+            yield from _generating_sliders(u[0], u[2], u[3] + u[4] ** 2, 0.0, u[4])
 
 
 def _sliders_of_5(phi: np.ndarray, x: np.ndarray) -> Iterator[Generated]:
@@ -405,7 +405,7 @@ def _sliders_of_5(phi: np.ndarray, x: np.ndarray) -> Iterator[Generated]:
         u = u / u[6]
         zero = np.arctan2(u[1], u[0])
         k2 = (u[2] - u[0] * u[5]) * np.sin(zero) + (u[3] + u[1] * u[5]) * np.cos(zero)
-        yield from _slider(np.hypot(u[0], u[1]), k2, u[4] + u[5] ** 2, zero, u[5])
+        yield from _generating_sliders(np.hypot(u[0], u[1]), k2, u[4] + u[5] ** 2, zero, u[5])
 
 
 def _fitted_four_bars(phi: np.ndarray, psi: np.ndarray) -> list[Generated]:
@@ -427,7 +427,7 @@ def _fitted_four_bars(phi: np.ndarray, psi: np.ndarray) -> list[Generated]:
                     off = _four_bar_deviation(y, phi, psi, sign)
                     if np.isfinite(off).all():
                         starts.append((float(off @ off), y, sign))
-    return _function_points_refined(starts, _four_bar_deviation, phi, psi)
+    return _refined_generators(starts, _four_bar_deviation, phi, psi)
 
 
 def _fitted_sliders(phi: np.ndarray, x: np.ndarray) -> list[Generated]:
@@ -438,16 +438,16 @@ def _fitted_sliders(phi: np.ndarray, x: np.ndarray) -> list[Generated]:
         u = _solved(np.column_stack([x * c, c, s, np.ones(len(x)), -2.0 * x]), x**2)
         if u is None:
             continue
-        for one in _slider(u[0], u[2], u[3] + u[4] ** 2, first, u[4]):
+        for one in _generating_sliders(u[0], u[2], u[3] + u[4] ** 2, first, u[4]):
             y = np.array([one.crank, one.coupler, one.third, one.input_zero, one.output_zero])
             for sign in (1.0, -1.0):
                 off = _slider_deviation(y, phi, x, sign)
                 if np.isfinite(off).all():
                     starts.append((float(off @ off), y, sign))
-    return _function_points_refined(starts, _slider_deviation, phi, x)
+    return _refined_generators(starts, _slider_deviation, phi, x)
 
 
-def _function_points_refined(
+def _refined_generators(
     starts: list[tuple[float, np.ndarray, float]],
     deviation: Callable[..., np.ndarray],
     phi: np.ndarray,
@@ -576,12 +576,12 @@ def pose_candidates(
     if kind.name == "four_bar":
         for first, second in itertools.permutations(pairs, 2):
             tried += 1
-            found += _guidance_four_bar(first, second, where, angle)
+            found += _guiding_four_bar(first, second, where, angle)
     else:
         for point in sliding_points(moves, PAIRS):
             for pair in pairs:
                 tried += 1
-                found += _slider_crank(pair, point, where, angle)
+                found += _guiding_slider_crank(pair, point, where, angle)
     inside = [
         one
         for one in found
@@ -612,7 +612,7 @@ def _fits(pair: np.ndarray, kind: Kind, low: np.ndarray, high: np.ndarray) -> bo
     )
 
 
-def _guidance_four_bar(
+def _guiding_four_bar(
     crank: np.ndarray, rocker: np.ndarray, where: np.ndarray, angle: np.ndarray
 ) -> Iterator[tuple[float, GuidedDesign]]:
     """The four-bar of two pairs, with its least transmission angle at the poses."""
@@ -629,7 +629,7 @@ def _guidance_four_bar(
     yield _guided(kind, x, a, b, where, angle, float(across.min()))
 
 
-def _slider_crank(
+def _guiding_slider_crank(
     pair: np.ndarray, sliding: complex, where: np.ndarray, angle: np.ndarray
 ) -> Iterator[tuple[float, GuidedDesign]]:
     """The slider-crank of a pair and a point on a line."""

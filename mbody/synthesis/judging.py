@@ -19,7 +19,7 @@ from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.quantities import Scope
 from mbody.quantities.formula import evaluated
-from mbody.quantities.formula import number as number_number
+from mbody.quantities.formula import number as described_number
 from mbody.quantities.units import Dimension, UnitSystem, unit_system
 from mbody.solution.measures import checked_sides, found_by, sides
 from mbody.summaries.text_table import Column, number, paragraph, table
@@ -87,7 +87,7 @@ def _table(name: str, given: Any, dimensions: Sequence[str], units: UnitSystem) 
             )
         rows.append(
             [
-                float(evaluated(number_number(_plain(cell), kind, name, key), scope, name, key))
+                float(evaluated(described_number(_plain(cell), kind, name, key), scope, name, key))
                 for cell, kind, key in zip(
                     cells,
                     dimensions,
@@ -140,7 +140,7 @@ def timing_of(given: Any, count: int, dimension: str, units: UnitSystem) -> np.n
         [
             float(
                 evaluated(
-                    number_number(cell, dimension, "timing", f"[{n}]"), scope, "timing", f"[{n}]"
+                    described_number(cell, dimension, "timing", f"[{n}]"), scope, "timing", f"[{n}]"
                 )
             )
             for n, cell in enumerate(cells)
@@ -205,7 +205,7 @@ def interval(
         )
     scope = Scope(units)
     first, second = (
-        float(evaluated(number_number(_plain(cell), dimension, name, key), scope, name, key))
+        float(evaluated(described_number(_plain(cell), dimension, name, key), scope, name, key))
         for cell, key in zip(pair, ("low", "high"), strict=True)
     )
     if not first < second:

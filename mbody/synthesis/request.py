@@ -37,7 +37,7 @@ from mbody.synthesis.models import for_model, model_demand, model_subject
 # -- Files of requirements: paths, poses and functions -----------------------------------------
 
 #: Columns of a table, what it is then, and which of them are angles.
-POINT_FILES_KINDS = {
+TABLE_KINDS = {
     ("x", "y"): "path",
     ("x", "y", "timing"): "path",
     ("x", "y", "angle"): "poses",
@@ -70,7 +70,7 @@ def read_demand(path: str | os.PathLike[str]) -> dict[str, Any]:
     names = tuple(head[1].lower() if head else "" for head in heads)
     units = [head[2] or "" if head else "" for head in heads]
     first = 1
-    if names in POINT_FILES_KINDS:
+    if names in TABLE_KINDS:
         rows, first = rows[1:], 2
     elif len(names) == 2 and _is_number(rows[0][0]):
         names, units = ("x", "y"), ["", ""]
@@ -87,7 +87,7 @@ def read_demand(path: str | os.PathLike[str]) -> dict[str, Any]:
             )
         cells = zip(row, names, units, strict=True)
         table.append([_cell(cell, name, unit, n, path) for cell, name, unit in cells])
-    what = POINT_FILES_KINDS[names]
+    what = TABLE_KINDS[names]
     if "timing" in names:
         return {what: [row[:2] for row in table], "timing": [row[2] for row in table]}
     return {what: table}

@@ -200,7 +200,7 @@ def check_joint(
             _rank(ledger, bench, r)
             _reactions(ledger, bench, closed)
             _power(ledger, bench, closed, r, rng)
-            _world(ledger, bench, closed, moved, world)
+            _joint_in_moved_world(ledger, bench, closed, moved, world)
         check_value(ledger, bench)
     return ledger.report()
 
@@ -345,7 +345,9 @@ def _power(
         ledger.require("power of effort", abs(given - effort) / whole, text)
 
 
-def _world(ledger: Ledger, bench: Bench, state: BenchState, moved: Bench, world: Frames) -> None:
+def _joint_in_moved_world(
+    ledger: Ledger, bench: Bench, state: BenchState, moved: Bench, world: Frames
+) -> None:
     """The whole world elsewhere: still closed, and the reactions have gone along."""
     there, turn = bench.carried(state, world), world["ground"][0]
     note = "" if turn else "moved, not turned: it measures angles from the world's x axis"
@@ -431,7 +433,7 @@ def check_load(
             there = redrawn.forces(bench.carried(state, axes))
             text = "its forces must not change when the bodies get other axes"
             ledger.require("description", _change(bench, forces, there), text)
-            _load_world(ledger, bench, state, forces, moved, world)
+            _load_in_moved_world(ledger, bench, state, forces, moved, world)
             _energy(ledger, bench, state, forces)
             if not units.missing:
                 there = units.bench.forces(units.state(state))
@@ -448,7 +450,7 @@ def _change(bench: Bench, before: Array, after: Array) -> float:
     return float(np.abs((after - before) * scale)[:-1].max()) / size
 
 
-def _load_world(
+def _load_in_moved_world(
     ledger: Ledger, bench: Bench, state: BenchState, forces: Array, moved: Bench, world: Frames
 ) -> None:
     """The whole world elsewhere: the forces have gone along."""

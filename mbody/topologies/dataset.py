@@ -394,7 +394,7 @@ def _turned(v: np.ndarray, angles: np.ndarray) -> np.ndarray:
 #: Readers of Parquet folders leave out what begins so.
 MANIFEST = "_linkages.json"
 #: Linkages of a file; topologies that are drawn at once, and how many more than would be enough.
-PIECE, DRAWN, DATASET_SPARE = 1024, 68, 4
+PIECE, DRAWN, SPARE_TOPOLOGIES = 1024, 68, 4
 #: Numbers that no instant repeats are stored byte by byte, which takes a third of the time of
 #: the default and fewer bytes.
 STORED: dict[str, Any] = {
@@ -407,7 +407,7 @@ STORED: dict[str, Any] = {
 #: Topologies without a linkage that moves after which there are said to be none.
 FRUITLESS = 3200
 #: Longest sentence of a manifest.
-DATASET_MOST = 100_000
+MANIFEST_LENGTH = 100_000
 
 
 @dataclass(frozen=True)
@@ -589,7 +589,7 @@ def content_of(what: LinkageSet, piece: int) -> bytes:
     random = np.random.default_rng([what.seed, what.nodes, piece])
     while wanted:
         # a few topologies more, since some do not close sixteen times
-        topologies = min(DRAWN, -(-wanted // ALIKE) + DATASET_SPARE)
+        topologies = min(DRAWN, -(-wanted // ALIKE) + SPARE_TOPOLOGIES)
         arrays = random_linkages(topologies, what.nodes, random, what.groups, what.turn)
         table = _moving(what, arrays, first, wanted) if len(arrays["joints"]) else None
         if table is not None:
@@ -690,7 +690,7 @@ class _Folder:
         if not path.exists():
             write_whole(path, json.dumps(own, indent=1).encode())
         try:
-            there = json.loads(path.read_text("utf-8")[:DATASET_MOST])
+            there = json.loads(path.read_text("utf-8")[:MANIFEST_LENGTH])
             other = [name for name in own if there[name] != own[name]]
         except (ValueError, TypeError, KeyError):
             raise ModelError(

@@ -699,7 +699,7 @@ def film_svg(film: FilmSet, seconds: float) -> str:
         f'height="{tall}" role="img" aria-label="{title}">',
         f"<title>{title}</title>",
         f'<rect width="{wide}" height="{tall}" fill="{PAPER}"/>',
-        _film_svg_text(film.title(), MARGIN, MARGIN + 6, INK, film.title_size(), "start", SANS),
+        _svg_text(film.title(), MARGIN, MARGIN + 6, INK, film.title_size(), "start", SANS),
     ]
     still = film.stretches[0]
     count = len(still)
@@ -719,7 +719,7 @@ def film_svg(film: FilmSet, seconds: float) -> str:
         parts += _arrow(film, one, order, timing)
     for name in film_names(film):
         parts.append(_name(film, name, order, timing))
-    parts += _film_svg_scales(film)
+    parts += _svg_scales(film)
     parts.append("</svg>\n")
     return "\n".join(parts)
 
@@ -870,7 +870,7 @@ def _name(film: FilmSet, name: FilmName, order: list[int], timing: str) -> str:
     return _moving_text(name.text, moves, name.color, 14, italic, timing, shown)
 
 
-def _film_svg_text(
+def _svg_text(
     text: str, x: float, y: float, color: str, size: float, anchor: str, family: str
 ) -> str:
     return (
@@ -879,16 +879,16 @@ def _film_svg_text(
     )
 
 
-def _film_svg_scales(film: FilmSet) -> list[str]:
+def _svg_scales(film: FilmSet) -> list[str]:
     x, y = float(MARGIN), film.height - 20.0
     length, text = film.scale_bar()
     bar = f"M{x} {y - 4}V{y + 4}M{x} {y}H{x + length:.1f}M{x + length:.1f} {y - 4}V{y + 4}"
     found = [f'<path d="{bar}" fill="none" stroke="{SOFT}" stroke-width="1.3"/>']
-    found.append(_film_svg_text(text, x + length + 7, y + 4, SOFT, 13, "start", SANS))
+    found.append(_svg_text(text, x + length + 7, y + 4, SOFT, 13, "start", SANS))
     x += length + 7 + 8.0 * len(text) + 16
     for long, words, color in film.scales:
         corners = arrow_corners(np.array([x, 20.0]), np.array([long, 0.0]), film.point)
         found.append(f'<path d="{_path(_down(film, corners), True)}" fill="{color}"/>')
-        found.append(_film_svg_text(words, x + long + 7, y + 4, color, 13, "start", SANS))
+        found.append(_svg_text(words, x + long + 7, y + 4, color, 13, "start", SANS))
         x += long + 7 + 8.0 * len(words) + 16
     return found

@@ -348,11 +348,11 @@ MARGIN = 0.75
 #: With more centres than this only those that a joint or the ground has are drawn and have lines.
 MANY = 15
 #: With more places than this they have no symbols: these would cover each other.
-KINEMATIC_PICTURE_NAMED = 50
+MOST_SYMBOLS = 50
 #: Centres at infinity, and such as are none, that are said below a picture.
 SAID = 6
 #: Length of the arrow to a centre at infinity [points].
-KINEMATIC_PICTURE_ARROW = 34.0
+ARROW_TO_INFINITY = 34.0
 
 
 def book_symbol(text: str) -> str:
@@ -407,7 +407,7 @@ class PolesShown:
             else:
                 radius = max(0.62 * sketch.size("pin"), 2.0 * sketch.unit)
                 sketch.disc(place, radius, POLE, PAPER, 0.9, Z["pin"] + 0.2, name=gid)
-            if len(self.near) > KINEMATIC_PICTURE_NAMED:
+            if len(self.near) > MOST_SYMBOLS:
                 continue
             away = place - sketch.pose.middle
             wanted = (
@@ -458,8 +458,7 @@ class PolesShown:
                 at.append(self.place(one))
             elif one.kind[k] == "infinite":
                 at.append(
-                    at[0]
-                    + KINEMATIC_PICTURE_ARROW * sketch.unit * direction(float(one.direction[k]))
+                    at[0] + ARROW_TO_INFINITY * sketch.unit * direction(float(one.direction[k]))
                 )
         if len(at) < 2:
             return None
@@ -540,7 +539,7 @@ def shown_poles(centres: InstantCentres, pose: Pose, corners: Array) -> PolesSho
         words.append(
             f"{len(left)} more centres of moving links are not drawn: mbody poles has them all"
         )
-    if len(groups) > KINEMATIC_PICTURE_NAMED:
+    if len(groups) > MOST_SYMBOLS:
         words.append(f"centres at {len(groups)} places, too near for symbols: mbody poles has them")
     return PolesShown(centres, pose, groups, words)
 
@@ -673,7 +672,7 @@ SIDE = 175.0
 #: Images nearer than this part of the greatest are one; shorter sides in points are not drawn.
 ONE, SHORT = 1e-9, 2.0
 #: With more images than this their sides are not split.
-IMAGE_POLYGON_MANY = 6
+MOST_SPLIT_IMAGES = 6
 #: Dashes of components, and of what slides.
 PARTS, SLIDING = (0, (2.5, 2.0)), (0, (6.0, 2.0))
 
@@ -711,7 +710,7 @@ def draw_polygon(sketch: Sketch, found: MotionPolygon, pose: Pose) -> str:
     pole, others = images[0], images[1:]
     for image in sorted(others, key=lambda one: -float(np.hypot(*one.at))):
         sketch.arrow((0.0, 0.0), scale * image.at, FORCE, width=1.5, name=f"image:{image.names[0]}")
-    few = len(others) <= IMAGE_POLYGON_MANY
+    few = len(others) <= MOST_SPLIT_IMAGES
     for body, names in found.links.items():
         _link_image(sketch, [_of(images, name) for name in names], scale, body)
         if few and letter == "a":

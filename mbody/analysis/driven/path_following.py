@@ -850,7 +850,7 @@ PLACES = np.array([-7.0, -5.0, -3.0, -1.0, 1.0, 3.0, 5.0, 7.0])
 #: Lagrange's weights at zero.
 WEIGHTS = np.array([-5.0, 49.0, -245.0, 1225.0, 1225.0, -245.0, 49.0, -5.0]) / 2048.0
 #: Most change points in one sweep, and those that a sentence names.
-MOST, CHANGE_POINTS_NAMED = 32, 4
+MOST, NAMED_INSTANTS = 32, 4
 
 
 def through_change_points(
@@ -902,12 +902,8 @@ def _incomplete(runner: Runner, grid: TimeGrid, missing: dict[int, list[str]]) -
     """Doubt about forces without a value, from the names of their elements by instant."""
     names = list(dict.fromkeys(name for found in missing.values() for name in found))
     places = [runner.where(float(grid.s[k]), grid) for k in missing]
-    listing = "; ".join(places[:CHANGE_POINTS_NAMED])
-    listing += (
-        f"; and {len(places) - CHANGE_POINTS_NAMED} more"
-        if len(places) > CHANGE_POINTS_NAMED
-        else ""
-    )
+    listing = "; ".join(places[:NAMED_INSTANTS])
+    listing += f"; and {len(places) - NAMED_INSTANTS} more" if len(places) > NAMED_INSTANTS else ""
     return Doubt(
         "incomplete",
         f"forces grow without bound towards change points of '{runner.system.mechanism.name}' and "

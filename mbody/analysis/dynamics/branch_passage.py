@@ -464,7 +464,7 @@ class _Choice:
 # state is their integral. Accelerations, reactions and powers at the first instant are limits.
 
 #: Nodes of the polynomial, and the first of them as a part of the whole.
-NODES, SINGULAR_START_FIRST = 9, Fraction(3, 20)
+NODES, FIRST_NODE = 9, Fraction(3, 20)
 #: How often the first part is halved for the last term of the polynomial, for iterations that do
 #: not settle, and for an event within it.
 HALVED = 24
@@ -505,9 +505,9 @@ class Weights:
 @functools.lru_cache(maxsize=1)
 def weights() -> Weights:
     """In rational numbers, since a Vandermonde matrix in floating point would lose eight digits."""
-    # near the extrema of Chebyshev's polynomial on [FIRST, 1], which makes extrapolation to 0 mild
+    # near the extrema of Chebyshev's polynomial on [FIRST_NODE, 1]: mild extrapolation to 0
     spread = [round(1000 * np.cos(np.pi * n / (NODES - 1))) for n in range(NODES - 1, -1, -1)]
-    middle, half = (1 + SINGULAR_START_FIRST) / 2, (1 - SINGULAR_START_FIRST) / 2
+    middle, half = (1 + FIRST_NODE) / 2, (1 - FIRST_NODE) / 2
     nodes = [middle + half * Fraction(part, 1000) for part in spread]
     powers = [[Fraction(0)] * NODES for _ in range(NODES)]
     for j, node in enumerate(nodes):

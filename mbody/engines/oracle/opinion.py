@@ -147,7 +147,7 @@ EPSILON = float(np.finfo(float).eps)
 #: Worse conditions are singular positions.
 SINGULAR = 1e8
 #: Most instants, evenly over the run, and most numbers (coordinates times instants): it is slow.
-OPINION_INSTANTS, NUMBERS = 25, 600
+MOST_INSTANTS, MOST_NUMBERS = 25, 600
 #: Distance before and after an instant for finding a jump, in the time scale of the motion; and the
 #: relative change of accelerations that counts as one (smooth ones change by the first number).
 AROUND, JUMP = 1e-7, 1e-4
@@ -189,7 +189,7 @@ class _OracleCheck:
 
     def opinion(self) -> Opinion:
         count, size = len(self.run), 3 * self.reference.n
-        wanted = min(count, max(2, min(OPINION_INSTANTS, NUMBERS // max(size, 1))))
+        wanted = min(count, max(2, min(MOST_INSTANTS, MOST_NUMBERS // max(size, 1))))
         instants = np.unique(np.linspace(0, count - 1, wanted).round().astype(int))
         found = [self._at(int(k)) for k in instants]
         smooth = [n for n, one in enumerate(found) if not one["jumps"]]

@@ -33,7 +33,6 @@ from pydantic import (
 )
 
 from mbody.errors import ModelError, brief
-from mbody.files.model import fields as of
 from mbody.files.model.problems import ENOUGH, LAWS
 from mbody.laws import SHAPES, Cam, Dwell, Law, Polynomial, Rise, Table, Table2
 from mbody.laws.base import dimension_by
@@ -590,18 +589,18 @@ CHOICES[("Table", "interpolation")] = get_args(Interpolation)
 def _numbers_of(cls: type[Law], dimension: Dimension | None, of: Dimension) -> type[BaseModel]:
     """The table of one kind of law, from the fields of its class."""
     found: dict[str, Any] = {}
-    for one_field in dataclasses.fields(cls):
-        powers = one_field.metadata.get("powers")
-        default = ... if one_field.default is dataclasses.MISSING else one_field.default
+    for parameter in dataclasses.fields(cls):
+        powers = parameter.metadata.get("powers")
+        default = ... if parameter.default is dataclasses.MISSING else parameter.default
         if powers:
             kind = number(_by(powers, dimension, of))
             if cls is Table:
                 kind, default = list[kind], []
-        elif (cls.__name__, one_field.name) in CHOICES:
-            kind = Literal[tuple(CHOICES[cls.__name__, one_field.name])]
+        elif (cls.__name__, parameter.name) in CHOICES:
+            kind = Literal[tuple(CHOICES[cls.__name__, parameter.name])]
         else:
             kind = StrictBool
-        found[one_field.name] = (kind, default)
+        found[parameter.name] = (kind, default)
     if cls is Table:
         found["file"] = (str, None)
     title = f"{cls.__name__}: {_called(dimension)} of {name_of(of)}"
@@ -679,7 +678,7 @@ CurveIn = create_model(
 )
 
 
-def _curve_fields_made(given: Any, info: Any) -> Table | Table2:
+def _table_of_curve(given: Any, info: Any) -> Table | Table2:
     fields = {name: value for name, value in given if name in given.model_fields_set}
     path = fields.pop("file", None)
     if path is not None:
@@ -698,15 +697,13 @@ def _curve_fields_made(given: Any, info: Any) -> Table | Table2:
 
 
 #: A curve of a file.
-curve = Annotated[CurveIn, AfterValidator(_curve_fields_made)]
+curve = Annotated[CurveIn, AfterValidator(_table_of_curve)]
 
 
 # -- Cross-sections in model files: { rectangle = [h, b] }, { tube = [D, d] }, { round = d } ---
 
-SectionFieldsLength = of.number(DIMENSIONS["length"])
 
-
-class _BarIn(of.Strict):
+class _BarIn(Strict):
     """A section; the bar goes along two points, without them from joint to joint."""
 
     along: tuple[str, str] | None = None
@@ -715,19 +712,19 @@ class _BarIn(of.Strict):
 class RectangleSectionIn(_BarIn):
     """Height in the plane, thickness across it."""
 
-    rectangle: tuple[SectionFieldsLength, SectionFieldsLength]
+    rectangle: tuple[Length, Length]
 
 
 class TubeSectionIn(_BarIn):
     """Outer and inner diameter."""
 
-    tube: tuple[SectionFieldsLength, SectionFieldsLength]
+    tube: tuple[Length, Length]
 
 
 class RoundSectionIn(_BarIn):
     """Diameter."""
 
-    round: SectionFieldsLength
+    round: Length
 
 
 cross_section = Annotated[

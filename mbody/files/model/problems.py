@@ -90,7 +90,7 @@ def section_of(element: Element) -> str:
 
 # -- The line of a file that has a key: found only when there is an error to report ------------
 
-Path = tuple[Any, ...]
+KeyPath = tuple[Any, ...]
 
 #: Whatever in TOML may hold signs that mean nothing there: long texts and comments. One that does
 #: not end goes on to the end of the file, so that a search never looks twice at it.
@@ -103,7 +103,7 @@ _TOML = re.compile(TEXTS + r"""|"(?:[^"\\\n]++|\\.)*+"|'[^'\n]*+'|[\[\]{}\n]""",
 _JSON = re.compile(r'"(?:[^"\\]++|\\.)*+"|[{}\[\]:,\n]', re.DOTALL)
 
 
-def lines_of(text: str, is_json: bool, paths: Sequence[Path]) -> list[int | None]:
+def lines_of(text: str, is_json: bool, paths: Sequence[KeyPath]) -> list[int | None]:
     r"""The lines, from 1, of the keys at these paths, or of the nearest that contain them.
 
     >>> lines_of('a = 1\n[b]\nc = 2', False, [("b", "c"), ("b", "d")])
@@ -113,7 +113,7 @@ def lines_of(text: str, is_json: bool, paths: Sequence[Path]) -> list[int | None
     """
     text = text.replace("\r\n", "\n")
     holders = {path[:n] for path in paths for n in range(1, len(path) + 1)}
-    found: dict[Path, int] = {}
+    found: dict[KeyPath, int] = {}
     for place, line in _json_places(text) if is_json else _toml_places(text, holders):
         if place in holders:
             found.setdefault(place, line)
@@ -123,9 +123,9 @@ def lines_of(text: str, is_json: bool, paths: Sequence[Path]) -> list[int | None
     ]
 
 
-def _toml_places(text: str, holders: set[Path]) -> Iterator[tuple[Path, int]]:
+def _toml_places(text: str, holders: set[KeyPath]) -> Iterator[tuple[KeyPath, int]]:
     """Paths of headers, and of keys as far as they lead to what is looked for."""
-    section: Path = ()
+    section: KeyPath = ()
     for statement, line in _statements(text):
         try:
             read = tomllib.loads(statement)
@@ -143,7 +143,7 @@ def _toml_places(text: str, holders: set[Path]) -> Iterator[tuple[Path, int]]:
             yield from ((place, line) for place in _within(read, section, holders))
 
 
-def _within(table: Any, above: Path, holders: set[Path]) -> Iterator[Path]:
+def _within(table: Any, above: KeyPath, holders: set[KeyPath]) -> Iterator[KeyPath]:
     """The paths of keys in a table, and in tables in it that contain what is searched."""
     for key, value in table.items():
         if (place := (*above, key)) in holders:
@@ -171,7 +171,7 @@ def _statements(text: str) -> Iterator[tuple[str, int]]:
         yield text[start:], first
 
 
-def _json_places(text: str) -> Iterator[tuple[Path, int]]:
+def _json_places(text: str) -> Iterator[tuple[KeyPath, int]]:
     """Paths of all keys and of all entries of lists."""
     stack: list[Any] = []
     line, last = 1, ""
@@ -315,7 +315,7 @@ OTHER_WORDS = {
 class Problem:
     """One thing that is wrong."""
 
-    path: Path
+    path: KeyPath
     message: str
 
 
@@ -324,7 +324,7 @@ def sentences(errors: list[Any], schema: dict[str, Any], data: Any) -> list[Prob
     return [Problem(_plain(e["loc"]), _sentence(e, schema, data)) for e in errors[:ENOUGH]]
 
 
-def _plain(location: Path) -> Path:
+def _plain(location: KeyPath) -> KeyPath:
     """The path as the user wrote it, without the marks of the forms that a field may have."""
     marks = ("<", "[key]")
     return tuple(p for p in location if not (isinstance(p, str) and p.startswith(marks)))
@@ -373,7 +373,7 @@ def _sentence(error: Any, schema: dict[str, Any], data: Any) -> str:
     return f"{message}, not {_short(repr(error['input']))}{_example(path)}"
 
 
-def _example(path: Path) -> str:
+def _example(path: KeyPath) -> str:
     """Where an example is, of what is wrong in the table of an element behind its kind."""
     if len(path) < 3 or path[2] not in SECTIONS.get(str(path[0]), {}):
         return ""
@@ -410,7 +410,7 @@ def _unknown(key: Any, known: list[str], table: Any) -> str:
     return f"there is no such key (there are: {', '.join(left[:MOST])})"
 
 
-def _at(data: Any, path: Path) -> Any:
+def _at(data: Any, path: KeyPath) -> Any:
     for key in path:
         try:
             data = data[key]
@@ -419,7 +419,7 @@ def _at(data: Any, path: Path) -> Any:
     return data
 
 
-def _keys(schema: dict[str, Any], path: Path, data: Any) -> list[str]:
+def _keys(schema: dict[str, Any], path: KeyPath, data: Any) -> list[str]:
     """The keys that the schema knows at a path; of several forms those that fit what is there."""
     nodes = [schema]
     for n, key in enumerate(path):

@@ -29,13 +29,13 @@ from mbody.files.model.problems import (
     ENOUGH,
     SECTIONS,
     TEXTS,
+    KeyPath,
     Limits,
     Problem,
     limits_of,
     raise_all,
     sentences,
 )
-from mbody.files.model.problems import Path as ProblemsPath
 from mbody.files.model.schema import everything, json_schema, model, used_by
 from mbody.files.model.study_tables import keep_fit, keep_settings, keep_task
 from mbody.model.body import Body
@@ -155,7 +155,7 @@ def build(given: Any) -> tuple[Mechanism | None, list[Problem]]:
         return None, [_framed(given, error)]
     missing: set[str] = set()
 
-    def add(path: ProblemsPath, cls: type[Element], fields: dict[str, Any]) -> None:
+    def add(path: KeyPath, cls: type[Element], fields: dict[str, Any]) -> None:
         name = str(path[-1])
         if len(problems) >= ENOUGH:
             return
@@ -476,7 +476,7 @@ def _made(
     if (sentence := most.over(f"{name}: it", size=len(text))) is not None:
         raise ModelError(sentence)
     data = _parsed(text, is_json, name, most)
-    notes = _read_set(data, parameters, name) if parameters else []
+    notes = _set_parameters(data, parameters, name) if parameters else []
     made = built(data, text, is_json=is_json, name=name, folder=folder)
     made.file_notes = (*notes, *meant_otherwise(data, made))
     return made
@@ -661,7 +661,7 @@ def check_size(data: dict[str, Any], size: int, limits: Limits, name: str) -> No
         raise ModelError(f"{sentence}; else the file could be written but not read")
 
 
-def _read_set(data: dict[str, Any], parameters: Mapping[str, Any], name: str) -> list[str]:
+def _set_parameters(data: dict[str, Any], parameters: Mapping[str, Any], name: str) -> list[str]:
     """Put other values in the place of parameters of the model; a plain number for one that has a
     unit is in the file's unit of what that measures, and a note says so where the file has it in
     another.

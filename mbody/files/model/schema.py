@@ -19,7 +19,7 @@ from pydantic import (
     create_model,
 )
 
-from mbody.files.model import fields as of
+from mbody.files.model import fields
 from mbody.files.model.fields import cross_section, curve, law
 from mbody.files.model.problems import LAWS, SECTIONS, written_fields
 from mbody.files.model.study_tables import FitIn, OptimizeIn, ReportIn
@@ -123,17 +123,17 @@ def _field(field: dataclasses.Field[Any], words: tuple[str, ...]) -> Any:
     """The type of one field of an element, with laws of these kinds."""
     meta = field.metadata
     if "dimension" in meta:
-        return of.number(dimension_of(meta["dimension"]))
+        return fields.number(dimension_of(meta["dimension"]))
     if "law" in meta:
         return law(dimension_of(meta["law"]), dimension_of(meta["of"]), words)
     if "limits" in meta:
-        return of.limits(dimension_of(meta["limits"]))
+        return fields.limits(dimension_of(meta["limits"]))
     if "place" in meta:
-        return of.place
+        return fields.place
     if "body" in meta:
         return str
     if "terms" in meta:
-        return list[of.term]
+        return list[fields.term]
     return {"bool": StrictBool, "int": StrictInt, "str": str}[str(field.type)]
 
 
@@ -161,7 +161,7 @@ def _entry(kind: str, cls: type[Element], words: tuple[str, ...]) -> Any:
         )
     lines = (cls.__doc__ or "").split("\n\n")[0].split("\n")
     about = " ".join(line.strip() for line in lines)
-    return create_model(cls.__name__, __base__=of.Strict, __doc__=about, **columns)
+    return create_model(cls.__name__, __base__=fields.Strict, __doc__=about, **columns)
 
 
 def _kind_in(section: str, value: Any) -> str | None:
@@ -204,21 +204,21 @@ def _choice(section: str, used: Used) -> Any:
 def _body(words: tuple[str, ...]) -> Any:
     descriptions = described(Body)
     columns: dict[str, Any] = {}
-    special = {"cg": of.point, "points": of.points, "guess": of.guess}
-    special |= {"spread": of.spread, "shapes": of.shapes, "section": cross_section}
+    special = {"cg": fields.point, "points": fields.points, "guess": fields.guess}
+    special |= {"spread": fields.spread, "shapes": fields.shapes, "section": cross_section}
     for field in dataclasses.fields(Body):
         if field.name == "name":
             continue
         kind = special.get(field.name) or _field(field, words)
         columns[field.name] = (kind, Field(None, description=descriptions.get(field.name)))
-    return create_model("Body", __base__=of.Strict, __doc__="One rigid link.", **columns)
+    return create_model("Body", __base__=fields.Strict, __doc__="One rigid link.", **columns)
 
 
-class Ground(of.Strict):
+class Ground(fields.Strict):
     """The fixed link."""
 
-    points: of.points = Field(default_factory=dict)
-    shapes: of.shapes = Field(default_factory=dict)
+    points: fields.points = Field(default_factory=dict)
+    shapes: fields.shapes = Field(default_factory=dict)
 
 
 @functools.cache
@@ -226,11 +226,11 @@ def _gravity(words: tuple[str, ...]) -> Any:
     component = law(DIMENSIONS["acceleration"], DIMENSIONS["time"], words)
     about = "The weight of every body: components of the gravitational acceleration."
     return create_model(
-        "GravityIn", __base__=of.Strict, __doc__=about, x=(component, None), y=(component, None)
+        "GravityIn", __base__=fields.Strict, __doc__=about, x=(component, None), y=(component, None)
     )
 
 
-class MeasureIn(of.Strict):
+class MeasureIn(fields.Strict):
     """A quantity to be measured, in a unit."""
 
     of: str
@@ -239,15 +239,18 @@ class MeasureIn(of.Strict):
 
 measure = Annotated[
     Annotated[str, Tag("<text>")] | Annotated[MeasureIn, Tag("<table>")],
-    of.shape({"<text>": str, "<table>": dict}, "must be a formula or { of = …, unit = … }"),
+    fields.shape({"<text>": str, "<table>": dict}, "must be a formula or { of = …, unit = … }"),
 ]
 values = Annotated[
-    Annotated[of.number(None), Tag("<value>")] | Annotated[list[of.number(None)], Tag("<values>")],
-    of.shape({"<value>": (int, float, str), "<values>": list}, "must be a number, text or a list"),
+    Annotated[fields.number(None), Tag("<value>")]
+    | Annotated[list[fields.number(None)], Tag("<values>")],
+    fields.shape(
+        {"<value>": (int, float, str), "<values>": list}, "must be a number, text or a list"
+    ),
 ]
 
 
-class AskIn(of.Strict):
+class AskIn(fields.Strict):
     """The instants that an analysis is made for, unless the command gives others."""
 
     at: dict[str, values] = Field(default_factory=dict)
@@ -256,31 +259,31 @@ class AskIn(of.Strict):
     turns: StrictInt = 1
 
 
-class UnknownIn(of.Strict):
+class UnknownIn(fields.Strict):
     """An unknown: where its search begins, its bounds, and the unit that it is shown in."""
 
-    start: of.number(None) = None
-    low: of.number(None) = None
-    high: of.number(None) = None
+    start: fields.number(None) = None
+    low: fields.number(None) = None
+    high: fields.number(None) = None
     unit: str = ""
 
 
 texts = Annotated[
     Annotated[str, Tag("<text>")] | Annotated[list[str], Tag("<texts>")],
-    of.shape({"<text>": str, "<texts>": list}, "must be text or a list of texts"),
+    fields.shape({"<text>": str, "<texts>": list}, "must be text or a list of texts"),
 ]
 unknowns = Annotated[
     Annotated[str, Tag("<text>")]
     | Annotated[list[str], Tag("<texts>")]
     | Annotated[dict[str, UnknownIn], Tag("<table>")],
-    of.shape(
+    fields.shape(
         {"<text>": str, "<texts>": list, "<table>": dict},
         "must be a name, a list of names, or { name = { start = …, unit = … } }",
     ),
 ]
 
 
-class SolveIn(of.Strict):
+class SolveIn(fields.Strict):
     """A question: unknown numbers and the conditions that they are to meet."""
 
     unknowns: unknowns
@@ -289,19 +292,19 @@ class SolveIn(of.Strict):
     greatest: str = ""
     least: str = ""
     analysis: str = "kinetostatics"
-    at: dict[str, of.number(None)] = Field(default_factory=dict)
+    at: dict[str, fields.number(None)] = Field(default_factory=dict)
     note: str = ""
 
 
 def _first_value(value: Any, info: ValidationInfo) -> Any:
     """The first value of an own state: a number with its unit, or the word."""
-    return value if value == STEADY else of.entered_in(value, None, info)
+    return value if value == STEADY else fields.entered_in(value, None, info)
 
 
-class OwnStateIn(of.Strict):
+class OwnStateIn(fields.Strict):
     """A first-order equation of one's own: its rate, where it begins, and a typical value."""
 
-    rate: of.formula_text
+    rate: fields.formula_text
     start: Annotated[
         Any,
         BeforeValidator(_first_value),
@@ -309,21 +312,21 @@ class OwnStateIn(of.Strict):
             {"type": ["number", "string"], "description": f'number with its unit, or "{STEADY}"'}
         ),
     ] = 0.0
-    size: of.number(None) = None
+    size: fields.number(None) = None
 
 
-class StateIn(of.Strict):
+class StateIn(fields.Strict):
     """Initial values of a body."""
 
-    angle: of.number(DIMENSIONS["angle"]) = None
-    omega: of.number(DIMENSIONS["angular velocity"]) = None
-    x: of.number(DIMENSIONS["length"]) = None
-    vx: of.number(DIMENSIONS["velocity"]) = None
-    y: of.number(DIMENSIONS["length"]) = None
-    vy: of.number(DIMENSIONS["velocity"]) = None
+    angle: fields.number(DIMENSIONS["angle"]) = None
+    omega: fields.number(DIMENSIONS["angular velocity"]) = None
+    x: fields.number(DIMENSIONS["length"]) = None
+    vx: fields.number(DIMENSIONS["velocity"]) = None
+    y: fields.number(DIMENSIONS["length"]) = None
+    vy: fields.number(DIMENSIONS["velocity"]) = None
 
 
-class EventIn(of.Strict):
+class EventIn(fields.Strict):
     """A zero crossing that is recorded, or ends the motion."""
 
     of: str
@@ -331,32 +334,32 @@ class EventIn(of.Strict):
     stop: StrictBool = False
 
 
-class SimulateIn(of.Strict):
+class SimulateIn(fields.Strict):
     """A motion: how it begins, and how long it goes on."""
 
-    until: of.number(DIMENSIONS["time"])
+    until: fields.number(DIMENSIONS["time"])
     start: dict[str, StateIn] = Field(default_factory=dict)
     rtol: float = 1e-8
     instants: StrictInt = 201
     method: Literal[METHODS] = METHODS[0]
-    step: of.number(DIMENSIONS["time"]) | None = None
-    every: of.number(DIMENSIONS["time"]) | None = None
-    release: dict[of.name_in, of.number(DIMENSIONS["time"])] = Field(default_factory=dict)
-    events: dict[of.name_in, EventIn] = Field(default_factory=dict)
+    step: fields.number(DIMENSIONS["time"]) | None = None
+    every: fields.number(DIMENSIONS["time"]) | None = None
+    release: dict[fields.name_in, fields.number(DIMENSIONS["time"])] = Field(default_factory=dict)
+    events: dict[fields.name_in, EventIn] = Field(default_factory=dict)
 
 
 @functools.cache
 def model(used: Used) -> Any:
     """The whole file, or as much of it as a file uses."""
     tables: dict[str, Any] = {
-        "parameters": dict[str, of.number(None)],
-        "curves": dict[of.name_in, curve],
-        "inputs": dict[of.name_in, law(None, DIMENSIONS["time"], used.laws)],
-        "bodies": dict[of.name_in, _body(used.laws)],
-        "states": dict[of.name_in, OwnStateIn],
-        "measures": dict[of.name_in, measure],
-        "solve": dict[of.name_in, SolveIn],
-        "optimize": dict[of.name_in, OptimizeIn],
+        "parameters": dict[str, fields.number(None)],
+        "curves": dict[fields.name_in, curve],
+        "inputs": dict[fields.name_in, law(None, DIMENSIONS["time"], used.laws)],
+        "bodies": dict[fields.name_in, _body(used.laws)],
+        "states": dict[fields.name_in, OwnStateIn],
+        "measures": dict[fields.name_in, measure],
+        "solve": dict[fields.name_in, SolveIn],
+        "optimize": dict[fields.name_in, OptimizeIn],
         "gravity": _gravity(used.laws),
         "ask": AskIn,
         "simulate": SimulateIn,
@@ -364,7 +367,7 @@ def model(used: Used) -> Any:
         "report": ReportIn,
     }
     sections = [section for section in SECTIONS if section in used.tables]
-    tables |= {section: dict[of.name_in, _choice(section, used)] for section in sections}
+    tables |= {section: dict[fields.name_in, _choice(section, used)] for section in sections}
     tables = {name: tables[name] if name in used.tables else Any for name in TABLES}
     about = {
         "parameters": "Named numbers that formulas may use.",
@@ -389,7 +392,7 @@ def model(used: Used) -> Any:
         "units": (str, Field("SI", description=f"Units of plain numbers: {systems}.")),
         "angle": (Literal["deg", "rad"], Field("deg", description="Unit of plain angles.")),
         "g": (
-            of.number(DIMENSIONS["acceleration"]),
+            fields.number(DIMENSIONS["acceleration"]),
             Field(None, description="Turns weights into masses; standard gravity by default."),
         ),
         "ground": (Ground, Field(None, description="The fixed link.")),
@@ -405,7 +408,7 @@ def model(used: Used) -> Any:
         for name, text in about.items()
     }
     return create_model(
-        "Model", __base__=of.Strict, __doc__="A planar mechanism, as mbody reads it.", **columns
+        "Model", __base__=fields.Strict, __doc__="A planar mechanism, as mbody reads it.", **columns
     )
 
 

@@ -11,8 +11,7 @@ from pydantic import Field
 
 from mbody.analysis.driven.driven import dimension_of_instants
 from mbody.errors import ModelError
-from mbody.files.model import fields as of
-from mbody.files.model.fields import Strict
+from mbody.files.model.fields import Strict, number
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import meant
 from mbody.model.simulation import STATE, Event, SimulationSettings
@@ -158,17 +157,17 @@ def _unknown(writer: StudyWriter, unknown: Unknown) -> dict[str, Any]:
 # They are no part of the description, which is the same with other tasks: they are kept beside it.
 
 #: Under which they are kept with the mechanism, so that copies of that have them too.
-KEPT = "optimization_tasks"
+OPTIMIZATIONS_ATTRIBUTE = "optimization_tasks"
 #: Fields with numbers of the mechanism.
 NUMBERS = ("by", "start")
 
 
 #: A number of the mechanism: plain, or text with units and parameters.
-quantity: Any = of.number(None)
-time: Any = of.number(DIMENSIONS["time"])
+quantity: Any = number(None)
+time: Any = number(DIMENSIONS["time"])
 
 
-class OptimizeIn(of.Strict):
+class OptimizeIn(Strict):
     """Aims, numbers and limits of an optimization."""
 
     minimize: str | list[str] = Field(default_factory=list, description="One aim, or two.")
@@ -194,13 +193,13 @@ class OptimizeIn(of.Strict):
 def keep_task(mechanism: Mechanism, name: str, entry: Any, angle: str) -> None:
     """Keep what a file says of one optimization; plain angles are in the unit of the file."""
     given = {key: getattr(entry, key) for key in entry.model_fields_set}
-    for number, pair in given["by"].items():
+    for varied, pair in given["by"].items():
         if len(pair) != 2:
-            raise ModelError(f"by.{number} must be [low, high], not of {len(pair)} values", number)
+            raise ModelError(f"by.{varied} must be [low, high], not of {len(pair)} values", varied)
     for key in NUMBERS:
         if given.get(key) is not None:
             given[key] = {n: in_radians(mechanism, n, v, angle) for n, v in given[key].items()}
-    kept = vars(mechanism).setdefault(KEPT, {})
+    kept = vars(mechanism).setdefault(OPTIMIZATIONS_ATTRIBUTE, {})
     kept[name] = OptimizationTask(**given)
 
 
@@ -214,7 +213,7 @@ def in_radians(mechanism: Mechanism, name: str, value: Any, angle: str) -> Any:
 
 def optimization_tasks(mechanism: Mechanism) -> Mapping[str, OptimizationTask]:
     """Optimizations in a mechanism's file, by name."""
-    return vars(mechanism).get(KEPT, {})
+    return vars(mechanism).get(OPTIMIZATIONS_ATTRIBUTE, {})
 
 
 def task_formulas(mechanism: Mechanism) -> Iterator[Formula]:
@@ -265,7 +264,7 @@ def written_number(writer: StudyWriter, name: str, value: Any) -> Any:
 # It is no part of the description, which is the same with other unknowns: it is kept beside it.
 
 #: Under which it is kept with the mechanism, so that copies of that have it too.
-FIT_TABLE_KEPT = "fit_settings"
+FIT_ATTRIBUTE = "fit_settings"
 
 
 class FitIn(Strict):
@@ -320,24 +319,22 @@ def keep_fit(mechanism: Mechanism, given: FitIn | None, angle: str) -> None:
     """Keep what a file says of a fit; plain angles are in the unit of the file."""
     if given is None:
         return
-    for number in given.by:
-        meant(mechanism, number)
+    for name in given.by:
+        meant(mechanism, name)
     by: Any = tuple(given.by)
     if isinstance(given.by, Mapping):
-        for number, pair in given.by.items():
+        for name, pair in given.by.items():
             if len(pair) != 2:
-                raise ModelError(
-                    f"by.{number} must be [low, high], not of {len(pair)} values", number
-                )
+                raise ModelError(f"by.{name} must be [low, high], not of {len(pair)} values", name)
         by = {name: in_radians(mechanism, name, pair, angle) for name, pair in given.by.items()}
-    vars(mechanism)[FIT_TABLE_KEPT] = FitSettings(
+    vars(mechanism)[FIT_ATTRIBUTE] = FitSettings(
         by, tuple(given.offsets), given.deviations, given.analysis or None, given.confidence
     )
 
 
 def fit_settings(mechanism: Mechanism) -> FitSettings | None:
     """Settings of a fit in a mechanism's file; None without any."""
-    return vars(mechanism).get(FIT_TABLE_KEPT)
+    return vars(mechanism).get(FIT_ATTRIBUTE)
 
 
 def fit_formulas(mechanism: Mechanism) -> Iterator[Formula]:
@@ -405,7 +402,7 @@ class ReportSettings:
 
 
 #: Under which it is kept with the mechanism, so that copies of that have it too.
-REPORT_TABLE_KEPT = "report_settings"
+REPORT_ATTRIBUTE = "report_settings"
 
 
 def keep_settings(mechanism: Mechanism, given: ReportIn | None) -> None:
@@ -414,12 +411,12 @@ def keep_settings(mechanism: Mechanism, given: ReportIn | None) -> None:
         lists = {
             key: tuple(getattr(given, key)) for key in ("sections", "without", "plots", "polar")
         }
-        vars(mechanism)[REPORT_TABLE_KEPT] = ReportSettings(given.title, given.author, **lists)
+        vars(mechanism)[REPORT_ATTRIBUTE] = ReportSettings(given.title, given.author, **lists)
 
 
 def report_settings(mechanism: Mechanism) -> ReportSettings | None:
     """Settings of the report in a mechanism's file; None without any."""
-    return vars(mechanism).get(REPORT_TABLE_KEPT)
+    return vars(mechanism).get(REPORT_ATTRIBUTE)
 
 
 def settings_table(mechanism: Mechanism) -> dict[str, Any]:
