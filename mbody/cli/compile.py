@@ -209,12 +209,12 @@ NEEDED = {
 }
 EXTRA = {
     "numba": "building kernels on this machine",
-    "pin": "second opinion by Pinocchio",
-    "pymunk": "second opinion by pymunk",
-    "mujoco": "second opinion by MuJoCo",
+    "pin": "cross-check by Pinocchio",
+    "pymunk": "cross-check by pymunk",
+    "mujoco": "cross-check by MuJoCo",
     "pandas": "run.to_dataframe()",
     "matplotlib": "draw and plot",
-    "scipy": "second opinion: trajectories",
+    "scipy": "cross-check: trajectories",
 }
 #: Driving torque of the gallery's `norton_fourbar` [lbf·in], from the book's nine equations solved
 #: in extended precision (`tests/cli/test_doctor.py`), and how far a processor may round it,

@@ -460,7 +460,7 @@ def add_report(command: argparse.ArgumentParser) -> None:
         ("without", "NAMES", "sections that are left out"),
         ("plot", "QUANTITY", "what is plotted; by default efforts, forces and measures"),
         ("polar", "JOINTS", "whose forces are drawn as vectors"),
-        ("against", "ENGINES", "of the second opinion; by default all that are installed"),
+        ("against", "ENGINES", "of the cross-check; by default all that are installed"),
         ("compare", "NAME=VALUE", "another design, beside this one, as of --set"),
     ):
         command.add_argument(f"--{option}", action="append", default=[], metavar=names, help=text)
@@ -696,7 +696,7 @@ examples:
   mbody cam mine.toml --limit 30 --csv contour.csv   pressure angle, undercut, contour
   mbody derive mine.toml --at crank=60            its equations, in symbols and with numbers
   mbody exercise mine.toml --vary a=40:60 --count 30 --seed 7 --key key.md > sheet.md
-  mbody crosscheck mine.toml --against pinocchio  a second opinion, by another engine
+  mbody crosscheck mine.toml --against pinocchio  a cross-check, by another engine
   mbody draw mine.toml --forces -o mine.svg       a picture with its forces
   mbody plot mine.toml motor.effort -o effort.png over the cycle
   mbody view norton_fourbar --open                a page on which it moves

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.driven.free_body import acting_on_several, coupled, driven
+from mbody.engines.crosscheck_result import Comparison, CrosscheckResult
 from mbody.engines.independent_reading import law_by_formula, laws_of, reading
 from mbody.engines.load_forces import (
     BodyState,
@@ -21,7 +22,6 @@ from mbody.engines.load_forces import (
     has_force_law,
     wrenches,
 )
-from mbody.engines.opinion import Comparison, Opinion
 from mbody.model.driver import AngleDriver
 from mbody.model.element import Marker, listed
 from mbody.model.joints import CamFollower, Gear, RackPinion, Rolling
@@ -239,7 +239,7 @@ STILL = 1e-12
 EXPECTED = 5e-12
 
 
-def opinion(system: System, run: Solution) -> Opinion:
+def crosscheck_result(system: System, run: Solution) -> CrosscheckResult:
     """The balance of forces and of power for a result."""
     run, notes = without_pressing_stops(run)
     loads, taken = _loads(system, run)
@@ -281,7 +281,7 @@ def opinion(system: System, run: Solution) -> Opinion:
     rows = comparison.rows(expected, reasons)
     if taken:
         notes.append(f"taken from our result as forces: {listed(taken)}")
-    return Opinion("balance", tuple(rows), (), tuple(notes))
+    return CrosscheckResult("balance", tuple(rows), (), tuple(notes))
 
 
 def _loads(system: System, run: Solution) -> tuple[Array, list[str]]:

@@ -1,4 +1,4 @@
-"""The function `crosscheck`: the same mechanism in other engines, and their opinions on our
+"""The function `crosscheck`: the same mechanism in other engines, and how they differ from our
 result.
 """
 
@@ -16,13 +16,13 @@ from mbody.analysis.driven.driven import analyse_system_at
 from mbody.analysis.dynamics.simulate import simulate
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core.presentation import present
+from mbody.engines.crosscheck_result import AGREES, CrosscheckResult, Engine, Inexpressible
 from mbody.engines.load_forces import (
     contacts_without_counterpart,
     followed_states,
     separating,
     without_counterpart,
 )
-from mbody.engines.opinion import AGREES, Engine, Inexpressible, Opinion
 from mbody.errors import ModelError, brief
 from mbody.model.element import listed
 from mbody.model.study import Instants
@@ -35,10 +35,11 @@ if TYPE_CHECKING:
     from mbody.system.system import System
 
 
-#: Where the function `opinion` of every engine lives; a new engine is a file and a line here.
+#: Where the function `crosscheck_result` of every engine lives; a new engine is a file and a line
+#: here.
 ENGINES = {
     "balance": "mbody.engines.balance",
-    "oracle": "mbody.engines.oracle.opinion",
+    "oracle": "mbody.engines.oracle.oracle_crosscheck",
     "pinocchio": "mbody.engines.pinocchio",
     "pymunk": "mbody.engines.pymunk",
     "mujoco": "mbody.engines.mujoco",
@@ -53,25 +54,25 @@ IMPULSIVE = "its steps with impulses have errors of their own: check a motion by
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Crosscheck:
-    """Opinions of other engines on a result.
+    """Cross-checks of a result by other engines.
 
     Attributes
     ----------
     run : Solution
         The result.
     opinions : mapping
-        An `Opinion` by the name of each engine.
+        A `CrosscheckResult` by the name of each engine.
     """
 
     run: Solution
-    opinions: Mapping[str, Opinion]
+    opinions: Mapping[str, CrosscheckResult]
 
     @property
     def doubts(self) -> tuple[Doubt, ...]:
         """Those of the result, and one for each engine that differs."""
         found = list(self.run.doubts)
-        for name, opinion in self.opinions.items():
-            rows = [row.quantity for row in opinion.rows if row.verdict != AGREES]
+        for name, result in self.opinions.items():
+            rows = [row.quantity for row in result.rows if row.verdict != AGREES]
             if rows:
                 message = f"{name} differs in {listed(rows)}: see its rows"
                 found.append(Doubt("solver", message))
@@ -90,22 +91,22 @@ class Crosscheck:
     @property
     def agrees(self) -> bool:
         """Whether no engine differs in any quantity."""
-        return all(opinion.agrees for opinion in self.opinions.values())
+        return all(result.agrees for result in self.opinions.values())
 
     def data(self) -> dict[str, Any]:
         """Plain lists and texts, ready for JSON: the heading, ``"agrees"`` and ``"engines":
         {ENGINE: {"engine", "rows", "not_expressible", "notes"}}``; numbers that are not finite are
         null.
         """
-        engines = {name: _finite(opinion.data()) for name, opinion in self.opinions.items()}
+        engines = {name: _finite(result.data()) for name, result in self.opinions.items()}
         mechanism, analysis = self.run.mechanism, self.run.analysis
         head = heading(mechanism.name, analysis, unit_symbols(mechanism.units), self)
         return head | {"agrees": self.agrees, "engines": engines}
 
     def __repr__(self) -> str:
         engines = ", ".join(
-            f"{name} {'agrees' if opinion.agrees else 'differs'}"
-            for name, opinion in self.opinions.items()
+            f"{name} {'agrees' if result.agrees else 'differs'}"
+            for name, result in self.opinions.items()
         )
         return f"Crosscheck({self.run.mechanism.name!r}: {engines})"
 
@@ -125,7 +126,7 @@ def crosscheck(
     *,
     ours: Solution | None = None,
 ) -> Crosscheck:
-    """Check a result by engines that share no code with mbody: a second opinion.
+    """Check a result by engines that share no code with mbody: a cross-check.
 
     Parameters
     ----------
@@ -189,7 +190,7 @@ def crosscheck(
             why = IMPULSIVE
             missing = (Inexpressible("motion", why),)
         if why or missing:
-            found[name] = Opinion(name, (), missing, (why,) if why else ())
+            found[name] = CrosscheckResult(name, (), missing, (why,) if why else ())
         else:
             found[name] = _engine(name)(system, run)
     return Crosscheck(run, found)
@@ -212,7 +213,7 @@ def _loading_error(name: str) -> str:
 
 
 def _engine(name: str) -> Engine:
-    engine: Engine = importlib.import_module(ENGINES[name]).opinion
+    engine: Engine = importlib.import_module(ENGINES[name]).crosscheck_result
     return engine
 
 

@@ -16,8 +16,8 @@ from typing import Any
 
 import numpy as np
 
+from mbody.engines.crosscheck_result import Inexpressible
 from mbody.engines.independent_reading import Reading, reading
-from mbody.engines.opinion import Inexpressible
 from mbody.engines.oracle.friction import rubs
 from mbody.engines.spanning_tree import MarkerFrame, marker_frame
 from mbody.laws import MeasuredFormula

@@ -15,8 +15,8 @@ import numpy as np
 from mbody.analysis.initial.close_loops import close_loops
 from mbody.analysis.initial.initial_state import initial_state_of
 from mbody.analysis.position.assembly_analysis import as_system
+from mbody.engines.crosscheck_result import Inexpressible
 from mbody.engines.load_forces import follows_formula, signals_of, smooth_alone
-from mbody.engines.opinion import Inexpressible
 from mbody.engines.spanning_tree import (
     Branch,
     MarkerFrame,

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.dynamics.simulate import simulate
-from mbody.engines.opinion import Inexpressible, Row
+from mbody.engines.crosscheck_result import Inexpressible, Row
 from mbody.errors import ModelError, SolveError
 from mbody.model.closed_mechanism import with_others
 from mbody.model.contact import Contact

@@ -12,7 +12,7 @@ import numpy as np
 from mbody._version import __version__
 from mbody.engineering.fluctuation import fluctuation
 from mbody.engineering.shaking import shaking_force
-from mbody.engines.opinion import Opinion
+from mbody.engines.crosscheck_result import CrosscheckResult
 from mbody.errors import ModelError, SolveError, brief
 from mbody.model.study import mean_over
 from mbody.quantities.units import DIMENSIONS
@@ -765,7 +765,7 @@ def amounts(subject: Subject) -> dict[str, tuple[float, str]]:
     return found
 
 
-# -- Chapters of evidence: checks, second opinions, references, and what repeats the report ----
+# -- Chapters of evidence: checks, cross-checks, references, and what repeats the report ----
 
 #: Quantities of an engine that are listed, those of the greatest difference first.
 WORST = 3
@@ -821,12 +821,12 @@ def checks(subject: Subject) -> list[Block]:
     return blocks
 
 
-def opinions(subject: Subject) -> list[Block]:
+def crosschecks(subject: Subject) -> list[Block]:
     """Chapter on the results of other engines, each with a verdict in words."""
     try:
-        found = subject.opinions
+        found = subject.crosscheck
     except (ModelError, SolveError) as error:
-        return [Notice("note", f"There is no second opinion: {error}")]
+        return [Notice("note", f"There is no cross-check: {error}")]
     blocks: list[Block] = [
         Text(
             f"The same mechanism was given to other engines, at {_instants(subject)}. A difference "
@@ -835,11 +835,11 @@ def opinions(subject: Subject) -> list[Block]:
         )
     ]
     names, versions, verdicts, worst = [], [], [], []
-    for name, opinion in found.opinions.items():
+    for name, result in found.opinions.items():
         names.append(name)
-        versions.append(ABOUT.get(name, opinion.engine))
-        verdicts.append(_verdict(opinion))
-        row = max(opinion.rows, key=lambda one: one.difference, default=None)
+        versions.append(ABOUT.get(name, result.engine))
+        verdicts.append(_verdict(result))
+        row = max(result.rows, key=lambda one: one.difference, default=None)
         worst.append(f"{row.difference:.1e} ({row.quantity})" if row is not None else "")
     columns = [
         Cells("engine", names, text=True),
@@ -847,9 +847,9 @@ def opinions(subject: Subject) -> list[Block]:
         Cells("verdict", verdicts, text=True),
         Cells("greatest difference", worst, text=True),
     ]
-    blocks.append(Grid("Second opinions", columns))
-    differ = [name for name, opinion in found.opinions.items() if not opinion.agrees]
-    spoken = [name for name, opinion in found.opinions.items() if opinion.rows]
+    blocks.append(Grid("Cross-checks", columns))
+    differ = [name for name, result in found.opinions.items() if not result.agrees]
+    spoken = [name for name, result in found.opinions.items() if result.rows]
     if differ:
         blocks.append(Notice("doubt", f"{', '.join(differ)} differ from mbody: see their rows."))
     elif spoken:
@@ -858,15 +858,15 @@ def opinions(subject: Subject) -> list[Block]:
     blocks.append(_rows(found.opinions))
     absent = [
         f"{name}: {one.element}: {one.why}"
-        for name, opinion in found.opinions.items()
-        for one in opinion.not_expressible
+        for name, result in found.opinions.items()
+        for one in result.not_expressible
     ]
     if absent:
         blocks += [Text("Not checked:"), Items(absent[:20])]
     how = [
         note if note.startswith(name) else f"{name}: {note}"
-        for name, opinion in found.opinions.items()
-        for note in opinion.notes
+        for name, result in found.opinions.items()
+        for note in result.notes
     ]
     if how:
         blocks += [Text("How they were compared, and at which instants:"), Items(how)]
@@ -881,21 +881,21 @@ def _instants(subject: Subject) -> str:
     return f"{count} of the {whole} instants"
 
 
-def _verdict(opinion: Opinion) -> str:
-    if not opinion.rows:
+def _verdict(result: CrosscheckResult) -> str:
+    if not result.rows:
         return "cannot model it"
-    differ = sum(row.verdict != "agrees" for row in opinion.rows)
+    differ = sum(row.verdict != "agrees" for row in result.rows)
     if differ:
-        return f"differs in {differ} of {len(opinion.rows)} quantities"
-    return f"agrees in all {len(opinion.rows)} quantities"
+        return f"differs in {differ} of {len(result.rows)} quantities"
+    return f"agrees in all {len(result.rows)} quantities"
 
 
 def _rows(found: object) -> Grid:
     """The quantities that differ most, of every engine."""
     rows = []
-    for name, opinion in found.items():  # type: ignore[attr-defined]  # a mapping
+    for name, result in found.items():  # type: ignore[attr-defined]  # a mapping
         ordered = sorted(
-            opinion.rows,
+            result.rows,
             key=lambda row: row.difference / row.expected if row.expected else float("inf"),
             reverse=True,
         )
@@ -963,7 +963,7 @@ SECTIONS: dict[str, tuple[str, Callable[[Subject], list[Block]]]] = {
     "friction": ("Friction", friction),
     "shaking": ("Shaking force", shaking),
     "checks": ("Checks", checks),
-    "opinions": ("Second opinion", opinions),
+    "opinions": ("Cross-check", crosschecks),
     "references": ("References", references),
     "repeat": ("To repeat this report", repeat),
 }

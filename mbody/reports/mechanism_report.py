@@ -179,7 +179,7 @@ def report(
     plots, polar : list of str
         Quantities that are plotted, and joints whose forces are drawn as vectors.
     against : str or list of str, optional
-        Engines of the second opinion, as of `crosscheck`.
+        Engines of the cross-check, as of `crosscheck`.
     compare : Mechanism or Solution, optional
         Another design, which is analysed as this one; a chapter compares both.
     labels : pair of str

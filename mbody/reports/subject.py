@@ -48,7 +48,7 @@ class Subject:
     plots, polar : list of str
         What is plotted; by default all measures, and the joints of the greatest forces.
     against : str, list of str or None
-        Engines of the second opinion.
+        Engines of the cross-check.
     command : str
         That repeats the report.
     other : Subject or None
@@ -93,8 +93,8 @@ class Subject:
         return mobility(self.mechanism)
 
     @functools.cached_property
-    def opinions(self) -> Crosscheck:
-        """The second opinions."""
+    def crosscheck(self) -> Crosscheck:
+        """The cross-checks by other engines."""
         return crosscheck(self.run.system, self.against, ours=self.compared)
 
     @functools.cached_property

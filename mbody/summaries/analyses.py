@@ -762,19 +762,19 @@ def crosscheck_summary(report: Any) -> str:
     instants = f"{len(run)} instants" if len(run) > 1 else "1 instant"
     about = f"cross-check of {run.analysis}, {instants}"
     lines = title(run.mechanism.name, about, run.mechanism.units)
-    for name, opinion in report.opinions.items():
-        lines += ["", *_opinion(name, opinion)]
+    for name, result in report.opinions.items():
+        lines += ["", *_engine_lines(name, result)]
     verdict = "all agree" if report.agrees else "THEY DIFFER"
     doubts = [line for one in report.run.doubts for line in paragraph(one.message, "DOUBT   ")]
     return "\n".join(even([*lines, "", *doubts, f"VERDICT   {verdict}"]))
 
 
-def _opinion(name: str, opinion: Any) -> list[str]:
+def _engine_lines(name: str, result: Any) -> list[str]:
     """One engine: its quantities, what it cannot express, how it was used."""
-    rows = sorted(opinion.rows, key=_part, reverse=True)
+    rows = sorted(result.rows, key=_part, reverse=True)
     differ = [row for row in rows if row.verdict != "agrees"]
     shown = CROSSCHECK_SHOWN if differ else ENOUGH
-    lines = _crosscheck_table(opinion.engine, rows[:shown])
+    lines = _crosscheck_table(result.engine, rows[:shown])
     more = len(rows) - shown
     summary = f"DIFFERS in {len(differ)} of" if differ else "agrees in"
     summary += f" {len(rows)} quantities"
@@ -782,9 +782,9 @@ def _opinion(name: str, opinion: Any) -> list[str]:
     lines += paragraph(summary if rows else "nothing to compare", f"{name}: ")
     for reason in dict.fromkeys(row.reason for row in rows):
         lines += paragraph(reason, "expected: ")
-    for one in opinion.not_expressible:
+    for one in result.not_expressible:
         lines += paragraph(one.why, f"not expressible: {one.element}: ")
-    return [*lines, *noted(opinion.notes)]
+    return [*lines, *noted(result.notes)]
 
 
 def _part(row: Any) -> float:

@@ -336,7 +336,7 @@ def root(of: Linkage, acting: Acting, a: float, step: float, start: float, speed
     return 0.5 * (low + high)
 
 
-def opinions(of: Linkage, rng: np.random.Generator) -> Finding:
+def crosschecks(of: Linkage, rng: np.random.Generator) -> Finding:
     """The dense oracle and the balance on a result of inverse or forward dynamics."""
     acting = random_loads(of)
     machine = of.mechanism("crosscheck")
@@ -346,8 +346,8 @@ def opinions(of: Linkage, rng: np.random.Generator) -> Finding:
     second = mbody.crosscheck(machine, engines, ours=run)
     told = "; ".join(
         f"{name}: {row.quantity} {row.ours:.6g} {row.theirs:.6g}"
-        for name, opinion in second.opinions.items()
-        for row in opinion.rows
+        for name, result in second.opinions.items()
+        for row in result.rows
         if row.verdict == "differs"
     )
     return judged("crosscheck", machine, run, not second.agrees, told)
@@ -400,7 +400,7 @@ ANALYSES: dict[str, tuple[Callable[[Linkage, np.random.Generator], Finding], flo
     "free": (released, 0.12),
     "statics": (held, 0.06),
     "equilibrium": (rests, 0.05),
-    "crosscheck": (opinions, 0.03),
+    "crosscheck": (crosschecks, 0.03),
     "file": (written, 0.04),
 }
 

@@ -26,14 +26,14 @@ from tests.support import contact_models as models
 FLOOR = {"floor": {"line": {"point": "O"}}}
 
 
-def opinion_of(machine, engine, ours=None):
+def result_of(machine, engine, ours=None):
     pytest.importorskip(engine)
     run = mbody.simulate(machine) if ours is None else ours
-    return importlib.import_module(ENGINES[engine]).opinion(mbody.assemble(machine), run)
+    return importlib.import_module(ENGINES[engine]).crosscheck_result(mbody.assemble(machine), run)
 
 
-def differing(opinion):
-    return {row.quantity for row in opinion.rows if row.verdict != "agrees"}
+def differing(result):
+    return {row.quantity for row in result.rows if row.verdict != "agrees"}
 
 
 def described(name):
@@ -48,7 +48,7 @@ def described(name):
 @pytest.mark.parametrize("name", CASES)
 def test_reference_cases(engine, name):
     machine = described(name)
-    found = opinion_of(machine, engine)
+    found = result_of(machine, engine)
     assert found.rows and not differing(found), str(found)
     assert not found.not_expressible
     places = [row for row in found.rows if "modes" not in row.quantity]
@@ -76,7 +76,7 @@ def test_bodies_that_a_joint_ties_touch_in_pymunk():
     machine.simulation = SimulationSettings(
         until=0.3, rtol=1e-12, start={"post": {"x": 0.45 / math.tan(1.5), "y": 0.45, "angle": 0.05}}
     )
-    found = opinion_of(machine, "pymunk")
+    found = result_of(machine, "pymunk")
     assert found.rows and not differing(found), str(found)
     assert any(row.quantity == "floor: modes alike" and row.ours >= 5 for row in found.rows)
 
@@ -84,7 +84,7 @@ def test_bodies_that_a_joint_ties_touch_in_pymunk():
 @pytest.mark.parametrize("seed", [0, 1, 2, 6])
 def test_random_motions_by_pymunk(seed):
     """Discs, a rope and a box, static coefficients above kinetic ones, rebounds."""
-    found = opinion_of(thrown(seed), "pymunk")
+    found = result_of(thrown(seed), "pymunk")
     assert found.rows and not differing(found), str(found)
 
 
@@ -94,7 +94,7 @@ def test_random_motions_by_pymunk(seed):
 def test_another_coefficient_is_found(engine, other):
     machine = from_toml(models.DISC)
     wrong = mbody.assemble(machine).with_values({"road.friction": other})
-    found = opinion_of(machine, engine, mbody.simulate(wrong))
+    found = result_of(machine, engine, mbody.simulate(wrong))
     assert "wheel.angle" in differing(found)
 
 
@@ -165,7 +165,7 @@ def test_linkages_that_strike(make, engine):
     machine = make()
     run = mbody.simulate(machine)
     assert any(event.name == "impact" for event in run.events)
-    found = opinion_of(machine, engine, run)
+    found = result_of(machine, engine, run)
     assert found.rows and not differing(found), str(found)
 
 
@@ -180,10 +180,10 @@ def test_impacts_that_steps_cannot_tell():
     machine.add(Contact("first", "d0.rim", "d1.rim", restitution=0.6))
     machine.add(Contact("second", "d1.rim", "d2.rim", restitution=0.6))
     machine.simulation = SimulationSettings(until=0.5, rtol=1e-10, start=start)
-    found = opinion_of(machine, "pymunk")
+    found = result_of(machine, "pymunk")
     assert found.rows and not differing(found)
     assert any("one by one: compared up to t = 0.1" in note for note in found.notes)
-    soft = opinion_of(machine, "mujoco")
+    soft = result_of(machine, "mujoco")
     assert soft.rows and not differing(soft)
     assert any("up to the first impact" in note for note in soft.notes)
 
@@ -197,7 +197,7 @@ def test_impacts_by_another_law():
     start = {"bar": {"x": 0.0, "y": 0.5, "angle": 0.8, "vx": -0.5, "vy": -2.0, "omega": 0.0}}
     machine.simulation = SimulationSettings(until=0.3, rtol=1e-10, start=start)
     run = mbody.simulate(machine)
-    found = opinion_of(machine, "pymunk", run)
+    found = result_of(machine, "pymunk", run)
     assert found.rows and not differing(found)
     (note,) = [note for note in found.notes if "Newton's law" in note]
     struck = next(event.t for event in run.events if event.name == "impact")
@@ -254,7 +254,7 @@ def test_what_they_cannot_is_said(name):
     machine = make()
     run = mbody.simulate(machine)
     for engine, sentence in wanted.items():
-        found = opinion_of(machine, engine, run)
+        found = result_of(machine, engine, run)
         assert not found.rows
         said = [f"{one.element}: {one.why}" for one in found.not_expressible]
         assert any(one.startswith(sentence) for one in said), said

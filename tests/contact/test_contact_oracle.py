@@ -22,7 +22,7 @@ CASES = {
 }
 
 
-def opinion_of(machine):
+def result_of(machine):
     """What the oracle says of a motion."""
     run = mbody.simulate(machine)
     return run, mbody.crosscheck(machine, [], ours=run)
@@ -38,7 +38,7 @@ def test_reference_cases(name):
     machine = from_toml(text.replace("ALPHA", "0"))
     if how:
         machine.simulation = SimulationSettings(rtol=1e-12, **how)
-    run, found = opinion_of(machine)
+    run, found = result_of(machine)
     assert found.agrees, str(found)
     assert found.opinions["oracle"].rows, str(found)
     assert worst(found) < 1e-9
@@ -94,7 +94,7 @@ THROWN = [1, 2, 4, 5, 7, 8, 9, 11]
 
 @pytest.mark.parametrize("seed", THROWN)
 def test_random_motions(seed):
-    _, found = opinion_of(thrown(seed))
+    _, found = result_of(thrown(seed))
     assert found.agrees, str(found)
     assert found.opinions["oracle"].rows, str(found)
     assert worst(found) < 1e-8

@@ -70,8 +70,8 @@ found["tension"] = run.load("leaf").force.tolist()
 found["summary"] = str(run) + str(mbody.kinetostatics(machine, t=[1.0]))
 report = mbody.crosscheck(machine, [], ours=run)
 found["engines"] = {
-    name: [opinion.agrees, len(opinion.rows), [one.element for one in opinion.not_expressible]]
-    for name, opinion in report.opinions.items()
+    name: [result.agrees, len(result.rows), [one.element for one in result.not_expressible]]
+    for name, result in report.opinions.items()
 }
 free = machine.without("push")
 found["energy"] = mbody.simulate(free, until=0.5, instants=3).energy.error

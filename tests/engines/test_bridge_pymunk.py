@@ -1,4 +1,4 @@
-"""pymunk as a second opinion: it agrees where we are right, and sees where we are not."""
+"""pymunk as a cross-check: it agrees where we are right, and sees where we are not."""
 
 import math
 
@@ -28,7 +28,7 @@ from mbody import (
     makers,
 )
 from mbody.engineering import close_loops
-from mbody.engines.pymunk import MARGIN, opinion
+from mbody.engines.pymunk import MARGIN, crosscheck_result
 from mbody.engines.pymunk.instants import extrapolated, kinematic
 from mbody.engines.pymunk.motion import trajectory
 from mbody.engines.pymunk.space import Space, SpaceStepper, of_system
@@ -48,8 +48,8 @@ def row(found, quantity):
 
 
 def checked(run):
-    """The opinion on a run, with not one row that differs."""
-    found = opinion(run.system, run)
+    """The cross-check of a run, with not one row that differs."""
+    found = crosscheck_result(run.system, run)
     assert found.rows and not differing(found)
     assert found.agrees
     return found
@@ -138,7 +138,7 @@ def test_what_pymunk_has_not_is_named_and_taken_over():
 
 
 def test_near_singular_positions_are_told_and_not_compared():
-    found = opinion(*_governor())
+    found = crosscheck_result(*_governor())
     assert found.agrees and any("near singular" in note for note in found.notes)
 
 
@@ -193,7 +193,9 @@ def test_a_mass_that_is_wrong_by_a_hundredth_is_seen(what):
     machine = gallery.load("free_fourbar") if what == "four-bar" else free_slider_crank()
     system = mbody.assemble(machine)
     true = mbody.simulate(system, 0.6, rtol=1e-11)
-    band = max(r.expected for r in opinion(system, true).rows if r.quantity.endswith(".angle"))
+    band = max(
+        r.expected for r in crosscheck_result(system, true).rows if r.quantity.endswith(".angle")
+    )
     blind = []
     for body in machine.bodies:
         key = "weight" if body.mass is None else "mass"
@@ -206,7 +208,7 @@ def test_a_mass_that_is_wrong_by_a_hundredth_is_seen(what):
         if moves <= 3.0 * band:
             blind.append(body.name)
             continue
-        found = opinion(system, wrong)
+        found = crosscheck_result(system, wrong)
         assert not found.agrees
         seen = {r.quantity for r in found.rows if r.verdict == "differs"}
         assert seen & {f"{b.name}.angle" for b in machine.bodies}
@@ -223,7 +225,7 @@ def test_a_mass_that_moves_nothing_is_listed():
     )
     system = mbody.assemble(machine)
     wrong = mbody.simulate(system.with_values({"bob.mass": 1.01}), 0.5, rtol=1e-11)
-    found = opinion(system, wrong)
+    found = crosscheck_result(system, wrong)
     blind = {r.quantity for r in found.rows if r.verdict == "agrees"}
     assert blind == {"bob.x", "bob.y", "bob.angle"}
 
@@ -234,7 +236,7 @@ def test_a_load_that_is_wrong_is_seen():
     wrong = mbody.kinetostatics(
         system.with_values({"T_4.value": 1.001 * system.values["T_4.value"]})
     )
-    assert {"motor.effort"} <= {q for q, _, _ in differing(opinion(system, wrong))}
+    assert {"motor.effort"} <= {q for q, _, _ in differing(crosscheck_result(system, wrong))}
 
 
 def test_a_chaotic_motion_is_cut():
@@ -246,7 +248,7 @@ def test_a_chaotic_motion_is_cut():
 
 def test_stops_of_formulas_are_not_followed():
     run = mbody.simulate(gallery.load("bouncing_ball"))
-    found = opinion(run.system, run)
+    found = crosscheck_result(run.system, run)
     assert not found.rows and [one.element for one in found.not_expressible] == ["floor"]
 
 

@@ -1,4 +1,4 @@
-"""The second opinion: other engines agree where we are right, and differ where we are not."""
+"""The cross-check: other engines agree where we are right, and differ where we are not."""
 
 import importlib
 import json
@@ -12,8 +12,8 @@ import pytest
 import mbody
 from mbody.engineering import close_loops
 from mbody.engines.crosscheck import ALWAYS, ENGINES, Crosscheck, installed
+from mbody.engines.crosscheck_result import Comparison, CrosscheckResult, Inexpressible, Row
 from mbody.engines.independent_reading import evaluated
-from mbody.engines.opinion import Comparison, Inexpressible, Opinion, Row
 from mbody.engines.spanning_tree import spanning_tree, tree_motion
 from mbody.model.body import SecondMoments
 from mbody.model.loads import CentrifugalField, CustomLoad
@@ -42,8 +42,8 @@ def differing(report, engine="pinocchio"):
 def told(report):
     return [
         f"{name}: {row.quantity}: {row.ours} / {row.theirs}: {row.difference} > {row.expected}"
-        for name, opinion in report.opinions.items()
-        for row in opinion.rows
+        for name, result in report.opinions.items()
+        for row in result.rows
         if row.verdict != "agrees"
     ]
 
@@ -60,9 +60,9 @@ def test_every_model_of_the_gallery_agrees_as_the_page_tells(name):
     assert report.agrees, told(report)
     page = PAGE.read_text("utf-8")
     for engine in (*ALWAYS, "pinocchio"):
-        opinion = report.opinions[engine]
-        assert opinion.rows or opinion.not_expressible  # motors and formulas are ours alone
-        line = row(name, engine, opinion)
+        result = report.opinions[engine]
+        assert result.rows or result.not_expressible  # motors and formulas are ours alone
+        line = row(name, engine, result)
         assert line in page, f"python -m validation.crosschecks writes the page anew: {line}"
 
 
@@ -417,7 +417,7 @@ def test_the_summary_tells_what_differs_first():
 
 def test_an_engine_without_rows_says_so():
     run = mbody.kinetostatics(mbody.gallery.load("norton_fourbar"))
-    none = Opinion("other 1.0", (), (Inexpressible("motor", "it has none"),))
+    none = CrosscheckResult("other 1.0", (), (Inexpressible("motor", "it has none"),))
     text = str(Crosscheck(run, {"other": none}))
     assert "nothing to compare" in text and "not expressible: motor: it has none" in text
 
@@ -425,7 +425,7 @@ def test_an_engine_without_rows_says_so():
 def test_data_are_the_form_that_is_promised():
     bad = Row("A.fx", 1.0, math.nan, math.inf, 1e-9, "rounding")
     run = mbody.kinetostatics(mbody.gallery.load("norton_fourbar"))
-    data = Crosscheck(run, {"other": Opinion("other 1.0", (bad,))}).data()
+    data = Crosscheck(run, {"other": CrosscheckResult("other 1.0", (bad,))}).data()
     (row,) = data["engines"]["other"]["rows"]
     assert row["theirs"] is None and row["difference"] is None and row["verdict"] == "differs"
     assert data["agrees"] is False
@@ -439,19 +439,19 @@ def test_the_command_prints_json_and_tells_by_its_status():
     assert done.returncode == 0 and data["agrees"] is True
     assert set(data) >= {"model", "engines", "agrees"}
     for engine in (*ALWAYS, "pinocchio"):
-        opinion = data["engines"][engine]
+        result = data["engines"][engine]
         keys = {"quantity", "ours", "theirs", "difference", "expected", "verdict"}
-        assert all(keys <= set(row) for row in opinion["rows"])
-        assert opinion["not_expressible"] == []
+        assert all(keys <= set(row) for row in result["rows"])
+        assert result["not_expressible"] == []
 
 
 def test_the_command_ends_with_one_where_they_differ(monkeypatch, capsys):
     from mbody.cli import main
 
-    bad = Opinion("balance", (Row("A.fx", 1.0, 2.0, 1.0, 1e-9, "rounding"),))
+    bad = CrosscheckResult("balance", (Row("A.fx", 1.0, 2.0, 1.0, 1e-9, "rounding"),))
     # as crosscheck finds it: what was imported while packages were hidden is forgotten
     balance = importlib.import_module("mbody.engines.balance")
-    monkeypatch.setattr(balance, "opinion", lambda system, run: bad)
+    monkeypatch.setattr(balance, "crosscheck_result", lambda system, run: bad)
     assert main(["crosscheck", "norton_fourbar", "--against", "pinocchio"]) == 1
     assert "THEY DIFFER" in capsys.readouterr().out
 

@@ -1,10 +1,10 @@
-"""Second opinions on motions with joints that separate and with tyres."""
+"""Cross-checks on motions with joints that separate and with tyres."""
 
 import pytest
 
 import mbody
 from mbody import Body, Contact, Gravity, Mechanism, Rolling, SimulationSettings, Tyre, simulate
-from mbody.engines.balance import opinion as balance
+from mbody.engines.balance import crosscheck_result as balance
 
 
 def wheel(element, **start):

@@ -10,7 +10,7 @@ from mbody import Body, CamFollower, Gravity, Mechanism, Revolute, Rolling, Spri
 from mbody.analysis.driven.driven import analyse_at
 from mbody.engineering import close_loops
 from mbody.engines.mjcf import to_mjcf
-from mbody.engines.mujoco import opinion
+from mbody.engines.mujoco import crosscheck_result
 from mbody.laws import Harmonic
 from tests.support.linkages import random_linkage, times_within
 from tests.support.mjcf_models import DRIVEN, FREE, MIXED, crank_and_lever, driven
@@ -120,14 +120,14 @@ def test_mujoco_agrees_with_the_gallery(name):
     else:
         until = {} if machine.simulation else {"until": 1.0}
         run = mbody.simulate(machine, instants=41, **until)
-    found = opinion(run.system, run)
+    found = crosscheck_result(run.system, run)
     assert found.rows and found.agrees, [row for row in found.rows if row.verdict == "differs"]
 
 
 @pytest.mark.parametrize("name", ["vehicle", "cam_follower"])
 def test_what_holds_no_motion_is_told(name):
     machine = gallery.load(name)
-    found = opinion(mbody.assemble(machine), mbody.kinetostatics(machine))
+    found = crosscheck_result(mbody.assemble(machine), mbody.kinetostatics(machine))
     assert found.rows == () and found.not_expressible
     told = {one.element for one in found.not_expressible}
     assert told == {one.name for one in machine.joints if isinstance(one, Rolling | CamFollower)}
@@ -136,7 +136,7 @@ def test_what_holds_no_motion_is_told(name):
 @pytest.mark.parametrize("name", (*FREE, *MIXED))
 def test_mujoco_agrees_with_free_motions(name):
     run = mbody.simulate((FREE | MIXED)[name], 0.5, instants=11)
-    found = opinion(run.system, run)
+    found = crosscheck_result(run.system, run)
     assert found.agrees, [row for row in found.rows if row.verdict == "differs"]
     quantities = {row.quantity for row in found.rows}
     assert {f"{body.name}.angle" for body in run.mechanism.bodies} <= quantities
@@ -150,7 +150,7 @@ def test_mujoco_agrees_with_free_motions(name):
 @pytest.mark.parametrize("name", DRIVEN)
 def test_mujoco_agrees_with_driven_motions(name):
     run = mbody.kinetostatics(DRIVEN[name], t=np.linspace(0.0, 0.3, 7))
-    found = opinion(run.system, run)
+    found = crosscheck_result(run.system, run)
     assert found.agrees and not found.not_expressible
     efforts = {f"{driver.name}.effort" for driver in run.mechanism.drivers}
     forces = {f"{joint.name}.force" for joint in run.mechanism.joints}
@@ -159,7 +159,7 @@ def test_mujoco_agrees_with_driven_motions(name):
 
 def test_statics_is_asked_too():
     run = mbody.statics(DRIVEN["angle"], t=[0.0, 0.2])
-    found = opinion(run.system, run)
+    found = crosscheck_result(run.system, run)
     assert found.agrees and {"m.effort", "slot.force"} <= {row.quantity for row in found.rows}
 
 
@@ -168,7 +168,7 @@ def test_mujoco_agrees_with_random_linkages(seed):
     loops = 1 + seed % 4
     machine, turn = random_linkage(seed, loops, sliders=loops > 1, extras=seed > 3)
     run = mbody.kinetostatics(machine, t=times_within(machine, turn, 9))
-    found = opinion(run.system, run)
+    found = crosscheck_result(run.system, run)
     assert found.agrees and len(found.rows) > len(machine.joints), found
 
 
@@ -188,11 +188,11 @@ def test_a_fault_shows_in_the_free_motion(name):
     system = mbody.assemble(machine)
     options = {"instants": 21} | ({} if machine.simulation else {"until": 1.0})
     right = mbody.simulate(system, **options)
-    bands = {row.quantity: row.expected for row in opinion(system, right).rows}
+    bands = {row.quantity: row.expected for row in crosscheck_result(system, right).rows}
     moved = 0
     for body in machine.bodies:
         wrong = mbody.simulate(fault(machine, body.name), **options)
-        found = opinion(system, wrong)
+        found = crosscheck_result(system, wrong)
         angles = [f"{one.name}.angle" for one in machine.bodies]
         top = max(float(np.abs(wrong[one.name].angle).max()) for one in machine.bodies)
         apart = {
@@ -211,7 +211,7 @@ def test_a_fault_shows_in_the_forces():
     system = mbody.assemble(machine)
     for body in machine.bodies:
         run = mbody.kinetostatics(fault(machine, body.name))
-        assert not opinion(system, run).agrees
+        assert not crosscheck_result(system, run).agrees
 
 
 # -- the file, and the command ----------------------------------------------------------------
@@ -286,7 +286,7 @@ def test_a_motion_that_no_constraint_holds_is_told():
     machine = driven(machine, Body("tail", mass=1.0, inertia=0.1, cg=(0.5, 0), guess=0.1))
     machine.add(Revolute("T", "lever.C", "tail"))
     run = mbody.simulate(machine, 0.2, instants=5)
-    found = opinion(run.system, run)
+    found = crosscheck_result(run.system, run)
     assert found.agrees and [one.element for one in found.not_expressible] == ["m"]
     assert {"m.effort", "T.force"} <= {row.quantity for row in found.rows}
     assert not any(row.quantity.endswith(".angle") for row in found.rows)

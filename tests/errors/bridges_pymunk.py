@@ -1,4 +1,4 @@
-"""pymunk as a second opinion: what it cannot be asked."""
+"""pymunk as a cross-check: what it cannot be asked."""
 
 import sys
 from unittest import mock
@@ -6,18 +6,18 @@ from unittest import mock
 import numpy as np
 
 import mbody
-from mbody.engines.pymunk import opinion
+from mbody.engines.pymunk import crosscheck_result
 from tests.errors.models import four_bar
 
 
 def asked(run):
-    return lambda: opinion(run().system, run())
+    return lambda: crosscheck_result(run().system, run())
 
 
 def missing():
     run = mbody.kinetostatics(four_bar())
     with mock.patch.dict(sys.modules, {"pymunk": None}):
-        opinion(run.system, run)
+        crosscheck_result(run.system, run)
 
 
 def many():

@@ -1,18 +1,18 @@
-"""MJCF and MuJoCo: files that are written, opinions that are asked."""
+"""MJCF and MuJoCo: files that are written, cross-checks that are asked for."""
 
 import sys
 from unittest import mock
 
 from mbody import assemble, kinematics, kinetostatics
 from mbody.engines.mjcf import to_mjcf
-from mbody.engines.mujoco import opinion
+from mbody.engines.mujoco import crosscheck_result
 from tests.errors.command import said
 from tests.errors.models import four_bar
 
 
 def without_mujoco():
     with mock.patch.dict(sys.modules, {"mujoco": None}):
-        opinion(assemble(four_bar()), kinetostatics(four_bar()))
+        crosscheck_result(assemble(four_bar()), kinetostatics(four_bar()))
 
 
 def batch():
@@ -22,8 +22,8 @@ def batch():
 SCENARIOS = {
     "a file of a batch": lambda: to_mjcf(batch()),
     "MuJoCo without its package": without_mujoco,
-    "MuJoCo on a batch": lambda: opinion(batch(), kinetostatics(batch())),
-    "MuJoCo on kinematics": lambda: opinion(assemble(four_bar()), kinematics(four_bar())),
+    "MuJoCo on a batch": lambda: crosscheck_result(batch(), kinetostatics(batch())),
+    "MuJoCo on kinematics": lambda: crosscheck_result(assemble(four_bar()), kinematics(four_bar())),
     "a file for a program that is not known": said(["export", "hoekens", "--to", "urdf"]),
     "a file for no program": said(["export", "hoekens"]),
     "a file in a folder that is not there": said(
@@ -33,7 +33,7 @@ SCENARIOS = {
 
 SENTENCES = r"""
 a file of a batch | ModelError | - | a file has one design, this is a batch of 2 designs: export one of them, system.design(n)
-MuJoCo without its package | SolveError | - | a second opinion by MuJoCo needs the package mujoco, which is not installed: pip install mujoco
+MuJoCo without its package | SolveError | - | a cross-check by MuJoCo needs the package mujoco, which is not installed: pip install mujoco
 MuJoCo on a batch | ModelError | - | MuJoCo takes one design: choose one of the batch with design(n)
 MuJoCo on kinematics | ModelError | - | kinematics computes no forces to check: use kinetostatics, statics or simulate
 a file for a program that is not known | UsageError | - | argument --to: invalid choice: 'urdf' (choose from 'mjcf', 'dxf', 'image', 'fmu') (see mbody export --help)

@@ -30,8 +30,8 @@ found = {}
 for model in models:
     made = MODELS[model]()
     run = mbody.kinetostatics(made, t=0.05)
-    opinions = mbody.crosscheck(made, engine, ours=run).opinions
-    found[model] = {name: one.agrees for name, one in opinions.items()}
+    results = mbody.crosscheck(made, engine, ours=run).opinions
+    found[model] = {name: one.agrees for name, one in results.items()}
 print(json.dumps(found))
 """
 

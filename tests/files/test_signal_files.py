@@ -236,7 +236,7 @@ def test_pictures_take_inputs_and_states(run, tmp_path):
     assert "mbody" in str(page.html if hasattr(page, "html") else page)
 
 
-def test_second_opinions_read_the_formula_again(machine, run):
+def test_crosschecks_read_the_formula_again(machine, run):
     found = mbody.crosscheck(machine, "pinocchio", ours=run)
     assert found.agrees
     assert any(row.quantity.startswith("arm.alpha") for row in found.opinions["oracle"].rows)

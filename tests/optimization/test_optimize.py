@@ -224,8 +224,8 @@ def test_the_optimum_as_a_model_file(tmp_path):
     again = mbody.kinetostatics(mbody.load(tmp_path / "best.toml"), turn="motor", instants=37)
     assert_allclose(np.abs(again.effort("motor")).max(), found.objective, rtol=1e-9)
     # a second engine has the same least torque
-    opinion = mbody.crosscheck(found.mechanism)
-    assert opinion.status == "completed"
+    result = mbody.crosscheck(found.mechanism)
+    assert result.status == "completed"
 
 
 def test_tasks_of_a_file():

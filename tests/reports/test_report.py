@@ -187,9 +187,9 @@ def test_redundant_forces_are_marked():
     assert "1 redundant row (" in made.html() and "not unique" in made.html()
 
 
-def test_second_opinions_have_a_verdict():
+def test_crosschecks_have_a_verdict():
     made = report(gallery.load("norton_fourbar"), ["opinions"], against="pinocchio")
-    table = grids(made, "opinions")["Second opinions"]
+    table = grids(made, "opinions")["Cross-checks"]
     assert column(table, "engine") == ["balance", "oracle", "pinocchio"]
     assert all(cell.startswith("agrees in all") for cell in column(table, "verdict"))
     assert "All 3 engines agree" in made.html()

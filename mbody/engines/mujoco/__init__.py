@@ -1,4 +1,4 @@
-"""The opinion of MuJoCo: joint forces by its inverse dynamics, motions by its integrator."""
+"""Cross-check by MuJoCo: joint forces by its inverse dynamics, motions by its integrator."""
 
 from __future__ import annotations
 
@@ -7,25 +7,25 @@ from dataclasses import replace
 
 import numpy as np
 
+from mbody.engines.crosscheck_result import CrosscheckResult, Inexpressible, Row
 from mbody.engines.mjcf import to_mjcf
-from mbody.engines.mujoco.contact_steps import contact_opinion
+from mbody.engines.mujoco.contact_steps import contact_crosscheck
 from mbody.engines.mujoco.forces import force_rows
 from mbody.engines.mujoco.motion import Replay, motion_rows
-from mbody.engines.opinion import Inexpressible, Opinion, Row
 from mbody.errors import ModelError, SolveError
 from mbody.model.coupling import Coupling
 from mbody.model.joints import Joint
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
-__all__ = ["opinion"]
+__all__ = ["crosscheck_result"]
 
 #: Instants that are compared, evenly over the run; fewer for large systems of equations, since the
 #: time grows with the cube of their size.
 MOST, FEWEST, LARGE = 200, 9, 30
 
 
-def opinion(system: System, run: Solution) -> Opinion:
+def crosscheck_result(system: System, run: Solution) -> CrosscheckResult:
     """Efforts, joint forces, accelerations and motions of the same mechanism by MuJoCo.
 
     Parameters
@@ -37,7 +37,7 @@ def opinion(system: System, run: Solution) -> Opinion:
 
     Returns
     -------
-    Opinion
+    CrosscheckResult
 
     Raises
     ------
@@ -58,7 +58,7 @@ def opinion(system: System, run: Solution) -> Opinion:
         importlib.import_module("mujoco")
     except ImportError:
         raise SolveError(
-            "a second opinion by MuJoCo needs the package mujoco, which is not installed: "
+            "a cross-check by MuJoCo needs the package mujoco, which is not installed: "
             "pip install mujoco"
         ) from None
     if system.batch is not None or run.record.batch:
@@ -67,21 +67,21 @@ def opinion(system: System, run: Solution) -> Opinion:
         raise ModelError(
             f"{run.analysis} computes no forces to check: use kinetostatics, statics or simulate"
         )
-    found = _opinion(system, run)
+    found = _result(system, run)
     fault = faulty_release(_version())
     return replace(found, notes=(fault, *found.notes)) if fault else found
 
 
-def _opinion(system: System, run: Solution) -> Opinion:
-    """The opinion, with all conditions checked."""
+def _result(system: System, run: Solution) -> CrosscheckResult:
+    """The result, with all conditions checked."""
     if run.analysis == "simulate" and run.mechanism.contacts:
-        return contact_opinion(system, run, f"MuJoCo {_version()}")
+        return contact_crosscheck(system, run, f"MuJoCo {_version()}")
     made = to_mjcf(system, run.take([0]))
     refused = list(made.without)
     names = {one.name for one in system.mechanism if isinstance(one, (Joint, Coupling))}
     engine = f"MuJoCo {_version()}"
     if any(one.element in names for one in refused):
-        return Opinion(
+        return CrosscheckResult(
             engine, (), tuple(refused), ("without these constraints nothing can be compared",)
         )
     notes = []
@@ -105,7 +105,7 @@ def _opinion(system: System, run: Solution) -> Opinion:
     if run.analysis == "simulate":
         moved, cannot, more_notes = motion_rows(made, run, run_seen)
         rows, refused, notes = rows + moved, refused + cannot, notes + more_notes
-    return Opinion(engine, tuple(rows), _once(refused), tuple(notes))
+    return CrosscheckResult(engine, tuple(rows), _once(refused), tuple(notes))
 
 
 def _once(refused: list[Inexpressible]) -> tuple[Inexpressible, ...]:

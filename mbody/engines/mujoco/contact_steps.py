@@ -11,12 +11,12 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
+from mbody.engines.crosscheck_result import CrosscheckResult, Inexpressible
 from mbody.engines.independent_reading import reading
 from mbody.engines.load_forces import Outline, not_as_rigid_contacts, outlines
 from mbody.engines.mjcf import Exported, numbers, safe, to_mjcf
 from mbody.engines.motions_in_steps import Stepped, StepwiseCheck, strikes
 from mbody.engines.mujoco.motion import LawStepper
-from mbody.engines.opinion import Inexpressible, Opinion
 from mbody.model.contact import Contact, Rope
 from mbody.solution.solution import Solution
 from mbody.system.system import System
@@ -186,7 +186,7 @@ STICKS = 0.99
 WINDOW = 0.01
 
 
-def contact_opinion(system: System, run: Solution, engine: str) -> Opinion:
+def contact_crosscheck(system: System, run: Solution, engine: str) -> CrosscheckResult:
     """Places at instants, and what every contact does, by steps of several lengths."""
     made = to_mjcf(system, run.take([0]), fix_drivers=True)
     taken = {load.name for load in run.mechanism.loads if load.name not in made.built}
@@ -197,7 +197,9 @@ def contact_opinion(system: System, run: Solution, engine: str) -> Opinion:
         for name in made.stand_ins
     ]
     if missing:
-        return Opinion(engine, (), tuple(missing), ("without these nothing can be compared",))
+        return CrosscheckResult(
+            engine, (), tuple(missing), ("without these nothing can be compared",)
+        )
     notes, last = [], float(run.t[-1])
     if struck := strikes(run, rough=True):
         # before the impact itself, where it is an instant of the result
@@ -213,7 +215,7 @@ def contact_opinion(system: System, run: Solution, engine: str) -> Opinion:
     # what begins to slide has too little friction for a time of √(h T): so much velocity is wrong
     check = StepwiseCheck(run, last, "MuJoCo", order=0.5, near=0.05)
     rows, unseen, more = check.rows(functools.partial(_motion, made, run, check.times))
-    return Opinion(engine, tuple(rows), tuple(unseen), (*more, *notes))
+    return CrosscheckResult(engine, tuple(rows), tuple(unseen), (*more, *notes))
 
 
 def _motion(made: Exported, run: Solution, times: np.ndarray, counts: list[int]) -> Stepped:

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mbody.engines.crosscheck_result import Inexpressible, Row
 from mbody.engines.load_forces import turning
 from mbody.engines.mjcf import Exported, safe
 from mbody.engines.mujoco.motion import Replay
-from mbody.engines.opinion import Inexpressible, Row
 from mbody.engines.spanning_tree import Branch
 from mbody.model.coupling import AngleCoupling
 from mbody.model.driver import AngleDriver

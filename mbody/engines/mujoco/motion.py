@@ -10,9 +10,9 @@ import numpy as np
 
 from mbody.analysis.dynamics.simulate import simulate
 from mbody.analysis.position.assembly_analysis import raise_user_error
+from mbody.engines.crosscheck_result import Inexpressible, Row
 from mbody.engines.load_forces import PointForce, applied_forces
 from mbody.engines.mjcf import Exported, safe, to_mjcf
-from mbody.engines.opinion import Inexpressible, Row
 from mbody.engines.spanning_tree import MarkerFrame, marker_frame
 from mbody.errors import ModelError, SolveError
 from mbody.kernels.finished_instants import each_load

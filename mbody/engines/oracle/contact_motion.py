@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.engines.opinion import Comparison, Opinion
+from mbody.engines.crosscheck_result import Comparison, CrosscheckResult
 from mbody.engines.oracle.friction import rubs
 from mbody.engines.oracle.mechanics import Reference
 from mbody.model.closed_mechanism import contacts_of
@@ -692,7 +692,7 @@ class DenseContactMotion:
         return guards
 
 
-# -- The opinion of the oracle on a motion with contacts ---------------------------------------
+# -- The cross-check by the oracle of a motion with contacts ---------------------------------------
 
 #: Tolerance of a motion that has none of its own, and the least difference that is expected: of
 #: where events are located, in parts of the motion.
@@ -704,7 +704,7 @@ MARGIN = 20.0
 UNTIMED = ("rest", "indeterminate", "inconsistent", "paradox")
 
 
-def contact_opinion(system: System, run: Solution) -> Opinion:
+def contact_crosscheck(system: System, run: Solution) -> CrosscheckResult:
     """Positions at all instants, and the instants of the events."""
     machine = system.mechanism
     if any(contacts_of(joint) for joint in machine.joints):
@@ -746,7 +746,7 @@ def contact_opinion(system: System, run: Solution) -> Opinion:
     why = f"error of a motion of the tolerance {own:g}, as the oracle has it with that"
     rows = comparison.rows({kind: limits[kind] for kind in kinds}, dict.fromkeys(kinds, why))
     note = f"all modes of the contacts were tried at {len(times) + 1} instants"
-    return Opinion("oracle", tuple(rows), (), (note,))
+    return CrosscheckResult("oracle", tuple(rows), (), (note,))
 
 
 def _motion(system: System, run: Solution, rtol: float) -> tuple[Array, Array]:

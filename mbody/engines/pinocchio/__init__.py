@@ -1,4 +1,4 @@
-"""The opinion of Pinocchio: efforts, joint forces, and accelerations by forward dynamics.
+"""Cross-check by Pinocchio: efforts, joint forces, and accelerations by forward dynamics.
 
 J. Carpentier et al., The Pinocchio C++ library, SII 2019. The mechanism is modelled as a tree of
 its joints with loop constraints; from the run only the motion is taken.
@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from mbody.engines.crosscheck_result import Comparison, CrosscheckResult, Inexpressible
 from mbody.engines.independent_reading import laws_of
-from mbody.engines.opinion import Comparison, Inexpressible, Opinion
 from mbody.engines.pinocchio.dynamics import (
     EPSILON,
     Forces,
@@ -29,7 +29,7 @@ from mbody.model.element import listed
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
-__all__ = ["opinion"]
+__all__ = ["crosscheck_result"]
 
 Array = np.ndarray
 
@@ -45,8 +45,8 @@ STEPS, LOCAL, MARGIN = 1e-11, 1e-9, 30.0
 SINGULAR = 1e8
 
 
-def opinion(system: System, run: Solution) -> Opinion:
-    """The opinion of Pinocchio on a result of kinetostatics, statics or simulate.
+def crosscheck_result(system: System, run: Solution) -> CrosscheckResult:
+    """Cross-check by Pinocchio of a result of kinetostatics, statics or simulate.
 
     Raises
     ------
@@ -60,7 +60,7 @@ def opinion(system: System, run: Solution) -> Opinion:
             "Pinocchio is not installed: pip install pin (on Windows it is not packaged: use WSL, "
             "or leave it out of against)"
         ) from None
-    return _PinocchioCheck(system, run).opinion()
+    return _PinocchioCheck(system, run).result()
 
 
 class _PinocchioCheck:
@@ -88,7 +88,7 @@ class _PinocchioCheck:
             "all other forces is compared",
         )
 
-    def opinion(self) -> Opinion:
+    def result(self) -> CrosscheckResult:
         found = [self.inverse.at(k) for k in range(len(self.run))]
         rank = max((forces.rank for _, forces in found), default=0)
         good = [
@@ -113,7 +113,7 @@ class _PinocchioCheck:
             self.notes.append(f"taken from our result as forces: {listed(taken)}")
         rows = self.comparison.rows(self.expected, self.reasons)
         engine = f"pinocchio {version('pin')}"
-        return Opinion(engine, tuple(rows), tuple(self.missing), tuple(self.notes))
+        return CrosscheckResult(engine, tuple(rows), tuple(self.missing), tuple(self.notes))
 
     # -- compared quantities -------------------------------------------------------------------
 

@@ -1,4 +1,4 @@
-"""The opinion of pymunk: a game engine with a first-order integrator, independent of mbody.
+"""Cross-check by pymunk: a game engine with a first-order integrator, independent of mbody.
 
 It is run with four or three short step sizes, and the results are extrapolated to step size 0. So
 an engine with errors of some parts in a thousand can check results to some parts in a million.
@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mbody.engines.crosscheck_result import CrosscheckResult, Inexpressible, Row
 from mbody.engines.independent_reading import reading
-from mbody.engines.opinion import Inexpressible, Opinion, Row
 from mbody.engines.pymunk.instants import InstantForces, at_instants, kinematic
-from mbody.engines.pymunk.motion import Trajectory, contact_opinion, trajectory
+from mbody.engines.pymunk.motion import Trajectory, contact_crosscheck, trajectory
 from mbody.engines.pymunk.space import PRESSED, inexpressible
 from mbody.errors import ModelError, SolveError
 from mbody.model.element import listed
@@ -21,7 +21,7 @@ from mbody.model.joints import Fixed, Prismatic, Rolling
 from mbody.solution.solution import Solution, as_solution
 from mbody.system.system import System
 
-__all__ = ["opinion"]
+__all__ = ["crosscheck_result"]
 
 Array = np.ndarray
 
@@ -58,8 +58,8 @@ class _Compared:
     blind: int
 
 
-def opinion(system: System, run: Solution) -> Opinion:
-    """The opinion of pymunk on a result of kinetostatics, statics or simulate.
+def crosscheck_result(system: System, run: Solution) -> CrosscheckResult:
+    """Cross-check by pymunk of a result of kinetostatics, statics or simulate.
 
     For a driven motion and at rest: forces, torques and efforts at instants of the run, each by a
     few short steps, and the motion itself if it has laws of time. For a free motion: the same along
@@ -75,7 +75,7 @@ def opinion(system: System, run: Solution) -> Opinion:
 
     Returns
     -------
-    Opinion
+    CrosscheckResult
         With a row for each number, the elements that pymunk cannot model, and notes.
 
     Raises
@@ -89,7 +89,7 @@ def opinion(system: System, run: Solution) -> Opinion:
     --------
     >>> import mbody
     >>> run = mbody.kinetostatics(mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 3, 2), speed=10.0))
-    >>> opinion(run.system, run).agrees
+    >>> crosscheck_result(run.system, run).agrees
     True
     """
     run = as_solution(run)
@@ -104,7 +104,7 @@ def opinion(system: System, run: Solution) -> Opinion:
     except ImportError:
         raise SolveError("pymunk is not installed: pip install pymunk") from None
     if run.analysis == "simulate" and run.mechanism.contacts:
-        return contact_opinion(system, run, f"pymunk {pymunk.version}")
+        return contact_crosscheck(system, run, f"pymunk {pymunk.version}")
     missing = list(inexpressible(system))
     left_out = {one.element for one in missing}
     notes: list[str] = []
@@ -121,7 +121,7 @@ def opinion(system: System, run: Solution) -> Opinion:
         rows, missing = rows + compared.rows, missing + compared.unseen
         more = _notes_of_motion(run, moved, compared.blind)
         notes += [note for note in more if note not in notes]
-    return Opinion(f"pymunk {pymunk.version}", tuple(rows), tuple(missing), tuple(notes))
+    return CrosscheckResult(f"pymunk {pymunk.version}", tuple(rows), tuple(missing), tuple(notes))
 
 
 def _without_time(run: Solution) -> bool:

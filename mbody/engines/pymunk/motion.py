@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from mbody.engines.crosscheck_result import CrosscheckResult, Inexpressible
 from mbody.engines.independent_reading import reading
 from mbody.engines.load_forces import Outline, not_as_rigid_contacts, outlines
 from mbody.engines.motions_in_steps import Stepped, StepwiseCheck, by_newtons_law, first_of_several
-from mbody.engines.opinion import Inexpressible, Opinion
 from mbody.engines.pymunk.instants import (
     LUMP,
     MANY,
@@ -187,7 +187,7 @@ class TouchingShapes:
 ITERATIONS, WITH_JOINTS, FEWER = 100, 1000, 0.25
 
 
-def contact_opinion(system: System, run: Solution, engine: str) -> Opinion:
+def contact_crosscheck(system: System, run: Solution, engine: str) -> CrosscheckResult:
     """Places at instants, and what every contact does, by steps of several lengths."""
     missing = [*inexpressible(system), *inexpressible_contacts(system)]
     trial = Space(system, 1.0, 1)
@@ -196,7 +196,9 @@ def contact_opinion(system: System, run: Solution, engine: str) -> Opinion:
         for name in trial.lumped
     ]
     if missing:
-        return Opinion(engine, (), tuple(missing), ("without these nothing can be compared",))
+        return CrosscheckResult(
+            engine, (), tuple(missing), ("without these nothing can be compared",)
+        )
     notes = []
     last = by_newtons_law(system, run)
     if last < run.t[-1]:
@@ -221,7 +223,7 @@ def contact_opinion(system: System, run: Solution, engine: str) -> Opinion:
         functools.partial(_motion, system, run, check.times, iterations),
         functools.partial(_motion, system, run, check.times, few),
     )
-    return Opinion(engine, tuple(rows), tuple(unseen), (*more, *notes))
+    return CrosscheckResult(engine, tuple(rows), tuple(unseen), (*more, *notes))
 
 
 def _motion(

@@ -1,4 +1,4 @@
-"""Second opinions: engines that there are not, results that cannot be judged."""
+"""Cross-checks: engines that there are not, results that cannot be judged."""
 
 import sys
 from unittest import mock
@@ -30,7 +30,7 @@ SCENARIOS = {
     "an engine that nobody knows": lambda: crosscheck(four_bar(), ["XYZ"]),
     "engines that are no names": lambda: crosscheck(four_bar(), 5),
     "an engine that is not installed": without_pinocchio,
-    "a second opinion on a batch": lambda: crosscheck(two_designs()),
+    "a cross-check on a batch": lambda: crosscheck(two_designs()),
     "a result of a batch": lambda: crosscheck(four_bar(), ours=batch()),
     "a result without forces": lambda: crosscheck(four_bar(), ours=motion()),
     "a result of another mechanism": lambda: crosscheck(other(), ours=kinetostatics(four_bar())),
@@ -43,7 +43,7 @@ an engine with a slip of the pen | ModelError | - | there is no engine 'pinochio
 an engine that nobody knows | ModelError | - | there is no engine 'XYZ': there are: 'balance', 'oracle', 'pinocchio', 'pymunk', 'mujoco'
 engines that are no names | ModelError | - | against takes names of engines ('balance', 'oracle', 'pinocchio', 'pymunk', 'mujoco'), not 5
 an engine that is not installed | SolveError | - | Pinocchio is not installed: pip install pin (on Windows it is not packaged: use WSL, or leave it out of against)
-a second opinion on a batch | ModelError | - | crosscheck takes one design: choose one of the batch with design(n)
+a cross-check on a batch | ModelError | - | crosscheck takes one design: choose one of the batch with design(n)
 a result of a batch | ModelError | - | crosscheck checks one design, this is a batch of 2 designs: analyse one of them, system.design(n)
 a result without forces | ModelError | - | kinematics computes no forces to check: give a result of kinetostatics, statics or simulate
 a result of another mechanism | ModelError | - | the result is of another mechanism, its bodies are 'crank', 'coupler', 'rocker', not 'crank', 'coupler', 'rocker', 'wheel': analyse the same one

@@ -1,4 +1,4 @@
-"""The opinion of another engine on a result: rows of numbers, with the expected difference."""
+"""The cross-check of a result by another engine: rows of numbers, with the expected difference."""
 
 from __future__ import annotations
 
@@ -63,8 +63,8 @@ class Inexpressible:
 
 
 @dataclass(frozen=True)
-class Opinion:
-    """The opinion of one engine on one result.
+class CrosscheckResult:
+    """The cross-check of one result by one engine.
 
     Attributes
     ----------
@@ -98,9 +98,9 @@ class Opinion:
 
 
 class Engine(Protocol):
-    """The function `opinion` of an engine; each engine is a module of `mbody.engines`."""
+    """The function `crosscheck_result` of an engine; each engine is a module of `mbody.engines`."""
 
-    def __call__(self, system: System, run: Solution) -> Opinion:
+    def __call__(self, system: System, run: Solution) -> CrosscheckResult:
         """Check a result, of kinetostatics, statics or simulate, against this engine's own.
 
         The other engine models `system`. The run may be of another system with the same names, as
@@ -108,7 +108,7 @@ class Engine(Protocol):
         """
 
 
-# -- Rows of an opinion from the histories of both engines -------------------------------------
+# -- Rows of a cross-check from the histories of both engines -------------------------------------
 
 Array = np.ndarray
 

@@ -1,4 +1,4 @@
-"""The opinion of the oracle: the same analysis with dense matrices."""
+"""Cross-check by the oracle: the same analysis with dense matrices."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from mbody.engines.crosscheck_result import Comparison, CrosscheckResult, Inexpressible
 from mbody.engines.load_forces import follows_formula
-from mbody.engines.opinion import Comparison, Inexpressible, Opinion
-from mbody.engines.oracle.contact_motion import OracleTouching, contact_opinion
+from mbody.engines.oracle.contact_motion import OracleTouching, contact_crosscheck
 from mbody.engines.oracle.friction import rubs
 from mbody.engines.oracle.mechanics import Reference
 from mbody.solution.histories import own_history
@@ -17,7 +17,7 @@ from mbody.solution.solution import Solution
 from mbody.system.assembler import assemble
 from mbody.system.system import System
 
-# -- The opinion of the oracle on forces of a driven motion that keeps contacts closed ---------
+# -- The cross-check by the oracle of forces of a driven motion that keeps contacts closed ---------
 #
 # Its own gaps, normals and sliding rates at our positions; then one dense system of all rows, with
 # friction as a part of the normal force of what slides, and as an unknown of what rolls.
@@ -32,7 +32,7 @@ INSTANTS = 25
 CLOSED, RESTS = 1e-8, 1e-11
 
 
-def closed_contact_opinion(system: System, run: Solution) -> Opinion:
+def closed_contact_crosscheck(system: System, run: Solution) -> CrosscheckResult:
     """Gaps, and all forces, at some instants."""
     if any(rubs(joint) for joint in system.mechanism.joints):
         raise NotImplementedError("it has no friction of joints beside contacts")
@@ -41,7 +41,7 @@ def closed_contact_opinion(system: System, run: Solution) -> Opinion:
     instants = np.unique(np.linspace(0, count - 1, min(count, INSTANTS)).round().astype(int))
     for k in instants.tolist():
         check.at(k)
-    return check.opinion(instants)
+    return check.result(instants)
 
 
 class _ClosedCheck:
@@ -112,7 +112,7 @@ class _ClosedCheck:
         self.gaps.append(least)
         self.loads.append(float(np.abs(np.append(right, self.scale * f)).max(initial=0.0)))
 
-    def opinion(self, instants: Array) -> Opinion:
+    def result(self, instants: Array) -> CrosscheckResult:
         """All of it beside ours."""
         run, comparison = self.run, Comparison()
         comparison.size("place", self.system.length)
@@ -140,7 +140,7 @@ class _ClosedCheck:
         why = f"rounding times the condition of its equations, {max(self.conditions):.3g}"
         kinds = comparison.kinds
         rows = comparison.rows(dict.fromkeys(kinds, limit), dict.fromkeys(kinds, why))
-        return Opinion("oracle", tuple(rows), (), ())
+        return CrosscheckResult("oracle", tuple(rows), (), ())
 
 
 EPSILON = float(np.finfo(float).eps)
@@ -153,8 +153,8 @@ MOST_INSTANTS, MOST_NUMBERS = 25, 600
 AROUND, JUMP = 1e-7, 1e-4
 
 
-def opinion(system: System, run: Solution) -> Opinion:
-    """The opinion of the dense oracle on a result of kinetostatics, statics or simulate."""
+def crosscheck_result(system: System, run: Solution) -> CrosscheckResult:
+    """Cross-check by the dense oracle of a result of kinetostatics, statics or simulate."""
     own = assemble(system.mechanism).values
     # the histories of inputs and own states are read from the result
     free = {one.name for one in (*system.mechanism.inputs, *system.mechanism.states)}
@@ -165,15 +165,15 @@ def opinion(system: System, run: Solution) -> Opinion:
     ]
     if changed:
         why = f"it reads the description, but the system has another {changed[0]}"
-        return Opinion("oracle", (), (Inexpressible("model", why),))
+        return CrosscheckResult("oracle", (), (Inexpressible("model", why),))
     try:
         if run.mechanism.contacts and run.analysis == "simulate":
-            return contact_opinion(system, run)
+            return contact_crosscheck(system, run)
         if any(one.closed for one in run.mechanism.contacts):
-            return closed_contact_opinion(run.system, run)
-        return _OracleCheck(system, run).opinion()
+            return closed_contact_crosscheck(run.system, run)
+        return _OracleCheck(system, run).result()
     except NotImplementedError as error:
-        return Opinion("oracle", (), (Inexpressible("model", str(error)),))
+        return CrosscheckResult("oracle", (), (Inexpressible("model", str(error)),))
 
 
 class _OracleCheck:
@@ -187,7 +187,7 @@ class _OracleCheck:
         self.notes: list[str] = []
         self.open: set[str] = set()
 
-    def opinion(self) -> Opinion:
+    def result(self) -> CrosscheckResult:
         count, size = len(self.run), 3 * self.reference.n
         wanted = min(count, max(2, min(MOST_INSTANTS, MOST_NUMBERS // max(size, 1))))
         instants = np.unique(np.linspace(0, count - 1, wanted).round().astype(int))
@@ -219,7 +219,7 @@ class _OracleCheck:
         kinds = self.comparison.kinds
         limits: dict[str, Any] = dict.fromkeys(kinds, limit) | {"closing": OPERATIONS * EPSILON}
         rows = self.comparison.rows(limits, dict.fromkeys(kinds, why))
-        return Opinion("oracle", tuple(rows), (), tuple(self.notes))
+        return CrosscheckResult("oracle", tuple(rows), (), tuple(self.notes))
 
     def _state(self, keys: tuple[str, ...], k: int) -> Array:
         """Our own histories at an instant, as coordinates (3n,)."""
