@@ -326,8 +326,8 @@ class _Load:
 
     def torque(self, ratio: float) -> Array:
         """Of the motor: the gear's losses are its own where it drives, else the load's."""
-        drives = self.effort * self.omega >= 0.0
-        through = np.where(drives, 1.0 / self.efficiency, self.efficiency)
+        driving = self.effort * self.omega >= 0.0
+        through = np.where(driving, 1.0 / self.efficiency, self.efficiency)
         return np.asarray(self.own * ratio * self.alpha + self.effort * through / ratio)
 
     def rms(self, values: Array) -> float:

@@ -74,7 +74,7 @@ def pylinkage_from_json(data: Mapping[str, Any], name: str, units: str) -> Impor
             _join(made, joint)
     for one in links:
         if one.get("type") in DRIVERS:
-            _drive(made, one, named[str(one.get("id"))], joints)
+            _driver(made, one, named[str(one.get("id"))], joints)
     others = sorted(str(key) for key in data if key not in ("name", "joints", "links", "ground"))
     if others:
         made.notes.append(f"not taken from the file: {', '.join(map(seen, others))}")
@@ -192,7 +192,7 @@ def _track(made: DrawnLinkage, joint: _JsonJoint, joints: Mapping[str, _JsonJoin
     made.point(shared[0], joint.id, at)
 
 
-def _drive(
+def _driver(
     made: DrawnLinkage, one: Mapping[str, Any], link: str, joints: Mapping[str, _JsonJoint]
 ) -> None:
     element = f"the driver {seen(one.get('id'))}"

@@ -38,7 +38,7 @@ COLORS = {
     "soft": style.SOFT,
     "load": style.LOAD,
     "force": style.FORCE,
-    "drive": style.DRIVE,
+    "drive": style.DRIVER,
     "paper": style.PAPER,
     "grid": "#e3e7eb",
     "fifth": "#cc79a7",

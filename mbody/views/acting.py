@@ -33,7 +33,7 @@ from mbody.views.frame import rounded_number
 from mbody.views.labels import symbolic
 from mbody.views.pose import Carrier, between, heading, on, placed
 from mbody.views.shapes import box, direction, hatching, spiral, zigzag
-from mbody.views.style import DRIVE, FORCE, INK, LINK, LOAD, PAPER, SOFT, WHEEL, Z
+from mbody.views.style import DRIVER, FORCE, INK, LINK, LOAD, PAPER, SOFT, WHEEL, Z
 
 if TYPE_CHECKING:
     from mbody.views.pose import Pose
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 Array = np.ndarray
 
-COLORS = {"joint": FORCE, "contact": FORCE, "coupling": FORCE, "driver": DRIVE, "load": LOAD}
+COLORS = {"joint": FORCE, "contact": FORCE, "coupling": FORCE, "driver": DRIVER, "load": LOAD}
 COLORS["inertia"] = INK
 #: What of the drawn scale is rounding.
 ROUNDING = 1e-9
@@ -644,14 +644,14 @@ def driver_symbol(driver: Driver, sketch: Sketch, text: str) -> None:
         # a barrel keeps its length in the whole motion: that of the shortest distance
         part = _shortest(sketch, driver) / length if sketch.lasting else 1.0
         with sketch.carried(_carrier(sketch, driver)):
-            sketch.line([i, j], 2.0, DRIVE, Z["block"], name=f"driver:{driver.name}")
+            sketch.line([i, j], 2.0, DRIVER, Z["block"], name=f"driver:{driver.name}")
         barrel = box(i + 0.36 * part * separation, 0.26 * part * length, half, heading(u))
         with sketch.carried(_carrier(sketch, driver, stretches=False)):
-            sketch.shape(barrel, PAPER, DRIVE, 1.2, Z["block"] + 0.1)
+            sketch.shape(barrel, PAPER, DRIVER, 1.2, Z["block"] + 0.1)
     wanted = heading(separation) + math.pi / 2.0
     gap = 7.0 * sketch.unit
     with sketch.carried(_carrier(sketch, driver)):
-        sketch.label(text, 0.5 * (i + j), wanted, gap, turn=0.2, color=DRIVE)
+        sketch.label(text, 0.5 * (i + j), wanted, gap, turn=0.2, color=DRIVER)
 
 
 def _shortest(sketch: Sketch, element: Any) -> float:
@@ -674,8 +674,8 @@ def _(driver: AngleDriver, sketch: Sketch, text: str) -> None:
             behind = [(start - a * sign, start - 0.45 * sign) for a in (2.05, 1.7)]
             first, last = clear_arc(sketch, centre, radius, [*ahead, *behind])
             with sketch.where_sign(quantity, sign):
-                sketch.curved(centre, radius, first, last, DRIVE, name=f"driver:{driver.name}")
-        sketch.label(text, centre, 0.5 * (first + last), gap, turn=2.0, color=DRIVE)
+                sketch.curved(centre, radius, first, last, DRIVER, name=f"driver:{driver.name}")
+        sketch.label(text, centre, 0.5 * (first + last), gap, turn=2.0, color=DRIVER)
 
 
 @driver_symbol.register(CoordinateDriver)
@@ -689,5 +689,5 @@ def _(driver: CoordinateDriver, sketch: Sketch, text: str) -> None:
         for quantity, sign in signs[::-1] or [("", 1.0)]:
             tail, tip = place + sign * first * u, place + sign * 3.6 * first * u
             with sketch.where_sign(quantity, sign):
-                sketch.arrow(tail, tip, DRIVE, name=f"driver:{driver.name}")
-        sketch.label(text, tip, heading(tip - tail), 4.0 * sketch.unit, color=DRIVE)
+                sketch.arrow(tail, tip, DRIVER, name=f"driver:{driver.name}")
+        sketch.label(text, tip, heading(tip - tail), 4.0 * sketch.unit, color=DRIVER)

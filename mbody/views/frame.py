@@ -16,7 +16,7 @@ from mbody.summaries.text_table import cut
 from mbody.views.labels import Label, extent
 from mbody.views.pose import heading
 from mbody.views.shapes import box
-from mbody.views.style import DRIVE, FORCE, INK, LOAD, PAPER, SIZE, SOFT, Z
+from mbody.views.style import DRIVER, FORCE, INK, LOAD, PAPER, SIZE, SOFT, Z
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -77,7 +77,7 @@ APART = 0.004
 MODES: dict[str, tuple[str, str, str, str]] = {
     "open": ("open", PAPER, SOFT, ""),
     "stick": ("sticks", "#5b6875", INK, ""),
-    "roll": ("rolls", "#a9d5c8", DRIVE, "ooo"),
+    "roll": ("rolls", "#a9d5c8", DRIVER, "ooo"),
     "slip+": ("slides +", "#cfe3f1", FORCE, "////"),
     "slip-": ("slides −", "#f7dcc6", LOAD, "\\\\\\\\"),
 }

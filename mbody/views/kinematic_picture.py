@@ -42,7 +42,7 @@ from mbody.views.pose import Pose
 from mbody.views.shapes import direction, hull
 from mbody.views.sketch import Sketch
 from mbody.views.style import (
-    DRIVE,
+    DRIVER,
     FORCE,
     INK,
     LOAD,
@@ -589,7 +589,7 @@ def mark_inflection(sketch: Sketch, body: str, corners: Array) -> str:
     line = _within(_circle(0.5 * (pole + other), 0.5 * diameter), corners)
     if np.isfinite(line).any():
         sketch.line(
-            line, 1.1, DRIVE, Z["path"] + 0.2, name=f"inflection:{body}", weight=0.0, dashes=DASHES
+            line, 1.1, DRIVER, Z["path"] + 0.2, name=f"inflection:{body}", weight=0.0, dashes=DASHES
         )
         _avoided(sketch, line)
     dot = 0.5 * sketch.size("pin")
@@ -598,10 +598,10 @@ def mark_inflection(sketch: Sketch, body: str, corners: Array) -> str:
             at = ", ".join(rounded_number(float(part)) for part in place)
             words += f", the {'instant centre' if text == 'P' else 'inflection pole'} at ({at})"
             continue
-        sketch.disc(place, dot, DRIVE, DRIVE, 0.5, Z["pin"] + 0.3, name=f"{text}:{body}")
+        sketch.disc(place, dot, DRIVER, DRIVER, 0.5, Z["pin"] + 0.3, name=f"{text}:{body}")
         away = place - 0.5 * (pole + other)
         sketch.label(
-            f"${text}$", place, math.atan2(away[1], away[0]), dot + 3.0 * sketch.unit, color=DRIVE
+            f"${text}$", place, math.atan2(away[1], away[0]), dot + 3.0 * sketch.unit, color=DRIVER
         )
     return words
 
@@ -833,7 +833,7 @@ def _components(sketch: Sketch, corners: list[Image], scale: float, pose: Pose, 
     start = scale * first.at
     corner = start + scale * np.array([normal.real, normal.imag])
     ends = [start, corner, scale * second.at]
-    sketch.line(ends, 0.8, DRIVE, Z["link"] + 0.1, dashes=PARTS, name=f"parts:{body}", weight=0.5)
+    sketch.line(ends, 0.8, DRIVER, Z["link"] + 0.1, dashes=PARTS, name=f"parts:{body}", weight=0.5)
     for text, (a, b) in zip("nt", itertools.pairwise(ends), strict=True):
         middle = 0.5 * (np.asarray(a) + np.asarray(b))
         sketch.label(
@@ -841,7 +841,7 @@ def _components(sketch: Sketch, corners: list[Image], scale: float, pose: Pose, 
             middle,
             _away(np.array([-(b - a)[1], (b - a)[0]])),
             2.0,
-            color=DRIVE,
+            color=DRIVER,
             size=0.8 * SIZE["text"],
             italic=True,
         )

@@ -26,7 +26,7 @@ from mbody.views.motions import one_way
 from mbody.views.pose import Carrier, Pose
 from mbody.views.scene import Scene
 from mbody.views.style import (
-    DRIVE,
+    DRIVER,
     FORCE,
     GROUND,
     INK,
@@ -50,7 +50,7 @@ ROLES = {
     SOFT: "soft",
     LOAD: "load",
     FORCE: "force",
-    DRIVE: "drive",
+    DRIVER: "drive",
     PAPER: "paper",
     "none": "none",
 }

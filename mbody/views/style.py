@@ -27,7 +27,7 @@ GROUND = "#59636e"  # supports, rails, hatching
 SOFT = "#7d8894"  # paths, scales, notes
 LOAD = "#d55e00"
 FORCE = "#0072b2"
-DRIVE = "#00795a"
+DRIVER = "#00795a"
 POLE = "#8f2d6b"
 PAPER = "#ffffff"
 

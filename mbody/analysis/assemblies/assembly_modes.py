@@ -27,7 +27,7 @@ from mbody.analysis.position.assembly_analysis import (
     check_fit,
     closed,
     raise_user_error,
-    set_drive,
+    set_driver_values,
 )
 from mbody.analysis.position.initial_guess import placed
 from mbody.analysis.position.whole_turns import by_rows
@@ -306,10 +306,10 @@ def _distances(linkage: Linkage) -> list[float]:
 STARTS = 240
 
 
-def modes_by_random_starts(system: System, drive: dict[str, float], t: float) -> np.ndarray:
+def modes_by_random_starts(system: System, driver_values: dict[str, float], t: float) -> np.ndarray:
     """Poses (modes, coordinates + 3) that were found, in the order of their numbers."""
     work = system.work()
-    values = set_drive(system, work, t, drive)
+    values = set_driver_values(system, work, t, driver_values)
     bodies = [body.name for body in system.mechanism.bodies]
     found: list[np.ndarray] = []
     for n in range(STARTS):
@@ -418,8 +418,8 @@ def assembly_modes(
         raise ModelError("assembly_modes takes one design: choose one of the batch with design(n)")
     if isinstance(most, bool) or not isinstance(most, int) or most < 1:
         raise ModelError(f"most is {brief(most)}: give a whole number of boxes, 1 or more")
-    given = driver_values(system, drive)
-    values = set_drive(system, system.work(), 0.0, given)
+    given = checked_driver_values(system, drive)
+    values = set_driver_values(system, system.work(), 0.0, given)
     try:
         linkage = Linkage(system, given)
         search = _GroupSearch(linkage, assur_groups(linkage), most)
@@ -441,7 +441,7 @@ def driver_named(system: System, name: str) -> Driver:
     raise ModelError(f"there is no driver {brief(name)} (there are: {known})", str(name))
 
 
-def driver_values(system: System, drive: Mapping[str, Number] | None) -> dict[str, float]:
+def checked_driver_values(system: System, drive: Mapping[str, Number] | None) -> dict[str, float]:
     """Values of drivers by name, from what a user gives."""
     if drive is not None and not isinstance(drive, Mapping):
         raise ModelError(f'drive must be a dict such as {{"motor": 0.5}}, not {brief(drive)}')
@@ -519,7 +519,7 @@ class _GroupSearch:
     def _where(self) -> str:
         parts = []
         for driver in self.linkage.system.leaders:
-            value = self.linkage.drive[driver.name]
+            value = self.linkage.driver_values[driver.name]
             unit = self.linkage.system.mechanism.units.length
             shown = angle_text(value) if driver.angular else f"{value:.10g} {unit}"
             parts.append(f"'{driver.name}' = {shown}")
@@ -607,7 +607,7 @@ def _by_starts(
 def _residuals(system: System, given: dict[str, float], poses: np.ndarray) -> list[float]:
     """Greatest violation of the rows of the engine at each pose, in model lengths and radians."""
     work = system.work()
-    set_drive(system, work, 0.0, given)
+    set_driver_values(system, work, 0.0, given)
     found = []
     for pose in poses:
         work.q[:, 0] = pose
@@ -679,7 +679,9 @@ def _places(system: System, pose: np.ndarray) -> dict[str, tuple[float, float, f
 # -- The assembly mode that the option `assembly` of an analysis names -------------------------
 
 
-def chosen_assembly(system: System, drive: Mapping[str, float], which: str | int) -> AssemblyMode:
+def chosen_assembly(
+    system: System, driver_values: Mapping[str, float], which: str | int
+) -> AssemblyMode:
     """One of the assembly modes at these values of the drivers, by its name or number.
 
     Examples
@@ -697,7 +699,7 @@ def chosen_assembly(system: System, drive: Mapping[str, float], which: str | int
         raise ModelError(
             f"assembly={which!r} is of one design: give a batch the guess of a mode, guess=modes[0]"
         )
-    modes = assembly_modes(system, drive)
+    modes = assembly_modes(system, driver_values)
     for mode in modes:
         if which in (mode.name, mode.number):
             return mode

@@ -19,10 +19,10 @@ from mbody.analysis.assemblies.all_dead_centres import (
 from mbody.analysis.assemblies.assembly_modes import (
     AssemblyModes,
     assembly_modes,
-    driver_values,
+    checked_driver_values,
     same_pose,
 )
-from mbody.analysis.position.assembly_analysis import as_system, set_drive
+from mbody.analysis.position.assembly_analysis import as_system, set_driver_values
 from mbody.core.presentation import present
 from mbody.core.tolerances import (
     CIRCUIT_STEP_COSINE,
@@ -83,9 +83,11 @@ class CircuitWalk:
 class JointCurve:
     """Positions without units of a system whose one driver is released."""
 
-    def __init__(self, system: System, driver: Driver, drive: dict[str, float], x: float) -> None:
+    def __init__(
+        self, system: System, driver: Driver, driver_values: dict[str, float], x: float
+    ) -> None:
         self.system, self.work = system, system.work()
-        set_drive(system, self.work, 0.0, {**drive, driver.name: x})
+        set_driver_values(system, self.work, 0.0, {**driver_values, driver.name: x})
         self.n, self.x, self.unit = system.coordinates, x, driver.unit(system.length)
         self.period = 2.0 * math.pi if driver.angular else math.inf
         self.row = (
@@ -398,7 +400,7 @@ def circuits(
     if system.batch is not None:
         raise ModelError("circuits takes one design: choose one of the batch with design(n)")
     found = single_driver(system, driver)
-    given = driver_values(system, drive)
+    given = checked_driver_values(system, drive)
     modes = assembly_modes(system, given, used=used)
     value = modes.at[found.name]
     others = {name: x for name, x in modes.at.items() if name != found.name}

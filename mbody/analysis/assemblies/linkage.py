@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.position.assembly_analysis import set_drive
+from mbody.analysis.position.assembly_analysis import set_driver_values
 from mbody.core.tolerances import BOX_FACTOR_NONE, DIRECTION_SAME
 from mbody.model.primitives import ConstraintPrimitive
 from mbody.system.system import System
@@ -93,7 +93,7 @@ class Linkage:
     def __init__(
         self,
         system: System,
-        drive: dict[str, float],
+        driver_values: dict[str, float],
         t: float = 0.0,
         released: str = "",
         base: str = "ground",
@@ -113,7 +113,7 @@ class Linkage:
         ]
         self._forms.append(({}, 0.0))
         work = system.work()
-        self.drive = set_drive(system, work, t, drive)
+        self.driver_values = set_driver_values(system, work, t, driver_values)
         found = self._primitives()
         wheels: list[tuple[Any, ConstraintPrimitive]] = []
         for e, (element, primitive) in found.items():

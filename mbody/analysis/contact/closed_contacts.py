@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mbody.analysis.contact.unilateral import Touch, Unilateral
-from mbody.analysis.position.assembly_analysis import closed, set_drive
+from mbody.analysis.position.assembly_analysis import closed, set_driver_values
 from mbody.core.tolerances import CONTACT_GAP_FAR, CONTACT_GAP_MEANT, CONTACT_GAP_NONE, ROWS_SAME
 from mbody.errors import ModelError, SolveError
 from mbody.kernels.layout import Work
@@ -225,7 +225,7 @@ class ClosedSystem(NamedTuple):
 def with_closed_contacts(
     system: System,
     t: float,
-    drive: Mapping[str, float],
+    driver_values: Mapping[str, float],
     guess: Guesses | None = None,
     *,
     free: int = 0,
@@ -242,13 +242,15 @@ def with_closed_contacts(
     if has_closed_contacts(machine):
         return ClosedSystem(system, begun, closed_notes(machine))
     whole = _kept(system, "whole", with_others(machine, set(), limits))
-    choices = [ContactChoice(whole, work, free) for work in _positions(whole, t, drive, begun)]
+    choices = [
+        ContactChoice(whole, work, free) for work in _positions(whole, t, driver_values, begun)
+    ]
     if not choices:
         return ClosedSystem(system, guess)  # whose analysis says why its loops do not close
     found = min(choices, key=lambda one: (max(one.left - free, 0), len(one.notes)))
     if not found.places:
         return ClosedSystem(system, guess, remedy=found.remedy)
-    rolls_from = _rolls_from(whole, found, t, drive, begun)
+    rolls_from = _rolls_from(whole, found, t, driver_values, begun)
     closing = with_others(machine, set(), found.elements(rolls_from))
     made = with_numbers_of(_kept(system, found.key, closing, rolls_from), system.values)
     notes = (*closed_notes(made.mechanism), *found.notes)
@@ -271,26 +273,30 @@ def reclosed(
 
 
 def _positions(
-    system: System, t: float, drive: Mapping[str, float], guess: Guesses
+    system: System, t: float, driver_values: Mapping[str, float], guess: Guesses
 ) -> Iterator[Work]:
     """Workspaces at the position with the drivers, which move bodies that nothing else holds, and
     where they are without; none where loops do not close.
     """
     try:
-        yield closed(system, t, drive, guess).work
+        yield closed(system, t, driver_values, guess).work
     except SolveError:
         return
     machine = system.mechanism
     without = with_others(machine, {driver.name for driver in machine.drivers}, ())
     work = system.work()
-    set_drive(system, work, t, drive)
+    set_driver_values(system, work, t, driver_values)
     with contextlib.suppress(ModelError, SolveError):  # what follows a driver is no help
         work.q[:] = closed(_kept(system, "joints", without), t, {}, guess).work.q
         yield work
 
 
 def _rolls_from(
-    system: System, found: ContactChoice, t: float, drive: Mapping[str, float], guess: Guesses
+    system: System,
+    found: ContactChoice,
+    t: float,
+    driver_values: Mapping[str, float],
+    guess: Guesses,
 ) -> dict[str, tuple[float, ...]]:
     """Where bodies that roll do so from, by contact: where they begin, at t = 0 by the laws of the
     drivers, so that it does not depend on the instants that are requested; where loops do not close
@@ -299,7 +305,7 @@ def _rolls_from(
     if not found.rolls:
         return {}
     work = found.work
-    if t or drive:
+    if t or driver_values:
         work = next(_positions(system, 0.0, {}, guess), work)
     of = {one.name: one.bodies for one in system.mechanism.contacts}
 

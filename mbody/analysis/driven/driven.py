@@ -18,7 +18,7 @@ from mbody.analysis.driven.batch import batch
 from mbody.analysis.driven.contact_report import with_contact_report, with_friction_notes
 from mbody.analysis.driven.dead_centres import DeadCentre, with_ends
 from mbody.analysis.driven.path_following import PathEnded, Runner, through_change_points
-from mbody.analysis.driven.time_grid import Drive, TimeGrid, by_time, check_timed, time_grid
+from mbody.analysis.driven.time_grid import DriverValues, TimeGrid, by_time, check_timed, time_grid
 from mbody.analysis.position.assembly_analysis import as_system, check_determined, closed
 from mbody.analysis.position.closed_position import ClosedPosition
 from mbody.core.tolerances import LAW_TURN_ROUNDING, PATH_STUCK_AT_INSTANT, POSITION_SAME
@@ -95,7 +95,7 @@ def driven(
     model: Mechanism | System,
     analysis: str,
     t: PlainNumbers | None,
-    drive: Drive | None,
+    drive: DriverValues | None,
     turn: str | bool | None,
     instants: int | None,
     turns: int | None,
@@ -206,7 +206,7 @@ def kinematics(
     model: Mechanism | System,
     t: PlainNumbers | None = None,
     *,
-    drive: Drive | None = None,
+    drive: DriverValues | None = None,
     turn: str | bool | None = None,
     instants: int | None = None,
     turns: int | None = None,
@@ -249,7 +249,7 @@ def kinetostatics(
     model: Mechanism | System,
     t: PlainNumbers | None = None,
     *,
-    drive: Drive | None = None,
+    drive: DriverValues | None = None,
     turn: str | bool | None = None,
     instants: int | None = None,
     turns: int | None = None,
@@ -294,7 +294,7 @@ def statics(
     model: Mechanism | System,
     t: PlainNumbers | None = None,
     *,
-    drive: Drive | None = None,
+    drive: DriverValues | None = None,
     turn: str | bool | None = None,
     instants: int | None = None,
     turns: int | None = None,

@@ -120,13 +120,13 @@ def by_time(system: System, times: np.ndarray) -> TimeGrid:
 
 
 #: Of drivers by name a value, or (value, rate, acceleration), each a number or one an instant.
-Drive: TypeAlias = "Mapping[str, PlainNumbers | tuple[PlainNumbers, ...]]"
+DriverValues: TypeAlias = "Mapping[str, PlainNumbers | tuple[PlainNumbers, ...]]"
 
 
 def time_grid(
     system: System,
     t: PlainNumbers | None,
-    drive: Drive | None,
+    drive: DriverValues | None,
     turn: str | bool | None,
     instants: int | None,
     turns: int | None = None,
@@ -216,12 +216,12 @@ def _designs(system: System, element: Element, field: str) -> Iterable[int | Non
     return range(int(system.batch or 1)) if own else (None,)
 
 
-def check_reach(system: System, times: np.ndarray, drive: Drive) -> None:
+def check_reach(system: System, times: np.ndarray, driver_values: DriverValues) -> None:
     """Refuse times at which a table or a formula of a driver or of a load has no value."""
     machine = system.mechanism
     for element, field in system.once("limited laws", lambda: tuple(_limited(machine))):
         if isinstance(element, Driver):
-            if element.name not in drive:
+            if element.name not in driver_values:
                 for design in _designs(system, element, field):
                     _law(system, element, times, design)
         else:
@@ -258,11 +258,11 @@ def check_laws(system: System, times: np.ndarray) -> None:
             _law(system, driver, times, design)
 
 
-def _given(system: System, t: PlainNumbers, drive: Drive) -> TimeGrid:
+def _given(system: System, t: PlainNumbers, driver_values: DriverValues) -> TimeGrid:
     drivers = system.mechanism.drivers
     known = {driver.name: n for n, driver in enumerate(drivers)}
     parts: dict[str, list[np.ndarray]] = {}
-    for name, value in drive.items():
+    for name, value in driver_values.items():
         if name not in known:
             raise ModelError(f"there is no driver {name!r} (there are: {listed(known)})", str(name))
         _check_leads(system, drivers[known[name]])

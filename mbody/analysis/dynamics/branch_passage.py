@@ -402,10 +402,10 @@ class _Choice:
 
     def _along(self, directions: Array, bend: Array) -> Array:
         """The accelerations along `directions` that the loads make, beside `bend`."""
-        drive = directions @ (self.force - self.mass * bend)
+        residual = directions @ (self.force - self.mass * bend)
         return np.asarray(
             np.linalg.lstsq(
-                (directions * self.mass) @ directions.T, drive, rcond=LEAST_SQUARES_RANK_FINE
+                (directions * self.mass) @ directions.T, residual, rcond=LEAST_SQUARES_RANK_FINE
             )[0]
             @ directions
         )

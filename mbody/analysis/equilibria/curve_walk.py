@@ -1,8 +1,9 @@
-"""The curve of closed positions of a single free motion, walked along, and what drives it there.
+"""The curve of closed positions of a single free motion, walked along, and the residual force
+there.
 
 Arclength s is that of all coordinates, lengths by the model length. With the unit tangent t(s) the
-drive is g = t·f, and g′ = −K exactly (λ fixed, see `tangent_space`), away from rest too: t′ is
-across the curve and f − Φ_qᵀλ along it. So every place of the walk gives g and its slope.
+residual force is g = t·f, and g′ = −K exactly (λ fixed, see `tangent_space`), away from rest too:
+t′ is across the curve and f − Φ_qᵀλ along it. So every place of the walk gives g and its slope.
 """
 
 from __future__ import annotations
@@ -49,7 +50,7 @@ class Node:
         Angles go on over whole turns.
     along : array (coordinates,)
         Unit tangent in the direction of the walk.
-    drive, slope : float
+    residual, slope : float
         g and dg/ds.
     side : float
         Sign of the determinant of the independent rows and the tangent: it changes where another
@@ -58,7 +59,7 @@ class Node:
 
     place: Place
     along: Array
-    drive: float
+    residual: float
     slope: float
     side: float
 
@@ -113,7 +114,7 @@ class MotionCurve:
         `reach`.
         """
         first = self.start
-        here = Node(first.place, sign * first.along, sign * first.drive, first.slope, 0.0)
+        here = Node(first.place, sign * first.along, sign * first.residual, first.slope, 0.0)
         here = self.node(here.place, here.along)
         walk = Walk([here])
         length, bend, arclength = WALK_STEP, np.zeros(len(here.along)), 0.0
@@ -193,14 +194,18 @@ class MotionCurve:
         rest: where loads differ between turns they change by as much with every turn.
         """
         turns = walk.nodes[-1].place.q - walk.nodes[0].place.q
-        drives = np.array([node.drive for node in walk.nodes])
+        residuals = np.array([node.residual for node in walk.nodes])
         forces = [self.manifold.force(node.place.q + turns) for node in walk.nodes]
         pairs = zip(walk.nodes, forces, strict=True)
-        more = np.array([float(force @ node.along) for node, force in pairs]) - drives
+        more = np.array([float(force @ node.along) for node, force in pairs]) - residuals
         arclengths = self.arclengths(walk)
         before = arclengths < 0.5 * arclengths[-1]
         sign = np.sign(more)
-        beyond = (drives + more) * sign, -(drives - 2.0 * more) * sign, -(drives - more) * sign
+        beyond = (
+            (residuals + more) * sign,
+            -(residuals - 2.0 * more) * sign,
+            -(residuals - more) * sign,
+        )
         return not all((part > 0.0).all() for part in (*beyond[:2], beyond[2][before]))
 
     def _far(self, here: Node) -> bool:
@@ -357,12 +362,12 @@ def between(curve: MotionCurve, one: Node, other: Node, part: float) -> Node | N
 
 # -- Zeros of the residual force between neighbours of a walk, by value and derivative ---------
 #
-# Between two nodes the drive is the cubic through both values and slopes, within an error that the
-# fourth derivative bounds: |g⁗| D⁴/384, and x²(1−x)² of it beside the ends. The derivative is taken
-# from how far the cubics of neighbours differ, then, interval by interval, from what the cubic
-# misses in the middle. An interval is divided until the cubic, taken with its error, can have one
-# number of zeros only; and where a load along a line, as a spring, turns round, for its ends may
-# meet there and its force jump.
+# Between two nodes the residual force is the cubic through both values and slopes, within an error
+# that the fourth derivative bounds: |g⁗| D⁴/384, and x²(1−x)² of it beside the ends. The derivative
+# is taken from how far the cubics of neighbours differ, then, interval by interval, from what the
+# cubic misses in the middle. An interval is divided until the cubic, taken with its error, can have
+# one number of zeros only; and where a load along a line, as a spring, turns round, for its ends
+# may meet there and its force jump.
 
 #: Places of an interval at which the cubic is compared with its error.
 X = np.linspace(0.0, 1.0, 33)
@@ -379,7 +384,7 @@ class Roots:
     Attributes
     ----------
     rests : list of Node
-        Where the drive is zero, in order.
+        Where the residual force is zero, in order.
     jumps : list of Node
         Beside a place towards which loads drive from both sides, and which no position balances:
         a corner of the curve, or a jump of a load.
@@ -396,15 +401,15 @@ class Roots:
 
 
 def roots_of(curve: MotionCurve, walk: Walk, start: bool = False) -> Roots:
-    """All zeros of the drive along a walk; one at its very beginning only if `start` says so, for
-    there another walk ends or begins.
+    """All zeros of the residual force along a walk; one at its very beginning only if `start` says
+    so, for there another walk ends or begins.
     """
     return _CurveIsolation(curve, walk, start).found
 
 
 def out_of_turn(curve: MotionCurve, walk: Walk, roots: Roots) -> list[Node]:
-    """Zeros beside which one must be missing: along a smooth drive its slope changes sign from each
-    to the next, and all round a closed walk.
+    """Zeros beside which one must be missing: along a smooth residual force its slope changes sign
+    from each to the next, and all round a closed walk.
 
     Nothing is said where a load jumps or a distance passes zero, nor beside a double zero.
     """
@@ -413,8 +418,8 @@ def out_of_turn(curve: MotionCurve, walk: Walk, roots: Roots) -> list[Node]:
         return []
     rests = sorted(roots.rests, key=lambda node: curve.arclength_of(node, walk))
     pairs = list(itertools.pairwise(rests))
-    whole = abs(walk.nodes[-1].drive - walk.nodes[0].drive) <= 1e-9 * max(
-        abs(node.drive) for node in walk.nodes
+    whole = abs(walk.nodes[-1].residual - walk.nodes[0].residual) <= 1e-9 * max(
+        abs(node.residual) for node in walk.nodes
     )
     if walk.closed and whole and rests:
         pairs.append((rests[-1], rests[0]))
@@ -428,18 +433,18 @@ class _CurveIsolation:
         loads = self.system.mechanism.loads
         self.lines = [load for load in loads if {"i", "j"} <= set(load.places())]
         self.found = Roots()
-        drives = np.array([node.drive for node in walk.nodes])
-        self.top = max(float(np.abs(drives).max()), TINY)
+        residuals = np.array([node.residual for node in walk.nodes])
+        self.top = max(float(np.abs(residuals).max()), TINY)
         self.zero = FORCE_NONE_DRIVE * self.top
         nodes = [self.snapped(node) for node in walk.nodes]
-        if start and nodes[0].drive == 0.0:
+        if start and nodes[0].residual == 0.0:
             self.found.rests.append(nodes[0])
         pairs = list(itertools.pairwise(nodes))
         sizes = [self.size(*pair) for pair in pairs]
         thirds = [6.0 * float(self.cubic(*pair)[3]) / self.size(*pair) ** 3 for pair in pairs]
         for n, (one, other) in enumerate(pairs):
             if not walk.smooth[n]:
-                if one.drive > 0.0 > other.drive:
+                if one.residual > 0.0 > other.residual:
                     self.found.jumps.append(one)
                 continue
             beside = [m for m in (n - 1, n + 1) if 0 <= m < len(pairs) and walk.smooth[m]]
@@ -449,10 +454,10 @@ class _CurveIsolation:
             self.divide(one, other, WALK_CUBIC_SURE * jump * sizes[n] ** 3 / 384.0)
 
     def snapped(self, node: Node) -> Node:
-        """The node, its drive zero where it is rounding: as of a position of symmetry, which one
-        processor has on one side of zero, another on the other.
+        """The node, its residual force zero where it is rounding: as of a position of symmetry,
+        which one processor has on one side of zero, another on the other.
         """
-        return replace(node, drive=0.0) if abs(node.drive) <= self.zero else node
+        return replace(node, residual=0.0) if abs(node.residual) <= self.zero else node
 
     def size(self, one: Node, other: Node) -> float:
         """Length of the chord."""
@@ -472,11 +477,11 @@ class _CurveIsolation:
         return False
 
     def cubic(self, one: Node, other: Node) -> Array:
-        """Coefficients, lowest first, of the drive over the part x of the chord."""
+        """Coefficients, lowest first, of the residual force over the part x of the chord."""
         chord = (other.place.q - one.place.q) / self.curve.scale
         size = float(np.linalg.norm(chord))
         direction = chord / size
-        a, b = one.drive, other.drive
+        a, b = one.residual, other.residual
         da, db = (size * node.slope / float(node.along @ direction) for node in (one, other))
         return np.array([a, da, 3.0 * (b - a) - 2.0 * da - db, 2.0 * (a - b) + da + db])
 
@@ -487,7 +492,7 @@ class _CurveIsolation:
             if np.abs(cubic).max() <= 10.0 * self.zero:
                 self._small(one, other)
                 return
-            count = self._certain(cubic, (one.drive, other.drive), error)
+            count = self._certain(cubic, (one.residual, other.residual), error)
             if count == 0:
                 return
             if count == 1:
@@ -501,21 +506,21 @@ class _CurveIsolation:
         self.left -= 1
         if middle is None:
             self.found.unsure.append(one)
-            if one.drive * other.drive < 0.0:
+            if one.residual * other.residual < 0.0:
                 self._root(one, other)
             return
         middle = self.snapped(middle)
         chord = (other.place.q - one.place.q) / self.curve.scale
         x = float((middle.place.q - one.place.q) / self.curve.scale @ chord / (chord @ chord))
-        missed = abs(middle.drive - float(cubic @ x ** np.arange(4)))
-        # by halves the error of a smooth drive falls to a sixteenth; one that is greater than its
-        # bound shows that this drive is not smooth
+        missed = abs(middle.residual - float(cubic @ x ** np.arange(4)))
+        # by halves the error of a smooth residual force falls to a sixteenth; one that is greater
+        # than its bound shows that this residual force is not smooth
         part = WALK_CUBIC_SURE * missed / (16.0 if missed <= error < np.inf else 1.0)
         self.divide(one, middle, part)
         self.divide(middle, other, part)
 
     def _certain(self, cubic: Array, ends: tuple[float, float], error: float) -> int:
-        """How many zeros the drive has, 0 or 1; −1 where that is not certain."""
+        """How many zeros the residual force has, 0 or 1; −1 where that is not certain."""
         x = np.sort(np.append(X, _turning(cubic)))
         powers = x[:, None] ** np.arange(4)
         p = powers @ cubic
@@ -540,23 +545,23 @@ class _CurveIsolation:
 
     def _root(self, one: Node, other: Node) -> None:
         """The zero between two nodes of different sign, or at the second of them."""
-        if other.drive == 0.0:
+        if other.residual == 0.0:
             self.found.rests.append(other)
             return
         low, high = one, other
-        best = min((low, high), key=lambda node: abs(node.drive))
+        best = min((low, high), key=lambda node: abs(node.residual))
         for _ in range(80):
             size = float(np.abs((high.place.q - low.place.q) / self.curve.scale).max())
-            if abs(best.drive) <= 1e-3 * self.zero or size < EQUILIBRIUM_STEP_ROUNDING:
+            if abs(best.residual) <= 1e-3 * self.zero or size < EQUILIBRIUM_STEP_ROUNDING:
                 break
             part = _zero(self.cubic(low, high))
             node = between(self.curve, low, high, part)
             if node is None:
                 break
-            better = abs(node.drive) < 0.3 * abs(best.drive)
-            if abs(node.drive) <= abs(best.drive):
+            better = abs(node.residual) < 0.3 * abs(best.residual)
+            if abs(node.residual) <= abs(best.residual):
                 best = node
-            if node.drive * low.drive > 0.0:
+            if node.residual * low.residual > 0.0:
                 low = node
             else:
                 high = node
@@ -566,29 +571,29 @@ class _CurveIsolation:
                 node = between(self.curve, low, high, 0.5)
                 if node is None:
                     break
-                best = min((best, node), key=lambda node: abs(node.drive))
-                if node.drive * low.drive > 0.0:
+                best = min((best, node), key=lambda node: abs(node.residual))
+                if node.residual * low.residual > 0.0:
                     low = node
                 else:
                     high = node
         steep = max(abs(low.slope), abs(high.slope)) * self.size(low, high)
-        if abs(high.drive - low.drive) > WALK_DRIVE_JUMPS * (steep + self.zero):
-            (self.found.jumps if low.drive > high.drive else self.found.lifts).append(low)
+        if abs(high.residual - low.residual) > WALK_DRIVE_JUMPS * (steep + self.zero):
+            (self.found.jumps if low.residual > high.residual else self.found.lifts).append(low)
             return
         self.found.rests.append(best)
 
     def _small(self, one: Node, other: Node) -> None:
         """An interval whose zeros no longer part: a double root, a jump, or what is left of one."""
-        if one.drive * other.drive < 0.0 or other.drive == 0.0:
+        if one.residual * other.residual < 0.0 or other.residual == 0.0:
             self._root(one, other)
             return
         nodes = [one, other]
         for x in _turning(self.cubic(one, other)):
             node = between(self.curve, one, other, float(x))
             nodes += [node] if node is not None else []
-        # of a drive that touches zero the place where it is least
+        # of a residual force that touches zero the place where it is least
         best = min(nodes, key=lambda node: abs(node.slope))
-        if abs(best.drive) > 100.0 * self.zero or (best is one and one.drive == 0.0):
+        if abs(best.residual) > 100.0 * self.zero or (best is one and one.residual == 0.0):
             return  # none, or that of the interval before
         apart = self.curve.manifold.apart
         if not any(

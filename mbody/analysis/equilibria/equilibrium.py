@@ -249,7 +249,7 @@ class Words:
         motions = self.motions_of(least)
         rates = [rates_of(self.system, [one]).reshape(-1) / self.manifold.scale for one in motions]
         left = [float(least.force @ way) for way in rates]
-        # the leader that is driven most; a least drive is flat: more digits would be noise
+        # the leader that is driven most; a least residual force is flat: more digits would be noise
         n = int(np.argmax(np.abs(left)))
         where, leader = self.where(least, motions[n])
         unit = units.of("torque") if motions[n].turns else units.of("force")
@@ -452,16 +452,17 @@ def equilibrium(
     Notes
     -----
     A single free motion is walked all round, or both ways as far as it goes. Between neighbouring
-    places the drive is a cubic, by its values and slopes, within an error that is measured; steps
-    are divided until each has a certain number of zeros, so that all positions on the curve of the
-    start are found, stable or not. Where distances in the constraints pass zero, as of a weight
-    that is drawn through its pulley, the walk turns over with them. The surface of two free motions
-    is covered with charts, which are divided until each cell has one zero or none; around points
-    where the ends of a spring meet, and its force jumps, the charts are polar. Positions on other
-    circuits of assembly are found from `starts` on them. Of more free motions, up to 40, the search
-    goes from a fixed spread of starts, and from each position that it finds on by turning over one
-    leader after the other; it may miss some. Its cost grows by the cube of their number, and 30
-    take ten seconds. What may be missing is reported by `doubts` of kind "incomplete".
+    places the residual force is a cubic, by its values and slopes, within an error that is
+    measured; steps are divided until each has a certain number of zeros, so that all positions on
+    the curve of the start are found, stable or not. Where distances in the constraints pass zero,
+    as of a weight that is drawn through its pulley, the walk turns over with them. The surface of
+    two free motions is covered with charts, which are divided until each cell has one zero or none;
+    around points where the ends of a spring meet, and its force jumps, the charts are polar.
+    Positions on other circuits of assembly are found from `starts` on them. Of more free motions,
+    up to 40, the search goes from a fixed spread of starts, and from each position that it finds on
+    by turning over one leader after the other; it may miss some. Its cost grows by the cube of
+    their number, and 30 take ten seconds. What may be missing is reported by `doubts` of kind
+    "incomplete".
 
     Examples
     --------

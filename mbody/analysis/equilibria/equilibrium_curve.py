@@ -52,8 +52,8 @@ from mbody.system.system import System
 #
 # A point is (q, p): a closed position and the number. With c = −Φ_q⁺ Φ_p (how the position follows
 # the number at once), steps are q̇ = N y + c ṗ, and along the curve −K y + g ṗ = 0, g being the
-# change of the drive with p. Arclength is without units: lengths by the model length, p by its
-# span.
+# change of the residual force with p. Arclength is without units: lengths by the model length, p by
+# its span.
 
 #: Corrections of one step.
 CORRECTIONS = 8
@@ -77,7 +77,7 @@ class Point:
         Determinant of the equations of a step, by their size: its sign changes where another branch
         crosses, and there alone.
     size : float
-        The greatest of K and of the change of the drive with the number.
+        The greatest of K and of the change of the residual force with the number.
     """
 
     place: Place
@@ -122,8 +122,8 @@ class Follower:
         return self._made[value]
 
     def slopes(self, here: Place, value: float, fine: bool = False) -> tuple[Array, Array]:
-        """c = dq/dp on the constraints (coordinates,), and the change g of the drive (free,); by
-        differences of fourth order where `fine` asks for all digits.
+        """c = dq/dp on the constraints (coordinates,), and the change g of the residual force
+        (free,); by differences of fourth order where `fine` asks for all digits.
         """
 
         def both(at: float) -> Array:
@@ -202,7 +202,7 @@ class Follower:
             A = np.block(
                 [[-K / size, change[:, None] / size], [across[None, :], np.array([[along]])]]
             )
-            b = np.append(-place.drive / size, off)
+            b = np.append(-place.residual / size, off)
             try:
                 move = np.linalg.solve(A, b)
             except np.linalg.LinAlgError:
@@ -232,7 +232,7 @@ class Follower:
             if place is None:
                 return None
             K = manifold.stiffness(place)
-            move = np.linalg.lstsq(K, place.drive, rcond=LEAST_SQUARES_RANK_FINE)[0]
+            move = np.linalg.lstsq(K, place.residual, rcond=LEAST_SQUARES_RANK_FINE)[0]
             length = float(np.linalg.norm(move))
             if not length < 1.0:
                 return None
@@ -271,11 +271,11 @@ class Follower:
 
 # -- Branch points of equilibria, by a system of equations that is regular there ---------------
 #
-# At a simple crossing the Jacobian J = [−K, g] of the drive by position and number loses one rank:
-# wᵀJ = 0. With w and the null space V of J (two columns) the equations Uᵀr = 0 for the other left
-# vectors U, and wᵀJV = 0, are as many as their unknowns. Their derivative has full rank where both
-# branches have tangents of their own: at transcritical points and pitchforks, at perturbed ones
-# too, where wᵀr is not zero and no branch goes through.
+# At a simple crossing the Jacobian J = [−K, g] of the residual force by position and number loses
+# one rank: wᵀJ = 0. With w and the null space V of J (two columns) the equations Uᵀr = 0 for the
+# other left vectors U, and wᵀJV = 0, are as many as their unknowns. Their derivative has full rank
+# where both branches have tangents of their own: at transcritical points and pitchforks, at
+# perturbed ones too, where wᵀr is not zero and no branch goes through.
 #
 # G. Moore: The numerical treatment of non-trivial bifurcation points, Numerical Functional Analysis
 # and Optimization 2 (1980), 441-472.
@@ -298,8 +298,8 @@ class BranchPoint:
     kind : str
         ``"pitchfork"``, ``"transcritical"`` or ``"multiple"``.
     gap : float
-        What is left of the drive, as a part of its second derivatives: the square of how far
-        branches are apart, zero where they cross.
+        What is left of the residual force, as a part of its second derivatives: the square of how
+        far branches are apart, zero where they cross.
     """
 
     point: Point
@@ -457,7 +457,7 @@ def _solved(
                 sides.append(_aligned(place, near, other) / size)
             rows.append(w @ (sides[0] - sides[1]) @ V.T / (2.0 * DIFFERENCE_STEP_BRANCH_POINT))
         H = np.array(rows)
-        r = place.drive / size
+        r = place.residual / size
         across = -(vt[: free - 1].T @ ((u[:, : free - 1].T @ r) / s[: free - 1]))
         along = np.linalg.lstsq(H.T, -(w @ (J / size) @ V.T), rcond=SINGULAR_VALUE_ZERO)[0]
         x = across + along @ V

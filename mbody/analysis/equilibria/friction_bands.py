@@ -162,7 +162,7 @@ class FrictionReserve:
         rates[np.abs(rates) <= RATE_NONE_SLIDING * np.abs(rates).max(initial=0.0)] = 0.0
         table = np.empty((1, PER_PRIMITIVE * len(system.owners), 1))
         reached = np.empty((1, 2))
-        least, drive = np.inf, float(place.force @ along)
+        least, residual = np.inf, float(place.force @ along)
         for sign in (1.0, -1.0):
             most = -np.inf
             for slip_signs in slip_signs_with_resting(
@@ -174,7 +174,7 @@ class FrictionReserve:
                     for pair, rate in zip(self.pairs, rates, strict=True)
                 )
                 most = max(most, np.inf if reached[0, 1] < 1.0 else taken)
-            least = min(least, most - sign * drive)
+            least = min(least, most - sign * residual)
         return float(least)
 
 
@@ -280,7 +280,7 @@ class _Located:
         yield last, self.reserve(last.place, last.along), False
 
     def _turned(self, node: Node) -> Node:
-        return Node(node.place, -node.along, -node.drive, node.slope, node.side)
+        return Node(node.place, -node.along, -node.residual, node.slope, node.side)
 
     def refined(self, samples: list[Sample]) -> Iterator[Sample]:
         """The samples, and between them where the reserve comes nearest to zero without having

@@ -1,8 +1,8 @@
 """The surface of closed positions of two free motions, covered by places.
 
 Places are added beside others until none is left that is further than a spacing from all. Each has
-a drive r and a stiffness K, and its neighbours show how far r − K y misses the drive beside it:
-where that, taken twice, leaves no zero in reach, there is none.
+a residual force r and a stiffness K, and its neighbours show how far r − K y misses the residual
+force beside it: where that, taken twice, leaves no zero in reach, there is none.
 """
 
 from __future__ import annotations
@@ -125,7 +125,7 @@ class CoverNode:
     place: Place
     frame: Array
     reach: float
-    drive: Array
+    residual: Array
     name: Array = field(repr=False)
 
 
@@ -180,7 +180,7 @@ class Cover:
         u, _, vt = np.linalg.svd(frame @ place.motions.T)
         turn = u @ vt
         name = self.name(place.q)
-        return CoverNode(place, turn @ place.motions, reach, turn @ place.drive, name)
+        return CoverNode(place, turn @ place.motions, reach, turn @ place.residual, name)
 
     def name(self, q: Array) -> Array:
         """Positions (…, coordinates) by numbers that whole turns leave alone."""
@@ -283,7 +283,7 @@ class Cover:
                         self.full = True
                         return []
                     # the directions of the place are the nearest to the frame
-                    new = CoverNode(place, place.motions, reach, place.drive, name)
+                    new = CoverNode(place, place.motions, reach, place.residual, name)
                     self._add(new)
                     if self.far(place.q):
                         self.rim.append(new)
@@ -343,13 +343,13 @@ class Cover:
 
     @functools.cached_property
     def _every(self) -> tuple[Array, Array, Array, Array]:
-        """Position, frame, drive and stiffness of all places."""
+        """Position, frame, residual force and stiffness of all places."""
         q = np.array([node.place.q for node in self.nodes])
         frames = np.array([node.frame for node in self.nodes])
         rows = np.array([node.place.rows for node in self.nodes])
         forces = np.array([node.place.force for node in self.nodes])
-        drives = np.array([node.drive for node in self.nodes])
-        return q, frames, drives, self.many.stiffness(q, frames, rows, forces)
+        residuals = np.array([node.residual for node in self.nodes])
+        return q, frames, residuals, self.many.stiffness(q, frames, rows, forces)
 
     @functools.cached_property
     def _neighbours(self) -> _Neighbours:
@@ -386,15 +386,15 @@ class Cover:
 
     def excluded(self) -> Array:
         """Whether no zero lies within reach of each place."""
-        _, _, drives, stiffness = self._every
+        _, _, residuals, stiffness = self._every
         beside = self._neighbours
         found = np.zeros(len(self.nodes), dtype=bool)
         own = np.flatnonzero(np.diff(beside.begin) >= 3)
         if not own.size:
             return found
         first, y = beside.first, beside.seen
-        turned = np.einsum("nab,nb->na", beside.turns, drives[beside.second])
-        linear = drives[first] - np.einsum("nab,nb->na", stiffness[first], y)
+        turned = np.einsum("nab,nb->na", beside.turns, residuals[beside.second])
+        linear = residuals[first] - np.einsum("nab,nb->na", stiffness[first], y)
         lengths = np.linalg.norm(y, axis=1)
         parts = np.linalg.norm(turned - linear, axis=1) / lengths**2
         bounds = beside.begin[:-1]
@@ -404,7 +404,7 @@ class Cover:
         longest[kept] = np.maximum.reduceat(lengths, bounds[kept])
         # places are no further than that from the nearest of the cover
         reach = 0.75 * longest[own]
-        least = _least(drives[own], stiffness[own], reach)
+        least = _least(residuals[own], stiffness[own], reach)
         found[own] = least > SURFACE_ERROR_SURE * bend[own] * reach**2
         return found
 
@@ -646,11 +646,11 @@ class TangentChart:
     Attributes
     ----------
     evaluations : int
-        How often the drive was evaluated.
+        How often the residual force was evaluated.
     left : list of ((int, int), int)
         Corner and size of cells that were left to other charts.
     samples : dict
-        Numbers of the samples at points of the grid where the drive was evaluated.
+        Numbers of the samples at points of the grid where the residual force was evaluated.
     zeros : list
         What is known of zeros that the chart leads to, as `ChartZeros` keeps them.
     """
@@ -766,7 +766,7 @@ def hold(charts: Sequence[TangentChart], q: Array) -> Array:
     return np.asarray(found.good & (np.where(found.good, apart, np.inf) < POSITION_SAME))
 
 
-# -- The drive at points of charts of a surface, and what single loads are of it ---------------
+# -- The residual force at points of charts of a surface, and what single loads are of it ----------
 
 
 class SurfaceSamples:
@@ -780,8 +780,8 @@ class SurfaceSamples:
     Attributes
     ----------
     q : array (samples, coordinates)
-    drive : array (samples, 2)
-        The drive in the frame of the chart.
+    residual : array (samples, 2)
+        The residual force in the frame of the chart.
     own : array (samples, loads, 2)
         What these loads are of it.
     ends : array (samples, loads, 2)
@@ -798,7 +798,7 @@ class SurfaceSamples:
         self.count = 0
         self._shapes = {
             "q": (size,),
-            "drive": (2,),
+            "residual": (2,),
             "own": (loads, 2),
             "ends": (loads, 2),
             "slopes": (loads, 2, 2),
@@ -815,7 +815,9 @@ class SurfaceSamples:
         return self._kept[name][: self.count]
 
     def add(self, charts: Sequence[TangentChart], y: Array) -> Array:
-        """Evaluate the drive at coordinates of charts, each at its own: numbers of the samples."""
+        """Evaluate the residual force at coordinates of charts, each at its own: numbers of the
+        samples.
+        """
         many, count = self.cover.many, len(charts)
         found = led_to(charts, y)
         new = {name: np.full((count, *shape), np.nan) for name, shape in self._shapes.items()}
@@ -824,11 +826,11 @@ class SurfaceSamples:
         loads = many.loads(q)
         # frame · P f, P the projection on the free directions: (W Wᵀ)⁻¹ W f
         S = np.linalg.inv(directions @ directions.transpose(0, 2, 1))
-        drives = np.einsum("nab,nbc,nlc->nla", S, directions, loads)
+        residuals = np.einsum("nab,nbc,nlc->nla", S, directions, loads)
         new["q"][good] = q
-        new["drive"][good] = drives.sum(axis=1)
+        new["residual"][good] = residuals.sum(axis=1)
         if self.of.loads:
-            new["own"][good] = drives[:, self.of.numbers]
+            new["own"][good] = residuals[:, self.of.numbers]
             new["ends"][good] = self.of.vectors(q)
             new["slopes"][good] = self.of.slopes(q, directions) @ S[:, None]
             own = loads[:, self.of.numbers]

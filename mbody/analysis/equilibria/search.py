@@ -1,11 +1,11 @@
 """Search for rest positions on a manifold: walks, covers, and Newton's method with damping.
 
-One free motion is walked along all round (`rest_curve`), and every zero of the drive isolated
-(`rest_roots`); the surface of two is covered with places (`rest_surface`). Of more free motions a
-fixed spread of starts is taken; from each Levenberg–Marquardt on |r|² finds the nearest rest
-position, and a descent along the drive a stable one. From every position that is found each leader
-is then walked round by itself, the others fixed, as a link of a chain that is turned over where it
-hangs.
+One free motion is walked along all round (`rest_curve`), and every zero of the residual force
+isolated (`rest_roots`); the surface of two is covered with places (`rest_surface`). Of more free
+motions a fixed spread of starts is taken; from each Levenberg–Marquardt on |r|² finds the nearest
+rest position, and a descent along the residual force a stable one. From every position that is
+found each leader is then walked round by itself, the others fixed, as a link of a chain that is
+turned over where it hangs.
 """
 
 from __future__ import annotations
@@ -137,7 +137,7 @@ class RestSearch:
     found : list of Rest
         Rest positions, no two the same, in the order in which they were met.
     least : Place or None
-        Where the drive was least, as a part of the greatest load.
+        Where the residual force was least, as a part of the greatest load.
     ran_away : Place or None
         Where a descent left all bounds.
     lifts : list of Place
@@ -273,7 +273,7 @@ class RestSearch:
     def _walk(self, here: Place) -> None:
         """All rest positions along a single free motion: both ways from a place, or all round."""
         curve = MotionCurve(self.manifold, here)
-        if max(abs(curve.start.drive), abs(curve.start.slope)) == 0.0:
+        if max(abs(curve.start.residual), abs(curve.start.slope)) == 0.0:
             self._keep(here)
             return
         onward = curve.walk(1.0)
@@ -315,7 +315,7 @@ class RestSearch:
             self._keep(place, known)
         if not met:
             nodes = [node for walk in walks for node in walk.nodes]
-            self._settle(min(nodes, key=lambda node: abs(node.drive)).place)
+            self._settle(min(nodes, key=lambda node: abs(node.residual)).place)
         if not round_:
             self._try(here)
 
@@ -355,8 +355,8 @@ class RestSearch:
                 self._lead(rest.place, direction, np.delete(parts, n, axis=0))
 
     def _lead(self, start: Place, direction: Array, fixed: Array) -> None:
-        """Rest positions from where the drive along a direction changes its sign; the other leaders
-        do not move, fixed (free − 1, coordinates) being what they do.
+        """Rest positions from where the residual force along a direction changes its sign; the
+        other leaders do not move, fixed (free − 1, coordinates) being what they do.
         """
         none = EQUILIBRIUM_BALANCED * self.manifold.largest(start.q)
         for sign in (1.0, -1.0):
@@ -370,11 +370,11 @@ class RestSearch:
                     break
                 onward = vt[-1] @ there.motions
                 along = unit(onward) * np.sign(onward @ along)
-                drive = float(there.push @ along)
-                if abs(drive) > none:
-                    if last * drive < 0.0:
-                        self._settle(there if abs(drive) < abs(last) else here)
-                    last = drive
+                residual = float(there.push @ along)
+                if abs(residual) > none:
+                    if last * residual < 0.0:
+                        self._settle(there if abs(residual) < abs(last) else here)
+                    last = residual
                 here = there
                 if n > 2 and self.manifold.apart(here.q, start.q) < 0.6 * EQUILIBRIUM_STEP_LONGEST:
                     return  # once round
@@ -391,7 +391,7 @@ class RestSearch:
         self._keep(self._solved(here))
 
     def _solved(self, here: Place) -> Place:
-        """Levenberg–Marquardt on the drive: the place where it ends."""
+        """Levenberg–Marquardt on the residual force: the place where it ends."""
         damping = 1e-3
         for _ in range(ITERATIONS):
             if here.size == 0.0 or not len(here.motions):
@@ -402,7 +402,7 @@ class RestSearch:
             size = max(float(np.abs(K).max()), TINY)
             A = np.vstack([K, np.sqrt(damping) * size * np.eye(len(K))])
             step = np.linalg.lstsq(
-                A, np.append(here.drive, 0.0 * here.drive), rcond=LEAST_SQUARES_RANK_SEARCH
+                A, np.append(here.residual, 0.0 * here.residual), rcond=LEAST_SQUARES_RANK_SEARCH
             )[0]
             step *= min(1.0, EQUILIBRIUM_STEP_LONGEST / max(float(np.linalg.norm(step)), TINY))
             there = self.manifold.moved(here, step @ here.motions)
@@ -421,7 +421,9 @@ class RestSearch:
         return here
 
     def _relax(self, here: Place) -> Place | None:
-        """Along the drive to where it ends: a stable rest position, as far as there is one."""
+        """Along the residual force to where it ends: a stable rest position, as far as there is
+        one.
+        """
         reach = EQUILIBRIUM_STEP_LONGEST
         for _ in range(DESCENT):
             if self._is_away(here):
@@ -434,14 +436,14 @@ class RestSearch:
             stiff = np.maximum(np.abs(values), 1e-3 * max(np.abs(values).max(), here.size))
             if not stiff.all():
                 return here
-            step = vectors @ ((vectors.T @ here.drive) / stiff)
+            step = vectors @ ((vectors.T @ here.residual) / stiff)
             length = float(np.linalg.norm(step))
             if length < 1e-6:
                 return here
             step *= min(1.0, reach / length)
             along = step @ here.motions
             there = self.manifold.moved(here, along)
-            # not so far that the drive turns round: the loads would take work back
+            # not so far that the residual force turns round: the loads would take work back
             if there is None or there.push @ along < -0.5 * (here.push @ along):
                 reach = 0.5 * min(reach, length)
                 if reach < 1e-7:
@@ -463,7 +465,8 @@ class RestSearch:
 
     def _keep(self, here: Place, known: Sequence[Rest] | None = None) -> None:
         """Keep a rest position that is new among `known`, by default all that are found, and not
-        another one after whole turns; of places that do not rest the one with the least drive.
+        another one after whole turns; of places that do not rest the one with the least residual
+        force.
         """
         top = self.manifold.scale_of(here)
         if here.size > EQUILIBRIUM_BALANCED * top or self._is_away(here):

@@ -1,14 +1,15 @@
-"""Zeros of the drive on a surface of closed positions, each of them, by division of its charts.
+"""Zeros of the residual force on a surface of closed positions, each of them, by division of its
+charts.
 
-Around every place of a cover its tangent plane is a chart y of the surface, and the drive is a
-function G(y) of two components there; around a point where a load jumps, as of a spring whose ends
-meet, the chart is polar; where they meet in a curve, both sides of it are known (`surface_cells`).
-A cell of a chart is excluded where some direction separates zero from G at its corners by more than
-the error of linear interpolation, which second differences of G bound; it holds one zero at most
-where J⁻¹ ∂G/∂y, J being the mean Jacobian matrix of the cell, differs from the identity by less
-than one. Other cells are divided.
+Around every place of a cover its tangent plane is a chart y of the surface, and the residual force
+is a function G(y) of two components there; around a point where a load jumps, as of a spring whose
+ends meet, the chart is polar; where they meet in a curve, both sides of it are known
+(`surface_cells`). A cell of a chart is excluded where some direction separates zero from G at its
+corners by more than the error of linear interpolation, which second differences of G bound; it
+holds one zero at most where J⁻¹ ∂G/∂y, J being the mean Jacobian matrix of the cell, differs from
+the identity by less than one. Other cells are divided.
 
-Charts are divided together, so that the drive is evaluated at many points at once.
+Charts are divided together, so that the residual force is evaluated at many points at once.
 
 A cell in which a chart ends is left to another only where that leads to the same positions; where
 none does, small charts go on. So do they where the border of a chart lies on no other. A zero
@@ -62,7 +63,7 @@ from mbody.core.tolerances import (
     TINY,
 )
 
-# -- Zeros of the drive on a surface: Newton's method from many points of charts at once -------
+# -- Zeros of the residual force on a surface: Newton's method from many points of charts at once --
 
 #: Newton steps in a cell.
 ITERATIONS = 15
@@ -123,9 +124,9 @@ class SurfaceZeros:
             left, places = left[kept], [places[k] for k in kept]
             if not left.size:
                 break
-            q, motions, rows, force, drive = (
+            q, motions, rows, force, residual = (
                 np.array([getattr(place, name) for place in places])
-                for name in ("q", "motions", "rows", "force", "drive")
+                for name in ("q", "motions", "rows", "force", "residual")
             )
             K = many.stiffness(q, motions, rows, force)
             steady = np.isfinite(K).all(axis=(1, 2))
@@ -133,7 +134,7 @@ class SurfaceZeros:
             step = np.einsum(
                 "nab,nb->na",
                 np.linalg.pinv(K[steady], rcond=LEAST_SQUARES_RANK_FINE),
-                drive[steady],
+                residual[steady],
             )
             found = many.closed(q + scale * np.einsum("na,nac->nc", step, motions), motions)
             short = found.good & (np.linalg.norm(step, axis=1) < CELL_STEP_NEAR)
@@ -192,14 +193,14 @@ class SurfaceZeros:
                 chart.zeros.append((zero, at))
 
 
-# -- Cells of charts, many at once: in which of them the drive has no zero, or a single one ----
+# -- Cells of charts, many at once: in which of them the residual force has no zero, or a single one
 #
-# A cell is excluded where some direction separates zero from the drive at its corners by more than
-# the error of linear interpolation, which second differences bound. Where the ends of a load come
-# close within a cell its direction is not known between the corners: there the rest of the drive
-# must be separated from zero by more than the load may give in any direction. Of a load whose ends
-# meet in a curve that goes through the cell both sides are known: where it outweighs the rest,
-# there is no zero beside the curve.
+# A cell is excluded where some direction separates zero from the residual force at its corners by
+# more than the error of linear interpolation, which second differences bound. Where the ends of a
+# load come close within a cell its direction is not known between the corners: there the rest of
+# the residual force must be separated from zero by more than the load may give in any direction. Of
+# a load whose ends meet in a curve that goes through the cell both sides are known: where it
+# outweighs the rest, there is no zero beside the curve.
 
 #: Directions among which one that separates zero is sought.
 DIRECTIONS = 32
@@ -250,7 +251,7 @@ class ChartCells:
         Whether that is too far away to be in a quarter that has one at most.
     inward : array of int
         The number of a load, among those that are sharp, that drives to its crease from both sides
-        of a quarter in which the drive along the crease has a zero; −1 of none.
+        of a quarter in which the residual force along the crease has a zero; −1 of none.
     turning : array (cells, 4, loads) of bool
         Loads whose direction is not known between the corners.
     """
@@ -263,7 +264,7 @@ class ChartCells:
         creased: Array,
     ) -> None:
         self.samples, self.creased = samples, creased
-        grid = samples.drive[numbers]
+        grid = samples.residual[numbers]
         corners, bends = _quarters(grid), _bends(grid)
         shape = corners.shape[:2]
         flat = corners.reshape(-1, 2, 2, 2)
@@ -361,9 +362,9 @@ class ChartCells:
         samples = self.samples
         nine = numbers[which[:, 0]]
         four = _quarters(nine)[np.arange(len(nine)), which[:, 1]].reshape(-1, 4)
-        rest = samples.drive[nine] - samples.own[nine][:, :, :, turning].sum(axis=3)
+        rest = samples.residual[nine] - samples.own[nine][:, :, :, turning].sum(axis=3)
         error = _error(_bends(rest))
-        corners = samples.drive[four] - samples.own[four][:, :, turning].sum(axis=2)
+        corners = samples.residual[four] - samples.own[four][:, :, turning].sum(axis=2)
         part = corners @ UNIT_CIRCLE.T
         force = samples.force[nine.reshape(-1, 9)][:, :, turning]
         spread = np.ptp(force, axis=1)
@@ -397,8 +398,8 @@ class ChartCells:
 
 
 def _meets(signed: Array, rest: Array, across: Array) -> bool:
-    """Whether the drive along a crease, interpolated between four corners (4,) and (4, 2), has a
-    zero on it within them, or beside them by a tenth.
+    """Whether the residual force along a crease, interpolated between four corners (4,) and (4, 2),
+    has a zero on it within them, or beside them by a tenth.
     """
     values = np.column_stack([signed, rest @ [-across[1], across[0]]])
     a, b, c, d = values
@@ -426,7 +427,7 @@ WITHIN_DISC = 0.9
 LEFT = FINEST // 2**6
 #: Places that are kept at most because nothing is certain there.
 DOUBTS = 3
-#: Evaluations of the drive at most.
+#: Evaluations of the residual force at most.
 MOST = 20_000
 #: Places on the circle on which the winding number around a jump begins, and how often the arc
 #: between neighbours is halved.
@@ -440,13 +441,13 @@ class SurfaceRoots:
     Attributes
     ----------
     rests : list of Place
-        Where the drive is zero.
+        Where the residual force is zero.
     jumps : list of Place
         Beside a place towards which loads drive from all sides, and which no position balances.
     unsure : list of Place
         Where no number of zeros is certain.
     index : int
-        Sum of the winding numbers of the drive around jumps of the loads.
+        Sum of the winding numbers of the residual force around jumps of the loads.
     creased : bool
         Whether loads jump in curves, along which zeros have no winding number.
     """
@@ -459,7 +460,7 @@ class SurfaceRoots:
 
 
 def surface_roots(cover: Cover, polish: Polish) -> SurfaceRoots:
-    """All zeros of the drive on a covered surface."""
+    """All zeros of the residual force on a covered surface."""
     return _SurfaceIsolation(cover, polish).found
 
 
@@ -486,7 +487,7 @@ class _SurfaceIsolation:
         self.patches: list[TangentChart] = []
         ends = ends_of(cover)
         near = may_meet(cover, ends)
-        # what neighbours show of the drive says nothing of a load that turns between them
+        # what neighbours show of the residual force says nothing of a load that turns between them
         open_ = np.flatnonzero(near.any(axis=1) | ~cover.excluded()).tolist()
         met = meetings(cover, ends, open_, near)
         self.points, self.creased = met.points, np.array(met.creased, dtype=bool)
@@ -592,7 +593,7 @@ class _SurfaceIsolation:
         """Find the zeros of cells, `size` finest cells long; the quarters that stay open."""
         half = size // 2
         numbers = self.sampled(cells, half)
-        whole = np.isfinite(self.samples.drive[numbers]).all(axis=(1, 2, 3))
+        whole = np.isfinite(self.samples.residual[numbers]).all(axis=(1, 2, 3))
         onward = self.ended([cells[n] for n in np.flatnonzero(~whole)], size)
         cells = [cells[n] for n in np.flatnonzero(whole)]
         if not cells:
@@ -819,34 +820,34 @@ class _SurfaceIsolation:
         if self.examine([chart]):
             return
         angles = [float(n) for n in np.arange(CIRCLE + 1) * (FINEST / CIRCLE)]
-        drives = list(self.on_circle(chart, angles))
+        residuals = list(self.on_circle(chart, angles))
         for _ in range(HALVINGS):
-            turns = _turns(np.array(drives))
+            turns = _turns(np.array(residuals))
             wide = np.flatnonzero(~(np.abs(turns) < JUMP_ANGLE)).tolist()
             if not wide:
                 break
             middles = [0.5 * (angles[n] + angles[n + 1]) for n in wide]
             new = self.on_circle(chart, middles)
-            for n, angle, drive in reversed(list(zip(wide, middles, new, strict=True))):
+            for n, angle, residual in reversed(list(zip(wide, middles, new, strict=True))):
                 angles.insert(n + 1, angle)
-                drives.insert(n + 1, drive)
-        whole = float(_turns(np.array(drives)).sum())
+                residuals.insert(n + 1, residual)
+        whole = float(_turns(np.array(residuals)).sum())
         if not np.isfinite(whole):
             return
         self.found.index += round(whole / (2.0 * np.pi))
         outward = np.array([chart.y(0, angle) for angle in angles]) - point.y
         found = led_to([chart], chart.y(0, 0)[None])
-        if found.good[0] and (np.sum(outward * np.array(drives), axis=1) < 0.0).all():
+        if found.good[0] and (np.sum(outward * np.array(residuals), axis=1) < 0.0).all():
             self.found.jumps += self.cover.many.places(found, [0])
 
     def on_circle(self, chart: PolarChart, angles: list[float]) -> Array:
-        """The drive on the innermost circle of a polar chart: (angles, 2)."""
+        """The residual force on the innermost circle of a polar chart: (angles, 2)."""
         y = np.array([chart.y(0, angle) for angle in angles])
         numbers = self.samples.add([chart] * len(y), y)
-        return self.samples.drive[numbers]
+        return self.samples.residual[numbers]
 
 
-def _turns(drives: Array) -> Array:
-    """Angles between neighbouring drives (places, 2) of a circle: (places − 1,)."""
-    a, b = drives[:-1], drives[1:]
+def _turns(residuals: Array) -> Array:
+    """Angles between neighbouring residual forces (places, 2) of a circle: (places − 1,)."""
+    a, b = residuals[:-1], residuals[1:]
     return np.arctan2(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], (a * b).sum(axis=1))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbody.analysis.driven.time_grid import Drive, time_grid
+from mbody.analysis.driven.time_grid import DriverValues, time_grid
 from mbody.analysis.freedom.free_motions import free_motions
 from mbody.analysis.position.assembly_analysis import as_system, closed, raise_user_error
 from mbody.analysis.position.closed_position import ClosedPosition
@@ -376,7 +376,7 @@ def close_loops(
     model: Mechanism | System,
     t: float = 0.0,
     *,
-    drive: Drive | None = None,
+    drive: DriverValues | None = None,
     guess: Guesses | None = None,
     rates: Mapping[str, Number] | None = None,
 ) -> Solution:

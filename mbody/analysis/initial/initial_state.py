@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.initial.close_loops import branch_rates, close_loops, fitting_rates
-from mbody.analysis.position.assembly_analysis import closed, rounding, set_drive
+from mbody.analysis.position.assembly_analysis import closed, rounding, set_driver_values
 from mbody.analysis.position.closed_position import close_batch
 from mbody.analysis.position.initial_guess import placed
 from mbody.analysis.position.whole_turns import by_rows
@@ -306,9 +306,9 @@ def _places(system: System, simulation: SimulationSettings) -> tuple[np.ndarray,
     }
     if imposed and system.rows + len(imposed) > system.coordinates:
         work = system.work()
-        drive = set_drive(system, work, 0.0, {})
+        driver_values = set_driver_values(system, work, 0.0, {})
         guess = {body: _pose(system, body, places) for body, places in own.items()}
-        first = placed(system, {k: v for k, v in guess.items() if v is not None}, drive)
+        first = placed(system, {k: v for k, v in guess.items() if v is not None}, driver_values)
         sure = [one for one in imposed if one[1][1] in simulation.start[one[1][0]]]
         for some in (imposed, sure):
             spots = [Prescribed(body, key, float(value)) for _, (body, key, _), value, _ in some]
@@ -561,11 +561,11 @@ def _first_poses(start: BatchStart, places: System, first: Array) -> Array:
         work.par[:, 0] = places.par[:, design]
         laws_of_time(places.layout, work)
         values = np.where(np.isnan(first[design]), work.signal[rows, 0], first[design])
-        drive = dict(zip(names, values.tolist(), strict=True))
+        driver_values = dict(zip(names, values.tolist(), strict=True))
         own = plain | {name: value[design] for name, value in varied.items()}
         numbers = Numbers(own, polar, machine.bodies)
-        poses[design] = placed(places, start.guess, drive, numbers=numbers)
-        by_rows(places, poses[design], drive, numbers)
+        poses[design] = placed(places, start.guess, driver_values, numbers=numbers)
+        by_rows(places, poses[design], driver_values, numbers)
     if start.alike:
         poses[:] = poses[0]
     return poses

@@ -626,7 +626,7 @@ def linearize(
         work.q[:], work.signal[:], work.time[:] = start.work.q, start.work.signal, t
         held.enter(work)
         free_directions = rank_of(np.vstack([here.rows, held.rows(work)[1]])).motions
-        here = replace(here, motions=free_directions, drive=free_directions @ here.force)
+        here = replace(here, motions=free_directions, residual=free_directions @ here.force)
     if not len(here.motions):
         why = "release a driver, with free"
         if held is not None and held.sticking:

@@ -512,7 +512,7 @@ def raise_user_error(system: System) -> None:
 def closed(
     system: System,
     t: float,
-    drive: Mapping[str, float],
+    driver_values: Mapping[str, float],
     guess: Guesses | None = None,
     design: int = 0,
     pose: np.ndarray | None = None,
@@ -531,12 +531,12 @@ def closed(
         raise ModelError(f'guess must be a dict such as {{"coupler": 0.3}}, not {guess!r}')
     if guess and "ground" in guess:
         raise ModelError("the ground does not move: a guess is for moving bodies", "ground")
-    key = position_key(system, t, drive, guess) if pose is None else None
+    key = position_key(system, t, driver_values, guess) if pose is None else None
     known = kept_position(system, key)
     if known is not None:
         return known
     work = system.work(designs=design)
-    values = set_drive(system, work, t, drive)
+    values = set_driver_values(system, work, t, driver_values)
     base = system if system.batch is None else system.design(design)
     first = _guessed(base, guess, values) if pose is None else pose
     check_own(base, t, first)
@@ -589,13 +589,13 @@ def closed_near(
     system: System,
     t: float,
     guess: Guesses | None,
-    drive: Mapping[str, float] | None = None,
+    driver_values: Mapping[str, float] | None = None,
 ) -> ClosedPosition | None:
     """Close the loops of one design from the guesses alone: no other starts are tried, and a
     failure, None, is not explained. It is for searches, most of whose failures nobody reads.
     """
     work = system.work()
-    values = set_drive(system, work, t, drive or {})
+    values = set_driver_values(system, work, t, driver_values or {})
     result = _from(system, work, _guessed(system, guess, values)[:, None])
     if result is not None:
         check_fit(system, work.q[:, 0], 0)
@@ -671,16 +671,18 @@ def rounding(system: System, poses: np.ndarray) -> Any:
     return LOOP_CLOSURE_RESIDUAL * (1.0 + system.extent(poses))
 
 
-def set_drive(system: System, work: Work, t: float, drive: Mapping[str, float]) -> dict[str, float]:
-    """Signals at time t; values in `drive` replace those of the laws. Returns the values of the
-    drivers by name, but of those that follow positions.
+def set_driver_values(
+    system: System, work: Work, t: float, driver_values: Mapping[str, float]
+) -> dict[str, float]:
+    """Signals at time t; those in `driver_values` replace those of the laws. Returns the values of
+    the drivers by name, but of those that follow positions.
     """
     work.time[:] = t
     laws_of_time(system.runtime(), work)
     raise_user_error(system)
     for driver, row in drivers(system):
-        if driver.name in drive:
-            work.signal[row] = drive[driver.name]
+        if driver.name in driver_values:
+            work.signal[row] = driver_values[driver.name]
         if not np.isfinite(work.signal[row]).all():
             raise SolveError(
                 f"the law of '{driver.name}' has no finite value at t = {t:g} "

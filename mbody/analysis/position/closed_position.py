@@ -62,14 +62,14 @@ KEPT = 16
 
 
 def position_key(
-    system: System, t: float, drive: Mapping[str, float], guess: Guesses | None
+    system: System, t: float, driver_values: Mapping[str, float], guess: Guesses | None
 ) -> Hashable | None:
     """Key of a first position beside the system; None where the position may differ each time, with
     functions of the user, or cannot be compared.
     """
     if system.batch is not None or system.has_user_code:
         return None
-    key = (t, *drive.items()), tuple((guess or {}).items())
+    key = (t, *driver_values.items()), tuple((guess or {}).items())
     try:
         hash(key)
     except TypeError:  # a guess that is a list or an array

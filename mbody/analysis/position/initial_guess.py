@@ -33,7 +33,7 @@ Pose = tuple[float, float, float]
 def placed(
     system: System,
     guess: Guesses | None,
-    drive: Mapping[str, float],
+    driver_values: Mapping[str, float],
     shaken: np.random.Generator | None = None,
     numbers: Numbers | None = None,
     *,
@@ -44,12 +44,14 @@ def placed(
     y, angle) or `Guess`.
     """
     own = system.numbers if numbers is None else numbers
-    placing = _Placing(system, guess or {}, drive, shaken, own)
+    placing = _Placing(system, guess or {}, driver_values, shaken, own)
     placing.loose, placing.aimed = loose, aimed
     return placing.coordinates()
 
 
-def unguessed(system: System, guess: Guesses | None, drive: Mapping[str, float]) -> tuple[str, ...]:
+def unguessed(
+    system: System, guess: Guesses | None, driver_values: Mapping[str, float]
+) -> tuple[str, ...]:
     """Names of the bodies of whose angle neither a guess nor a driver nor a joint to a placed body
     says anything; `placed` leaves their link axes parallel to those of the ground.
     """
@@ -60,7 +62,7 @@ def unguessed(system: System, guess: Guesses | None, drive: Mapping[str, float])
             known |= {joint.i.body, joint.j.body}
     if all(body.guess.angle is not None or body.name in known for body in machine.bodies):
         return ()
-    placing = _Placing(system, guess or {}, drive, None, system.numbers)
+    placing = _Placing(system, guess or {}, driver_values, None, system.numbers)
     placing.coordinates()
     return tuple(placing.unknown)
 
@@ -70,7 +72,7 @@ class _Placing:
         self,
         system: System,
         guess: Guesses,
-        drive: Mapping[str, float],
+        driver_values: Mapping[str, float],
         shaken: np.random.Generator | None,
         numbers: Numbers,
     ) -> None:
@@ -93,10 +95,10 @@ class _Placing:
         # of every body: the other body of an angle driver, and its angle from it
         self.driven: dict[str, list[tuple[str, float, float]]] = {}
         for driver in self.mechanism.drivers:
-            if driver.angular and driver.name in drive:
+            if driver.angular and driver.name in driver_values:
                 i, j = driver.bodies
-                self.driven.setdefault(j, []).append((i, 1.0, drive[driver.name]))
-                self.driven.setdefault(i, []).append((j, -1.0, drive[driver.name]))
+                self.driven.setdefault(j, []).append((i, 1.0, driver_values[driver.name]))
+                self.driven.setdefault(i, []).append((j, -1.0, driver_values[driver.name]))
 
     def _guess(self, body: Body, value: Any) -> Guess:
         """The caller's guess of a body, with floats for text."""

@@ -60,15 +60,15 @@ class Place:
         Orthonormal free directions.
     rows : array (rows, coordinates)
         Φ_q without units.
-    drive : array (free,)
-        What drives the mechanism along its free directions: zero at rest.
+    residual : array (free,)
+        Residual force along the free directions: zero at rest.
     """
 
     q: Array
     force: Array
     motions: Array
     rows: Array
-    drive: Array
+    residual: Array
 
     @functools.cached_property
     def multipliers(self) -> Array:
@@ -81,13 +81,13 @@ class Place:
 
     @property
     def push(self) -> Array:
-        """The drive as a force on all coordinates."""
-        return np.asarray(self.drive @ self.motions)
+        """The residual force as a force on all coordinates."""
+        return np.asarray(self.residual @ self.motions)
 
     @property
     def size(self) -> float:
-        """Size of the drive."""
-        return float(np.linalg.norm(self.drive))
+        """Size of the residual force."""
+        return float(np.linalg.norm(self.residual))
 
 
 class Manifold:
@@ -451,8 +451,8 @@ class ManyPositions:
         """Some of closed positions as places, their free directions the nearest to the frames."""
         motions, _ = orthonormal(found.directions[which])
         forces = self.forces(found.q[which])
-        drives = np.einsum("nfc,nc->nf", motions, forces)
-        numbers = zip(found.q[which], forces, motions, found.rows[which], drives, strict=True)
+        residuals = np.einsum("nfc,nc->nf", motions, forces)
+        numbers = zip(found.q[which], forces, motions, found.rows[which], residuals, strict=True)
         return [Place(*one) for one in numbers]
 
 

@@ -49,9 +49,9 @@ class _Pose:
     """The guessed pose as elements read it."""
 
     def __init__(
-        self, system: System, pose: np.ndarray, drive: Mapping[str, float], at: Numbers
+        self, system: System, pose: np.ndarray, driver_values: Mapping[str, float], at: Numbers
     ) -> None:
-        self.system, self.pose, self.given, self.at = system, pose, drive, at
+        self.system, self.pose, self.given, self.at = system, pose, driver_values, at
 
     def angle(self, body: str) -> float:
         """Angle of a body [rad]."""
@@ -65,11 +65,13 @@ class _Pose:
         return float(x) + c * ax - s * ay, float(y) + s * ax + c * ay
 
 
-def by_rows(system: System, pose: np.ndarray, drive: Mapping[str, float], at: Numbers) -> None:
+def by_rows(
+    system: System, pose: np.ndarray, driver_values: Mapping[str, float], at: Numbers
+) -> None:
     """Give the bodies of a guessed pose (coordinates + 3,) the whole turns, in place, that come
-    nearest to what rows between angles ask; `drive` are the values of the drivers.
+    nearest to what rows between angles ask; `driver_values` by the name of the driver.
     """
-    groups, read = _groups(system), _Pose(system, pose, drive, at)
+    groups, read = _groups(system), _Pose(system, pose, driver_values, at)
     for element in _counting(system, groups):
         row = element.turn_row(at, read)
         if row is not None:
@@ -78,13 +80,15 @@ def by_rows(system: System, pose: np.ndarray, drive: Mapping[str, float], at: Nu
             _mesh(system, groups, read, element)
 
 
-def other_teeth(system: System, pose: np.ndarray, drive: Mapping[str, float], at: Numbers) -> bool:
+def other_teeth(
+    system: System, pose: np.ndarray, driver_values: Mapping[str, float], at: Numbers
+) -> bool:
     """Turn the wheels of a closed pose, in place, at which other teeth meet than the phase means;
     returns whether there were such.
     """
     if not any(joint.meshes for joint in system.mechanism.joints):
         return False
-    groups, read, before = _groups(system), _Pose(system, pose, drive, at), pose.copy()
+    groups, read, before = _groups(system), _Pose(system, pose, driver_values, at), pose.copy()
     for element in _counting(system, groups):
         if element.meshes:
             _mesh(system, groups, read, element)
@@ -104,10 +108,12 @@ def by_springs(system: System, poses: np.ndarray) -> None:
             _turn(system, groups, poses, spring.by, TURN * turns)
 
 
-def ambiguous(system: System, pose: np.ndarray, drive: Mapping[str, float]) -> list[str]:
+def ambiguous(system: System, pose: np.ndarray, driver_values: Mapping[str, float]) -> list[str]:
     """A sentence for each torsion spring whose turn the position does not tell for sure."""
     found = []
-    turned = [d.name for d in system.drivers if d.angular and abs(drive.get(d.name, 0.0)) > TURN]
+    turned = [
+        d.name for d in system.drivers if d.angular and abs(driver_values.get(d.name, 0.0)) > TURN
+    ]
     for _, spring in _springs(system):
         twist = float(_twist(system, spring, pose[None])[0])
         if abs(twist) > math.pi - SPRING_HALF_TURN:

@@ -399,8 +399,8 @@ class _MotionTrial:
 
     def _stepper(self, space: Space) -> SpaceStepper:
         last = float(self.run.t[-1])
-        drive = functools.partial(of_system, self.run.system, last=last)
-        stepper = SpaceStepper(space, drive, last=last)
+        targets = functools.partial(of_system, self.run.system, last=last)
+        stepper = SpaceStepper(space, targets, last=last)
         stepper.put(self.pose, self.vel)
         return stepper
 
@@ -412,7 +412,7 @@ class _MotionTrial:
     def _work(self) -> float:
         """Work of a step."""
         space = self.spaces[0]
-        work = STEPPING + DRIVING * len(space.drives) + self.iterations * len(space.parts)
+        work = STEPPING + DRIVING * len(space.motors) + self.iterations * len(space.parts)
         return work + (APPLYING if self._stepper(space).pushed else 0)
 
     def step(self, instants: list[int]) -> float:

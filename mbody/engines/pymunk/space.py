@@ -239,7 +239,7 @@ class Space:
         Bodies with a stand-in.
     parts : list of ImpulseConstraint
         Constraints of joints and drivers.
-    drives : list of ImpulseConstraint
+    motors : list of ImpulseConstraint
         Those of the drivers, in the order of the description; none for what is not expressible.
     springs : list of SpringImpulse
     drags : list of (ImpulseConstraint, float)
@@ -264,7 +264,7 @@ class Space:
         self.space.add(*self.bodies)
         self.everything = [*self.bodies, self.space.static_body]
         self.parts: list[ImpulseConstraint] = []
-        self.drives: list[ImpulseConstraint | None] = []
+        self.motors: list[ImpulseConstraint | None] = []
         self.springs: list[SpringImpulse] = []
         self.drags: list[tuple[ImpulseConstraint, float]] = []
         self.over: tuple[int, ...] = ()
@@ -274,7 +274,7 @@ class Space:
             if joint.name not in left_out:
                 self._join(joint)
         for driver in system.mechanism.drivers:
-            self.drives.append(None if driver.name in left_out else self._drive(driver))
+            self.motors.append(None if driver.name in left_out else self._motor(driver))
         for n, load in enumerate(system.mechanism.loads):
             self._load(n, load)
 
@@ -378,7 +378,7 @@ class Space:
 
     # -- drivers ---------------------------------------------------------------------------------
 
-    def _drive(self, driver: Any) -> ImpulseConstraint:
+    def _motor(self, driver: Any) -> ImpulseConstraint:
         match driver:
             case AngleDriver():
                 index = self.system.bodies
@@ -466,12 +466,12 @@ class SpaceStepper:
     def __init__(
         self,
         space: Space,
-        drive: Callable[[Array], Array],
+        driver_targets: Callable[[Array], Array],
         over: Array | None = None,
         clock: float = 0.0,
         last: float = np.inf,
     ) -> None:
-        self.space, self.drive, self.system = space, drive, space.system
+        self.space, self.driver_targets, self.system = space, driver_targets, space.system
         self.clock, self.last = clock, last
         self.further = np.zeros((space.count, 3)) if over is None else over
         machine = self.system.mechanism
@@ -508,7 +508,7 @@ class SpaceStepper:
     def go(self, t: float, h: float, steps: int) -> Array:
         """Take steps of h from t on; returns the row of `_result` of the last."""
         times: Array = t + h * np.arange(1, steps + 1)
-        targets = self.drive(times + h).T
+        targets = self.driver_targets(times + h).T
         times = times + self.clock
         gravity = np.zeros((steps, 2))
         for load in self.gravity:
@@ -516,7 +516,7 @@ class SpaceStepper:
                 gravity[:, n] += _value(reading(self.system).law(load, field), times, self.last)
         laws = [reading(self.system).law(load, "value") for load in self.pushes]
         pushes = [_value(law, times, self.last) for law in laws]
-        aimed = [(n, part) for n, part in enumerate(self.space.drives) if part is not None]
+        aimed = [(n, part) for n, part in enumerate(self.space.motors) if part is not None]
         native = self.space.space
         steady = not np.ptp(gravity, axis=0).any()
         native.gravity = tuple(gravity[-1].tolist())
