@@ -2,8 +2,7 @@
 
 import ast
 
-import pytest
-
+from tests.support.cases import each
 from tests.support.paths import ROOT
 
 KERNELS = ROOT / "mbody" / "kernels"
@@ -22,7 +21,7 @@ def functions(path):
             yield node.name, names
 
 
-@pytest.mark.parametrize("path", sorted(KERNELS.glob("*.py")), ids=lambda path: path.name)
+@each("path", sorted(KERNELS.glob("*.py")))
 def test_kernels_take_few_parameters(path):
     many = {name: len(names) for name, names in functions(path) if len(names) > MOST}
     assert not many
@@ -39,7 +38,7 @@ def test_no_line_begins_with_a_starred_tuple():
     assert not found
 
 
-@pytest.mark.parametrize("path", sorted(KERNELS.glob("*.py")), ids=lambda path: path.name)
+@each("path", sorted(KERNELS.glob("*.py")))
 def test_slots_of_a_state_have_names(path):
     """`state[TIME]`, not `state[0]`."""
     found = [

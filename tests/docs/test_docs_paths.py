@@ -2,8 +2,7 @@
 
 import re
 
-import pytest
-
+from tests.support.cases import each
 from tests.support.paths import ROOT
 
 DESIGN = sorted((ROOT / "docs" / "design").glob("*.md"))
@@ -25,7 +24,7 @@ def test_every_path_that_is_named_exists():
     assert not sorted((page, path) for page, path in named if not any(ROOT.glob(path)))
 
 
-@pytest.mark.parametrize("page", DESIGN, ids=lambda page: page.stem)
+@each("page", DESIGN)
 def test_a_page_of_the_design_is_short(page):
     lines = page.read_text(encoding="utf-8").splitlines()
     assert len(lines) <= LINES and max(map(len, lines)) <= COLUMNS

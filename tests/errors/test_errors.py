@@ -64,6 +64,7 @@ from mbody.model.loads import (
 from tests.errors import describing
 from tests.errors.catalogue import told
 from tests.errors.models import crank_alone
+from tests.support.cases import each
 
 NAN, INF = math.nan, math.inf
 
@@ -184,21 +185,21 @@ def test_every_public_element_is_an_example():
     assert elements - {joints.Joint, loads.Load} == set(EXAMPLES)
 
 
-@pytest.mark.parametrize("value", [NAN, INF, -INF, np.float64(NAN)])
-@pytest.mark.parametrize(("cls", "field"), fields(is_number))
+@each("value", [NAN, INF, -INF, np.float64(NAN)])
+@each(("cls", "field"), fields(is_number))
 def test_numbers_are_finite(cls, field, value):
     with says(ModelError, f"'it': {field.name} is {float(value)}, it must be finite", element="it"):
         make(cls, **{field.name: value})
 
 
-@pytest.mark.parametrize("value", [[1.0], (1.0, 2.0), 1j, True, {}, b"1", object()])
-@pytest.mark.parametrize(("cls", "field"), fields(is_number))
+@each("value", [[1.0], (1.0, 2.0), 1j, True, {}, b"1", object()])
+@each(("cls", "field"), fields(is_number))
 def test_numbers_are_numbers(cls, field, value):
     with says(ModelError, f"'it': {field.name}", "must be", "number", repr(value), element="it"):
         make(cls, **{field.name: value})
 
 
-@pytest.mark.parametrize(("cls", "field"), fields(is_number))
+@each(("cls", "field"), fields(is_number))
 def test_none_is_only_for_what_may_be_left_out(cls, field):
     if field.default is None:
         if field.name in EXAMPLES[cls]:
@@ -211,31 +212,31 @@ def test_none_is_only_for_what_may_be_left_out(cls, field):
         make(cls, **{field.name: None})
 
 
-@pytest.mark.parametrize("value", [NAN, 3, None, ("a", "P"), Marker(None, "P"), Marker([], "P")])
-@pytest.mark.parametrize(("cls", "field"), fields(is_place))
+@each("value", [NAN, 3, None, ("a", "P"), Marker(None, "P"), Marker([], "P")])
+@each(("cls", "field"), fields(is_place))
 def test_places_are_places(cls, field, value):
     with says(ModelError, f"'it': {field.name} must be a place such as", '"crank.A"', element="it"):
         make(cls, **{field.name: value})
 
 
-@pytest.mark.parametrize("name", describing.PLACES)
-@pytest.mark.parametrize(("cls", "field"), fields(is_place))
+@each("name", describing.PLACES)
+@each(("cls", "field"), fields(is_place))
 def test_places_are_the_same_everywhere(cls, field, name):
     sentence = told(describing.SCENARIOS[name]).sentence
     with says(ModelError, sentence.replace("'it': i", f"'it': {field.name}", 1), element="it"):
         make(cls, **{field.name: describing.PLACES[name]})
 
 
-@pytest.mark.parametrize("name", ["", "  ", None, 3, NAN, ["A"], "crank.A"])
-@pytest.mark.parametrize("cls", EXAMPLES, ids=lambda cls: cls.__name__)
+@each("name", ["", "  ", None, 3, NAN, ["A"], "crank.A"])
+@each("cls", EXAMPLES)
 def test_names_are_text_without_a_dot(cls, name):
     sentence = f"every {cls.__name__} needs a name, not {name!r}"
     with says(ModelError, "write 'crank_A'" if name == "crank.A" else sentence):
         make(cls, name=name)
 
 
-@pytest.mark.parametrize("value", [None, 3, NAN, "", Body, []])
-@pytest.mark.parametrize(("cls", "field"), [(AngleDriver, "body"), (AngleDriver, "relative_to"),
+@each("value", [None, 3, NAN, "", Body, []])
+@each(("cls", "field"), [(AngleDriver, "body"), (AngleDriver, "relative_to"),
                                             (Torque, "body"), (TorsionSpring, "by")])  # fmt: skip
 def test_bodies_are_named(cls, field, value):
     with says(ModelError, f"'it': {field} must name a body, not {value!r}", element="it"):
@@ -245,7 +246,7 @@ def test_bodies_are_named(cls, field, value):
 # -- the mechanism ----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", describing.ADDED)
+@each("name", describing.ADDED)
 def test_what_is_refused_is_not_added(name):
     machine = crank_alone()
     with says(ModelError, told(describing.SCENARIOS[f"adding {name}"]).sentence):

@@ -34,6 +34,7 @@ from mbody.quantities.units import (
     unit_system,
 )
 from tests.errors.test_errors import says
+from tests.support.cases import each
 
 pytestmark = pytest.mark.processor
 
@@ -63,7 +64,7 @@ def value(text, dimension=None, system="SI"):
 # -- symbols ----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("symbol", SYMBOLS)
+@each("symbol", SYMBOLS)
 def test_ratios_are_those_of_pint(symbol):
     unit = SYMBOLS[symbol]
     theirs = PINT(SAID.get(symbol, symbol)) * Fraction(1)
@@ -92,7 +93,7 @@ def test_a_unit_is_known_by_its_symbol():
         assert pint_unit(text) is None
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "dimension", "expected"),
     [
         ("5 arcmin", "angle", 5 * math.pi / 180 / 60),
@@ -144,7 +145,7 @@ def test_texts_of_quantities(text, dimension, expected):
 # -- systems ----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", SYSTEMS)
+@each("name", SYSTEMS)
 def test_systems_are_consistent(name):
     system = unit_system(name)
     ratio = {key: system.unit(key).ratio for key in DIMENSIONS}
@@ -164,7 +165,7 @@ def test_systems_are_consistent(name):
     assert pickle.loads(pickle.dumps(system)) == system == unit_system(system)
 
 
-@pytest.mark.parametrize(("name", "dimension"), list(itertools.product(SYSTEMS, DIMENSIONS)))
+@each(("name", "dimension"), list(itertools.product(SYSTEMS, DIMENSIONS)))
 def test_symbols_of_a_system_read_back(name, dimension):
     system = unit_system(name)
     if DIMENSIONS[dimension] == NUMBER:
@@ -179,7 +180,7 @@ def test_symbols_of_a_system_read_back(name, dimension):
     )
 
 
-@pytest.mark.parametrize(
+@each(
     "name",
     [
         *("", "inch", "cm-kN", "kN-cm-s", "cm-kN-s-s", "cm-kg-s", "deg-N-s", "m-N-Hz", "m--s"),
@@ -247,7 +248,7 @@ def test_what_is_rational_is_rounded_once(number, pair):
     assert value(f"{number:f} {symbol}", dimension, system) == float(exact)
 
 
-@pytest.mark.parametrize(
+@each(
     ("unit", "to", "expected"),
     [
         ("lbf in", "N m", 4.4482216152605 * 0.0254),
@@ -272,7 +273,7 @@ def test_convert(unit, to, expected):
     np.testing.assert_allclose(convert(there, to, unit), values, rtol=1e-15)
 
 
-@pytest.mark.parametrize(
+@each(
     ("unit", "to", "words"),
     [
         ("N m", "N m/rad", ("'N m' is a torque", "'N m/rad' is a torsion stiffness")),
@@ -291,7 +292,7 @@ def test_convert_refuses(unit, to, words):
 # -- what was meant ---------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
+@each(
     ("text", "dimension", "meant"),
     [
         ("10 lb/in", "stiffness", "10 lbf/in"),

@@ -33,6 +33,7 @@ from mbody.makers import polar
 from mbody.model.body import Guess, SecondMoments, SlenderRod
 from mbody.quantities.units import DIMENSIONS, name_of, of_quantity, unit_system
 from tests.errors.test_errors import EXAMPLES, fields, is_number, make, says
+from tests.support.cases import each
 
 pytestmark = pytest.mark.processor
 Q = pint.Quantity
@@ -90,8 +91,8 @@ def wrong_for(name):
     return ("3 s", "time") if name in ("mass", "inertia") else ("3 kg", "mass")
 
 
-@pytest.mark.parametrize("quantity", [False, True], ids=["text", "pint"])
-@pytest.mark.parametrize(("cls", "field"), fields(is_number))
+@each("quantity", [False, True])
+@each(("cls", "field"), fields(is_number))
 def test_a_wrong_dimension_is_a_sentence(cls, field, quantity):
     if cls is Input:
         pytest.skip("an input measures what its value says")
@@ -105,7 +106,7 @@ def test_a_wrong_dimension_is_a_sentence(cls, field, quantity):
         make(cls, **changes)
 
 
-@pytest.mark.parametrize(("cls", "field"), fields(is_number))
+@each(("cls", "field"), fields(is_number))
 def test_every_field_takes_text_and_quantities(cls, field):
     """3 units of its own in ft-lbf-s, in SI units: as text and as pint has it."""
     name = dimension_name(field)
@@ -156,7 +157,7 @@ OF_ANGLE = {
 NUMBERS = [(law, key) for law, given in LAWS.items() for key in given if key != "shape"]
 
 
-@pytest.mark.parametrize(("law", "key"), NUMBERS)
+@each(("law", "key"), NUMBERS)
 def test_a_wrong_dimension_in_a_law_is_a_sentence(law, key):
     for bad_number in ("3 kg", Q(3.0, "kg")):
         bad = law(**{**LAWS[law], key: bad_number})
@@ -164,7 +165,7 @@ def test_a_wrong_dimension_in_a_law_is_a_sentence(law, key):
             AngleDriver("it", "a", bad)
 
 
-@pytest.mark.parametrize(("law", "key"), NUMBERS)
+@each(("law", "key"), NUMBERS)
 def test_every_number_of_a_law_takes_units(law, key):
     symbol = {"angle": "deg", "angular velocity": "deg/min", "time": "min"}.get(
         OF_ANGLE[key], "deg/min^2"
@@ -243,7 +244,7 @@ def test_places_guesses_and_spreads_take_units(pints):
     np.testing.assert_allclose(found, expected, rtol=4 * ROUNDED)
 
 
-@pytest.mark.parametrize(
+@each(
     ("quantity", "words"),
     [
         (Q(3.0, "candela"), "not a quantity of length"),

@@ -20,6 +20,7 @@ from mbody.model.body import Body
 from mbody.model.element import Marker
 from mbody.teaching import element_reference, reference_overview
 from mbody.teaching.element_reference import SURROUNDINGS
+from tests.support.cases import each
 
 KINDS = [(section, kind) for section, kinds in SECTIONS.items() for kind in kinds]
 #: What the examples in Python name.
@@ -40,7 +41,7 @@ def surroundings():
     return mbody.from_toml(SURROUNDINGS)
 
 
-@pytest.mark.parametrize(("section", "kind"), KINDS)
+@each(("section", "kind"), KINDS)
 def test_both_examples_are_the_same_element(section, kind):
     found = one(section, kind)
     assert max(map(len, found.file.splitlines())) <= 130
@@ -56,7 +57,7 @@ def values(law):
     return [law(t) for t in (0.1, 0.7, 1.6)]
 
 
-@pytest.mark.parametrize("kind", LAWS)
+@each("kind", LAWS)
 def test_both_examples_are_the_same_law(kind):
     found = one("laws", kind)
     text = f"[drivers]\nmotor = {{ angle = 'arm', {found.file} }}\n"
@@ -76,7 +77,7 @@ def test_the_body():
     assert machine["arm"] == read
 
 
-@pytest.mark.parametrize(("section", "kind"), KINDS)
+@each(("section", "kind"), KINDS)
 def test_fields_are_those_of_the_schema(section, kind):
     found = one(section, kind)
     definition = json_schema()["$defs"][found.cls.__name__]
@@ -89,7 +90,7 @@ def test_fields_are_those_of_the_schema(section, kind):
     assert len(found.fields) == len(written_fields(found.cls))
 
 
-@pytest.mark.parametrize(("section", "kind"), KINDS)
+@each(("section", "kind"), KINDS)
 def test_what_need_not_be_given_may_be_left_out(section, kind):
     """The example has what is needed; without any one of the needed fields it is refused."""
     found = one(section, kind)
@@ -104,7 +105,7 @@ def test_what_need_not_be_given_may_be_left_out(section, kind):
             machine.add(found.cls(**rest))
 
 
-@pytest.mark.parametrize(("section", "kind"), KINDS)
+@each(("section", "kind"), KINDS)
 def test_every_field_has_a_meaning_and_lines_are_short(section, kind):
     found = one(section, kind)
     assert found.about
@@ -114,7 +115,7 @@ def test_every_field_has_a_meaning_and_lines_are_short(section, kind):
     assert max(map(len, prose.splitlines())) <= 100
 
 
-@pytest.mark.parametrize(("section", "kind"), [*KINDS, *(("laws", kind) for kind in LAWS)])
+@each(("section", "kind"), [*KINDS, *(("laws", kind) for kind in LAWS)])
 def test_long_examples_go_on_below_and_are_the_same(section, kind):
     """A hundred letters a line, and what is printed reads as the example in one line."""
     found = one(section, kind)
@@ -157,7 +158,7 @@ def test_what_is_said_of_several_fields_is_said_once():
                 assert text.count(meaning) == 1, (reference.kind, field.name)
 
 
-@pytest.mark.parametrize(("section", "kind"), KINDS)
+@each(("section", "kind"), KINDS)
 def test_no_field_refers_to_a_class_that_is_not_explained(section, kind):
     explained = {one.__name__ for kinds in (*SECTIONS.values(), LAWS) for one in kinds.values()}
     for field in one(section, kind).fields:
