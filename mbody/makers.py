@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
 
+from mbody.core.tolerances import TINY
 from mbody.errors import ModelError
 from mbody.laws import ConstantSpeed
 from mbody.model.body import Body, GuessLike
@@ -173,7 +174,7 @@ def four_bar(
     diagonal = math.hypot(d - ax, -ay)
     toward = math.atan2(-ay, d - ax)
     # where the crank's end lies on O4 any angle serves
-    cosine = (b**2 + diagonal**2 - c**2) / max(2.0 * b * diagonal, 1e-300)
+    cosine = (b**2 + diagonal**2 - c**2) / max(2.0 * b * diagonal, TINY)
     opening = math.acos(max(-1.0, min(1.0, cosine)))
     third = toward - opening if crossed else toward + opening
     bx, by = ax + b * math.cos(third), ay + b * math.sin(third)

@@ -13,6 +13,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+from mbody.core.tolerances import DOCTOR_ROUNDING
+
 #: How programs without Python open images.
 DOOR = ("mbody.h", "mbody.c")
 
@@ -217,9 +219,8 @@ EXTRA = {
     "scipy": "cross-check: trajectories",
 }
 #: Driving torque of the gallery's `norton_fourbar` [lbf·in], from the book's nine equations solved
-#: in extended precision (`tests/cli/test_doctor.py`), and how far a processor may round it,
-#: relative.
-TORQUE, ROUNDING = 243.23759076122957, 1e-12
+#: in extended precision (`tests/test_doctor.py`).
+TORQUE = 243.23759076122957
 
 
 def doctor(args: Any) -> int:
@@ -289,7 +290,7 @@ def kernel_check() -> dict[str, Any]:
         value = float(kinetostatics(load("norton_fourbar")).effort("motor")[0])
     except Exception as error:  # whatever a package of another version raises
         return _unchecked(f"{type(error).__name__}: {error}")
-    agrees = abs(value - TORQUE) <= ROUNDING * TORQUE
+    agrees = abs(value - TORQUE) <= DOCTOR_ROUNDING * TORQUE
     return {"value": value, "expected": TORQUE, "agrees": agrees, "error": None}
 
 

@@ -17,6 +17,7 @@ from mbody.cli.design import note_plain, values_of
 from mbody.cli.interrupts import interrupt
 from mbody.cli.option_values import in_degrees, model_of, named_values, path_of
 from mbody.cli.streams import UsageError, message
+from mbody.core.tolerances import LENGTH_NONE
 from mbody.errors import ModelError
 
 if TYPE_CHECKING:
@@ -105,9 +106,6 @@ def internal(args: Any) -> int:
 
 # -- `mbody poles MODEL`: instant centres, and the polygons of velocities and accelerations ----
 
-#: Of the model length, what is printed as zero.
-ROUNDING = 1e-12
-
 
 def poles(args: Any) -> int:
     """Print the instant centres of all pairs of bodies; as data the polygons too."""
@@ -144,7 +142,7 @@ def _table(run: Solution, found: InstantCentres, k: int) -> str:
     from mbody.summaries.text_table import Column, paragraph, table
 
     unit = run.mechanism.units
-    floor = ROUNDING * run.system.length
+    floor = LENGTH_NONE * run.system.length
     lines = table(
         [
             Column("CENTRE", [found.symbol(one) for one in found.pairs], text=True),

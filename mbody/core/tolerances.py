@@ -955,10 +955,12 @@ COMPARISON_FORCE_UNIQUE = 1e-6
 #: Torques below this part of the forces times the model length are rounding; likewise forces.
 COMPARISON_TORQUE_NONE = 1e-10
 COMPARISON_VALUE_NONE = 1e-9  # Values below this part of related values are rounding.
+#: Inertias below this part of the greatest, and lengths below this part of the model length, are
+#: none.
+COMPARISON_INERTIA_NONE = 1e-9
 #: Motions whose impacts follow two laws are the same up to this part.
 COMPARISON_IMPACTS_SAME = 1e-6
-#: Part of the greatest mass of a body without mass, which MuJoCo cannot move; what is lighter
-#: counts as none.
+#: Part of the greatest mass of a body without mass, which MuJoCo cannot move.
 MUJOCO_ARTIFICIAL_MASS = 1e-9
 #: The same of the inertia of a point mass, which moves with its place in any case.
 MUJOCO_ARTIFICIAL_INERTIA = 1e-13

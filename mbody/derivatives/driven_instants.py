@@ -14,6 +14,7 @@ from mbody.analysis.freedom.free_motions import FreeMotion
 from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.core.dual_number import DualNumber
 from mbody.core.duals import TANGENTS
+from mbody.core.tolerances import INSTANT_SAME_AGAIN, SINGULAR_VALUE_ZERO, TANGENTS_LEFT, TINY
 from mbody.derivatives.dual_solution import (
     DualRecord,
     DualSolution,
@@ -32,12 +33,6 @@ from mbody.solution.solution import Solution
 from mbody.system.assembler import assemble
 from mbody.system.system import System, with_numbers_of
 
-#: By what part of the greatest value an instant may differ when it is solved once more: rounding,
-#: and what least norm leaves open in redundant rows.
-SAME_AGAIN = 1e-4
-#: What may be left of a tangent of Φ beside the greatest, where redundant rows close.
-CLOSED = 1e-6
-
 
 def misfitting(solution: DualSolution, names: Sequence[str]) -> set[str]:
     """The numbers that alone move the wheels of a gear pair, or a rack and its pinion, nearer or
@@ -52,7 +47,7 @@ def misfitting(solution: DualSolution, names: Sequence[str]) -> set[str]:
         if isinstance(off, DualNumber):
             most = np.abs(np.atleast_2d(off.tangents)).max(axis=0)
             # lengths by lengths are near 1, and angles of a marker at most the model length
-            found |= {name for name, x in zip(names, most, strict=True) if x > CLOSED}
+            found |= {name for name, x in zip(names, most, strict=True) if x > TANGENTS_LEFT}
     return found
 
 
@@ -123,7 +118,7 @@ class DrivenInstants:
         apart = np.abs(record.values[:, : whole.shape[1]] - whole[instants])
         fine = np.isfinite(whole)
         greatest = np.abs(whole[fine]).max(initial=0.0)
-        return np.asarray(~(fine[instants] & (apart <= SAME_AGAIN * greatest)).all(axis=1))
+        return np.asarray(~(fine[instants] & (apart <= INSTANT_SAME_AGAIN * greatest)).all(axis=1))
 
     def _workspace(self, count: int, with_loads: bool) -> DualWorkspace:
         """A workspace for so many instants, one that is free where there is one."""
@@ -159,9 +154,9 @@ class DrivenInstants:
         names = self.names[part]
         left = np.asarray(found.unclosed)[:, 1 : 1 + len(names)].max(axis=0)
         moved = np.abs(np.asarray(found.output)[:, : system.coordinates, 1 : 1 + len(names)])
-        most = np.maximum(moved.max(axis=(0, 1)), 1e-300)
+        most = np.maximum(moved.max(axis=(0, 1)), TINY)
         self.unclosed |= {
-            n for n, rest, m in zip(names, left, most, strict=True) if rest > CLOSED * m
+            n for n, rest, m in zip(names, left, most, strict=True) if rest > TANGENTS_LEFT * m
         }
 
 
@@ -174,9 +169,6 @@ class DrivenInstants:
 #     dξ/dp = −(∂e/∂ξ)⁻¹ ∂e/∂p,
 #
 # and every quantity m of the position has dm/dp = ∂m/∂p + ∂m/∂ξ dξ/dp.
-
-#: A stiffness whose least singular value is this part of its greatest is none.
-NEUTRAL = 1e-9
 
 
 class RestInstants:
@@ -207,7 +199,7 @@ class RestInstants:
         stiffness = efforts[:, count:]
         sizes = np.linalg.svd(stiffness / self._units(), compute_uv=False)
         by_numbers = record.tangents[:, :, :count]
-        if sizes[-1] > NEUTRAL * sizes[0]:
+        if sizes[-1] > SINGULAR_VALUE_ZERO * sizes[0]:
             moves = -np.linalg.solve(stiffness, efforts[:, :count])
             total = by_numbers + record.tangents[:, :, count:] @ moves
         else:

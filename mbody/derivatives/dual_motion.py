@@ -19,7 +19,18 @@ from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.core.dual_number import DualNumber, value
 from mbody.core.duals import TANGENTS
 from mbody.core.lanes import LANES, aligned
-from mbody.core.tolerances import REDUNDANT_ROW_SOFTNESS
+from mbody.core.tolerances import (
+    COMPLEX_STEP,
+    CONTACT_GAP_NONE,
+    CONTACT_IMPACT_UNKNOWN_NONE,
+    GUARD_GRAZING,
+    REDUNDANT_ROW_SOFTNESS,
+    ROWS_DEPENDENT,
+    TANGENTS_DIFFER,
+    TANGENTS_DIFFER_TOLERANCES,
+    TIMES_SAME_CHANGES,
+    TINY,
+)
 from mbody.derivatives.dual_solution import DualRecord, EventTime, dual_solution
 from mbody.derivatives.mode_record import JumpGuard, LostNumbers, ModeStretch, held
 from mbody.errors import SolveError
@@ -39,8 +50,6 @@ Array = np.ndarray
 
 #: Steps from one instant to the next, at most.
 STEPS = 20_000
-#: A motion that ends so soon after a change, as a part of the time, ends at the change itself.
-AT_ONCE = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -255,7 +264,7 @@ class DualMotion:
         raise_user_error(system)
         if code != DONE or not np.isfinite(free.output).all():
             unit = system.mechanism.units.time
-            if float(times[-1]) - begin <= AT_ONCE * float(times[-1]):
+            if float(times[-1]) - begin <= TIMES_SAME_CHANGES * float(times[-1]):
                 raise SolveError(
                     f"the motion of '{system.mechanism.name}' ends, but for rounding, where "
                     f"something changes, at t = {times[-1]:.6g} {unit}, as by an impact: it has no "
@@ -316,9 +325,6 @@ def _beside(parts: Sequence[DualNumber]) -> DualNumber:
 #
 # The same quantities as of `mbody.analysis.dynamics.contact_guards`, each of one instant.
 
-#: Gaps beyond this, in model lengths, are not what closes there.
-NEAR = 1e-6
-
 
 class GuardDuals:
     """The guards of one system."""
@@ -364,7 +370,7 @@ class GuardDuals:
             return False
         touch = self.uni.touches[guard.number]
         gap = float(touch.spot.sign * value(now.value)[touch.normal])
-        return gap < -NEAR * self.system.length
+        return gap < -CONTACT_GAP_NONE * self.system.length
 
     def kind_of(self, guard: Guard | JumpGuard) -> bool:
         """Whether a guard follows from forces, not from positions and rates alone."""
@@ -455,14 +461,6 @@ class GuardDuals:
 
 # -- Times of mode changes and events, with derivatives ----------------------------------------
 
-#: A rate with which a guard becomes zero below this part of its usual one: it grazes zero.
-GRAZING = 1e-6
-#: By what part the tangents of a state may differ from what the modes that follow allow; by so many
-#: tolerances besides.
-APART, TOLERANCES = 1e-5, 1e3
-#: Times nearer to each other than this part of the motion are one.
-SAME = 1e-12
-
 
 class ChangeTimes:
     """Times of changes and events of one motion, ṫ* = −(g_y S + g_p)/ġ."""
@@ -475,7 +473,7 @@ class ChangeTimes:
         #: By time alone, along which no number changes.
         self.along = GuardDuals(motion.uni, {name: value(one) for name, one in values.items()})
         self.width = len(lost.names)
-        self.short = SAME * float(run.t[-1] - run.begun[0].start.t[0])
+        self.short = TIMES_SAME_CHANGES * float(run.t[-1] - run.begun[0].start.t[0])
         self.events: list[EventTime] = []
         self.own = [event for event in run.events if not event.contact]
         self.measures = {
@@ -535,7 +533,10 @@ class ChangeTimes:
 
     def _differ(self, row: Array, other: Array) -> Array:
         size = np.maximum(np.abs(row), np.abs(other))
-        return np.abs(row - other) > (APART + TOLERANCES * self.motion.settings.rtol) * size
+        return (
+            np.abs(row - other)
+            > (TANGENTS_DIFFER + TANGENTS_DIFFER_TOLERANCES * self.motion.settings.rtol) * size
+        )
 
     def _zero(
         self, stretch: ModeStretch, guard: Any, now: DualInstant, ahead: DualInstant
@@ -546,7 +547,9 @@ class ChangeTimes:
         if g is None or rate is None:
             return None
         change = float(rate.tangents[0])
-        return None if not abs(change) > GRAZING * self._usual(guard) else -g.tangents / change
+        return (
+            None if not abs(change) > GUARD_GRAZING * self._usual(guard) else -g.tangents / change
+        )
 
     def _usual(self, guard: Guard | JumpGuard) -> float:
         """With what rate a guard changes as a rule; of forces it is not known."""
@@ -593,14 +596,6 @@ class ChangeTimes:
 #
 # Squire, Trapp: Using complex variables to estimate derivatives of real functions (1998).
 
-#: Imaginary parts: their squares vanish.
-TINY = 1e-30
-#: An unknown of an impact below this part of the greatest is none, a complement too; where both
-#: are none there is no derivative.
-NONE = 1e-10
-#: Rows that depend on others by less than this part are dependent.
-DEPENDENT = 1e-9
-
 
 class ImpactDuals:
     """The impacts of one system."""
@@ -625,14 +620,18 @@ class ImpactDuals:
             if z is None:
                 return None
             w = A @ z + b
-            size = max(float(np.abs(z).max(initial=0.0)), 1e-300)
-            fast = max(float(np.abs(b).max(initial=0.0)), 1e-300)
-            tied = (z <= NONE * size) & (w <= NONE * fast)
+            size = max(float(np.abs(z).max(initial=0.0)), TINY)
+            fast = max(float(np.abs(b).max(initial=0.0)), TINY)
+            tied = (z <= CONTACT_IMPACT_UNKNOWN_NONE * size) & (
+                w <= CONTACT_IMPACT_UNKNOWN_NONE * fast
+            )
             # friction of what does not press is none, whatever its complement
-            tied[len(closed) :] &= np.tile(z[: len(closed)][rough] > NONE * size, 2)
+            tied[len(closed) :] &= np.tile(
+                z[: len(closed)][rough] > CONTACT_IMPACT_UNKNOWN_NONE * size, 2
+            )
             if tied.any():
                 return None
-            taken = np.flatnonzero(z > NONE * size)
+            taken = np.flatnonzero(z > CONTACT_IMPACT_UNKNOWN_NONE * size)
             supports.append(taken[_independent(A[np.ix_(taken, taken)])])
             return z
 
@@ -652,7 +651,7 @@ class ImpactDuals:
             assert found is not None
             if not np.allclose(found.real, plain.real, rtol=0.0, atol=1e-9 * np.abs(plain).max()):
                 return None
-            tangents[:, k] = found.imag / TINY
+            tangents[:, k] = found.imag / COMPLEX_STEP
         return DualNumber(plain.real, tangents)
 
     def _after(self, now: DualInstant, closed: tuple[int, ...], k: int, solve: Any) -> Array | None:
@@ -705,14 +704,14 @@ def _independent(A: Array) -> Array:
         return np.zeros(0, dtype=int)
     _, R, order = qr(A, mode="economic", pivoting=True)
     sizes = np.abs(np.diag(R))
-    return np.sort(order[: len(sizes)][sizes > DEPENDENT * max(float(sizes[0]), 1e-300)])
+    return np.sort(order[: len(sizes)][sizes > ROWS_DEPENDENT * max(float(sizes[0]), TINY)])
 
 
 def _with(one: DualNumber, k: int) -> Array:
     """Values, with the tangents of direction k as imaginary parts; without any for k = −1."""
     if k < 0:
         return np.asarray(one.value)
-    return np.asarray(one.value + 1j * TINY * one.tangents[..., k])
+    return np.asarray(one.value + 1j * COMPLEX_STEP * one.tangents[..., k])
 
 
 def _with_all(some: list[Any], k: int) -> Array:
@@ -723,7 +722,7 @@ def _with_all(some: list[Any], k: int) -> Array:
     if k < 0:
         return plain
     parts = [one.tangents[k] if isinstance(one, DualNumber) else 0.0 for one in some]
-    return np.asarray(plain + 1j * TINY * np.array(parts))
+    return np.asarray(plain + 1j * COMPLEX_STEP * np.array(parts))
 
 
 # -- Anchors of sticking and closing, with derivatives -----------------------------------------

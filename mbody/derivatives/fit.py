@@ -11,6 +11,19 @@ import numpy as np
 
 from mbody.analysis.driven.driven import ANALYSES
 from mbody.analysis.position.assembly_analysis import as_system
+from mbody.core.tolerances import (
+    BOUND_AT,
+    FIT_CORRELATION_CHANCE,
+    FIT_DEVIATION_LEAST,
+    FIT_DEVIATIONS_SETTLED,
+    FIT_DIRECTION_NONE,
+    FIT_ENDS,
+    FIT_ENDS_GRADIENT,
+    FIT_RESIDUAL_ROUNDING,
+    FIT_SINGULAR_VALUE,
+    FIT_SINGULAR_VALUE_DIFFERENCES,
+    TINY,
+)
 from mbody.derivatives.fit_problem import FitProblem, series_of
 from mbody.derivatives.named_numbers import checked_names, unit_of
 from mbody.errors import ModelError, SolveError, brief
@@ -27,9 +40,6 @@ from mbody.system.system import System
 # -- Identifiable combinations of the unknowns -------------------------------------------------
 
 Array = np.ndarray
-
-#: A part of a direction that is rounding.
-ROUNDING = 1e-6
 
 
 @dataclass(frozen=True)
@@ -71,7 +81,7 @@ class Combination:
     def shown(self, values: Mapping[str, float]) -> float:
         """Its value, 0 where it is rounding beside the parts of the sum."""
         greatest = max(abs(factor * values[name]) for name, factor in self.terms.items())
-        return 0.0 if abs(self.value) <= ROUNDING * greatest else self.value
+        return 0.0 if abs(self.value) <= FIT_DIRECTION_NONE * greatest else self.value
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +122,7 @@ def identified(
     lengths = np.where(none, 1.0, np.linalg.norm(jacobian, axis=0))
     scaled = np.where(none, 0.0, jacobian / lengths)
     _, values, directions = np.linalg.svd(scaled, full_matrices=True)
-    rank = int((values > tolerance * max(values.max(initial=0.0), 1e-300)).sum())
+    rank = int((values > tolerance * max(values.max(initial=0.0), TINY)).sum())
     kept = directions[:rank] / values[:rank, None]
     inverse = (kept.T @ kept) / np.outer(lengths, lengths)
     null, pivots = _reduced(directions[rank:])
@@ -147,7 +157,7 @@ def _reduced(rows: Array) -> tuple[Array, list[int]]:
         pivots.append(pivot)
         others = np.arange(len(rows)) != n
         rows[others] -= np.outer(rows[others, pivot], rows[n])
-    return np.where(np.abs(rows) > ROUNDING, rows, 0.0), pivots
+    return np.where(np.abs(rows) > FIT_DIRECTION_NONE, rows, 0.0), pivots
 
 
 def _said(parts: Mapping[str, float], units: Mapping[str, str]) -> str:
@@ -296,11 +306,9 @@ class Fit(Inherited):
 
 
 #: Where a singular value is zero: exact derivatives, and differences.
-ZERO = {True: 1e-9, False: 1e-5}
-#: Passes that find the deviations of several columns from their residuals, and when they end.
-PASSES, SETTLED = 12, 1e-3
-#: A deviation is at least this part of the greatest datum of a column.
-LEAST = 1e-12
+ZERO = {True: FIT_SINGULAR_VALUE, False: FIT_SINGULAR_VALUE_DIFFERENCES}
+#: Passes that find the deviations of several columns from their residuals.
+PASSES = 12
 #: How often what is held is chosen anew.
 CHOICES = 4
 
@@ -343,8 +351,8 @@ def best_numbers(
             squares, counts = problem.sizes(numbers)
             # each column bears its part of the unknowns
             free = np.maximum(counts * (1.0 - known.rank / problem.count), 1.0)
-            new = np.maximum(np.sqrt(squares / free), LEAST * problem.ranges())
-            done = np.abs(new / sigma - 1.0).max() <= SETTLED
+            new = np.maximum(np.sqrt(squares / free), FIT_DEVIATION_LEAST * problem.ranges())
+            done = np.abs(new / sigma - 1.0).max() <= FIT_DEVIATIONS_SETTLED
             sigma = new
             numbers, known = search.best(numbers, sigma)
             if done:
@@ -414,7 +422,7 @@ class _ResidualSearch:
             lambda part: unit * problem.jacobian(whole(part), sigma)[:, free],
             bounds=(bounds[0] / unit, bounds[1] / unit),
             x_scale="jac",
-            **{"ftol": 1e-12, "xtol": 1e-12, "gtol": 1e-14, "max_nfev": 200},
+            **{"ftol": FIT_ENDS, "xtol": FIT_ENDS, "gtol": FIT_ENDS_GRADIENT, "max_nfev": 200},
         )
         self.settled = bool(found.status != 0)
         return whole(found.x)
@@ -445,12 +453,8 @@ UNSETTLED = (
 DIFFERENCED = (
     "derivatives of this motion are differences of simulate: deviations have some 5 figures"
 )
-#: A value that is this near to its bound, as a part, is at it.
-AT_BOUND = 1e-9
-#: Residuals below this part of the greatest datum are rounding, and fewer are not judged.
-FIT_ROUNDING, FEW = 1e-9, 20
-#: Standard errors of the correlation of a residual with the next one that are no chance.
-CHANCE = 4.0
+#: Fewer residuals are not examined.
+FEW = 20
 
 
 def fit(
@@ -675,16 +679,16 @@ def _notes(
     if problem.count == known.rank:
         notes.append("there are as many unknowns as data: nothing is left to judge errors by")
     for key, value, low, high in zip(keys, numbers, *bounds, strict=True):
-        if min(value - low, high - value) <= AT_BOUND * (abs(value) or 1.0):
+        if min(value - low, high - value) <= BOUND_AT * (abs(value) or 1.0):
             notes.append(f"'{key}' is at its bound: its interval is that of no bound")
     lefts = problem.histories(numbers)
     for k, (name, size) in enumerate(zip(problem.columns, problem.ranges(), strict=True)):
         rows = [left[k][mask[k]] for left, mask in zip(lefts, problem.masks, strict=True)]
         count, whole = sum(map(len, rows)), sum(float(row @ row) for row in rows)
-        if count < FEW or whole <= count * (FIT_ROUNDING * size) ** 2:
+        if count < FEW or whole <= count * (FIT_RESIDUAL_ROUNDING * size) ** 2:
             continue
         shared = sum(float(row[1:] @ row[:-1]) for row in rows) / whole
-        if abs(shared) * math.sqrt(count) > CHANCE:
+        if abs(shared) * math.sqrt(count) > FIT_CORRELATION_CHANCE:
             notes.append(
                 f"what is left of '{name}' is no noise, each residual has {shared:.2f} of the one "
                 "before: the model lacks something, and the intervals are too narrow"

@@ -14,6 +14,7 @@ import numpy as np
 
 from mbody.analysis.driven.driven import requested_instants
 from mbody.analysis.dynamics.simulate import simulate
+from mbody.core.tolerances import DIFFERENCE_STEP_NUMBERS, RTOL_FINE, TINY
 from mbody.derivatives.driven_instants import DrivenInstants, misfitting
 from mbody.derivatives.dual_solution import DualRecord, DualWorkspace, dual_solution
 from mbody.derivatives.gradient import gradient
@@ -375,12 +376,6 @@ def _converted(
 
 Array = np.ndarray
 
-#: Steps of differences of free motions, of the size of a number: their truncation is 1e-8 of a
-#: derivative, and the error of the integrator, `RTOL`, 1e-6.
-STEP = 1e-4
-#: By default error of a step of free motions whose differences are taken.
-RTOL = 1e-10
-
 
 class DrivenPrediction:
     """Histories of a driven analysis with exact derivatives."""
@@ -433,8 +428,8 @@ class FreePrediction:
         # a motion has its beginning, whether it was measured or not
         self.first = 0 if t[0] == 0.0 else 1
         times = t if self.first == 0 else np.concatenate([[0.0], t])
-        self.options = {"rtol": RTOL, **options, "until": float(t[-1]), "times": times}
-        lengths = max(self.system.length, 1e-300)
+        self.options = {"rtol": RTOL_FINE, **options, "until": float(t[-1]), "times": times}
+        lengths = max(self.system.length, TINY)
         self.sizes = np.array(
             [abs(float(self.system.values[name])) or lengths for name in self.names]
         )
@@ -468,7 +463,7 @@ class FreePrediction:
         too.
         """
         count = len(numbers)
-        steps = STEP * np.maximum(np.abs(numbers), self.sizes)
+        steps = DIFFERENCE_STEP_NUMBERS * np.maximum(np.abs(numbers), self.sizes)
         one_sided = numbers - steps < self.least
         low = np.where(one_sided, 2.0, -1.0)
         here = np.repeat(numbers[None, :], 2 * count + 1, axis=0)
@@ -621,7 +616,7 @@ class FitProblem:
         rows = [
             np.concatenate([one.values[k] for one in self.series]) for k in range(len(self.columns))
         ]
-        return np.array([max(np.nanmax(np.abs(row)), 1e-300) for row in rows])
+        return np.array([max(np.nanmax(np.abs(row)), TINY) for row in rows])
 
 
 def _shift(column: str, run: int) -> str:

@@ -15,11 +15,20 @@ from mbody.analysis.dynamics.simulate import beginning, integrate_phases, phase_
 from mbody.analysis.freedom.mobility import released
 from mbody.analysis.initial.initial_state import StartDriver, start_drivers, state_of
 from mbody.core.dual_number import DualNumber
-from mbody.core.tolerances import STATE_REPEATED
+from mbody.core.tolerances import (
+    CHANGE_RESOLVED,
+    GUARD_BEYOND_ZERO,
+    GUARD_ZERO,
+    ROWS_DEPENDENT,
+    STATE_REPEATED,
+    TANGENTS_DIFFER,
+    TANGENTS_DIFFER_TOLERANCES,
+    TIMES_SAME,
+    TIMES_SAME_BEGINNING,
+    TINY,
+)
 from mbody.derivatives.driven_instants import DrivenInstants
 from mbody.derivatives.dual_motion import (
-    APART,
-    TOLERANCES,
     ChangeTimes,
     DualInstant,
     DualMotion,
@@ -52,8 +61,6 @@ from mbody.system.system import System, with_numbers_of
 
 #: Rates of what is prescribed, by place.
 RATES = {"angle": "omega", "x": "vx", "y": "vy"}
-#: Rows that depend on others by less than this part are dependent; so small a change is none.
-CLOSED = 1e-9
 #: Why there is no derivative by a number.
 TIED = "what is prescribed of the beginning does not agree with the joints any more"
 #: Places of a body, in the order of a pose, and the directions in which they are measured.
@@ -194,7 +201,9 @@ def _prescribed(
                 asked = np.eye(len(names))[names.index(f"start.{body}.{place}")]
             moved = _tangents_of(whole, body, place, len(by)) @ chain - asked
             most = max(1.0, float(np.abs(moved).max(initial=0.0)))
-            lost |= {names[int(k)]: TIED for k in np.flatnonzero(np.abs(moved) > CLOSED * most)}
+            lost |= {
+                names[int(k)]: TIED for k in np.flatnonzero(np.abs(moved) > ROWS_DEPENDENT * most)
+            }
     return found, lost
 
 
@@ -223,12 +232,12 @@ def _free(
     order = [row for row, name in enumerate(owners) if name not in names]
     kept, found = list[np.ndarray](), list[StartDriver]()
     for row in [*order, *(owners.index(name) for name in names)]:
-        left = G[row] / max(float(np.linalg.norm(G[row])), 1e-300)
+        left = G[row] / max(float(np.linalg.norm(G[row])), TINY)
         for _ in range(2):
             for one in kept:
                 left = left - (one @ left) * one
         size = float(np.linalg.norm(left))
-        if size > CLOSED:
+        if size > ROWS_DEPENDENT:
             kept.append(left / size)
             if owners[row] in names:
                 found.append(every[names.index(owners[row])])
@@ -292,15 +301,6 @@ def _made(system: System, names: Sequence[str]) -> dict[str, np.ndarray]:
 # Leine, Nijmeijer: Dynamics and Bifurcations of Non-Smooth Mechanical Systems (2004), 7.
 
 Array = np.ndarray
-
-#: A change nearer to the beginning than this part of the time is at it.
-BEGINNING = 1e-9
-#: An argument of a jump is zero below this part of its greatest value.
-AT_ZERO = 1e-9
-#: Times nearer to each other than this part of them are one: no step is as short.
-ROUNDING = 1e-13
-#: How far beyond zero it may be where another motion has found it to be zero.
-BEYOND = 1e-5
 
 
 class DualWalk:
@@ -430,7 +430,7 @@ class DualWalk:
         units = motion.scale[: len(first), None]
         most = np.abs(held / units).max(axis=0, initial=0.0)
         apart = np.abs((after.tangents - held) / units).max(axis=0, initial=0.0)
-        limit = APART + TOLERANCES * motion.settings.rtol
+        limit = TANGENTS_DIFFER + TANGENTS_DIFFER_TOLERANCES * motion.settings.rtol
         wrong = apart > limit * np.maximum(most, self.tangents.resolved)
         why = "what touches or sticks from there on would not, with other numbers: another order"
         if before is None:
@@ -443,7 +443,10 @@ class DualWalk:
     ) -> None:
         """Where a change at the very beginning jumps, other numbers have it or have it not."""
         motion, first = self.motion, self.first
-        if not begun.tangents.any() or begun.value - first.t > BEGINNING * motion.run.t[-1]:
+        if (
+            not begun.tangents.any()
+            or begun.value - first.t > TIMES_SAME_BEGINNING * motion.run.t[-1]
+        ):
             return
         units = motion.scale[: len(after.value), None]
         jump = after.tangents - before.tangents
@@ -451,7 +454,9 @@ class DualWalk:
         most = np.abs(after.tangents / units).max(axis=0, initial=0.0)
         size = np.abs(jump / units).max(axis=0, initial=0.0)
         why = "the motion begins where its modes change, which it does or does not by other numbers"
-        self.lost.lose(size > APART * np.maximum(most, self.tangents.resolved), stretch.t, why)
+        self.lost.lose(
+            size > TANGENTS_DIFFER * np.maximum(most, self.tangents.resolved), stretch.t, why
+        )
 
     def _struck(
         self, old: ModeStretch, stretch: ModeStretch, begun: DualNumber, y: DualNumber
@@ -534,9 +539,9 @@ class DualWalk:
         for place, size in stretch.sizes.items():
             g, rate = now.formula[place], float(ahead.formula.tangents[place, 0])
             side = float(np.sign(g.value))
-            if abs(g.value) <= AT_ZERO * size:
+            if abs(g.value) <= GUARD_ZERO * size:
                 side = float(np.sign(rate))
-                moved = np.abs(g.tangents) > AT_ZERO * size * self.tangents.resolved
+                moved = np.abs(g.tangents) > GUARD_ZERO * size * self.tangents.resolved
                 why = "the motion begins there where a formula jumps, other numbers beside it"
                 self.lost.lose(moved, stretch.t, why)
             if side:
@@ -561,7 +566,9 @@ class DualWalk:
         g = self.motion.at(stretch, t, y, self.tangents).formula.value
         for place, size in stretch.sizes.items():
             side = stretch.sides.get(place, 0.0)
-            if side * g[place] < -BEYOND * size or (not side and abs(g[place]) > BEYOND * size):
+            if side * g[place] < -GUARD_BEYOND_ZERO * size or (
+                not side and abs(g[place]) > GUARD_BEYOND_ZERO * size
+            ):
                 why = "a formula (sign, step) has jumped unseen"
                 self.lost.lose(True, stretch.t, why)
 
@@ -577,14 +584,9 @@ class DualWalk:
 
 def _within(stretch: ModeStretch, t: Array) -> Array:
     """Times of a stretch; those that differ from its ends by rounding are its ends."""
-    near = ROUNDING * np.abs(t)
+    near = TIMES_SAME * np.abs(t)
     found = np.where(t - stretch.t <= near, stretch.t, t)
     return np.where(stretch.end - t <= near, stretch.end, found)
-
-
-#: A change of the state, in its sizes, by a change of a number by its own size: what is less is
-#: integrated with the errors of this one.
-RESOLVED = 1e-3
 
 
 class FreeInstants:
@@ -662,7 +664,9 @@ class FreeInstants:
             return
         kept = self.run.record.table(slice(0, n))[instants]
         apart = np.abs(records.value[:, :n] - kept) / (motion.scale[:n] + np.abs(kept))
-        if float(apart.max(initial=0.0)) <= max(STATE_REPEATED, TOLERANCES * motion.settings.rtol):
+        if float(apart.max(initial=0.0)) <= max(
+            STATE_REPEATED, TANGENTS_DIFFER_TOLERANCES * motion.settings.rtol
+        ):
             return
         names = listed([one.name for one in machine.controllers])
         why = f"followed again the motion is another: {names} must be functions of what they read"
@@ -695,7 +699,7 @@ def _resolved(system: System, names: Sequence[str]) -> Array:
         alike = [one for one in system.values if unit_of(system.mechanism, one) == units[k]]
         sizes[k] = number_sizes(system, alike).max(initial=0.0)
     sizes[sizes == 0.0] = np.inf
-    return RESOLVED / sizes
+    return CHANGE_RESOLVED / sizes
 
 
 def spread(values: dict[str, Any], own: list[str], names: list[str]) -> dict[str, Any]:

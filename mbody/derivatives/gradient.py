@@ -16,6 +16,17 @@ from mbody.analysis.equilibria.equilibrium import Equilibrium, equilibrium
 from mbody.analysis.linear.linearize import Linearization, linearize
 from mbody.analysis.linear.modes import Mode, ModePlace, mode_place, modes, rates_at
 from mbody.analysis.position.assembly_analysis import as_system
+from mbody.core.tolerances import (
+    DERIVATIVE_ALLOWED,
+    DERIVATIVE_BANDS,
+    DERIVATIVE_ERRORS,
+    DERIVATIVE_MOTION_FINER,
+    DERIVATIVE_MOTION_FINEST,
+    DERIVATIVE_ROOT_SIMPLE,
+    DIFFERENCE_STEP_MATRICES,
+    DIFFERENCE_STEP_NUMBERS,
+    EQUILIBRIUM_LAST_STEP,
+)
 from mbody.derivatives.driven_instants import DrivenInstants, RestInstants
 from mbody.derivatives.free_instants import MotionInstants, motion_instants
 from mbody.derivatives.mode_record import with_formulas_of_the_instant
@@ -131,14 +142,6 @@ def per(unit: str, by: str) -> str:
 
 Array = np.ndarray
 
-#: Steps, as parts of the sizes of the numbers.
-PART = 1e-4
-#: Derivatives may differ by this part of what all numbers do together, or by so many times what
-#: differences of two steps differ by; motions have errors of so many times their rtol.
-ALLOWED, BANDS, ERRORS = 2e-3, 3.0, 1e2
-#: Motions for differences are so much more exact than the motion itself, as far as they can be.
-FINER, FINEST = 1e-2, 1e-12
-
 
 def may_jump_unseen(system: System) -> list[str]:
     """Elements that may jump where nothing shows it."""
@@ -161,11 +164,11 @@ def compared_with_differences(
 
     by: dotted names, in the order of the gradient; run_of: the motion of a system with an rtol.
     """
-    fine = max(FINER * rtol, FINEST)
+    fine = max(DERIVATIVE_MOTION_FINER * rtol, DERIVATIVE_MOTION_FINEST)
     sizes = np.array([name in system.values for name in by]) * number_sizes(system, by)
     sizes[np.isnan(found.jacobian).any(axis=tuple(range(found.jacobian.ndim - 1)))] = 0.0
     # both signs, so that numbers that act alike do not always act together
-    change = PART * sizes * np.where(np.arange(len(by)) % 2, -0.7, 1.0)
+    change = DIFFERENCE_STEP_NUMBERS * sizes * np.where(np.arange(len(by)) % 2, -0.7, 1.0)
     if not change.any():
         return found
     names = listed(may_jump_unseen(system))
@@ -184,9 +187,13 @@ def compared_with_differences(
         rows = np.nan_to_num(jacobian[k])
         apart = np.abs(2.0 * rows @ change - narrow)
         scale = 2.0 * np.abs(rows * change).sum(axis=-1)
-        limit = ALLOWED * np.maximum(scale, np.abs(narrow)) + BANDS * np.abs(wide - narrow)
+        limit = DERIVATIVE_ALLOWED * np.maximum(scale, np.abs(narrow)) + DERIVATIVE_BANDS * np.abs(
+            wide - narrow
+        )
         # below the noise of the motions nothing can be said
-        noise = ERRORS * fine * np.abs(np.asarray(found.value[column.name])).max(initial=0.0)
+        noise = (
+            DERIVATIVE_ERRORS * fine * np.abs(np.asarray(found.value[column.name])).max(initial=0.0)
+        )
         if (apart > np.maximum(limit, noise)).any():
             jacobian[k] = np.nan
             notes.append(
@@ -228,12 +235,8 @@ def _measured(
 #
 # F. Tisseur, K. Meerbergen: The quadratic eigenvalue problem, SIAM Review 43 (2001), 2.3 and 4.2.
 
-#: Step of the differences, as a part of the size of a number: matrices are exact to 1e-11.
-MODE_GRADIENT_PART = 1e-3
-#: A root is simple where wᵀ (2 s M + C) u is more than this part of what it is made of.
-SIMPLE = 1e-6
-#: Newton steps to the rest position beside, at most, and the last of them in model lengths.
-STEPS, LAST = 12, 1e-12
+#: Newton steps to the rest position beside, at most.
+STEPS = 12
 #: What is measured of a mode, by number, and of the stiffness, by leaders.
 OF_MODE = re.compile(r"\s*(\w+)\s*\(\s*(\d+)\s*\)\s*")
 OF_SHAPE = re.compile(r"\s*(ratio|phase)\s*\(\s*(\d+)\s*,\s*([\w.]+)\s*,\s*([\w.]+)\s*\)\s*")
@@ -273,7 +276,9 @@ def mode_gradient(rest: Equilibrium, measure: Any, by: Mapping[str, str]) -> Gra
     for k, name in enumerate(names):
         changes, why = None, "the rest position beside it is not found, or other bodies lead there"
         try:
-            changes = beside.changes(name, MODE_GRADIENT_PART * (sizes[k] or 1.0), linear, places)
+            changes = beside.changes(
+                name, DIFFERENCE_STEP_MATRICES * (sizes[k] or 1.0), linear, places
+            )
         except (ModelError, SolveError) as error:
             why = str(error)
         if changes is None:
@@ -338,7 +343,7 @@ class _BesideRest:
             e = np.array([one.value[0] for one in efforts])
             step = np.linalg.solve(np.array([one.tangents[0] for one in efforts]), -e)
             place = place + step
-            if np.abs(step / self.unit).max() <= LAST:
+            if np.abs(step / self.unit).max() <= EQUILIBRIUM_LAST_STEP:
                 break
         else:
             return None
@@ -376,10 +381,10 @@ def _simple(mode: Mode, linear: Linearization) -> Array | None:
     left: Array = np.linalg.svd((s * s * M + s * C + K).T)[2][-1].conj()
     below = left @ (2.0 * s * M + C) @ u
     size = float(np.abs(left) @ (2.0 * abs(s) * np.abs(M) + np.abs(C)) @ np.abs(u))
-    if s == 0.0 or not abs(below) > SIMPLE * size:
+    if s == 0.0 or not abs(below) > DERIVATIVE_ROOT_SIMPLE * size:
         return None
     sizes = np.linalg.svd(s * s * M + s * C + K, compute_uv=False)
-    return None if len(sizes) > 1 and not sizes[-2] > SIMPLE * sizes[0] else left
+    return None if len(sizes) > 1 and not sizes[-2] > DERIVATIVE_ROOT_SIMPLE * sizes[0] else left
 
 
 def _of_root(mode: Mode, linear: Linearization, changes: Sequence[Array], kind: str) -> float:
@@ -436,7 +441,7 @@ def _amplitude(mode: Mode, linear: Linearization, place: ModePlace) -> complex:
     unit = np.array([linear.solution.system.length] * 2 + [1.0])
     size = float(np.abs(mode.amplitudes) @ np.abs(linear.rates / unit).max(axis=(1, 2)))
     size *= unit[place.key]
-    return found if abs(found) > SIMPLE * size else 0.0
+    return found if abs(found) > DERIVATIVE_ROOT_SIMPLE * size else 0.0
 
 
 def _wanted(measure: Any, linear: Linearization, count: int) -> list[_Wanted]:

@@ -13,6 +13,7 @@ from mbody.core.dual_number import DualNumber, value
 from mbody.core.duals import TANGENTS
 from mbody.core.lanes import LANES, aligned
 from mbody.core.recorded_numbers import Untraceable
+from mbody.core.tolerances import QUANTITY_ROUNDING
 from mbody.errors import ModelError, brief
 from mbody.image.changeable import Changeable, changeable_numbers
 from mbody.kernels.number_program import NumberProgram, number_duals
@@ -22,9 +23,6 @@ from mbody.model.numbers import dimension_named
 from mbody.model.simulation import STATE
 from mbody.quantities.units import DIMENSIONS
 from mbody.system.system import System
-
-#: What is this small a part of a quantity is rounding.
-ROUNDING = 1e-12
 
 
 def start_numbers(mechanism: Mechanism) -> dict[str, str]:
@@ -115,7 +113,9 @@ def changed(system: System, names: Sequence[str], value: np.ndarray, row: np.nda
     # a number that is zero has no size: its derivative beside those of the others
     plain = np.abs(np.nan_to_num(row)).reshape(-1, len(names)).max(axis=0, initial=0.0)
     return np.where(
-        sizes == 0.0, plain > ROUNDING * plain.max(initial=0.0), most > ROUNDING * greatest
+        sizes == 0.0,
+        plain > QUANTITY_ROUNDING * plain.max(initial=0.0),
+        most > QUANTITY_ROUNDING * greatest,
     )
 
 

@@ -12,6 +12,7 @@ from mbody.core.dual_number import DualNumber, corners, value
 from mbody.core.duals import TANGENTS
 from mbody.core.lanes import LANES, aligned
 from mbody.core.recorded_numbers import Untraceable
+from mbody.core.tolerances import DERIVATIVE_VALUES_EQUAL, DERIVATIVES_EQUAL
 from mbody.derivatives.dual_solution import DualRecord, DualSolution, dual_solution
 from mbody.errors import ModelError
 from mbody.image.changeable import changeable_numbers
@@ -23,10 +24,6 @@ from mbody.solution.solution import Solution
 from mbody.solution.tracing import Recording, Rule
 from mbody.sweeps.job import MeasuredColumn, reduced
 
-#: Values this close, as a part of the greatest, count as equal.
-EQUAL = 1e-9
-#: Derivatives this close count as equal, as a part of the greatest.
-ALIKE = 1e-6
 #: Names of functions in formulas by NumPy's.
 SHOWN = {"absolute": "abs", "minimum": "min", "maximum": "max"}
 
@@ -102,7 +99,7 @@ def instants_of(run: Solution, column: MeasuredColumn) -> NeededInstants:
 def _greatest(size: np.ndarray) -> np.ndarray:
     """The instant of the greatest value, then those elsewhere that share it."""
     best = int(np.argmax(size))
-    equal = np.flatnonzero(size >= size[best] - EQUAL * abs(size[best]))
+    equal = np.flatnonzero(size >= size[best] - DERIVATIVE_VALUES_EQUAL * abs(size[best]))
     others = [int(k) for k in equal if k != best]
     return np.array([best, *others[:8]])
 
@@ -208,7 +205,7 @@ def _tied(
     changes = signs[:, None] * tangents
     top = np.abs(changes).max(initial=0.0)
     apart = np.abs(changes - changes[0]).max(axis=1, initial=0.0)
-    others = np.flatnonzero(apart > ALIKE * top)
+    others = np.flatnonzero(apart > DERIVATIVES_EQUAL * top)
     if not len(others):
         return []
     return [

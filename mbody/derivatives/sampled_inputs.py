@@ -19,7 +19,7 @@ import numpy as np
 from mbody.analysis.dynamics.interruptions import Interruptions, SampledState
 from mbody.analysis.initial.initial_state import state_of
 from mbody.core.dual_number import DualNumber, value
-from mbody.core.tolerances import TIMES_SAME_SAMPLE
+from mbody.core.tolerances import DIFFERENCE_STEP_INPUTS, TIMES_MOVE_ALIKE, TIMES_SAME_SAMPLE
 from mbody.derivatives.dual_motion import DualMotion, Tangents
 from mbody.derivatives.dual_solution import DualRecord, dual_solution
 from mbody.derivatives.mode_record import LostNumbers, ModeStretch
@@ -40,16 +40,15 @@ from mbody.solution.solution import Solution
 
 Array = np.ndarray
 
-#: By what part of its size a number is changed for differences: errors of the order of its square.
-PART = 1e-5
-
 
 class ControllerDuals:
     """One controller along a motion. `sizes` (numbers,)."""
 
     def __init__(self, controller: Controller, function: Callable[..., Any], sizes: Array) -> None:
         self.controller, self.function = controller, function
-        self.steps = PART * np.where((sizes > 0.0) & np.isfinite(sizes), sizes, 1.0)
+        self.steps = DIFFERENCE_STEP_INPUTS * np.where(
+            (sizes > 0.0) & np.isfinite(sizes), sizes, 1.0
+        )
         self.exact: Any = copy.deepcopy(function)
         #: Of the differences: the function itself, then for each number one above and one below.
         self.copies: list[Callable[..., Any]] = []
@@ -114,8 +113,6 @@ def _named(controller: Controller, found: Any) -> dict[str, Any]:
     return dict(zip(controller.sets, row, strict=True))
 
 
-#: Times that move otherwise by less than this part move together.
-ALIKE = 1e-9
 #: Why there is no derivative by a sample time at an instant.
 ON_IT = "a sample falls on it, which another value moves away from it; take other instants"
 
@@ -288,7 +285,7 @@ class SampledInputs:
         """How all of these move; numbers that move them apart are lost."""
         if not rows:
             return np.zeros(self.width)
-        apart = np.ptp(rows, axis=0) > ALIKE * np.abs(rows).max(axis=0)
+        apart = np.ptp(rows, axis=0) > TIMES_MOVE_ALIKE * np.abs(rows).max(axis=0)
         self.lost.lose(apart, t, "samples fall together there that move apart")
         return np.where(apart, 0.0, rows[0])
 

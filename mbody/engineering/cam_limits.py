@@ -11,6 +11,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.analysis.driven.driven import kinematics
+from mbody.core.tolerances import (
+    CAM_CENTRE_FIXED,
+    CAM_CIRCLE_NONE,
+    CAM_JUMP_BESIDE,
+    RATE_NONE_COORDINATE,
+)
 from mbody.engineering.motion_polygons import check_moving, pose_at
 from mbody.errors import ModelError, SolveError, brief
 from mbody.laws import Law
@@ -100,8 +106,6 @@ def cam_curvature(
 
 #: Places of a turn at which curvatures are computed: every twentieth of a degree.
 PLACES = 7201
-#: Beside a place where a profile's second derivative jumps [rad].
-BESIDE = 1e-9
 
 
 def named_cam(mechanism: Mechanism, name: str | None) -> CamFollower:
@@ -129,7 +133,7 @@ def cam_places(cam: CamFollower) -> np.ndarray:
     law: Law = cam.profile
     jumps = np.mod(np.concatenate([law.turns(0.0), [0.0]]), math.tau)
     grid = np.linspace(0.0, math.tau, PLACES)[:-1]
-    both = np.concatenate([grid, jumps - BESIDE, jumps + BESIDE])
+    both = np.concatenate([grid, jumps - CAM_JUMP_BESIDE, jumps + CAM_JUMP_BESIDE])
     return np.unique(np.mod(both, math.tau))
 
 
@@ -374,10 +378,6 @@ def _lengths(values: np.ndarray) -> list[str]:
 TRIED, HALVED = 400, 50
 #: The greatest base circle of a follower on a guide, by the greatest radius of the pitch curve.
 GREATEST = 30.0
-#: Of the greatest radius, a base circle that is none.
-NOTHING = 1e-9
-#: Of its greatest radius, by which the centre of a cam may move and is taken as fixed.
-FIXED = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -488,7 +488,7 @@ class FollowerPath:
                     inside = worst(self.shifted(middle)) <= 0.0
                     low, high = (low, middle) if inside else (middle, high)
                 base = self.shifted(high).base_radius()
-                return base if base > NOTHING * float(np.abs(self.place).max()) else 0.0
+                return base if base > CAM_CIRCLE_NONE * float(np.abs(self.place).max()) else 0.0
         return None
 
     def _excess(self, limit: float | None) -> Callable[[FollowerPath], float]:
@@ -549,8 +549,8 @@ def follower_path(run: Solution, joint: CamFollower) -> FollowerPath | None:
     size = float(np.abs(seen - middle).max())
     moved = float(np.abs(middle - middle[0]).max())
     omega, alpha = run[joint.i.body].omega, run[joint.i.body].alpha
-    steady = np.abs(omega).min() > FIXED * np.abs(omega).max(initial=0.0)
-    if len(held) != 1 or moved > FIXED * size or not steady or np.ptp(np.sign(omega)):
+    steady = np.abs(omega).min() > CAM_CENTRE_FIXED * np.abs(omega).max(initial=0.0)
+    if len(held) != 1 or moved > CAM_CENTRE_FIXED * size or not steady or np.ptp(np.sign(omega)):
         return None
     (guide,) = held
     p = seen - middle
@@ -583,8 +583,6 @@ def follower_path(run: Solution, joint: CamFollower) -> FollowerPath | None:
 FINE = 3601
 #: The greatest pressure angle is searched between instants on finer grids.
 ZOOMS, GRID = 5, 21
-#: Of the swiftest coordinate, what does not move.
-NONE = 1e-10
 
 
 def cam_analysis(
@@ -748,7 +746,7 @@ def _direction_of_motion(run: Solution, cam: CamFollower, k: int, place: complex
         return complex(x, y) + 1j * turn * arm
 
     found = velocity(cam.j.body) - velocity(cam.i.body)
-    return found if abs(found) > NONE else 0j
+    return found if abs(found) > RATE_NONE_COORDINATE else 0j
 
 
 def _greatest(run: Solution, cam: CamFollower, pressure: Array, psi: Array) -> CamPlace | None:

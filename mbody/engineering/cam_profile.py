@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from mbody.core.tolerances import CAM_CIRCLE_ENDLESS, CAM_CIRCLE_NONE, TABLE_CLOSES
 from mbody.engineering.cam_limits import CamPlace, cam_places, named_cam
 from mbody.errors import ModelError
 from mbody.laws import Law, Table
@@ -114,7 +115,7 @@ def cam_profile(
             "it turns: give a smaller lift, or a greater base_radius"
         )
     R = np.abs(d)
-    if abs(R[-1] - R[0]) > 1e-9 * R.max():
+    if abs(R[-1] - R[0]) > TABLE_CLOSES * R.max():
         raise ModelError(
             f"the lift does not close: {s[0]:.6g} at 0 deg, {s[-1]:.6g} at 360 deg: give a law "
             "that repeats after one turn"
@@ -125,8 +126,6 @@ def cam_profile(
 
 Array = np.ndarray
 
-#: A size that is none, and one without end, by the greatest radius of the profile.
-NOTHING, ENDLESS = 1e-9, 1e6
 #: How often the limit between two sizes is halved: to the last bit.
 HALVED = 60
 
@@ -264,7 +263,7 @@ def cam_undercut(model: Mechanism | System, joint: str | None = None) -> CamUnde
         least=CamPlace(float(rho[n]), float(psi[n])),
         roller=roller,
         base_radius=base,
-        least_base=least_base if least_base > NOTHING * float(R.max()) else 0.0,
+        least_base=least_base if least_base > CAM_CIRCLE_NONE * float(R.max()) else 0.0,
         greatest_roller=greatest,
     )
 
@@ -337,7 +336,7 @@ def _greatest_roller(lift: Array, R1: Array, R2: Array) -> float | None:
     high = float(lift.max())
     while not cuts(high):
         high *= 2.0
-        if high > ENDLESS * float(lift.max()):
+        if high > CAM_CIRCLE_ENDLESS * float(lift.max()):
             return math.inf
     return _limit(cuts, 0.0, high)
 

@@ -9,6 +9,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from mbody.core.tolerances import (
+    CYCLE_PERIODIC,
+    CYCLE_WHOLE_TURNS,
+    ROOT_REAL_FINE,
+    WORK_CYCLE_ROUNDING,
+)
 from mbody.errors import ModelError, brief
 from mbody.laws import Table
 from mbody.model.element import listed
@@ -22,18 +28,13 @@ from mbody.system.read_only import lock
 
 Array = np.ndarray
 
-#: Tolerance of whole turns, relative.
-WHOLE = 1e-9
-#: Tolerance of the periodicity of a quantity, relative to its size.
-SAME = 1e-6
-
 
 def cycle_turns(angle: Array, what: str) -> int:
     """How many whole turns the angles (instants,) [rad] make, both ends included."""
     steps = np.diff(angle)
     turns = abs(angle[-1] - angle[0]) / (2.0 * math.pi) if angle.size else 0.0
     one_way = angle.size > 2 and ((steps > 0.0).all() or (steps < 0.0).all())
-    if not one_way or round(turns) < 1 or abs(turns - round(turns)) > WHOLE * turns:
+    if not one_way or round(turns) < 1 or abs(turns - round(turns)) > CYCLE_WHOLE_TURNS * turns:
         raise ModelError(
             f"{what} needs whole turns in one direction, both ends included; these "
             f"{angle.size} instants are {360.0 * turns:.6g} deg: analyse with turn=True"
@@ -53,7 +54,7 @@ def counted(turns: int) -> str:
 def check_repeats(values: Array, size: float, name: str, what: str) -> None:
     """Refuse a quantity (instants,) that does not end as it began."""
     begin, end = values[0] + 0.0, values[-1] + 0.0  # without the sign of a zero
-    if not abs(end - begin) <= SAME * size:
+    if not abs(end - begin) <= CYCLE_PERIODIC * size:
         raise ModelError(
             f"the {name} is {begin:.6g} at the beginning of the cycle and {end:.6g} at its "
             f"end: {what} needs a periodic cycle: give the driver a constant "
@@ -77,10 +78,6 @@ def link_energy(run: Solution) -> np.ndarray:
     places = np.array([run.system.bodies[body.name] for body in bodies])
     mass = np.asarray(run.system.mass[:, 0]).reshape(-1, 3)[places]
     return np.asarray(0.5 * np.einsum("bk,bkt->t", mass, rates**2))
-
-
-#: Work of a cycle that is rounding, beside the fluctuation of its energy.
-ROUNDING = 1e-12
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -138,7 +135,7 @@ class Fluctuation(Inherited):
         """Coefficient of fluctuation of energy, ΔE / work of a cycle; infinite without work, or
         with one that is rounding beside ΔE.
         """
-        none = abs(self.work) <= ROUNDING * self.fluctuation
+        none = abs(self.work) <= WORK_CYCLE_ROUNDING * self.fluctuation
         return math.inf if none else self.fluctuation / abs(self.work)
 
     @property
@@ -287,7 +284,7 @@ def _may_cross(torque: Array, mean: float) -> Array:
 def _crossings(c: Array, h: float) -> Array:
     """Zeros of a cubic with ascending coefficients within 0 … h."""
     roots = np.roots(c[::-1])
-    real = roots.real[np.abs(roots.imag) <= 1e-9 * (h + np.abs(roots.real))]
+    real = roots.real[np.abs(roots.imag) <= ROOT_REAL_FINE * (h + np.abs(roots.real))]
     return np.asarray(real[(real >= 0.0) & (real <= h)])
 
 

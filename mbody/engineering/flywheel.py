@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.dynamics.simulate import simulate
+from mbody.core.tolerances import RATE_CONSTANT, RTOL_FINE
 from mbody.engineering.fluctuation import Fluctuation, angle_driver, fluctuation, link_energy
 from mbody.errors import ModelError, ModelWarning
 from mbody.laws import Table
@@ -29,14 +30,10 @@ Array = np.ndarray
 
 #: Places between two instants at which the speed is computed.
 BETWEEN = 8
-#: A rate that changes by more than this part of its mean is no constant speed.
-STEADY = 1e-9
 #: Passes of bisection for a speed, an inertia: halves to the last bit.
 PASSES = 200
 #: Instants of a simulated cycle, a turn of it.
 INSTANTS = 720
-#: Error of the steps of the proof.
-RTOL = 1e-10
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,7 +147,7 @@ class FlywheelSizing(Inherited):
         period = float(np.trapezoid(1.0 / np.abs(self.speeds), np.abs(self.angle - self.angle[0])))
         turns = max(1, round(abs(self.angle[-1] - self.angle[0]) / (2.0 * math.pi)))
         count = INSTANTS * turns + 1
-        run = simulate(machine, period, guess=guess, rates=rates, rtol=RTOL, instants=count)
+        run = simulate(machine, period, guess=guess, rates=rates, rtol=RTOL_FINE, instants=count)
         speed = np.asarray(run[driver.body].omega)
         return FlywheelProof(
             _spread(np.abs(speed)), run[driver.body].angle, speed, run, **inherited(run)
@@ -277,7 +274,7 @@ def size_flywheel(run: Solution, coefficient: float, driver: str | None = None) 
         raise ModelError(
             f"driver '{name}' has no speed, which a flywheel needs: give its law a speed", name
         )
-    if np.ptp(rate) > STEADY * abs(speed):
+    if np.ptp(rate) > RATE_CONSTANT * abs(speed):
         raise ModelError(
             f"a flywheel is sized at a constant speed, '{name}' has {rate.min():g} to "
             f"{rate.max():g} rad/s: give its law a constant speed",

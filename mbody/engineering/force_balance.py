@@ -10,6 +10,12 @@ import numpy as np
 
 from mbody.analysis.driven.driven import analyse_with
 from mbody.analysis.position.assembly_analysis import as_system
+from mbody.core.tolerances import (
+    FORCE_NONE_BALANCE,
+    LEAST_SQUARES_ENDS,
+    PRINTED_NONE_FINE,
+    SINGULAR_VALUE_ZERO,
+)
 from mbody.errors import ModelError, brief
 from mbody.model.body import Body, SecondMoments, SlenderRod
 from mbody.model.closed_mechanism import with_changed
@@ -29,12 +35,8 @@ from mbody.system.system import System
 
 Array = np.ndarray
 
-#: A singular value below this part of the greatest is rounding: positions are closed to 1e-13.
-SINGULAR = 1e-9
 #: Passes of Newton's method for the masses of the counterweights, which are not linear.
 PASSES = 200
-#: A change of the moments below this part of them ends the passes.
-STILL = 1e-15
 
 
 @dataclass(frozen=True)
@@ -156,12 +158,12 @@ def best_moments(columns: Array, present: Array, radii: Array) -> Array:
     z = np.zeros(2 * count)
     for _ in range(PASSES):
         slopes = jacobian(z)
-        new = np.linalg.lstsq(slopes, slopes @ z - left(z), rcond=SINGULAR)[0]
-        done = np.abs(new - z).max(initial=0.0) <= STILL * np.abs(new).max(initial=0.0)
+        new = np.linalg.lstsq(slopes, slopes @ z - left(z), rcond=SINGULAR_VALUE_ZERO)[0]
+        done = np.abs(new - z).max(initial=0.0) <= LEAST_SQUARES_ENDS * np.abs(new).max(initial=0.0)
         z = new
         if done:
             break
-    if np.abs(left(z)).max(initial=0.0) > SINGULAR * np.abs(rest).max(initial=0.0):
+    if np.abs(left(z)).max(initial=0.0) > SINGULAR_VALUE_ZERO * np.abs(rest).max(initial=0.0):
         z = _least(left, jacobian, z, float(np.linalg.norm(rest)))
     return z.reshape(count, 2) * radii[:, None]
 
@@ -176,7 +178,7 @@ def _least(left: Any, jacobian: Any, start: Array, scale: float) -> Array:
             begin,
             lambda z: jacobian(z) / scale,
             x_scale="jac",
-            **{"ftol": 1e-15, "xtol": 1e-15, "gtol": 1e-15},
+            **{"ftol": LEAST_SQUARES_ENDS, "xtol": LEAST_SQUARES_ENDS, "gtol": LEAST_SQUARES_ENDS},
         )
         for begin in (start, np.zeros_like(start))
     ]
@@ -234,9 +236,6 @@ def _spread(spread: str | SlenderRod | SecondMoments, inertia: float) -> tuple[A
 
 
 # -- Shaking forces without and with counterweights --------------------------------------------
-
-#: A moment below this part of the greatest is printed as zero.
-ROUNDING = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -347,7 +346,7 @@ class ForceBalance(Inherited):
         peaks = self.data()["peaks"]
         parts = [peaks[when][what] for what in ("force", "moment") for when in ("before", "after")]
         # a moment is rounding beside what the forces would have at the size of the mechanism
-        floor = ROUNDING * max(max(parts[2:]), parts[0] * self.system.length)
+        floor = PRINTED_NONE_FINE * max(max(parts[2:]), parts[0] * self.system.length)
         parts[2:] = [part if part > floor else 0.0 for part in parts[2:]]
         shown = table(
             [
@@ -373,9 +372,6 @@ AT_REST = (
     "the other"
 )
 BALANCED = "the links balance each other already: no counterweight is needed"
-#: Parts of the momentum, or of the shaking force, that are rounding: positions are closed to 1e-13
-#: of the model length, and rates follow from them with the condition of the loops.
-NOTHING = 1e-10
 
 
 def force_balance(model: Mechanism | System, on: Mapping[Any, Any], **options: Any) -> ForceBalance:
@@ -452,10 +448,10 @@ def force_balance(model: Mechanism | System, on: Mapping[Any, Any], **options: A
     # what is rounding beside the momenta of the links, taken one by one, is balanced already
     size = float(np.linalg.norm(links * present))
     momentum = links @ present
-    if np.linalg.norm(momentum) <= NOTHING * size:
+    if np.linalg.norm(momentum) <= FORCE_NONE_BALANCE * size:
         momentum = 0.0 * momentum
     moments = best_moments(columns, momentum, radii)
-    complete = _left(columns, moments, radii, momentum) <= NOTHING * size
+    complete = _left(columns, moments, radii, momentum) <= FORCE_NONE_BALANCE * size
     before, notes = _shaking(run), []
     moving = float(np.abs(before.magnitude).max(initial=0.0)) > 0.0
     if not moving:
@@ -597,7 +593,7 @@ def _rank(columns: Array, length: float) -> int:
     """The number of conditions: of masses and first moments by the model length."""
     scaled = columns / np.tile([length, 1.0, 1.0], columns.shape[1] // 3)
     sizes = np.linalg.svd(scaled, compute_uv=False)
-    return int((sizes > SINGULAR * sizes[0]).sum()) if sizes.size and sizes[0] else 0
+    return int((sizes > SINGULAR_VALUE_ZERO * sizes[0]).sum()) if sizes.size and sizes[0] else 0
 
 
 def _left(columns: Array, moments: Array, radii: Array, present: Array) -> float:
@@ -712,7 +708,9 @@ def _would_do(wanted: Mapping[Marker, float], blocks: list[Solution], present: A
     places, radii = list(wanted), np.array(list(wanted.values()))
     columns = _rows(blocks, places, "v")
     moments = best_moments(columns, present, radii)
-    return _left(columns, moments, radii, present) <= NOTHING * float(np.linalg.norm(present))
+    return _left(columns, moments, radii, present) <= FORCE_NONE_BALANCE * float(
+        np.linalg.norm(present)
+    )
 
 
 def _without_pins(system: System) -> list[str]:

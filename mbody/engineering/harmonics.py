@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from mbody.core.tolerances import HARMONICS_FOLDED, HARMONICS_ORDER_SAME, HARMONICS_STEPS_EQUAL
 from mbody.engineering.fluctuation import angle_driver, check_repeats, counted, cycle_turns
 from mbody.errors import ModelError
 from mbody.model.study import Measure
@@ -18,12 +19,8 @@ from mbody.system.read_only import lock
 
 Array = np.ndarray
 
-#: Tolerance of equal steps of the angle, as a part of a step.
-EQUAL = 1e-6
 #: Orders are known up to this part of the number of instants: those above fold into them.
 KNOWN = 4
-#: A change by this part of the greatest amplitude when every second instant is left out is noted.
-FOLDED = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,7 +164,7 @@ def harmonics(
 
 
 def _notes(folding: float, greatest: float) -> tuple[str, ...]:
-    if folding <= FOLDED * greatest:
+    if folding <= HARMONICS_FOLDED * greatest:
         return ()
     return (
         f"harmonics: leaving out every second instant changes an amplitude by {folding:.2g}: "
@@ -184,7 +181,7 @@ def driver_cycle(run: Solution, driver: str | None) -> Array:
 
 def place_of(order: float, orders: Array, turns: int) -> int:
     """Which of some orders one is."""
-    found = np.flatnonzero(np.abs(orders - order) < 1e-9)
+    found = np.flatnonzero(np.abs(orders - order) < HARMONICS_ORDER_SAME)
     if not found.size:
         parts = f"multiples of 1/{turns}" if turns > 1 else "whole numbers"
         raise ModelError(
@@ -203,7 +200,7 @@ def complex_orders(
     count = angle.size - 1
     equal = np.linspace(angle[0], angle[-1], angle.size)
     off = float(np.abs(angle - equal).max())
-    if off > EQUAL * abs(equal[1] - equal[0]):
+    if off > HARMONICS_STEPS_EQUAL * abs(equal[1] - equal[0]):
         raise ModelError(
             f"harmonics need equal steps of the driver's angle, these are off by up to "
             f"{np.degrees(off):.3g} deg: analyse with turn=True"

@@ -9,6 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mbody.core.tolerances import (
+    DIRECTION_ROUNDING,
+    LINES_PARALLEL,
+    POINT_SAME,
+    RATE_NONE_INSTANT_CENTRE,
+    TINY,
+)
 from mbody.engineering.motion_polygons import (
     AT_REST,
     at_unit_speed,
@@ -30,13 +37,6 @@ Array = np.ndarray
 
 #: What is said of instants at which nothing moves yet.
 BEGINNING = "the instant centres are those that it begins with, from accelerations"
-#: Of the swiftest motion, what is no motion: rates follow from positions that are closed to 1e-13
-#: of the model length, and the worst gallery model loses two digits on the way.
-NO_MOTION = 1e-11
-#: Directions that are +π/2 but for rounding [rad].
-ROUNDING = 1e-12
-#: Centres nearer than this part of their size are one point.
-ONE_POINT = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,7 +161,7 @@ class InstantCentres(Inherited):
             place = complex(one.x[instant], one.y[instant])
             others = firsts[: len(groups)]
             size = np.maximum(np.abs(others), max(self.length, abs(place)))
-            alike = np.flatnonzero(np.abs(others - place) <= ONE_POINT * size)
+            alike = np.flatnonzero(np.abs(others - place) <= POINT_SAME * size)
             if len(alike):
                 groups[alike[0]].append(one)
             else:
@@ -287,8 +287,8 @@ def _by_rates(run: Solution) -> InstantCentres | None:
     for i, j in itertools.combinations(names, 2):
         dx, dy = u[j][0] - u[i][0], u[j][1] - u[i][1]
         turning = omega[j] - omega[i]
-        slides, turns = np.hypot(dx, dy) / length > NO_MOTION * size, np.abs(turning)
-        turns = turns > NO_MOTION * np.maximum(size, np.hypot(dx, dy) / length)
+        slides, turns = np.hypot(dx, dy) / length > RATE_NONE_INSTANT_CENTRE * size, np.abs(turning)
+        turns = turns > RATE_NONE_INSTANT_CENTRE * np.maximum(size, np.hypot(dx, dy) / length)
         kind = np.where(turns, "finite", np.where(slides, "infinite", "none"))
         rate = np.where(turns, turning, np.nan)
         across = np.arctan2(dx, -dy)
@@ -318,7 +318,7 @@ def _degrees(angle: float) -> str:
 def _line(angle: Array) -> Array:
     """Directions of lines [rad], above −π/2 and up to π/2."""
     turned = np.remainder(angle, np.pi)
-    return np.where(turned > 0.5 * np.pi + ROUNDING, turned - np.pi, turned)
+    return np.where(turned > 0.5 * np.pi + DIRECTION_ROUNDING, turned - np.pi, turned)
 
 
 def _keeping(run: Solution) -> dict[frozenset[str], Revolute | Prismatic]:
@@ -406,7 +406,7 @@ def centrodes(run: Solution, body: str, relative_to: str = "ground") -> Centrode
     run = as_solution(run)
     check_moving(run, "centrodes are")
     m = relative_motion(run, body, relative_to)
-    pole = m.instant_centre(NO_MOTION)
+    pole = m.instant_centre(RATE_NONE_INSTANT_CENTRE)
     moving = np.exp(-1j * m.angle) * (pole - m.place)
     return Centrodes(pole.real, pole.imag, moving.real, moving.imag, **inherited(run))
 
@@ -418,9 +418,6 @@ def centrodes(run: Solution, body: str, relative_to: str = "ground") -> Centrode
 # be solved by lines alone.
 
 Pair = frozenset[str]
-
-#: Sine of the least angle at which two lines give a point.
-CROSSING = 1e-6
 
 
 @dataclass(frozen=True)
@@ -480,7 +477,7 @@ def kennedy_lines(
                 if k not in (i, j) and known.issuperset(ends):
                     lines[k] = np.cross(at[ends[0]], at[ends[1]])
             best, thirds = _crossing(lines)
-            if best > CROSSING:
+            if best > LINES_PARALLEL:
                 new.append(frozenset((i, j)))
                 found += [KennedyLine((i, j), ((i, k), (k, j))) for k in thirds]
         if not new:
@@ -494,10 +491,10 @@ def _crossing(lines: dict[str, np.ndarray]) -> tuple[float, tuple[str, ...]]:
         return 0.0, ()
     names, whole = list(lines), np.array(list(lines.values()))
     sizes = np.linalg.norm(whole, axis=1)
-    units = whole / np.maximum(sizes, 1e-300)[:, None]
+    units = whole / np.maximum(sizes, TINY)[:, None]
     apart = np.linalg.norm(np.cross(units[:, None], units[None, :]), axis=2)
     # lines through centres that are one point, or of which one is missing, are none
-    sound = sizes > CROSSING
+    sound = sizes > LINES_PARALLEL
     apart = np.where(np.triu(sound[:, None] & sound, 1), apart, 0.0)
     one, other = np.unravel_index(int(np.argmax(apart)), apart.shape)
     best = float(apart[one, other])

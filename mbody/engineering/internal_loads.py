@@ -10,6 +10,12 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.driven.free_body import Wrench, free_body
+from mbody.core.tolerances import (
+    DENSITY_NEGATIVE_ROUNDING,
+    POINT_SAME,
+    PRINTED_NONE_FINE,
+    RATE_NONE_BAR,
+)
 from mbody.errors import ModelError
 from mbody.model.body import Body, CrossSection, as_section
 from mbody.model.element import Marker, listed
@@ -24,9 +30,6 @@ from mbody.system.read_only import lock
 # -- Mass distribution along the bar of a link, and its weight and inertia up to a cut ---------
 
 Array = np.ndarray
-
-#: A density that is below zero by less than this part of its mean is rounding.
-ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +93,10 @@ def link_mass(
         places = [-1.0, 1.0]
         if of_x[2] > 0.0 and abs(first) < 2.0 * of_x[2]:
             places.append(-first / (2.0 * of_x[2]))
-        if min(np.polynomial.polynomial.polyval(x, of_x) for x in places) > -ROUNDING * mean:
+        if (
+            min(np.polynomial.polynomial.polyval(x, of_x) for x in places)
+            > -DENSITY_NEGATIVE_ROUNDING * mean
+        ):
             x = np.polynomial.Polynomial([-1.0, 1.0 / half])
             density = np.zeros(3)
             made = np.polynomial.Polynomial(of_x)(x).coef
@@ -99,9 +105,6 @@ def link_mass(
 
 
 # -- Points of a bar at which forces act -------------------------------------------------------
-
-#: Places that are this near, as a part of the size of the mechanism, are one.
-SAME = 1e-9
 
 
 @dataclass(frozen=True)
@@ -184,7 +187,7 @@ def bar_of(run: Solution, body: str, along: Any = None) -> Bar:
     at = run.system.numbers
     (ax, ay), (bx, by) = (map(float, at.point(f"{body}.{name}")) for name in line)
     length = float(np.hypot(bx - ax, by - ay))
-    if not length > SAME * run.system.length:
+    if not length > POINT_SAME * run.system.length:
         raise ModelError(
             f"'{line[0]}' and '{line[1]}' of '{body}' are one place: a bar goes along two", body
         )
@@ -203,7 +206,8 @@ def _ends(run: Solution, link: Body) -> tuple[str, ...]:
                 names = [
                     name
                     for name in link.points
-                    if _apart((x, y), at.point(f"{link.name}.{name}")) <= SAME * run.system.length
+                    if _apart((x, y), at.point(f"{link.name}.{name}"))
+                    <= POINT_SAME * run.system.length
                 ]
                 for name in names[:1]:
                     found.setdefault(name, (x, y))
@@ -300,12 +304,8 @@ def _acting_at(run: Solution, body: str, name: str) -> tuple[Array, Array]:
 PLACES = 101
 #: Most of them.
 MOST = 100_001
-#: A place that moves along a bar by less than this part of its length stands still.
-STILL = 1e-9
 #: Places across a section at which stresses are combined, with the outer fibres and the middle.
 ACROSS = 41
-#: Below this part of the greatest force a value is printed as zero.
-INTERNAL_LOADS_ROUNDING = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -486,7 +486,7 @@ class InternalLoads(Inherited):
         size = max(abs(found["axial"][0]), abs(found["shear"][0]))
         floor = {"axial": size, "shear": size, "bending": size * self.length}
         value = {
-            key: one[0] if abs(one[0]) > INTERNAL_LOADS_ROUNDING * floor.get(key, 0.0) else 0.0
+            key: one[0] if abs(one[0]) > PRINTED_NONE_FINE * floor.get(key, 0.0) else 0.0
             for key, one in found.items()
         }
         lines = table(
@@ -637,10 +637,10 @@ def _snapped(place: Array, length: float) -> Array:
     """
     found = place.copy()
     for row in found.T:
-        if np.ptp(row) <= STILL * length:
+        if np.ptp(row) <= RATE_NONE_BAR * length:
             row[:] = row.mean()
             for end in (0.0, length):
-                if abs(row[0] - end) <= STILL * length:
+                if abs(row[0] - end) <= RATE_NONE_BAR * length:
                     row[:] = end
     return found
 
@@ -650,7 +650,7 @@ def _cuts(bar: Bar, mass: LinkMass, place: Array, places: int) -> tuple[Array, A
     lump = [mass.place] if mass.density is None and mass.mass > 0.0 else []
     low = min(0.0, float(place.min(initial=0.0)), *lump)
     high = max(bar.length, float(place.max(initial=bar.length)), *lump)
-    fixed = [float(row[0]) for row in place.T if np.ptp(row) <= STILL * bar.length]
+    fixed = [float(row[0]) for row in place.T if np.ptp(row) <= RATE_NONE_BAR * bar.length]
     sharp = np.unique([low, high, *fixed, *lump])
     plain = np.setdiff1d(np.linspace(low, high, places), sharp)
     cuts = np.concatenate([sharp, sharp, plain])

@@ -10,6 +10,7 @@ import numpy as np
 
 from mbody.analysis.driven.driven import kinematics
 from mbody.analysis.driven.free_body import free_body
+from mbody.core.tolerances import ACCELERATION_NONE, POINT_SAME
 from mbody.errors import ModelError
 from mbody.model.element import Marker, listed
 from mbody.model.joints import Distance, Fixed, Joint, Revolute
@@ -28,9 +29,6 @@ Array = np.ndarray
 
 #: What is said of a motion that its driver does not make.
 AT_REST = "the instant centres are those at unit speed"
-#: Of the accelerations that forces would give one by one, what is none: contacts that hold a pile
-#: at rest are solved to some 1e-7 of its weight.
-NO_ACCELERATION = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +118,7 @@ def _accelerates(run: Solution, k: int) -> bool:
             moment = force.torque + dx * force.fy - dy * force.fx
             alone.append(force.force / mass / length if mass > 0.0 else 0.0)
             alone.append(abs(float(moment)) / inertia if inertia > 0.0 else 0.0)
-    return max(found) > NO_ACCELERATION * max(alone)
+    return max(found) > ACCELERATION_NONE * max(alone)
 
 
 def pose_at(run: Solution, k: int) -> dict[str, tuple[float, float, float]]:
@@ -160,10 +158,6 @@ def relative_motion(run: Solution, body: str, relative_to: str) -> RelativeMotio
     a, b = run[body], run[relative_to]
     path = relative_path(run, a, relative_to)
     return RelativeMotion(*path, a.angle - b.angle, a.omega - b.omega, a.alpha - b.alpha)
-
-
-#: Of the model length, how near a marker is to the place of its joint where it is there.
-NEAR = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -345,7 +339,7 @@ def _meeting(run: Solution, joint: Joint) -> list[tuple[str, str, tuple[Array, A
 def _is_there(run: Solution, place: tuple[Array, Array], there: Any) -> bool:
     """Whether a marker is at the place of its joint at every instant."""
     away = np.hypot(place[0] - there[0], place[1] - there[1])
-    return bool((away <= NEAR * run.system.length).all())
+    return bool((away <= POINT_SAME * run.system.length).all())
 
 
 def _carried(

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mbody.core.tolerances import CURVATURE_NONE, RATE_NONE_COORDINATE
 from mbody.engineering.motion_polygons import check_moving, relative_motion, relative_path
 from mbody.model.element import Marker
 from mbody.solution.doubts import Inherited, inherited
@@ -13,11 +14,6 @@ from mbody.solution.solution import Solution, as_solution
 from mbody.system.read_only import lock
 
 Array = np.ndarray
-
-#: A part of the greatest speed that is none.
-CUSP = 1e-10
-#: A curvature times the model length that is none.
-STRAIGHT = 1e-10
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,9 +83,9 @@ def path_curvature(
     check_moving(run, "the curvature of a path is")
     apart, v, a = relative_path(run, run.point(place), relative_to)
     speed = np.abs(v)
-    speed = np.where(speed > CUSP * speed.max(initial=0.0), speed, np.nan)
+    speed = np.where(speed > RATE_NONE_COORDINATE * speed.max(initial=0.0), speed, np.nan)
     curvature = (np.conj(v) * a).imag / speed**3
-    bent = np.where(np.abs(curvature) * run.system.length > STRAIGHT, curvature, np.nan)
+    bent = np.where(np.abs(curvature) * run.system.length > CURVATURE_NONE, curvature, np.nan)
     # numbers that are none stand for cusps and straight paths
     with np.errstate(divide="ignore", invalid="ignore"):
         centre = apart + 1j * v / speed / bent
@@ -176,7 +172,7 @@ def inflection_circle(run: Solution, body: str, relative_to: str = "ground") -> 
     run = as_solution(run)
     check_moving(run, "an inflection circle is")
     m = relative_motion(run, body, relative_to)
-    turning, pole = 1j * m.alpha - m.omega**2, m.instant_centre(CUSP)
+    turning, pole = 1j * m.alpha - m.omega**2, m.instant_centre(RATE_NONE_COORDINATE)
     omega = np.where(np.isnan(pole.real), np.nan, m.omega)
     # numbers that are none stand for bodies that do not turn
     with np.errstate(divide="ignore", invalid="ignore"):

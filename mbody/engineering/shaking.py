@@ -11,6 +11,12 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.driven.free_body import acting_on_several, coupled, driven
+from mbody.core.tolerances import (
+    CRANK_BESIDE_DEAD_CENTRE,
+    FORCE_NONE,
+    HARMONICS_ORDER_SAME,
+    RATE_CONSTANT,
+)
 from mbody.engineering.fluctuation import angle_driver, check_repeats, cycle_turns
 from mbody.engineering.harmonics import complex_orders, driver_cycle, place_of
 from mbody.errors import ModelError, brief
@@ -265,9 +271,6 @@ def rocking_couple(run: Solution, offsets: Mapping[str, Number]) -> RockingCoupl
 
 # -- Firing orders: at which angle of the crank each cylinder fires ----------------------------
 
-#: A crank that is beside its dead centre by more than this part of a turn does not fit.
-BESIDE = 1e-6
-
 
 def firing_angles(
     order: str | Sequence[int],
@@ -343,7 +346,7 @@ def firing_angles(
         raise ModelError(f"a cycle has 2 turns or 1, or another whole number, not {turns!r}")
     cycle = 2.0 * math.pi * turns
     steps = [cycle / count] * count if intervals is None else [float(one) for one in intervals]
-    if len(steps) != count or abs(sum(steps) - cycle) > BESIDE * cycle:
+    if len(steps) != count or abs(sum(steps) - cycle) > CRANK_BESIDE_DEAD_CENTRE * cycle:
         raise ModelError(
             f"{len(steps)} intervals of {math.degrees(sum(steps)):.6g} deg in all do not make the "
             f"cycle of {count} cylinders, {360 * turns} deg: give one after each firing"
@@ -383,7 +386,7 @@ def _check_cranks(found: Mapping[int, float], cranks: Mapping[int, float]) -> No
     for n, angle in found.items():
         own = float(cranks[n]) - float(cranks[first])
         off = math.remainder(angle - own, 2.0 * math.pi)
-        if abs(off) > BESIDE * 2.0 * math.pi:
+        if abs(off) > CRANK_BESIDE_DEAD_CENTRE * 2.0 * math.pi:
             raise ModelError(
                 f"cylinder {n} fires {math.degrees(angle):.6g} deg after cylinder {first}, where "
                 f"its piston is {math.degrees(abs(off)):.6g} deg of the crank away from the dead "
@@ -393,12 +396,8 @@ def _check_cranks(found: Mapping[int, float], cranks: Mapping[int, float]) -> No
 
 # -- Orders of shaking force and moment, and the shafts that balance an order ------------------
 
-#: Of all forces on the frame and of all inertia forces, what is printed as zero and needs no shaft.
-ROUNDING = 1e-9
 #: Orders that are found unless the caller says how many.
 ORDERS = 8.0
-#: A rate that changes by more than this part of its mean is no constant speed.
-STEADY = 1e-9
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -491,7 +490,7 @@ class ShakingOrders(Inherited):
 
     def __str__(self) -> str:
         unit = self.run.mechanism.units
-        floor = ROUNDING * self.size
+        floor = FORCE_NONE * self.size
         arm = floor * self.run.system.length
         shown = [
             k
@@ -693,7 +692,7 @@ def balance_shafts(
     found = shaking_orders(run, driver=name, highest=max(highest, 1.0))
     rate = np.asarray(run.driven(name)[1])
     speed = float(np.mean(rate))
-    if not speed or np.ptp(rate) > STEADY * abs(speed):
+    if not speed or np.ptp(rate) > RATE_CONSTANT * abs(speed):
         raise ModelError(
             f"balance shafts are for a constant speed, '{name}' has {rate.min():g} to "
             f"{rate.max():g} rad/s: give its law a constant speed",
@@ -701,7 +700,7 @@ def balance_shafts(
         )
     shafts = []
     for order in orders:
-        places = np.flatnonzero(np.abs(found.orders - order) < 1e-9)
+        places = np.flatnonzero(np.abs(found.orders - order) < HARMONICS_ORDER_SAME)
         if not places.size or not order > 0:
             raise ModelError(
                 f"there is no shaft of order {order:g}: orders of this cycle are multiples of "
@@ -709,7 +708,7 @@ def balance_shafts(
             )
         for sense, parts in ((1, found.forward), (-1, found.backward)):
             part = complex(parts[places[0]])
-            if abs(part) > ROUNDING * found.size:
+            if abs(part) > FORCE_NONE * found.size:
                 unbalance = abs(part) / (order * speed) ** 2
                 angle = float(np.angle(-part))
                 shafts.append(BalanceShaft(float(order), sense, unbalance, angle, abs(part)))

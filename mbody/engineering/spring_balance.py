@@ -10,6 +10,7 @@ import numpy as np
 
 from mbody.analysis.driven.driven import analyse_with
 from mbody.analysis.position.assembly_analysis import as_system
+from mbody.core.tolerances import FORCE_NONE_BALANCE, SINGULAR_VALUE_ZERO, SPRING_PUSHED
 from mbody.errors import ModelError, brief
 from mbody.model.closed_mechanism import with_changed
 from mbody.model.element import listed
@@ -25,12 +26,6 @@ from mbody.system.system import System
 Array = np.ndarray
 
 STILL = " does not move: what it holds need not be balanced"
-#: A part of the efforts that is rounding.
-NOTHING = 1e-10
-#: A spring that would leave less than this part if it could push is said to.
-PUSHED = 0.99
-#: A singular value below this part of the greatest is rounding.
-SINGULAR = 1e-9
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -110,7 +105,7 @@ class SpringBalance(Inherited):
             ]
         )
         drivers = list(self.before)
-        floor = NOTHING * max([_peak(one) for one in self.before.values()], default=0.0)
+        floor = FORCE_NONE_BALANCE * max([_peak(one) for one in self.before.values()], default=0.0)
         angular = {one.name: getattr(one, "angular", False) for one in self.system.leaders}
         efforts = table(
             [
@@ -232,7 +227,7 @@ def spring_balance(
     last = analyse_with(whole, "statics", options, "spring_balance")
     after = {name: _effort(last, name, [*loads, *names]) for name in drivers}
     left = float(np.linalg.norm(_row(after, sizes)) / np.linalg.norm(present))
-    complete = left <= NOTHING
+    complete = left <= FORCE_NONE_BALANCE
     reason = "" if complete else _reason(left, stiffness, columns, present)
     return SpringBalance(
         stiffness=stiffness,
@@ -355,7 +350,7 @@ def _without_rounding(system: System, columns: Array, names: list[str]) -> Array
     machine, rows = system.mechanism, len(columns)
     # a unit stiffness gives a torque of the square of a length at most, or of an angle
     size = [1.0 if isinstance(machine[n], TorsionSpring) else system.length**2 for n in names]
-    acts = np.linalg.norm(columns, axis=0) > SINGULAR * np.sqrt(rows) * np.array(size)
+    acts = np.linalg.norm(columns, axis=0) > SINGULAR_VALUE_ZERO * np.sqrt(rows) * np.array(size)
     return np.where(acts, columns, 0.0)
 
 
@@ -372,15 +367,19 @@ def _solved(columns: Array, present: Array, names: list[str]) -> tuple[list[floa
     scaled = columns / np.where(sizes > 0.0, sizes, 1.0)
     found = nnls(scaled, -present)[0]
     _, values, directions = np.linalg.svd(np.linalg.qr(scaled, mode="r"))
-    alike = directions[int((values > SINGULAR * values.max()).sum()) :]
-    several = [n for n in np.flatnonzero(sizes) if np.abs(alike[:, n]).max(initial=0.0) > SINGULAR]
+    alike = directions[int((values > SINGULAR_VALUE_ZERO * values.max()).sum()) :]
+    several = [
+        n
+        for n in np.flatnonzero(sizes)
+        if np.abs(alike[:, n]).max(initial=0.0) > SINGULAR_VALUE_ZERO
+    ]
     if several:
         names = [names[n] for n in several]
         notes.append(f"other stiffnesses of {listed(names)} do as much: they act alike")
     used = np.flatnonzero(found)
     if len(used):
         # the same least squares once more: the last solve of nnls has half of the figures
-        better, _, rank, _ = np.linalg.lstsq(scaled[:, used], -present, rcond=SINGULAR)
+        better, _, rank, _ = np.linalg.lstsq(scaled[:, used], -present, rcond=SINGULAR_VALUE_ZERO)
         if rank == len(used) and (better >= 0.0).all():
             found[used] = better
     return [float(k / size) if size else 0.0 for k, size in zip(found, sizes, strict=True)], notes
@@ -390,9 +389,9 @@ def _reason(left: float, stiffness: dict[str, float], columns: Array, present: A
     """Why something is left."""
     head = f"springs {listed(stiffness)} leave {100.0 * left:.3g} % of the effort (rms)"
     pushing = [name for name, k in stiffness.items() if k == 0.0]
-    free = np.linalg.lstsq(columns, -present, rcond=SINGULAR)[0]
+    free = np.linalg.lstsq(columns, -present, rcond=SINGULAR_VALUE_ZERO)[0]
     rest = float(np.linalg.norm(present + columns @ free) / np.linalg.norm(present))
-    if pushing and rest < PUSHED * left:
+    if pushing and rest < SPRING_PUSHED * left:
         return (
             f"{head}: {listed(pushing)} would have to push, which would leave "
             f"{100.0 * rest:.3g} %: other places may do it"

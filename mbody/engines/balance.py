@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.driven.free_body import acting_on_several, coupled, driven
+from mbody.core.tolerances import BALANCE_EXPECTED, RATE_NONE_MECHANISM
 from mbody.engines.crosscheck_result import Comparison, CrosscheckResult
 from mbody.engines.independent_reading import law_by_formula, laws_of, reading
 from mbody.engines.load_forces import (
@@ -233,12 +234,6 @@ class _TermPair(_Pair):
         return self.at.angle(self.element, f"{self.n}.{side}")
 
 
-#: A part of the speed that forces would give that is none, as in the residuals of results.
-STILL = 1e-12
-#: Residual of Newton's method at its end: over the gallery at most 5e-13 of the greatest force.
-EXPECTED = 5e-12
-
-
 def crosscheck_result(system: System, run: Solution) -> CrosscheckResult:
     """The balance of forces and of power for a result."""
     run, notes = without_pressing_stops(run)
@@ -272,11 +267,11 @@ def crosscheck_result(system: System, run: Solution) -> CrosscheckResult:
     _laws(system, run, comparison)
     _meshing(system, run, comparison)
     why = "residual of Newton's method, and rounding of sums"
-    expected: dict[str, Array | float] = dict.fromkeys(comparison.kinds, EXPECTED)
+    expected: dict[str, Array | float] = dict.fromkeys(comparison.kinds, BALANCE_EXPECTED)
     reasons = dict.fromkeys(comparison.kinds, why)
     if run.stepped is not None:
         arms = comparison.top("force") / comparison.top("torque") * _passed_in_a_step(run)
-        expected["torque"] = EXPECTED + arms
+        expected["torque"] = BALANCE_EXPECTED + arms
         reasons["torque"] = "contacts of a step act in its middle, bodies are at its end"
     rows = comparison.rows(expected, reasons)
     if taken:
@@ -440,5 +435,7 @@ def _power(
     top = float(np.abs(loads / units).max(initial=0.0))
     whole_mass = float(system.mass[: system.coordinates : 3].sum())
     if whole_mass > 0.0:
-        comparison.size("power", STILL * top * np.sqrt(top * system.length / whole_mass))
+        comparison.size(
+            "power", RATE_NONE_MECHANISM * top * np.sqrt(top * system.length / whole_mass)
+        )
     comparison.add("power", "power", np.zeros(len(run)), whole)

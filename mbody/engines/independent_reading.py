@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from mbody.core.tolerances import COMPARISON_READING
 from mbody.laws import (
     Constant,
     ConstantAcceleration,
@@ -118,9 +119,6 @@ class Jet:
         return self.through(math.log(self.f), 1.0 / self.f, -1.0 / self.f**2)
 
 
-#: A number that differs from the system's by less than this is rounding: the system's is used.
-ROUNDING = 1e-13
-
 _readings: weakref.WeakKeyDictionary[System, Reading] = weakref.WeakKeyDictionary()
 
 
@@ -159,7 +157,7 @@ class Reading:
             ours = self.values.get(name)
             if anew is None or ours is None or np.ndim(ours):
                 continue
-            if abs(anew - ours) > ROUNDING * abs(anew):
+            if abs(anew - ours) > COMPARISON_READING * abs(anew):
                 self.values[name] = anew
 
     def __getitem__(self, name: str) -> Any:

@@ -15,6 +15,12 @@ import numpy as np
 from mbody.analysis.initial.close_loops import close_loops
 from mbody.analysis.initial.initial_state import initial_state_of
 from mbody.analysis.position.assembly_analysis import as_system
+from mbody.core.tolerances import (
+    MUJOCO_ARTIFICIAL_INERTIA,
+    MUJOCO_ARTIFICIAL_MASS,
+    MUJOCO_IMPEDANCE,
+    POINT_SAME,
+)
 from mbody.engines.crosscheck_result import Inexpressible
 from mbody.engines.load_forces import follows_formula, signals_of, smooth_alone
 from mbody.engines.spanning_tree import (
@@ -206,11 +212,6 @@ def placed(x: float, y: float, theta: float, at: tuple[float, float]) -> tuple[f
 
 # -- The document of an MJCF file: its sections, and the tree of bodies with their joints ------
 
-#: A body without mass gets this part of the greatest mass: MuJoCo cannot move a massless body.
-STAND_IN = 1e-9
-#: The same for the inertia of a point mass, which moves with its place in any case.
-POINT = 1e-13
-
 
 class Document:
     """One file while it is written: sections, bodies, coordinates.
@@ -316,14 +317,11 @@ class Document:
         if mass and not inertia:
             # more than the least that MuJoCo accepts
             least = 1e-14 / (self.scale.mass * self.scale.length**2)
-            return mass, max(POINT * mass * self.system.length**2, least)
-        return mass or STAND_IN * greatest, inertia or STAND_IN * widest
+            return mass, max(MUJOCO_ARTIFICIAL_INERTIA * mass * self.system.length**2, least)
+        return mass or MUJOCO_ARTIFICIAL_MASS * greatest, inertia or MUJOCO_ARTIFICIAL_MASS * widest
 
 
 # -- Joints that close loops, in MJCF: constraints, tendons, second halves of bodies -----------
-
-#: Angles and sites closer than this [rad, model lengths] are the same.
-SAME = 1e-9
 
 
 class ClosureWriter:
@@ -480,7 +478,7 @@ class ClosureWriter:
             for joint, own, far in ((one, *ends) for one in pins for ends in ("ij", "ji")):
                 on, to = getattr(joint, own).body, getattr(joint, far).body
                 px, py = self.system.numbers.arm(joint, own)
-                near = abs(px - x) + abs(py - y) <= SAME * self.system.length
+                near = abs(px - x) + abs(py - y) <= POINT_SAME * self.system.length
                 if on == name and near and to not in found:
                     found.add(to)
                     pending.append((to, self.system.numbers.arm(joint, far)))
@@ -728,7 +726,7 @@ class ElementWriter(ClosureWriter):
                 continue
             heading = self.document.pose[branch.body][2] + column.direction
             along = np.cos(heading - base)
-            if abs(abs(along) - 1.0) > SAME or type(branch.joint) is not Prismatic:
+            if abs(abs(along) - 1.0) > POINT_SAME or type(branch.joint) is not Prismatic:
                 continue
             sign = round(float(along)) * (1.0 if pair[0] == driver.i.body else -1.0)
             name = column.name
@@ -737,8 +735,6 @@ class ElementWriter(ClosureWriter):
         return False
 
 
-#: Greatest impedance that MuJoCo allows for a constraint.
-HARD = 0.9999
 #: Steps in the shortest characteristic time of the start: of an oscillation, a turn, a passage.
 STEPS = 500
 
@@ -845,8 +841,9 @@ class MjcfWriter:
         if self.document.stand_ins:
             notes.append(
                 f"{', '.join(repr(one) for one in self.document.stand_ins)}: without mass or "
-                f"inertia; the file has very small ones ({STAND_IN:g} of the greatest, {POINT:g} "
-                "for point masses), since MuJoCo cannot move a massless body; where loads act on "
+                "inertia; the file has very small ones "
+                f"({MUJOCO_ARTIFICIAL_MASS:g} of the greatest, {MUJOCO_ARTIFICIAL_INERTIA:g} for "
+                "point masses), since MuJoCo cannot move a massless body; where loads act on "
                 "these alone its steps are unstable: give them masses before the file is run freely"
             )
         without = (*elements.refused, *signals_of(self.machine))
@@ -915,7 +912,7 @@ class MjcfWriter:
             self.document.parts["default"],
             "equality",
             solref=numbers(1.0, -k, -0.1 * math.sqrt(k)),
-            solimp=f"{HARD} {HARD} 0.001 0.5 2",
+            solimp=f"{MUJOCO_IMPEDANCE} {MUJOCO_IMPEDANCE} 0.001 0.5 2",
         )
 
     def _rods(self) -> None:

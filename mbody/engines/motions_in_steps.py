@@ -17,6 +17,13 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.dynamics.simulate import simulate
+from mbody.core.tolerances import (
+    COMPARISON_BLIND,
+    COMPARISON_FLOOR,
+    COMPARISON_IMPACTS_SAME,
+    FORCE_NONE,
+    RTOL_COMPARISON_ROUGH,
+)
 from mbody.engines.crosscheck_result import Inexpressible, Row
 from mbody.errors import ModelError, SolveError
 from mbody.model.closed_mechanism import with_others
@@ -34,14 +41,6 @@ APART, GROUPS = (1.0, 0.83, 0.71), (1.0, 0.5, 0.25)
 #: Times by which our result may be farther from that of the finest steps than those of all lengths
 #: are from each other: the error is a third of that by order 1, the same by order ½.
 MARGIN = {1.0: 1.5, 0.5: 3.0}
-#: Differences below this part are rounding and our own tolerance.
-FLOOR = 1e-6
-#: Where results of two lengths differ by more than this part, nothing is compared.
-BLIND = 0.02
-#: Forces below this part of the greatest are none.
-NONE = 1e-9
-#: Motions whose impacts follow two laws are the same up to this part.
-SAME = 1e-6
 
 
 @dataclass(frozen=True)
@@ -101,7 +100,7 @@ class StepwiseCheck:
             f"of {longest:.3g} {unit}, a half and a quarter of it, each length three times a "
             "little different: contacts begin and end with a step, so that results are of order 1"
         )
-        if changes[0] > changes[1] > FLOOR * self.run.system.length:
+        if changes[0] > changes[1] > COMPARISON_FLOOR * self.run.system.length:
             note += f" (observed: {math.log2(changes[0] / changes[1]):.2f})"
         return rows, unseen, [note]
 
@@ -125,8 +124,8 @@ class StepwiseCheck:
             least = size if kind == "place" else 1.0
             top = max([least, *(float(np.abs(one).max()) for one in ours.values())])
             worst_of_kind = off[:, :, list(parts)].max(axis=(1, 2)) / top
-            expected = MARGIN[self.order] * worst_of_kind + FLOOR
-            seen = worst_of_kind <= BLIND
+            expected = MARGIN[self.order] * worst_of_kind + COMPARISON_FLOOR
+            seen = worst_of_kind <= COMPARISON_BLIND
             for (b, part), mine in ours.items():
                 name = f"{bodies[b].name}.{('x', 'y', 'angle')[part]}"
                 if not seen.any():
@@ -137,7 +136,9 @@ class StepwiseCheck:
                 pair = float(mine[k]), float(finest[k, b, part])
                 why = f"its steps, of order {self.order:g}: how far those of all lengths are apart"
                 rows.append(Row(name, *pair, float(apart[k]), float(expected[k]), why))
-        why = f"steps of {self.engine} of several lengths differ by more than {BLIND:.0%}"
+        why = (
+            f"steps of {self.engine} of several lengths differ by more than {COMPARISON_BLIND:.0%}"
+        )
         return rows, [Inexpressible(name, why) for name in blind]
 
     def _modes(self, motions: list[Stepped]) -> list[Row]:
@@ -156,7 +157,7 @@ class StepwiseCheck:
             modes, press = self.run.mode(contact.name), self.run.contact(contact.name)
             ours = [plain_mode(modes[k]) for k in self.instants]
             # what touches without a force is open as much as closed
-            idle = np.abs(press) <= NONE * np.abs(press).max()
+            idle = np.abs(press) <= FORCE_NONE * np.abs(press).max()
             certain = [
                 (mine, said[0])
                 for mine, said, close, k in zip(ours, theirs, near, self.instants, strict=True)
@@ -232,7 +233,12 @@ def by_newtons_law(system: System, run: Solution) -> float:
     other = with_numbers_of(assemble(with_others(system.mechanism, set(), others)), system.values)
     try:
         again = simulate(
-            other, float(run.t[-1]), start=run.take([0]), times=run.t, rtol=1e-9, events=()
+            other,
+            float(run.t[-1]),
+            start=run.take([0]),
+            times=run.t,
+            rtol=RTOL_COMPARISON_ROUGH,
+            events=(),
         )
     except (ModelError, SolveError):
         return strikes(run)[0]
@@ -241,5 +247,5 @@ def by_newtons_law(system: System, run: Solution) -> float:
         mine, theirs = run[body.name], again[body.name]
         for key, unit in (("x", system.length), ("y", system.length), ("angle", 1.0)):
             apart = np.maximum(apart, np.abs(getattr(mine, key) - getattr(theirs, key)) / unit)
-    differs = np.flatnonzero(apart > SAME)
+    differs = np.flatnonzero(apart > COMPARISON_IMPACTS_SAME)
     return float(run.t[differs[0] - 1]) if len(differs) else float(run.t[-1])

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from mbody.core.tolerances import POINT_SAME
 from mbody.engineering.cam_limits import cam_contour
 from mbody.errors import ModelError, SolveError
 from mbody.model.body import Body
@@ -78,7 +79,7 @@ def rounded_bar(points: list[Place], radius: float) -> Contour | None:
     >>> sorted({round(bulge, 9) for _, _, bulge in bar.points})
     [0.0, 1.0]
     """
-    corners = hull(points, 1e-9 * radius)
+    corners = hull(points, POINT_SAME * radius)
     if len(corners) < 2:
         return None
     edges = np.roll(corners, -1, axis=0) - corners
@@ -130,7 +131,7 @@ def _(
 ) -> None:
     own = joint.pin_radius is not None
     radius = float(system.numbers[f"{joint.name}.pin_radius"]) if own else hole / 2.0
-    if not any(math.dist(at, centre) < 1e-9 * hole for centre, _ in part.holes):
+    if not any(math.dist(at, centre) < POINT_SAME * hole for centre, _ in part.holes):
         part.holes.append((at, radius))
 
 
@@ -219,7 +220,7 @@ def _bar(part: PartOutline, width: float) -> None:
     """A bar or a plate with round corners about the places of its joints and points."""
     places = [*(centre for centre, _ in part.holes), *part.marks.values()]
     places += [place for start, end in part.lines for place in (start, end)]
-    places = [(float(x), float(y)) for x, y in unique(places or [(0.0, 0.0)], 1e-9 * width)]
+    places = [(float(x), float(y)) for x, y in unique(places or [(0.0, 0.0)], POINT_SAME * width)]
     if contour := rounded_bar(places, width / 2.0):
         part.contours.append(contour)
     else:

@@ -8,6 +8,7 @@ import re
 from dataclasses import dataclass
 from typing import Any
 
+from mbody.core.tolerances import FILE_PLACES_SAME
 from mbody.errors import ModelError
 from mbody.laws import ConstantSpeed, Law, Table
 from mbody.model.body import Body
@@ -47,8 +48,6 @@ class Imported:
 GROUND = "ground"
 #: Signs of a name that another program gave.
 LONGEST = 60
-#: Parts of a length by which places of one drawing may differ: files have rounded numbers.
-SAME = 1e-6
 
 Place = tuple[float, float]
 
@@ -193,15 +192,15 @@ class DrawnLinkage:
         (a, b), apart = centres, math.dist(*centres)
         radii = math.dist(a, touch), math.dist(b, touch)
         size = max(radii)
-        internal = abs(abs(radii[0] - radii[1]) - apart) <= SAME * size
-        if not internal and abs(sum(radii) - apart) > SAME * size:
+        internal = abs(abs(radii[0] - radii[1]) - apart) <= FILE_PLACES_SAME * size
+        if not internal and abs(sum(radii) - apart) > FILE_PLACES_SAME * size:
             raise refusal(
                 f"the gear joint {label}",
                 f"it is {radii[0]:g} and {radii[1]:g} from the centres of {i} and {j}, which are "
                 f"{apart:g} apart: it must be where the pitch circles touch, on the line of the "
                 "centres",
             )
-        if not apart > SAME * size or min(radii) <= SAME * size:
+        if not apart > FILE_PLACES_SAME * size or min(radii) <= FILE_PLACES_SAME * size:
             raise refusal(f"the gear joint {label}", "wheels about one place do not touch")
         places = self.point(i, f"{label}_i", a), self.point(j, f"{label}_j", b)
         phase = math.atan2(b[1] - a[1], b[0] - a[0])

@@ -16,6 +16,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from xml.etree.ElementTree import Element as Node
 
+from mbody.core.tolerances import FILE_RADII_SAME
 from mbody.exchange.imported import (
     GROUND,
     DrawnLinkage,
@@ -271,7 +272,7 @@ class _DrawingReader:
         x, y = connector.at[0] - start[0], connector.at[1] - start[1]
         beside = abs(y * math.cos(angle) - x * math.sin(angle))
         size = max(math.dist(a.at, b.at) for a in self.connectors.values() for b in [connector])
-        if beside > 1e-3 * size:
+        if beside > FILE_RADII_SAME * size:
             raise refusal(
                 connector.name,
                 f"it is drawn {beside:g} {self.made.length_unit} beside the line of its limits",
@@ -286,7 +287,7 @@ class _DrawingReader:
         middle = ((a[0] + b[0]) / 2, (a[1] + b[1]) / 2)
         centres = [(middle[0] - s * u[1], middle[1] + s * u[0]) for s in (height, -height)]
         best = min(centres, key=lambda centre: abs(math.dist(centre, connector.at) - radius))
-        if abs(math.dist(best, connector.at) - radius) > 1e-3 * radius:
+        if abs(math.dist(best, connector.at) - radius) > FILE_RADII_SAME * radius:
             raise refusal(
                 connector.name, f"it is not drawn on its arc of {radius:g} {self.made.length_unit}"
             )

@@ -16,6 +16,7 @@ from xml.etree.ElementTree import Element as Node
 
 import numpy as np
 
+from mbody.core.tolerances import FILE_AXES_PARALLEL
 from mbody.errors import ModelError, SolveError
 from mbody.exchange.imported import Imported, origin, refusal, seen
 from mbody.files.model import in_units
@@ -29,8 +30,6 @@ from mbody.model.mechanism import Mechanism
 # -- The plane in which a spatial model moves: all hinges across it, all slides in it ----------
 
 Array = np.ndarray
-#: Sine of the angle by which axes may lean: files have rounded directions.
-LEAN = 1e-6
 
 
 @dataclass(frozen=True)
@@ -63,11 +62,11 @@ class Plane:
 
     def lies_in(self, axis: Array) -> bool:
         """Whether a direction lies in the plane."""
-        return abs(float(axis @ self.normal)) <= LEAN
+        return abs(float(axis @ self.normal)) <= FILE_AXES_PARALLEL
 
     def is_across(self, axis: Array) -> bool:
         """Whether a direction is the normal or its opposite."""
-        return float(np.hypot(*self.flat(axis))) <= LEAN
+        return float(np.hypot(*self.flat(axis))) <= FILE_AXES_PARALLEL
 
 
 def plane_of(hinges: list[Any], slides: list[Any], gravity: Array) -> Plane:
@@ -76,13 +75,15 @@ def plane_of(hinges: list[Any], slides: list[Any], gravity: Array) -> Plane:
         normal = hinges[0]
     else:
         others = [*slides[1:], gravity, np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0])]
-        normal = next(n for n in (np.cross(slides[0], v) for v in others) if n @ n > LEAN**2)
+        normal = next(
+            n for n in (np.cross(slides[0], v) for v in others) if n @ n > FILE_AXES_PARALLEL**2
+        )
     normal = normal / np.linalg.norm(normal)
     up = np.array([0.0, 0.0, 1.0]) if abs(normal[2]) < 0.9 else np.array([0.0, 1.0, 0.0])
     y = up - (up @ normal) * normal
     y /= np.linalg.norm(y)
     x = np.cross(y, normal)
-    main = 0 if abs(x[0]) > LEAN else 1
+    main = 0 if abs(x[0]) > FILE_AXES_PARALLEL else 1
     return Plane(x if x[main] > 0.0 else -x, y)
 
 

@@ -13,9 +13,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from mbody.core.tolerances import FILE_PLACES_SAME, TINY
 from mbody.exchange.imported import (
     GROUND,
-    SAME,
     DrawnLinkage,
     Imported,
     Place,
@@ -164,7 +164,7 @@ def _join(made: DrawnLinkage, joint: _JsonJoint) -> None:
     if not size:
         raise refusal(joint.name, "its axis has no length")
     across = ((joint.at[1] - p[1]) * u[0] - (joint.at[0] - p[0]) * u[1]) / size
-    if abs(across) > SAME * max(math.hypot(*joint.at), math.hypot(*p), 1e-300):
+    if abs(across) > FILE_PLACES_SAME * max(math.hypot(*joint.at), math.hypot(*p), TINY):
         raise refusal(joint.name, f"it is {abs(across):g} beside its line")
     if GROUND not in links:
         made.slot(f"{joint.id}_line", GROUND, links[0], joint.at, math.atan2(u[1], u[0]))
@@ -211,7 +211,9 @@ def _driver(
     made.notes.append(f"{element}: its speed in rad per step is read as rad/s")
     if one.get("type") == "driver":
         start = turned("initial_angle", one.get("initial_angle", drawn))
-        made.turn_by(GROUND, link, ConstantSpeed(0.0 if abs(start) < SAME else start, speed))
+        made.turn_by(
+            GROUND, link, ConstantSpeed(0.0 if abs(start) < FILE_PLACES_SAME else start, speed)
+        )
         return
     low = number_of(one.get("arc_start", 0.0), element, "arc_start")
     high = number_of(one.get("arc_end", math.pi), element, "arc_end")

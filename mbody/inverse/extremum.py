@@ -9,7 +9,19 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from mbody.inverse.roots import HOLDS, Affine, Residuals, newton, spread
+from mbody.core.tolerances import (
+    EXTREMUM_BINDS_NEAR,
+    EXTREMUM_BRACKET,
+    EXTREMUM_CUBIC_ROUGH,
+    EXTREMUM_EDGE_NEAR,
+    EXTREMUM_SPACING_FINEST,
+    EXTREMUM_VALUES_EQUAL,
+    EXTREMUM_VALUES_ROUNDING,
+    EXTREMUM_VALUES_SAME,
+    ROW_HOLDS,
+    TINY,
+)
+from mbody.inverse.roots import Affine, Residuals, newton, spread
 from mbody.inverse.trials import Wanted
 from mbody.optimization.aims_and_limits import AimRows
 from mbody.optimization.nonlinear_program import Program
@@ -29,21 +41,12 @@ Slopes = Callable[[float], tuple[Array, Array]]
 
 #: Samples of a range at first, places between that check them, and how many there may be in all.
 SAMPLES, CHECKS, MOST = 120, 41, 1500
-#: A cubic through neighbours that is off by more of their spread asks for more samples, down to
-#: this part of the first spacing.
-ROUGH, FINEST = 0.03, 1.0 / 300.0
-#: Values nearer to each other than this part are equal.
-EQUAL = 1e-10
-#: Part of the greatest value that is rounding.
-FLOOR = 1e-10
 #: Samples that are tried together where a range ends at the first failure.
 STRIDE = 8
 #: Summits that are followed in one round.
 PEAKS = 12
 #: Steps of a search for a zero or a summit.
 STEPS = 100
-#: Parts of a spacing by which values near an edge are compared, from far to near.
-NEAR = (1e-2, 1e-4, 1e-6)
 
 #: What is at a place: the side conditions or bounds decide, or a value in between; the place is the
 #: last that can be analysed; the values grow without bound towards it.
@@ -146,7 +149,7 @@ class Profile:
     @property
     def allowed(self) -> Array:
         """At which samples all side conditions hold."""
-        margins = self.y[:, :-1] >= -HOLDS * self.size[:, :-1] - self.noise[:-1]
+        margins = self.y[:, :-1] >= -ROW_HOLDS * self.size[:, :-1] - self.noise[:-1]
         good: Array = self.found & margins.all(axis=1)
         return good
 
@@ -167,20 +170,22 @@ class Profile:
             fitted = np.einsum("ak,akc->kc", weights, y)
         five = np.concatenate([y, self.y[None, k]])
         spread = five.max(axis=0) - five.min(axis=0)
-        floor = FLOOR * (self.size[k] + np.abs(five).max(axis=0)) + self.noise + 1e-300
+        floor = (
+            EXTREMUM_VALUES_ROUNDING * (self.size[k] + np.abs(five).max(axis=0)) + self.noise + TINY
+        )
         with np.errstate(invalid="ignore"):
-            part = np.abs(fitted - self.y[k]) / (spread + floor / ROUGH)
+            part = np.abs(fitted - self.y[k]) / (spread + floor / EXTREMUM_CUBIC_ROUGH)
         # places that nearly coincide show nothing
-        apart = np.abs(x).min(axis=0) > FINEST**2 * self.spacing
+        apart = np.abs(x).min(axis=0) > EXTREMUM_SPACING_FINEST**2 * self.spacing
         off[2:-2] = np.where(apart, np.nan_to_num(part).max(axis=1), 0.0)
         return off
 
     def _refine(self) -> None:
         """More samples where a cubic does not foretell them."""
         while len(self.x) < MOST:
-            rough = np.flatnonzero(self._off() > ROUGH)
+            rough = np.flatnonzero(self._off() > EXTREMUM_CUBIC_ROUGH)
             left = np.union1d(rough - 1, rough)
-            wide = np.diff(self.x)[left] > FINEST * self.spacing
+            wide = np.diff(self.x)[left] > EXTREMUM_SPACING_FINEST * self.spacing
             known = self.found[left] & self.found[left + 1]
             left = left[wide & known]
             if not left.size:
@@ -205,7 +210,7 @@ class Profile:
         width = self.spacing
         for far, bad in zip(*(self.x[side].tolist() for side in sides), strict=True):
             good = far
-            while abs(good - bad) > 4e-16 * (abs(good) + abs(bad) + width):
+            while abs(good - bad) > EXTREMUM_BRACKET * (abs(good) + abs(bad) + width):
                 middle = 0.5 * (good + bad)
                 if middle in (good, bad):
                     break
@@ -216,13 +221,13 @@ class Profile:
             if good == far:  # a bound of the number itself, as zero of a mass
                 continue
             sign = math.copysign(width, far - bad)
-            near = good + sign * np.concatenate([NEAR, 10.0 ** np.arange(-9, 0)])
+            near = good + sign * np.concatenate([EXTREMUM_EDGE_NEAR, 10.0 ** np.arange(-9, 0)])
             self.add(np.append(near[(near - far) * sign <= 0.0], good))
             self.edges[good] = self._end(good, sign)
 
     def _end(self, edge: float, width: float) -> str:
         """Whether values grow without bound towards an edge, by how fast they grow."""
-        far, middle, near = (self.at(edge + part * width)[-1] for part in NEAR)
+        far, middle, near = (self.at(edge + part * width)[-1] for part in EXTREMUM_EDGE_NEAR)
         if near > middle > far and near - middle > 0.7 * (middle - far):
             return ENDLESS
         return OPEN
@@ -271,7 +276,7 @@ class Profile:
         (fa, fb), side = (self.at(x)[column] for x in (a, b)), 0
         weak = [fa, fb]
         for _ in range(STEPS):
-            if abs(b - a) <= 4e-16 * (abs(a) + abs(b) + self.spacing) or 0.0 in (fa, fb):
+            if abs(b - a) <= EXTREMUM_BRACKET * (abs(a) + abs(b) + self.spacing) or 0.0 in (fa, fb):
                 break
             x = (a * weak[1] - b * weak[0]) / (weak[1] - weak[0])
             if not min(a, b) < x < max(a, b):
@@ -321,7 +326,7 @@ class Profile:
     def _floor(self) -> float:
         """By how much values may differ that are equal."""
         top = int(np.where(self.allowed, self.y[:, -1], -np.inf).argmax())
-        return float(self.noise[-1] + EQUAL * self.size[top, -1])
+        return float(self.noise[-1] + EXTREMUM_VALUES_EQUAL * self.size[top, -1])
 
     def _promising(self) -> list[float]:
         """Samples greater than their neighbours, all three allowed, whose summit may be best."""
@@ -358,7 +363,10 @@ def summit(look: Callable[[float], tuple[float, float]], a: float, x: float, c: 
     rising, falling = (slope, math.nan) if slope > 0.0 else (math.nan, slope)
     side = 0
     for _ in range(STEPS):
-        if high - low <= 4e-16 * (abs(low) + abs(high)) + 1e-14 * (c - a) or slope == 0.0:
+        if (
+            high - low <= EXTREMUM_BRACKET * (abs(low) + abs(high)) + 1e-14 * (c - a)
+            or slope == 0.0
+        ):
             break
         middle = (low * falling - high * rising) / (falling - rising)
         if not low < middle < high:
@@ -511,7 +519,7 @@ def _nearest(profile: Profile, space: _Range) -> float:
     """Unknown with the least violation of conditions: see `Extremum.nearest`."""
     if not profile.found.any():
         return math.nan
-    margins = profile.y[:, :-1] / np.maximum(profile.size[:, :-1], 1e-300)
+    margins = profile.y[:, :-1] / np.maximum(profile.size[:, :-1], TINY)
     worst = np.nan_to_num(margins.min(axis=1, initial=0.0), nan=-np.inf)
     worst[~profile.found] = -np.inf
     return float(space.u(profile.x[[int(worst.argmax())]])[0])
@@ -538,10 +546,6 @@ def _gaps(profile: Profile, space: _Range) -> tuple[tuple[float, float], ...]:
 STARTS, CLIMB_SAMPLES, CORNERS = 12, 80, 60
 #: An unknown without bounds is sought so many steps about a place, then farther.
 SEVERAL_UNKNOWNS_REACHES = (10.0, 1e2, 1e3, 1e4)
-#: Values that differ by less than this part of their size are one; a row binds below it.
-SAME = 1e-6
-#: What binds is met to rounding within this part of the unknowns.
-SEVERAL_UNKNOWNS_NEAR = 1e-3
 
 
 @dataclass(frozen=True)
@@ -652,7 +656,7 @@ class _Hill:
             if found is None:
                 return None
             end = found.at.x
-            near = SAME * (high - low)
+            near = EXTREMUM_VALUES_SAME * (high - low)
             inner = (end <= low + near) & (low > self.low)
             inner |= (end >= high - near) & (high < self.high)
             if not inner.any():
@@ -664,7 +668,7 @@ class _Hill:
         here = self.rows.about(u)
         if here is None:
             return None
-        part = here.rest[:-1] / np.maximum(here.size[:-1], 1e-300)
+        part = here.rest[:-1] / np.maximum(here.size[:-1], TINY)
         part[: self.equations] = -np.abs(part[: self.equations])
         return self.sign * float(here.rest[-1]), -min(float(part.min(initial=0.0)), 0.0)
 
@@ -673,12 +677,12 @@ class _Hill:
         here = self.rows.about(u)
         if here is None:
             return u
-        part = np.abs(here.rest[:-1]) / np.maximum(here.size[:-1], 1e-300)
-        bind = [k for k in range(len(part)) if k < self.equations or part[k] < SAME]
+        part = np.abs(here.rest[:-1]) / np.maximum(here.size[:-1], TINY)
+        bind = [k for k in range(len(part)) if k < self.equations or part[k] < EXTREMUM_VALUES_SAME]
         if not bind or len(bind) > len(u):
             return u
         found = newton(self.rows, bind, u)
-        if found is None or np.abs(found.base - u).max() > SEVERAL_UNKNOWNS_NEAR * (
+        if found is None or np.abs(found.base - u).max() > EXTREMUM_BINDS_NEAR * (
             1.0 + np.abs(u).max()
         ):
             return u
@@ -704,7 +708,7 @@ def climbed(rows: Residuals, equations: int, wanted: Sequence[Wanted], sign: flo
             continue
         end = hill.refined(end)
         met = hill.met(end)
-        if met is not None and met[1] <= HOLDS:
+        if met is not None and met[1] <= ROW_HOLDS:
             ends.append((met[0], end))
         elif met is not None:
             nearest = min(nearest, (met[1], end), key=lambda pair: pair[0])
@@ -719,16 +723,16 @@ def climbed(rows: Residuals, equations: int, wanted: Sequence[Wanted], sign: flo
         if (place < hill.low).any() or (place > hill.high).any():
             continue
         met = hill.met(place)
-        if met is not None and met[1] <= HOLDS:
+        if met is not None and met[1] <= ROW_HOLDS:
             others.append((met[0], place))
         elif met is not None:
             nearest = min(nearest, (met[1], place), key=lambda pair: pair[0])
     if not ends and not others:
         return Climbed(None, nearest[1])
     top, best = max(ends + others, key=lambda pair: pair[0])
-    floor = SAME * max(abs(top), max(abs(value) for value, _ in ends + others))
+    floor = EXTREMUM_VALUES_SAME * max(abs(top), max(abs(value) for value, _ in ends + others))
     agreeing = sum(value >= top - floor for value, _ in ends)
-    near = SAME * (hill.high - hill.low)
+    near = EXTREMUM_VALUES_SAME * (hill.high - hill.low)
     on_end = np.stack([best <= hill.low + near, best >= hill.high - near], axis=1) & ~hill.given
     on_end &= np.array([[not one.angle] * 2 for one in wanted])
     better = not ends or max(value for value, _ in ends) < top - floor

@@ -13,18 +13,20 @@ from typing import Protocol
 
 import numpy as np
 
+from mbody.core.tolerances import (
+    DIFFERENCE_STEP_UNKNOWNS,
+    ROW_HOLDS,
+    ROW_REST_ROUNDING,
+    TINY,
+    UNKNOWN_OPEN,
+)
+
 Array = np.ndarray
 #: An unknown and what is left of a row there.
 Place = tuple[float, float]
 
-#: Part of its terms below which what is left of a row is rounding.
-ROUNDING = 1e-13
-#: Part of its terms below which a row holds.
-HOLDS = 1e-9
 #: Places of a grid that are tried together.
 STRIDE = 8
-#: A singular value below this part of the greatest leaves an unknown open.
-OPEN = 1e-11
 
 
 class SingularEquations(Exception):
@@ -53,12 +55,12 @@ class Affine:
     def solve(self, rows: Sequence[int]) -> Array:
         """The unknowns that make as many rows zero."""
         chosen = list(rows)
-        size = np.maximum(self.size[chosen], 1e-300)
+        size = np.maximum(self.size[chosen], TINY)
         slope, rest = self.slope[chosen] / size[:, None], self.rest[chosen] / size
         u, s, vt = np.linalg.svd(slope)
-        if s[-1] <= OPEN * max(float(s[0]), 1e-300):
-            small = s <= OPEN * max(float(s[0]), 1e-300)
-            raise SingularEquations(vt[-1], bool(np.abs(u[:, small].T @ rest).max() < HOLDS))
+        if s[-1] <= UNKNOWN_OPEN * max(float(s[0]), TINY):
+            small = s <= UNKNOWN_OPEN * max(float(s[0]), TINY)
+            raise SingularEquations(vt[-1], bool(np.abs(u[:, small].T @ rest).max() < ROW_HOLDS))
         step: Array = np.linalg.solve(slope, -rest)
         return self.base + step
 
@@ -84,7 +86,7 @@ def affine(rows: Residuals, start: Array) -> Affine | None:
     slope = (rest[1 : n + 1] - rest[0]).T
     guessed = rest[0] + (probes - start) @ slope.T
     terms = size.max(axis=0) + np.abs(probes - start) @ np.abs(slope).T
-    if (np.abs(rest - guessed) > HOLDS * terms).any():
+    if (np.abs(rest - guessed) > ROW_HOLDS * terms).any():
         return None
     whole = size[: n + 1].max(axis=0) + np.abs(slope).sum(axis=1)
     return Affine(start, rest[0], slope, whole)
@@ -94,7 +96,7 @@ def differences(rows: Residuals, u: Array) -> Affine | None:
     """All rows about a place with their slopes by differences, of what has no exact derivatives;
     None where they have no values.
     """
-    h = 1e-6 * np.maximum(1.0, np.abs(u))
+    h = DIFFERENCE_STEP_UNKNOWNS * np.maximum(1.0, np.abs(u))
     rest, size = rows(np.vstack([u, u + np.diag(h)]))
     if not np.isfinite(rest[0]).all():
         return None
@@ -119,11 +121,11 @@ def newton(rows: Residuals, chosen: Sequence[int], start: Array) -> Affine | Non
         here = rows.about(u)
         if here is None:
             return None
-        slope, terms = here.slope, here.size[index] + 1e-300
+        slope, terms = here.slope, here.size[index] + TINY
         left = float(np.abs(here.rest[index] / terms).max())
         if best is None or left < best[0]:
             best = (left, here)
-        if left < ROUNDING or (left < HOLDS and left >= 0.5 * before):
+        if left < ROW_REST_ROUNDING or (left < ROW_HOLDS and left >= 0.5 * before):
             break
         before = left
         step, *_ = np.linalg.lstsq(slope[index] / terms[:, None], -here.rest[index] / terms)
@@ -132,13 +134,13 @@ def newton(rows: Residuals, chosen: Sequence[int], start: Array) -> Affine | Non
         for _ in range(12):
             trial, _ = rows((u + step)[None])
             there = np.abs(trial[0][index] / terms).max()
-            if there < max((1.0 - 1e-4) * left, ROUNDING) and np.isfinite(trial).all():
+            if there < max((1.0 - 1e-4) * left, ROW_REST_ROUNDING) and np.isfinite(trial).all():
                 break
             step = 0.5 * step
         u = u + step
         if n and np.abs(step).max() < 1e-16:
             break
-    if best is None or not best[0] < HOLDS:
+    if best is None or not best[0] < ROW_HOLDS:
         return None
     return best[1]
 
@@ -174,7 +176,7 @@ def _bracketed(rows: Residuals, chosen: int, left: Place, right: Place) -> Array
     for _ in range(60):
         x = (a * fb - b * fa) / (fb - fa)
         f = float(rows(np.array([[x]]))[0][0, chosen])
-        if not np.isfinite(f) or f == 0.0 or abs(b - a) < 1e-9 * max(abs(a), abs(b), 1e-300):
+        if not np.isfinite(f) or f == 0.0 or abs(b - a) < 1e-9 * max(abs(a), abs(b), TINY):
             return np.array([x])
         if f * fb > 0.0:
             b, fb = x, f

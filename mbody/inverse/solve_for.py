@@ -17,9 +17,10 @@ from mbody.analysis.inverse.conditions import (
     check_question,
     relations,
 )
+from mbody.core.tolerances import PIVOT_SINGULAR, QUANTITY_ROUNDING, ROW_HOLDS, TINY, UNKNOWNS_SAME
 from mbody.errors import ModelError, SolveError, brief
 from mbody.inverse.extremum import Extremum, Unbounded, climbed, extremum
-from mbody.inverse.roots import HOLDS, Affine, SingularEquations, affine, newton, scan, spread
+from mbody.inverse.roots import Affine, SingularEquations, affine, newton, scan, spread
 from mbody.inverse.trials import ConditionRows, Trials
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
@@ -89,7 +90,7 @@ class Refusals:
         if u is None or not self.sides:
             return "", ""
         rest, size = self._rows(u)
-        worst = int(np.argmin(rest[0, first:last] / np.maximum(size[0, first:last], 1e-300)))
+        worst = int(np.argmin(rest[0, first:last] / np.maximum(size[0, first:last], TINY)))
         one = self.sides[worst]
         short = self._short(one, float(rest[0, first + worst]))
         return one.text, f" by {short} at {self.listing(*self.values(u))}"
@@ -196,14 +197,8 @@ Corner = tuple[Affine, tuple[int, ...]]
 STARTS, IDLE = 40, 16
 #: Combinations of side conditions that are tried.
 MOST = 2000
-#: Part of its diagonal below which a pivot leaves few digits.
-WEAK = 1e-6
-#: Part of the size that a quantity may have in a mechanism that is rounding.
-NOISE = 1e-12
 #: What makes a formula bend where probes may not look.
 KINKS = re.compile(r"\b(abs|min|max)\s*\(")
-#: Two solutions nearer than this, in steps of the unknowns, are one.
-SAME = 1e-6
 
 
 class Solver:
@@ -384,7 +379,7 @@ class Solver:
                 f"the {word} '{self.question.objective}' is only come near to: {at} "
                 "is the edge of what can be analysed, and nothing beyond it is compared"
             )
-        elif self.trials.pivot(np.array([best.u])) < WEAK:
+        elif self.trials.pivot(np.array([best.u])) < PIVOT_SINGULAR:
             self._doubt(
                 f"the {word} '{self.question.objective}' is at {at}, so near to a "
                 "singular position that few of its digits are sure: keep away from it by a bound"
@@ -406,7 +401,7 @@ class Solver:
     def _noise(self) -> Array:
         """Rounding of every side condition and of the objective."""
         texts = [*(one.left for one in self.sides), self.question.objective]
-        return NOISE * np.array([self.trials.size_of(text) for text in texts])
+        return QUANTITY_ROUNDING * np.array([self.trials.size_of(text) for text in texts])
 
     def _several(self) -> Array:
         """The best values of several unknowns, by climbs from several starts."""
@@ -468,7 +463,7 @@ class Solver:
             return place
         rest, _ = self.rows(u[None])
         index = list(rows)
-        same = (np.abs(rest[0][index]) <= SAME * place.size[index]).all()
+        same = (np.abs(rest[0][index]) <= UNKNOWNS_SAME * place.size[index]).all()
         return (newton(self.rows, rows, u) if same else None) or place
 
     def _is_new(self, u: Array, found: list[Affine]) -> bool:
@@ -477,7 +472,7 @@ class Solver:
             return False
         for place in found:
             pairs = zip(self.wanted, u, place.base, strict=True)
-            if all(one.apart(a, b) <= SAME * (1.0 + abs(a)) for one, a, b in pairs):
+            if all(one.apart(a, b) <= UNKNOWNS_SAME * (1.0 + abs(a)) for one, a, b in pairs):
                 return False
         return True
 
@@ -492,14 +487,14 @@ class Solver:
         best: tuple[float, Affine, tuple[int, ...]] | None = None
         allowed, nearest = False, (math.inf, -1)
         for place, rows in corners:
-            margins = place.rest[first:-1] / np.maximum(place.size[first:-1], 1e-300)
+            margins = place.rest[first:-1] / np.maximum(place.size[first:-1], TINY)
             worst = int(margins.argmin())
-            if not margins[worst] >= -HOLDS:
+            if not margins[worst] >= -ROW_HOLDS:
                 nearest = min(nearest, (-float(margins[worst]), worst))
                 continue
             allowed = True
             pulls, *_ = np.linalg.lstsq(place.slope[list(rows)].T, sign * place.slope[-1])
-            if (pulls[first:] > HOLDS * np.abs(pulls).max(initial=0.0)).any():
+            if (pulls[first:] > ROW_HOLDS * np.abs(pulls).max(initial=0.0)).any():
                 continue
             if best is None or sign * place.rest[-1] > best[0]:
                 best = (sign * float(place.rest[-1]), place, rows)
@@ -522,7 +517,7 @@ class Solver:
         values, units = self.refusals.values(place.base)
         margins: dict[str, float] = {}
         binding = []
-        floor = HOLDS * place.size
+        floor = ROW_HOLDS * place.size
         if self.question.objective and self.sides:
             floor[first:] += self._noise()
         for n, one in enumerate(self.sides, start=first):
@@ -538,7 +533,7 @@ class Solver:
             side_conditions=margins,
             binding=tuple(dict.fromkeys(binding)),
             objective=float(rest[last]) if self.question.objective else None,
-            residual=float(np.max(np.abs(rest[:first]) / (place.size[:first] + 1e-300), initial=0)),
+            residual=float(np.max(np.abs(rest[:first]) / (place.size[:first] + TINY), initial=0)),
             run=run,
         )
 

@@ -19,7 +19,13 @@ from mbody.analysis.driven.time_grid import by_time
 from mbody.analysis.inverse.conditions import Relation
 from mbody.analysis.position.assembly_analysis import check_determined, closed_near
 from mbody.core.dual_number import DualNumber
-from mbody.core.tolerances import PIVOT_SUSPICIOUS
+from mbody.core.tolerances import (
+    BOUND_SLACK,
+    BRANCH_LEAP,
+    PIVOT_SUSPICIOUS,
+    WAY_STEP_SMALL,
+    WAY_STEP_SMALLEST,
+)
 from mbody.derivatives.driven_instants import DrivenInstants
 from mbody.errors import ModelError, ModelWarning, SolveError
 from mbody.inverse.roots import Affine, differences
@@ -41,9 +47,6 @@ from mbody.system.system import System
 # -- An unknown as a search takes it: its size, its bounds, where it is tried ------------------
 
 Array = np.ndarray
-
-#: Part of a step by which a bound may be passed.
-SLACK = 1e-6
 
 
 @dataclass(frozen=True)
@@ -110,7 +113,7 @@ class Wanted:
 
     def allows(self, u: float) -> bool:
         """Whether a value, in steps, lies within the bounds."""
-        slack = SLACK * (1.0 + abs(u))
+        slack = BOUND_SLACK * (1.0 + abs(u))
         return (u + slack) * self.scale >= self.low and (u - slack) * self.scale <= self.high
 
     def unwound(self, u: float) -> float:
@@ -138,11 +141,6 @@ class Wanted:
 
 Poses = dict[str, tuple[float, float, float]]
 
-#: A body that turns by more [rad] between two places may have gone to another branch.
-LEAP = 0.5
-#: The least part of a way that is tried in one step; where no smaller step came on, either.
-SMALLEST, SMALL = 2.0**-10, 2.0**-2
-
 
 @dataclass(frozen=True)
 class Reached:
@@ -160,7 +158,7 @@ class Reached:
     def leaps_from(self, near: Reached) -> bool:
         """Whether the branch of a place nearby may have been left on the way."""
         turned = max(abs(self.poses[name][2] - pose[2]) for name, pose in near.poses.items())
-        return turned > LEAP or self.side != near.side
+        return turned > BRANCH_LEAP or self.side != near.side
 
 
 class Trials:
@@ -352,7 +350,7 @@ class Trials:
         while there is None or there.leaps_from(near):
             part *= 0.5
             # without any progress a gap is in the way, which no small step passes
-            if part < (SMALLEST if done or there else SMALL):
+            if part < (WAY_STEP_SMALLEST if done or there else WAY_STEP_SMALL):
                 break
             there = self._from(begin + (done + part) * (u - begin), near.poses)
             if there is not None and not there.leaps_from(near):

@@ -12,6 +12,7 @@ import tomllib
 from dataclasses import dataclass, field
 from typing import Any
 
+from mbody.core.tolerances import DIFFERENCE_RATIOS_SAME, DIFFERENCE_STEP_FILE_NUMBERS
 from mbody.errors import ModelError
 from mbody.files.model import to_toml
 from mbody.files.model.read import built
@@ -33,11 +34,6 @@ DESCRIBING = (
 )
 #: A number with its unit, or without one; formulas have further signs.
 NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*((?:[A-Za-zµ°%][^+()]*)?)")
-#: Change of a number, as its part, by which the numbers of the mechanism that follow are found:
-#: large beside rounding, small beside what would make it another mechanism.
-STEP = 1e-4
-#: Two ratios of random changes are the same: rounding of a change of STEP is 1e-11.
-SAME = 1e-9
 
 Path = tuple[str | int, ...]
 
@@ -93,7 +89,7 @@ def file_numbers(mechanism: Mechanism, names: list[str]) -> CutFile:
         value = _number(tree, path)
         for one in changed:
             part = chance.uniform(0.5, 1.5)
-            one[path] = value * (1.0 + STEP * part) if value else part
+            one[path] = value * (1.0 + DIFFERENCE_STEP_FILE_NUMBERS * part) if value else part
     good = _allowed(tree, places, changed)
     before = _values(tree, {})
     first, second = (_values(tree, {p: c[p] for p in good}) for c in changed)
@@ -106,13 +102,13 @@ def file_numbers(mechanism: Mechanism, names: list[str]) -> CutFile:
         if name not in before or first[name] == before[name]:
             continue
         ratio = (second[name] - before[name]) / (first[name] - before[name])
-        near = [path for path in good if abs(ratios[path] - ratio) <= SAME]
+        near = [path for path in good if abs(ratios[path] - ratio) <= DIFFERENCE_RATIOS_SAME]
         if len(near) != 1:
             continue
         path = near[0]
         value, x = _number(tree, path), changed[0][path]
         factor = before[name] / value if value else first[name] / x
-        if abs(factor * x - first[name]) <= 1e-9 * abs(first[name]):
+        if abs(factor * x - first[name]) <= DIFFERENCE_RATIOS_SAME * abs(first[name]):
             found.setdefault(path, {})[name] = factor
     return _cut(tree, found)
 

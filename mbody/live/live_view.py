@@ -18,6 +18,7 @@ import numpy as np
 from mbody.analysis.driven.driven import kinematics
 from mbody.analysis.initial.close_loops import close_loops
 from mbody.core.recorded_numbers import Untraceable
+from mbody.core.tolerances import DIFFERENCE_SHAPES_SAME, DIFFERENCE_STEP_SHAPES, POINT_SAME, TINY
 from mbody.errors import ModelError, SolveError
 from mbody.image.changeable import Changeable, changeable_numbers
 from mbody.image.model_image import to_image
@@ -56,11 +57,6 @@ Array = np.ndarray
 
 #: Directions of markers, such as those of guides.
 MARKER = re.compile(r"\.(i|j|at|axis)\.angle$")
-#: Change of a length, in parts of that of the model, and of an angle: large beside rounding, small
-#: beside what would make other shapes.
-STEP = 1e-6
-#: Two changes are the same, in parts of the greatest change: what is left out is of second order.
-SAME = 1e-3
 #: Analyses of driven motion.
 DRIVEN = ("kinematics", "kinetostatics", "statics")
 #: Instants of the motion for which the shapes are made again, those of guides among them.
@@ -117,15 +113,21 @@ class Anchors:
         self.radii: dict[str, int] = {}
         self._find_anchors()
         most = max((float(np.abs(one.moved).max()) for one in self.anchors), default=0.0)
-        self.same = SAME * max(most, STEP * 0.1 * self.system.length)
+        self.same = DIFFERENCE_SHAPES_SAME * max(
+            most, DIFFERENCE_STEP_SHAPES * 0.1 * self.system.length
+        )
 
     def _step(self, name: str) -> float:
         """A small change of a number; none of one that is zero and no length and no angle."""
         value = abs(float(self.system.values[name]))
         dimension = dimension_named(self.system.mechanism, name)
         if dimension == DIMENSIONS["length"]:
-            return STEP * max(value, 0.1 * self.system.length)
-        return STEP if dimension == DIMENSIONS["angle"] else STEP * value
+            return DIFFERENCE_STEP_SHAPES * max(value, 0.1 * self.system.length)
+        return (
+            DIFFERENCE_STEP_SHAPES
+            if dimension == DIMENSIONS["angle"]
+            else DIFFERENCE_STEP_SHAPES * value
+        )
 
     def _changed(self, changes: dict[str, float]) -> System:
         return self.system.with_values(
@@ -483,9 +485,9 @@ class _Follower(Anchors):
     def _radius(self, grown: float) -> int | None:
         """The number that grows as a radius does."""
         for name, value in self.system.values.items():
-            if abs(float(self.other_system.values[name]) - float(value) - grown) < 1e-3 * abs(
-                grown
-            ):
+            if abs(
+                float(self.other_system.values[name]) - float(value) - grown
+            ) < DIFFERENCE_SHAPES_SAME * abs(grown):
                 if name not in self.radii:
                     self.radii[name] = self._target(self.values[name])
                 return self.radii[name]
@@ -501,7 +503,7 @@ class _Follower(Anchors):
                 rest = moved[finite] - self.anchors[n].moved
                 if self._equal(rest, grown / value * away):
                     return {"at": n, "by": target}
-                size = np.maximum(np.hypot(*away.T), 1e-300)[:, None]
+                size = np.maximum(np.hypot(*away.T), TINY)[:, None]
                 if not base.look.name and np.abs(rest - grown * away / size).max() <= (
                     LEAN * abs(grown)
                 ):
@@ -529,7 +531,7 @@ class _Follower(Anchors):
             if len(nodes) == 0 or np.hypot(*kept[0]) > half:
                 own.append(self._key(body))
             half *= 1.0 if len(own) > 1 and len(nodes) else 1.8
-        near = 1e-9 * self.system.length
+        near = POINT_SAME * self.system.length
         if any(min(np.hypot(*(self.anchors[n].shown - at)) for n in own) > near for at in kept):
             return "loose"
         return {"nodes": own, "half": half}
@@ -587,7 +589,7 @@ class _Follower(Anchors):
                 shape = made[n] if n < len(made) else None
                 if base[n].carrier.end is not None:
                     continue
-                if shape is None or not _same(shape, base[n], 1e-9 * self.system.length):
+                if shape is None or not _same(shape, base[n], POINT_SAME * self.system.length):
                     what = base[n].look.name.replace(":", " ") or "picture"
                     found[name] = f"the {what} is drawn for the value that it has"
                     break

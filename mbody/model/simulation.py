@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
+from mbody.core.tolerances import RTOL_DEFAULT
 from mbody.errors import ModelError, brief
 from mbody.quantities import Formula, FormulaError, read
 from mbody.quantities.formula import float_or_formula
@@ -144,7 +145,7 @@ class SimulationSettings:
 
     until: NumberField = required()
     start: Start = default_made(dict)
-    rtol: float = 1e-8
+    rtol: float = RTOL_DEFAULT
     instants: int = INSTANTS
     events: Converted[tuple[Event, ...], Event | Iterable[Event]] = default(())
     method: str = METHODS[0]

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mbody.core.dual_number import DualNumber
+from mbody.core.tolerances import TINY
 from mbody.derivatives.reduced_measures import integral_slope, mean_slope
 from mbody.errors import ModelError, brief
 from mbody.model.mechanism import Mechanism
@@ -74,7 +75,7 @@ def _rows(column: MeasuredColumn, at: Evaluation, every: bool) -> AimRows:
     if column.by == "rms":
         square, t = np.square(value), _times(at)
         root = float(np.sqrt(mean_over(square, t.value)))
-        slope_of_root = mean_slope(0.5 * square, value[:, None] * slope, t) / max(root, 1e-300)
+        slope_of_root = mean_slope(0.5 * square, value[:, None] * slope, t) / max(root, TINY)
         return AimRows(np.array([root]), slope_of_root[None], np.array([-1]))
     if column.by == "span":
         high, low = int(value.argmax()), int(value.argmin())

@@ -14,7 +14,7 @@ from mbody.analysis.dynamics.simulate import simulate
 from mbody.analysis.position.assembly_analysis import check_determined, closed, rounding
 from mbody.analysis.position.closed_position import ClosedPosition, close_in_stages
 from mbody.core.dual_number import DualNumber
-from mbody.core.tolerances import PIVOT_SUSPICIOUS
+from mbody.core.tolerances import PIVOT_SUSPICIOUS, RATE_SLOW_DRIVER, TINY
 from mbody.derivatives.driven_instants import DrivenInstants
 from mbody.derivatives.free_instants import MotionInstants, motion_instants
 from mbody.errors import ModelError, SolveError
@@ -25,9 +25,6 @@ from mbody.solution.measures import measured, valued
 from mbody.solution.solution import Solution
 from mbody.sweeps.job import Job
 from mbody.system.system import System
-
-#: Rates of drivers below this part of their greatest do not tell how far a dead centre is.
-SLOW = 1e-3
 
 
 class _NotClosed(Exception):
@@ -91,13 +88,13 @@ class Evaluation:
         first = system.record_rows + 1
         speeds = record.values[:, first + 1 : first + 3 * len(units) : 3] / units
         driving = np.abs(speeds).max(axis=1)
-        moving = driving > SLOW * driving.max(initial=0.0)
+        moving = driving > RATE_SLOW_DRIVER * driving.max(initial=0.0)
         if not moving.any():
             return 1.0, np.zeros(len(self.x)), 0
-        part = np.where(moving[:, None], np.abs(rates) / np.maximum(driving, 1e-300)[:, None], 0.0)
+        part = np.where(moving[:, None], np.abs(rates) / np.maximum(driving, TINY)[:, None], 0.0)
         k, j = np.unravel_index(int(part.argmax()), part.shape)
         d = int(np.abs(speeds[k]).argmax())
-        top = max(float(part[k, j]), 1e-300)
+        top = max(float(part[k, j]), TINY)
         slope = record.tangents[k, n + j] / rates[k, j] / system.coordinate_units[j]
         slope = slope - record.tangents[k, first + 1 + 3 * d] / (speeds[k, d] * units[d])
         return top**-2.0, -2.0 * top**-2.0 * slope, int(k)

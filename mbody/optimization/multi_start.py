@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.driven.batch import BatchSetup
+from mbody.core.tolerances import LIMIT_HOLDS, OPTIMUM_VALUES_AGREE, TINY
 from mbody.derivatives.named_numbers import changed, checked_names, unit_of
 from mbody.errors import ModelError, SolveError, brief
 from mbody.model.element import listed
@@ -17,7 +18,7 @@ from mbody.model.numbers import dimension_named
 from mbody.model.study import OVER_TIME, Measure
 from mbody.optimization.aims_and_limits import Aim, Limit
 from mbody.optimization.design_evaluation import Evaluation, Evaluator, MotionEvaluator
-from mbody.optimization.nonlinear_program import HOLDS, Found, Program
+from mbody.optimization.nonlinear_program import Found, Program
 from mbody.quantities import Formula, FormulaError
 from mbody.quantities.formula import NotFinite, float_or_formula
 from mbody.sweeps.job import Job, MeasuredColumn, side_by_side
@@ -247,8 +248,6 @@ def spread_designs(low: np.ndarray, high: np.ndarray, count: int, seed: int) -> 
 
 #: Designs of the hypercube for each number and each search, and the least number of them.
 EACH, LEAST = 24, 256
-#: Ends whose values differ by less than this part agree.
-AGREE = 1e-4
 #: Starts are apart by this part of the ranges, where there are enough.
 APART = 0.15
 
@@ -326,11 +325,11 @@ class MultiStart:
             if not found:
                 raise
             status = f"stopped: after {len(found)} of {self.count} searches"
-        held = [one for one in found if one.broken <= HOLDS]
+        held = [one for one in found if one.broken <= LIMIT_HOLDS]
         if not held:
             raise self._none(min(found, key=lambda one: one.broken), limits)
         best = min(held, key=lambda one: one.value)
-        near = AGREE * max(abs(best.value), 1e-9 * program.scale)
+        near = OPTIMUM_VALUES_AGREE * max(abs(best.value), 1e-9 * program.scale)
         agreeing = sum(one.value <= best.value + near for one in held)
         return Ended(best, program, len(found), agreeing, status, tuple(notes))
 
@@ -424,6 +423,6 @@ def _unchanged(limit: Limit) -> str:
 def _by_merit(values: np.ndarray, margins: np.ndarray, closing: np.ndarray) -> np.ndarray:
     """Designs that can be analysed, those that break limits least first, then the better ones."""
     places = np.flatnonzero(closing)
-    sizes = np.maximum(np.median(np.abs(margins[places]), axis=0), 1e-300) if len(places) else 1.0
+    sizes = np.maximum(np.median(np.abs(margins[places]), axis=0), TINY) if len(places) else 1.0
     broken = np.maximum(0.0, -margins[places] / sizes).sum(axis=1)
     return places[np.lexsort((values[places], np.where(broken > 0.0, broken, 0.0)))]

@@ -16,6 +16,14 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from mbody.core.tolerances import (
+    LIMIT_HOLDS,
+    OPTIMUM_BOX_FIRST,
+    OPTIMUM_BOX_LEAST,
+    OPTIMUM_GAIN_LAST,
+    OPTIMUM_GAIN_SLIGHT,
+    TINY,
+)
 from mbody.optimization.aims_and_limits import AimRows
 
 # -- The end of a search: linear programs within a trust region --------------------------------
@@ -25,8 +33,8 @@ from mbody.optimization.aims_and_limits import AimRows
 # where it promised more than the design keeps, leads on quadratically (sequential linear
 # programming; Fletcher, *Practical Methods of Optimization*, 1987, section 14.4).
 
-#: The first box and the least, as parts of the ranges; steps; what is gained by the last.
-FIRST, LEAST, STEPS, GAIN = 0.02, 1e-8, 40, 1e-9
+#: Steps of a program.
+STEPS = 40
 #: How much more than its multipliers a broken limit counts.
 HEAVIER = 2.0
 
@@ -65,7 +73,7 @@ def linear_steps(start: Linearized, look: Callable[[np.ndarray], Linearized | No
     """The end of linear steps from a design; `look` gives the rows about a place, None where the
     design cannot be analysed.
     """
-    here, box, weight = start, FIRST, 10.0
+    here, box, weight = start, OPTIMUM_BOX_FIRST, 10.0
     for _ in range(STEPS):
         step = _step(here, box)
         if step is None:
@@ -74,7 +82,7 @@ def linear_steps(start: Linearized, look: Callable[[np.ndarray], Linearized | No
         weight = max(weight, HEAVIER * heaviest)
         now = here.merit(weight)
         foretold = now - promised
-        if foretold <= GAIN * max(abs(now), 1e-300):
+        if foretold <= OPTIMUM_GAIN_LAST * max(abs(now), TINY):
             return here
         there = look(np.clip(here.u + step_found, 0.0, 1.0))
         gained = -1.0 if there is None else (now - there.merit(weight)) / foretold
@@ -83,7 +91,7 @@ def linear_steps(start: Linearized, look: Callable[[np.ndarray], Linearized | No
             box = min(1.0, 2.0 * box) if gained > 0.75 else box
         if gained < 0.25:
             box = 0.25 * float(np.abs(step_found).max())
-        if box < LEAST:
+        if box < OPTIMUM_BOX_LEAST:
             return here
     return here
 
@@ -136,16 +144,10 @@ def _step(at: Linearized, box: float) -> tuple[np.ndarray, float, float] | None:
 
 #: Rows of a limit with which the search begins, rounds of exchange, and steps of each.
 ROWS, ROUNDS, ITERATIONS = 40, 8, 100
-#: What is broken by less, as a part of the size of a limit, holds.
-HOLDS = 1e-6
 #: A design moves no faster than so many times the description, by unit rate of its drivers.
 FASTEST = 50.0
 #: How bad a design is that cannot be analysed, in sizes of what is minimised.
 WALL = 1e4
-#: A round that gains less than this part is the last.
-NONLINEAR_PROGRAM_GAIN = 1e-9
-#: A round without new rows that gains more than this part is followed by another.
-SLIGHT = 1e-3
 
 
 class Goal(Protocol):
@@ -260,17 +262,17 @@ class Program:
                 break
             found, at = self._found(end), end
             more = chosen.add(end)
-            gain = best.value - found.value if found.broken <= HOLDS else 0.0
+            gain = best.value - found.value if found.broken <= LIMIT_HOLDS else 0.0
             if _better(found, best):
                 idle = (
                     0
-                    if gain > NONLINEAR_PROGRAM_GAIN * self.scale or best.broken > HOLDS
+                    if gain > OPTIMUM_GAIN_LAST * self.scale or best.broken > LIMIT_HOLDS
                     else idle + 1
                 )
                 best = found
             else:
                 idle += 1
-            if (not more and gain <= SLIGHT * abs(best.value)) or idle > 1:
+            if (not more and gain <= OPTIMUM_GAIN_SLIGHT * abs(best.value)) or idle > 1:
                 break
         return self._polished(best)
 
@@ -299,9 +301,9 @@ class Program:
         for limit, size in zip(self.limits, self.sizes, strict=True):
             own[limit.equal].append(limit.rows(at).times(1.0 / size))
         least, slope, k = at.mobility()
-        margin = np.log(least / max(self.mobile, 1e-300))
+        margin = np.log(least / max(self.mobile, TINY))
         own[False].append(
-            AimRows(np.array([margin]), slope[None] / max(least, 1e-300), np.array([k]))
+            AimRows(np.array([margin]), slope[None] / max(least, TINY), np.array([k]))
         )
         empty = np.zeros((0, len(u)))
         values = {
@@ -425,7 +427,7 @@ class _Chosen:
             floor = own[self.picked[n]].min()
             if n < len(self.program.limits):
                 floor = min(floor, 0.0)
-            new = [k for k in _lowest(own) if own[k] < floor - HOLDS]
+            new = [k for k in _lowest(own) if own[k] < floor - LIMIT_HOLDS]
             if new:
                 self.picked[n] = np.union1d(self.picked[n], new)
                 more = True
@@ -446,13 +448,13 @@ class _Chosen:
         if z is not None:
             found[-1] = found[-1] + z
         own = at.mobility()[0]
-        return np.concatenate([*found, [np.log(own / max(self.program.mobile, 1e-300))]])
+        return np.concatenate([*found, [np.log(own / max(self.program.mobile, TINY))]])
 
     def slopes(self, at: Any, with_z: bool) -> np.ndarray:
         """Their derivatives by the numbers, each as a part of its range, and by z."""
         found = [rows.slopes[own] for rows, own in zip(self._all(at), self.picked, strict=True)]
         own, slope, _ = at.mobility()
-        whole = np.vstack([*found, slope[None] / max(own, 1e-300)]) * self.program.width
+        whole = np.vstack([*found, slope[None] / max(own, TINY)]) * self.program.width
         if not with_z:
             return whole
         by_z = np.zeros(len(whole))
@@ -471,11 +473,11 @@ def _lowest(values: np.ndarray) -> np.ndarray:
 
 def _size(rows: AimRows) -> float:
     """Scale of the rows of a limit."""
-    return max(float(np.abs(rows.values).max(initial=0.0)), 1e-300)
+    return max(float(np.abs(rows.values).max(initial=0.0)), TINY)
 
 
 def _better(one: Found, other: Found) -> bool:
     """Whether an end is better than another: limits first."""
-    if one.broken > HOLDS or other.broken > HOLDS:
+    if one.broken > LIMIT_HOLDS or other.broken > LIMIT_HOLDS:
         return one.broken < other.broken
     return one.value < other.value

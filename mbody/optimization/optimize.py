@@ -11,6 +11,15 @@ import numpy as np
 from mbody.analysis.driven.driven import ANALYSES, turned_driver
 from mbody.analysis.dynamics.interruptions import counted
 from mbody.analysis.position.assembly_analysis import as_system
+from mbody.core.tolerances import (
+    LIMIT_BALANCED,
+    LIMIT_BINDS,
+    LIMIT_HOLDS,
+    OPTIMUM_FLAT,
+    OPTIMUM_MULTIPLIER_COUNTS,
+    OPTIMUM_OPEN,
+    TINY,
+)
 from mbody.errors import ModelError, brief
 from mbody.files.model.study_tables import optimization_tasks
 from mbody.model.element import listed
@@ -19,7 +28,7 @@ from mbody.model.study import OptimizationTask
 from mbody.optimization.aims_and_limits import Aim, AimRows, Limit, aim_of, limit_of
 from mbody.optimization.design_evaluation import Evaluation, Evaluator, MotionEvaluator
 from mbody.optimization.multi_start import Ended, MultiStart, Ranges, Screen, ranges_of
-from mbody.optimization.nonlinear_program import FASTEST, HOLDS, Found, Program
+from mbody.optimization.nonlinear_program import FASTEST, Found, Program
 from mbody.optimization.optimum import Active, Optimum, ParetoPoint
 from mbody.quantities.types import Number
 from mbody.solution.doubts import inherited
@@ -28,16 +37,6 @@ from mbody.sweeps.job import MeasuredColumn, prepared
 from mbody.system.system import System
 
 # -- Binding limits of an optimum, and their multipliers ---------------------------------------
-
-#: What is nearer to its limit than this part of its size may bind: the least of these with which
-#: the derivatives balance up to such a part, so that of neighbouring instants the nearest counts.
-NEAR, BALANCED = (1e-7, 1e-6, 1e-5, 1e-4), 1e-3
-#: A multiplier below this part of the greatest effect does not.
-COUNTS = 1e-6
-
-#: Where no derivative is greater, as the part by which the objective would change over a range, the
-#: place is a smooth optimum: what is left is measured by this.
-FLAT = 0.1
 
 
 @dataclass(frozen=True)
@@ -70,9 +69,9 @@ def binding(program: Program, at: Evaluation) -> tuple[list[Binding], float]:
     part.
     """
     found = []
-    for near in NEAR:
+    for near in LIMIT_BINDS:
         found.append(_binding(program, at, near))
-        if found[-1][1] <= BALANCED:
+        if found[-1][1] <= LIMIT_BALANCED:
             break
     return min(found, key=lambda pair: pair[1])
 
@@ -111,7 +110,7 @@ def _binding(program: Program, at: Evaluation, near: float) -> tuple[list[Bindin
     weights, parts = found[: len(top)], found[len(top) :]
     pull = weights @ slopes
     rest = pull - (np.array(columns).T @ parts if columns else 0.0)
-    greatest = max(float(np.abs(slopes).max(initial=0.0)), FLAT)
+    greatest = max(float(np.abs(slopes).max(initial=0.0)), OPTIMUM_FLAT)
     return _joined(about, parts, program), float(np.abs(rest).max(initial=0.0)) / greatest
 
 
@@ -121,7 +120,7 @@ def _joined(
     """Multipliers of one limit at several instants added; those that pull, the greatest first."""
     found: dict[tuple[int, int, bool], list[tuple[float, int, float]]] = {}
     for (limit, instant, number, upper, size), part in zip(about, parts, strict=True):
-        if part > COUNTS:
+        if part > OPTIMUM_MULTIPLIER_COUNTS:
             own = found.setdefault((limit, number, upper), [])
             own.append((float(part), instant, program.scale / size))
     made = [
@@ -194,8 +193,6 @@ def tolerance_band(
 
 # -- From the end of searches to what the user gets --------------------------------------------
 
-#: Derivatives that are not balanced by what binds, as a part of the greatest, are said.
-OPEN = 1e-2
 MOBILE = "mobility: no body moves {} times as fast as in the description"
 
 
@@ -220,7 +217,7 @@ def optimum_of(
             f"only one of {ended.starts} searches ended at this value, others at worse ones: more "
             "starts may find a better one"
         )
-    if rest > OPEN and ended.status == "completed":
+    if rest > OPTIMUM_OPEN and ended.status == "completed":
         notes.append(
             f"the search ended where the objective still falls by {rest:.1%} of its steepest "
             "slope: it is near a place without derivatives, or stopped early"
@@ -322,13 +319,13 @@ def pareto_front(
     scales = [end.program.scale for end in ends]
     found: list[tuple[Found, Ended]] = [(ends[0].best, ends[0]), (ends[1].best, ends[1])]
     low, high = values[1, 1], values[0, 1]
-    if high - low > HOLDS * scales[1]:
+    if high - low > LIMIT_HOLDS * scales[1]:
         place = [ends[0].best.at.x, ends[1].best.at.x]
         for value in np.linspace(high, low, points)[1:-1]:
             bounded = _Bounded(second, float(value), "")
             program = search.program(first, [*limits, bounded])  # type: ignore[list-item]
             tried = [end for x in place if (end := program.search(x)) is not None]
-            held = [one for one in tried if one.broken <= HOLDS]
+            held = [one for one in tried if one.broken <= LIMIT_HOLDS]
             if held:
                 best = min(held, key=lambda one: one.value)
                 place[0] = best.at.x
@@ -336,7 +333,7 @@ def pareto_front(
     both = np.array([[_least(aim, one.at) for aim in aims] for one, _ in found])
     kept = [n for n, own in enumerate(both) if not _beaten(own, both)]
     order = sorted(kept, key=lambda n: tuple(both[n]))
-    span = np.maximum(np.ptp(both[order], axis=0), 1e-300)
+    span = np.maximum(np.ptp(both[order], axis=0), TINY)
     near = [float(np.hypot(*((both[n] - both[order].min(axis=0)) / span))) for n in order]
     knee = order[int(np.argmin(near))]
     names = search.ranges.given

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from mbody.core.presentation import present
+from mbody.core.tolerances import FILE_NUMBERS_SAME, OPTIMUM_MARGIN_NONE
 from mbody.errors import ModelError, ModelWarning
 from mbody.files.model import from_toml
 from mbody.files.model.write import toml
@@ -28,9 +29,6 @@ from mbody.system.assembler import assemble
 from mbody.system.read_only import lock
 
 # -- A mechanism with the numbers of a design, as a model file would have them -----------------
-
-#: Numbers that a file gives agree with those of the design to this part.
-SAME = 1e-9
 
 
 def with_numbers(run: Solution, values: Mapping[str, float]) -> Mechanism:
@@ -77,7 +75,7 @@ def _overridden(run: Solution) -> dict[str, float]:
 
 
 def _same(one: float, other: float) -> bool:
-    return bool(np.isclose(one, other, rtol=SAME, atol=0.0))
+    return bool(np.isclose(one, other, rtol=FILE_NUMBERS_SAME, atol=0.0))
 
 
 def _check(made: Mechanism, values: Mapping[str, float], named: list[str]) -> None:
@@ -310,7 +308,9 @@ def _aims(found: Optimum) -> list[str]:
 
 def _limits(found: Optimum) -> list[str]:
     texts = list(found.constraints)
-    margins = ["0" if abs(m) < 1e-9 else number(m) for m in found.constraints.values()]
+    margins = [
+        "0" if abs(m) < OPTIMUM_MARGIN_NONE else number(m) for m in found.constraints.values()
+    ]
     return table([Column("LIMITS", texts, text=True), Column("margin", margins)])
 
 

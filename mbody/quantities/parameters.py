@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping
 from graphlib import CycleError, TopologicalSorter
 from typing import Any
 
+from mbody.core.tolerances import PARAMETERS_EQUAL
 from mbody.errors import ModelError
 from mbody.quantities import formula as number
 from mbody.quantities.evaluate import Scope, Valued, evaluate
@@ -161,7 +162,7 @@ def plain_otherwise(name: str, own: Any, units: UnitSystem, angle: str = "deg") 
     plain, size = units.unit(one.dimension), 1.0
     if one.dimension == DIMENSIONS["angle"] and angle == "deg":
         plain, size = SYMBOLS["deg"], math.pi / 180.0
-    if math.isclose(one.value, size, rel_tol=1e-12):
+    if math.isclose(one.value, size, rel_tol=PARAMETERS_EQUAL):
         return ""
     return (
         f"plain numbers for '{name}' are in {plain.symbol}, and its own value is '{text}': write "

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody._version import __version__
+from mbody.core.tolerances import PRINTED_NONE, TINY
 from mbody.engineering.fluctuation import fluctuation
 from mbody.engineering.shaking import shaking_force
 from mbody.engines.crosscheck_result import CrosscheckResult
@@ -34,7 +35,6 @@ from mbody.reports.described import inputs, method, mobility, sketch
 from mbody.reports.subject import Subject, book
 from mbody.solution.measures import found_by, measured
 from mbody.summaries.text_table import (
-    ROUNDING,
     angles,
     number,
     numbers,
@@ -284,7 +284,7 @@ def _motion(subject: Subject) -> list[tuple[str, float, str, int]]:
         }
         name = max(sizes, key=lambda body: float(np.nanmax(sizes[body])))
         k = peak(sizes[name])
-        if float(sizes[name][k]) > ROUNDING * floor * run.system.length:
+        if float(sizes[name][k]) > PRINTED_NONE * floor * run.system.length:
             words = f"greatest {what}, {name}"
             rows.append((words, float(sizes[name][k]), subject.unit(unit), k))
     return rows
@@ -318,11 +318,11 @@ def links(subject: Subject) -> list[Block]:
     ):
         reach = 1.0 if unit.startswith("angular") else run.system.length
         tops = [float(v[peak(v)]) for v in values]
-        cells = numbers(tops, ROUNDING * floor * reach)
+        cells = numbers(tops, PRINTED_NONE * floor * reach)
         own = columns if unit.startswith("angular") else centres
         own.append(Cells(f"{word}{title}", cells, subject.unit(unit)))
         if subject.many:
-            there = [abs(top) > ROUNDING * floor * reach for top in tops]
+            there = [abs(top) > PRINTED_NONE * floor * reach for top in tops]
             own += _where_there(subject, [peak(v) for v in values], there)
     found = first_rows(Grid("Motion of the links", columns))
     return found + first_rows(Grid("Motion of the mass centres", centres)) * subject.many
@@ -342,7 +342,7 @@ def joints(subject: Subject) -> list[Block]:
     note, count = "", len(found)
     if count > ROWS:
         tops = np.array([r.magnitude[peak(r.magnitude)] for *_, r in found])
-        kept = set(np.argsort(-np.round(tops / max(tops.max(), 1e-300), 9), kind="stable")[:ROWS])
+        kept = set(np.argsort(-np.round(tops / max(tops.max(), TINY), 9), kind="stable")[:ROWS])
         found = [one for n, one in enumerate(found) if n in kept]
         note = f"The {ROWS} joints with the greatest forces, of {count}; the results have all."
     at = [peak(r.magnitude) for *_, r in found]
@@ -391,7 +391,7 @@ def loads(subject: Subject) -> list[Block]:
             values, dimension, unit = measured(run, measure)
             if dimension == DIMENSIONS["angle"] and not measure.unit:
                 values, unit = np.degrees(values), "deg"
-            floor = ROUNDING * float(np.nanmax(np.abs(values), initial=0.0))
+            floor = PRINTED_NONE * float(np.nanmax(np.abs(values), initial=0.0))
             for kind in ("force", "torque") if run.has_forces else ():
                 own = dimension == DIMENSIONS[kind] and unit == subject.mechanism.units.of(kind)
                 floor = max(floor, subject.floor_of(kind)) if own else floor
@@ -600,7 +600,7 @@ def _modes(subject: Subject) -> list[Block]:
     if run.analysis != "simulate" or not run.modes or not subject.many:
         return []
     rows, left_out = mode_rows(run)
-    whole = max(float(run.t[-1] - run.t[0]), 1e-300)
+    whole = max(float(run.t[-1] - run.t[0]), TINY)
     there = [mode for mode in MODES if any(s.mode == mode for row in rows for s in row.spans)]
     columns = [Cells("contact or joint", [row.name for row in rows], text=True)]
     for mode in there:
@@ -628,7 +628,7 @@ def _losses(subject: Subject) -> list[Block]:
         return [Grid(_title(subject, names), columns)]
     if run.energy is not None:
         # what sticks slides by rounding only
-        least = ROUNDING * float(run.energy.kinetic.max()) / max(float(np.ptp(run.t)), 1e-300)
+        least = PRINTED_NONE * float(run.energy.kinetic.max()) / max(float(np.ptp(run.t)), TINY)
         losses = np.where(losses.max(axis=1, keepdims=True) > least, losses, 0.0)
         if not losses.any():
             return []
@@ -760,7 +760,7 @@ def amounts(subject: Subject) -> dict[str, tuple[float, str]]:
         top = float(np.nanmax(np.abs(values)))
         for word, extreme in (("least", np.nanmin), ("greatest", np.nanmax)):
             value = float(extreme(values))
-            value = 0.0 if abs(value) <= ROUNDING * top else value
+            value = 0.0 if abs(value) <= PRINTED_NONE * top else value
             found[f"{name}, {word}"] = (value, unit_text(unit))
     return found
 

@@ -9,6 +9,13 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
+from mbody.core.tolerances import (
+    BALANCE_LEFT,
+    BALANCE_ROUNDING_SINGULAR,
+    LOOP_OPEN_CHECK,
+    POSITION_ROUNDING,
+    RATE_NONE_MECHANISM,
+)
 from mbody.errors import ModelError
 from mbody.kernels.constraints import KINDS
 from mbody.kernels.finished_instants import (
@@ -26,10 +33,6 @@ from mbody.solution.contact_forces import contact_wrench, tangent_forces
 from mbody.solution.doubts import Doubt, status_of
 from mbody.solution.histories import Checks, Reaction, Result, motion_rows, reaction_torque
 from mbody.system.system import System
-
-#: Places are rounded by this part of 1 + the greatest coordinate, in model lengths and radians:
-#: some tens of units in the last place, as Newton's last step leaves them.
-ROUNDING = 1e-14
 
 
 def residuals(solution: Result) -> np.ndarray:
@@ -53,7 +56,9 @@ def rounded_places(solution: Result, design: int) -> np.ndarray:
     # bodies that move alike strain nothing: each coordinate by another part
     parts = (np.cos(np.arange(n)), np.sin(1.0 + np.arange(n)))
     moved = [
-        _audited(solution, design, ROUNDING * reach * system.coordinate_units * part)[:, LEFT]
+        _audited(solution, design, POSITION_ROUNDING * reach * system.coordinate_units * part)[
+            :, LEFT
+        ]
         for part in parts
     ]
     found: np.ndarray = np.abs(np.array(moved) - left).max(axis=0)
@@ -256,21 +261,6 @@ Array = np.ndarray
 T = TypeVar("T")
 R = TypeVar("R", bound=Result)
 
-#: Greatest violation of a constraint, as a part of 1 + the greatest coordinate in model lengths and
-#: radians. Over the gallery, some 250 random and near-singular linkages and chains of 300 links at
-#: most 2e-15 of it is met, at change points that are interpolated 6e-13.
-OPEN = 1e-10
-#: Greatest part of forces, and of power, that is left over: of the same at most 1e-12 beside
-#: what `ROUNDED` explains.
-CERTIFICATE_LEFT = 1e-9
-#: Towards a singular position single forces grow as its condition, and so does the rounding of
-#: each: of the square of the greatest one, as a part of the loads, at most 6e-16 is met, down to
-#: 1e-8 rad from a dead centre.
-ROUNDED = 1e-13
-#: A mechanism slower than this part of the speed that its forces would give it is at rest: its
-#: power is rounding.
-STILL = 1e-12
-
 
 @dataclass(frozen=True)
 class Certificate:
@@ -371,7 +361,11 @@ def _limits(
     reach = 1.0 + system.extent(records)
     known = np.isfinite(records[:, : 3 * n]).all(axis=1)
     constraint = np.where(known, constraint, np.nan)
-    yield "the constraints are violated by {} (model lengths, rad)", constraint, OPEN * reach
+    yield (
+        "the constraints are violated by {} (model lengths, rad)",
+        constraint,
+        LOOP_OPEN_CHECK * reach,
+    )
     if not solution.has_forces:
         return
     top, flowing = (float(np.nanmax(np.abs(whole), initial=0.0)) for whole in (term, flow))
@@ -381,16 +375,16 @@ def _limits(
     unknown = 0.0 if reported else np.nan
     part = np.where(known, left / (top or 1.0), unknown)
     carried = np.where(known, _carried(system, records) / (top or 1.0), 0.0)
-    limit = CERTIFICATE_LEFT + ROUNDED * carried**2
+    limit = BALANCE_LEFT + BALANCE_ROUNDING_SINGULAR * carried**2
     if (part > limit).any():
         # at rest on springs of their free lengths all forces are rounding of places
         limit = np.maximum(limit, rounded_places(solution, design) / (top or 1.0))
     yield "{} of the forces are out of balance", part, limit
     # a joint of the user that moves by itself gives power of which nothing is known
     own = (system.layout.primitive_kind == KINDS.index("user")).any()
-    if not own and flowing > STILL * top * system.length * _pace(system, top):
+    if not own and flowing > RATE_NONE_MECHANISM * top * system.length * _pace(system, top):
         share = np.where(known, np.abs(power) / (flowing or 1.0), unknown)
-        yield "{} of the power is out of balance", share, CERTIFICATE_LEFT
+        yield "{} of the power is out of balance", share, BALANCE_LEFT
 
 
 def _pace(system: System, top: float) -> float:

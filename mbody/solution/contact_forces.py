@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from mbody.core.tolerances import CONTACT_FORCE_AT_REST
 from mbody.errors import ModelError
 from mbody.kernels.finished_instants import PER_PAIR, StoredMotion, rates_of_pairs
 from mbody.kernels.friction import FRICTION_KINDS, LASTING
@@ -191,9 +192,6 @@ def pressing_forces(
 
 # -- Friction pairs of a result: sliding velocities and forces ---------------------------------
 
-#: Part of the greatest force of a pair below which it may be one at rest.
-SMALL = 1e-6
-
 
 @dataclass(frozen=True)
 class RoughPair:
@@ -322,9 +320,11 @@ def resting_pairs(solution: Result) -> Array:
     for n in np.flatnonzero(holds):
         force = np.abs(solution.record.take(first + PER_PRIMITIVE * pairs[n].primitive))
         top = force.max(axis=-1, keepdims=True)
-        if not (force.min(axis=-1, keepdims=True) > SMALL * top).all():
+        if not (force.min(axis=-1, keepdims=True) > CONTACT_FORCE_AT_REST * top).all():
             near = np.zeros(shape, dtype=bool) if near is None else near
-            near[..., n] = ~(force > SMALL * np.fmax.reduce(force, axis=-1, keepdims=True))
+            near[..., n] = ~(
+                force > CONTACT_FORCE_AT_REST * np.fmax.reduce(force, axis=-1, keepdims=True)
+            )
     if near is None:
         return found
     every, rest = (one if solution.record.batch else one[None] for one in (near, found))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mbody.core.tolerances import ENERGY_ROUNDING
 from mbody.kernels.layout import PER_PRIMITIVE
 from mbody.system.read_only import lock
 
@@ -20,8 +21,6 @@ Array = np.ndarray
 
 #: Parts of an account that are one array each.
 PLAIN = ("kinetic", "potential", "work", "dissipated", "balance")
-#: Rounding of an account, as a part of what its greatest force does along the model length.
-ROUNDING = 2e-12
 #: Loads whose work is accounted one by one.
 ACCOUNTED = 64
 
@@ -199,5 +198,5 @@ def account(system: System, records: Array, gained: Array, stops: Sequence[str] 
     whole = kinetic + potential + lost - work
     balance = whole - whole[:1]
     forces = records[:, 3 * n : 3 * n + PER_PRIMITIVE * len(system.owners)]
-    rounding = ROUNDING * system.length * float(np.abs(forces).max(initial=0.0))
+    rounding = ENERGY_ROUNDING * system.length * float(np.abs(forces).max(initial=0.0))
     return Energy(kinetic, potential, work, lost, balance, by, taken, rounding)

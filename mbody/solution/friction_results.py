@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from mbody.core.presentation import present
+from mbody.core.tolerances import FRICTION_RESERVE_FORCE_MOST, RATE_NONE_SLIDING
 from mbody.errors import ModelError
 from mbody.kernels.finished_instants import StoredMotion, forces_by_senses, impending_rates
 from mbody.kernels.friction import CERTIFICATE, IMPENDING, REACHED_PART, SLIDING
@@ -51,8 +52,6 @@ Array = np.ndarray
 
 #: Status of a linear program without a bound.
 UNBOUNDED = 3
-#: A part of the greatest load that a force is at most, in the search of a reserve.
-MOST = 1e3
 
 
 def rubs_by_contacts_alone(system: System) -> bool:
@@ -167,16 +166,22 @@ class RestingContacts:
         aim = np.append(np.zeros(self.balance.shape[1]), -1.0)
         lines = np.column_stack([self.limits.least, np.where(self.limits.smooth(), 0.0, -1.0)])
         status, found = self._solved(aim, lines)
-        return float(found[-1]) / self.size if status == 0 and found is not None else -MOST
+        return (
+            float(found[-1]) / self.size
+            if status == 0 and found is not None
+            else -FRICTION_RESERVE_FORCE_MOST
+        )
 
     def _solved(self, aim: Array, lines: Array) -> tuple[int, Array | None]:
         """Status and forces at the least of aim · forces with lines · forces ≥ 0 in balance; what
-        is among `aim` beside the forces is at most `MOST` times the load.
+        is among `aim` beside the forces is at most `FRICTION_RESERVE_FORCE_MOST` times the load.
         """
         from scipy.optimize import linprog
 
         more = aim.size - self.balance.shape[1]
-        bounds = [(None, None)] * self.balance.shape[1] + [(None, MOST)] * more
+        bounds = [(None, None)] * self.balance.shape[1] + [
+            (None, FRICTION_RESERVE_FORCE_MOST)
+        ] * more
         found = linprog(
             aim,
             A_ub=-lines,
@@ -213,8 +218,6 @@ class RestingContacts:
 
 #: Pairs at rest of which both directions are tried with all others; beyond, all of them together.
 TOGETHER = 6
-#: A rate, or its change, below this part of the greatest is rounding.
-ROUNDING = 1e-9
 #: Jams that are examined, at most.
 EXAMINED = 400
 
@@ -366,7 +369,7 @@ def _impending(solution: Result, instants: Array, design: int) -> Array:
         motion = stored_motion(solution, design, instants)
         impending_rates(system.runtime(), system.work(designs=design), motion, output)
         whole = np.abs(output).max(axis=2, keepdims=True)
-        output[np.abs(output) <= ROUNDING * whole] = 0.0
+        output[np.abs(output) <= RATE_NONE_SLIDING * whole] = 0.0
     return output
 
 
@@ -386,7 +389,7 @@ def _choices(
                     yield both, (n, sign)
         return
     change = rates[:, 1]
-    turns = rest & (np.abs(change) > ROUNDING * np.abs(change).max(initial=0.0))
+    turns = rest & (np.abs(change) > RATE_NONE_SLIDING * np.abs(change).max(initial=0.0))
     for sign in (-1.0, 1.0):
         own = np.where(turns, sign * np.sign(change), slip_signs)
         yield from ((both, None) for both in slip_signs_with_resting(own, rest & ~turns))

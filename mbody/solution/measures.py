@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from mbody.core.recorded_numbers import Untraceable
+from mbody.core.tolerances import TINY
 from mbody.errors import ModelError, brief
 from mbody.kernels.finished_instants import each_load
 from mbody.laws import MeasuredFormula
@@ -234,7 +235,7 @@ def stretched(solution: Result, load: Load) -> tuple[Array, Array, tuple[Array, 
     (ix, iy, ivx, ivy), (jx, jy, jvx, jvy) = (_end(solution, load, side) for side in "ij")
     dx, dy = jx - ix, jy - iy
     length = np.hypot(dx, dy)
-    safe = np.maximum(length, 1e-300)  # ends at one place have no direction
+    safe = np.maximum(length, TINY)  # ends at one place have no direction
     ux, uy = dx / safe, dy / safe
     return length, ux * (jvx - ivx) + uy * (jvy - ivy), (ux, uy)
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mbody.core.tolerances import CONTACT_GAP_CLOSED_RESULT, TINY
 from mbody.model.contact import Arc, Contact, OneSided, Rope, Spot
 from mbody.solution.histories import Place, moved, place
 
@@ -18,8 +19,6 @@ Array = np.ndarray
 
 #: Origin, the body whose angle they have, and where they point to.
 Axes = tuple[Place, str, Place | None]
-#: Nearer than this, in model lengths, is closed.
-NEAR = 1e-8
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +102,7 @@ def _rope(run: Solution, k: int, rope: Rope) -> list[TouchPlace]:
     i, j = (np.column_stack(place(run, rope, side))[k] for side in "ij")
     own = run.reaction(rope.name)
     force = np.array([[own.fx[k], own.fy[k]]])
-    normal = (i - j) / max(float(np.hypot(*(i - j))), 1e-300)
+    normal = (i - j) / max(float(np.hypot(*(i - j))), TINY)
     zero, closed = np.zeros(1), np.ones(1, dtype=bool)
     ends = (rope.i.body, rope.j.body)
     return [
@@ -158,7 +157,7 @@ def _touch(run: Solution, contact: OneSided, spots: list[Spot], n: int) -> Touch
         force += np.column_stack([run.primitive_history(e, part) for part in (2, 3)])
     force = -force if spot.swapped else force
     words = run.mode(contact.name)
-    near = (np.abs(gap) <= NEAR * run.system.length) & along
+    near = (np.abs(gap) <= CONTACT_GAP_CLOSED_RESULT * run.system.length) & along
     closed = near & np.array([word != "open" for word in words])
     mode = [word if shut else "open" for word, shut in zip(words, closed, strict=True)]
     mu, static = contact.coefficients(run.system.numbers)
@@ -183,7 +182,7 @@ def _edge(
     away = centre - begin
     gap = (away * normal).sum(axis=1) - reach
     along_edge = (away * u).sum(axis=1)
-    near = NEAR * run.system.length
+    near = CONTACT_GAP_CLOSED_RESULT * run.system.length
     endless = not np.isfinite(length)
     along = endless | ((along_edge >= -near) & (along_edge <= float(length) + near))
     return centre - reach * normal, normal, gap, along, (tip, first, None)
@@ -201,7 +200,7 @@ def _round(
     here, there = moved(run, start), moved(run, tip)
     separation = there - here
     length = np.hypot(*separation.T)
-    d = separation / np.maximum(length, 1e-300)[:, None]
+    d = separation / np.maximum(length, TINY)[:, None]
     gap = spot.sign * (length - apart)
     normal = spot.sign * d
     place = here + ri * d + gap[:, None] * normal
@@ -216,7 +215,7 @@ def _on_arc(run: Solution, spot: Spot, arc: Arc, normal: Array, bodies: tuple[st
     half = 0.5 * float(arc.extent)
     past = np.arctan2(outwards[:, 1], outwards[:, 0]) - angle - half
     off = np.abs(np.remainder(past + np.pi, 2.0 * np.pi) - np.pi) - half
-    return np.asarray(float(arc.radius) * off <= NEAR * run.system.length)
+    return np.asarray(float(arc.radius) * off <= CONTACT_GAP_CLOSED_RESULT * run.system.length)
 
 
 def _stepped(run: Solution, k: int, name: str) -> list[TouchPlace]:

@@ -14,6 +14,7 @@ from mbody.analysis.dynamics.simulate import judged
 from mbody.analysis.freedom.free_motions import free_motions, leading, rates_of
 from mbody.analysis.linear.linearize import StateMatrices, linearize
 from mbody.analysis.position.assembly_analysis import raise_user_error
+from mbody.core.tolerances import SINGULAR_VALUE_ZERO
 from mbody.errors import ModelError, SolveError, brief
 from mbody.kernels.layout import PER_PRIMITIVE
 from mbody.kernels.loop_closure import laws_of_time
@@ -488,7 +489,9 @@ class InstantMechanics:
         Accelerations are a = N a_min + c with P c = 0 and Φ_q c = γ.
         """
         G = np.vstack([self.jacobian, own.P])
-        c = np.linalg.lstsq(G, np.append(self.gamma, np.zeros(len(own.P))), rcond=1e-9)[0]
+        c = np.linalg.lstsq(
+            G, np.append(self.gamma, np.zeros(len(own.P))), rcond=SINGULAR_VALUE_ZERO
+        )[0]
         return np.asarray(own.N.T @ (self.mass @ c - self.loads()))
 
 

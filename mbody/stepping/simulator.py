@@ -24,7 +24,14 @@ from mbody.analysis.initial.close_loops import branch_rates, nearest_rates
 from mbody.analysis.initial.initial_state import fitted_places, state_of
 from mbody.analysis.position.assembly_analysis import as_system, closed, raise_user_error
 from mbody.analysis.singular.singular_positions import Prescribed, singular
-from mbody.core.tolerances import PIVOT_SUSPECT, SINGULAR_DISTANCE_PRECISE
+from mbody.core.tolerances import (
+    PIVOT_SUSPECT,
+    POSITION_LEAD_STEP,
+    SIMULATOR_ROW_FREE,
+    SIMULATOR_STATE_MET,
+    SINGULAR_DISTANCE_PRECISE,
+    SINGULAR_VALUE_ZERO,
+)
 from mbody.errors import ModelError, SolveError, brief
 from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import laws_of_time
@@ -53,13 +60,6 @@ Array = np.ndarray
 
 #: Places and angles, all others being rates.
 PLACES = ("x", "y", "angle")
-#: Steps, in model lengths and radians, by which a position is led from where it is to where it
-#: shall be, so that it stays on its branch.
-LED = 0.2
-#: What differs by less, as a part of one model length or radian, or of the fastest rate, is met.
-MET = 1e-9
-#: What is given leaves a leader free where its row has this part that is independent.
-FREE = 1e-3
 #: Values that a sentence names.
 NAMED = 3
 
@@ -152,9 +152,15 @@ def nearest_state(system: System, t: float, base: Array, given: Sequence[Prescri
     else:
         v, notes = branch_rates(system, here, t, q, rates)
         lacking, fast = np.zeros(len(rates)), 1.0
-    wrong = [(one, -part) for one, part in zip(places, off, strict=True) if abs(part) > MET]
+    wrong = [
+        (one, -part)
+        for one, part in zip(places, off, strict=True)
+        if abs(part) > SIMULATOR_STATE_MET
+    ]
     wrong += [
-        (one, part) for one, part in zip(rates, lacking, strict=True) if abs(part) > MET * fast
+        (one, part)
+        for one, part in zip(rates, lacking, strict=True)
+        if abs(part) > SIMULATOR_STATE_MET * fast
     ]
     if wrong:
         notes = (*notes, _sentence(system, wrong))
@@ -182,8 +188,12 @@ def _kept(
         if not rates:
             one = replace(one, value=one.at(system, q) * one.unit(system))
         row = one.row(system, q) @ own.T
-        left = row if not len(rows) else row - np.linalg.lstsq(rows.T, row, rcond=1e-9)[0] @ rows
-        if np.abs(left).max() > FREE * np.abs(row).max():
+        left = (
+            row
+            if not len(rows)
+            else row - np.linalg.lstsq(rows.T, row, rcond=SINGULAR_VALUE_ZERO)[0] @ rows
+        )
+        if np.abs(left).max() > SIMULATOR_ROW_FREE * np.abs(row).max():
             found.append(one)
             rows = np.vstack([rows, row])
     return found
@@ -199,7 +209,10 @@ def _led(
     starts = [one.at(system, q) * one.unit(system) for one in places]
     changes = [one.value - start for one, start in zip(places, starts, strict=True)]
     sizes = (abs(change) / one.unit(system) for one, change in zip(places, changes, strict=True))
-    count, off = max(1, math.ceil(max(sizes, default=0.0) / LED)), np.zeros(len(places))
+    count, off = (
+        max(1, math.ceil(max(sizes, default=0.0) / POSITION_LEAD_STEP)),
+        np.zeros(len(places)),
+    )
     for n in range(1, count + 1):
         spots = [
             Prescribed(one.body, one.key, one.value if n == count else start + n / count * change)

@@ -19,7 +19,7 @@ from mbody.analysis.initial.initial_state import with_start_drivers
 from mbody.analysis.position.assembly_analysis import as_system, rounding
 from mbody.analysis.position.closed_position import close_batch
 from mbody.analysis.singular.singular_positions import Prescribed
-from mbody.core.tolerances import PIVOT_SUSPECT
+from mbody.core.tolerances import PIVOT_SUSPECT, POSITION_LEAD_STEP, RTOL_LOOSE, VELOCITIES_AGREE
 from mbody.errors import ModelError, SolveError, brief
 from mbody.kernels.loop_closure import project_designs
 from mbody.kernels.runge_kutta_lanes import JUDGED_STEPS, JUDGED_TIME, UNTIL
@@ -46,7 +46,6 @@ from mbody.quantities.units import DIMENSIONS
 from mbody.solution.solution import IntegrationSettings, Solution
 from mbody.stepping.lane_motion import LaneInputs, LaneMotion, LaneReadings, usable_cores
 from mbody.stepping.simulator import (
-    LED,
     PLACES,
     Simulator,
     SimulatorState,
@@ -60,8 +59,6 @@ from mbody.system.system import System
 
 Array = np.ndarray
 
-#: Velocities that agree with what is prescribed to this part are as good as exact.
-AGREE = 1e-9
 #: Directions of places in x and y; angles have none.
 DIRECTION = {"x": 0.0, "y": math.pi / 2.0}
 PLACE = {"vx": "x", "vy": "y", "omega": "angle"}
@@ -170,7 +167,7 @@ def _on_lanes(
     steps = 1
     if places:
         units = np.array([given[m].unit(system) for m in places])[:, None]
-        steps = max(1, math.ceil(float(np.abs((goal - start) / units).max()) / LED))
+        steps = max(1, math.ceil(float(np.abs((goal - start) / units).max()) / POSITION_LEAD_STEP))
     for k in range(1, steps + 1):
         if places:
             first[:, own:] = (goal if k == steps else start + k / steps * (goal - start)).T
@@ -181,7 +178,7 @@ def _on_lanes(
     work = turning.work()
     work.time[:] = t
     project_designs(turning.layout, work, turning.par, poses, speeds, v, off)
-    good &= np.isfinite(poses).all(axis=1) & np.isfinite(v).all(axis=1) & (off <= AGREE)
+    good &= np.isfinite(poses).all(axis=1) & np.isfinite(v).all(axis=1) & (off <= VELOCITIES_AGREE)
     return poses[:, :n], v, good
 
 
@@ -325,8 +322,6 @@ class SinglyLed(LaneReadings):
         many.stale[k // many.stale.shape[1], k % many.stale.shape[1]] = 0.0
 
 
-#: From this tolerance on the method of order 5 reaches an accuracy sooner than that of order 8.
-LOOSE = 1e-6
 #: Of motions that all go alone: lanes make no steps of theirs.
 UNKNOWN = IntegrationSettings("dopri5", 1e-6, 1e-6)
 #: Arrays of the lanes that say all of their states.
@@ -424,7 +419,7 @@ class Simulators(SinglyLed):
             )
         own = whole.mechanism.simulation
         usual = method is None and (own is None or own.method == METHODS[0])
-        if usual and tolerances(whole, rtol, atol)[0] >= LOOSE:
+        if usual and tolerances(whole, rtol, atol)[0] >= RTOL_LOOSE:
             method = "dopri5"
         self._how: dict[str, Any] = {"method": method, "rtol": rtol, "atol": atol, "step": step}
         self._how |= {"start": start, "guess": guess, "rates": rates}

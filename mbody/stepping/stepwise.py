@@ -31,6 +31,12 @@ from mbody.analysis.dynamics.interruptions import (
     without_held,
 )
 from mbody.analysis.position.assembly_analysis import raise_user_error
+from mbody.core.tolerances import (
+    ACCELERATIONS_AGREE,
+    CONTROL_POINTS_CLEAR,
+    DIFFERENCE_STEP_RATES,
+    STEP_SHORT,
+)
 from mbody.errors import SolveError
 from mbody.kernels.layout import Work
 from mbody.kernels.state_derivative import initial_derivative
@@ -113,9 +119,6 @@ class CarriedModes:
 
 #: Instants within a call at which it is watched: of one step, and of many.
 WITHIN, AMONG = 8, 200
-#: Accelerations of a state that is set, and those that the mechanism has there, agree to this part
-#: of the greatest, positions in model lengths and radians; those of another design do not.
-AGREES = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -397,7 +400,10 @@ class Stepwise(Integration):
         swift = float((restart.scale[n : 2 * n] / restart.scale[:n]).max(initial=0.0))
         size = swift**2 + np.abs(a / self.system.coordinate_units).max(initial=0.0)
         moved = np.abs((self.shown[:n, 0] - restart.y[:n]) / self.system.coordinate_units)
-        if off.max(initial=0.0) > AGREES * size or moved.max(initial=0.0) > AGREES:
+        if (
+            off.max(initial=0.0) > ACCELERATIONS_AGREE * size
+            or moved.max(initial=0.0) > ACCELERATIONS_AGREE
+        ):
             return (
                 "has other accelerations than this mechanism: its numbers differ; reset(state) "
                 "takes its positions and rates alone"
@@ -468,13 +474,6 @@ class Stepwise(Integration):
 #: What reads one number.
 Reading = Callable[[], float]
 
-#: A step is short if it is this part of the one that the tolerance allows.
-QUARTER = 0.25
-#: Control points keep this part of their spread from zero.
-CLEAR = 1e-2
-#: Rates are differences over this part of a step.
-LITTLE = 1e-4
-
 
 class StepwiseEvents(Stepwise, EventIntegration):
     """Motion by steps with events, which every step looks for."""
@@ -514,7 +513,7 @@ class StepwiseEvents(Stepwise, EventIntegration):
         """
         state = self.state
         t = state.item(TIME)
-        short = state.item(STEPS) > 0.0 and until - t <= QUARTER * state.item(NEXT)
+        short = state.item(STEPS) > 0.0 and until - t <= STEP_SHORT * state.item(NEXT)
         busy = self.guarded or self.closely or self.sided
         if not short or busy or not self.values:
             return False
@@ -527,7 +526,10 @@ class StepwiseEvents(Stepwise, EventIntegration):
             for (v0, r0), (v1, r1) in zip(first, last, strict=True):
                 hull = v0, v0 + third * r0, v1 - third * r1, v1
                 low, high = min(hull), max(hull)
-                if not min(abs(low), abs(high)) > CLEAR * (high - low) or low < 0.0 < high:
+                if (
+                    not min(abs(low), abs(high)) > CONTROL_POINTS_CLEAR * (high - low)
+                    or low < 0.0 < high
+                ):
                     break
             else:
                 self.total, self.late = self.outputs.work[-1].copy(), True
@@ -538,7 +540,7 @@ class StepwiseEvents(Stepwise, EventIntegration):
     def _sampled_ends(self, h: float) -> list[tuple[float, float]]:
         """Value and rate of every event at the present state."""
         y, slots = self.at
-        t, little, found = self.state.item(TIME), LITTLE * h, []
+        t, little, found = self.state.item(TIME), DIFFERENCE_STEP_RATES * h, []
         for sign in (0.0, 1.0, -1.0):
             y[:] = self.y + sign * little * self.K[0]
             slots[TIME] = t + sign * little

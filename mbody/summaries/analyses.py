@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mbody.core.tolerances import LENGTH_NONE, PRINTED_NONE, ROOT_REAL
 from mbody.model.element import listed
 from mbody.summaries.instant import measures
 from mbody.summaries.text_table import (
-    ROUNDING,
     Column,
     angles,
     certified,
@@ -168,8 +168,6 @@ def _motions(title: str, motions: Sequence[FreeMotion]) -> list[str]:
 
 #: Modes that are shown.
 ASSEMBLIES_SHOWN = 40
-#: Of the model length, what is printed as zero.
-ASSEMBLIES_ROUNDING = 1e-12
 
 
 def assemblies_summary(found: AssemblyModes) -> str:
@@ -263,9 +261,7 @@ def _modes(found: AssemblyModes, circuits: Circuits | None) -> list[str]:
         columns.append(Column("circuit", once(["" if n is None else str(n) for n in own])))
     columns.append(Column("", once(["used" if mode.used else "" for mode in modes]), text=True))
     places = [mode[name] for mode in modes for name in names]
-    floor = ASSEMBLIES_ROUNDING * max(
-        (abs(part) for place in places for part in place[:2]), default=1.0
-    )
+    floor = LENGTH_NONE * max((abs(part) for place in places for part in place[:2]), default=1.0)
     columns.append(Column("LINK", [name for _ in modes for name in names], text=True))
     for k, axis in enumerate("xy"):
         cells = numbers([place[k] for place in places], floor) if places else []
@@ -387,7 +383,7 @@ def _bands(found: Equilibria) -> list[str]:
     if not rows:
         return []
     poses = np.array([(np.nan,) * 3 if pose is None else pose for _, _, _, pose in rows])
-    floor = ROUNDING * float(np.nanmax(np.abs(poses[:, :2]), initial=0.0))
+    floor = PRINTED_NONE * float(np.nanmax(np.abs(poses[:, :2]), initial=0.0))
     ended = ~np.isnan(poses[:, 0])
     places = [
         [text if end else "" for text, end in zip(numbers(part, floor), ended)]
@@ -419,14 +415,14 @@ def _least(stiffness: np.ndarray) -> float:
     """The least eigenvalue; what is rounding beside the greatest is none."""
     sizes = np.linalg.eigvalsh(0.5 * (stiffness + stiffness.T))
     least = float(sizes.min())
-    return least if abs(least) > ROUNDING * float(np.abs(sizes).max()) else 0.0
+    return least if abs(least) > PRINTED_NONE * float(np.abs(sizes).max()) else 0.0
 
 
 def _links(found: Equilibria, shown: list[Equilibrium]) -> list[str]:
     """Mass centre and angle of every link at every rest position."""
     bodies = [body.name for body in shown[0].solution.mechanism.bodies][:EQUILIBRIUM_SHOWN]
     rows = [(n, name, e[name]) for name in bodies for n, e in enumerate(shown, 1)]
-    unit, floor = found.units.length, ROUNDING * shown[0].solution.system.length
+    unit, floor = found.units.length, PRINTED_NONE * shown[0].solution.system.length
     columns = [
         Column("LINK", [name if n == 1 else "" for n, name, _ in rows], text=True),
         Column("at", [str(n) for n, _, _ in rows], whole=True),
@@ -508,13 +504,13 @@ def _moving(curve: EquilibriumCurve, name: str, rows: list[int]) -> list[Column]
     """The angle of a link, or of one that does not turn the coordinates that change."""
     history, unit = curve[name], curve.solution.mechanism.units.length
     length = curve.solution.system.length
-    if np.ptp(history.angle) > ROUNDING:
+    if np.ptp(history.angle) > PRINTED_NONE:
         return [Column(name, angles(history.angle[rows]), "deg")]
     parts = {"x": history.x, "y": history.y}
     return [
-        Column(f"{key} of {name}", numbers(part[rows], ROUNDING * length), unit)
+        Column(f"{key} of {name}", numbers(part[rows], PRINTED_NONE * length), unit)
         for key, part in parts.items()
-        if np.ptp(part) > ROUNDING * length
+        if np.ptp(part) > PRINTED_NONE * length
     ]
 
 
@@ -562,7 +558,7 @@ def _where(one: ModesAt) -> str:
             degrees = round(float(np.degrees(body.angle[-1])) % 360.0, 3) % 360.0
             words.append(f"{name} {degrees:.3f}°")
         else:
-            floor = ROUNDING * solution.system.length
+            floor = PRINTED_NONE * solution.system.length
             x, y = (0.0 if abs(part[-1]) <= floor else float(part[-1]) for part in (body.x, body.y))
             words.append(f"{name} ({number(x)}, {number(y)}) {length}")
     more = len(motions) - LEADERS
@@ -610,7 +606,7 @@ def _shape(one: ModesAt, mode: Mode) -> str:
     """Leaders with their parts, such as "a 1 : b -1.41"; where they lag, their phases."""
     parts = []
     for name, part in list(zip(_names(one), mode.amplitudes, strict=True))[:LEADERS]:
-        if abs(part.imag) <= 1e-6:
+        if abs(part.imag) <= ROOT_REAL:
             parts.append(f"{name} {round(float(part.real), 6) + 0.0:.3g}")
         else:
             degrees = float(np.degrees(np.angle(part)))
@@ -680,7 +676,7 @@ def _joints(found: AnswerCase) -> list[str]:
     unit = run.mechanism.units.of("force")
     reactions = [run.reaction(joint.name) for joint in run.mechanism.joints]
     x, y = (np.array([getattr(r, key)[-1] for r in reactions]) for key in ("fx", "fy"))
-    floor = 1e-9 * float(np.hypot(x, y).max(initial=0.0))
+    floor = PRINTED_NONE * float(np.hypot(x, y).max(initial=0.0))
     return table(
         [
             Column("FORCES", [r.joint for r in reactions], text=True),

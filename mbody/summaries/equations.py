@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from mbody.analysis.position.closed_position import direction, place
+from mbody.core.tolerances import PRINTED_NONE, PRINTED_NONE_FINE, PRINTED_NONE_REDUNDANT, TINY
 from mbody.errors import ModelError
 from mbody.kernels.layout import PER_PRIMITIVE
 from mbody.solution.balances import Equations
 from mbody.solution.checks import check_forces, loaded, whole_instant
 from mbody.summaries.text_table import (
     ABOUT,
-    REDUNDANT,
-    ROUNDING,
     WIDTH,
     Column,
     angles,
@@ -77,9 +76,9 @@ def _rounded(system: Equations, values: Array, units: tuple[str, ...]) -> Array:
     """Values with 0 in place of rounding: relative to the greatest force, or torque by the greatest
     moment arm.
     """
-    part = ROUNDING if system.rank == len(system.unknowns) else REDUNDANT
+    part = PRINTED_NONE if system.rank == len(system.unknowns) else PRINTED_NONE_REDUNDANT
     force = np.array(units) == system.row_units[0]
-    arm = max(1e-300, float(np.abs(system.matrix[2::3]).max(initial=0.0)))
+    arm = max(TINY, float(np.abs(system.matrix[2::3]).max(initial=0.0)))
     forces = np.where(force, np.abs(values), np.abs(values) / arm)
     return np.where(forces <= part * forces.max(initial=0.0), 0.0, values)
 
@@ -177,10 +176,6 @@ def _closing(system: Equations) -> list[str]:
     return [*found, "", *paragraph(note, "NOTE   ")]
 
 
-#: A coefficient no greater than this (an arm: than this part of the model length) is rounding.
-SMALL = 1e-12
-
-
 def equations(solution: Solution, instant: int = 0) -> str:
     """The force equations of one instant as text, at most 100 characters wide.
 
@@ -259,7 +254,7 @@ class _UnknownColumns:
         links, n3 = link_names(self.mechanism)[1:], self.system.coordinates
         matrix = np.array([unknown.column for unknown in found]).reshape(-1, n3).T
         size = np.tile([1.0, 1.0, self.system.length], len(links))
-        matrix[np.abs(matrix) <= SMALL * size[:, None]] = 0.0
+        matrix[np.abs(matrix) <= PRINTED_NONE_FINE * size[:, None]] = 0.0
         inertia = self.system.mass[:n3, 0] * self.numbers[2 * n3 : 3 * n3]
         units = (self.unit("force"), self.unit("force"), self.unit("torque"))
         return Equations(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.analysis.driven.free_body import member_forces
+from mbody.core.tolerances import PRINTED_NONE, PRINTED_NONE_FINE
 from mbody.laws import MeasuredFormula
 from mbody.model.closed_mechanism import moving_points
 from mbody.model.contact import joined
@@ -18,7 +19,6 @@ from mbody.solution.histories import own_history, shown_states
 from mbody.solution.measures import found_by, measured
 from mbody.summaries.text_table import (
     ABOUT,
-    ROUNDING,
     WIDTH,
     Column,
     angles,
@@ -145,9 +145,6 @@ def couplings(solution: Solution) -> list[str]:
 
 # -- The tables of friction on a summary: what joints lose, and between what efforts lie at rest -
 
-#: Losses below this part of the greatest are rounding.
-FRICTION_ROUNDING = 1e-12
-
 
 def friction(solution: Solution) -> list[list[str]]:
     """Tables of the losses of rough joints, and of the bands of efforts where joints rest; none of
@@ -185,7 +182,7 @@ def _losses(solution: Solution) -> list[str]:
     if losses.shape[1] == 1:
         power = losses[:, 0]
         modes = [np.ravel(solution.mode(name))[0] for name in names]
-        least = FRICTION_ROUNDING * float(np.abs(power).max(initial=0.0))
+        least = PRINTED_NONE_FINE * float(np.abs(power).max(initial=0.0))
         return table(
             [
                 Column("FRICTION", names, text=True),
@@ -195,7 +192,7 @@ def _losses(solution: Solution) -> list[str]:
             ]
         )
     peak = np.fmax.reduce(losses, axis=1)
-    floor = FRICTION_ROUNDING * float(np.nanmax(peak, initial=0.0))
+    floor = PRINTED_NONE_FINE * float(np.nanmax(peak, initial=0.0))
     known = np.isfinite(losses)
     mean = np.where(known, losses, 0.0).sum(axis=1) / np.maximum(known.sum(axis=1), 1)
     return table(
@@ -251,12 +248,12 @@ def _floor(solution: Solution, dimension: Dimension) -> float:
     length, swift = solution.system.length, swiftness(solution)
     force = force_floor(solution) if solution.has_forces else 0.0
     floors = {
-        "length": ROUNDING * length,
-        "angle": ROUNDING,
-        "velocity": ROUNDING * length * np.sqrt(swift),
-        "angular velocity": ROUNDING * np.sqrt(swift),
-        "acceleration": ROUNDING * length * swift,
-        "angular acceleration": ROUNDING * swift,
+        "length": PRINTED_NONE * length,
+        "angle": PRINTED_NONE,
+        "velocity": PRINTED_NONE * length * np.sqrt(swift),
+        "angular velocity": PRINTED_NONE * np.sqrt(swift),
+        "acceleration": PRINTED_NONE * length * swift,
+        "angular acceleration": PRINTED_NONE * swift,
         "force": force,
         "torque": force * length,
         "power": force * length * np.sqrt(swift),
@@ -271,7 +268,7 @@ def _cleared(solution: Solution, measure: Measure, values: np.ndarray) -> np.nda
     integral with that over the whole time.
     """
     history, dimension, _ = measured(solution, Measure(outermost(measure.of).of))
-    floor = max(_floor(solution, dimension), ROUNDING * float(np.abs(history).max()))
+    floor = max(_floor(solution, dimension), PRINTED_NONE * float(np.abs(history).max()))
     plain = history
     if measure.by:
         plain = measured(solution, Measure(measure.of))[0]
@@ -343,10 +340,10 @@ def points(solution: Solution) -> list[str]:
     lines = table(
         [
             Column("POINTS", names[:SHOWN], text=True),
-            Column("x", numbers(x, ROUNDING * length), unit("length")),
-            Column("y", numbers(y, ROUNDING * length), unit("length")),
-            Column("v", polars(vx, vy, ROUNDING * np.sqrt(swift) * length), unit("velocity")),
-            Column("a", polars(ax, ay, ROUNDING * swift * length), unit("acceleration")),
+            Column("x", numbers(x, PRINTED_NONE * length), unit("length")),
+            Column("y", numbers(y, PRINTED_NONE * length), unit("length")),
+            Column("v", polars(vx, vy, PRINTED_NONE * np.sqrt(swift) * length), unit("velocity")),
+            Column("a", polars(ax, ay, PRINTED_NONE * swift * length), unit("acceleration")),
         ]
     )
     more = len(names) - SHOWN
@@ -503,11 +500,13 @@ class _Rows:
             self._row(f"{body.name} angle", "deg", angles(history.angle))
             if self.solution.analysis == "statics":
                 continue
-            floor = ROUNDING * float(np.sqrt(self.swift))
+            floor = PRINTED_NONE * float(np.sqrt(self.swift))
             self.add(f"{body.name} ω", self.unit("angular velocity"), history.omega, floor)
             if self.solution.analysis != "close_loops":
                 kind = "angular acceleration"
-                self.add(f"{body.name} α", self.unit(kind), history.alpha, ROUNDING * self.swift)
+                self.add(
+                    f"{body.name} α", self.unit(kind), history.alpha, PRINTED_NONE * self.swift
+                )
 
     def joints(self) -> None:
         """Forces at the joints: magnitude and direction."""
@@ -534,7 +533,7 @@ class _Rows:
             if dimension == DIMENSIONS["angle"] and not measure.unit:
                 values, unit = np.degrees(values), "deg"
             finite = np.abs(values[np.isfinite(values)])
-            self.add(name, unit, values, ROUNDING * float(finite.max(initial=0.0)))
+            self.add(name, unit, values, PRINTED_NONE * float(finite.max(initial=0.0)))
 
 
 # -- The summary of many instants or designs: ranges and peaks, and where they occur -------------
@@ -636,11 +635,17 @@ class _Summary:
             swift, length = swiftness(self.solution), self.solution.system.length
             columns += [
                 Column(
-                    "peak ω", numbers(omega, ROUNDING * np.sqrt(swift)), unit("angular velocity")
+                    "peak ω",
+                    numbers(omega, PRINTED_NONE * np.sqrt(swift)),
+                    unit("angular velocity"),
                 ),
-                Column("peak α", numbers(alpha, ROUNDING * swift), unit("angular acceleration")),
-                Column("peak v_G", numbers(speed, ROUNDING * speed.max()), unit("velocity")),
-                Column("peak a_G", numbers(rate, ROUNDING * swift * length), unit("acceleration")),
+                Column(
+                    "peak α", numbers(alpha, PRINTED_NONE * swift), unit("angular acceleration")
+                ),
+                Column("peak v_G", numbers(speed, PRINTED_NONE * speed.max()), unit("velocity")),
+                Column(
+                    "peak a_G", numbers(rate, PRINTED_NONE * swift * length), unit("acceleration")
+                ),
             ]
         return table(columns)
 
@@ -787,17 +792,17 @@ class _Instant:
             Column("I_G", ["", *numbers(mass[:, 2])], unit("inertia")),
         ]
         if not self.moves:
-            reach = ROUNDING * length
+            reach = PRINTED_NONE * length
             columns.append(Column("x_G", ["", *numbers(x, reach)], unit("length")))
             columns.append(Column("y_G", ["", *numbers(y, reach)], unit("length")))
         columns.append(Column("angle", ["", *angles(angle)], "deg"))
         if self.moves:
-            floor = ROUNDING * np.sqrt(swift)
+            floor = PRINTED_NONE * np.sqrt(swift)
             columns.append(Column("ω", ["", *numbers(omega, floor)], unit("angular velocity")))
         if self.accelerates:
-            turn = numbers(alpha, ROUNDING * swift)
+            turn = numbers(alpha, PRINTED_NONE * swift)
             columns.append(Column("α", ["", *turn], unit("angular acceleration")))
-            vector = polars(ax, ay, ROUNDING * swift * length)
+            vector = polars(ax, ay, PRINTED_NONE * swift * length)
             columns.append(Column("a_G", ["", *vector], unit("acceleration")))
         return table(columns)
 
@@ -872,8 +877,8 @@ class _Instant:
         if not mass.any():
             return []
         unit, swift = self.unit, swiftness(self.solution)
-        floor = ROUNDING * mass[:, 0].max() * swift * self.solution.system.length
-        torques = numbers(torque, ROUNDING * mass[:, 2].max() * swift)
+        floor = PRINTED_NONE * mass[:, 0].max() * swift * self.solution.system.length
+        torques = numbers(torque, PRINTED_NONE * mass[:, 2].max() * swift)
         return table(
             [
                 Column("INERTIA", link_names(self.mechanism)[1:], text=True),

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mbody.core.tolerances import PRINTED_NONE, PRINTED_NONE_REDUNDANT
 from mbody.model.contact import Contact, Rope, joined
 from mbody.solution.contact_forces import acting_contacts
 
@@ -216,10 +217,6 @@ ABOUT = "torques about the joint's place on its body j"
 
 #: Times of an event that a summary shows.
 SHOWN = 5
-#: What is smaller than this part of the greatest of its kind is rounding, shown as 0.
-ROUNDING = 1e-9
-#: The same where forces are those of least norm, found among many by a softened solve.
-REDUNDANT = 1e-7
 
 
 def force_names(mechanism: Mechanism) -> dict[str, tuple[str, str]]:
@@ -391,7 +388,7 @@ def force_floor(solution: Solution) -> float:
     for element in elements:
         size = float(np.fmax.reduce(np.abs(solution.effort(element.name)), axis=None))
         peak = np.fmax(peak, size / length if element.angular else size)
-    return float(peak) * (REDUNDANT if solution.regularization else ROUNDING)
+    return float(peak) * (PRINTED_NONE_REDUNDANT if solution.regularization else PRINTED_NONE)
 
 
 def torque_cells(solution: Solution, torque: Array, floor: float) -> list[str]:

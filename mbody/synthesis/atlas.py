@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from mbody.core.tolerances import TINY
 from mbody.errors import ModelError, brief
 from mbody.files.writing import writing
 from mbody.model.element import listed
@@ -172,7 +173,7 @@ def curve_descriptor(curve: np.ndarray) -> np.ndarray:
     even = np.interp(at, length, whole.real) + 1j * np.interp(at, length, whole.imag)
     sizes = np.abs(np.fft.fft(even))
     found = np.concatenate([sizes[-ORDERS:], sizes[1 : ORDERS + 1]])
-    return found / max(float(np.linalg.norm(found)), 1e-300)
+    return found / max(float(np.linalg.norm(found)), TINY)
 
 
 def _curve(kind: Kind, shape: np.ndarray, sign: float, point: complex) -> np.ndarray:

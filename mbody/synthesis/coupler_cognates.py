@@ -23,6 +23,7 @@ from typing import Any
 from mbody.analysis.driven.driven import kinematics
 from mbody.analysis.driven.transmission import grashof_class
 from mbody.analysis.position.assembly_analysis import as_system
+from mbody.core.tolerances import SYNTHESIS_POINT_AT_PIN
 from mbody.errors import ModelError
 from mbody.files.model import save
 from mbody.model.body import Body
@@ -33,9 +34,6 @@ from mbody.model.mechanism import Mechanism
 from mbody.solution.solution import Solution
 from mbody.summaries.text_table import Column, number, paragraph, table
 from mbody.system.system import System
-
-#: A point of the coupler nearer to one of its pins than this part of its length has none.
-AT_PIN = 1e-9
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -253,7 +251,7 @@ def _loop_of(run: Solution, point: str) -> _Loop:
             f"{len(grounded)} and {len(sliding) + len(slots)}",
             body,
         )
-    near = AT_PIN * abs(made.arms[1])
+    near = SYNTHESIS_POINT_AT_PIN * abs(made.arms[1])
     if min(abs(made.p), abs(made.p - made.arms[1])) <= near:
         raise ModelError(
             f"cognates: '{point}' is at a pin, whose path is a circle or a line: name another "

@@ -9,6 +9,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mbody.core.tolerances import (
+    DETERMINANT_ZERO,
+    LEAST_SQUARES_RANK_FINE,
+    ROOT_REAL,
+    ROOT_REAL_FUNCTION_POINTS,
+    SYNTHESIS_PINS_SAME,
+    TINY,
+)
 from mbody.synthesis.judging import Positions
 from mbody.synthesis.linkage_kinds import FourBar, Kind, SliderCrank
 
@@ -26,14 +34,10 @@ from mbody.synthesis.linkage_kinds import FourBar, Kind, SliderCrank
 # Sources: J. M. McCarthy and G. S. Soh, *Geometric Design of Linkages*, 2nd ed. 2011, chapter 5;
 # A. G. Erdman and G. N. Sandor, *Mechanism Design* vol. 2, 1984, chapter 3 (compatibility linkage).
 
-#: Relative deviation by which an eigenvector counts as a real pair.
-REAL = 1e-6
 #: Steps of Newton's method that refine a pair.
 STEPS = 3
 #: Angles of the first link by which the curves of four poses are sampled.
 SAMPLES = 720
-#: A determinant below this share of its terms counts as zero.
-SINGULAR = 1e-9
 
 #: Rotations r and translations t from the first pose to each further one, both complex.
 Displacements = tuple[np.ndarray, np.ndarray]
@@ -84,7 +88,11 @@ def sliding_points(moves: Displacements, count: int) -> np.ndarray:
     pole = t[0] / (1.0 - r[0])
     axis = (other - centre) / abs(other - centre)
     point = centre + axis**2 * np.conj(pole - centre)
-    return np.array([point]) if abs(point - pole) > SINGULAR * (abs(pole) + second) else point[:0]
+    return (
+        np.array([point])
+        if abs(point - pole) > DETERMINANT_ZERO * (abs(pole) + second)
+        else point[:0]
+    )
 
 
 def _circle(r: np.ndarray, t: np.ndarray) -> tuple[complex, float] | None:
@@ -93,7 +101,7 @@ def _circle(r: np.ndarray, t: np.ndarray) -> tuple[complex, float] | None:
     square = (a[0] * np.conj(a[1])).imag
     linear = 1j * (np.conj(a[0]) * b[1] - np.conj(a[1]) * b[0])
     rest = (b[0] * np.conj(b[1])).imag
-    if abs(square) < SINGULAR:
+    if abs(square) < DETERMINANT_ZERO:
         return None
     # square |Q|² + Re(conj(linear) Q) + rest = 0
     centre = -linear / (2.0 * square)
@@ -107,7 +115,7 @@ def _centre(q: complex, moves: Displacements) -> complex:
     row = (r - 1.0) * q + t  # Re(conj(m) row) = right
     right = 0.5 * (np.abs(r * q + t) ** 2 - abs(q) ** 2)
     determinant = row[0].real * row[1].imag - row[0].imag * row[1].real
-    if abs(determinant) <= SINGULAR * abs(row[0]) * abs(row[1]):
+    if abs(determinant) <= DETERMINANT_ZERO * abs(row[0]) * abs(row[1]):
         return complex(np.nan, np.nan)
     x = (right[0] * row[1].imag - right[1] * row[0].imag) / determinant
     y = (right[1] * row[0].real - right[0] * row[1].real) / determinant
@@ -146,7 +154,7 @@ def _of_five(moves: Displacements) -> np.ndarray:
             q, m = vector[3] / vector[1], vector[0] / vector[1]
         if not (np.isfinite(q) and np.isfinite(m)):
             continue
-        if abs(value - np.conj(q)) > REAL * (abs(q) + np.abs(t).max()):
+        if abs(value - np.conj(q)) > ROOT_REAL * (abs(q) + np.abs(t).max()):
             continue
         found.append(_refined_pair(complex(q), complex(m), moves))
     return np.array(found).reshape(-1, 2)
@@ -210,8 +218,6 @@ def _of_four(moves: Displacements) -> np.ndarray:
 # unknowns, of degree two or three, decides. So all real solutions are found. More pairs are met in
 # the sense of least squares.
 
-#: Imaginary part by which a root counts as real.
-FUNCTION_POINTS_REAL = 1e-7
 #: Zeros of the dials that are tried where pairs are met by least squares, and how many of the best
 #: are refined.
 GRID, KEEP = 24, 24
@@ -275,7 +281,7 @@ def _slider_cranks(phi: np.ndarray, x: np.ndarray) -> list[Generated]:
 
 def _solved(matrix: np.ndarray, right: np.ndarray) -> np.ndarray | None:
     """Least squares, or None where columns depend on one another."""
-    solution, _, rank, _ = np.linalg.lstsq(matrix, right, rcond=1e-12)
+    solution, _, rank, _ = np.linalg.lstsq(matrix, right, rcond=LEAST_SQUARES_RANK_FINE)
     return solution if rank == matrix.shape[1] else None
 
 
@@ -321,7 +327,7 @@ def _generating_sliders(
 def _line(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
     """Two vectors that span what the rows leave free; None where they leave more."""
     _, sizes, whole = np.linalg.svd(matrix)
-    if sizes[-1] < 1e-12 * sizes[0]:
+    if sizes[-1] < LEAST_SQUARES_RANK_FINE * sizes[0]:
         return None
     return whole[-2], whole[-1]
 
@@ -334,7 +340,7 @@ def _on_line(
     values = [relation(start + node * along) for node in nodes]
     roots = np.roots(np.polyfit(nodes, values, degree))
     for root in roots:
-        if abs(root.imag) <= FUNCTION_POINTS_REAL * (1.0 + abs(root)):
+        if abs(root.imag) <= ROOT_REAL_FUNCTION_POINTS * (1.0 + abs(root)):
             yield start + root.real * along
 
 
@@ -494,8 +500,6 @@ SPREAD = 1.5
 POLES = 10.0
 #: Candidates of a continuum that are followed, those of the greatest transmission angles.
 BEST = 200
-#: Relative distance of pivots or pins that are one.
-SAME = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -600,7 +604,7 @@ def motion_size(where: np.ndarray, angle: np.ndarray) -> float:
     with np.errstate(all="ignore"):
         poles = np.abs(t / (1.0 - r) - where.mean())
     far = float(poles[np.isfinite(poles)].max(initial=0.0))
-    return max(extent, min(far, POLES * extent), 1e-300)
+    return max(extent, min(far, POLES * extent), TINY)
 
 
 def _fits(pair: np.ndarray, kind: Kind, low: np.ndarray, high: np.ndarray) -> bool:
@@ -621,7 +625,7 @@ def _guiding_four_bar(
     a, b = places(crank[0], moves), places(rocker[0], moves)
     o2, o4 = crank[1], rocker[1]
     r2, r3, r4 = abs(a[0] - o2), abs(b[0] - a[0]), abs(b[0] - o4)
-    if min(r2, r3, r4, abs(o4 - o2)) <= SAME * max(r2, r3, r4, abs(o4 - o2)):
+    if min(r2, r3, r4, abs(o4 - o2)) <= SYNTHESIS_PINS_SAME * max(r2, r3, r4, abs(o4 - o2)):
         return
     point = (where[0] - a[0]) * r3 / (b[0] - a[0])
     x = np.array([o2.real, o2.imag, o4.real, o4.imag, r2, r3, r4, point.real, point.imag])
@@ -638,7 +642,7 @@ def _guiding_slider_crank(
     a, b = places(pair[0], moves), places(sliding, moves)
     o, farthest = pair[1], int(np.abs(b - b[0]).argmax())
     r2, r3, along = abs(a[0] - o), abs(b[0] - a[0]), b[farthest] - b[0]
-    if min(r2, r3, abs(along)) <= SAME * max(r2, r3, abs(along)):
+    if min(r2, r3, abs(along)) <= SYNTHESIS_PINS_SAME * max(r2, r3, abs(along)):
         return
     guide = along / abs(along)
     if ((b[0] - a[0]) * np.conj(guide)).real < 0.0:

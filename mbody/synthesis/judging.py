@@ -13,6 +13,14 @@ from typing import Any, Protocol
 import numpy as np
 
 from mbody.analysis.driven.driven import kinematics
+from mbody.core.tolerances import (
+    SYNTHESIS_ANGLE_SAME,
+    SYNTHESIS_DESIGN_OFF,
+    SYNTHESIS_DESIGNS_SAME,
+    SYNTHESIS_PATH_CLOSED,
+    SYNTHESIS_POINT_MET,
+    SYNTHESIS_TURN_ROUNDING,
+)
 from mbody.errors import ModelError, SolveError, brief
 from mbody.files.model import save
 from mbody.model.element import listed
@@ -38,8 +46,6 @@ POSES = 5
 REACH = 5.0
 #: Shortest link, in sizes of the path.
 SHORTEST = 1e-3
-#: Distance between the ends of a closed path, in sizes of the path.
-CLOSED = 1e-9
 
 
 @dataclass(frozen=True)
@@ -118,7 +124,7 @@ def path_of(given: Any, units: UnitSystem) -> tuple[np.ndarray, bool]:
     size = float(np.abs(points - points.mean()).max())
     if size == 0.0:
         raise ModelError("synthesize: all points of the path are one: give points apart")
-    closed = bool(abs(points[-1] - points[0]) <= CLOSED * size)
+    closed = bool(abs(points[-1] - points[0]) <= SYNTHESIS_PATH_CLOSED * size)
     points = points[:-1] if closed else points
     if len(points) < LEAST:
         raise ModelError(
@@ -437,12 +443,10 @@ def _unit(name: str, units: Any) -> str:
 # apart, a branch defect where the driver meets a dead centre between them, and an order defect
 # where it passes them in another order (Erdman and Sandor, *Mechanism Design*, 1984, section 8).
 
-#: Angle of the carrier by which a position is the one that was meant [rad].
-SAME = 1e-6
 #: Instants of the motion of which the transmission angle and conditions are taken.
 MOTION = 181
 #: A whole turn less rounding.
-TURN = 2.0 * math.pi - 1e-9
+TURN = 2.0 * math.pi - SYNTHESIS_TURN_ROUNDING
 
 
 @dataclass(frozen=True, eq=False)
@@ -506,7 +510,7 @@ def followed(positions: Positions, units: str) -> Followed:
         except SolveError as error:
             stop = stop or str(error).partition(";")[0]
             continue
-        off = np.abs(np.exp(1j * run[name].angle) - carriers) > SAME
+        off = np.abs(np.exp(1j * run[name].angle) - carriers) > SYNTHESIS_ANGLE_SAME
         doubts = [one.message for one in run.doubts if one.kind == "branch"]
         if off.any() or doubts:
             stop = stop or (doubts[0] if doubts else "")
@@ -559,14 +563,6 @@ def _motion(positions: Positions, system: System, theta: np.ndarray) -> Any:
         whole = np.linspace(0.0, len(theta) - 1.0, MOTION)
         angles = np.interp(whole, np.arange(len(theta)), theta)
     return kinematics(system, drive={"motor": angles})
-
-
-#: Share of the size of a motion by which designs are one.
-JUDGING_SAME = 1e-4
-#: Share of it by which a point is met.
-EXACT = 1e-9
-#: What part of the size of a path a design may be off before it is said.
-FAR = 0.1
 
 
 class Candidate(Protocol):
@@ -682,7 +678,7 @@ class Judge:
 
     def _alike(self, x: np.ndarray, other: np.ndarray) -> bool:
         size = max(self.size, float(np.abs(x).max()))
-        return bool(np.abs(x - other).max() < JUDGING_SAME * size)
+        return bool(np.abs(x - other).max() < SYNTHESIS_DESIGNS_SAME * size)
 
     def _design(self, candidate: Candidate) -> tuple[Design, str]:
         """The design, and why it is left out."""
@@ -728,7 +724,7 @@ class Judge:
         """A note where even the first of the kept designs is far from a point."""
         misses = self.kept[0].misses
         worst = int(np.argmax(misses))
-        if misses[worst] <= FAR * self.size:
+        if misses[worst] <= SYNTHESIS_DESIGN_OFF * self.size:
             return []
         return [
             f"no design is near all points: the first is off by {misses[worst]:.3g} {self.unit} at "
@@ -748,7 +744,7 @@ class Judge:
             worst = int(np.argmax(self.nearest.misses))
             off = self.nearest.misses[worst]
             message += "; the nearest "
-            if off > EXACT * self.size:
+            if off > SYNTHESIS_POINT_MET * self.size:
                 message += f"is off by {off:.3g} {self.unit} at point {worst + 1}"
             else:
                 message += "meets all points"

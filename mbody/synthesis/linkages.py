@@ -9,6 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from mbody.core.tolerances import (
+    BOUND_AT,
+    LEAST_SQUARES_ENDS,
+    SYNTHESIS_ANGLES_DISTINCT,
+    SYNTHESIS_POINT_MET,
+)
 from mbody.errors import ModelError
 from mbody.model.element import listed
 from mbody.quantities.units import UnitSystem
@@ -20,7 +26,7 @@ from mbody.synthesis.guidance import (
     motion_size,
     pose_candidates,
 )
-from mbody.synthesis.judging import EXACT, DesignList, Followed, Judge, Positions, bounds, followed
+from mbody.synthesis.judging import DesignList, Followed, Judge, Positions, bounds, followed
 from mbody.synthesis.linkage_kinds import Kind
 
 # -- Global search for paths: linkage shapes, each in its best place and timing ----------------
@@ -39,8 +45,6 @@ SPANS = (20, 40, 60, 90, 120, 150, 180, 240, 300)
 STRIDE = 3
 #: Numbers of one block of shapes, timings and points.
 BLOCK = 2_000_000
-#: Least share of what C, E and G have in common by which α and β are told apart.
-DISTINCT = 1e-10
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,7 +149,7 @@ def _fitted(
     b1, b2 = back @ goal, carrier.conj() @ goal
     with np.errstate(all="ignore"):
         determinant = h11 * h22 - np.abs(h12) ** 2
-        determinant[determinant < DISTINCT * count**2] = np.nan
+        determinant[determinant < SYNTHESIS_ANGLES_DISTINCT * count**2] = np.nan
         alpha = (h22 * b1 - h12 * b2) / determinant
         beta = (h11 * b2 - h12.conj() * b1) / determinant
         error = np.sum(np.abs(goal) ** 2) - (b1.conj() * alpha + b2.conj() * beta).real
@@ -155,11 +159,6 @@ def _fitted(
 
 # -- Refinement of a path: least squares with exact derivatives, from a candidate of the search
 
-#: Share of the width of bounds by which a start stays within them.
-WITHIN = 1e-9
-#: Relative changes of the sum of squares, the numbers and the gradient at which it ends: those of
-#: rounding, since exact designs are to be found exactly.
-ENDS = 1e-15
 EVALUATIONS = 200
 
 
@@ -180,7 +179,7 @@ def refined(kind: Kind, demand: PathDemand, start: PlacedCurve) -> PlacedCurve |
     extent = float(np.abs(demand.points - demand.points.mean()).max()) or 1.0
     free = demand.timing is None
     extra = start.theta if free else start.theta[:1]
-    width = WITHIN * np.minimum(demand.high - demand.low, 1.0)
+    width = BOUND_AT * np.minimum(demand.high - demand.low, 1.0)
     begin = np.concatenate([np.clip(start.x, demand.low + width, demand.high - width), extra])
     endless = np.full(len(extra), np.inf)
     steps = np.zeros(1) if free else _steps(demand)
@@ -203,9 +202,9 @@ def refined(kind: Kind, demand: PathDemand, start: PlacedCurve) -> PlacedCurve |
             np.concatenate([demand.high, endless]),
         ),
         x_scale="jac",
-        ftol=ENDS,
-        xtol=ENDS,
-        gtol=ENDS,
+        ftol=LEAST_SQUARES_ENDS,
+        xtol=LEAST_SQUARES_ENDS,
+        gtol=LEAST_SQUARES_ENDS,
         max_nfev=EVALUATIONS,
     )
     theta = found.x[size:] + steps
@@ -351,7 +350,7 @@ def for_path(
     starts = best_shapes(kind, demand, shapes, effort.starts)
     found = [one for one in (refined(kind, demand, start) for start in starts) if one]
     found.sort(key=lambda one: one.error)
-    exact = len(points) * (EXACT * judge.size) ** 2
+    exact = len(points) * (SYNTHESIS_POINT_MET * judge.size) ** 2
     candidates = []
     for one in found:
         signs = np.full(len(points), one.sign)
@@ -380,7 +379,7 @@ def for_function(
     """Designs whose output has the given values where the crank has the given angles."""
     found = function_candidates(kind, inputs, outputs, ground)
     candidates = [_function_candidate(one) for one in found]
-    exact = len(inputs) * (EXACT * judge.size) ** 2
+    exact = len(inputs) * (SYNTHESIS_POINT_MET * judge.size) ** 2
     judge.take(candidates, max(count, len(candidates)) if len(inputs) <= 5 else count, exact)
     judge.require(f"{kind.name} has these outputs without defects")
     return DesignList(judge.best(count, exact), len(found), effort.seed)
@@ -410,7 +409,7 @@ def for_poses(
             low[n], high[n] = -math.inf, math.inf
     rng = np.random.default_rng(effort.seed)
     found, tried = pose_candidates(kind, where, angle, (low, high), size, rng)
-    exact = len(where) * (EXACT * judge.size) ** 2
+    exact = len(where) * (SYNTHESIS_POINT_MET * judge.size) ** 2
     candidates = [_pose_candidate(one) for one in found]
     judge.take(candidates, len(candidates) if len(where) == 5 else count, -1.0)
     judge.require(f"{kind.name} takes the poses without defects within the bounds")

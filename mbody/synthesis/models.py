@@ -10,6 +10,12 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.driven.driven import kinematics, kinetostatics
+from mbody.core.tolerances import (
+    BOUND_AT,
+    LEAST_SQUARES_ENDS,
+    SYNTHESIS_POINT_MET,
+    SYNTHESIS_TURN_ROUNDING,
+)
 from mbody.derivatives.gradient import gradient_at
 from mbody.derivatives.named_numbers import checked_names
 from mbody.errors import ModelError, SolveError, brief
@@ -24,7 +30,7 @@ from mbody.model.study import Instants, Measure
 from mbody.quantities.units import NUMBER
 from mbody.solution.measures import check_measure
 from mbody.sweeps import latin_hypercube, sweep
-from mbody.synthesis.judging import EXACT, MOTION, DesignList, Followed, Judge, interval
+from mbody.synthesis.judging import MOTION, DesignList, Followed, Judge, interval
 from mbody.synthesis.linkages import INSTANTS, Effort, timings
 from mbody.system.assembler import assemble
 from mbody.system.system import System
@@ -63,12 +69,8 @@ class NumberedModel:
 
 # -- Search over the numbers of any mechanism, with the best timing of each design -------------
 
-#: Relative changes at which a refinement ends: those of rounding.
-ENDS = 1e-15
 #: Motions that a refinement may take.
 EVALUATIONS = 120
-#: Share of bounds by which a start stays within them.
-WITHIN = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -273,7 +275,7 @@ def _refined(
 
     task = Refinement(demand, guess)
     low, high = np.array(list(demand.by.values())).T
-    width = WITHIN * (high - low)
+    width = BOUND_AT * (high - low)
     begin = np.concatenate([np.clip(x, low + width, high - width), theta[: task.free]])
     endless = np.full(task.free, np.inf)
     if not np.isfinite(task.residual(begin)).all():
@@ -286,9 +288,9 @@ def _refined(
         lambda y: task.jacobian(y) / size,
         bounds=(np.concatenate([low, -endless]), np.concatenate([high, endless])),
         x_scale="jac",
-        ftol=ENDS,
-        xtol=ENDS,
-        gtol=ENDS,
+        ftol=LEAST_SQUARES_ENDS,
+        xtol=LEAST_SQUARES_ENDS,
+        gtol=LEAST_SQUARES_ENDS,
         max_nfev=EVALUATIONS,
     )
     off = task.residual(found.x)
@@ -417,7 +419,7 @@ def for_model(demand: Demand, effort: Effort, judge: Judge, count: int) -> Desig
     """Designs of a mechanism whose point passes the points, or whose output has the values."""
     numbered = NumberedModel(demand.system.mechanism, list(demand.by))
     found = searched(demand, effort.search, effort.starts, effort.seed)
-    exact = demand.goals.shape[1] * (EXACT * judge.size) ** 2
+    exact = demand.goals.shape[1] * (SYNTHESIS_POINT_MET * judge.size) ** 2
     judge.take([_ModelCandidate(demand, numbered, one) for one in found], count, exact)
     judge.require("design of the mechanism passes all points without defects within the bounds")
     best = judge.best(count, exact)
@@ -456,7 +458,7 @@ class _ModelCandidate:
         steps = np.diff(theta)
         order = bool((steps > 0.0).all() or (steps < 0.0).all())
         if demand.whole:
-            order = order and abs(float(steps.sum())) < 2.0 * math.pi + 1e-9
+            order = order and abs(float(steps.sum())) < 2.0 * math.pi + SYNTHESIS_TURN_ROUNDING
         defects = () if order else ("order: the driver turns back between the points",)
         try:
             run = kinematics(system, drive={demand.driver: theta})

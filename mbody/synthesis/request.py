@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from mbody.core.tolerances import TINY
 from mbody.errors import ModelError, brief
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
@@ -309,7 +310,7 @@ def _of_function(request: _Request, kind: Kind, function: Any, ground: Number) -
     output = "angle" if kind.name == "four_bar" else "length"
     inputs, outputs = pairs_of(function, ("angle", output), request.units)
     length = _positive("ground", ground, "length", request.units)
-    size = length if output == "angle" else max(float(np.ptp(outputs)), 1e-300)
+    size = length if output == "angle" else max(float(np.ptp(outputs)), TINY)
     judge = request.judge(size, output)
     return for_function(kind, inputs, outputs, length, request.effort, judge, request.count)
 
@@ -334,7 +335,7 @@ def _of_model(
         output = subject.output
         angles, outputs = pairs_of(function, (subject.driven, output), request.units)
         goals, closed = outputs[None, :], False
-        size = 1.0 if output == "angle" else max(float(np.ptp(outputs)), 1e-300)
+        size = 1.0 if output == "angle" else max(float(np.ptp(outputs)), TINY)
     demand = model_demand(subject, by, span, goals, angles, closed)
     return for_model(demand, request.effort, request.judge(size, output), request.count)
 

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from mbody.core.lanes import aligned
+from mbody.core.tolerances import PIVOT_GROWTH_EVEN, TINY
 from mbody.kernels.constraints import BY_DIRECTION
 from mbody.kernels.layout import Layout, Work, integers
 from mbody.kernels.square_lu import PivotSearch, Square, SquareWork, divide_blocks, search_pivots
@@ -43,8 +44,6 @@ def diagonal_blocks(pattern: np.ndarray) -> np.ndarray | None:
 
 #: Columns up to which a plan is made; the search is quadratic, and dense.
 LARGEST = 240
-#: Growth (sum of squares of L) below which one choice of pivots is enough.
-EVEN = 30.0
 #: Part of the positions, those where the first choice is worst, for which the second is made.
 WORST = 0.25
 
@@ -90,7 +89,7 @@ def choose_pivots(
         return None
     growth = found[-1]
     one = _lists(entries, rows, diagonal, *found[:-1])
-    if growth.max() <= EVEN:
+    if growth.max() <= PIVOT_GROWTH_EVEN:
         return one, one
     hard = growth >= np.quantile(growth, 1.0 - WORST)
     found = _pivots(at, values[:, hard], steady, present, diagonal.inside)
@@ -171,7 +170,7 @@ class _DiagonalBlocks:
         size = np.tile([length, length, 1.0], len(matrix) // 3)
         log_size = np.log(size)
         rows = np.where(self.inside, matrix * size, 0.0)
-        log_length = np.log(np.maximum(np.linalg.norm(rows, axis=1), 1e-300))
+        log_length = np.log(np.maximum(np.linalg.norm(rows, axis=1), TINY))
         #: Of each of these by what the product of the inverse pivots is multiplied to be that of
         #: the determinant, without the sign of the exchanges.
         self.scale = [

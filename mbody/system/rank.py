@@ -14,14 +14,13 @@ from typing import TypeAlias
 
 import numpy as np
 
+from mbody.core.tolerances import PIVOT_THRESHOLD, SINGULAR_VALUE_ZERO, TINY
 from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import violation
 from mbody.system.system import System
 
 #: Rows, and pairs of coordinates, up to which dense matrices are made.
 DENSE = 1500
-#: A singular value below this part of the greatest is zero.
-ZERO = 1e-9
 #: Rows from which on independent ones are recognised by Householder's reflections first, and the
 #: steps of inverse iteration for their least singular value.
 LARGE, ITERATIONS = 100, 6
@@ -127,7 +126,7 @@ def dense_rates(system: System, work: Work) -> np.ndarray:
     return np.asarray(system.row_units * nu)
 
 
-def rank_of(G: np.ndarray, zero: float = ZERO) -> Rank:
+def rank_of(G: np.ndarray, zero: float = SINGULAR_VALUE_ZERO) -> Rank:
     """Rank, free motions and dependencies of a dimensionless Φ_q (rows, coordinates).
 
     A singular value below the part `zero` of the greatest counts as none.
@@ -191,7 +190,7 @@ def smallest_gap(system: System, work: Work, kept: np.ndarray) -> np.ndarray:
         for _ in range(100):
             A = np.vstack([weight[:, None] * G, damping * np.eye(size)])
             step = np.linalg.lstsq(A, np.append(-weight * phi, np.zeros(size)), rcond=None)[0]
-            step *= min(1.0, 0.5 / max(np.abs(step).max(), 1e-300))
+            step *= min(1.0, 0.5 / max(np.abs(step).max(), TINY))
             before = work.q[:size, 0].copy()
             work.q[:size, 0] += scale * step
             new_phi, new_G = dense(system, work)
@@ -222,8 +221,6 @@ Array = np.ndarray
 #: the vectors of these, each of length √2 or zero.
 _Reflected: TypeAlias = "tuple[list[int], list[int], Array, Array]"
 
-#: A column is preferred as a pivot while it is at least this part of the greatest that is left.
-PREFERRED = 0.1
 #: Null vectors that are solved at once.
 CHUNK = 128
 
@@ -407,7 +404,7 @@ class _Elimination:
             # what is left of the squares of the columns
             left = [sum(x * x for x in own[k : n + 1]) for n, own in enumerate(rows_of) if n >= k]
             greatest = math.sqrt(max(left))
-            if not greatest > self.zero or left[0] < (PREFERRED * greatest) ** 2:
+            if not greatest > self.zero or left[0] < (PIVOT_THRESHOLD * greatest) ** 2:
                 return None
             kept = min(kept, greatest)
         self.kept = kept
@@ -433,7 +430,7 @@ class _Elimination:
                 self.dropped = max(self.dropped, greatest)
                 break
             self.kept = min(self.kept, greatest)
-            n = int(np.argmax(sizes >= PREFERRED * greatest))
+            n = int(np.argmax(sizes >= PIVOT_THRESHOLD * greatest))
             v = np.zeros(len(own))
             v[rank:] = part[:, n]
             v[rank] += float(sizes[n]) if v[rank] >= 0.0 else -float(sizes[n])

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.analysis.driven.free_body import Wrench, free_body
+from mbody.core.tolerances import LENGTH_NONE, PRINTED_NONE, PRINTED_NONE_REDUNDANT
 from mbody.errors import ModelError
 from mbody.reports.blocks import (
     Block,
@@ -31,8 +32,6 @@ from mbody.solution.checks import one_design, whole_instant
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import as_solution
 from mbody.summaries.text_table import (
-    REDUNDANT,
-    ROUNDING,
     WIDTH,
     Column,
     force_floor,
@@ -175,7 +174,7 @@ class _Link:
 
     def _arms(self, wrench: Wrench, index: tuple[str, ...]) -> tuple[Symbol, Symbol]:
         x, y = (
-            vanishing(place - centre, 1e-12 * self.run.system.length)
+            vanishing(place - centre, LENGTH_NONE * self.run.system.length)
             for place, centre in zip((wrench.x, wrench.y), self.centre, strict=True)
         )
         return Symbol("R", _along("x", index), x), Symbol("R", _along("y", index), y)
@@ -464,7 +463,7 @@ class _DerivationWriter:
         self.unit = self.machine.units.of
         # ω² and α have one scale: their unit of time apart, as in the residuals of rates
         swift = swiftness(solution)
-        self.floor = ROUNDING * min(swift, float(np.sqrt(swift)))
+        self.floor = PRINTED_NONE * min(swift, float(np.sqrt(swift)))
         self.forces = force_floor(solution) if solution.has_forces else 0.0
         self.loops = [
             loop_equations(solution, loop, self.floor) for loop in vector_loops(solution, instant)
@@ -653,7 +652,7 @@ class _DerivationWriter:
             )
         ]
         if self.run.regularization:
-            part = f"{REDUNDANT:g}"
+            part = f"{PRINTED_NONE_REDUNDANT:g}"
             blocks.append(
                 Notice(
                     "note",

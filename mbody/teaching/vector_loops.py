@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from mbody.core.tolerances import LENGTH_NONE, PRINTED_NONE_FINE
 from mbody.model.coupling import Coupling, CouplingTerm
 from mbody.model.driver import DistanceDriver
 from mbody.model.element import Marker
@@ -262,9 +263,6 @@ def _typeset(value: float) -> str:
 
 Array = np.ndarray
 
-#: A vector that is no longer than this part of the model length is none.
-NONE = 1e-12
-
 
 @dataclass(frozen=True)
 class LoopVector:
@@ -474,7 +472,7 @@ class _Walk:
         body = step.entered
         p, q = (one.i if one.i.body == body else one.j for one in (first, last))
         relative = relative_motion(self.run, p, q, self.k).d
-        if np.hypot(*relative) <= NONE * self.run.system.length:
+        if np.hypot(*relative) <= LENGTH_NONE * self.run.system.length:
             return None
         index: tuple[str, ...] = (first.name, last.name)
         if self.shared[frozenset(index)] > 1:
@@ -691,9 +689,6 @@ def _terms(sign: int, one: VectorSymbols, order: int, axis: int) -> list[Term]:
 
 # -- Equations of rates of what vectors do not go through: teeth, wheels, cams, couplings ------
 
-#: A coefficient of a row that is no greater (of an angle: than this part of the model length) is 0.
-SMALL = 1e-12
-
 
 @dataclass(frozen=True)
 class Condition:
@@ -872,8 +867,8 @@ class _Conditions:
             for axis, values in (("x", h.vx), ("y", h.vy)):
                 J = Symbol("J", (*index, link + axis), float(row[3 * b + "xy".index(axis)]))
                 v = Symbol("v", (link + axis,), vanishing(float(values[self.k]), floor))
-                if abs(J.value) > SMALL:
+                if abs(J.value) > PRINTED_NONE_FINE:
                     yield Term(1, [Factor(J), Factor(v)])
             J = Symbol("J", (*index, link), float(row[3 * b + 2]))
-            if abs(J.value) > SMALL * self.run.system.length:
+            if abs(J.value) > PRINTED_NONE_FINE * self.run.system.length:
                 yield Term(1, [Factor(J), Factor(self._rate(body, 0))])

@@ -16,6 +16,7 @@ from typing import Any, NamedTuple, NoReturn
 import numpy as np
 
 from mbody.analysis.position.assembly_analysis import raise_user_error
+from mbody.core.tolerances import TINY
 from mbody.errors import SolveError
 from mbody.kernels.finished_instants import (
     NO_FRICTION,
@@ -198,7 +199,7 @@ class Ledger:
         best = np.zeros(len(found))
         for step in STEPS:
             expected = slope(function, step)
-            error = np.abs(found - expected) / np.maximum(size, 1e-300)
+            error = np.abs(found - expected) / np.maximum(size, TINY)
             best = np.where(error < least, expected, best)
             least = np.fmin(least, error)
             if least.max() <= 1e-2 * self.tolerance:
@@ -398,7 +399,7 @@ class Bench:
                     break
                 step = np.linalg.lstsq(r.G * self.unit, -r.phi, rcond=None)[0]
                 size = float(np.abs(step).max())
-                q = q + self.unit * step * min(1.0, 0.5 / max(size, 1e-300))
+                q = q + self.unit * step * min(1.0, 0.5 / max(size, TINY))
                 if size <= 1e-12 * max(1.0, float(np.abs(q / self.unit).max())):
                     return BenchState(state.t, q, state.v)
             q = rng.normal(size=len(q)) * self.unit

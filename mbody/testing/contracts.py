@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from mbody.core.tolerances import CONTRACT_TOLERANCE, SINGULAR_VALUE_ZERO, TINY
 from mbody.laws import Cam, Function, Law, Table
 from mbody.model.driver import Driver
 from mbody.model.element import Element
@@ -113,16 +114,13 @@ def _missing(element: Element) -> str:
 
 # -- The contract of joints and drivers --------------------------------------------------------
 
-#: A singular value below this part of the greatest makes rows dependent.
-RANK = 1e-9
-
 
 def check_joint(
     element: Joint | Driver,
     *,
     states: int = 20,
     seed: int = 0,
-    tolerance: float = 1e-8,
+    tolerance: float = CONTRACT_TOLERANCE,
     length: float = 1.0,
     times: tuple[float, float] = (0.0, 1.0),
 ) -> Report:
@@ -283,7 +281,7 @@ def _rank(ledger: Ledger, bench: Bench, r: ElementRows) -> None:
     kinds = "".join(bench.system.row_kinds)
     scale = np.array([1.0 / bench.length if kind == "l" else 1.0 for kind in kinds])
     sizes = np.linalg.svd(scale[:, None] * r.G * bench.unit, compute_uv=False)
-    rank = int((sizes > RANK * sizes[0]).sum())
+    rank = int((sizes > SINGULAR_VALUE_ZERO * sizes[0]).sum())
     text = f"of its {len(r.G)} rows only {rank} are independent"
     ledger.require("full rank", float(len(r.G) - rank), text)
 
@@ -309,7 +307,7 @@ def unbalanced(ledger: Ledger, forces: Array, length: float) -> None:
         ("force", math.hypot(total[0], total[1]), force),
         ("moment about the world's origin", abs(total[2]), moment),
     ):
-        ledger.require("action = reaction", left / max(whole, 1e-300), text.format(what, left))
+        ledger.require("action = reaction", left / max(whole, TINY), text.format(what, left))
 
 
 def _power(
@@ -327,7 +325,7 @@ def _power(
                 x, y = place[e] - q[b, :2]
                 rates = w[b, 0] - w[b, 2] * y, w[b, 1] + w[b, 2] * x, w[b, 2]
                 parts += list(sign * on_j[e] * rates)
-        return sum(parts), max(1e-300, size * float(np.abs(u / bench.unit).max()))
+        return sum(parts), max(TINY, size * float(np.abs(u / bench.unit).max()))
 
     inverse = bench.unit[:, None] * np.linalg.pinv(r.G * bench.unit)
     anything = rng.normal(size=len(q) * 3 - 3) * bench.unit
@@ -357,7 +355,7 @@ def _joint_in_moved_world(
     old, new = bench.reactions(state)[1], moved.reactions(there)[1]
     off = new - np.column_stack([old[:, :2] @ rotation(turn).T, old[:, 2]])
     scale = np.array([bench.length, bench.length, 1.0])
-    error = float(np.abs(off * scale).max() / max(1e-300, np.abs(old * scale).max()))
+    error = float(np.abs(off * scale).max() / max(TINY, np.abs(old * scale).max()))
     text = "with the whole world moved, its reaction does not go along"
     ledger.require("world", error, text, note)
 
@@ -370,7 +368,7 @@ def check_load(
     *,
     states: int = 20,
     seed: int = 0,
-    tolerance: float = 1e-8,
+    tolerance: float = CONTRACT_TOLERANCE,
     length: float = 1.0,
     times: tuple[float, float] = (0.0, 1.0),
 ) -> Report:
@@ -446,7 +444,7 @@ def check_load(
 def _change(bench: Bench, before: Array, after: Array) -> float:
     """Greatest change of the forces on moving bodies, as a part of the greatest force."""
     scale = np.array([bench.length, bench.length, 1.0])
-    size = max(float(np.abs(before * scale).max()), 1e-300)
+    size = max(float(np.abs(before * scale).max()), TINY)
     return float(np.abs((after - before) * scale)[:-1].max()) / size
 
 
@@ -486,7 +484,7 @@ def _energy(ledger: Ledger, bench: Bench, state: BenchState, forces: Array) -> N
         return np.array(lines)
 
     found = [work(step) for step in STEPS]
-    size = max(1e-300, *(float(np.abs(x).max()) for x in (found[0], forces[:-1].ravel() * unit)))
+    size = max(TINY, *(float(np.abs(x).max()) for x in (found[0], forces[:-1].ravel() * unit)))
     curl = float(np.min([np.abs(k - k.T) for k in found], axis=0).max()) / size
     if element.conservative:
         text = "its stiffness is not symmetric, so that its work depends on the path"
@@ -497,7 +495,7 @@ def _energy(ledger: Ledger, bench: Bench, state: BenchState, forces: Array) -> N
         )
     parts = forces[:-1].ravel() * v
     power = float(parts.sum())
-    given = max(0.0, power) / max(float(np.abs(parts).max()), 1e-300)
+    given = max(0.0, power) / max(float(np.abs(parts).max()), TINY)
     if element.dissipative:
         text = f"it gives the power {power:.3g} to its bodies; a damper only takes"
         ledger.require("dissipation", given, text)

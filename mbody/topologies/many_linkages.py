@@ -16,6 +16,7 @@ from mbody.analysis.driven.time_grid import TimeGrid, memory
 from mbody.analysis.dynamics.interruptions import counted
 from mbody.analysis.position.closed_position import ClosedPosition
 from mbody.core.lanes import LANES, aligned
+from mbody.core.tolerances import DEAD_CENTRE_RATE, PATH_SEAM
 from mbody.errors import ModelError, SolveError
 from mbody.kernels.continuation import BY_TIME
 from mbody.kernels.continuation_lanes import (
@@ -46,10 +47,6 @@ from mbody.topologies.plan import Graph, TopologyPlan, graph_of, planned
 
 #: Greatest coordinate to which corrections are relative, in longest links and radians.
 REACH = 10.0
-#: Rate of a link beside that of the driver from which on it is a dead centre that is near.
-RUNS_AWAY = 1e3
-#: Pieces of a motion must meet within this, in longest links and radians.
-SEAM = 1e-8
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,7 +161,7 @@ class _GroupContinuation:
         if pieces > 1:
             shape = (len(start), len(linkages), pieces)
             gap = batch.q.reshape(shape)[:, :, :-1] - start.reshape(shape)[:, :, 1:]
-            failed |= ~(np.abs(gap).max(axis=(0, 2)) <= SEAM)
+            failed |= ~(np.abs(gap).max(axis=(0, 2)) <= PATH_SEAM)
         self._margins(batch, failed)
         return linkages[failed]
 
@@ -260,7 +257,7 @@ class _GroupContinuation:
         fastest = np.abs(work.past[size : size + self.system.coordinates, 0]).max()
         if not stuck.done:
             return "its joints do not close where they are given"
-        if fastest > RUNS_AWAY * turn:
+        if fastest > DEAD_CENTRE_RATE * turn:
             return f"dead centre: its {self._driver} cannot turn it further"
         if stuck.unsure:
             return "branches of its motion meet there, on which it goes on is not certain"

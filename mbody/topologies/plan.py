@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from mbody.core.tolerances import TINY
 from mbody.kernels.constraints import KINDS as PRIMITIVE_KINDS
 from mbody.kernels.forces import KINDS as ACTION_KINDS
 from mbody.kernels.friction import BY_RATES
@@ -467,7 +468,7 @@ class TopologyPlan:
         par[first], par[first + 1] = -np.sin(directions.T), np.cos(directions.T)
         e, joint, _, _, hang, across = self.closing.T
         line = x[joint] - x[hang]
-        line /= np.maximum(np.hypot(line[:, 0], line[:, 1]), 1e-300)[:, None]
+        line /= np.maximum(np.hypot(line[:, 0], line[:, 1]), TINY)[:, None]
         line[across == 1] = np.stack([-line[:, 1], line[:, 0]], axis=1)[across == 1]
         par[L.primitive_par[e][:, None] + 4 + two] = line
         for n, law in enumerate(L.law_par[L.primitive_signal[self.drivers] // 3].tolist()):

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.analysis.driven.free_body import FreeBody, Wrench
+from mbody.core.tolerances import DRAWN_DIRECTION_LEAST, DRAWN_NONE
 from mbody.model.driver import AngleDriver, CoordinateDriver, Driver
 from mbody.model.loads import (
     CentrifugalField,
@@ -44,8 +45,6 @@ Array = np.ndarray
 
 COLORS = {"joint": FORCE, "contact": FORCE, "coupling": FORCE, "driver": DRIVER, "load": LOAD}
 COLORS["inertia"] = INK
-#: What of the drawn scale is rounding.
-ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -120,7 +119,7 @@ def acting_on(free: FreeBody, pose: Pose) -> list[Acting]:
         if wrench.force > max(floor, 0.0):
             gid, text = name
             forces.append(Acting(gid, text, wrench.cause, np.array([x, y]), force, 0.0, *look))
-        if abs(torque) > max(floor * pose.system.length, ROUNDING * abs(wrench.torque)):
+        if abs(torque) > max(floor * pose.system.length, DRAWN_NONE * abs(wrench.torque)):
             gid, text = twist
             at = _pivot(wrench, pose, free.body, np.array([x, y]))
             torques.append(Acting(gid, text, wrench.cause, at, None, torque, *look))
@@ -138,7 +137,7 @@ def _placed(wrench: Wrench, pose: Pose, body: str) -> tuple[float, float, float]
     x, y = map(float, pose.place(load, field))
     arm = (x - wrench.x) * wrench.fy - (y - wrench.y) * wrench.fx
     left = wrench.torque - arm
-    return x, y, left if abs(left) > ROUNDING * (abs(arm) + abs(wrench.torque)) else 0.0
+    return x, y, left if abs(left) > DRAWN_NONE * (abs(arm) + abs(wrench.torque)) else 0.0
 
 
 def _pivot(wrench: Wrench, pose: Pose, body: str, place: Array) -> Array:
@@ -375,7 +374,13 @@ def _clear(sketch: Sketch, place: Array, u: Array) -> float:
                 abs(float(u @ direction(angle + 0.5 * math.pi))),
             )
             half = sketch.size("block")
-            return min(half / max(along, 1e-9), 0.6 * half / max(across, 1e-9)) + 1.5 * sketch.unit
+            return (
+                min(
+                    half / max(along, DRAWN_DIRECTION_LEAST),
+                    0.6 * half / max(across, DRAWN_DIRECTION_LEAST),
+                )
+                + 1.5 * sketch.unit
+            )
     return 1.8 * sketch.size("pin")
 
 
@@ -512,7 +517,7 @@ def _arrow_signs(sketch: Sketch, quantity: str, value: float) -> list[tuple[str,
     if not sketch.lasting:
         return [("", math.copysign(1.0, value))]
     history = measured(sketch.pose.run, quantity)[0]
-    floor = 1e-9 * float(np.abs(history).max(initial=0.0))
+    floor = DRAWN_NONE * float(np.abs(history).max(initial=0.0))
     found = [sign for sign in (1.0, -1.0) if bool((sign * history > floor).any())]
     whole = len(found) == 1 and bool((found[0] * history > floor).all())
     return [("" if whole else quantity, sign) for sign in found]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mbody.core.tolerances import POINT_SAME
 from mbody.engineering.cam_limits import cam_contour
 from mbody.model.joints import CamFollower, Gear, Joint, PinSlot, Prismatic, RackPinion, Rolling
 from mbody.model.loads import PistonPressure, ReciprocatingCylinder, Tyre
@@ -187,7 +188,7 @@ def _within(pose: Pose, body: str, name: str, shape: Shape, node: Array) -> bool
         return bool(np.hypot(*(node - centre)) <= radius * (1.0 + 1e-9))
     assert isinstance(shape, Polygon)
     corners = np.array(_corners(pose, body, shape))
-    near = 1e-9 * float(np.ptp(corners, axis=0).max())
+    near = POINT_SAME * float(np.ptp(corners, axis=0).max())
     return within(node, corners) or bool((np.hypot(*(corners - node).T) <= near).any())
 
 

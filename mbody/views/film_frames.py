@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from mbody.core.tolerances import DRAWN_DIRECTION_LEAST, DRAWN_RETURNS
 from mbody.solution.histories import Place, moved
 from mbody.solution.solution import Solution
 from mbody.summaries.text_table import force_names
@@ -91,9 +92,9 @@ def places(run: Solution, count: int) -> Array:
     """
     whole = len(run) - 1
     turned = all(
-        abs(np.exp(1j * run[b.name].angle[-1]) - np.exp(1j * run[b.name].angle[0])) < 1e-6
-        and abs(run[b.name].x[-1] - run[b.name].x[0]) < 1e-6 * run.system.length
-        and abs(run[b.name].y[-1] - run[b.name].y[0]) < 1e-6 * run.system.length
+        abs(np.exp(1j * run[b.name].angle[-1]) - np.exp(1j * run[b.name].angle[0])) < DRAWN_RETURNS
+        and abs(run[b.name].x[-1] - run[b.name].x[0]) < DRAWN_RETURNS * run.system.length
+        and abs(run[b.name].y[-1] - run[b.name].y[0]) < DRAWN_RETURNS * run.system.length
         for b in run.mechanism.bodies
     )
     parts = np.linspace(0.0, 1.0, count, endpoint=not turned)
@@ -308,7 +309,10 @@ class FilmSet:
             for site, history in places_on:
                 path = moved(stretch, site)
                 middle = path[[0, len(path) // 3]]
-                if any(np.abs(middle - other).max() < 1e-6 * run.system.length for other in seen):
+                if any(
+                    np.abs(middle - other).max() < DRAWN_RETURNS * run.system.length
+                    for other in seen
+                ):
                     continue
                 seen.append(middle)
                 parts = [stretch.value(getattr(history, key)) for key in keys]
@@ -417,7 +421,7 @@ def _spots(anchor: Array, outward: Array, turns: bool, gap: float, half: Array) 
     for far in (0.0, 13.0):
         for turn in TURNS:
             u = direction(first + turn)
-            reach = gap + far + float(np.min(half / np.maximum(np.abs(u), 1e-9)))
+            reach = gap + far + float(np.min(half / np.maximum(np.abs(u), DRAWN_DIRECTION_LEAST)))
             x, y = anchor + reach * u
             found.append((float(x), float(y), 0.6 * (1.0 - math.cos(turn)) + 0.8 * (far > 0.0)))
     return np.array(found)
@@ -427,7 +431,10 @@ def _by_arrow(place: Array, vector: Array, half: Array) -> Array:
     """Places of the name of an arrow: at its tip, or beside its shaft."""
     u = vector / np.hypot(*vector)
     across = np.array([-u[1], u[0]])
-    reach, aside = float(np.min(half / np.maximum(np.abs(u), 1e-9))), float(half @ np.abs(across))
+    reach, aside = (
+        float(np.min(half / np.maximum(np.abs(u), DRAWN_DIRECTION_LEAST))),
+        float(half @ np.abs(across)),
+    )
     found = [(*(place + vector + (far + reach) * u), 0.7 * (far > 4.0)) for far in (4.0, 17.0)]
     for far in (4.0, 15.0):
         for part in (0.9, 0.55):
@@ -805,7 +812,7 @@ def _carried(film: FilmSet, axes: tuple[Array, Array, Array], order: list[int], 
     origin = _down(film, film.pixels(axes[0]))[order]
     # angles go on without jumps, so that nothing turns back between two frames
     angles = -np.degrees(np.unwrap(np.arctan2(axes[1][order, 1], axes[1][order, 0])))
-    if np.ptp(origin, axis=0).max() < 1e-6 and np.ptp(angles) < 1e-6:
+    if np.ptp(origin, axis=0).max() < DRAWN_RETURNS and np.ptp(angles) < DRAWN_RETURNS:
         (x, y), turn = origin[0], angles[0]
         return f'<g transform="translate({x:.2f} {y:.2f})"><g transform="rotate({turn:.3f})">'
     moves = ";".join(f"{x:.2f} {y:.2f}" for x, y in origin.tolist())

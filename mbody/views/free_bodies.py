@@ -12,11 +12,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.analysis.driven.free_body import FreeBody, Member, free_body, member_forces
+from mbody.core.tolerances import DRAWN_NONE, TINY
 from mbody.errors import ModelError
 from mbody.model.element import listed
 from mbody.model.loads import Force, Gravity
 from mbody.solution.checks import check_forces, whole_instant
-from mbody.views.acting import ROUNDING, Acting, acting_on, clear_arc, free_radius, outward_from
+from mbody.views.acting import Acting, acting_on, clear_arc, free_radius, outward_from
 from mbody.views.frame import nice, rounded_number
 from mbody.views.labels import Label, beside, drawable, extent
 from mbody.views.links import lone_link, scale_of
@@ -155,9 +156,9 @@ def closing_words(free: FreeBody, gap: float) -> list[str]:
     # a force through G has no moment: its distance says how large rounding may be
     parts = [abs(one.torque) + math.hypot(one.x - x0, one.y - y0) * one.force for one in free]
     force = f"ΣF = {rounded_number(float(f'{gap / greatest:.1e}'))} of the greatest force"
-    turning = f"{abs(math.fsum(moments)) / max(max(parts), 1e-300):.1e}"
+    turning = f"{abs(math.fsum(moments)) / max(max(parts), TINY):.1e}"
     said = f"ΣM about G = {rounded_number(float(turning))} of the greatest moment"
-    through = max(parts) <= ROUNDING * greatest * free.solution.system.length
+    through = max(parts) <= DRAWN_NONE * greatest * free.solution.system.length
     return [force, "ΣM about G = 0: all forces pass through G" if through else said]
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mbody.core.tolerances import TINY
 from mbody.model.contact import Rope
 from mbody.model.joints import Joint, Prismatic, Revolute
 from mbody.solution.histories import place as end_place
@@ -311,7 +312,7 @@ def friction_circles(sketch: Sketch, joints: Sequence[Joint], scale: float) -> N
                 own = pose.run.reaction(joint.name)
                 force = np.array([own.fx[pose.k], own.fy[pose.k]])
                 foot = place + line_of_action(pose.run, joint, scale)[pose.k]
-                half = 1.8 * radius * force / max(float(np.hypot(*force)), 1e-300)
+                half = 1.8 * radius * force / max(float(np.hypot(*force)), TINY)
                 look: dict[str, Any] = {"dashes": (0, (5.0, 2.0)), "weight": 0.3}
                 sketch.line([foot - half, foot + half], 0.8, FORCE, z, name=name, **look)
 
@@ -331,5 +332,5 @@ def line_of_action(run: Solution, joint: Any, scale: float) -> Array:
     own = run.reaction(joint.name)
     square = own.fx**2 + own.fy**2
     floor = 1e-12 * float(np.nanmax(square, initial=0.0))
-    part = np.where(square > floor, own.torque / np.maximum(square, max(floor, 1e-300)), 0.0)
+    part = np.where(square > floor, own.torque / np.maximum(square, max(floor, TINY)), 0.0)
     return np.asarray(scale * np.column_stack([part * own.fy, -part * own.fx]))

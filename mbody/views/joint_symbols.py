@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mbody.core.tolerances import TINY
 from mbody.model.coupling import Coupling
 from mbody.model.joints import (
     CamFollower,
@@ -158,7 +159,7 @@ def _(joint: PinSlot, sketch: Sketch) -> None:
     start, end = travel(sketch, joint)
     half = 1.2 * sketch.size("pin")
     if joint.i.body == "ground":
-        u = (end - start) / max(float(np.hypot(*(end - start))), 1e-300)
+        u = (end - start) / max(float(np.hypot(*(end - start))), TINY)
         n = np.array([-u[1], u[0]])
         sketch.ground(start - half * n, end - half * n, name=f"rail:{joint.name}")
         sketch.ground(end + half * n, start + half * n)
@@ -276,7 +277,7 @@ def _(joint: Gear | Rolling | RackPinion, sketch: Sketch) -> None:
 
 def _rolled(sketch: Sketch, joint: Joint, start: Array, end: Array) -> tuple[Array, Array]:
     """The ends of a road that is long enough for the whole motion."""
-    pose, u = sketch.pose, (end - start) / max(float(np.hypot(*(end - start))), 1e-300)
+    pose, u = sketch.pose, (end - start) / max(float(np.hypot(*(end - start))), TINY)
     body = pose.run[joint.i.body]
     offset = np.column_stack(reaction_point(pose.run, joint)) - np.column_stack([body.x, body.y])
     turned = pose.run[joint.i.body].angle - pose.angle(joint.i.body)
@@ -427,7 +428,7 @@ def _belt(sketch: Sketch, coupling: Coupling, wheels: list[tuple[Array, float]])
     length = float(np.hypot(*separation))
     first, second = (sketch.pose.number(coupling, f"{n}.factor") for n in range(2))
     crossed = first * second > 0.0
-    part = (r + s if crossed else r - s) / max(length, 1e-300)
+    part = (r + s if crossed else r - s) / max(length, TINY)
     if abs(part) >= 1.0:
         return []
     found = []

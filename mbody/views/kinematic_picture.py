@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mbody.core.tolerances import LENGTH_NONE, POINT_SAME, TINY
 from mbody.engineering.instant_centres import centrodes, instant_centres, kennedy_lines
 from mbody.engineering.motion_polygons import MotionPolygon, acceleration_polygon, velocity_polygon
 from mbody.engineering.path_curvature import inflection_circle, path_curvature
@@ -190,7 +191,7 @@ def sketch_scale(
         corners = np.vstack([*map(bounds, poses), *tracks])
     wide, high = corners.max(axis=0) - corners.min(axis=0)
     unit = max(wide / SIZE["width"], high / SIZE["height"]) / part
-    if not unit > 1e-12 * pose.system.length:
+    if not unit > LENGTH_NONE * pose.system.length:
         unit = pose.system.length / SIZE["width"]
     joints = shown.between(pose.joints)
     lengths = [1.5 * radius for joint in joints for _, radius in wheels(joint, pose)]
@@ -487,7 +488,7 @@ def _join(lines: list[tuple[Array, Array]], ends: tuple[Array, Array], unit: flo
     start, end = ends
     for old in list(lines):
         span = old[1] - old[0]
-        u = span / max(float(np.hypot(*span)), 1e-300)
+        u = span / max(float(np.hypot(*span)), TINY)
         n = np.array([-u[1], u[0]])
         off = max(abs(float((place - old[0]) @ n)) for place in (start, end))
         part = sorted([float((start - old[0]) @ u), float((end - old[0]) @ u)])
@@ -519,7 +520,9 @@ def shown_poles(centres: InstantCentres, pose: Pose, corners: Array) -> PolesSho
             continue
         for group in groups:
             there = np.array([group[0].x[k], group[0].y[k]])
-            if np.hypot(*(there - place)) <= 1e-9 * pose.system.length + 1e-9 * np.hypot(*place):
+            if np.hypot(
+                *(there - place)
+            ) <= POINT_SAME * pose.system.length + POINT_SAME * np.hypot(*place):
                 group.append(one)
                 break
         else:
@@ -669,8 +672,8 @@ def _avoided(sketch: Sketch, line: Array) -> None:
 
 #: Points: greatest length of a velocity or acceleration.
 SIDE = 175.0
-#: Images nearer than this part of the greatest are one; shorter sides in points are not drawn.
-ONE, SHORT = 1e-9, 2.0
+#: Shorter sides of polygons, in points, are not drawn.
+SHORT = 2.0
 #: With more images than this their sides are not split.
 MOST_SPLIT_IMAGES = 6
 #: Dashes of components, and of what slides.
@@ -741,7 +744,7 @@ def _images(vectors: dict[str, Array], greatest: float, scale: float) -> list[Im
     found = [Image(np.zeros(2), [])]
     for name, vector in vectors.items():
         for image in found:
-            if float(np.hypot(*(image.at - vector))) <= ONE * greatest:
+            if float(np.hypot(*(image.at - vector))) <= POINT_SAME * greatest:
                 image.names.append(name)
                 break
         else:

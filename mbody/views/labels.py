@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from mbody.core.tolerances import DRAWN_DIRECTION_LEAST, TINY
 from mbody.views.shapes import direction
 from mbody.views.style import FONTS, INK, MATHS, SIZE
 
@@ -153,7 +154,8 @@ def beside(
             angle = wanted + math.tau * n / AROUND
             u = direction(angle)
             distance = gap * (1.0 + 0.9 * ring) + min(
-                0.5 * size[0] / max(abs(u[0]), 1e-9), 0.5 * size[1] / max(abs(u[1]), 1e-9)
+                0.5 * size[0] / max(abs(u[0]), DRAWN_DIRECTION_LEAST),
+                0.5 * size[1] / max(abs(u[1]), DRAWN_DIRECTION_LEAST),
             )
             x, y = np.asarray(anchor) + distance * u
             cost = turn * 0.5 * (1.0 - math.cos(angle - wanted)) + 1.2 * ring
@@ -236,7 +238,7 @@ def _inside(lines: Array, x: Array, y: Array, half_x: Array, half_y: Array) -> A
     enter, leave = np.zeros(1), np.ones(1)
     for k, (middle, half) in enumerate(((x, half_x), (y, half_y))):
         start = lines[:, k] - middle
-        rests = np.abs(offset[:, k]) < 1e-300
+        rests = np.abs(offset[:, k]) < TINY
         slope = np.where(rests, 1.0, offset[:, k])
         near, far = (-half - start) / slope, (half - start) / slope
         near, far = np.minimum(near, far), np.maximum(near, far)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mbody.core.tolerances import DRAWN_OUTLINE, POINT_SAME, TINY
 from mbody.model.joints import CamFollower, Fixed, Joint, PinSlot, Prismatic, Revolute
 from mbody.model.touching_shapes import middles_of_arcs
 from mbody.views.body_shapes import covered, face, guide, outline, travel, wheels
@@ -54,7 +55,7 @@ def _link(sketch: Sketch, body: str, order: int) -> None:
     z = Z["plate" if plate else "link"] + step * order
     fill = PLATE if plate else LINK
     sketch.shape(rounded(nodes, half), fill, INK, 1.1, z, name=f"link:{body}")
-    sketch.edges[body] = hull(nodes, 1e-3 * half)
+    sketch.edges[body] = hull(nodes, DRAWN_OUTLINE * half)
     mass_centre(sketch, body)
 
 
@@ -125,7 +126,7 @@ def link_label(sketch: Sketch, body: str) -> None:
         return
     label = Label(body, [], name=named)
     width, height = (sketch.unit * part for part in Places.measured(label))
-    corners = hull(nodes, 1e-3 * sketch.size("link"))
+    corners = hull(nodes, DRAWN_OUTLINE * sketch.size("link"))
     gap = sketch.size("link") + 1.5 * sketch.unit
     edges = list(zip(corners, np.roll(corners, -1, axis=0), strict=True))
     for a, b in edges:
@@ -153,7 +154,7 @@ def _mistaken(sketch: Sketch, place: Array, own: float, body: str) -> float:
             cost += 0.7 * within(place, corners)
             for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
                 edge = b - a
-                part = np.clip((place - a) @ edge / max(float(edge @ edge), 1e-300), 0.0, 1.0)
+                part = np.clip((place - a) @ edge / max(float(edge @ edge), TINY), 0.0, 1.0)
                 cost += 0.5 * float(np.hypot(*(a + part * edge - place)) < 1.5 * own)
     return cost
 
@@ -302,7 +303,7 @@ def link_lines(sketch: Sketch, bodies: Sequence[str]) -> None:
     centre.
     """
     pose, gap = sketch.pose, np.full((1, 2), np.nan)
-    near = 1e-9 * pose.system.length
+    near = POINT_SAME * pose.system.length
     parts: list[Array] = []
     for body in bodies:
         nodes = unique(pose.nodes[body], near)

@@ -18,6 +18,7 @@ import numpy as np
 
 from mbody._version import __version__
 from mbody.analysis.driven.free_body import Wrench, acting_on_several, coupled, driven, rows_on
+from mbody.core.tolerances import DRAWN_HISTORY_SAME, DRAWN_NONE, DRAWN_RETURNS
 from mbody.engineering.instant_centres import InstantCentre, InstantCentres, instant_centres
 from mbody.engineering.motion_polygons import MotionPolygon, acceleration_polygon, velocity_polygon
 from mbody.errors import ModelError, SolveError
@@ -45,10 +46,6 @@ Array = np.ndarray
 
 #: With more moving bodies than this nobody looks for one in a list.
 LINKS = 60
-#: What differs by no more than this part of the peak is the same history.
-SAME = 1e-12
-#: What is left of a moment when that of its force is taken off: rounding, as in `acting`.
-ROUNDING = 1e-9
 
 
 def free_bodies_data(
@@ -160,7 +157,7 @@ class _FreeBodies:
         fx, fy, torque = parts
         arm = (place[:, 0] - own.x) * fy - (place[:, 1] - own.y) * fx
         left = torque - arm
-        left = np.where(np.abs(left) > ROUNDING * (np.abs(arm) + np.abs(torque)), left, 0.0)
+        left = np.where(np.abs(left) > DRAWN_NONE * (np.abs(arm) + np.abs(torque)), left, 0.0)
         named = isinstance(load, Force) and isinstance(load.at.point, str)
         where = f"at {load.at.point}" if named else load.name
         at = self._at(site, f"{load.name}.{field}")
@@ -188,7 +185,7 @@ class _FreeBodies:
             return 0
         mass = float(self.system.mass[3 * self.system.bodies[body], 0])
         weight = cause != "inertia" and isinstance(self.machine[cause], Gravity)
-        if weight and np.ptp(values) <= SAME * peak:
+        if weight and np.ptp(values) <= DRAWN_HISTORY_SAME * peak:
             return {"by": float(values[0]) / mass, "mass": body}
         known = {name: ("of", one) for name, one in self._known(cause)}
         known |= {n: ("own", one) for n, one in self.pool.items() if n.startswith(f"{cause}.")}
@@ -197,10 +194,10 @@ class _FreeBodies:
             if len(history) != len(values) or not abs(history[k]) > 0.0:
                 continue
             factor = float(values[k] / history[k])
-            factor = round(factor) if abs(factor - round(factor)) < SAME else factor
-            if factor and not np.any(np.abs(values - factor * history) > SAME * peak):
+            factor = round(factor) if abs(factor - round(factor)) < DRAWN_HISTORY_SAME else factor
+            if factor and not np.any(np.abs(values - factor * history) > DRAWN_HISTORY_SAME * peak):
                 return {"by": factor, how: name}
-        if np.ptp(values) <= SAME * peak:
+        if np.ptp(values) <= DRAWN_HISTORY_SAME * peak:
             return float(values[0])
         name = f"{cause}.{body}.{key}"
         self.pool[name] = values
@@ -468,7 +465,7 @@ def default_plots(run: Solution) -> list[str]:
         more += [f"{joint.name}.force" for joint in machine.joints]
     for body in machine.bodies:
         history = run[body.name]
-        if np.ptp(history.angle) > 1e-6:
+        if np.ptp(history.angle) > DRAWN_RETURNS:
             more.append(f"{body.name}.angle")
     found = [*names, *(name for name in more if name not in own)]
     return found[:PLOTS]

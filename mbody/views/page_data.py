@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from mbody.core.tolerances import DRAWN_RETURNS, POINT_SAME
 from mbody.errors import ModelError
 from mbody.model.driver import AngleDriver
 from mbody.model.loads import Force
@@ -107,7 +108,7 @@ def coupler_points(run: Solution) -> list[str]:
     for body in run.mechanism.bodies:
         for name in body.points:
             full = f"{body.name}.{name}"
-            if not pose.at_joint(pose.point(full), 1e-6 * run.system.length):
+            if not pose.at_joint(pose.point(full), DRAWN_RETURNS * run.system.length):
                 found.append(full)
     return found
 
@@ -283,7 +284,7 @@ def _forces(run: Solution, bodies: Sequence[str], enlarged: float) -> list[dict[
         fixed = moved(run, site)
         where: dict[str, Any] = {"at": _place(site, bodies)}
         if max(np.abs(fixed[:, 0] - x).max(), np.abs(fixed[:, 1] - y).max()) > (
-            1e-9 * run.system.length
+            POINT_SAME * run.system.length
         ):
             where["places"] = {"x": x.tolist(), "y": y.tolist()}  # a contact
         aside = line_of_action(run, joint, enlarged).T
@@ -322,7 +323,7 @@ def _movers(run: Solution, bodies: Sequence[str], more: Sequence[str]) -> list[d
         if max(np.ptp(history.x), np.ptp(history.y)) < 1e-9 * size:
             continue
         ends = np.array([history.x[0], history.y[0]]), np.array([history.x[k], history.y[k]])
-        near = 1e-6 * size
+        near = DRAWN_RETURNS * size
         if name not in more and any(
             np.hypot(*(ends[0] - a)) < near and np.hypot(*(ends[1] - b)) < near for a, b in seen
         ):

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mbody.core.tolerances import DRAWN_CONSTANT
 from mbody.errors import ModelError, brief
 from mbody.model.driver import AngleDriver
 from mbody.model.study import Measure, measure_named
@@ -40,8 +41,6 @@ KEY = 0.27
 
 #: Results that have a curve each; more are a band.
 SEVERAL = 6
-#: Part of its size by which a constant may differ.
-STEADY = 1e-8
 #: A quantity with its unit in brackets.
 _UNIT = re.compile(r"(.+?)\s*\[([^\[\]]+)\]")
 
@@ -402,7 +401,7 @@ def _steady(axes: Axes, curves: Sequence[PlottedCurve]) -> None:
     values = np.concatenate([curve.values for curve in curves])
     values = values[np.isfinite(values)]
     size = float(np.abs(values).max(initial=0.0))
-    if values.size and size and float(np.ptp(values)) < STEADY * size:
+    if values.size and size and float(np.ptp(values)) < DRAWN_CONSTANT * size:
         axes.set_ylim(*sorted((0.0, 1.25 * float(values[0]))))
 
 

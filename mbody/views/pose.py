@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mbody.core.tolerances import TINY
 from mbody.laws import MeasuredFormula
 from mbody.model.closed_mechanism import JointContact
 from mbody.model.joints import Joint, Revolute
@@ -63,7 +64,7 @@ class Carrier:
         along, across = away @ u, away @ np.array([-u[1], u[0]])
         if not self.stretches:
             return np.column_stack([along, across])
-        part = (along - self.lead) / max(float(length) - 2.0 * self.lead, 1e-300)
+        part = (along - self.lead) / max(float(length) - 2.0 * self.lead, TINY)
         part = np.clip(part, 0.0, 1.0)
         return np.column_stack([part, along - part * length, across])
 
@@ -83,7 +84,7 @@ class Carrier:
             return origin, np.column_stack([np.cos(angle), np.sin(angle)]), np.ones(len(run))
         separation = moved(run, self.end) - origin
         length = np.hypot(*separation.T)
-        return origin, separation / np.maximum(length, 1e-300)[:, None], length
+        return origin, separation / np.maximum(length, TINY)[:, None], length
 
 
 GROUND_CARRIER = Carrier()

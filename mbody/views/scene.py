@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from mbody.core.tolerances import DRAWN_DIRECTION_LEAST, DRAWN_OUTLINE, LENGTH_NONE, TINY
 from mbody.errors import ModelError, remedy
 from mbody.solution.checks import one_design
 from mbody.solution.solution import Solution
@@ -141,7 +142,10 @@ def _turn(
     for n in range(AROUND):
         angle = first + math.tau * n / AROUND
         u = direction(angle)
-        reach = label.gap + min(half[0] / max(abs(u[0]), 1e-9), half[1] / max(abs(u[1]), 1e-9))
+        reach = label.gap + min(
+            half[0] / max(abs(u[0]), DRAWN_DIRECTION_LEAST),
+            half[1] / max(abs(u[1]), DRAWN_DIRECTION_LEAST),
+        )
         middles = anchors + reach * u
         cost = _cost(middles, half, lines, taken) + 0.6 * (1.0 - math.cos(angle - first))
         if round(cost, 6) < best:
@@ -169,12 +173,12 @@ def _of_link(
         label = KeptLabel(body, carrier, anchor, outward, gap, "link", f"link:{body}", INK)
         _turn(label, sketch, lines, taken, instants)
         return label
-    corners = carrier.kept(hull(nodes, 1e-3 * sketch.size("link")), pose.run, pose.k)
+    corners = carrier.kept(hull(nodes, DRAWN_OUTLINE * sketch.size("link")), pose.run, pose.k)
     axes = carrier.axes(pose.run)
     gap = sketch.size("link") + 1.5 * sketch.unit
     options = []
     for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
-        u = (b - a) / max(float(np.hypot(*(b - a))), 1e-300)
+        u = (b - a) / max(float(np.hypot(*(b - a))), TINY)
         for part in (0.5, 0.35, 0.65):
             options.append((a + part * (b - a), np.array([u[1], -u[0]]), abs(part - 0.5)))
     if len(corners) > 2:
@@ -367,9 +371,9 @@ def _space(run: Solution) -> tuple[Array, Array, Array]:
 def _scale(pose: Pose, low: Array, high: Array, own: Array) -> tuple[float, float]:
     """Length of a point (1/72 in), and how much smaller symbols are where links are short."""
     # a machine that travels far keeps symbols of its own size
-    wide, tall = np.minimum(high - low, 3.0 * max(own.max(), 1e-300))
+    wide, tall = np.minimum(high - low, 3.0 * max(own.max(), TINY))
     unit = max(wide / SIZE["width"], tall / SIZE["height"])
-    if not unit > 1e-12 * pose.system.length:
+    if not unit > LENGTH_NONE * pose.system.length:
         unit = pose.system.length / SIZE["width"]
     lengths = [1.5 * radius for joint in pose.joints for _, radius in wheels(joint, pose)]
     for name, nodes in pose.nodes.items():

@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from mbody.core.tolerances import DRAWN_OUTLINE, TINY
+
 Array = np.ndarray
 
 
@@ -75,7 +77,7 @@ def rounded(points: Sequence[Any], radius: float) -> Array:
     >>> round(float(outline[:, 0].max()), 1), round(float(outline[:, 1].min()), 1)
     (4.0, -1.0)
     """
-    corners = hull(points, 1e-3 * radius)
+    corners = hull(points, DRAWN_OUTLINE * radius)
     if len(corners) == 1:
         return arc(corners[0], radius, 0.0, 2.0 * math.pi)
     edges = np.roll(corners, -1, axis=0) - corners
@@ -111,7 +113,7 @@ def hatching(start: Any, end: Any, depth: float, gap: float) -> list[Array]:
     """
     start, end = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
     length = math.hypot(*(end - start))
-    u = (end - start) / max(length, 1e-300)
+    u = (end - start) / max(length, TINY)
     slant = depth * (np.array([u[1], -u[0]]) - u)
     count = max(1, round(length / gap))
     places = (np.arange(count) + 0.8) / count

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
+from mbody.core.tolerances import TINY
 from mbody.solution.histories import moved
 from mbody.views.labels import Label, Places, below_line, beside, drawable, extent
 from mbody.views.pose import GROUND_CARRIER, Carrier, Pose
@@ -306,7 +307,7 @@ class Sketch:
         tail, tip = np.asarray(tail, dtype=float), np.asarray(tip, dtype=float)
         length = math.hypot(*(tip - tail))
         head = min(8.0 * self.unit, 0.6 * length)
-        u = (tip - tail) / max(length, 1e-300)
+        u = (tip - tail) / max(length, TINY)
         self.line([tail, tip - 0.8 * head * u], width, color, Z["arrow"], name=name, halo=True)
         self._head(tip, u, head, color, name and f"{name}.head")
 
@@ -330,7 +331,7 @@ class Sketch:
         self.line(shaft, 1.7, color, Z["arrow"], name=name, halo=True)
         # the head lies along the chord of its own length, so that it does not protrude
         tip, back = line[-1], at(length[-1] - head)
-        u = (tip - back) / max(math.hypot(*(tip - back)), 1e-300)
+        u = (tip - back) / max(math.hypot(*(tip - back)), TINY)
         self._head(tip, u, head, color, name and f"{name}.head")
 
     def _head(self, tip: Array, u: Array, head: float, color: str, name: str) -> None:
@@ -374,9 +375,9 @@ class Sketch:
         """A line of the ground, drawn with all those that lie on one line with it and are not
         farther from it than `margin`, as one.
         """
-        u = (end - start) / max(float(np.hypot(*(end - start))), 1e-300)
+        u = (end - start) / max(float(np.hypot(*(end - start))), TINY)
         for old in self.rails:
-            v = (old.end - old.start) / max(float(np.hypot(*(old.end - old.start))), 1e-300)
+            v = (old.end - old.start) / max(float(np.hypot(*(old.end - old.start))), TINY)
             aside = abs(float(v[0] * (start - old.start)[1] - v[1] * (start - old.start)[0]))
             if u @ v < 1.0 - 1e-9 or aside > 0.3 * self.unit:
                 continue
@@ -619,7 +620,7 @@ class SceneSketch(Sketch):
             for track in tracks:
                 offset = track - place
                 length = np.hypot(*offset.T)
-                along = offset @ (math.cos(angle), math.sin(angle)) / np.maximum(length, 1e-300)
+                along = offset @ (math.cos(angle), math.sin(angle)) / np.maximum(length, TINY)
                 near = length > self.unit
                 total += float(np.mean(np.maximum(0.0, along - 0.6) * near))
             return total

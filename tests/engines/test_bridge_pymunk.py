@@ -27,8 +27,9 @@ from mbody import (
     gallery,
     makers,
 )
+from mbody.core.tolerances import COMPARISON_MARGIN_PYMUNK
 from mbody.engineering import close_loops
-from mbody.engines.pymunk import MARGIN, crosscheck_result
+from mbody.engines.pymunk import crosscheck_result
 from mbody.engines.pymunk.instants import extrapolated, kinematic
 from mbody.engines.pymunk.motion import trajectory
 from mbody.engines.pymunk.space import Space, SpaceStepper, of_system
@@ -446,4 +447,4 @@ def test_slots_and_springs_with_preload_agree():
     )
     found = checked(mbody.kinetostatics(machine, np.linspace(0.0, 1.0, 6)))
     assert any("'pull'" in note for note in found.notes)
-    assert MARGIN > 1.0
+    assert COMPARISON_MARGIN_PYMUNK > 1.0

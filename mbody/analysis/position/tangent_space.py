@@ -35,7 +35,7 @@ from mbody.kernels.finished_instants import (
 )
 from mbody.kernels.layout import PER_PRIMITIVE, Work
 from mbody.kernels.loop_closure import close, laws_of_time, project, violation
-from mbody.system.rank import ZERO, dense, joint_rows, rank_of
+from mbody.system.rank import dense, joint_rows, rank_of
 from mbody.system.system import System
 
 Array = np.ndarray
@@ -414,12 +414,12 @@ class ManyPositions:
         if len(K):
             inverse = _inverse(K)
             least = 1.0 / np.maximum(np.linalg.norm(inverse, axis=(1, 2)), TINY)
-            own = least > ZERO * np.maximum(np.abs(K).max(axis=(1, 2)), 1.0)
+            own = least > SINGULAR_VALUE_ZERO * np.maximum(np.abs(K).max(axis=(1, 2)), 1.0)
             if K.shape[1] == K.shape[2]:
                 side[good] = np.linalg.slogdet(K)[0]
             else:
                 sizes = np.linalg.svd(rows[good], compute_uv=False)
-                rank = (sizes > ZERO * np.maximum(sizes[:, :1], 1.0)).sum(axis=1)
+                rank = (sizes > SINGULAR_VALUE_ZERO * np.maximum(sizes[:, :1], 1.0)).sum(axis=1)
                 own &= rank == self.size - free
             directions[good] = inverse[:, :, -free:].transpose(0, 2, 1)
             good = good.copy()

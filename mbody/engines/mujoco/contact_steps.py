@@ -11,6 +11,7 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
+from mbody.core.tolerances import MUJOCO_IMPEDANCE, MUJOCO_STICKS
 from mbody.engines.crosscheck_result import CrosscheckResult, Inexpressible
 from mbody.engines.independent_reading import reading
 from mbody.engines.load_forces import Outline, not_as_rigid_contacts, outlines
@@ -27,8 +28,6 @@ from mbody.system.system import System
 POINT, BAR = 1e-8, 0.05
 #: Half the width of a segment across the plane, in model lengths.
 WIDE = 10.0
-#: Greatest impedance that MuJoCo allows for a constraint.
-HARD = 0.9999
 
 
 def inexpressible_contacts(system: System) -> Iterator[Inexpressible]:
@@ -99,7 +98,7 @@ class _Geoms:
                     geom2=b,
                     condim="3" if mu else "1",
                     friction=f"{mu!r} {mu!r} 0 0 0",
-                    solimp=f"{HARD} {HARD} 0.001 0.5 2",
+                    solimp=f"{MUJOCO_IMPEDANCE} {MUJOCO_IMPEDANCE} 0.001 0.5 2",
                 )
         self.pairs[one.name] = tuple(found)
 
@@ -121,7 +120,7 @@ class _Geoms:
             name=one.name,
             limited="true",
             range=f"0 {longest}",
-            solimplimit=f"{HARD} {HARD} 0.001 0.5 2",
+            solimplimit=f"{MUJOCO_IMPEDANCE} {MUJOCO_IMPEDANCE} 0.001 0.5 2",
         )
         for site in sites:
             ET.SubElement(made, "site", site=site)
@@ -180,8 +179,6 @@ LEAVING = 20.0
 #: what sticks creeps until its velocity is damped: at 1/√(h T) with this part of the motion as T
 #: both are of the order of the step.
 ALONG = 0.1
-#: Friction below this part of its limit sticks.
-STICKS = 0.99
 #: Time over which forces say what a contact does, in parts of the motion.
 WINDOW = 0.01
 
@@ -309,6 +306,6 @@ class _Forces:
     def modes(self) -> dict[str, str]:
         """Mode of every contact: open, stick or slip."""
         return {
-            name: "open" if not press > 0.0 else "stick" if along < STICKS * most else "slip"
+            name: "open" if not press > 0.0 else "stick" if along < MUJOCO_STICKS * most else "slip"
             for name, (press, along, most) in self.sums.items()
         }

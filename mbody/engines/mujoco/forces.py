@@ -6,6 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mbody.core.tolerances import (
+    COMPARISON_CLOSURE,
+    COMPARISON_FORCE_UNIQUE,
+    COMPARISON_TORQUE_NONE,
+    SINGULAR_VALUE_ZERO,
+    TINY,
+)
 from mbody.engines.crosscheck_result import Inexpressible, Row
 from mbody.engines.load_forces import turning
 from mbody.engines.mjcf import Exported, safe
@@ -20,13 +27,6 @@ if TYPE_CHECKING:
 
 
 Array = np.ndarray
-
-#: Position error of our closed loops over a turn; the condition of the equations amplifies it.
-CLOSED = 2e-12
-#: A force is unique if its components of the null space vectors are below this.
-UNIQUE = 1e-6
-#: Torques below this part of the forces times the model length are rounding; likewise forces.
-NOTHING = 1e-10
 
 
 class _ForceTable:
@@ -48,9 +48,9 @@ class _ForceTable:
             top = max(float(np.linalg.norm(pair[0])) for pair in pairs)
             greatest[kind] = max(greatest.get(kind, 0.0), top)
         force, torque = greatest.get("force", 0.0) * length, greatest.get("torque", 0.0)
-        if torque < NOTHING * force:
+        if torque < COMPARISON_TORQUE_NONE * force:
             greatest["torque"] = force
-        elif force < NOTHING * torque:
+        elif force < COMPARISON_TORQUE_NONE * torque:
             greatest["force"] = torque / length
         found = []
         for (name, kind), pairs in self.values.items():
@@ -79,9 +79,10 @@ def force_rows(replay: Replay) -> tuple[list[Row], list[Inexpressible]]:
     lost = _unloaded(replay.made)
     for step in range(len(replay.run)):
         condition = max(condition, _instant(replay, step, found, not_unique))
-    expected = CLOSED * condition
+    expected = COMPARISON_CLOSURE * condition
     reason = (
-        f"positions closed to {CLOSED:.0e}, times the condition {condition:.0e} of its equations"
+        f"positions closed to {COMPARISON_CLOSURE:.0e}, times the condition {condition:.0e} of its "
+        "equations"
     )
     for name in (*not_unique, *lost):
         for key in [key for key in found.values if key[0].partition(".")[0] == name]:
@@ -150,15 +151,15 @@ def _minimum_norm(across: Array, tau: Array) -> tuple[Array, float, Array]:
     unique.
     """
     scale = np.linalg.norm(across, axis=0)
-    kept = scale > 1e-12 * scale.max(initial=1e-300)
+    kept = scale > 1e-12 * scale.max(initial=TINY)
     x, free = np.zeros(len(scale)), ~kept
     if not kept.any():
         return x, 1.0, free
     part = across[:, kept] / scale[kept]
     u, s, vt = np.linalg.svd(part, full_matrices=part.shape[1] > part.shape[0])
-    rank = int((s > 1e-9 * s[0]).sum())
+    rank = int((s > SINGULAR_VALUE_ZERO * s[0]).sum())
     x[kept] = (vt[:rank].T @ ((u[:, :rank].T @ tau) / s[:rank])) / scale[kept]
-    free[kept] = np.abs(vt[rank:]).max(axis=0, initial=0.0) > UNIQUE
+    free[kept] = np.abs(vt[rank:]).max(axis=0, initial=0.0) > COMPARISON_FORCE_UNIQUE
     return x, float(s[0] / s[rank - 1]), free
 
 

@@ -10,6 +10,13 @@ import numpy as np
 
 from mbody.analysis.dynamics.simulate import simulate
 from mbody.analysis.position.assembly_analysis import raise_user_error
+from mbody.core.tolerances import (
+    COMPARISON_COARSE,
+    COMPARISON_INERTIA_NONE,
+    COMPARISON_ROUNDING,
+    LEAST_SQUARES_RANK,
+    RTOL_COMPARISON,
+)
 from mbody.engines.crosscheck_result import Inexpressible, Row
 from mbody.engines.load_forces import PointForce, applied_forces
 from mbody.engines.mjcf import Exported, safe, to_mjcf
@@ -30,9 +37,6 @@ if TYPE_CHECKING:
 # -- A run replayed in MuJoCo: its instants, and forces on bodies there ------------------------
 
 Array = np.ndarray
-
-#: Inertias below this part of the greatest, and lengths below this part of the model length, are 0.
-LIGHT = 1e-9
 
 
 class Replay:
@@ -208,7 +212,7 @@ class Replay:
         full, root = self.mass(), self.made.system.length * self.made.scale.length
         units = np.array([1.0 if column.slides else 1.0 / root for column in self.made.columns])
         size = np.linalg.eigvalsh(full * np.outer(units, units))
-        return bool(size[0] > LIGHT * size[-1])
+        return bool(size[0] > COMPARISON_INERTIA_NONE * size[-1])
 
     def mass(self) -> Array:
         """The mass matrix of the coordinates."""
@@ -221,7 +225,7 @@ class Replay:
         found = np.asarray(self.data.efc_J).reshape(self.data.nefc, self.model.nv).copy()
         # rows of bodies that cannot move relative to each other: rounding
         size = min(1.0, self.made.system.length * self.made.scale.length)
-        found[np.linalg.norm(found, axis=1) < LIGHT * size] = 0.0
+        found[np.linalg.norm(found, axis=1) < COMPARISON_INERTIA_NONE * size] = 0.0
         return found
 
     def planar(self) -> Array:
@@ -380,14 +384,8 @@ STEPS = 100
 MOST = 80_000
 #: Coordinates at which a step takes twice the time, so that the most steps are halved.
 MANY = 20
-#: If halved steps change a result by more than this part, agreement proves little.
-COARSE = 0.01
 #: The same where laws of time are evaluated at every stage of a step.
 MOST_GUIDED = 12_000
-#: Rounding of accelerations and positions.
-ROUNDING = 1e-10
-#: Tolerance of our own second run, for an estimate of our error.
-SHARP = 1e-12
 
 
 def motion_rows(
@@ -438,7 +436,9 @@ def _accelerations(replay: Replay) -> list[Row]:
         if replay.data.nefc:
             J, inverse = replay.rows(), np.linalg.inv(replay.mass())
             given = replay.data.efc_R * replay.data.efc_force
-            soft[step] = inverse @ J.T @ np.linalg.pinv(J @ inverse @ J.T, rcond=1e-10) @ given
+            soft[step] = (
+                inverse @ J.T @ np.linalg.pinv(J @ inverse @ J.T, rcond=LEAST_SQUARES_RANK) @ given
+            )
     units = np.array(
         [replay.made.scale.length if one.slides else 1.0 for one in replay.made.columns]
     ) / (replay.made.scale.time**2)
@@ -452,7 +452,7 @@ def _accelerations(replay: Replay) -> list[Row]:
         worst = int(np.abs(ours[:, n] - theirs[:, n]).argmax())
         pair = float(ours[worst, n]), float(theirs[worst, n])
         top = top or 1.0
-        expected = 1.5 * float(np.abs(soft[:, n]).max()) / top + ROUNDING
+        expected = 1.5 * float(np.abs(soft[:, n]).max()) / top + COMPARISON_ROUNDING
         found.append(
             Row(
                 f"{column.name}.acceleration",
@@ -489,7 +489,7 @@ def _trajectories(made: Exported, run: Solution, notes: list[str]) -> list[Row]:
         worst = int(apart.argmax())
         # at order one, as with soft constraints, the remaining error is at most the last change
         band = 2.0 * max(last, 0.0 if before > last else before) / top
-        expected = band + off[key] / top + ROUNDING
+        expected = band + off[key] / top + COMPARISON_ROUNDING
         found.append(
             Row(
                 key,
@@ -500,11 +500,12 @@ def _trajectories(made: Exported, run: Solution, notes: list[str]) -> list[Row]:
                 reason,
             )
         )
-    unsettled = [row.quantity for row in found if row.expected > COARSE]
+    unsettled = [row.quantity for row in found if row.expected > COMPARISON_COARSE]
     if unsettled:
         notes.append(
-            f"{listed(unsettled)}: halved steps still change them by more than {COARSE:g} of the "
-            "greatest, so that agreement proves little: use a shorter time"
+            f"{listed(unsettled)}: halved steps still change them by more than "
+            f"{COMPARISON_COARSE:g} of the greatest, "
+            "so that agreement proves little: use a shorter time"
         )
     return found
 
@@ -538,7 +539,12 @@ def _our_histories(made: Exported, run: Solution) -> tuple[dict[str, Array], dic
     ours = _histories(run)
     try:
         again = simulate(
-            run.system, float(run.t[-1]), start=run.take([0]), times=run.t, rtol=SHARP, events=()
+            run.system,
+            float(run.t[-1]),
+            start=run.take([0]),
+            times=run.t,
+            rtol=RTOL_COMPARISON,
+            events=(),
         )
         sharp = _histories(again)
         off = {key: float(np.abs(ours[key] - sharp[key]).max()) for key in ours}

@@ -20,6 +20,23 @@ from typing import Any
 
 import numpy as np
 
+from mbody.core.tolerances import (
+    COMPARISON_LEAST_ORACLE,
+    COMPARISON_MARGIN_ORACLE,
+    COMPLEX_STEP,
+    CONTACT_FLIGHT_SHORTEST_ORACLE,
+    LEAST_SQUARES_RANK_FINE,
+    ORACLE_ACCELERATION_NONE,
+    ORACLE_BEGINS_ABOVE,
+    ORACLE_BEGINS_AT_ZERO,
+    ORACLE_FORCE_NONE,
+    ORACLE_GAP_CLOSED,
+    ORACLE_GAP_PARTED,
+    ORACLE_VELOCITY_NONE,
+    RTOL_COMPARISON,
+    RTOL_DEFAULT,
+    TINY,
+)
 from mbody.engines.crosscheck_result import Comparison, CrosscheckResult
 from mbody.engines.oracle.friction import rubs
 from mbody.engines.oracle.mechanics import Reference
@@ -35,8 +52,6 @@ from mbody.system.system import System
 # Read from the description: a shape is circles, of the radius 0 at points, or a straight line. All
 # functions take complex coordinates, so that steps give derivatives.
 
-#: Of the complex step.
-STEP = 1e-30
 #: A gap that is never closed.
 FAR = 1e9
 
@@ -192,8 +207,8 @@ class OracleTouching:
 
     def drift(self, q: Array, v: Array, which: Sequence[int] | None = None) -> Array:
         """Accelerations of the contacts at zero accelerations of the bodies, (2 points,)."""
-        found = self.rates(q + 1j * STEP * v, v.astype(complex), which)
-        return np.asarray(found.imag / STEP)
+        found = self.rates(q + 1j * COMPLEX_STEP * v, v.astype(complex), which)
+        return np.asarray(found.imag / COMPLEX_STEP)
 
     def length(self) -> float:
         """A length of the places: the greatest radius, or arm."""
@@ -202,9 +217,6 @@ class OracleTouching:
 
 
 # -- Guards of contact modes for SciPy's integrators -------------------------------------------
-
-#: What begins within this part of the size of its terms begins at zero; it is this part above it.
-ROUNDED, HARDLY = 1e-10, 1e-13
 
 
 class ModeGuard:
@@ -225,20 +237,17 @@ class ModeGuard:
     def begin(self, t: float, y: Array, size: float) -> None:
         """Set the shift of what begins at a state, `size` being that of its terms."""
         value = self(t, y)
-        self.shift = HARDLY * size - value if abs(value) <= ROUNDED * size else 0.0
+        self.shift = (
+            ORACLE_BEGINS_ABOVE * size - value
+            if abs(value) <= ORACLE_BEGINS_AT_ZERO * size
+            else 0.0
+        )
 
 
-#: Relative to the greatest gap, velocity, acceleration and force: what rounding leaves of zero.
-CLOSED, STILL, NO_ACCELERATION, NO_FORCE = 1e-9, 1e-8, 1e-9, 1e-9
-#: The gap of what has just parted, in parts of the length; steps of a motion at least, so that no
-#: gap closes and opens within one.
-PARTED, STEPS = 1e-15, 200
+#: Steps of a motion at least, so that no gap closes and opens within one.
+STEPS = 200
 #: Closed contacts at once, of which all combinations are tried; events of one motion.
 MOST_CLOSED, MOST_EVENTS = 6, 1000
-#: Tolerance of the integrator.
-RTOL = 1e-12
-#: A flight shorter than this part of the time of a fall by the model length is the last.
-SHORTEST_FLIGHT = 5e-7
 
 OPEN, STICK, FORWARD, BACKWARD = "open", "stick", "slip+", "slip-"
 SLIP_SIGN = {FORWARD: 1.0, BACKWARD: -1.0}
@@ -272,7 +281,7 @@ class DenseContactMotion:
     reference: Reference
     touching: OracleTouching
     drivers: tuple[str, ...] = ()
-    rtol: float = RTOL
+    rtol: float = RTOL_COMPARISON
     events: list[DenseEvent] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -294,9 +303,9 @@ class DenseContactMotion:
         matrix[:size, :size], matrix[:size, size:] = self.mass, -forces.T
         matrix[size:, :size] = constrained
         whole = np.concatenate([right, target])
-        found = np.linalg.lstsq(matrix, whole, rcond=1e-12)[0]
+        found = np.linalg.lstsq(matrix, whole, rcond=LEAST_SQUARES_RANK_FINE)[0]
         off = np.abs(matrix @ found - whole).max(initial=0.0)
-        if off > 1e-9 * max(1e-300, np.abs(whole).max(initial=0.0)):
+        if off > 1e-9 * max(TINY, np.abs(whole).max(initial=0.0)):
             return None
         return found[:size], found[size:]
 
@@ -355,7 +364,7 @@ class DenseContactMotion:
     def _choices(self, k: int, along: float, fast: float) -> tuple[str, ...]:
         if self.touching.spots[k].static == 0.0:
             return STICK, OPEN  # without friction sticking is touching
-        if abs(along) > STILL * fast:
+        if abs(along) > ORACLE_VELOCITY_NONE * fast:
             return (FORWARD if along > 0.0 else BACKWARD), OPEN
         return STICK, FORWARD, BACKWARD, OPEN
 
@@ -373,7 +382,7 @@ class DenseContactMotion:
             sorted(self._choices(k, float(rates[m + k]), fast), key=lambda one: one != ended.get(k))
             for k in closed
         ]
-        still = np.array([abs(rates[m + k]) <= STILL * fast for k in range(m)])
+        still = np.array([abs(rates[m + k]) <= ORACLE_VELOCITY_NONE * fast for k in range(m)])
         mu = np.where(still, self._mu("static"), self._mu("friction"))
         free = self._freely(t, q, v)
         right: list[tuple[Array, float, tuple[str, ...]]] = []
@@ -383,8 +392,10 @@ class DenseContactMotion:
                 continue
             a, normal, along = found
             change = W @ a + drift
-            size = max(float(np.abs(change).max(initial=0.0)), free, 1e-300) * NO_ACCELERATION
-            press = max(float(np.abs(normal).max(initial=0.0)), 1e-300) * NO_FORCE
+            size = (
+                max(float(np.abs(change).max(initial=0.0)), free, TINY) * ORACLE_ACCELERATION_NONE
+            )
+            press = max(float(np.abs(normal).max(initial=0.0)), TINY) * ORACLE_FORCE_NONE
             if all(
                 self._fits(k, mode, change, normal, along, mu, size, press, bool(still[k]))
                 for k, mode in zip(closed, modes, strict=True)
@@ -527,14 +538,18 @@ class DenseContactMotion:
     ) -> bool:
         m = len(self.touching)
         for k, mode in zip(closed, modes, strict=True):
-            if mode == OPEN and rates[k] + shift[k] < -STILL * fast:
+            if mode == OPEN and rates[k] + shift[k] < -ORACLE_VELOCITY_NONE * fast:
                 return False
-            if normal[k] - least[k] < -NO_FORCE * push:
+            if normal[k] - least[k] < -ORACLE_FORCE_NONE * push:
                 return False
             how = rests.get(k, mode)
-            if how == STICK and abs(along[k]) > mu[k] * normal[k] + NO_FORCE * push:
+            if how == STICK and abs(along[k]) > mu[k] * normal[k] + ORACLE_FORCE_NONE * push:
                 return False
-            if how in SLIP_SIGN and mu[k] > 0.0 and SLIP_SIGN[how] * rates[m + k] < -STILL * fast:
+            if (
+                how in SLIP_SIGN
+                and mu[k] > 0.0
+                and SLIP_SIGN[how] * rates[m + k] < -ORACLE_VELOCITY_NONE * fast
+            ):
                 return False
         return True
 
@@ -594,14 +609,14 @@ class DenseContactMotion:
         struck: list[str] = []
         for attempt in range(20):
             gaps, rates = self.touching.gaps(q), self.touching.rows(q) @ v
-            near = [k for k in range(len(gaps)) if gaps[k] <= CLOSED * self.size]
+            near = [k for k in range(len(gaps)) if gaps[k] <= ORACLE_GAP_CLOSED * self.size]
             fast = self._fast(v)
-            hits = [k for k in near if rates[k] < -STILL * fast]
+            hits = [k for k in near if rates[k] < -ORACLE_VELOCITY_NONE * fast]
             if not hits:
                 break
             struck += [self.touching.spots[k].name for k in hits]
             v = self.strike(t, q, v, near, self._last_flight(q, v, near) or attempt > 10)
-        closed = tuple(k for k in near if rates[k] <= STILL * fast)
+        closed = tuple(k for k in near if rates[k] <= ORACLE_VELOCITY_NONE * fast)
         modes = self.decide(t, q, v, closed, ended)
         lasting = tuple(k for k, mode in zip(closed, modes, strict=True) if mode != OPEN)
         kept = tuple(mode for mode in modes if mode != OPEN)
@@ -616,7 +631,9 @@ class DenseContactMotion:
         e, rates = self._mu("restitution"), self.touching.rows(q) @ v
         free = self._freely(0.0, q, v) or 1.0
         slow = max((-e[k] * rates[k] for k in near), default=0.0)
-        return bool(2.0 * slow / free < SHORTEST_FLIGHT * np.sqrt(2.0 * self.size / free))
+        return bool(
+            2.0 * slow / free < CONTACT_FLIGHT_SHORTEST_ORACLE * np.sqrt(2.0 * self.size / free)
+        )
 
     def _derivative(self, t: float, y: Array, closed: Sequence[int], modes: Sequence[str]) -> Array:
         n = len(y) // 2
@@ -659,7 +676,9 @@ class DenseContactMotion:
 
         # what parts begins with a gap that counts as one, or its first zero would be the start
         first = self.touching.gaps(q)
-        beyond = np.where(first <= CLOSED * self.size, PARTED * self.size - first, 0.0)
+        beyond = np.where(
+            first <= ORACLE_GAP_CLOSED * self.size, ORACLE_GAP_PARTED * self.size - first, 0.0
+        )
 
         def gap(t: float, y: Array, k: int) -> float:
             return float(self.touching.gaps(y[:n])[k] + max(0.0, beyond[k]))
@@ -694,11 +713,6 @@ class DenseContactMotion:
 
 # -- The cross-check by the oracle of a motion with contacts ---------------------------------------
 
-#: Tolerance of a motion that has none of its own, and the least difference that is expected: of
-#: where events are located, in parts of the motion.
-OWN_RTOL, LEAST = 1e-8, 1e-9
-#: Times by which the error of a motion of our tolerance may exceed that of the oracle's by it.
-MARGIN = 20.0
 #: Events that the oracle may leave out: what is decided at the first instant, and where infinitely
 #: many impacts end.
 UNTIMED = ("rest", "indeterminate", "inconsistent", "paradox")
@@ -715,8 +729,10 @@ def contact_crosscheck(system: System, run: Solution) -> CrosscheckResult:
         raise NotImplementedError("it follows contacts without groups, own states and controllers")
     if machine.simulation is not None and machine.simulation.release:
         raise NotImplementedError("it follows contacts without drivers that are released")
-    own = machine.simulation.rtol if machine.simulation is not None else OWN_RTOL
-    sharp, coarse = (_motion(system, run, rtol) for rtol in (RTOL, max(own, 10.0 * RTOL)))
+    own = machine.simulation.rtol if machine.simulation is not None else RTOL_DEFAULT
+    sharp, coarse = (
+        _motion(system, run, rtol) for rtol in (RTOL_COMPARISON, max(own, 10.0 * RTOL_COMPARISON))
+    )
     comparison = Comparison()
     comparison.size("place", system.length)
     comparison.size("angle", 1.0)
@@ -731,7 +747,8 @@ def contact_crosscheck(system: System, run: Solution) -> CrosscheckResult:
             apart[kind] = np.maximum(apart.get(kind, 0.0), off)
     # an error that has come in once may grow and stays
     limits: dict[str, Array | float] = {
-        kind: LEAST + MARGIN * np.maximum.accumulate(off) / comparison.top(kind)
+        kind: COMPARISON_LEAST_ORACLE
+        + COMPARISON_MARGIN_ORACLE * np.maximum.accumulate(off) / comparison.top(kind)
         for kind, off in apart.items()
     }
     for event in run.events:
@@ -741,7 +758,9 @@ def contact_crosscheck(system: System, run: Solution) -> CrosscheckResult:
     span = float(run.t[-1] - run.t[0])
     comparison.size("instant", span)
     shift = max((float(np.abs(late - one).min()) for one in times), default=0.0) if len(late) else 0
-    limits["instant"] = LEAST + MARGIN * shift / (comparison.top("instant") or 1.0)
+    limits["instant"] = COMPARISON_LEAST_ORACLE + COMPARISON_MARGIN_ORACLE * shift / (
+        comparison.top("instant") or 1.0
+    )
     kinds = comparison.kinds
     why = f"error of a motion of the tolerance {own:g}, as the oracle has it with that"
     rows = comparison.rows({kind: limits[kind] for kind in kinds}, dict.fromkeys(kinds, why))

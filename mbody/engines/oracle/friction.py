@@ -16,6 +16,15 @@ from typing import Any
 
 import numpy as np
 
+from mbody.core.tolerances import (
+    COMPLEX_STEP,
+    LEAST_SQUARES_RANK_FINE,
+    ORACLE_EQUATION_ROUNDING,
+    ORACLE_NEWTON_LEFT,
+    ORACLE_SOLUTIONS_SAME,
+    RATE_NONE_FRICTION,
+    TINY,
+)
 from mbody.model.joints import (
     BandBrake,
     Belt,
@@ -73,17 +82,8 @@ def pull_of_strands(
 GIVEN = BandBrake | Belt | Clutch | FrictionForce
 
 
-#: Of the complex step.
-STEP = 1e-30
-#: Newton's iterations, and what is left over, as a part of the loads, where it converged.
-ITERATIONS, CONVERGED = 60, 1e-13
-#: What rounding leaves over in each equation, as a part of its greatest terms: near where forces
-#: grow without bound the steps of Newton's method are rounding that the matrix has made greater.
-ROUNDING = 4.0 * float(np.finfo(float).eps)
-#: A rate below this part of the swiftest motion is none.
-RESTS = 1e-11
-#: Two solutions that are nearer, as a part of the loads, are one.
-ALIKE = 1e-7
+#: Newton's iterations.
+ITERATIONS = 60
 
 Array = np.ndarray
 
@@ -150,7 +150,7 @@ class DenseFriction:
         self.rates = {joint.name: self._rate(joint) for joint in self.joints}
         swift = float(np.abs(self.v).max(initial=0.0))
         self.slip_signs = {
-            name: 0.0 if abs(rate) <= RESTS * swift else math.copysign(1.0, rate)
+            name: 0.0 if abs(rate) <= RATE_NONE_FRICTION * swift else math.copysign(1.0, rate)
             for name, rate in self.rates.items()
         }
         self.slip_signs |= {name: float(one) for name, one in (slip_signs or {}).items()}
@@ -289,7 +289,7 @@ class DenseFriction:
             return (0.0, 0.0, -slip_sign * torque), []
         if isinstance(joint, Belt):
             value = self.reference.value(joint.tension, self.t)
-            holds = self._given(joint, joint.tension) / max(value, 1e-300)
+            holds = self._given(joint, joint.tension) / max(value, TINY)
             ends = [self.reference.place(self.q, marker) for marker in (joint.i, joint.j)]
             return pull_of_strands(joint, ends, max(0.0, value), slip_sign * holds), []
         if isinstance(joint, Gear | RackPinion):
@@ -440,9 +440,12 @@ class DenseFriction:
                 return None
             size = np.abs(step).max(initial=0.0)
             terms = np.abs(slope) @ np.abs(z)
-            if size <= CONVERGED * max(scale, float(np.abs(z).max(initial=0.0))):
+            if size <= ORACLE_NEWTON_LEFT * max(scale, float(np.abs(z).max(initial=0.0))):
                 return self._found(z)
-            if size >= 0.5 * last and (np.abs(f) <= ROUNDING * (terms + scale)).all():
+            if (
+                size >= 0.5 * last
+                and (np.abs(f) <= ORACLE_EQUATION_ROUNDING * (terms + scale)).all()
+            ):
                 return self._found(z)
             last = size
         return None
@@ -450,13 +453,13 @@ class DenseFriction:
     def start(self) -> Array:
         """Multipliers without friction, and small forces at the places of contact."""
         r = self.reference
-        lam = np.linalg.lstsq(self.g[:, : 3 * r.n].T, self.right, rcond=1e-12)[0]
+        lam = np.linalg.lstsq(self.g[:, : 3 * r.n].T, self.right, rcond=LEAST_SQUARES_RANK_FINE)[0]
         return np.concatenate([lam, 1e-3 + np.zeros(sum(self.count.values()))])
 
     def slope(self, z: Array) -> tuple[Array, Array]:
         """The residual and its derivative, by complex steps."""
-        found = self.residual(z[:, None] + 1j * STEP * np.eye(len(z), len(z) + 1))
-        return found[:, -1].real, found[:, :-1].imag / STEP
+        found = self.residual(z[:, None] + 1j * COMPLEX_STEP * np.eye(len(z), len(z) + 1))
+        return found[:, -1].real, found[:, :-1].imag / COMPLEX_STEP
 
     def _found(self, z: Array) -> DenseForces:
         r = self.reference
@@ -474,13 +477,13 @@ class DenseFriction:
     def solutions(self, rng: np.random.Generator, starts: int = 20) -> list[DenseForces]:
         """All different solutions from random starts."""
         first = self.start()
-        scale = max(float(np.abs(first).max()), float(np.abs(self.right).max(initial=0.0)), 1e-300)
+        scale = max(float(np.abs(first).max()), float(np.abs(self.right).max(initial=0.0)), TINY)
         tries = np.vstack([first, scale * rng.standard_normal((starts, len(first))) * 3.0])
         found: list[DenseForces] = []
         for z in self._ends(tries):
             whole = max(scale, float(np.abs(z[: self.reference.m]).max(initial=0.0)))
             apart = (np.abs(z[: self.reference.m] - other.lam).max(initial=0.0) for other in found)
-            if all(far > ALIKE * whole for far in apart):
+            if all(far > ORACLE_SOLUTIONS_SAME * whole for far in apart):
                 found.append(self._found(z))
         return found
 
@@ -494,11 +497,13 @@ class DenseFriction:
         ended: dict[int, Array] = {}
         for _ in range(ITERATIONS):
             here = z[:, running].astype(complex)
-            stepped = here[:, :, None] + 1j * STEP * np.eye(count)[:, None, :]
+            stepped = here[:, :, None] + 1j * COMPLEX_STEP * np.eye(count)[:, None, :]
             both = np.concatenate([here, stepped.reshape(count, -1)], axis=1)
             values = self.residual(both)
             f = values[:, : len(running)].real.T
-            slopes = values[:, len(running) :].imag.reshape(count, len(running), count) / STEP
+            slopes = (
+                values[:, len(running) :].imag.reshape(count, len(running), count) / COMPLEX_STEP
+            )
             slopes = slopes.transpose(1, 0, 2)
             good = np.isfinite(slopes).all(axis=(1, 2))
             good[good] = np.linalg.slogdet(slopes[good])[0] != 0.0
@@ -508,7 +513,7 @@ class DenseFriction:
             steps = np.linalg.solve(slopes, f[:, :, None])[:, :, 0].T
             z[:, running] -= steps
             sizes = np.maximum(scale, np.abs(z[:, running]).max(axis=0))
-            done = np.abs(steps).max(axis=0) <= CONVERGED * sizes
+            done = np.abs(steps).max(axis=0) <= ORACLE_NEWTON_LEFT * sizes
             ended |= {int(n): z[:, n].copy() for n in running[done]}
             running = running[~done & np.isfinite(z[:, running]).all(axis=0)]
             if not len(running):

@@ -11,6 +11,14 @@ from typing import Any
 
 import numpy as np
 
+from mbody.core.tolerances import (
+    COMPLEX_STEP,
+    LEAST_SQUARES_RANK,
+    LEAST_SQUARES_RANK_FINE,
+    LEAST_SQUARES_RANK_ORACLE,
+    LOOP_CLOSURE_ORACLE,
+    LOOP_OPEN_ORACLE,
+)
 from mbody.engines.independent_reading import Jet, evaluated, law_by_formula
 from mbody.engines.oracle.friction import DenseFriction, rubs
 from mbody.laws import Law, MeasuredFormula
@@ -275,8 +283,6 @@ def _quantity(reference: Any, name: str, q: Any, v: Any, t: float) -> float:
 
 # -- The oracle's constraints: Φ as in textbooks, derivatives by complex steps and jets --------
 
-STEP = 1e-30  # of the complex step
-
 
 def law_at(law: Law, t: Any) -> Any:
     """A law at a time that is a float, complex (f + f′ i Im t) or a jet."""
@@ -465,8 +471,8 @@ class Constraints(Geometry):
     def phi_q_all(self, q: Any, t: float) -> np.ndarray:
         """Φ_q (m, 3n + 3) by complex step, the ground's columns last."""
         q_all = self.with_ground(np.asarray(q, dtype=float))
-        steps = q_all[:, None] + 1j * STEP * np.eye(len(q_all))
-        return self._phi(steps, t).reshape(self.m, len(q_all)).imag / STEP
+        steps = q_all[:, None] + 1j * COMPLEX_STEP * np.eye(len(q_all))
+        return self._phi(steps, t).reshape(self.m, len(q_all)).imag / COMPLEX_STEP
 
     def phi_q(self, q: Any, t: float) -> np.ndarray:
         """Φ_q (m, 3n) by complex step."""
@@ -474,7 +480,7 @@ class Constraints(Geometry):
 
     def nu(self, q: Any, t: float) -> np.ndarray:
         """ν = −Φ_t (m,) by complex step in time."""
-        return -self.phi(np.asarray(q, dtype=complex), complex(t, STEP)).imag / STEP
+        return -self.phi(np.asarray(q, dtype=complex), complex(t, COMPLEX_STEP)).imag / COMPLEX_STEP
 
     def gamma(self, q: Any, v: Any, t: float) -> np.ndarray:
         """γ (m,) = −d²Φ(q + s v, t + s)/ds² at s = 0, exact by jets."""
@@ -516,7 +522,11 @@ class ReferenceMotion(Constraints):
         return rows
 
     def close(
-        self, q0: Any, t: float, values: Mapping[str, float] | None = None, tol: float = 1e-15
+        self,
+        q0: Any,
+        t: float,
+        values: Mapping[str, float] | None = None,
+        tol: float = LOOP_CLOSURE_ORACLE,
     ) -> np.ndarray:
         """q (3n,) near q0 with Φ(q, t) = 0, by Newton's method until a step is below `tol`.
 
@@ -526,28 +536,28 @@ class ReferenceMotion(Constraints):
         last = math.inf
         for _ in range(60):
             phi = -self._changed(-self.phi(q, t), values, t, 0)
-            step = np.linalg.lstsq(self.phi_q(q, t), -phi, rcond=1e-13)[0]
+            step = np.linalg.lstsq(self.phi_q(q, t), -phi, rcond=LEAST_SQUARES_RANK_ORACLE)[0]
             q += step
             size = float(np.abs(step).max(initial=0.0)) / (1.0 + float(np.abs(q).max(initial=0.0)))
             if size < tol or (size < 1e-12 and size > 0.5 * last):
                 break
             last = size
         phi = self._changed(-self.phi(q, t), values, t, 0)
-        if not np.abs(phi).max(initial=0.0) < 1e-11 * (1.0 + np.abs(q).max(initial=0.0)):
+        if not np.abs(phi).max(initial=0.0) < LOOP_OPEN_ORACLE * (1.0 + np.abs(q).max(initial=0.0)):
             raise ArithmeticError(f"loops do not close: {np.abs(phi).max():.2e}")
         return q
 
     def velocities(self, q: Any, t: float, rates: Mapping[str, float] | None = None) -> np.ndarray:
         """v (3n,) from Φ_q v = ν; `rates` {driver: rate} overrides the laws' rates."""
         nu = self._changed(self.nu(q, t), rates, t, 1)
-        return np.linalg.lstsq(self.phi_q(q, t), nu, rcond=1e-13)[0]
+        return np.linalg.lstsq(self.phi_q(q, t), nu, rcond=LEAST_SQUARES_RANK_ORACLE)[0]
 
     def accelerations(
         self, q: Any, v: Any, t: float, accelerations: Mapping[str, float] | None = None
     ) -> np.ndarray:
         """a (3n,) from Φ_q a = γ; `accelerations` {driver: value} overrides the laws'."""
         gamma = self._changed(self.gamma(q, v, t), accelerations, t, 2)
-        return np.linalg.lstsq(self.phi_q(q, t), gamma, rcond=1e-13)[0]
+        return np.linalg.lstsq(self.phi_q(q, t), gamma, rcond=LEAST_SQUARES_RANK_ORACLE)[0]
 
     def motion(self, times: Any, q0: Any = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """(q, v, a), each (len(times), 3n), one instant after the other on one branch.
@@ -776,7 +786,7 @@ class Loads(ReferenceMotion):
             angle = self._angle(q, load.i.body) + load.i.angle
             return (xj - xi) * np.cos(angle) + (yj - yi) * np.sin(angle)
 
-        return float(along(q)), float(along(q + 1j * STEP * v).imag / STEP)
+        return float(along(q)), float(along(q + 1j * COMPLEX_STEP * v).imag / COMPLEX_STEP)
 
     @staticmethod
     def _charge(load: Any, near: float, far: float, x: float, rate: float) -> float:
@@ -834,10 +844,10 @@ class Reference(Loads):
         g = self.phi_q(q, t)[rows]
         right = self.applied(q, v, t) - self.mass_matrix() @ np.asarray(a)
         lam = np.zeros(self.m)
-        lam[rows] = np.linalg.lstsq(g.T, right, rcond=1e-12)[0]
+        lam[rows] = np.linalg.lstsq(g.T, right, rcond=LEAST_SQUARES_RANK_FINE)[0]
         free = np.zeros((self.m, len(rows)))  # columns: multipliers without effect (null space)
         _, s, vt = np.linalg.svd(g.T)
-        rank = int((s > 1e-10 * s.max(initial=0.0)).sum())
+        rank = int((s > LEAST_SQUARES_RANK * s.max(initial=0.0)).sum())
         free[rows] = np.hstack([vt[rank:].T, np.zeros((len(rows), rank))])
         unique = {
             name: np.abs(matrix @ free).max(axis=1) < 1e-8 * (1.0 + np.abs(matrix).max())
@@ -912,7 +922,7 @@ class Reference(Loads):
         g = every[rows]
         matrix = np.block([[self.mass_matrix(), g.T], [g, np.zeros((len(rows), len(rows)))]])
         right = np.concatenate([f, self.gamma(q, v, t)[rows]])
-        solution = np.linalg.lstsq(matrix, right, rcond=1e-13)[0]
+        solution = np.linalg.lstsq(matrix, right, rcond=LEAST_SQUARES_RANK_ORACLE)[0]
         lam = np.zeros(self.m)
         lam[rows] = solution[size:]
         return solution[:size], lam

@@ -7,6 +7,17 @@ from typing import Any
 
 import numpy as np
 
+from mbody.core.tolerances import (
+    COMPARISON_CONDITION_SINGULAR,
+    COMPARISON_OPERATIONS,
+    CONTACT_GAP_CLOSED_RESULT,
+    LEAST_SQUARES_RANK,
+    LEAST_SQUARES_RANK_FINE,
+    MACHINE_EPSILON,
+    ORACLE_JUMP,
+    ORACLE_JUMP_AROUND,
+    RATE_NONE_FRICTION,
+)
 from mbody.engines.crosscheck_result import Comparison, CrosscheckResult, Inexpressible
 from mbody.engines.load_forces import follows_formula
 from mbody.engines.oracle.contact_motion import OracleTouching, contact_crosscheck
@@ -24,12 +35,8 @@ from mbody.system.system import System
 
 Array = np.ndarray
 
-#: Expected difference, in ε times the condition of the equations.
-OPERATIONS = 20_000.0
 #: Instants that are compared, evenly over the run.
 INSTANTS = 25
-#: A gap that is closed, in model lengths, and a rate that is none, as a part of the swiftest.
-CLOSED, RESTS = 1e-8, 1e-11
 
 
 def closed_contact_crosscheck(system: System, run: Solution) -> CrosscheckResult:
@@ -78,13 +85,13 @@ class _ClosedCheck:
             for one in (*machine.inputs, *machine.states)
         }
         gaps = touching.gaps(q)
-        near = np.abs(gaps) <= CLOSED * self.system.length
+        near = np.abs(gaps) <= CONTACT_GAP_CLOSED_RESULT * self.system.length
         names = [spot.name for spot in touching.spots]
         count, W, rates = len(names), touching.rows(q), np.real(touching.rates(q, v))
         rolls = {one.name: one.rolls for one in self.closed}
         swift, columns, owners = float(np.abs(v).max(initial=0.0)), [], []
         for n in np.flatnonzero(near).tolist():
-            slides = abs(rates[count + n]) > RESTS * swift and not rolls[names[n]]
+            slides = abs(rates[count + n]) > RATE_NONE_FRICTION * swift and not rolls[names[n]]
             mu = touching.spots[n].friction * math.copysign(1.0, rates[count + n]) * slides
             columns.append(W[n] - mu * W[count + n])
             owners.append(names[n])
@@ -95,8 +102,8 @@ class _ClosedCheck:
         A = np.vstack([-g, *columns]).T * self.scale[:, None]
         f = oracle.applied(q, v, t)
         right = (oracle.mass_matrix() @ a - f) * self.scale
-        found, _, _, sizes = np.linalg.lstsq(A, right, rcond=1e-12)
-        kept = sizes[sizes > 1e-12 * sizes[0]]
+        found, _, _, sizes = np.linalg.lstsq(A, right, rcond=LEAST_SQUARES_RANK_FINE)
+        kept = sizes[sizes > LEAST_SQUARES_RANK_FINE * sizes[0]]
         self.conditions.append(float(sizes[0] / kept[-1]))
         lam, normal = found[: len(g)], found[len(g) :]
         self.efforts.append({d.name: -float(lam[oracle.rows[d.name]][0]) for d in machine.drivers})
@@ -136,21 +143,15 @@ class _ClosedCheck:
                     comparison.add(kind, f"{joint.name}.{key}", ours, theirs)
         comparison.size("force", self.loads)
         comparison.size("torque", self.system.length * comparison.top("force"))
-        limit = OPERATIONS * float(np.finfo(float).eps) * np.array(self.conditions)
+        limit = COMPARISON_OPERATIONS * float(np.finfo(float).eps) * np.array(self.conditions)
         why = f"rounding times the condition of its equations, {max(self.conditions):.3g}"
         kinds = comparison.kinds
         rows = comparison.rows(dict.fromkeys(kinds, limit), dict.fromkeys(kinds, why))
         return CrosscheckResult("oracle", tuple(rows), (), ())
 
 
-EPSILON = float(np.finfo(float).eps)
-#: Worse conditions are singular positions.
-SINGULAR = 1e8
 #: Most instants, evenly over the run, and most numbers (coordinates times instants): it is slow.
 MOST_INSTANTS, MOST_NUMBERS = 25, 600
-#: Distance before and after an instant for finding a jump, in the time scale of the motion; and the
-#: relative change of accelerations that counts as one (smooth ones change by the first number).
-AROUND, JUMP = 1e-7, 1e-4
 
 
 def crosscheck_result(system: System, run: Solution) -> CrosscheckResult:
@@ -206,7 +207,7 @@ class _OracleCheck:
         found, instants = [one for one in found if one["closes"]], instants[closed == 0.0]
         rank = max((one["rank"] for one in found), default=0)
         good = [n for n, one in enumerate(found) if one["rank"] == rank]
-        good = [n for n in good if found[n]["condition"] < SINGULAR]
+        good = [n for n in good if found[n]["condition"] < COMPARISON_CONDITION_SINGULAR]
         if wanted < count:
             self.notes.append(f"compared at {wanted} of {count} instants, evenly over the run")
         if len(good) < len(found):
@@ -214,10 +215,12 @@ class _OracleCheck:
             self.notes.append(note)
         self._compare([found[n] for n in good], instants[good])
         worst = np.array([found[n]["condition"] for n in good])
-        limit = OPERATIONS * EPSILON * worst
+        limit = COMPARISON_OPERATIONS * MACHINE_EPSILON * worst
         why = f"rounding times the condition of Φ_q, {worst.max(initial=1.0):.3g}"
         kinds = self.comparison.kinds
-        limits: dict[str, Any] = dict.fromkeys(kinds, limit) | {"closing": OPERATIONS * EPSILON}
+        limits: dict[str, Any] = dict.fromkeys(kinds, limit) | {
+            "closing": COMPARISON_OPERATIONS * MACHINE_EPSILON
+        }
         rows = self.comparison.rows(limits, dict.fromkeys(kinds, why))
         return CrosscheckResult("oracle", tuple(rows), (), tuple(self.notes))
 
@@ -249,7 +252,7 @@ class _OracleCheck:
             return {"closes": False, "rank": 0, "condition": math.inf, "jumps": False}
         rows = oracle.phi_q(q, t) * self.unit
         s = np.linalg.svd(rows, compute_uv=False) if rows.size else np.ones(1)
-        kept = s[s > 1e-10 * s.max(initial=0.0)]
+        kept = s[s > LEAST_SQUARES_RANK * s.max(initial=0.0)]
         found: dict[str, Any] = {"q": q, "closes": True, "rank": len(kept)}
         found["condition"] = float(kept[0] / kept[-1]) if len(kept) else 1.0
         still = np.zeros_like(q)
@@ -278,11 +281,11 @@ class _OracleCheck:
         fastest = float(np.abs(v / self.unit).max(initial=0.0))
         if not fastest:
             return False
-        step = AROUND / fastest
+        step = ORACLE_JUMP_AROUND / fastest
         oracle = self.reference
         before, after = (oracle.gamma(q + s * v, v, t + s) for s in (-step, step))
         top = max(float(np.abs(one).max(initial=0.0)) for one in (before, after))
-        return bool(np.abs(after - before).max(initial=0.0) > JUMP * top)
+        return bool(np.abs(after - before).max(initial=0.0) > ORACLE_JUMP * top)
 
     def _saddle_condition(self, rows: Array) -> float:
         """The condition of the saddle-point matrix of masses and constraints."""
@@ -290,7 +293,7 @@ class _OracleCheck:
         M = M / (M.max(initial=0.0) or 1.0)
         K = np.block([[M, rows.T], [rows, np.zeros((len(rows), len(rows)))]])
         s = np.linalg.svd(K, compute_uv=False)
-        return float(s[0] / s[s > 1e-12 * s[0]][-1])
+        return float(s[0] / s[s > LEAST_SQUARES_RANK_FINE * s[0]][-1])
 
     def _compare(self, found: list[dict[str, Any]], instants: Array) -> None:
         comparison, run = self.comparison, self.run

@@ -12,10 +12,17 @@ from typing import Any
 
 import numpy as np
 
+from mbody.core.tolerances import (
+    COMPARISON_CONDITION_SINGULAR,
+    COMPARISON_LOCAL_PINOCCHIO,
+    COMPARISON_MARGIN_PINOCCHIO,
+    COMPARISON_OPERATIONS,
+    COMPARISON_STEPS_PINOCCHIO,
+    MACHINE_EPSILON,
+)
 from mbody.engines.crosscheck_result import Comparison, CrosscheckResult, Inexpressible
 from mbody.engines.independent_reading import laws_of
 from mbody.engines.pinocchio.dynamics import (
-    EPSILON,
     Forces,
     Forward,
     Instant,
@@ -33,16 +40,8 @@ __all__ = ["crosscheck_result"]
 
 Array = np.ndarray
 
-#: Expected difference, in ε times the condition. Our loops are closed by Newton's method until its
-#: step is rounding; the residual was at most 2300 times ε in measurements.
-OPERATIONS = 20_000.0
 #: Most bodies times instants.
 NUMBERS = 4000
-#: Of a motion over time: least error of many steps, least error at once, and the factor from the
-#: product of error and growth to the expected difference.
-STEPS, LOCAL, MARGIN = 1e-11, 1e-9, 30.0
-#: Positions with a greater condition of the loops are singular: forces have no correct digits.
-SINGULAR = 1e8
 
 
 def crosscheck_result(system: System, run: Solution) -> CrosscheckResult:
@@ -94,7 +93,7 @@ class _PinocchioCheck:
         good = [
             k
             for k, (_, forces) in enumerate(found)
-            if forces.rank == rank and forces.condition < SINGULAR
+            if forces.rank == rank and forces.condition < COMPARISON_CONDITION_SINGULAR
         ]
         if len(good) < len(found):
             self.notes.append(
@@ -162,7 +161,11 @@ class _PinocchioCheck:
                 comparison.size(kind, tops[n])
                 comparison.add(kind, f"{name}.{kind}", np.zeros(len(good)), history[:, n])
         # the condition of the loops amplifies positions, rates and accelerations equally
-        worse = OPERATIONS * EPSILON * np.array([found[k][1].condition for k in good])
+        worse = (
+            COMPARISON_OPERATIONS
+            * MACHINE_EPSILON
+            * np.array([found[k][1].condition for k in good])
+        )
         whole = f"rounding times the condition of the loops, {_top(found, good):.3g}"
         for kind in comparison.kinds:
             self.expected[kind], self.reasons[kind] = worse, whole
@@ -216,7 +219,11 @@ class _PinocchioCheck:
             self.notes.append(
                 f"not determined by the redundant constraints, not compared: {listed(open_ones)}"
             )
-        worse = OPERATIONS * EPSILON * np.array([found[k][1].condition for k in good])
+        worse = (
+            COMPARISON_OPERATIONS
+            * MACHINE_EPSILON
+            * np.array([found[k][1].condition for k in good])
+        )
         for kind in ("force", "torque"):
             self.expected[kind] = worse
             self.reasons[kind] = (
@@ -256,10 +263,15 @@ class _PinocchioCheck:
                 f"the motion was integrated to t = {run.t[count - 1]:.6g}, {count} of {len(run)} "
                 f"instants: {integrated.why}"
             )
-        both = max(error, integrated.gap, STEPS)
+        both = max(error, integrated.gap, COMPARISON_STEPS_PINOCCHIO)
         for kind, unit in (("path", self.system.length), ("path angle", 1.0)):
             self.expected[kind] = (
-                (LOCAL + MARGIN * integrated.growth * both) * unit / comparison.top(kind)
+                (
+                    COMPARISON_LOCAL_PINOCCHIO
+                    + COMPARISON_MARGIN_PINOCCHIO * integrated.growth * both
+                )
+                * unit
+                / comparison.top(kind)
             )
             self.reasons[kind] = (
                 f"errors of both (energy {error:.1e}, loops {integrated.gap:.1e}), which the "
@@ -297,11 +309,13 @@ class _PinocchioCheck:
         length = self.system.length
         self.comparison.size("forward", self.comparison.top("acceleration"))
         self.comparison.size("forward turning", self.comparison.top("turning acceleration"))
-        limits = OPERATIONS * np.array(rounding)
+        limits = COMPARISON_OPERATIONS * np.array(rounding)
         if run.analysis == "simulate":
             self._path(forward, found)
         for kind, unit in (("forward", length), ("forward turning", 1.0)):
-            self.expected[kind] = OPERATIONS * EPSILON + limits * unit / self.comparison.top(kind)
+            self.expected[kind] = (
+                COMPARISON_OPERATIONS * MACHINE_EPSILON + limits * unit / self.comparison.top(kind)
+            )
             self.reasons[kind] = "rounding of loads, times the condition of masses and loops"
 
 

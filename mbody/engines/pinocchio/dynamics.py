@@ -10,6 +10,16 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.driven.free_body import coupled
+from mbody.core.tolerances import (
+    COMPARISON_AMPLIFICATION,
+    COMPARISON_CONDITION_WORSE,
+    COMPARISON_EIGENVALUE_NONE,
+    COMPARISON_FORCES_INCREASE,
+    LEAST_SQUARES_RANK,
+    MACHINE_EPSILON,
+    RTOL_COMPARISON,
+    RTOL_COMPARISON_ROUGH,
+)
 from mbody.engines.independent_reading import reading
 from mbody.engines.load_forces import NATIVE, BodyState, gravity_of, wrenches
 from mbody.engines.spanning_tree import (
@@ -235,10 +245,6 @@ class Instant:
         return np.array([fx, fy, torque + ax * fy - ay * fx])
 
 
-#: Singular values of C below this part of the greatest count as zero: redundant constraints.
-NONE = 1e-10
-
-
 def taken_from_run(system: System) -> tuple[list[str], CentrifugalField | None]:
     """Names of loads whose forces are taken from our result, and the load that rotates the
     plane.
@@ -446,7 +452,7 @@ def _minimum_norm(C: Array, wanted: Array) -> tuple[Array, Array]:
     if not C.size:
         return np.zeros(C.shape[1]), np.zeros(0)
     u, s, vt = np.linalg.svd(C, full_matrices=False)
-    rank = int((s > NONE * s.max(initial=0.0)).sum())
+    rank = int((s > LEAST_SQUARES_RANK * s.max(initial=0.0)).sum())
     x = vt[:rank].T @ ((u[:, :rank].T @ wanted) / s[:rank])
     # one refinement, for the rounding error of the decomposition
     x += vt[:rank].T @ ((u[:, :rank].T @ (wanted - C @ x)) / s[:rank])
@@ -471,10 +477,6 @@ def _add_force(whole: dict[str, Array], now: Instant, row: ConstraintRow, size: 
 #: Of the proximal solver: absolute and relative accuracy, regularisation, iterations. Empty rows of
 #: planar loops need the regularisation; without it Pinocchio returns NaN.
 PROXIMAL = (1e-14, 1e-14, 1e-10, 100)
-#: Eigenvalues of the scaled M and singular values of the scaled saddle-point matrix below this part
-#: count as zero.
-FORWARD_NONE = 1e-11
-EPSILON = float(np.finfo(float).eps)
 
 
 class Undetermined(Exception):
@@ -586,13 +588,13 @@ class Forward:
         J = np.array([row.jacobian * size for row, _ in rows]).reshape(len(rows), len(size))
         J /= unit[:, None]
         u, s, vt = np.linalg.svd(np.block([[M / top, J.T], [J, np.zeros((len(J), len(J)))]]))
-        kept = s > FORWARD_NONE * s.max(initial=0.0)
+        kept = s > COMPARISON_EIGENVALUE_NONE * s.max(initial=0.0)
         if np.abs(vt[~kept][:, : len(size)]).max(initial=0.0) > 1e-6:
             raise Undetermined("free accelerations of bodies without inertia")
         wanted = np.array([change - row.change for row, change in rows]) / unit
         right = np.concatenate([(efforts - bias) * size / top, wanted])
         condition = float(s[kept].max(initial=1.0) / s[kept].min(initial=1e300))
-        rounding = EPSILON * condition * float(np.abs(right).max(initial=0.0))
+        rounding = MACHINE_EPSILON * condition * float(np.abs(right).max(initial=0.0))
         if self.pinned and not driven and self.massive(M / top):
             return self.proximal_solved(now, efforts), rounding
         x = np.zeros(len(right))
@@ -604,7 +606,7 @@ class Forward:
     @staticmethod
     def massive(M: Array) -> bool:
         """Whether every motion of the tree has inertia."""
-        return bool(np.linalg.eigvalsh(M).min(initial=1.0) > FORWARD_NONE)
+        return bool(np.linalg.eigvalsh(M).min(initial=1.0) > COMPARISON_EIGENVALUE_NONE)
 
     def proximal_solved(self, now: Any, efforts: Array) -> Array:
         """Accelerations by Pinocchio's own solver; `now` has its q and v."""
@@ -628,16 +630,8 @@ class Forward:
 # forces (by a second motion), times the errors of both sides. Ours is the energy balance; theirs is
 # the gap of their loops, which are not stabilised.
 
-#: Relative and absolute tolerances of the motion, and of the second one.
-RTOL, ROUGH = 1e-12, 1e-9
-#: Relative increase of the forces in the second motion.
-MORE = 1e-6
 #: Most bodies times evaluations of a motion: some seconds.
 MOST = 50_000
-#: Ratio of the condition of the loops to the least one that counts as a singular position.
-WORSE = 8.0
-#: Greatest amplification of errors at which motions are compared.
-SENSITIVE = 1e4
 
 
 @dataclass(frozen=True)
@@ -666,7 +660,7 @@ def integrate(forward: Forward, conditions: Array) -> IntegratedMotion:
     """The motion from the run's first instant on; `conditions` are those of its loops."""
     run = forward.inverse.run
     count, why = len(run), ""
-    worse = np.flatnonzero(conditions > WORSE * conditions.min(initial=np.inf))
+    worse = np.flatnonzero(conditions > COMPARISON_CONDITION_WORSE * conditions.min(initial=np.inf))
     if worse.size:
         count, why = int(worse[0]), "the loops are near a singular position there"
     hits = [one.t for one in run.events if one.after is not None]
@@ -674,16 +668,21 @@ def integrate(forward: Forward, conditions: Array) -> IntegratedMotion:
         count = int(np.searchsorted(run.t, hits[0]))
         why = f"'{run.events[0].name}' is hit there"
     steps = _Steps(forward)
-    found = steps.along(run.t[:count], RTOL, 0.0)
-    beside = _Steps(forward).along(run.t[: len(found)], ROUGH, MORE)
+    found = steps.along(run.t[:count], RTOL_COMPARISON, 0.0)
+    beside = _Steps(forward).along(
+        run.t[: len(found)], RTOL_COMPARISON_ROUGH, COMPARISON_FORCES_INCREASE
+    )
     if len(found) < count:
         why = "it takes too long"
     found = found[: len(beside)]
     unit = forward.scale[forward.twin.columns]
-    apart = np.abs((beside[: len(found)] - found) / unit).max(axis=1, initial=0.0) / MORE
+    apart = (
+        np.abs((beside[: len(found)] - found) / unit).max(axis=1, initial=0.0)
+        / COMPARISON_FORCES_INCREASE
+    )
     gap = max((steps.gap(q) for q in found[-1:]), default=0.0)
     growth = np.maximum.accumulate(apart)
-    last = int(np.searchsorted(growth, SENSITIVE))
+    last = int(np.searchsorted(growth, COMPARISON_AMPLIFICATION))
     if last < len(found):
         why = "from there on the smallest error changes the motion"
     return IntegratedMotion(found[:last], growth[:last], gap, why)

@@ -10,11 +10,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mbody.core.tolerances import (
+    COMPARISON_COARSE,
+    COMPARISON_FLOOR_PYMUNK,
+    COMPARISON_MARGIN_PYMUNK,
+    COMPARISON_OURS_PYMUNK,
+    COMPARISON_VALUE_NONE,
+    PYMUNK_WHEEL_PRESSED,
+)
 from mbody.engines.crosscheck_result import CrosscheckResult, Inexpressible, Row
 from mbody.engines.independent_reading import reading
 from mbody.engines.pymunk.instants import InstantForces, at_instants, kinematic
 from mbody.engines.pymunk.motion import Trajectory, contact_crosscheck, trajectory
-from mbody.engines.pymunk.space import PRESSED, inexpressible
+from mbody.engines.pymunk.space import inexpressible
 from mbody.errors import ModelError, SolveError
 from mbody.model.element import listed
 from mbody.model.joints import Fixed, Prismatic, Rolling
@@ -27,15 +35,6 @@ Array = np.ndarray
 
 #: Instants of a driven motion whose forces are compared, at most.
 INSTANTS = 19
-#: Factor from the change by the last extrapolation to the expected difference.
-MARGIN = 3.0
-#: Differences below this part are rounding; for a free motion also our own tolerance, by default
-#: 1e-8 per step.
-FLOOR, OURS = 1e-8, 1e-7
-#: If the extrapolation is less accurate than this part, nothing is compared.
-BLIND = 0.01
-#: Values below this part of related values are rounding.
-NONE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -206,7 +205,7 @@ def _tops(quantities: list[_Quantity], length: float) -> dict[str, float]:
         ("turning", "acceleration", 1.0 / length),
         ("acceleration", "turning", length),
     ):
-        if tops[one] <= NONE * tops[other] * by:
+        if tops[one] <= COMPARISON_VALUE_NONE * tops[other] * by:
             tops[one] = tops[other] * by
     return {kind: top or 1.0 for kind, top in tops.items()}
 
@@ -225,10 +224,12 @@ def _rows(
     for one in quantities:
         top = tops[one.kind]
         left = np.max([other.spread for other in quantities if other.kind == one.kind], axis=0)
-        floor = max(FLOOR, floors.get("loose", 0.0), floors.get(one.kind, 0.0) / top)
-        expected = MARGIN * left / top + floor
+        floor = max(
+            COMPARISON_FLOOR_PYMUNK, floors.get("loose", 0.0), floors.get(one.kind, 0.0) / top
+        )
+        expected = COMPARISON_MARGIN_PYMUNK * left / top + floor
         difference = np.abs(one.theirs - one.ours) / top
-        unseen = ~(expected <= BLIND)
+        unseen = ~(expected <= COMPARISON_COARSE)
         blind |= unseen
         if unseen.all():
             why = "pymunk's steps do not converge: the error estimate is more than 1 % everywhere"
@@ -245,7 +246,9 @@ def _rows(
 def _pressed(run: Solution, left_out: set[str]) -> float:
     """Error by wheels that are slightly enlarged so that they touch: relative."""
     touching = [j for j in run.mechanism.joints if isinstance(j, Rolling)]
-    return 2.0 * PRESSED if any(joint.name not in left_out for joint in touching) else 0.0
+    return (
+        2.0 * PYMUNK_WHEEL_PRESSED if any(joint.name not in left_out for joint in touching) else 0.0
+    )
 
 
 def _of_instants(run: Solution, found: InstantForces, left_out: set[str]) -> _Compared:
@@ -277,7 +280,9 @@ def _of_motion(run: Solution, moved: Trajectory, free: bool) -> _Compared:
             theirs = moved.values[:, -1]
             quantities.append(_Quantity("kinetic energy", "energy", ours, theirs, left))
     reason = "error of the extrapolation of a first-order motion to step size 0"
-    floors = {"loose": moved.loose + (OURS if free else 0.0) + _pressed(run, set())}
+    floors = {
+        "loose": moved.loose + (COMPARISON_OURS_PYMUNK if free else 0.0) + _pressed(run, set())
+    }
     return _rows(quantities, run.system.length, floors, reason)
 
 
@@ -289,7 +294,7 @@ def _notes_of(run: Solution, where: InstantForces | Trajectory, blind: int) -> l
     if blind:
         notes.append(
             f"at {blind} of {len(where.instants)} instants the extrapolation error is more than "
-            f"{BLIND:.0%}, as near singular positions: these values are not compared"
+            f"{COMPARISON_COARSE:.0%}, as near singular positions: these values are not compared"
         )
     open_ones = [
         joint.name

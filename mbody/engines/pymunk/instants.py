@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.driven.free_body import coupled
+from mbody.core.tolerances import PYMUNK_ARTIFICIAL_MASS, PYMUNK_SETTLED, PYMUNK_STEP_LONGEST, TINY
 from mbody.engines.independent_reading import reading
 from mbody.engines.pymunk.space import Space, SpaceStepper, inexpressible
 from mbody.model.joints import Joint
@@ -54,8 +55,6 @@ def order(values: Sequence[Array]) -> float:
     return math.log2(coarse / fine) if coarse > 0.0 and fine > 0.0 else math.nan
 
 
-#: Longest step, as a part of the characteristic time of the motion; the next are halved.
-STEP = 2e-3
 #: Number of step sizes: the remaining error is of order 4.
 HALVES = 4
 #: Step sizes of further sets relative to the first; for few instants there are more sets.
@@ -64,15 +63,11 @@ SETS, MORE_SETS, FEW_INSTANTS = (1.0, 0.8), (1.0, 0.9, 0.8, 0.7), 5
 WEIGHTS = 6.5
 #: Steps from an instant on. The first ones have errors of the start, which does not fit pymunk.
 STEPS = 5
-#: A stand-in for a mass in a free motion, as a part of the others.
-LUMP = 0.005
 #: Iterations of the solver, at first and at most.
 FEW, MANY = 64, 65536
 #: Greatest work, in iterations of one constraint (about 25 ns), beyond which fewer instants are
 #: compared, but no fewer than two.
 WORK = 1.2e8
-#: Change by more iterations that is accepted, relative to the greatest.
-SETTLED = 1e-10
 
 
 @dataclass(frozen=True)
@@ -174,7 +169,7 @@ def at_instants(system: System, run: Solution, instants: list[int]) -> InstantFo
     """
     sizes = sizes_of(system, run)
     trial = _InstantTrial(system, run, sizes)
-    h = STEP / sizes.rate
+    h = PYMUNK_STEP_LONGEST / sizes.rate
     smallest = h / 2.0 ** (HALVES - 1)
     iterations = trial.settled(instants, smallest)
     most = max(2, int(WORK / max(trial.work(iterations), 1.0)))
@@ -215,12 +210,12 @@ def at_instants(system: System, run: Solution, instants: list[int]) -> InstantFo
     )
 
 
-def settled(result_of: Any, enough: float = SETTLED, most: int = MANY) -> tuple[int, float]:
+def settled(result_of: Any, enough: float = PYMUNK_SETTLED, most: int = MANY) -> tuple[int, float]:
     """Number of iterations that is enough, and the relative change by twice as many."""
     count, last = FEW, result_of(FEW)
     while True:
         found = result_of(2 * count)
-        top = max(float(np.abs(found).max(initial=0.0)), 1e-300)
+        top = max(float(np.abs(found).max(initial=0.0)), TINY)
         change = float(np.abs(found - last).max(initial=0.0)) / top
         if change <= enough or 2 * count >= most:
             return count if change <= enough else 2 * count, change
@@ -245,7 +240,11 @@ class _InstantTrial:
         self.linear = run.analysis != "simulate"
         self.lumps: tuple[float, ...] = (1.0,)
         if self.space(FEW, 1.0).lumped:
-            self.lumps = (2.0, 1.0) if self.linear else tuple(LUMP / 2.0**n for n in range(3))
+            self.lumps = (
+                (2.0, 1.0)
+                if self.linear
+                else tuple(PYMUNK_ARTIFICIAL_MASS / 2.0**n for n in range(3))
+            )
 
     def space(self, iterations: int, lump: float) -> Space:
         key = (iterations, lump)

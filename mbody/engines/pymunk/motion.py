@@ -11,12 +11,23 @@ from typing import Any
 
 import numpy as np
 
+from mbody.core.tolerances import (
+    COMPARISON_BLIND,
+    COMPARISON_ROUNDING,
+    FRICTION_STICKS,
+    PYMUNK_ARTIFICIAL_MASS,
+    PYMUNK_SETTLED_FORCES,
+    PYMUNK_SETTLED_POSITIONS,
+    PYMUNK_SLIDING_REST,
+    PYMUNK_SLIDING_SLOW,
+    PYMUNK_STEP_LONGEST,
+    TINY,
+)
 from mbody.engines.crosscheck_result import CrosscheckResult, Inexpressible
 from mbody.engines.independent_reading import reading
 from mbody.engines.load_forces import Outline, not_as_rigid_contacts, outlines
 from mbody.engines.motions_in_steps import Stepped, StepwiseCheck, by_newtons_law, first_of_several
 from mbody.engines.pymunk.instants import (
-    LUMP,
     MANY,
     Sizes,
     extrapolated,
@@ -37,12 +48,6 @@ from mbody.system.system import System
 REACH, THICK, BAR = 100.0, 10.0, 0.05
 #: Collision type and category of the shapes of contacts, which touch nothing else.
 TYPE, OWN = 1, 1 << 31
-#: Friction below this part of its limit sticks.
-STICKS = 1.0 - 1e-6
-#: Sliding slower than this part of the velocities of the motion is rest: the static coefficient.
-STILL = 1e-6
-#: At the limit of friction, but slower than this part of it, nothing is certain.
-SLOW = 1e-3
 #: Part of an overlap that is left after a time of 1 [of the mechanism].
 LEFT = 1e-4
 
@@ -158,7 +163,7 @@ class TouchingShapes:
             arbiter.process_collision = False
             return
         _, mu, static, arbiter.restitution = found
-        still = static > mu and self._slides(arbiter) <= STILL * self.fast
+        still = static > mu and self._slides(arbiter) <= PYMUNK_SLIDING_REST * self.fast
         arbiter.friction = static if still else mu
 
     def _slides(self, arbiter: Any) -> float:
@@ -176,9 +181,9 @@ class TouchingShapes:
         impulse, normal = arbiter.total_impulse, arbiter.normal
         press, along = abs(impulse.dot(normal)), abs(impulse.cross(normal))
         if press > 0.0:
-            sticks = along < STICKS * mu * press
+            sticks = along < FRICTION_STICKS * mu * press
             # at the limit, but hardly sliding: where friction is not unique, or overlaps go back
-            slow = self._slides(arbiter) <= SLOW * self.fast
+            slow = self._slides(arbiter) <= PYMUNK_SLIDING_SLOW * self.fast
             self.modes[name] = "stick" if sticks else "" if slow else "slip"
 
 
@@ -234,7 +239,7 @@ def _motion(
     rates = np.abs(kinematic(run, "rate")) * (1.0, 1.0, system.length)
     last = float(run.t[-1])
     # what stays where it is has the speed of a model length over the motion
-    least = system.length / max(last - float(run.t[0]), 1e-300)
+    least = system.length / max(last - float(run.t[0]), TINY)
     touching = TouchingShapes(space, max(float(rates.max()), least))
     stepper = SpaceStepper(space, functools.partial(of_system, run.system, last=last), last=last)
     stepper.put(kinematic(run, "place")[0], kinematic(run, "rate")[0])
@@ -255,10 +260,8 @@ Array = np.ndarray
 
 #: Longest time of a motion that is compared [time].
 HORIZON = 1.0
-#: Longest step, as a part of the characteristic time of the motion, and the fewest steps.
-STEP, FEWEST = 2e-3, 400
-#: Steps above this part are too long for the extrapolation: then a shorter time is integrated.
-COARSE = 0.02
+#: The fewest steps.
+FEWEST = 400
 #: Instants that are compared, at most.
 SAMPLES = 10
 #: Greatest work of all runs, in iterations of one constraint (about 16 ns); and the work of a step
@@ -267,13 +270,10 @@ WORK = 3e7
 STEPPING, DRIVING, APPLYING = 200, 300, 3000
 #: Range of observed orders in which the extrapolation is valid.
 REGULAR = (0.8, 2.5)
-#: Steps after which the number of iterations is checked, and the accepted change of the forces.
-BURST, SETTLED = 40, 1e-8
-#: Accepted change of positions by more iterations, and the sum of the weights of the
-#: extrapolation.
-MOTION_STILL, WEIGHTS = 1e-8, 5.0
-#: Differences of positions below this part of the model length are rounding, and have no order.
-ROUNDED = 1e-10
+#: Steps after which the number of iterations is checked.
+BURST = 40
+#: Sum of the weights of the extrapolation.
+WEIGHTS = 5.0
 
 
 @dataclass(frozen=True)
@@ -329,7 +329,7 @@ def trajectory(system: System, run: Solution) -> Trajectory | None:
     sizes = sizes_of(system, run.take([0, *range(1, instants[-1] + 1)]))
     trial = _MotionTrial(system, run, sizes)
     shortened = False
-    while len(instants) > 1 and trial.step(instants) * sizes.rate > COARSE:
+    while len(instants) > 1 and trial.step(instants) * sizes.rate > COMPARISON_BLIND:
         end = 0.5 * (float(run.t[instants[-1]]) + float(run.t[0]))
         instants, shortened = _instants(run, end) or instants[:1], True
     while True:
@@ -338,7 +338,7 @@ def trajectory(system: System, run: Solution) -> Trajectory | None:
         places = [values[-1, :n] for values in seen]
         apart = float(np.abs(places[2] - places[1]).max()) / min(system.length, 1.0)
         seen_order = order(places)
-        regular = apart < ROUNDED or REGULAR[0] <= seen_order <= REGULAR[1]
+        regular = apart < COMPARISON_ROUNDING or REGULAR[0] <= seen_order <= REGULAR[1]
         if regular or len(instants) == 1:
             break
         end = 0.5 * (float(run.t[instants[-1]]) + float(run.t[0]))
@@ -356,7 +356,7 @@ def trajectory(system: System, run: Solution) -> Trajectory | None:
         instants,
         value,
         spread,
-        order=float("nan") if apart < ROUNDED else seen_order,
+        order=float("nan") if apart < COMPARISON_ROUNDING else seen_order,
         horizon=float(run.t[instants[-1]] - run.t[0]),
         step=trial.longest,
         shortened=shortened,
@@ -389,11 +389,17 @@ class _MotionTrial:
         self.pose, self.vel = kinematic(run, "place")[0], kinematic(run, "rate")[0]
         free = Space(system, sizes.lump, 1)
         moving = run.analysis == "simulate" and bool(free.lumped)
-        self.lumps = tuple(LUMP * sizes.lump / 2**n for n in range(3)) if moving else (sizes.lump,)
-        h = STEP / sizes.rate
+        self.lumps = (
+            tuple(PYMUNK_ARTIFICIAL_MASS * sizes.lump / 2**n for n in range(3))
+            if moving
+            else (sizes.lump,)
+        )
+        h = PYMUNK_STEP_LONGEST / sizes.rate
         # the smallest stand-in needs the most iterations
         most = min(MANY, int(WORK / (BURST * max(len(free.parts), 1))))
-        self.iterations, self.loose = settled(lambda count: self._burst(count, h), SETTLED, most)
+        self.iterations, self.loose = settled(
+            lambda count: self._burst(count, h), PYMUNK_SETTLED_FORCES, most
+        )
         self.spaces = [Space(system, lump, self.iterations) for lump in self.lumps]
         self.longest = h
 
@@ -418,7 +424,7 @@ class _MotionTrial:
     def step(self, instants: list[int]) -> float:
         """The longest step for a motion up to the last instant [time], by the greatest work."""
         span = float(self.run.t[instants[-1]] - self.run.t[0])
-        wanted = max(FEWEST, span * self.sizes.rate / STEP)
+        wanted = max(FEWEST, span * self.sizes.rate / PYMUNK_STEP_LONGEST)
         most = WORK / (7.0 * self._work() * len(self.spaces))
         return span / max(min(wanted, most), 4.0 * len(instants))
 
@@ -447,7 +453,7 @@ class _MotionTrial:
             space.space.iterations = 4 * self.iterations
             more = self._once(space, times, 1)
             change = np.abs(more - found)
-            if change[:, :n].max() <= MOTION_STILL * min(self.sizes.reach, 1.0):
+            if change[:, :n].max() <= PYMUNK_SETTLED_POSITIONS * min(self.sizes.reach, 1.0):
                 break
             steps = float(times[-1] - times[0]) / self.longest
             # the next trial needs sixteen times as many as the start of this one

@@ -9,6 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from mbody.core.tolerances import (
+    LEAST_SQUARES_RANK,
+    PYMUNK_WHEEL_CENTRED,
+    PYMUNK_WHEEL_PRESSED,
+    TINY,
+)
 from mbody.engines.crosscheck_result import Inexpressible
 from mbody.engines.independent_reading import reading
 from mbody.engines.load_forces import BodyState, applied_forces, geometry_of
@@ -94,7 +100,7 @@ class ImpulseConstraint:
             return np.array([[math.cos(beta), math.sin(beta), 0.0]])
         if self.kind == "rod":
             separation = place(pose, self.j, self.arm_j) - place(pose, self.i, self.arm_i)
-            return np.array([[*(separation / max(float(np.hypot(*separation)), 1e-300)), 0.0]])
+            return np.array([[*(separation / max(float(np.hypot(*separation)), TINY)), 0.0]])
         return np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 
     def columns(self, pose: Array) -> Array:
@@ -182,11 +188,6 @@ def damped(part: ImpulseConstraint) -> SpringImpulse:
 
 #: Half the length of a slot, and of a line for rolling, in model lengths.
 REACH = 100.0
-#: Enlargement of a rolling wheel so that it touches, as a part of its radius.
-PRESSED = 1e-7
-#: Greatest eccentricity of a wheel's mass centre, in model lengths: beyond it the steps would lift
-#: the wheel.
-CENTRED = 1e-12
 #: Friction of wheels that do not slip.
 ROUGH = 1e6
 
@@ -198,7 +199,7 @@ def inexpressible(system: System) -> tuple[Inexpressible, ...]:
         if isinstance(joint, Rolling):
             arm = np.hypot(*reading(system).arm(joint, "j"))
             line = joint.on_radius is None and joint.i.body == "ground"
-            if not line or arm > CENTRED * system.length:
+            if not line or arm > PYMUNK_WHEEL_CENTRED * system.length:
                 why = (
                     "pymunk's contacts are lost where a wheel does not roll on a straight line at "
                     "rest"
@@ -357,7 +358,7 @@ class Space:
         """A circle that collides with one line only."""
         radius = float(self.at[f"{joint.name}.radius"])
         a, b = self.everything[ends["i"]], self.everything[ends["j"]]
-        pressed = PRESSED * radius
+        pressed = PYMUNK_WHEEL_PRESSED * radius
         wheel = self.pymunk.Circle(b, radius + pressed, ends["arm_j"])
         (x, y), c, s = ends["arm_i"], math.cos(normal), math.sin(normal)
         x_reach, y_reach = self.reach * s, self.reach * c
@@ -584,8 +585,11 @@ class SpaceStepper:
             found[:] = np.nan
         elif columns:
             A = (np.concatenate(columns) * scale).reshape(-1, 3 * space.count).T
-            sizes = np.maximum(np.linalg.norm(A, axis=0), 1e-300)
-            impulses = np.linalg.lstsq(A / sizes, (left * scale).ravel(), rcond=1e-10)[0] / sizes
+            sizes = np.maximum(np.linalg.norm(A, axis=0), TINY)
+            impulses = (
+                np.linalg.lstsq(A / sizes, (left * scale).ravel(), rcond=LEAST_SQUARES_RANK)[0]
+                / sizes
+            )
             first = 0
             for n, unit in enumerate(units):
                 found[n, :3] = impulses[first : first + len(unit)] @ unit

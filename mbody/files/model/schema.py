@@ -19,6 +19,7 @@ from pydantic import (
     create_model,
 )
 
+from mbody.core.tolerances import RTOL_DEFAULT
 from mbody.files.model import fields
 from mbody.files.model.fields import cross_section, curve, law
 from mbody.files.model.problems import LAWS, SECTIONS, written_fields
@@ -339,7 +340,7 @@ class SimulateIn(fields.Strict):
 
     until: fields.number(DIMENSIONS["time"])
     start: dict[str, StateIn] = Field(default_factory=dict)
-    rtol: float = 1e-8
+    rtol: float = RTOL_DEFAULT
     instants: StrictInt = 201
     method: Literal[METHODS] = METHODS[0]
     step: fields.number(DIMENSIONS["time"]) | None = None
