@@ -1,7 +1,8 @@
-"""What of the site is made from the code: references of elements, Python and commands, the gallery.
+"""What of the site is made from the code: references of elements, Python and commands, films.
 
-A page has a line such as ``<!-- made: elements joints -->`` where its text goes. Nothing is written
-among the pages: the text is put in when Sphinx reads them.
+A page has a line such as ``<!-- made: elements joints -->`` where its text goes, and below it one in
+italics for readers of the repository, which the text replaces. Nothing is written among the pages:
+the text is put in when Sphinx reads them.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from site_maker.docstrings import dashes, plain
 __all__ = ["MAKERS", "filled", "setup"]
 
 #: A word, then what is to be made.
-_PLACE = re.compile(r"^<!-- made: (\w+) ?(.*?) -->$", re.MULTILINE)
+_PLACE = re.compile(r"^<!-- made: (\w+) ?(.*?) -->$(?:\n\*Made .*\*$)?", re.MULTILINE)
 
 #: Pages outside of this folder that have a place in the site, and where.
 OUTSIDE = {
@@ -31,14 +32,16 @@ MAKERS: dict[str, Callable[[str], str]] = {
     "elements": elements.text,
     "python": python.text,
     "commands": commands.text,
-    "gallery": gallery.text,
 }
 
 
-def filled(text: str) -> str:
+def filled(text: str, page: str = "index") -> str:
     """The text of a page with what is made from the code in its places."""
+    up = "../" * page.count("/")
     for there, here in OUTSIDE.items():
-        text = text.replace(f"]({there}", f"]({here}")
+        text = text.replace(f"]({up}{there}", f"]({up}{here}")
+    if page == "gallery":
+        text = gallery.moving(text)
     return _PLACE.sub(lambda found: MAKERS[found[1]](found[2]), text)
 
 
@@ -61,9 +64,9 @@ def _made(app: Any, env: Any, *changes: set[str]) -> list[str]:
     return [
         name
         for name, path in paths
-        if path.suffix == ".md" and _PLACE.search(path.read_text("utf-8"))
+        if name == "gallery" or (path.suffix == ".md" and _PLACE.search(path.read_text("utf-8")))
     ]
 
 
 def _read(app: Any, page: str, source: list[str]) -> None:
-    source[0] = filled(source[0])
+    source[0] = filled(source[0], page)

@@ -1,15 +1,15 @@
-"""The page of the gallery: every model with its picture, moving where it moves."""
+"""The page of the gallery: its pictures move where the models move."""
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
 import mbody
 from mbody.errors import ModelError, SolveError
-from site_maker.elements import escaped
 
-__all__ = ["make_films", "text"]
+__all__ = ["make_films", "moving"]
 
 DOCS = Path(__file__).parents[1]
 FILMS = DOCS / "_build" / "films"
@@ -19,6 +19,7 @@ SECONDS, RATE, WIDTH = 4.0, 12.0, 400
 
 #: What the film of a model has of other parameters than its file, where nothing moves with these.
 OTHERWISE = {"pile_of_discs": {"mu": 0.4}}
+_PICTURE = re.compile(r"!\[(\w+)\]\(pictures/\1\.svg\)")
 #: Films of this site, by model; none where it is built without them.
 MOVING: set[str] = set()
 
@@ -50,19 +51,13 @@ def film(name: str) -> None:
         made.write_text("")
 
 
-def text(_: str) -> str:
-    """Every model with its title, its picture and the command that shows it."""
-    return "\n\n".join(map(_entry, mbody.gallery.names()))
-
-
-def _entry(name: str) -> str:
-    drawn = (DOCS / "pictures" / f"{name}.svg").exists()  # `make pictures` draws them
-    still = f"![{name}](pictures/{name}.svg)" if drawn else ""
-    moving = f'<img class="film" alt="{name} in motion" src="_static/{name}.svg">'
-    shown = moving if name in MOVING else still
-    model = mbody.gallery.load(name)
-    words = [escaped(f"{text.rstrip('.')}.") for text in (model.name, model.note) if text]
-    if model.source:
-        words.append(f"*{escaped(model.source.rstrip('.'))}.*")
-    other = "".join(f" --set {key}={value}" for key, value in OTHERWISE.get(name, {}).items())
-    return f"## {name}\n\n{' '.join(words)}\n\n{shown}\n\n    mbody view {name}{other} --open"
+def moving(text: str) -> str:
+    """The page with films in place of the pictures of models that have one."""
+    return _PICTURE.sub(
+        lambda found: (
+            f'<img class="film" alt="{found[1]} in motion" src="_static/{found[1]}.svg">'
+            if found[1] in MOVING
+            else found[0]
+        ),
+        text,
+    )
