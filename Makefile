@@ -58,7 +58,7 @@ lint: .venv/installed-dev
 counts: .venv/installed-dev
 	$(BIN)/python -m tests.work_counts
 
-# The pictures of the README, docs/pictures: a film, a free-body diagram, the gallery with its table.
+# The pictures in docs/pictures: a film, a free-body diagram, the gallery.
 pictures: .venv/installed-dev
 	$(BIN)/python -m tests.pictures
 

@@ -1,4 +1,4 @@
-"""The pictures of the README in docs/pictures, and its table of the gallery, made anew.
+"""The pictures of docs/pictures, which the README and docs/gallery.md show, drawn anew.
 
 ``make pictures`` (``python -m tests.pictures``) does it for every model that the gallery has, with
 a film and a free-body diagram of the textbook's four-bar.
@@ -15,8 +15,6 @@ from tests.support.linkage_sheet import linkage_sheet
 from tests.support.paths import ROOT
 
 FOLDER = ROOT / "docs" / "pictures"
-README = ROOT / "README.md"
-BEGIN, END = "<!-- pictures: made by `make pictures` -->\n", "<!-- end of the pictures -->\n"
 
 #: Pictures beside these, of searches that take too long to repeat; documents show them.
 KEPT = {"dwell.svg": "optimization.md", "rod_inside.svg": "engines.md"}
@@ -84,33 +82,10 @@ def make(folder):
     return sorted([*made, *(f"{name}.svg" for name in gallery.names())])
 
 
-def table():
-    """The pictures side by side, two in a row, as the README has them."""
-    lines = []
-    names_of_all = gallery.names()
-    for row in (names_of_all[n : n + 2] for n in range(0, len(names_of_all), 2)):
-        cells = [f"![{name}](docs/pictures/{name}.svg)" for name in row] + [""] * (2 - len(row))
-        names = [f"`{name}`" for name in row] + [""] * (2 - len(row))
-        lines += [f"| {' | '.join(cells)} |", f"| {' | '.join(names)} |"]
-        if len(lines) == 2:
-            lines.insert(1, "|---|---|")
-    return "\n".join(["", *lines, "", ""])
-
-
-def parts(text):
-    """The README before the table, the table, and the rest."""
-    before, begin, rest = text.partition(BEGIN)
-    inside, end, after = rest.partition(END)
-    assert begin and end, f"the README needs the lines {BEGIN!r} and {END!r}"
-    return before + begin, inside, end + after
-
-
 if __name__ == "__main__":
     FOLDER.mkdir(exist_ok=True)
     made = make(FOLDER)
     for old in FOLDER.iterdir():
         if old.name not in made and old.name not in KEPT:
             old.unlink()
-    before, _, after = parts(README.read_text("utf-8"))
-    README.write_text(before + table() + after, encoding="utf-8")
     print(f"wrote {len(made)} pictures to {FOLDER.relative_to(ROOT)}, mbody {mbody.__version__}")

@@ -12,7 +12,7 @@ PAGES = sorted(
     if path.stem not in ("index", "changelog", "contributing", "benchmarks")
 )
 PAGES += [f"{name}.md" for name in ("index", "derivatives", "motion", "optimization", "results")]
-PAGES.append("sweeps.md")
+PAGES += ["sweeps.md", "../README.md"]
 RECIPES = [page for page in PAGES if page.startswith("howto/recipes/")]
 
 

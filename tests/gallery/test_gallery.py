@@ -1,16 +1,20 @@
 """The gallery: every model reads, comes back from a file, and runs."""
 
 import itertools
+import re
+import shlex
 
 import pytest
 
 import mbody
 from mbody import gallery
+from mbody.cli.parser import parser
 from mbody.errors import ModelError
 from mbody.files.model import from_toml, to_toml
 from mbody.quantities import read
 from tests.support.gallery_runs import run
 from tests.support.model_text import model_from, text_from
+from tests.support.paths import ROOT
 
 pytestmark = pytest.mark.processor
 
@@ -122,3 +126,15 @@ def test_a_file_keeps_the_formulas_of_its_cam():
     slower = from_toml(written, parameters=other)
     assert slower == gallery.load("quick_return", other)
     assert [load for load in slower.loads if getattr(load.value, "period", 0.0) == 3.0]
+
+
+def test_the_page_shows_every_model_once():
+    """docs/gallery.md: a picture, and a command that is understood."""
+    page = (ROOT / "docs" / "gallery.md").read_text("utf-8")
+    shown = re.findall(r"!\[(\w+)\]\(pictures/\1\.svg\)", page)
+    assert sorted(shown) == gallery.names()
+    commands = re.findall(r"\*\*(\w+)\*\* · [^|]*<br>`mbody ([^`]*)`", page)
+    assert [name for name, _ in commands] == shown
+    for name, command in commands:
+        assert name in shlex.split(command)
+        parser().parse_args(shlex.split(command))

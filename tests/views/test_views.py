@@ -268,7 +268,7 @@ def test_settings_of_the_user_stay_and_do_not_count():
     assert [float(part) for part in size] == pytest.approx(expected)
 
 
-# -- the pictures of the README ---------------------------------------------------------------
+# -- the pictures of the gallery --------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
@@ -294,10 +294,6 @@ def test_the_pictures_are_those_of_the_gallery(anew):
             assert len(kept) < 70_000 + 2_500 * max(0, links - 20), name
         else:  # diagrams, polygons of vectors, eighteen linkages with their paths
             assert len(kept) < 140_000, name
-
-
-def test_the_readme_shows_them():
-    assert pictures.parts(pictures.README.read_text("utf-8"))[1] == pictures.table()
 
 
 @pytest.mark.parametrize("size", [1e-9, 1e-3, 1.0, 1e4, 1e9])
