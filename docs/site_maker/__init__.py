@@ -1,8 +1,8 @@
 """What of the site is made from the code: references of elements, Python and commands, films.
 
-A page has a line such as ``<!-- made: elements joints -->`` where its text goes, and below it one in
-italics for readers of the repository, which the text replaces. Nothing is written among the pages:
-the text is put in when Sphinx reads them.
+A page has a line such as ``<!-- made: elements joints -->`` where its text goes, and below it one
+in italics for readers of the repository, which the text replaces. Nothing is written among the
+pages: the text is put in when Sphinx reads them.
 """
 
 from __future__ import annotations
