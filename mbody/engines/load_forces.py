@@ -21,10 +21,10 @@ from mbody.engines.independent_reading import Reading, reading
 from mbody.engines.oracle.friction import rubs
 from mbody.engines.spanning_tree import MarkerFrame, marker_frame
 from mbody.laws import MeasuredFormula
-from mbody.model.closed_mechanism import contacts_of
 from mbody.model.contact import Contact, Rope
 from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver
 from mbody.model.element import Element
+from mbody.model.joint_limits import contacts_of
 from mbody.model.joints import Distance
 from mbody.model.loads import (
     Damper,

@@ -23,7 +23,7 @@ from mbody.files.model.read import from_json
 from mbody.files.model.write import to_json
 from mbody.files.writing import writing
 from mbody.kernels.step_state import PROGRESS
-from mbody.model.closed_mechanism import JointContact
+from mbody.model.joint_limits import JointContact
 from mbody.solution.doubts import KINDS, as_doubt
 from mbody.solution.energy import Energy
 from mbody.solution.histories import BranchDistance, EventRecord, Record

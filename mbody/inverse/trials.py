@@ -41,8 +41,8 @@ from mbody.solution.histories import Record, link_poses
 from mbody.solution.measures import measured, valued
 from mbody.solution.solution import Solution
 from mbody.system.assembler import assemble
-from mbody.system.rank import dense, too_large
-from mbody.system.system import System
+from mbody.system.rank import dense
+from mbody.system.system import System, too_large
 
 # -- An unknown as a search takes it: its size, its bounds, where it is tried ------------------
 

@@ -8,7 +8,7 @@ import itertools
 import reprlib
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
-from typing import Any, TypeVar, cast
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from mbody.core.former_names import refuses_former_arguments
 from mbody.core.presentation import present
@@ -16,22 +16,25 @@ from mbody.errors import ModelError, brief
 from mbody.laws import Law
 from mbody.model.body import Body
 from mbody.model.constraint import Constraint
-from mbody.model.contact import Between, Contact, OneSided
-from mbody.model.coupling import Coupling
-from mbody.model.curves import as_curves
 from mbody.model.driver import Driver
 from mbody.model.element import Element, Marker, OwnState, PointLike, check_name, listed, resolved
-from mbody.model.inputs import Controller, Input, check_formula_name, check_sets
 from mbody.model.joints import Joint
 from mbody.model.loads import Load
-from mbody.model.simulation import SimulationSettings
-from mbody.model.states import State, check_unmeasured, measured_names
-from mbody.model.study import Instants, Measure, Question, measures_without
 from mbody.model.touching_shapes import ShapeLike
 from mbody.quantities import Formula, FormulaError, Parameters
 from mbody.quantities.formula import evaluated, formulas_in, number
 from mbody.quantities.types import Number
 from mbody.quantities.units import DIMENSIONS, Dimension, UnitSystem, unit_system
+
+if TYPE_CHECKING:
+    from mbody.model.contact import Between, OneSided
+    from mbody.model.coupling import Coupling
+    from mbody.model.curves import NamedCurve
+    from mbody.model.inputs import Controller, Input
+    from mbody.model.simulation import SimulationSettings
+    from mbody.model.states import State
+    from mbody.model.stop import Stop
+    from mbody.model.study import Instants, Measure, Question
 
 # -- Equality of mechanisms: all that one describes --------------------------------------------
 
@@ -109,6 +112,9 @@ def whole(machine: Any) -> tuple[Any, ...]:
 
 
 E = TypeVar("E", bound=Element)
+
+#: Roles of what is neither a body nor a constraint nor a load.
+DESCRIBED = ("input", "state", "controller")
 
 
 class Mechanism:
@@ -188,11 +194,9 @@ class Mechanism:
         #: Parameters used where a system cannot change them, as in a table or a guess.
         self.fixed_parameters: set[str] = set()
         #: Curves that formulas call, by name.
-        self.curves = as_curves(curves or {}, self.parameters.scope())
-        self.parameters.with_curves({key: one.valued() for key, one in self.curves.items()})
-        for one in self.curves.values():
-            for _, formula in formulas_in(one.given):
-                self.fixed_parameters |= self.parameters.used_by(formula)
+        self.curves: dict[str, NamedCurve] = {}
+        if curves:
+            self._take_curves(curves)
         #: What was perhaps meant otherwise in the file it was read from, for the notes of results.
         self.file_notes: tuple[str, ...] = ()
         self.g = self.units.g if g is None else self._turning(g)
@@ -206,10 +210,19 @@ class Mechanism:
         shapes = {} if ground_shapes is None else ground_shapes
         self.ground = self._taken(Body("ground", points=points, shapes=shapes))
         self._elements: dict[str, Element] = {}
-        self._sorted: dict[type, tuple[Any, ...]] | None = None
+        self._sorted: dict[type | str, tuple[Any, ...]] | None = None
         self._groups: dict[str, Between] = {}  # as they were given
         #: States that elements bring, kept when the mechanism is closed.
         self._brought: tuple[OwnState, ...] | None = None
+
+    def _take_curves(self, curves: Any) -> None:
+        from mbody.model.curves import as_curves
+
+        self.curves = as_curves(curves, self.parameters.scope())
+        self.parameters.with_curves({key: one.valued() for key, one in self.curves.items()})
+        for one in self.curves.values():
+            for _, formula in formulas_in(one.given):
+                self.fixed_parameters |= self.parameters.used_by(formula)
 
     def _turning(self, g: Any) -> float:
         """The number that turns weights into masses; its parameters cannot be changed later."""
@@ -309,6 +322,8 @@ class Mechanism:
         ModelError
             For a driver that is not there, or that the formula of a load or a state measures.
         """
+        from mbody.model.study import measures_without
+
         known = [driver.name for driver in self.drivers]
         for name in drivers:
             if name not in known:
@@ -317,6 +332,8 @@ class Mechanism:
                     str(name),
                 )
         others = [driver for driver in self.drivers if driver.name not in drivers]
+        from mbody.model.states import check_unmeasured
+
         measuring = (*self.loads, *self.described_states, *others)
         check_unmeasured(measuring, self.formulas, set(drivers))
         made = copy.copy(self)
@@ -339,7 +356,8 @@ class Mechanism:
         return made
 
     def _add(self, element: Element) -> None:
-        if not isinstance(element, (Body, Constraint, Load, Input, State, Controller)):
+        described = isinstance(element, Element) and element.role in DESCRIBED
+        if not (described or isinstance(element, (Body, Constraint, Load))):
             remedy = ""
             if isinstance(element, (list, tuple)):
                 remedy = ": give them one by one, add(*elements)"
@@ -349,8 +367,9 @@ class Mechanism:
                 "a mechanism takes bodies, joints, couplings, drivers, loads, inputs, states and "
                 f"controllers, not {reprlib.repr(element)}{remedy}"
             )
-        if isinstance(element, Between):
-            element.refuse_empty((*self.bodies, self.ground))
+        group = _groups_in((element,))
+        for one in group:
+            one.refuse_empty((*self.bodies, self.ground))
         name = element.name
         if name in self._elements or name == "ground":
             what = type(self._elements[name]).__name__ if name in self._elements else "fixed link"
@@ -358,9 +377,13 @@ class Mechanism:
                 f"the name '{name}' is taken by a {what}: names are unique, choose another", name
             )
         if element.role in ("input", "state"):
+            from mbody.model.inputs import check_formula_name
+
             check_formula_name(element, self.parameters)
-        if isinstance(element, Controller):
-            check_sets(element, self.inputs, self.controllers)
+        if element.role == "controller":
+            from mbody.model.inputs import check_sets
+
+            check_sets(cast(Any, element), self.inputs, self.controllers)
         if element.role != "body":
             for marker in element.places().values():
                 self._find(marker, name)
@@ -372,21 +395,21 @@ class Mechanism:
         except ModelError:
             del self._elements[name]
             raise
-        if isinstance(element, Between):
-            self._groups = {**self._groups, name: element}
+        if group:
+            self._groups = {**self._groups, name: group[0]}
 
     def _taken(self, element: E) -> E:
         """The element with floats for its text; what they were made of is kept."""
         scope = self.parameters.scope()
         whole: Any = element
-        if isinstance(element, State):
-            whole, formulas = element.entered(scope)
+        if element.role == "state":
+            whole, formulas = whole.entered(scope)
             self.formulas |= formulas
             return cast(E, whole)
-        if isinstance(element, Input):
-            whole = element.measured(scope)
-        if isinstance(element, Contact):
-            whole = element.with_shapes({name: self[name] for name in element.bodies})
+        if element.role == "input":
+            whole = whole.measured(scope)
+        if element.role == "contact" and hasattr(element, "with_shapes"):
+            whole = whole.with_shapes({name: self[name] for name in whole.bodies})
         made: E
         made, formulas, fixed = resolved(whole, scope, self._measured)
         self.formulas |= formulas
@@ -395,6 +418,10 @@ class Mechanism:
 
     def _measured(self, names: frozenset[str]) -> dict[str, Dimension | None]:
         """Those of the names in a formula that are measured in a motion."""
+        if not names:
+            return {}
+        from mbody.model.states import measured_names
+
         return measured_names(self, names)
 
     def _find(self, marker: Marker, element: str) -> None:
@@ -422,6 +449,14 @@ class Mechanism:
             self._sorted[kind] = found
         return self._sorted[kind]
 
+    def _of_role(self, role: str) -> tuple[Any, ...]:
+        """Those of a role whose class most mechanisms do without, so that it need not be loaded."""
+        if self._sorted is None:
+            return tuple(e for e in self._elements.values() if e.role == role)
+        if role not in self._sorted:
+            self._sorted[role] = tuple(e for e in self._elements.values() if e.role == role)
+        return self._sorted[role]
+
     @property
     def bodies(self) -> tuple[Body, ...]:
         """The moving bodies, in the order of the description."""
@@ -435,7 +470,7 @@ class Mechanism:
     @property
     def couplings(self) -> tuple[Coupling, ...]:
         """The couplings, in the order of the description."""
-        return self._of(Coupling)
+        return self._of_role("coupling")
 
     @property
     def drivers(self) -> tuple[Driver, ...]:
@@ -455,12 +490,27 @@ class Mechanism:
     @property
     def contacts(self) -> tuple[OneSided, ...]:
         """The contacts and ropes, in the order of the description."""
-        return tuple(one for one in self._of(OneSided) if not isinstance(one, Between))
+        found = self._of_role("contact")
+        if not found:
+            return ()
+        from mbody.model.contact import Between
+
+        return tuple(one for one in found if not isinstance(one, Between))
 
     @property
     def groups(self) -> tuple[Between, ...]:
         """The groups of contacts, in the order of the description."""
-        return self._of(Between)
+        return _groups_in(self._of_role("contact"))
+
+    @property
+    def stops(self) -> tuple[Stop, ...]:
+        """The stops, which are contacts too, in the order of the description."""
+        found = self._of_role("contact")
+        if not found:
+            return ()
+        from mbody.model.stop import Stop
+
+        return tuple(one for one in found if isinstance(one, Stop))
 
     @property
     def loads(self) -> tuple[Load, ...]:
@@ -470,17 +520,17 @@ class Mechanism:
     @property
     def inputs(self) -> tuple[Input, ...]:
         """The inputs, in the order of the description."""
-        return self._of(Input)
+        return self._of_role("input")
 
     @property
     def controllers(self) -> tuple[Controller, ...]:
         """The sampled controllers, in the order of the description."""
-        return self._of(Controller)
+        return self._of_role("controller")
 
     @property
     def described_states(self) -> tuple[State, ...]:
         """The states of the user's own, in the order of the description."""
-        return self._of(State)
+        return self._of_role("state")
 
     @property
     def states(self) -> tuple[State | OwnState, ...]:
@@ -490,7 +540,7 @@ class Mechanism:
         if self._brought is None or self._sorted is None:
             found = (element.own_states() for element in self._elements.values())
             self._brought = tuple(itertools.chain.from_iterable(found))
-        return (*self._of(State), *self._brought)
+        return (*self._of_role("state"), *self._brought)
 
     def __getitem__(self, name: str) -> Element:
         if isinstance(name, str) and name in self._elements:
@@ -538,6 +588,17 @@ class Mechanism:
         return whole(self) == whole(other)
 
 
+def _groups_in(elements: tuple[Any, ...]) -> tuple[Between, ...]:
+    """The groups of contacts among elements."""
+    if not any(one.role == "contact" for one in elements):
+        return ()
+    from mbody.model.contact import Between
+
+    return tuple(one for one in elements if isinstance(one, Between))
+
+
 def _measure(name: Any, value: Any) -> Measure:
+    from mbody.model.study import Measure
+
     check_name(name, "measure")
     return value if isinstance(value, Measure) else Measure(value)

@@ -8,11 +8,9 @@ from collections.abc import Iterator, Mapping
 from typing import Any, cast
 
 from mbody.laws import Table
-from mbody.model.contact import Contact
 from mbody.model.element import Element, listed
 from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
-from mbody.model.states import STEADY, measured_names, rate_names
 from mbody.quantities import Formula, FormulaError, Scope, Valued, read
 from mbody.quantities.evaluate import has_units
 from mbody.quantities.units import DIMENSIONS, Dimension, UnitSystem, dimension_of
@@ -120,6 +118,8 @@ def _of_plain_angles(mechanism: Mechanism, formula: Formula) -> bool:
     """Whether a formula adds plain numbers to measured angles: it has no units."""
     if not any("." in name for name in formula.names):
         return False
+    from mbody.model.states import measured_names
+
     try:
         measured = measured_names(mechanism, formula.names)
     except FormulaError:  # of a state, which is refused where it is assembled
@@ -183,6 +183,10 @@ def _no_length(mechanism: Mechanism) -> list[str]:
 
 def _unused_inputs(mechanism: Mechanism) -> Iterator[str]:
     """Inputs that no formula of a load, a state, a measure or a controller names."""
+    if not mechanism.inputs:
+        return
+    from mbody.model.states import rate_names
+
     used = {name for formula in mechanism.formulas.values() for name in formula.names}
     used |= {name for one in mechanism.described_states for name in rate_names(one)}
     used |= {name for measure in mechanism.measures.values() for name in measure.names}
@@ -223,8 +227,12 @@ def _limits_left(mechanism: Mechanism, joint: Joint) -> bool:
 def rubbing(mechanism: Mechanism) -> list[str]:
     """Names of the joints that rub, and of the contacts that are closed for good and may slip."""
     closed = [one for one in mechanism.contacts if one.closed and not one.rolls]
-    rough = [one.name for one in closed if isinstance(one, Contact)]
-    return [*(joint.name for joint in mechanism.joints if joint.rubs), *rough]
+    names = [joint.name for joint in mechanism.joints if joint.rubs]
+    if not closed:
+        return names
+    from mbody.model.contact import Contact
+
+    return [*names, *(one.name for one in closed if isinstance(one, Contact))]
 
 
 def without_friction(mechanism: Mechanism, analysis: str) -> tuple[str, ...]:
@@ -258,6 +266,8 @@ def kept_states(
     >>> kept_states(machine, {"heat": 3.0}, "statics")
     ("state 'heat' keeps its start, 3, in statics: simulate integrates it",)
     """
+    from mbody.model.states import STEADY
+
     found = []
     for one in mechanism.states:
         if one.name not in starts or getattr(one, "accounts", False):

@@ -11,7 +11,6 @@ from mbody.errors import ModelError, brief
 from mbody.laws import Law, MeasuredFormula, compile_measured
 from mbody.model.driver import DRIVEN
 from mbody.model.element import Element, listed
-from mbody.model.inputs import dimension_given
 from mbody.quantities import Formula, FormulaError, Scope
 from mbody.quantities.formula import constant_or_formula, read
 from mbody.quantities.types import Converted, Number, default, required
@@ -252,6 +251,8 @@ class State(Element):
         """The state with floats for its start and size, and what they were made of; its rate is
         compiled when all is there that it may measure.
         """
+        from mbody.model.inputs import dimension_given
+
         changes: dict[str, Any] = {}
         made: dict[str, Formula] = {}
         for field in ("start", "size"):

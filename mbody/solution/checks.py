@@ -5,7 +5,7 @@ from __future__ import annotations
 import operator
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 
@@ -18,21 +18,13 @@ from mbody.core.tolerances import (
 )
 from mbody.errors import ModelError
 from mbody.kernels.constraints import KINDS
-from mbody.kernels.finished_instants import (
-    LEFT,
-    NO_FRICTION,
-    RESIDUALS,
-    Finished,
-    each_load,
-    residuals_of,
-)
-from mbody.kernels.finished_instants import breakdown as kernel
 from mbody.kernels.layout import PER_PRIMITIVE, Work
 from mbody.model.element import listed
-from mbody.solution.contact_forces import contact_wrench, tangent_forces
-from mbody.solution.doubts import Doubt, status_of
 from mbody.solution.histories import Checks, Reaction, Result, motion_rows, reaction_torque
 from mbody.system.system import System
+
+if TYPE_CHECKING:
+    from mbody.solution.doubts import Doubt
 
 
 def residuals(solution: Result) -> np.ndarray:
@@ -47,6 +39,8 @@ def rounded_places(solution: Result, design: int) -> np.ndarray:
     """By how much the forces that are left over change where the places that were found are
     rounded in another way: (instants,) of one design.
     """
+    from mbody.kernels.finished_instants import LEFT
+
     if solution.stepped is not None:
         return np.zeros(len(solution.t))
     system = solution.system
@@ -69,6 +63,8 @@ def _audited(solution: Result, design: int, moved: np.ndarray | None = None) -> 
     """The residuals of one design, where `moved` is added to its coordinates; a released driver
     constrains nothing from then on.
     """
+    from mbody.kernels.finished_instants import RESIDUALS
+
     drivers, t = solution.system.mechanism.drivers, solution.t
     times = [solution.released.get(driver.name, np.inf) for driver in drivers]
     ends = sorted({time for time in times if time <= t.max(initial=-np.inf)})
@@ -143,6 +139,8 @@ def each_load_of(solution: Result, instant: int) -> np.ndarray:
     """Force (x, y) at the mass centre and torque of every load on every body at one instant of one
     design: (loads, bodies, 3).
     """
+    from mbody.kernels.finished_instants import each_load
+
     system, instants = solution.system, slice(instant, instant + 1 or None)
     output = np.empty((1, len(system.mechanism.loads), system.coordinates))
     motion = np.ascontiguousarray(_motion(solution, 0)[instants])
@@ -162,6 +160,8 @@ def _audit(
     `gone`: numbers of drivers whose rows are not looked at; `moved`: what is added to the
     coordinates of all instants.
     """
+    from mbody.kernels.finished_instants import RESIDUALS, Finished, residuals_of
+
     system, t = solution.system, np.array(solution.t[instants])
     first = 3 * system.coordinates
     primitives = solution.record.table(slice(first, first + PER_PRIMITIVE * len(system.owners)))
@@ -197,6 +197,10 @@ def breakdown(solution: Result, name: str, on: str | None) -> dict[str, Any]:
     """Reactions or efforts that inertia and each load would have alone, by cause, and what the
     friction of the whole has in them.
     """
+    from mbody.kernels.finished_instants import NO_FRICTION
+    from mbody.kernels.finished_instants import breakdown as kernel
+    from mbody.solution.contact_forces import tangent_forces
+
     system = solution.system
     one_design(solution, f"the breakdown of '{name}' is for one design", name)
     if not solution.has_forces:
@@ -237,6 +241,8 @@ def breakdown(solution: Result, name: str, on: str | None) -> dict[str, Any]:
 
 def _alone(solution: Result, joint: Any, whole: Reaction, rows: np.ndarray) -> Reaction:
     """The part of a whole reaction that is in these rows."""
+    from mbody.solution.contact_forces import contact_wrench
+
     if joint.role == "contact":
         wrench = contact_wrench(
             solution, joint, whole.on, lambda e, n: rows[:, PER_PRIMITIVE * e + n]
@@ -324,6 +330,8 @@ def changed(solution: R, **parts: Any) -> R:
 
 def _certificate(solution: Result) -> Certificate:
     """The report of the analysis, and what the residuals add to it."""
+    from mbody.solution.doubts import status_of
+
     said = as_reported(solution)
     doubts = said.doubts
     if not any(doubt.kind == "residual" for doubt in doubts):
@@ -403,6 +411,8 @@ def _carried(system: System, records: Array) -> Any:
 
 def _doubt(solution: Result, which: str, what: str, size: Array, wrong: Array) -> Doubt:
     """The doubt of one residual from its first instant on."""
+    from mbody.solution.doubts import Doubt
+
     t, unit = float(solution.t[wrong[0]]), solution.mechanism.units.time
     bad = size[wrong]
     worst = f"{bad.max():.2g}" if np.isfinite(bad).all() else "an unknown part"

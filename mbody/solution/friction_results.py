@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import itertools
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -11,7 +10,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from mbody.core.presentation import present
 from mbody.core.tolerances import FRICTION_RESERVE_FORCE_MOST, RATE_NONE_SLIDING
 from mbody.errors import ModelError
 from mbody.kernels.finished_instants import StoredMotion, forces_by_senses, impending_rates
@@ -23,9 +21,7 @@ from mbody.solution.contact_forces import (
     RoughPair,
     contact_wrench,
     losing_pairs,
-    pair_rates,
     rates_at,
-    resting_pairs,
     rough_pairs,
     stored_motion,
     tangent_forces,
@@ -517,192 +513,113 @@ def _limits(plain: Array, choices: Array) -> tuple[Array, Array]:
     return low, high
 
 
-class FrictionResults:
-    """Friction part of a `Solution`."""
+def losses_of(solution: Any) -> Mapping[str, Array]:
+    """Power that friction takes in each rough joint, by its name."""
+    if not solution.has_forces:
+        return MappingProxyType({})
+    found: dict[str, Any] = {}
+    power = tangent_forces(solution) * solution.rates_of_pairs[..., 0]
+    for n, pair in losing_pairs(solution):
+        found[pair.joint] = found.get(pair.joint, 0.0) + power[..., n]
+    rough = (*solution.mechanism.joints, *solution.mechanism.contacts)
+    order = [one.name for one in rough if one.name in found]
+    return MappingProxyType({name: locked(found[name]) for name in order})
 
-    @functools.cached_property
-    def _pair_rates(self: Any) -> Array:
-        return pair_rates(self)
 
-    @functools.cached_property
-    def _rest(self: Any) -> Array:
-        return resting_pairs(self)
+def mode_of(solution: Any, name: str) -> list[Any]:
+    """How a rough joint moves at each instant, by the sign of its rate."""
+    _refuse_smooth(solution, name)
+    n = next(n for n, one in losing_pairs(solution) if one.joint == name)
+    words = np.array(["slip-", "stick", "slip+"], dtype=object)
+    found: list[Any] = words[(solution.rates_of_pairs[..., n, 2] + 1.0).astype(int)].tolist()
+    return found
 
-    @functools.cached_property
-    def losses(self: Any) -> Mapping[str, Array]:
-        """Power that friction takes in each rough joint, by its name: arrays (instants,), or
-        (designs, instants) of a batch.
 
-        Examples
-        --------
-        >>> import mbody
-        >>> machine = mbody.Mechanism("wheel")
-        >>> machine.add(
-        ...     mbody.Body("wheel", mass=2.0, cg=(0.1, 0.0)),
-        ...     mbody.Revolute("O", "ground", "wheel", friction=0.1, pin_radius=0.01),
-        ...     mbody.AngleDriver("motor", "wheel", mbody.laws.ConstantSpeed(0.0, 10.0)),
-        ... )
-        >>> round(float(mbody.kinetostatics(machine).losses["O"][0]), 9)
-        0.199007438
-        """
-        if not self.has_forces:
-            return MappingProxyType({})
-        found: dict[str, Any] = {}
-        power = tangent_forces(self) * self._pair_rates[..., 0]
-        for n, pair in losing_pairs(self):
-            found[pair.joint] = found.get(pair.joint, 0.0) + power[..., n]
-        rough = (*self.mechanism.joints, *self.mechanism.contacts)
-        order = [one.name for one in rough if one.name in found]
-        return MappingProxyType({name: locked(found[name]) for name in order})
-
-    def mode(self: Any, name: str) -> list[Any]:
-        """How a rough joint moves at each instant: ``"stick"``, or ``"slip+"`` and ``"slip-"`` by
-        the sign of its rate; of a batch a list of each design. Of a contact or a rope in a motion
-        of `simulate` ``"open"`` too, and ``"roll"`` of a wheel that sticks.
-
-        Raises
-        ------
-        ModelError
-            For what has no friction.
-        """
-        if name in self.modes:
-            return list(self.modes[name])
-        self._rough(name)
-        n = next(n for n, one in losing_pairs(self) if one.joint == name)
-        words = np.array(["slip-", "stick", "slip+"], dtype=object)
-        found: list[Any] = words[(self._pair_rates[..., n, 2] + 1.0).astype(int)].tolist()
-        return found
-
-    def _rough(self: Any, name: str) -> None:
-        """Refuse what has no friction."""
-        known = list(dict.fromkeys(pair.joint for _, pair in losing_pairs(self)))
-        if name not in known:
-            raise ModelError(
-                f"{name!r} is no joint with friction (there are: {listed(known)}): give it "
-                "friction, as in friction=0.1",
-                str(name),
-            )
-
-    @functools.cached_property
-    def forces_at_rest(self: Any) -> Array:
-        """(choices, …instants, PER_PRIMITIVE·primitives), see `forces_at_rest`."""
-        if not self.record.batch:
-            return forces_at_rest(self, self._pair_rates, self._rest)
-        own = zip(self._pair_rates, self._rest, strict=True)
-        every = [forces_at_rest(self, *one, n) for n, one in enumerate(own)]
-        count = max(len(one) for one in every)
-        found = np.full((count, len(every), *every[0].shape[1:]), np.nan)
-        for n, one in enumerate(every):
-            found[: len(one), n] = one
-        return found
-
-    def range(self: Any, name: str, on: str | None = None) -> ForceRange:
-        """Least and greatest effort of a driver or a coupling, or reaction of a joint, where joints
-        rest: their friction may be anything up to its limit there.
-
-        At rest the limits are those at which the mechanism begins to move one way or the other,
-        each driver alone; in a motion those just before and just after the rate of a joint changes
-        its sign.
-
-        Parameters
-        ----------
-        name : str
-            Of a driver, a coupling or a joint.
-        on : str, optional
-            Of a joint the body on which the force acts, as of `reaction`.
-
-        Raises
-        ------
-        ModelError
-            For a name that there is not, and analyses without forces.
-        """
-        known = name in self.mechanism if isinstance(name, str) else False
-        element: Any = self.mechanism[name] if known else None
-        if element is None or element.role in ("joint", "contact"):
-            return self._reaction_range(self.reaction(name, on), element)
-        e = self.system.primitives_of[element.name][0]
-        return ForceRange(*_limits(self.effort(name), -self.forces_at_rest[..., PER_PRIMITIVE * e]))
-
-    def _reaction_range(self: Any, plain: Reaction, joint: Any) -> ForceRange:
-        """Of each component by itself."""
-        forces = self.forces_at_rest
-        if joint.role == "contact":
-            parts = contact_wrench(
-                self, joint, plain.on, lambda e, n: forces[..., PER_PRIMITIVE * e + n]
-            )
-        else:
-            rows = self.system.primitives_of[joint.name]
-            sign = 1.0 if plain.on == joint.j.body else -1.0
-            x, y, turning = (
-                sum(sign * forces[..., PER_PRIMITIVE * e + n] for e in rows) for n in (2, 3, 4)
-            )
-            every = [reaction_torque(self, joint, *one) for one in zip(x, y, turning, strict=True)]
-            parts = x, y, np.array(every).reshape(np.shape(turning))
-        ends = [
-            _limits(getattr(plain, key), part)
-            for key, part in zip(("fx", "fy", "torque"), parts, strict=True)
-        ]
-        low, high = (
-            replace(plain, **dict(zip(("fx", "fy", "torque"), one, strict=True)))
-            for one in zip(*ends, strict=True)
+def _refuse_smooth(solution: Any, name: str) -> None:
+    """Refuse what has no friction."""
+    known = list(dict.fromkeys(pair.joint for _, pair in losing_pairs(solution)))
+    if name not in known:
+        raise ModelError(
+            f"{name!r} is no joint with friction (there are: {listed(known)}): give it "
+            "friction, as in friction=0.1",
+            str(name),
         )
-        return ForceRange(low, high)
 
-    @functools.cached_property
-    def friction(self: Any) -> FrictionReport | None:
-        """Whether friction is unique, and where the mechanism jams; None without rough joints or
-        forces.
-        """
-        rows = self.system.friction_rows
-        if rows.start == rows.stop or not self.has_forces:
-            return None
-        radius, reached = (
-            np.asarray(self.record.take(rows.start + n)) for n in (CERTIFICATE, REACHED_PART)
+
+def every_force_at_rest(solution: Any) -> Array:
+    """(choices, …instants, PER_PRIMITIVE·primitives), see `forces_at_rest`; of a batch too."""
+    if not solution.record.batch:
+        return forces_at_rest(solution, solution.rates_of_pairs, solution.pairs_at_rest)
+    own = zip(solution.rates_of_pairs, solution.pairs_at_rest, strict=True)
+    every = [forces_at_rest(solution, *one, n) for n, one in enumerate(own)]
+    count = max(len(one) for one in every)
+    found = np.full((count, len(every), *every[0].shape[1:]), np.nan)
+    for n, one in enumerate(every):
+        found[: len(one), n] = one
+    return found
+
+
+def range_of(solution: Any, name: str, on: str | None) -> ForceRange:
+    """Least and greatest effort or reaction, where joints rest."""
+    known = name in solution.mechanism if isinstance(name, str) else False
+    element: Any = solution.mechanism[name] if known else None
+    if element is None or element.role in ("joint", "contact"):
+        return _reaction_range(solution, solution.reaction(name, on), element)
+    e = solution.system.primitives_of[element.name][0]
+    return ForceRange(
+        *_limits(solution.effort(name), -solution.forces_at_rest[..., PER_PRIMITIVE * e])
+    )
+
+
+def _reaction_range(solution: Any, plain: Reaction, joint: Any) -> ForceRange:
+    """Of each component by itself."""
+    forces = solution.forces_at_rest
+    if joint.role == "contact":
+        parts = contact_wrench(
+            solution, joint, plain.on, lambda e, n: forces[..., PER_PRIMITIVE * e + n]
         )
-        certified = (radius < 1.0) & (reached >= 1.0)
-        every = reached if self.record.batch else reached[None]
-        jams = [
-            jam
-            for n in np.flatnonzero((every < 1.0).any(axis=1)).tolist()
-            for jam in jams_at(self, rates_at(self, n), every[n], n)
-        ]
-        return FrictionReport(certified, tuple(jams))
+    else:
+        rows = solution.system.primitives_of[joint.name]
+        sign = 1.0 if plain.on == joint.j.body else -1.0
+        x, y, turning = (
+            sum(sign * forces[..., PER_PRIMITIVE * e + n] for e in rows) for n in (2, 3, 4)
+        )
+        every = [reaction_torque(solution, joint, *one) for one in zip(x, y, turning, strict=True)]
+        parts = x, y, np.array(every).reshape(np.shape(turning))
+    ends = [
+        _limits(getattr(plain, key), part)
+        for key, part in zip(("fx", "fy", "torque"), parts, strict=True)
+    ]
+    low, high = (
+        replace(plain, **dict(zip(("fx", "fy", "torque"), one, strict=True)))
+        for one in zip(*ends, strict=True)
+    )
+    return ForceRange(low, high)
 
-    @property
-    def resting(self: Any) -> dict[str, Array]:
-        """Rough joints that rest at some instant, with the instants: arrays of bool (instants,)."""
-        rest = self._rest
-        found: dict[str, Array] = {}
-        for n, pair in enumerate(rough_pairs(self.system)):
-            if rest[..., n].any():
-                found[pair.joint] = rest[..., n]
-        return found
 
-    def efficiency(self: Any, output: str) -> Efficiency:
-        """Efficiency over the motion: useful work by the work of the drivers.
+def friction_report(solution: Any) -> FrictionReport | None:
+    """Whether friction is unique, and where the mechanism jams; None without friction or forces."""
+    rows = solution.system.friction_rows
+    if rows.start == rows.stop or not solution.has_forces:
+        return None
+    radius, reached = (
+        np.asarray(solution.record.take(rows.start + n)) for n in (CERTIFICATE, REACHED_PART)
+    )
+    certified = (radius < 1.0) & (reached >= 1.0)
+    every = reached if solution.record.batch else reached[None]
+    jams = [
+        jam
+        for n in np.flatnonzero((every < 1.0).any(axis=1)).tolist()
+        for jam in jams_at(solution, rates_at(solution, n), every[n], n)
+    ]
+    return FrictionReport(certified, tuple(jams))
 
-        Parameters
-        ----------
-        output : str
-            A load that the mechanism works against, or a driver that takes power.
 
-        Returns
-        -------
-        Efficiency
-            Work given by the drivers, useful work done on the output, work lost in joints. What
-            else takes or gives work, as other loads and changes of speed, is in none of them.
-
-        Raises
-        ------
-        ModelError
-            For what is neither a load nor a driver, and where nothing is given.
-
-        Notes
-        -----
-        Of a motion of `simulate` these are the works of its account of energy. Of kinetostatics,
-        where the laws of the drivers led the motion, they are integrated anew by Gauss's rule, in
-        parts of the motion that are halved where a joint slides the other way; else by
-        the trapezoidal rule over the instants that there are.
-        """
-        found: Efficiency = present("efficiency", self, output)
-        return found
+def resting_of(solution: Any) -> dict[str, Array]:
+    """Rough joints that rest at some instant, with the instants."""
+    rest = solution.pairs_at_rest
+    found: dict[str, Array] = {}
+    for n, pair in enumerate(rough_pairs(solution.system)):
+        if rest[..., n].any():
+            found[pair.joint] = rest[..., n]
+    return found

@@ -4,19 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from mbody.model.element import Element, Marker, Numbers
 from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
-from mbody.model.study import Measure
-from mbody.solution.doubts import Doubt
-from mbody.solution.energy import Energy
-from mbody.solution.stepped_contacts import SteppedContacts
 from mbody.system.read_only import lock
 from mbody.system.system import System
+
+if TYPE_CHECKING:
+    from mbody.model.study import Measure
+    from mbody.solution.doubts import Doubt
+    from mbody.solution.energy import Energy
+    from mbody.solution.stepped_contacts import SteppedContacts
 
 Array = np.ndarray
 

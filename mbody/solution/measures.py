@@ -4,23 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.core.recorded_numbers import Untraceable
 from mbody.core.tolerances import TINY
 from mbody.errors import ModelError, brief
-from mbody.kernels.finished_instants import each_load
 from mbody.laws import MeasuredFormula
-from mbody.model.curves import NamedCurve
 from mbody.model.driver import DRIVEN
 from mbody.model.element import Element, Marker, Numbers, as_marker, listed, owned
 from mbody.model.joints import Joint
-from mbody.model.loads import Load
 from mbody.model.mechanism import Mechanism
-from mbody.model.numbers import varied
-from mbody.model.states import MOTION, ORIGIN, TURNING
 from mbody.model.study import Measure, reduce_history
 from mbody.quantities import (
     VARIABLES,
@@ -45,16 +39,13 @@ from mbody.solution.histories import (
     velocity,
 )
 from mbody.system.formula_rows import followed_states, recorded_driver
-from mbody.system.formula_steps import (
-    SIGNALS,
-    Differentiated,
-    StepList,
-    along_motion,
-    driven_coordinate,
-    step_values,
-)
 from mbody.system.read_only import locked
 from mbody.system.system import polar_points
+
+if TYPE_CHECKING:
+    from mbody.model.curves import NamedCurve
+    from mbody.model.loads import Load
+    from mbody.system.formula_steps import StepList
 
 # -- Motion of a place on a body ---------------------------------------------------------------
 
@@ -190,6 +181,8 @@ def _on_all(solution: Result, load: Load, on: str | None) -> LoadHistory:
 
 def _forces(solution: Result, load: Load, body: str) -> tuple[Array, Array, Array]:
     """Force and torque about the mass centre on a moving body, as the kernels have them."""
+    from mbody.kernels.finished_instants import each_load
+
     system = solution.system
     cause = [each.name for each in system.mechanism.loads].index(load.name)
     column = 3 * system.bodies[body]
@@ -263,6 +256,8 @@ def turned(solution: Result, load: Any) -> tuple[Array, Array]:
 
 def driven(solution: Result, driver: str) -> tuple[Array, Array, Array]:
     """Value, rate and acceleration of what a driver drives; see `Solution.driven`."""
+    from mbody.model.numbers import varied
+
     names = [d.name for d in solution.mechanism.drivers]
     if driver not in names:
         raise ModelError(f"there is no driver {driver!r} (there are: {listed(names)})", str(driver))
@@ -312,6 +307,8 @@ def prescribed_rate(solution: Result, driver: str) -> Array:
     """The rate by which the power of a driver comes, of the shape of its effort: that of its
     coordinate, less what positions that it follows give.
     """
+    from mbody.core.recorded_numbers import Untraceable
+
     element: Any = solution.mechanism[driver]
     if not _follows(solution, element):
         rate: Array = solution.driven(driver)[1]
@@ -343,6 +340,8 @@ def _since_release(solution: Result, driver: Any, prescribed: Array) -> Array:
 
 def _driven_by_motion(solution: Result, driver: Any) -> Array:
     """Value, rate and acceleration of the coordinate of a driver, by the motion (3, …)."""
+    from mbody.system.formula_steps import Differentiated, StepList, along_motion, driven_coordinate
+
     steps = StepList()
     value = driven_coordinate(steps, driver, _columns(solution))
     along = Differentiated(steps, along_motion(lambda _: None, accelerated=True))
@@ -361,6 +360,8 @@ def _columns(solution: Result) -> Numbers:
 
 def _values(solution: Result, steps: StepList, goals: tuple[int, ...]) -> list[Array]:
     """Recorded numbers at the instants of a result."""
+    from mbody.system.formula_steps import SIGNALS, step_values
+
     shape = solution.t.shape
     if solution.record.batch:
         shape = (solution.record.count, *shape)
@@ -632,6 +633,8 @@ def _dimension(mechanism: Mechanism, owner: str, key: str) -> Dimension:
     """Dimension of the history `key` of a body, a point, a joint, a load or a driver; FormulaError
     where there is none.
     """
+    from mbody.model.states import MOTION, ORIGIN, TURNING
+
     element, _, point = owner.partition(".")
     known_name = element == "ground" or element in mechanism
     if not known_name and not mechanism.contacts_of(element):
@@ -679,6 +682,8 @@ def _history(run: Result, owner: str, key: str) -> Any:
     """The history of a body, a point, a joint, a load or a driver; of an input or an own state,
     which has no owner.
     """
+    from mbody.model.states import ORIGIN
+
     if not owner:
         return own_history(run, key)
     element, _, point = owner.partition(".")

@@ -6,7 +6,7 @@ import functools
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,9 +15,7 @@ from mbody.errors import ModelError
 from mbody.kernels.layout import PER_PRIMITIVE
 from mbody.model.element import Marker, listed
 from mbody.model.mechanism import Mechanism
-from mbody.model.study import Measure, measure_named
 from mbody.quantities.types import PlainNumbers
-from mbody.solution.balances import Equations, Momentum, PlaceLike, momentum
 from mbody.solution.checks import (
     Certified,
     as_reported,
@@ -27,10 +25,6 @@ from mbody.solution.checks import (
     one_design,
     residuals,
 )
-from mbody.solution.contact_forces import contact_reaction, pressing_force, with_reaction
-from mbody.solution.doubts import Doubt
-from mbody.solution.energy import Energy
-from mbody.solution.friction_results import FrictionResults
 from mbody.solution.histories import (
     BodyHistory,
     BranchDistance,
@@ -44,10 +38,16 @@ from mbody.solution.histories import (
     reaction_point,
     reaction_torque,
 )
-from mbody.solution.measures import drive_states, driven, load_history, measured, point_history
-from mbody.solution.stepped_contacts import SteppedContacts
 from mbody.system.read_only import locked
 from mbody.system.system import System
+
+if TYPE_CHECKING:
+    from mbody.model.study import Measure
+    from mbody.solution.balances import Equations, Momentum, PlaceLike
+    from mbody.solution.doubts import Doubt
+    from mbody.solution.energy import Energy
+    from mbody.solution.friction_results import Efficiency, ForceRange, FrictionReport
+    from mbody.solution.stepped_contacts import SteppedContacts
 
 # -- Initial state and settings, by which a motion can be followed again -----------------------
 
@@ -183,7 +183,7 @@ def as_solution(given: Any) -> Solution:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Solution(FrictionResults):
+class Solution:
     """Result of an analysis: histories by name, in the units of the mechanism.
 
     Histories have one entry an instant; those of a batch have a first axis of designs. `status`,
@@ -338,6 +338,8 @@ class Solution(FrictionResults):
 
     def point(self, place: Marker | str) -> PointHistory:
         """Motion of a place on a body, such as ``"coupler.P"`` or ``coupler.at(1.0, 2.0)``."""
+        from mbody.solution.measures import point_history
+
         return point_history(self, place)
 
     def primitive_history(self, e: int, n: int) -> Array:
@@ -354,6 +356,8 @@ class Solution(FrictionResults):
             For a joint that does not exist, a body that it does not join, or an analysis without
             forces.
         """
+        from mbody.solution.contact_forces import contact_reaction, with_reaction
+
         element = with_reaction(self, joint)
         if element.role == "contact":
             return contact_reaction(self, element, on, self._unique(joint))
@@ -399,6 +403,8 @@ class Solution(FrictionResults):
         ModelError
             For a joint that is no contact, and as `reaction`.
         """
+        from mbody.solution.contact_forces import pressing_force, with_reaction
+
         element = with_reaction(self, joint)
         if element.role == "contact":
             return pressing_force(self, element)
@@ -482,6 +488,8 @@ class Solution(FrictionResults):
         >>> bool(abs(found.force[0] - 20.0 * found.length[0]) < 1e-12)
         True
         """
+        from mbody.solution.measures import load_history
+
         return load_history(self, name, on)
 
     def driven(self, driver: str) -> tuple[Array, Array, Array]:
@@ -494,11 +502,15 @@ class Solution(FrictionResults):
         ModelError
             For a driver that does not exist.
         """
+        from mbody.solution.measures import driven
+
         return driven(self, driver)
 
     @functools.cached_property
     def drive_states(self) -> Array | None:
         """Value, rate, acceleration (instants, drivers, 3), None where designs differ in them."""
+        from mbody.solution.measures import drive_states
+
         return drive_states(self)
 
     def measure(self, of: str | Measure) -> Array:
@@ -506,6 +518,9 @@ class Solution(FrictionResults):
         `Measure`, or a formula of histories such as ``"coupler.P.y - rocker.y"``; angles in rad
         where no unit is given.
         """
+        from mbody.model.study import measure_named
+        from mbody.solution.measures import measured
+
         return measured(self, measure_named(self.mechanism.measures, of))[0]
 
     def sensitivity(self, measure: str | Measure, by: Sequence[str] | None = None) -> Any:
@@ -523,6 +538,8 @@ class Solution(FrictionResults):
 
     def momentum(self, about: PlaceLike = (0.0, 0.0)) -> Momentum:
         """Momentum, and angular momentum about a place; see `mbody.engineering.momentum`."""
+        from mbody.solution.balances import momentum
+
         return momentum(self, about)
 
     @functools.cached_property
@@ -558,6 +575,135 @@ class Solution(FrictionResults):
     def derivation(self, form: str = "text", instant: int = 0) -> str:
         """Equations in symbols and with numbers, as "text", "markdown" or "latex"."""
         return str(present("derivation", self, form, instant))
+
+    # -- Friction: `mbody.solution.friction_results`, loaded where there is some
+
+    @functools.cached_property
+    def rates_of_pairs(self) -> Array:
+        """Of every pair with friction, see `pair_rates`."""
+        from mbody.solution.contact_forces import pair_rates
+
+        return pair_rates(self)
+
+    @functools.cached_property
+    def pairs_at_rest(self) -> Array:
+        """Which pairs with friction rest, see `resting_pairs`."""
+        from mbody.solution.contact_forces import resting_pairs
+
+        return resting_pairs(self)
+
+    @functools.cached_property
+    def losses(self) -> Mapping[str, Array]:
+        """Power that friction takes in each rough joint, by its name: arrays (instants,), or
+        (designs, instants) of a batch.
+
+        Examples
+        --------
+        >>> import mbody
+        >>> machine = mbody.Mechanism("wheel")
+        >>> machine.add(
+        ...     mbody.Body("wheel", mass=2.0, cg=(0.1, 0.0)),
+        ...     mbody.Revolute("O", "ground", "wheel", friction=0.1, pin_radius=0.01),
+        ...     mbody.AngleDriver("motor", "wheel", mbody.laws.ConstantSpeed(0.0, 10.0)),
+        ... )
+        >>> round(float(mbody.kinetostatics(machine).losses["O"][0]), 9)
+        0.199007438
+        """
+        from mbody.solution.friction_results import losses_of
+
+        return losses_of(self)
+
+    def mode(self, name: str) -> list[Any]:
+        """How a rough joint moves at each instant: ``"stick"``, or ``"slip+"`` and ``"slip-"`` by
+        the sign of its rate; of a batch a list of each design. Of a contact or a rope in a motion
+        of `simulate` ``"open"`` too, and ``"roll"`` of a wheel that sticks.
+
+        Raises
+        ------
+        ModelError
+            For what has no friction.
+        """
+        if name in self.modes:
+            return list(self.modes[name])
+        from mbody.solution.friction_results import mode_of
+
+        return mode_of(self, name)
+
+    @functools.cached_property
+    def forces_at_rest(self) -> Array:
+        """(choices, …instants, PER_PRIMITIVE·primitives), see `forces_at_rest`."""
+        from mbody.solution.friction_results import every_force_at_rest
+
+        return every_force_at_rest(self)
+
+    def range(self, name: str, on: str | None = None) -> ForceRange:
+        """Least and greatest effort of a driver or a coupling, or reaction of a joint, where joints
+        rest: their friction may be anything up to its limit there.
+
+        At rest the limits are those at which the mechanism begins to move one way or the other,
+        each driver alone; in a motion those just before and just after the rate of a joint changes
+        its sign.
+
+        Parameters
+        ----------
+        name : str
+            Of a driver, a coupling or a joint.
+        on : str, optional
+            Of a joint the body on which the force acts, as of `reaction`.
+
+        Raises
+        ------
+        ModelError
+            For a name that there is not, and analyses without forces.
+        """
+        from mbody.solution.friction_results import range_of
+
+        return range_of(self, name, on)
+
+    @functools.cached_property
+    def friction(self) -> FrictionReport | None:
+        """Whether friction is unique, and where the mechanism jams; None without rough joints or
+        forces.
+        """
+        from mbody.solution.friction_results import friction_report
+
+        return friction_report(self)
+
+    @property
+    def resting(self) -> dict[str, Array]:
+        """Rough joints that rest at some instant, with the instants: arrays of bool (instants,)."""
+        from mbody.solution.friction_results import resting_of
+
+        return resting_of(self)
+
+    def efficiency(self, output: str) -> Efficiency:
+        """Efficiency over the motion: useful work by the work of the drivers.
+
+        Parameters
+        ----------
+        output : str
+            A load that the mechanism works against, or a driver that takes power.
+
+        Returns
+        -------
+        Efficiency
+            Work given by the drivers, useful work done on the output, work lost in joints. What
+            else takes or gives work, as other loads and changes of speed, is in none of them.
+
+        Raises
+        ------
+        ModelError
+            For what is neither a load nor a driver, and where nothing is given.
+
+        Notes
+        -----
+        Of a motion of `simulate` these are the works of its account of energy. Of kinetostatics,
+        where the laws of the drivers led the motion, they are integrated anew by Gauss's rule, in
+        parts of the motion that are halved where a joint slides the other way; else by
+        the trapezoidal rule over the instants that there are.
+        """
+        found: Efficiency = present("efficiency", self, output)
+        return found
 
     def columns(self) -> dict[str, Array]:
         """All histories by column name, such as ``"crank.omega [rad/s]"``, for tables and files.

@@ -29,8 +29,8 @@ from mbody.solution.solution import IntegrationSettings, Solution
 from mbody.solution.traced_instant import Present, Read
 from mbody.stepping.input_values import Inputs
 from mbody.stepping.stepwise import Stepwise, StepwiseContacts
-from mbody.system.rank import jacobian, rank_of, too_large
-from mbody.system.system import System
+from mbody.system.rank import jacobian, rank_of
+from mbody.system.system import System, too_large
 
 # -- Present motion of a body, a point and a joint: numbers made when they are read ------------
 

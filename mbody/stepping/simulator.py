@@ -50,9 +50,9 @@ from mbody.stepping.input_values import Inputs
 from mbody.stepping.readings import MechanicsNow
 from mbody.stepping.stepwise import Carried, StepwiseContacts, Watched, stepwise
 from mbody.system.formula_rows import followed_inputs
-from mbody.system.rank import dense, rank_of, too_large
+from mbody.system.rank import dense, rank_of
 from mbody.system.read_only import lock
-from mbody.system.system import System
+from mbody.system.system import System, too_large
 
 # -- States that a user sets: the nearest one that joints and drivers allow, and how far it is -
 

@@ -29,7 +29,8 @@ from mbody.summaries.text_table import (
     paragraph,
     table,
 )
-from mbody.system.rank import DENSE, dense, jacobian, rank_of
+from mbody.system.rank import dense, jacobian, rank_of
+from mbody.system.system import DENSE
 
 if TYPE_CHECKING:
     from mbody.model.contact import OneSided

@@ -14,7 +14,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 import numpy as np
 
@@ -29,11 +29,13 @@ from mbody.model.constraint import Constraint
 from mbody.model.element import Element, Numbers, OwnState, signal_of
 from mbody.model.mechanism import Mechanism
 from mbody.model.primitives import ConstraintPrimitive, ForcePrimitive, FrictionPrimitive, Signal
-from mbody.model.states import State
 from mbody.quantities import Formula
 from mbody.system.elimination_order import blocks_of, eliminate, split, sums_of
 from mbody.system.formula_rows import FormulaRows, RecordedLaw, followed, following, recorded
 from mbody.system.system import System, polar_points
+
+if TYPE_CHECKING:
+    from mbody.model.states import State
 
 # -- Columns of numbers: of one description a number a row, of a batch of designs an array -----
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -31,22 +31,10 @@ from mbody.laws.kernels import OPERATIONS, FloatArray
 from mbody.model.element import Element, Numbers
 from mbody.model.mechanism import Mechanism
 from mbody.model.primitives import Signal
-from mbody.model.stop import Stop
-from mbody.system.formula_steps import (
-    JUMPS,
-    SIGNALS,
-    Differentiated,
-    NotSmooth,
-    Recorded,
-    StepList,
-    along_motion,
-    by_coordinate,
-    by_time,
-    driven_coordinate,
-    record_formula,
-    state_rate,
-    step_values,
-)
+
+if TYPE_CHECKING:
+    from mbody.model.stop import Stop
+    from mbody.system.formula_steps import Recorded, StepList
 
 # -- Formulas of drivers in time, inputs, auxiliary states and positions -----------------------
 #
@@ -104,6 +92,18 @@ def recorded_driver(
     driver: Element, signal: Signal, machine: Mechanism, at: Numbers
 ) -> DriverFormula:
     """Record the formula that a driver follows."""
+    from mbody.system.formula_steps import (
+        Differentiated,
+        NotSmooth,
+        Recorded,
+        along_motion,
+        by_coordinate,
+        by_time,
+        driven_coordinate,
+        record_formula,
+        state_rate,
+    )
+
     law: Any = signal.law
     steps = record_formula(law, signal.parameters, machine, at)
     value = Recorded(steps, steps.value)
@@ -180,6 +180,8 @@ def followed_states(driver: Element, machine: Mechanism, at: Numbers) -> tuple[s
 
 def _without_jumps(one: Recorded) -> Recorded:
     """The given number; NotSmooth where it depends on a jump."""
+    from mbody.system.formula_steps import JUMPS, NotSmooth
+
     for place in one.steps.needed([one.place]):
         if one.steps.steps[place][0] in JUMPS:
             raise NotSmooth(one.steps.steps[place][0])
@@ -260,6 +262,16 @@ def _check_jumps(driver: Element, law: Any, machine: Mechanism, inputs: frozense
 
 def recorded_stop(stop: Stop, machine: Mechanism, at: Numbers) -> DriverFormula:
     """The coordinate of a stop, recorded."""
+    from mbody.system.formula_steps import (
+        Differentiated,
+        NotSmooth,
+        Recorded,
+        along_motion,
+        by_coordinate,
+        by_time,
+        record_formula,
+    )
+
     signal = at.law(stop, "gap")
     steps = record_formula(signal.law, signal.parameters, machine, at)  # type: ignore[arg-type]
     gap = Recorded(steps, steps.value)
@@ -324,6 +336,8 @@ class ComposedLaw(Law):
 
     def raw(self, xs: FloatArray) -> FloatArray:
         """f, f′, f″, (N, 3), at times (N,)."""
+        from mbody.system.formula_steps import SIGNALS, step_values
+
         formula = self.formula
         signals = {name: law.raw(xs) for name, law in self.inputs.items()}
 
@@ -406,6 +420,8 @@ def recorded(
     """A law of a load or a state; `argument`: the load whose own law it is."""
     if not isinstance(signal.law, MeasuredFormula):
         return RecordedLaw(signal)
+    from mbody.system.formula_steps import record_formula
+
     return RecordedLaw(signal, record_formula(signal.law, signal.parameters, machine, at, argument))
 
 
@@ -413,6 +429,8 @@ def followed(signal: Signal, driver: Element, machine: Mechanism, at: Numbers) -
     """Law that a driver follows, or the coordinate of a stop."""
     if not isinstance(signal.law, MeasuredFormula):
         return RecordedLaw(signal, derivatives=True)
+    from mbody.model.stop import Stop
+
     if isinstance(driver, Stop):
         return RecordedLaw(signal, driven=recorded_stop(driver, machine, at))
     return RecordedLaw(signal, driven=recorded_driver(driver, signal, machine, at))
@@ -420,8 +438,7 @@ def followed(signal: Signal, driver: Element, machine: Mechanism, at: Numbers) -
 
 def following(mechanism: Mechanism, at: Numbers) -> dict[str, tuple[str, ...]]:
     """Stops, and drivers that follow positions, with the moving bodies of their rows."""
-    stops = (one for one in mechanism.contacts if isinstance(one, Stop))
-    found = {one.name: recorded_stop(one, mechanism, at).follows for one in stops}
+    found = {one.name: recorded_stop(one, mechanism, at).follows for one in mechanism.stops}
     for driver in mechanism.drivers:
         driven = followed(at.law(driver, "law"), driver, mechanism, at).driven
         if driven is not None and driven.follows:
@@ -530,6 +547,8 @@ class FormulaRows:
 
     def _read(self, what: tuple[Any, ...], first: int) -> tuple[int, int, int] | None:
         """Code and row of a number of the instant; None of an operation."""
+        from mbody.system.formula_steps import SIGNALS
+
         kind, *rest = what
         if kind == "position":
             return POSITION, 3 * self.bodies[rest[0]] + rest[1], 0

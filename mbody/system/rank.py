@@ -19,8 +19,6 @@ from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import violation
 from mbody.system.system import System
 
-#: Rows, and pairs of coordinates, up to which dense matrices are made.
-DENSE = 1500
 #: Rows from which on independent ones are recognised by Householder's reflections first, and the
 #: steps of inverse iteration for their least singular value.
 LARGE, ITERATIONS = 100, 6
@@ -59,11 +57,6 @@ class Rank(RankCounts):
 
     motions: np.ndarray
     dependencies: np.ndarray
-
-
-def too_large(system: System) -> bool:
-    """Whether dense matrices of a system would be out of proportion."""
-    return max(system.rows, system.coordinates // 2) > DENSE
 
 
 def jacobian(system: System, work: Work) -> tuple[np.ndarray, np.ndarray]:

@@ -544,6 +544,17 @@ class System:
         return {key: value for key, value in self.__dict__.items() if key not in own}
 
 
+# -- Whether dense matrices of a system are made ----------------------------------------------
+
+#: Rows, and pairs of coordinates, up to which dense matrices are made.
+DENSE = 1500
+
+
+def too_large(system: System) -> bool:
+    """Whether dense matrices of a system would be out of proportion."""
+    return max(system.rows, system.coordinates // 2) > DENSE
+
+
 # -- A system with the numbers of another one --------------------------------------------------
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from mbody.core.tolerances import TINY
 from mbody.laws import MeasuredFormula
-from mbody.model.closed_mechanism import JointContact
+from mbody.model.joint_limits import JointContact
 from mbody.model.joints import Joint, Revolute
 from mbody.model.touching_shapes import middles_of_arcs
 from mbody.solution.checks import whole_instant

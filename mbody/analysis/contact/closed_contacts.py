@@ -13,27 +13,29 @@ import contextlib
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from mbody.analysis.contact.unilateral import Touch, Unilateral
 from mbody.analysis.position.assembly_analysis import closed, set_driver_values
 from mbody.core.tolerances import CONTACT_GAP_FAR, CONTACT_GAP_MEANT, CONTACT_GAP_NONE, ROWS_SAME
 from mbody.errors import ModelError, SolveError
 from mbody.kernels.layout import Work
 from mbody.model.body import Guesses
-from mbody.model.closed_mechanism import limits_of, with_others
+from mbody.model.closed_mechanism import with_others
 from mbody.model.contact import Contact
 from mbody.model.element import listed
+from mbody.model.joint_limits import limits_of
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
 from mbody.model.simulation import STATE
 from mbody.solution.solution import Solution
-from mbody.solution.touch_places import touches_of
 from mbody.system.assembler import assemble
-from mbody.system.rank import dense, rank_of, too_large
-from mbody.system.system import System, with_numbers_of
+from mbody.system.rank import dense, rank_of
+from mbody.system.system import System, too_large, with_numbers_of
+
+if TYPE_CHECKING:
+    from mbody.analysis.contact.unilateral import Touch
 
 # -- Contacts closed at a position, and those that determine it --------------------------------
 
@@ -64,6 +66,8 @@ class ContactChoice:
     """
 
     def __init__(self, system: System, work: Work, free: int) -> None:
+        from mbody.analysis.contact.unilateral import Unilateral
+
         self.system, self.work, self.free = system, work, free
         self.places: dict[str, list[int]] = defaultdict(list)
         self.notes: list[str] = []
@@ -393,6 +397,8 @@ def contact_phases(run: Solution) -> list[ContactPhase]:
     >>> [phase.instants.tolist() for phase in contact_phases(run)]
     [[0, 1, 2, 3, 4]]
     """
+    from mbody.solution.touch_places import touches_of
+
     machine = run.mechanism
     if not run.modes or run.stepped is not None or has_closed_contacts(machine):
         return [ContactPhase(run.system, np.arange(len(run)), frozenset())]

@@ -22,9 +22,9 @@ from mbody.errors import ModelError
 from mbody.kernels.friction import FRICTION_KINDS, LASTING
 from mbody.kernels.layout import PER_PRIMITIVE, Work, first_beyond
 from mbody.kernels.loop_closure import laws_of_time, violation
-from mbody.model.closed_mechanism import contacts_of, with_joint_contacts
 from mbody.model.contact import Spot
 from mbody.model.element import listed
+from mbody.model.joint_limits import contacts_of, with_joint_contacts
 from mbody.model.joints import Fixed
 from mbody.system.assembler import assemble
 from mbody.system.system import System, with_numbers_of

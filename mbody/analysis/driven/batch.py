@@ -31,8 +31,8 @@ from mbody.solution.histories import Record
 from mbody.solution.solution import Solution
 from mbody.straight_line.programs import StraightLineCode, straight_line_code
 from mbody.system.pivoting import PivotChoices, diagonal_blocks, lane_workspace
-from mbody.system.rank import dense, too_large
-from mbody.system.system import System
+from mbody.system.rank import dense
+from mbody.system.system import System, too_large
 
 # -- Designs of one topology over equal instants, on lanes -------------------------------------
 #

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.contact.closed_contacts import has_closed_contacts
-from mbody.analysis.contact.unilateral import Unilateral, deepest_overlap
 from mbody.analysis.position.assembly_analysis import misfit
 from mbody.core.tolerances import CONTACT_GAP_NONE, DISTANCE_MISFIT, FORCE_NONE, TINY
 from mbody.kernels.friction import REACHED_PART
@@ -31,7 +30,6 @@ from mbody.solution.contact_forces import (
 from mbody.solution.doubts import Doubt
 from mbody.solution.histories import column, ends
 from mbody.solution.solution import Solution
-from mbody.solution.touch_places import touches_of
 from mbody.system.system import System
 
 Array = np.ndarray
@@ -289,6 +287,8 @@ def _past_ends(found: Solution) -> list[Doubt]:
 
 def _past_arcs(found: Solution) -> list[Doubt]:
     """Contacts that are kept closed beyond the end of their arc, of one design."""
+    from mbody.solution.touch_places import touches_of
+
     doubts = []
     for contact in (one for one in found.mechanism.contacts if one.closed and found.modes):
         spots = contact.spots(found.system.numbers)
@@ -363,6 +363,8 @@ def _slipping(found: Solution) -> list[Doubt]:
 
 def _overlapping(found: Solution) -> list[Doubt]:
     """Shapes of contacts that are left out and overlap, of one design."""
+    from mbody.analysis.contact.unilateral import Unilateral, deepest_overlap
+
     system = found.system
     if found.record.batch or all(one.closed for one in found.mechanism.contacts):
         return []

@@ -31,8 +31,8 @@ from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import laws_of_time
 from mbody.laws import Expression
 from mbody.model.element import listed
-from mbody.system.rank import Rank, dense, rank_of, too_large
-from mbody.system.system import System
+from mbody.system.rank import Rank, dense, rank_of
+from mbody.system.system import System, too_large
 
 #: How far, in radians and model lengths, and how fast in natural rates, such a motion is tried.
 TRIED = 0.3

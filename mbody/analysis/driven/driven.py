@@ -12,11 +12,6 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from mbody.analysis.assemblies.assembly_modes import chosen_assembly
-from mbody.analysis.contact.closed_contacts import with_closed_contacts
-from mbody.analysis.driven.batch import batch
-from mbody.analysis.driven.contact_report import with_contact_report, with_friction_notes
-from mbody.analysis.driven.dead_centres import DeadCentre, with_ends
 from mbody.analysis.driven.path_following import PathEnded, Runner, through_change_points
 from mbody.analysis.driven.time_grid import DriverValues, TimeGrid, by_time, check_timed, time_grid
 from mbody.analysis.position.assembly_analysis import as_system, check_determined, closed
@@ -112,20 +107,38 @@ def driven(
     if assembly is not None:
         if guess:
             raise ModelError("give a guess or an assembly, not both: each chooses the branch")
+        from mbody.analysis.assemblies.assembly_modes import chosen_assembly
+
         guess = chosen_assembly(system, _first_values(system, grid), assembly)
-    chosen = with_closed_contacts(system, float(grid.t[0]), grid.first(system), guess)
-    system, guess = chosen.system, chosen.guess
+    notes: tuple[str, ...] = ()
+    remedy = ""
+    machine = system.mechanism
+    if machine.contacts or any(joint.limited for joint in machine.joints):
+        from mbody.analysis.contact.closed_contacts import with_closed_contacts
+
+        chosen = with_closed_contacts(system, float(grid.t[0]), grid.first(system), guess)
+        system, guess, notes, remedy = chosen
     runner = Runner(system, analysis)
     meant = None if guess else functools.partial(_as_from_start, runner, grid)
     start = closed(system, float(grid.t[0]), grid.first(system), guess, meant=meant)
-    found = _followed(runner, start, grid, chosen.remedy)
+    found = _followed(runner, start, grid, remedy)
     if before:
         found = found.take(np.arange(before, len(found)))
-    found = with_contact_report(with_friction_notes(found), chosen.notes)
+    found = _with_reports(found, notes)
     pulling = runner.pulled(start, grid, found)
     if pulling:
         found = changed(found, notes=(*as_reported(found).notes, *pulling))
     return found
+
+
+def _with_reports(found: Solution, notes: tuple[str, ...]) -> Solution:
+    """The result with what is to be said of its friction and its contacts, where it has such."""
+    rows = found.system.friction_rows
+    if rows.start == rows.stop and not found.mechanism.contacts:
+        return found
+    from mbody.analysis.driven.contact_report import with_contact_report, with_friction_notes
+
+    return with_contact_report(with_friction_notes(found), notes)
 
 
 def _first_values(system: System, grid: TimeGrid) -> dict[str, float]:
@@ -174,6 +187,8 @@ def _followed(runner: Runner, start: ClosedPosition, grid: TimeGrid, remedy: str
     """
     system = runner.system
     if system.batch is not None:
+        from mbody.analysis.driven.batch import batch
+
         return batch(runner, start, grid)
     try:
         check_determined(system, start, runner.analysis, remedy)
@@ -181,7 +196,11 @@ def _followed(runner: Runner, start: ClosedPosition, grid: TimeGrid, remedy: str
         return through_change_points(runner, start, grid, {0}, error)
     try:
         return _single(runner, start, grid)
-    except DeadCentre as stop:
+    except SolveError as stop:
+        from mbody.analysis.driven.dead_centres import DeadCentre, with_ends
+
+        if not isinstance(stop, DeadCentre):
+            raise
         raise with_ends(stop, system, start) from None
 
 

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mbody.core.tolerances import TABLE_RANGE_MARGIN
 from mbody.laws import MeasuredFormula, Table, Table2
-from mbody.model.curves import NamedCurve
 from mbody.model.element import Element
 from mbody.model.mechanism import Mechanism
 from mbody.quantities.units import DIMENSIONS, Dimension, UnitSystem, dimension_of
-from mbody.solution.doubts import Doubt
 from mbody.solution.histories import column
-from mbody.solution.measures import argument, argument_rate, formula_value, measured
 from mbody.solution.solution import Solution
+
+if TYPE_CHECKING:
+    from mbody.model.curves import NamedCurve
+    from mbody.solution.doubts import Doubt
 
 #: What holds beyond the points.
 INSTEAD = {"hold": "the value at its end", "line": "the tangent at its end"}
@@ -32,6 +33,8 @@ def range_doubt(
     met: tuple[float, float, float],
 ) -> Doubt:
     """The doubt."""
+    from mbody.solution.doubts import Doubt
+
     name, table = what
     low, high, since = met
     unit, size = (units.of(of), 1.0) if of is not None else ("", 1.0)
@@ -127,6 +130,8 @@ def _calls(
     solution: Solution, element: Any, field: str, law: MeasuredFormula
 ) -> list[tuple[_Recorder, tuple[Any, ...]]]:
     """The curves that a formula calls over the instants, with what they are called with."""
+    from mbody.solution.measures import argument, formula_value, measured
+
     calls: list[tuple[_Recorder, tuple[Any, ...]]] = []
     curves: Mapping[str, Any] = {
         name: _Recorder(name, curve, calls) for name, curve in solution.mechanism.curves.items()
@@ -154,6 +159,8 @@ def extrapolated(solution: Solution) -> list[Doubt]:
     kept instants; of a free motion the argument is followed between them too, by the cubic through
     its values and rates.
     """
+    from mbody.solution.measures import argument, argument_rate
+
     found, system = [], solution.system
     tables = system.once("open tables", lambda: tuple(open_tables(solution.mechanism)))
     for element, field, table in tables:

@@ -8,20 +8,10 @@ import weakref
 from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.analysis.driven.contact_report import (
-    OneSidedForce,
-    check_fits,
-    low_between,
-    one_sided,
-    one_sided_force,
-    pulled,
-)
-from mbody.analysis.driven.dead_centres import DeadCentre
-from mbody.analysis.driven.diagnosis import open_note, open_reactions, valueless
 from mbody.analysis.driven.extrapolation import extrapolated
 from mbody.analysis.driven.time_grid import TimeGrid, by_time, check_laws
 from mbody.analysis.position.assembly_analysis import check_determined, closed, raise_user_error
@@ -67,16 +57,20 @@ from mbody.kernels.continuation_lanes import (
 )
 from mbody.kernels.layout import PER_PRIMITIVE, Work
 from mbody.kernels.loop_closure import violation
+from mbody.model.joints import Joint
+from mbody.model.mechanism import Mechanism
 from mbody.model.model_notes import kept_states, left_out, model_notes
 from mbody.solution.checks import as_reported, changed
-from mbody.solution.doubts import Doubt
 from mbody.solution.histories import BranchDistance, Record
 from mbody.solution.solution import Solution
 from mbody.straight_line.code_interface import LaneInstants
-from mbody.straight_line.programs import MotionCall, StraightLineCode, straight_line_code
 from mbody.system.pivoting import PivotChoices, choose_pivots, lane_workspace
-from mbody.system.rank import dense, too_large
-from mbody.system.system import System
+from mbody.system.system import System, too_large
+
+if TYPE_CHECKING:
+    from mbody.analysis.driven.contact_report import OneSidedForce
+    from mbody.solution.doubts import Doubt
+    from mbody.straight_line.programs import MotionCall, StraightLineCode
 
 # -- The numbers of Φ_q at positions, by which pivots are chosen (`mbody.system.pivoting`) -----
 
@@ -121,6 +115,8 @@ def own_motion_call(
     # own states of designs differ between lanes, and the code has one first number for all
     if not system.machine_code or (system.batch is not None and system.layout.owns):
         return None
+    from mbody.straight_line.programs import MotionCall, straight_line_code
+
     codes = _codes.setdefault(system, {})
     kind = instants.mode, instants.with_forces, instants.at_rest
     if kind not in codes:
@@ -238,6 +234,8 @@ def meeting(system: System, work: Work) -> list[str]:
     """Names of the elements whose rows become dependent at a position, those with the
     greatest shares; none of a system that is too large for dense matrices.
     """
+    from mbody.system.rank import dense
+
     if too_large(system):
         return []
     u, sizes, _ = np.linalg.svd(dense(system, work)[1])
@@ -517,6 +515,8 @@ class Runner:
         if with_forces and not unbalanced < self.unbalanced:
             raise_user_error(self.system)
             if np.isnan(unbalanced):
+                from mbody.analysis.driven.diagnosis import valueless
+
                 n = self.system.coordinates
                 k = int(np.flatnonzero(np.isnan(output[:, 3 * n :, 0]).any(axis=1))[0])
                 q, v = output[k, :n, 0], output[k, n : 2 * n, 0]
@@ -650,7 +650,13 @@ class Runner:
         """The `Solution` of the computed instants, with its notes and doubts; wheels that do not
         fit raise an error.
         """
-        dependencies = open_reactions(self.system, start.rank) if start.regularization else None
+        dependencies: dict[str, list[bool]] | None = None
+        redundant: tuple[str, ...] = ()
+        if start.regularization:
+            from mbody.analysis.driven.diagnosis import open_note, open_reactions
+
+            dependencies = open_reactions(self.system, start.rank)
+            redundant = open_note(dependencies) if self.with_forces else ()
         machine, own = self.system.mechanism, self.system.first_states[:, 0]
         notes = [*start.notes, *self.system.once("model_notes", lambda: model_notes(machine))]
         left = "left out", self.analysis
@@ -658,7 +664,7 @@ class Runner:
         if machine.states and self.analysis != "kinematics":
             starts = {one.name: float(z) for one, z in zip(machine.states, own, strict=True)}
             notes += kept_states(machine, starts, self.analysis)
-        notes += open_note(dependencies) if start.regularization and self.with_forces else ()
+        notes += redundant
         found = Solution(
             system=self.system,
             analysis=self.analysis,
@@ -671,7 +677,10 @@ class Runner:
             status=status,
             branch=self.branches.distance,
         )
-        check_fits(found)
+        if any(joint.spaced for joint in machine.joints):
+            from mbody.analysis.driven.contact_report import check_fits
+
+            check_fits(found)
         beyond = tuple(extrapolated(found))
         # without a look at residuals: forces that are missing may be reported later
         return changed(found, doubts=beyond) if beyond else found
@@ -680,7 +689,11 @@ class Runner:
         """Sentences of contacts that pull and ropes that push, over the instants of `found`, and,
         where these lie on a motion over time that the grid follows, between them.
         """
-        sided = one_sided(self.system) if self.with_forces else []
+        if not (self.with_forces and _may_be_one_sided(self.system.mechanism)):
+            return []
+        from mbody.analysis.driven.contact_report import one_sided, pulled
+
+        sided = one_sided(self.system)
         times, between = found.t, None
         if sided and grid.mode == BY_TIME and self.system.batch is None and len(times) > 1:
             between = self._between(start, grid, found, sided)
@@ -692,6 +705,12 @@ class Runner:
         """Forces of contacts and ropes between the instants: evenly, so many a step of the motion,
         then again where three of them show that they may fall lower.
         """
+        from mbody.analysis.driven.contact_report import (
+            OneSidedForce,
+            low_between,
+            one_sided_force,
+        )
+
         low, high = float(found.t.min()), float(found.t.max())
         if not high > low:
             return None
@@ -732,6 +751,8 @@ class Runner:
         self, stuck: PathEnded, start: ClosedPosition, grid: TimeGrid, design: int = 0
     ) -> SolveError:
         """The sentence of a path that ended: a user's function, a law, a dead centre."""
+        from mbody.analysis.driven.dead_centres import DeadCentre
+
         system = self.system
         raise_user_error(system)
         if grid.mode == BY_TIME:
@@ -807,6 +828,8 @@ class Runner:
 
     def _singular(self, start: ClosedPosition) -> bool:
         """Whether Φ_q is nearly singular at the last place that was reached."""
+        from mbody.system.rank import dense
+
         if too_large(self.system):
             return True
         work = start.work
@@ -829,6 +852,12 @@ class Runner:
         if driver.angular:
             return f"{np.degrees(value):.4g} deg{time}"
         return f"{value:.6g} {self.system.mechanism.units.length}{time}"
+
+
+def _may_be_one_sided(machine: Mechanism) -> bool:
+    """Whether something in a mechanism may hold in one sense only, as a contact or a rope."""
+    own = any(type(joint).normal is not Joint.normal for joint in machine.joints)
+    return own or bool(machine.contacts or machine.couplings)
 
 
 def followed_lanes(output: np.ndarray) -> FollowedLanes:
@@ -900,6 +929,8 @@ def through_change_points(
 
 def _incomplete(runner: Runner, grid: TimeGrid, missing: dict[int, list[str]]) -> Doubt:
     """Doubt about forces without a value, from the names of their elements by instant."""
+    from mbody.solution.doubts import Doubt
+
     names = list(dict.fromkeys(name for found in missing.values() for name in found))
     places = [runner.where(float(grid.s[k]), grid) for k in missing]
     listing = "; ".join(places[:NAMED_INSTANTS])

@@ -20,7 +20,6 @@ from mbody.laws import Expression, Table, times_of
 from mbody.model.driver import Driver
 from mbody.model.element import Element, listed
 from mbody.model.mechanism import Mechanism
-from mbody.model.numbers import varied
 from mbody.quantities.types import PlainNumbers
 from mbody.system.formula_rows import followed_states, recorded_driver
 from mbody.system.system import System
@@ -212,6 +211,8 @@ def _failed(driver: Driver, error: Exception) -> SolveError:
 
 def _designs(system: System, element: Element, field: str) -> Iterable[int | None]:
     """The designs that a law differs between; one None where it is the same for all."""
+    from mbody.model.numbers import varied
+
     own = system.batch is not None and varied(system.values, element, field)
     return range(int(system.batch or 1)) if own else (None,)
 

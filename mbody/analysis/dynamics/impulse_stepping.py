@@ -70,9 +70,10 @@ from mbody.kernels.moreau import (
     moreau,
 )
 from mbody.kernels.step_state import DELIVERED, DONE, NEXT, NOT_FINITE, STEPS, TIME
-from mbody.model.closed_mechanism import contacts_of, without_contacts
+from mbody.model.closed_mechanism import without_contacts
 from mbody.model.contact import Contact, Rope
 from mbody.model.element import listed
+from mbody.model.joint_limits import contacts_of
 from mbody.solution.checks import as_reported, changed, residuals
 from mbody.solution.doubts import Doubt
 from mbody.solution.histories import Record

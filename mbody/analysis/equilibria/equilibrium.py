@@ -50,9 +50,8 @@ from mbody.solution.doubts import Doubt, Inherited, doubted, heading, unit_symbo
 from mbody.solution.friction_results import rubs_by_contacts_alone
 from mbody.solution.histories import BodyHistory, Reaction, Record, link_poses
 from mbody.solution.solution import Solution
-from mbody.system.rank import DENSE, too_large
 from mbody.system.read_only import lock
-from mbody.system.system import System
+from mbody.system.system import DENSE, System, too_large
 
 # -- Base of results at several equilibria -----------------------------------------------------
 

@@ -33,9 +33,9 @@ from mbody.core.tolerances import (
 from mbody.errors import ModelError
 from mbody.kernels.layout import Work
 from mbody.model.body import Guesses
-from mbody.model.closed_mechanism import JointLimit, contacts_of
 from mbody.model.contact import Contact, Rope
 from mbody.model.element import listed
+from mbody.model.joint_limits import JointLimit, contacts_of
 from mbody.model.mechanism import Mechanism
 from mbody.model.model_notes import left_out, model_notes
 from mbody.model.stop import Freewheel, Stop

@@ -53,8 +53,8 @@ from mbody.model.numbers import number_in
 from mbody.quantities.types import Number
 from mbody.solution.histories import Record
 from mbody.solution.solution import Solution
-from mbody.system.rank import dense, dense_rates, rank_of, shortest, too_large
-from mbody.system.system import System
+from mbody.system.rank import dense, dense_rates, rank_of, shortest
+from mbody.system.system import System, too_large
 
 # -- First rates of free motions of which nothing says how fast they begin while drivers move --
 

@@ -47,8 +47,8 @@ from mbody.solution.histories import Record, link_poses
 from mbody.solution.measures import check_measure
 from mbody.solution.solution import Solution
 from mbody.system.assembler import assemble
-from mbody.system.rank import dense, shortest, too_large
-from mbody.system.system import System, polar_points, with_numbers_of
+from mbody.system.rank import dense, shortest
+from mbody.system.system import System, polar_points, too_large, with_numbers_of
 
 # -- First positions nearest to prescribed coordinates -----------------------------------------
 

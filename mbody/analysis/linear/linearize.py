@@ -51,9 +51,9 @@ from mbody.solution.histories import Record
 from mbody.solution.measures import check_measure, measured
 from mbody.solution.solution import IntegrationSettings, Solution
 from mbody.system.formula_rows import followed_inputs, followed_states
-from mbody.system.rank import dense, dense_rates, rank_of, too_large
+from mbody.system.rank import dense, dense_rates, rank_of
 from mbody.system.read_only import lock
-from mbody.system.system import System
+from mbody.system.system import System, too_large
 
 # -- Contact modes of an instant as constraints ------------------------------------------------
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
@@ -46,8 +46,10 @@ from mbody.model.element import listed
 from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
 from mbody.system.assembler import assemble
-from mbody.system.rank import Rank, dense, rank_of, smallest_gap, too_large
-from mbody.system.system import System
+from mbody.system.system import System, too_large
+
+if TYPE_CHECKING:
+    from mbody.system.rank import Rank
 
 # -- Users' own physics, looked at where an analysis begins: purity, and derivatives of joints -
 
@@ -315,6 +317,8 @@ def explain_gap(system: System, work: Work, start: np.ndarray, t: float) -> NoRe
     """Say which loop stays open and by how much, or which driver is one too many. `start`
     (coordinates, 1).
     """
+    from mbody.system.rank import dense, rank_of, smallest_gap
+
     owners = np.array([system.owners[e][0].name for e in system.row_table[0]])
     joints = len(owners) - len(system.drivers)
     if system.rows > SEARCHED:
@@ -363,6 +367,8 @@ def refuse_near_redundant(system: System, work: Work, start: np.ndarray) -> None
     joints = system.rows - drivers
     if system.rows > SEARCHED or joints + max(1, drivers) <= size:
         return
+    from mbody.system.rank import dense, rank_of, smallest_gap
+
     before = work.q.copy()
     work.q[:] = start
     scale = system.coordinate_units
@@ -404,6 +410,8 @@ def refuse_near_redundant(system: System, work: Work, start: np.ndarray) -> None
 
 def _least(system: System, work: Work, joints: int) -> np.ndarray:
     """Move to the nearest position at which the joints, without drivers, are violated least."""
+    from mbody.system.rank import dense
+
     scale = system.coordinate_units
     phi = np.zeros(joints)
     for _ in range(10):
@@ -437,6 +445,8 @@ def _out_of_reach(system: System, work: Work, off: np.ndarray, t: float) -> Solv
 
 def _gap_met(system: System, work: Work, joints: int, t: float) -> SolveError:
     """The sentence where the smallest gap is not looked for: the gap at which closing ended."""
+    from mbody.system.rank import dense, rank_of
+
     if not too_large(system):
         _refuse_surplus(system, rank_of(np.nan_to_num(dense(system, work)[1][:joints])))
     primitive, _, is_angle = system.row_table
@@ -466,6 +476,8 @@ def _refuse_surplus(system: System, joints: Rank) -> None:
 
 def _check_directions(system: System, work: Work, owners: np.ndarray) -> None:
     """Refuse a first position at which a distance is measured between two places that coincide."""
+    from mbody.system.rank import dense
+
     G = dense(system, work)[1]
     bad = np.flatnonzero(~np.isfinite(G).all(axis=1))
     if bad.size:
@@ -654,6 +666,8 @@ def _from(system: System, work: Work, start: np.ndarray) -> ClosedPosition | Non
             if regularization:
                 return result
             continue
+        from mbody.system.rank import dense, rank_of
+
         G = dense(system, work)[1]
         if not np.isfinite(G).all():  # a distance of 0 has no direction
             continue
@@ -732,6 +746,8 @@ def _say_branch(
     )
     if result.straight and far < GUESS_NEAR and apart < GUESS_NEAR * system.length:
         return True
+    from mbody.system.rank import dense
+
     here = np.linalg.slogdet(dense(system, result.work)[1])[0]
     result.work.q[:] = start
     there = np.linalg.slogdet(dense(system, result.work)[1])[0]
@@ -768,6 +784,8 @@ def check_determined(system: System, result: ClosedPosition, what: str, remedy: 
             return
         free = system.coordinates - system.rows
         raise SolveError(_too_few(system, what, free, None) + remedy)
+    from mbody.system.rank import dense, rank_of
+
     G = dense(system, result.work)[1]
     report = result.rank = rank_of(G)
     names = [driver.name for driver in system.mechanism.drivers]
@@ -827,5 +845,7 @@ def _fastest(system: System, motions: np.ndarray) -> str:
 
 def _dependent_driver(G: np.ndarray, joints: int) -> int:
     """The last driver whose row depends on the rows before it."""
+    from mbody.system.rank import rank_of
+
     ranks = [rank_of(G[: joints + n]).rank for n in range(len(G) - joints + 1)]
     return max(n for n in range(len(ranks) - 1) if ranks[n + 1] == ranks[n])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,8 +22,10 @@ from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import close_designs
 from mbody.model.body import Guesses
 from mbody.model.element import Element, Marker
-from mbody.system.rank import Rank
 from mbody.system.system import System
+
+if TYPE_CHECKING:
+    from mbody.system.rank import Rank
 
 
 @dataclass

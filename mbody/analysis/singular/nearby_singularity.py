@@ -37,8 +37,7 @@ from mbody.core.tolerances import (
     SINGULARITY_BESIDE_PATH,
 )
 from mbody.model.element import listed
-from mbody.system.rank import too_large
-from mbody.system.system import System
+from mbody.system.system import System, too_large
 
 Array = np.ndarray
 

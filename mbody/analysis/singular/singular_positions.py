@@ -42,8 +42,8 @@ from mbody.core.tolerances import (
 from mbody.errors import SolveError
 from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import laws_of_time
-from mbody.system.rank import dense, too_large
-from mbody.system.system import System
+from mbody.system.rank import dense
+from mbody.system.system import System, too_large
 
 # -- Real solutions of quadrics yᵀ A_i y = 0 that also meet linear conditions P y = p ----------
 #

@@ -40,9 +40,9 @@ from mbody.core.tolerances import (
 from mbody.engines.crosscheck_result import Comparison, CrosscheckResult
 from mbody.engines.oracle.friction import rubs
 from mbody.engines.oracle.mechanics import Reference
-from mbody.model.closed_mechanism import contacts_of
 from mbody.model.contact import Contact, Rope
 from mbody.model.element import Marker
+from mbody.model.joint_limits import contacts_of
 from mbody.model.touching_shapes import Disc, Line, Polygon, Ring, Segment, Vertex
 from mbody.solution.solution import Solution
 from mbody.system.system import System

@@ -16,7 +16,7 @@ import re
 from array import array
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
 from pydantic import (
     AfterValidator,
@@ -46,12 +46,14 @@ from mbody.model.body import (
     SlenderRod,
     TubeSection,
 )
-from mbody.model.coupling import CouplingTerm
 from mbody.model.element import Marker, Polar, check_name
 from mbody.model.touching_shapes import Disc, Line, Polygon, Ring, Segment
 from mbody.quantities import Formula, FormulaError, parse_unit, read
 from mbody.quantities.formula import NotANumber, NotFinite, float_or_formula
 from mbody.quantities.units import DIMENSIONS, Dimension, name_of
+
+if TYPE_CHECKING:
+    from mbody.model.coupling import CouplingTerm
 
 # -- Tables in files of their own, which a model names: only below its own folder --------------
 
@@ -334,12 +336,14 @@ class TermIn(Strict):
     coordinate: tuple[place, place] | None = None
 
 
-term = Annotated[
-    TermIn,
-    AfterValidator(
-        lambda t: CouplingTerm(t.factor, t.angle, t.relative_to, t.distance, t.coordinate)
-    ),
-]
+def _term(given: TermIn) -> CouplingTerm:
+    from mbody.model.coupling import CouplingTerm
+
+    t = given
+    return CouplingTerm(t.factor, t.angle, t.relative_to, t.distance, t.coordinate)
+
+
+term = Annotated[TermIn, AfterValidator(_term)]
 
 
 class GuessIn(Strict):

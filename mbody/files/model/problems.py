@@ -5,27 +5,26 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import functools
+import importlib
 import json
 import math
 import os
 import re
 import tomllib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
 from mbody import laws
 from mbody.core.former_names import former
 from mbody.errors import ModelError, brief, remedy
-from mbody.model import contact, coupling, driver, joints, loads, stop
-from mbody.model import stop as freewheel
-from mbody.model.contact import OneSided
+from mbody.model import driver, joints, loads
 from mbody.model.element import Element
 
 # -- Elements of a model file, and the words for them ------------------------------------------
 #
-# Taken from the classes themselves, so that a new joint, load or law appears in files, in the
-# schema and in the messages as soon as it is written.
+# Joints, loads and laws are taken from the classes themselves, so that a new one appears in files,
+# in the schema and in the messages as soon as it is written.
 
 
 def _word(name: str) -> str:
@@ -44,17 +43,41 @@ def _elements(module: Any, base: type[Element], ending: str = "") -> dict[str, t
     return dict(sorted(found.items()))
 
 
+class Kinds(Mapping[str, type[Element]]):
+    """Kinds of elements that most files have none of, by word their ``module:class``: loaded when
+    one is asked for.
+    """
+
+    def __init__(self, **places: str) -> None:
+        self.places = places
+
+    def __getitem__(self, word: str) -> type[Element]:
+        module, _, name = self.places[word].partition(":")
+        found: type[Element] = getattr(importlib.import_module(module), name)
+        return found
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.places)
+
+    def __len__(self) -> int:
+        return len(self.places)
+
+
 #: Kinds of elements by section of a file.
-SECTIONS: dict[str, dict[str, type[Element]]] = {
+SECTIONS: dict[str, Mapping[str, type[Element]]] = {
     "joints": _elements(joints, joints.Joint),
-    "couplings": _elements(coupling, coupling.Coupling, "Coupling"),
+    "couplings": Kinds(
+        angle="mbody.model.coupling:AngleCoupling", length="mbody.model.coupling:LengthCoupling"
+    ),
     "drivers": _elements(driver, driver.Driver, "Driver"),
     "loads": _elements(loads, loads.Load),
-    "contacts": {
-        word: cls
-        for module in (contact, freewheel, stop)
-        for word, cls in _elements(module, OneSided).items()
-    },
+    "contacts": Kinds(
+        between="mbody.model.contact:Between",
+        contact="mbody.model.contact:Contact",
+        rope="mbody.model.contact:Rope",
+        freewheel="mbody.model.stop:Freewheel",
+        stop="mbody.model.stop:Stop",
+    ),
 }
 
 #: Laws by their word: those of `mbody.laws`, less what is no table of numbers in a file.

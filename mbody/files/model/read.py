@@ -21,8 +21,6 @@ from typing import Any, cast
 import pydantic
 
 from mbody.analysis.driven.driven import check_instants, dimension_of_instants
-from mbody.analysis.initial.initial_state import check_simulation
-from mbody.analysis.inverse.conditions import check_question
 from mbody.errors import ModelError, brief
 from mbody.files.model.fields import Context
 from mbody.files.model.problems import (
@@ -41,20 +39,14 @@ from mbody.files.model.study_tables import keep_fit, keep_settings, keep_task
 from mbody.model.body import Body
 from mbody.model.closed_mechanism import compiled_state, compiled_stop
 from mbody.model.element import Element, listed
-from mbody.model.inputs import Input
 from mbody.model.loads import Gravity
 from mbody.model.mechanism import Mechanism
 from mbody.model.model_notes import of_each
-from mbody.model.numbers import meant
-from mbody.model.simulation import Event, SimulationSettings
-from mbody.model.states import State
-from mbody.model.stop import Stop
 from mbody.model.study import Instants, Measure, Question, Unknown
 from mbody.quantities.parameters import Parameters, parameter_value, plain_otherwise, with_unit_of
 from mbody.quantities.parse import MAX_CHARACTERS
 from mbody.quantities.types import Number
 from mbody.quantities.units import DIMENSIONS, Dimension, UnitSystem, unit_system
-from mbody.solution.measures import check_measure
 
 # -- Ambiguities of a model file: plain numbers, and omitted entries ---------------------------
 
@@ -170,10 +162,14 @@ def build(given: Any) -> tuple[Mechanism | None, list[Problem]]:
         missing.add(name)
 
     for name, value in given.inputs.items():
+        from mbody.model.inputs import Input
+
         add(("inputs", name), Input, {"value": value})
     for name, body in given.bodies.items():
         add(("bodies", name), Body, _set(body))
     for name, state in given.states.items():  # clutches, drivers and loads measure them
+        from mbody.model.states import State
+
         add(("states", name), State, _set(state))
     for section, kinds in SECTIONS.items():
         for name, entry in getattr(given, section).items():
@@ -204,7 +200,7 @@ def _rates(mechanism: Mechanism) -> list[Problem]:
 def _stops(mechanism: Mechanism) -> list[Problem]:
     """Errors in the formulas of stops, which may be measures."""
     problems = []
-    for stop in (one for one in mechanism.contacts if isinstance(one, Stop)):
+    for stop in mechanism.stops:
         try:
             compiled_stop(mechanism, stop)
         except ModelError as error:
@@ -275,6 +271,8 @@ def _questions(given: Any, mechanism: Mechanism) -> list[Problem]:
     for name, entry in given.measures.items():
         if len(problems) >= ENOUGH:
             break
+        from mbody.solution.measures import check_measure
+
         try:
             measure = Measure(entry) if isinstance(entry, str) else Measure(entry.of, entry.unit)
             mechanism.measures[name] = measure
@@ -291,6 +289,9 @@ def _questions(given: Any, mechanism: Mechanism) -> list[Problem]:
         except ModelError as error:
             problems.append(Problem(("ask",), str(error).removeprefix("ask: ")))
     if given.simulate is not None:
+        from mbody.analysis.initial.initial_state import check_simulation
+        from mbody.model.simulation import Event, SimulationSettings
+
         try:
             entry = given.simulate
             start = {body: _set(state) for body, state in entry.start.items()}
@@ -312,6 +313,8 @@ def _questions(given: Any, mechanism: Mechanism) -> list[Problem]:
     for name, entry in given.solve.items():
         if len(problems) >= ENOUGH:
             break
+        from mbody.analysis.inverse.conditions import check_question
+
         try:
             question = _question(mechanism, entry, given.angle)
             mechanism.questions[name] = question
@@ -345,6 +348,8 @@ def _question(mechanism: Mechanism, entry: Any, angle: str) -> Question:
 
 def _turned(mechanism: Mechanism, name: str, options: dict[str, Any], angle: str) -> dict[str, Any]:
     """Options with plain degrees as radians, where the unknown is an angle."""
+    from mbody.model.numbers import meant
+
     if angle != "deg" or meant(mechanism, name)[1] != DIMENSIONS["angle"]:
         return options
     return {k: math.radians(v) if isinstance(v, float) else v for k, v in options.items()}

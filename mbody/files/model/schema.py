@@ -26,8 +26,6 @@ from mbody.files.model.problems import LAWS, SECTIONS, written_fields
 from mbody.files.model.study_tables import FitIn, OptimizeIn, ReportIn
 from mbody.model.body import Body
 from mbody.model.element import Element
-from mbody.model.simulation import METHODS
-from mbody.model.states import STEADY
 from mbody.quantities.units import DIMENSIONS, UNIT_SYSTEMS, dimension_of
 
 # -- Descriptions of fields, from the docstrings of element classes ----------------------------
@@ -180,8 +178,8 @@ def _choice(section: str, used: Used) -> Any:
         return None if found is None else f"<{found}>"
 
     entries = {
-        kind: _entry(kind, cls, used.laws)
-        for kind, cls in kinds.items()
+        kind: _entry(kind, kinds[kind], used.laws)
+        for kind in kinds
         if (section, kind) in used.kinds
     }
     if len(entries) == 1:  # nothing to choose
@@ -297,23 +295,31 @@ class SolveIn(fields.Strict):
     note: str = ""
 
 
-def _first_value(value: Any, info: ValidationInfo) -> Any:
-    """The first value of an own state: a number with its unit, or the word."""
-    return value if value == STEADY else fields.entered_in(value, None, info)
+@functools.cache
+def _own_state() -> Any:
+    from mbody.model.states import STEADY
 
+    def _first_value(value: Any, info: ValidationInfo) -> Any:
+        """The first value of an own state: a number with its unit, or the word."""
+        return value if value == STEADY else fields.entered_in(value, None, info)
 
-class OwnStateIn(fields.Strict):
-    """A first-order equation of one's own: its rate, where it begins, and a typical value."""
+    class OwnStateIn(fields.Strict):
+        """A first-order equation of one's own: its rate, where it begins, and a typical value."""
 
-    rate: fields.formula_text
-    start: Annotated[
-        Any,
-        BeforeValidator(_first_value),
-        WithJsonSchema(
-            {"type": ["number", "string"], "description": f'number with its unit, or "{STEADY}"'}
-        ),
-    ] = 0.0
-    size: fields.number(None) = None
+        rate: fields.formula_text
+        start: Annotated[
+            Any,
+            BeforeValidator(_first_value),
+            WithJsonSchema(
+                {
+                    "type": ["number", "string"],
+                    "description": f'number with its unit, or "{STEADY}"',
+                }
+            ),
+        ] = 0.0
+        size: fields.number(None) = None
+
+    return OwnStateIn
 
 
 class StateIn(fields.Strict):
@@ -335,18 +341,26 @@ class EventIn(fields.Strict):
     stop: StrictBool = False
 
 
-class SimulateIn(fields.Strict):
-    """A motion: how it begins, and how long it goes on."""
+@functools.cache
+def _simulate() -> Any:
+    from mbody.model.simulation import METHODS
 
-    until: fields.number(DIMENSIONS["time"])
-    start: dict[str, StateIn] = Field(default_factory=dict)
-    rtol: float = RTOL_DEFAULT
-    instants: StrictInt = 201
-    method: Literal[METHODS] = METHODS[0]
-    step: fields.number(DIMENSIONS["time"]) | None = None
-    every: fields.number(DIMENSIONS["time"]) | None = None
-    release: dict[fields.name_in, fields.number(DIMENSIONS["time"])] = Field(default_factory=dict)
-    events: dict[fields.name_in, EventIn] = Field(default_factory=dict)
+    class SimulateIn(fields.Strict):
+        """A motion: how it begins, and how long it goes on."""
+
+        until: fields.number(DIMENSIONS["time"])
+        start: dict[str, StateIn] = Field(default_factory=dict)
+        rtol: float = RTOL_DEFAULT
+        instants: StrictInt = 201
+        method: Literal[METHODS] = METHODS[0]
+        step: fields.number(DIMENSIONS["time"]) | None = None
+        every: fields.number(DIMENSIONS["time"]) | None = None
+        release: dict[fields.name_in, fields.number(DIMENSIONS["time"])] = Field(
+            default_factory=dict
+        )
+        events: dict[fields.name_in, EventIn] = Field(default_factory=dict)
+
+    return SimulateIn
 
 
 @functools.cache
@@ -357,13 +371,13 @@ def model(used: Used) -> Any:
         "curves": dict[fields.name_in, curve],
         "inputs": dict[fields.name_in, law(None, DIMENSIONS["time"], used.laws)],
         "bodies": dict[fields.name_in, _body(used.laws)],
-        "states": dict[fields.name_in, OwnStateIn],
+        "states": dict[fields.name_in, _own_state()] if "states" in used.tables else Any,
         "measures": dict[fields.name_in, measure],
         "solve": dict[fields.name_in, SolveIn],
         "optimize": dict[fields.name_in, OptimizeIn],
         "gravity": _gravity(used.laws),
         "ask": AskIn,
-        "simulate": SimulateIn,
+        "simulate": _simulate() if "simulate" in used.tables else Any,
         "fit": FitIn,
         "report": ReportIn,
     }

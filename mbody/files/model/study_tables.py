@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from pydantic import Field
 
@@ -13,11 +13,12 @@ from mbody.analysis.driven.driven import dimension_of_instants
 from mbody.errors import ModelError
 from mbody.files.model.fields import Strict, number
 from mbody.model.mechanism import Mechanism
-from mbody.model.numbers import meant
-from mbody.model.simulation import STATE, Event, SimulationSettings
 from mbody.model.study import OptimizationTask, Question, Unknown
 from mbody.quantities import Formula
 from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension
+
+if TYPE_CHECKING:
+    from mbody.model.simulation import Event
 
 BOUNDS = ("start", "low", "high")
 
@@ -33,6 +34,9 @@ class StudyWriter(Protocol):
 
 def requested_formulas(mechanism: Mechanism) -> Iterator[Formula]:
     """The texts among the numbers of questions, each with the dimension that it has there."""
+    from mbody.model.numbers import meant
+    from mbody.model.simulation import STATE
+
     rows = [mechanism.ask.at] if mechanism.ask else []
     for at in (*rows, *(question.at for question in mechanism.questions.values())):
         for name, row in at.items():
@@ -56,6 +60,8 @@ def requested_formulas(mechanism: Mechanism) -> Iterator[Formula]:
 
 def questions(writer: StudyWriter) -> dict[str, Any]:
     """The tables [measures], [ask] and [solve]."""
+    from mbody.model.simulation import STATE, SimulationSettings
+
     machine = writer.mechanism
     data: dict[str, Any] = {}
     if machine.measures:
@@ -101,6 +107,8 @@ def questions(writer: StudyWriter) -> dict[str, Any]:
 
 def _events(given: tuple[Event, ...]) -> dict[str, Any]:
     """The table of events, where there are any."""
+    from mbody.model.simulation import Event
+
     events = {}
     for one in given:
         plain = Event(one.of)
@@ -143,6 +151,8 @@ def _question(writer: StudyWriter, question: Question) -> dict[str, Any]:
 
 def _unknown(writer: StudyWriter, unknown: Unknown) -> dict[str, Any]:
     """Where the search of an unknown begins, its bounds and its unit."""
+    from mbody.model.numbers import meant
+
     dimension = meant(writer.mechanism, unknown.name)[1] or NUMBER
     table = {
         key: writer.wanted(value, dimension)
@@ -205,6 +215,8 @@ def keep_task(mechanism: Mechanism, name: str, entry: Any, angle: str) -> None:
 
 def in_radians(mechanism: Mechanism, name: str, value: Any, angle: str) -> Any:
     """Plain degrees as radians, where the number is an angle."""
+    from mbody.model.numbers import meant
+
     if isinstance(value, list):
         return tuple(in_radians(mechanism, name, part, angle) for part in value)
     degrees = meant(mechanism, name)[1] == DIMENSIONS["angle"] and angle == "deg"
@@ -218,6 +230,8 @@ def optimization_tasks(mechanism: Mechanism) -> Mapping[str, OptimizationTask]:
 
 def task_formulas(mechanism: Mechanism) -> Iterator[Formula]:
     """The texts among their numbers, each with the dimension that it has there."""
+    from mbody.model.numbers import meant
+
     for task in optimization_tasks(mechanism).values():
         for key in NUMBERS:
             for name, value in (getattr(task, key) or {}).items():
@@ -253,6 +267,8 @@ def _table(writer: StudyWriter, task: OptimizationTask) -> dict[str, Any]:
 
 def written_number(writer: StudyWriter, name: str, value: Any) -> Any:
     """A number of the mechanism, or a pair of bounds, as a file has it."""
+    from mbody.model.numbers import meant
+
     dimension = meant(writer.mechanism, name)[1] or NUMBER
     if isinstance(value, tuple):
         return [writer.wanted(part, dimension) for part in value]
@@ -319,6 +335,8 @@ def keep_fit(mechanism: Mechanism, given: FitIn | None, angle: str) -> None:
     """Keep what a file says of a fit; plain angles are in the unit of the file."""
     if given is None:
         return
+    from mbody.model.numbers import meant
+
     for name in given.by:
         meant(mechanism, name)
     by: Any = tuple(given.by)
@@ -339,6 +357,8 @@ def fit_settings(mechanism: Mechanism) -> FitSettings | None:
 
 def fit_formulas(mechanism: Mechanism) -> Iterator[Formula]:
     """The texts among the bounds, each with the dimension that it has there."""
+    from mbody.model.numbers import meant
+
     kept = fit_settings(mechanism)
     if kept is not None and isinstance(kept.by, Mapping):
         for name, pair in kept.by.items():

@@ -42,11 +42,11 @@ from mbody.files.model.study_tables import (
 from mbody.laws import Cam, Constant, Dwell, Law, MeasuredFormula, Polynomial, Table, Table2
 from mbody.laws.base import dimension_by
 from mbody.model.body import Body, Guess, SecondMoments, SlenderRod
-from mbody.model.closed_mechanism import as_described
 from mbody.model.coupling import CouplingTerm
 from mbody.model.curves import NamedCurve
 from mbody.model.element import ENDS, Element, Marker, Polar, place_name
 from mbody.model.inputs import Input
+from mbody.model.joint_limits import as_described
 from mbody.model.mechanism import Mechanism
 from mbody.model.states import STEADY, State
 from mbody.model.touching_shapes import Disc, Line, Ring, Segment
