@@ -622,12 +622,12 @@ def _result(
     free = problem.count - known.rank
     # without a degree of freedom nothing is known of the errors
     square = float(residual @ residual) / free if free else math.inf
-    reach = float(stdtrit(free, 0.5 * (1.0 + confidence))) if free else math.inf
+    quantile = float(stdtrit(free, 0.5 * (1.0 + confidence))) if free else math.inf
     plain = known.inverse * square if free else np.full_like(known.inverse, np.inf)
     covariance = np.where(known.open[:, None] | known.open[None, :], np.nan, plain)
     np.fill_diagonal(covariance, np.where(known.open, np.inf, np.diag(plain)))
     deviation = np.sqrt(np.diag(covariance))
-    wide = np.where(np.isfinite(deviation), reach * deviation, np.inf) if free else deviation
+    wide = np.where(np.isfinite(deviation), quantile * deviation, np.inf) if free else deviation
     place = {key: k for k, key in enumerate(keys)}
     combinations = []
     for terms in known.terms:

@@ -535,7 +535,7 @@ def tolerances(
     }
     spreads = {key: scatter_of(system, names[key], how, "tolerances") for key, how in given.items()}
     for key, (how, middle, width) in spreads.items():
-        _refuse_below_zero(system, names[key], middle, _reach(how, width))
+        _refuse_below_zero(system, names[key], middle, _half_range(how, width))
     centre = system.with_values({names[key]: middle for key, (_, middle, _) in spreads.items()})
     by = list(names.values())
     sigma = np.array([how.deviation_of(width) for how, _, width in spreads.values()])
@@ -571,7 +571,7 @@ def tolerances(
         if np.isfinite(column).sum() > 1:
             drawn = of_samples(column[np.isfinite(column)])
         notes += [one for one in random.notes if one not in notes][:3]
-    ends = {key: _reach(how, width) for key, (how, _, width) in spreads.items()}
+    ends = {key: _half_range(how, width) for key, (how, _, width) in spreads.items()}
     whole = float(np.abs(row) @ np.array(list(ends.values())))
     allocation = None
     if within is not None:
@@ -607,18 +607,18 @@ def tolerances(
     )
 
 
-def _reach(how: Scatter, width: float) -> float:
+def _half_range(how: Scatter, width: float) -> float:
     """± of a number: three standard deviations of a normal distribution, else the half width."""
     return SIGMAS * how.deviation_of(width) if isinstance(how, Normal) else width
 
 
-def _refuse_below_zero(system: System, name: str, middle: float, reach: float) -> None:
+def _refuse_below_zero(system: System, name: str, middle: float, half_range: float) -> None:
     """Refuse a tolerance that leads to a number that must not be."""
-    if not system.rule(name)[0] or reach <= middle:
+    if not system.rule(name)[0] or half_range <= middle:
         return
     unit = unit_of(system.mechanism, name)
     raise ModelError(
-        f"tolerances: '{name}' is {middle:g} ± {reach:g} {unit}".rstrip()
+        f"tolerances: '{name}' is {middle:g} ± {half_range:g} {unit}".rstrip()
         + ", and it must not be negative: give it a tolerance below its mean",
         name,
     )

@@ -591,8 +591,8 @@ def internal_loads(
     x, y, bent = _own(run, body, bar, mass, forces.weight, cuts, after)
     n, v, m = n - x, v + y, m + bent
     size = max(float(np.abs(n).max()), float(np.abs(v).max()))
-    reach = max(float(np.abs(m).max()), size * bar.length)
-    ends = (n[:, -1], size), (v[:, -1], size), (m[:, -1], reach)
+    moment_scale = max(float(np.abs(m).max()), size * bar.length)
+    ends = (n[:, -1], size), (v[:, -1], size), (m[:, -1], moment_scale)
     closure = max((float(np.abs(end).max()) / by for end, by in ends if by), default=0.0)
     link: Any = run.mechanism[body]
     more = inherited(run)

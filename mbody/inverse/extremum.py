@@ -385,7 +385,7 @@ def summit(look: Callable[[float], tuple[float, float]], a: float, x: float, c: 
 
 
 #: An unknown without bounds is sought up to so many steps from the start, then farther.
-REACHES = (1e3, 1e6)
+WIDTHS = (1e3, 1e6)
 #: The angle of a driver without bounds is sought over so many turns to both sides, then farther.
 TURNS = (1.0, 4.0)
 
@@ -434,18 +434,18 @@ class _Range:
     is no angle: u = start + sinh s.
     """
 
-    def __init__(self, one: Wanted, reach: float) -> None:
+    def __init__(self, one: Wanted, width: float) -> None:
         self.start = one.start / one.scale
         low, high = one.bounds
         self.stops = not math.isfinite(low), not math.isfinite(high)
         self.even = one.angle
         if one.angle:
             self.stops = False, False
-            low = low if math.isfinite(low) else min(self.start, high) - reach * one.turn
-            high = high if math.isfinite(high) else max(self.start, low) + reach * one.turn
+            low = low if math.isfinite(low) else min(self.start, high) - width * one.turn
+            high = high if math.isfinite(high) else max(self.start, low) + width * one.turn
         else:
-            low = max(low, self.start - reach)
-            high = min(high, self.start + reach)
+            low = max(low, self.start - width)
+            high = min(high, self.start + width)
         self.low, self.high = low, high
         #: Whether the ends are none of the user's bounds.
         self.given = low <= one.bounds[0], high >= one.bounds[1]
@@ -484,8 +484,8 @@ class _Range:
 
 def extremum(one: Wanted, values: Values, slopes: Slopes, noise: Array) -> Extremum:
     """Where the last column is greatest while no other is negative. `noise` (columns,)."""
-    for reach in TURNS if one.angle else REACHES:
-        space = _Range(one, reach)
+    for width in TURNS if one.angle else WIDTHS:
+        space = _Range(one, width)
         profile = space.profile(values, slopes, noise)
         best = profile.best(space.s(space.start))
         at_end = best is not None and best.outer and not space.given[best.outer > 0]
@@ -631,10 +631,10 @@ class _Hill:
         self.aim = _Row(last, -sign)
         self.limits = [_Row(k, equal=k < equations) for k in range(last)]
 
-    def _box(self, middle: Array, reach: float) -> tuple[Array, Array]:
+    def _box(self, middle: Array, half_width: float) -> tuple[Array, Array]:
         """Bounds of a search about a place: those of the unknowns, where they have none, so far."""
         bounds = np.array([one.bounds for one in self.wanted])
-        far = np.array([one.turn or reach for one in self.wanted])
+        far = np.array([one.turn or half_width for one in self.wanted])
         return np.maximum(bounds[:, 0], middle - far), np.minimum(bounds[:, 1], middle + far)
 
     def _at(self, x: Array) -> _Place | None:
@@ -646,8 +646,8 @@ class _Hill:
         widened as long as climbs end at its sides.
         """
         end = np.clip(u, self.low, self.high)
-        for reach in SEVERAL_UNKNOWNS_REACHES:
-            low, high = self._box(end, reach)
+        for half_width in SEVERAL_UNKNOWNS_REACHES:
+            low, high = self._box(end, half_width)
             low, high = np.maximum(low, self.low), np.minimum(high, self.high)
             program = Program(self._at, (low, high), self.aim, self.limits, _nothing)
             program.sizes = self.scale[:-1].tolist()

@@ -146,7 +146,7 @@ class Spot:
     solid : str
         What the edge belongs to: "line", "segment", "polygon", else "circle", "rope", or "row" of
         what has no shapes; "one way" of what has no gap, but a rate that may grow one way.
-    reach : float
+    edge_radius : float
         Radius of the circle on an edge.
     arcs : tuple of Arc
         Of its circles those that do not go all round.
@@ -160,7 +160,7 @@ class Spot:
     arm: tuple[Any, Any]
     round: bool
     solid: str
-    reach: Any = 0.0
+    edge_radius: Any = 0.0
     arcs: tuple[Arc, ...] = ()
 
     @property
@@ -316,8 +316,8 @@ def _on_circle(i: Round, j: Round, at: Numbers) -> Spot:
     there = 1.0 if isinstance(i[1], Ring) else -1.0
     arcs = _arcs(at, i, False, here) + _arcs(at, j, True, there)
     # what goes through an arc, which is thin, to its other side
-    reach = np.abs(rj if arcs[0].second is False else ri) if len(arcs) == 1 else 0.0
-    return Spot(normal, tangent, sign, False, None, arm_j, True, "circle", reach, arcs)
+    edge_radius = np.abs(rj if arcs[0].second is False else ri) if len(arcs) == 1 else 0.0
+    return Spot(normal, tangent, sign, False, None, arm_j, True, "circle", edge_radius, arcs)
 
 
 # -- The base of contacts, ropes, stops and freewheels: what holds in one direction only -----------

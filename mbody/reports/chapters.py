@@ -316,13 +316,13 @@ def links(subject: Subject) -> list[Block]:
         ("v_{G}", [np.hypot(h.vx, h.vy) for h in histories], "velocity", np.sqrt(swift)),
         ("a_{G}", [np.hypot(h.ax, h.ay) for h in histories], "acceleration", swift),
     ):
-        reach = 1.0 if unit.startswith("angular") else run.system.length
+        scale = 1.0 if unit.startswith("angular") else run.system.length
         tops = [float(v[peak(v)]) for v in values]
-        cells = numbers(tops, PRINTED_NONE * floor * reach)
+        cells = numbers(tops, PRINTED_NONE * floor * scale)
         own = columns if unit.startswith("angular") else centres
         own.append(Cells(f"{word}{title}", cells, subject.unit(unit)))
         if subject.many:
-            there = [abs(top) > PRINTED_NONE * floor * reach for top in tops]
+            there = [abs(top) > PRINTED_NONE * floor * scale for top in tops]
             own += _where_there(subject, [peak(v) for v in values], there)
     found = first_rows(Grid("Motion of the links", columns))
     return found + first_rows(Grid("Motion of the mass centres", centres)) * subject.many

@@ -45,12 +45,12 @@ def rounded_places(solution: Result, design: int) -> np.ndarray:
         return np.zeros(len(solution.t))
     system = solution.system
     n = system.coordinates
-    reach = 1.0 + system.extent(_motion(solution, design))[:, None]
+    norm = 1.0 + system.extent(_motion(solution, design))[:, None]
     left = solution.residuals[design, :, LEFT]
     # bodies that move alike strain nothing: each coordinate by another part
     parts = (np.cos(np.arange(n)), np.sin(1.0 + np.arange(n)))
     moved = [
-        _audited(solution, design, POSITION_ROUNDING * reach * system.coordinate_units * part)[
+        _audited(solution, design, POSITION_ROUNDING * norm * system.coordinate_units * part)[
             :, LEFT
         ]
         for part in parts
@@ -366,13 +366,13 @@ def _limits(
     n = system.coordinates
     records = solution.record.table(slice(None))
     records = records[design] if solution.record.batch else records
-    reach = 1.0 + system.extent(records)
+    norm = 1.0 + system.extent(records)
     known = np.isfinite(records[:, : 3 * n]).all(axis=1)
     constraint = np.where(known, constraint, np.nan)
     yield (
         "the constraints are violated by {} (model lengths, rad)",
         constraint,
-        LOOP_OPEN_CHECK * reach,
+        LOOP_OPEN_CHECK * norm,
     )
     if not solution.has_forces:
         return

@@ -178,14 +178,14 @@ def _edge(
     c, s = np.cos(angle), np.sin(angle)
     u = np.column_stack([c * ux - s * uy, s * ux + c * uy])
     normal = np.column_stack([-u[:, 1], u[:, 0]])
-    centre, reach = moved(run, tip), float(spot.reach)
+    centre, radius = moved(run, tip), float(spot.edge_radius)
     away = centre - begin
-    gap = (away * normal).sum(axis=1) - reach
+    gap = (away * normal).sum(axis=1) - radius
     along_edge = (away * u).sum(axis=1)
     near = CONTACT_GAP_CLOSED_RESULT * run.system.length
     endless = not np.isfinite(length)
     along = endless | ((along_edge >= -near) & (along_edge <= float(length) + near))
-    return centre - reach * normal, normal, gap, along, (tip, first, None)
+    return centre - radius * normal, normal, gap, along, (tip, first, None)
 
 
 def _round(

@@ -466,7 +466,7 @@ class Simulator(MechanicsNow):
                 f"step: dt is {length:g} {unit} at t = {t:g} {unit}: give a positive time; to go "
                 "back, keep sim.state and set it again"
             )
-        self._reach(until)
+        self._advance_to(until)
 
     def until(self, t: Number) -> None:
         """Go on to exactly the time `t`, which may be the present one.
@@ -491,17 +491,17 @@ class Simulator(MechanicsNow):
                 "later time; to go back, keep sim.state and set it again"
             )
         if until > now:
-            self._reach(until)
+            self._advance_to(until)
 
     def _time(self, value: Any, name: str) -> float:
         return number_in(self.system.mechanism, value, "time", "simulator", name)
 
-    def _reach(self, until: float) -> None:
+    def _advance_to(self, until: float) -> None:
         if self._ended or self._stale or self._origin is not None:
             until = self._prepared(until)
         self._record_valid, self._certified = False, None
         if until > self._slots[TIME]:
-            self._ended = self._integration.reach(until)
+            self._ended = self._integration.advance_to(until)
             if self._watched.any:
                 self._beyond = self._watched.after_call(self._beyond)
 

@@ -517,7 +517,7 @@ class Simulators(SinglyLed):
         ModelError
             For a time that is not positive.
         """
-        self._reach(self.t + self._times(dt, "step: dt"), "step: dt")
+        self._advance_to(self.t + self._times(dt, "step: dt"), "step: dt")
 
     def until(self, t: Number | Array) -> None:
         """Lead every motion on to exactly the time `t`, one or (n,); those that are there stay.
@@ -527,7 +527,7 @@ class Simulators(SinglyLed):
         ModelError
             For a time before that of a motion that goes on.
         """
-        self._reach(self._times(t, "until: t"), "until: t")
+        self._advance_to(self._times(t, "until: t"), "until: t")
 
     def _times(self, value: Any, name: str) -> Array:
         if isinstance(value, str | int | float) or np.ndim(value) == 0:
@@ -539,7 +539,7 @@ class Simulators(SinglyLed):
                 f"{name} takes one time or an array of {self.n}, not {brief(value)}"
             ) from None
 
-    def _reach(self, until: Array, name: str) -> None:
+    def _advance_to(self, until: Array, name: str) -> None:
         now, ok = self.t, self.ok
         step = name.startswith("step")
         wrong = ok & ~(((until > now) if step else (until >= now)) & (until < math.inf))

@@ -258,7 +258,7 @@ class Stepwise(Integration):
 
     # -- steps --------------------------------------------------------------------------------
 
-    def reach(self, until: float) -> str:
+    def advance_to(self, until: float) -> str:
         """Go on to exactly this time; the status of a motion that ends before, else nothing.
 
         Raises
@@ -496,7 +496,7 @@ class StepwiseEvents(Stepwise, EventIntegration):
         """Nothing of former calls is kept."""
         self.instants, self.records, self.works = list[float](), list[Array](), list[Array]()
 
-    def reach(self, until: float) -> str:
+    def advance_to(self, until: float) -> str:
         """Advances to a time, event by event; returns how it ended, "" for completed."""
         if not self.state[STEPS]:
             self.until = until
@@ -645,9 +645,9 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
         super()._forget()
         self.kept_modes = []
 
-    def reach(self, until: float) -> str:
+    def advance_to(self, until: float) -> str:
         """Advances to a time; returns how it ended, "" for completed."""
-        return self.ending or super().reach(until)
+        return self.ending or super().advance_to(until)
 
     def _quiet(self, until: float) -> bool:
         """Never: guards are looked at in every step."""

@@ -792,9 +792,9 @@ class _Instant:
             Column("I_G", ["", *numbers(mass[:, 2])], unit("inertia")),
         ]
         if not self.moves:
-            reach = PRINTED_NONE * length
-            columns.append(Column("x_G", ["", *numbers(x, reach)], unit("length")))
-            columns.append(Column("y_G", ["", *numbers(y, reach)], unit("length")))
+            rounding = PRINTED_NONE * length
+            columns.append(Column("x_G", ["", *numbers(x, rounding)], unit("length")))
+            columns.append(Column("y_G", ["", *numbers(y, rounding)], unit("length")))
         columns.append(Column("angle", ["", *angles(angle)], "deg"))
         if self.moves:
             floor = PRINTED_NONE * np.sqrt(swift)

@@ -13,7 +13,7 @@ from mbody.analysis.driven.batch import BatchSetup, batch_setup, closed_poses, o
 from mbody.analysis.driven.contact_report import unfit
 from mbody.analysis.driven.driven import ANALYSES, analyse_system_at, arguments_at
 from mbody.analysis.driven.path_following import Runner
-from mbody.analysis.driven.time_grid import TimeGrid, check_reach, time_grid
+from mbody.analysis.driven.time_grid import TimeGrid, check_law_ranges, time_grid
 from mbody.analysis.dynamics.batch_integration import LaneMotions, integrate_lanes, lane_motions
 from mbody.analysis.dynamics.simulate import simulate
 from mbody.analysis.position.assembly_analysis import check_determined, closed, closed_near
@@ -498,7 +498,7 @@ def _together(
         rows, sound = integrate_lanes(system, course, own, job.wanted)
     else:
         times = course.grid.t
-        check_reach(system, times, job.how.get("drive") or {})
+        check_law_ranges(system, times, job.how.get("drive") or {})
         closed_at = closed_poses(system, course.grid, course.pose, course.origin, course.small)
         rows, sound = on_lanes(system, course, closed_at.poses, job.wanted)
         sound &= closed_at.good

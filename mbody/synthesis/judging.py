@@ -43,7 +43,7 @@ LEAST = 3
 #: Most poses that a four-bar passes exactly.
 POSES = 5
 #: How far numbers may be from the points where no bounds are given, in sizes of the path.
-REACH = 5.0
+SEARCH_HALF_WIDTH = 5.0
 #: Shortest link, in sizes of the path.
 SHORTEST = 1e-3
 
@@ -241,12 +241,12 @@ def bounds(
                 f"{listed(kind.numbers, 9)})",
                 str(name),
             )
-    low = np.full(len(kind.numbers), -2.0 * REACH * size)
-    high = np.full(len(kind.numbers), 2.0 * REACH * size)
+    low = np.full(len(kind.numbers), -2.0 * SEARCH_HALF_WIDTH * size)
+    high = np.full(len(kind.numbers), 2.0 * SEARCH_HALF_WIDTH * size)
     for n, name in enumerate(kind.numbers):
         if name.startswith("ground."):
             centre = middle.real if name.endswith(".x") else middle.imag
-            low[n], high[n] = centre - REACH * size, centre + REACH * size
+            low[n], high[n] = centre - SEARCH_HALF_WIDTH * size, centre + SEARCH_HALF_WIDTH * size
         elif name.endswith(".angle"):
             low[n], high[n] = -math.inf, math.inf
         elif n in kind.lengths:

@@ -380,9 +380,9 @@ def model_demand(
             "span=(low, high)"
         )
     first = float(kinematics(system).measure(f"{subject.driver}.value")[0]) if whole else 0.0
-    reach = (first, first + 2.0 * math.pi)
+    driver_range = (first, first + 2.0 * math.pi)
     if span is not None:
-        reach = interval("span", span, subject.driven, mechanism.units)
+        driver_range = interval("span", span, subject.driven, mechanism.units)
     body = subject.quantities[0].partition(".")[0]
     point = tuple(one for one in subject.quantities if path and one in limits)
     return Demand(
@@ -394,7 +394,7 @@ def model_demand(
         fixed=not path,
         closed=closed,
         angular=not path and subject.output == "angle",
-        span=reach,
+        span=driver_range,
         whole=whole,
         by=limits,
         point=point if len(point) == 2 and body != "ground" else (),

@@ -46,7 +46,7 @@ from mbody.topologies.plan import Graph, TopologyPlan, graph_of, planned
 # with φ the angle of the driver at τ = 1 and ω its rate, time is T τ with T = φ/ω.
 
 #: Greatest coordinate to which corrections are relative, in longest links and radians.
-REACH = 10.0
+COORDINATE_NORM = 10.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,7 +150,7 @@ class _GroupContinuation:
             s=s,
             t=s,
             given=np.zeros((2, LANES)),
-            reach=REACH,
+            reach=COORDINATE_NORM,
             with_forces=True,
             at_rest=group.at_rest,
         )
@@ -225,7 +225,7 @@ class _GroupContinuation:
         """Positions at the instants of a grid, (coordinates, instants), on a likely branch."""
         runner = Runner(self.system, self.analysis)
         try:
-            found = runner.seeds(self._start(linkage), grid, REACH)
+            found = runner.seeds(self._start(linkage), grid, COORDINATE_NORM)
         except (PathEnded, SolveError):
             return None
         return found[:, : self.system.coordinates].T
@@ -235,7 +235,9 @@ class _GroupContinuation:
         group, row = self.group, int(self.group.row[linkage])
         runner, start = Runner(self.system, self.analysis), self._start(linkage)
         try:
-            found = runner.scalar(start, self._grid(self.tau), design=linkage, reach=REACH)
+            found = runner.scalar(
+                start, self._grid(self.tau), design=linkage, reach=COORDINATE_NORM
+            )
         except PathEnded as stuck:
             self._fail(row, self._why(stuck, start.work, linkage), stuck.place)
             return

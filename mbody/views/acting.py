@@ -603,10 +603,10 @@ def _arc_tops(sketch: Sketch, origin: Array, u: Array) -> list[float]:
     for driver in pose.mechanism.drivers:
         if isinstance(driver, AngleDriver):
             pivot = pose.pivot(driver.relative_to, driver.body)
-            reach = sketch.size("arc") + 8.0 * sketch.unit
+            extent = sketch.size("arc") + 8.0 * sketch.unit
             along = float((pivot - origin) @ u)
-            if math.hypot(*(pivot - origin - along * u)) < 2.0 * reach:
-                found.append(along + reach)
+            if math.hypot(*(pivot - origin - along * u)) < 2.0 * extent:
+                found.append(along + extent)
     return found
 
 

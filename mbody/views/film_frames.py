@@ -411,18 +411,20 @@ def _spots(anchor: Array, outward: Array, turns: bool, gap: float, half: Array) 
         return np.array([(*(anchor + half * move), 0.5 * any(move)) for move in moves])
     if turns:
         along = np.array([outward[1], -outward[0]])
-        reach, slide = gap + float(half @ np.abs(outward)), 2.0 * float(half @ np.abs(along))
+        distance, slide = gap + float(half @ np.abs(outward)), 2.0 * float(half @ np.abs(along))
         for side in (1.0, -1.0):
             for part in (0.0, 0.5, -0.5, 1.0, -1.0):
-                x, y = anchor + side * reach * outward + part * slide * along
+                x, y = anchor + side * distance * outward + part * slide * along
                 found.append((float(x), float(y), 0.6 * (side < 0.0) + 0.5 * abs(part)))
         return np.array(found)
     first = math.atan2(outward[1], outward[0])
     for far in (0.0, 13.0):
         for turn in TURNS:
             u = direction(first + turn)
-            reach = gap + far + float(np.min(half / np.maximum(np.abs(u), DRAWN_DIRECTION_LEAST)))
-            x, y = anchor + reach * u
+            distance = (
+                gap + far + float(np.min(half / np.maximum(np.abs(u), DRAWN_DIRECTION_LEAST)))
+            )
+            x, y = anchor + distance * u
             found.append((float(x), float(y), 0.6 * (1.0 - math.cos(turn)) + 0.8 * (far > 0.0)))
     return np.array(found)
 
@@ -431,11 +433,11 @@ def _by_arrow(place: Array, vector: Array, half: Array) -> Array:
     """Places of the name of an arrow: at its tip, or beside its shaft."""
     u = vector / np.hypot(*vector)
     across = np.array([-u[1], u[0]])
-    reach, aside = (
+    clear, aside = (
         float(np.min(half / np.maximum(np.abs(u), DRAWN_DIRECTION_LEAST))),
         float(half @ np.abs(across)),
     )
-    found = [(*(place + vector + (far + reach) * u), 0.7 * (far > 4.0)) for far in (4.0, 17.0)]
+    found = [(*(place + vector + (far + clear) * u), 0.7 * (far > 4.0)) for far in (4.0, 17.0)]
     for far in (4.0, 15.0):
         for part in (0.9, 0.55):
             for side in (1.0, -1.0):

@@ -624,8 +624,8 @@ def mark_curvature(sketch: Sketch, point: str, corners: Array) -> str:
     centre = np.array([found.centre_x[k], found.centre_y[k]])
     wide = float(np.hypot(*(corners[1] - corners[0])))
     about = math.atan2(*(place - centre)[::-1])
-    reach = min(ARC, 0.25 * wide / radius)
-    angles = np.linspace(about - reach, about + reach, 61)
+    half_angle = min(ARC, 0.25 * wide / radius)
+    angles = np.linspace(about - half_angle, about + half_angle, 61)
     line = centre + radius * np.column_stack([np.cos(angles), np.sin(angles)])
     sketch.line(line, 1.3, LOAD, Z["path"] + 0.3, name=f"curvature:{point}", weight=0.5)
     if radius > LARGE * wide:
@@ -963,7 +963,7 @@ def kinematic_picture(
     extent = np.array(poles.places) if poles is not None else np.empty((0, 2))
     wide = np.ptp(corners, axis=0).max()
     frame = np.vstack([corners, extent]) if len(extent) else corners
-    reach = np.array([frame.min(axis=0) - MARGIN * wide, frame.max(axis=0) + MARGIN * wide])
+    window = np.array([frame.min(axis=0) - MARGIN * wide, frame.max(axis=0) + MARGIN * wide])
     with styled():
         figure = blank()
         lines = [*tracks.values(), *([extent] if len(extent) else [])]
@@ -972,7 +972,7 @@ def kinematic_picture(
         words: list[str] = []
 
         def more(drawn: Sketch) -> None:
-            words.extend(_marked(drawn, marks, poles, whole, reach))
+            words.extend(_marked(drawn, marks, poles, whole, window))
 
         sketch_mechanism(sketch, False, tracks, shown, more=more)
         parts = [(sketch.axes, sketch.low, sketch.high, sketch.unit)]
@@ -994,15 +994,15 @@ def _marked(
     marks: KinematicMarks,
     poles: PolesShown | None,
     whole: Solution,
-    reach: Array,
+    window: Array,
 ) -> list[str]:
     words = []
     for body in marks.centrodes:
-        mark_centrodes(sketch, whole, body, reach)
+        mark_centrodes(sketch, whole, body, window)
     for body in marks.inflection:
-        words.append(mark_inflection(sketch, body, reach))
+        words.append(mark_inflection(sketch, body, window))
     for point in marks.curvature:
-        words.append(mark_curvature(sketch, point, reach))
+        words.append(mark_curvature(sketch, point, window))
     if poles is not None:
         poles.mark(sketch)
         words += [_numbers(sketch.pose), *poles.words]

@@ -142,11 +142,11 @@ def _turn(
     for n in range(AROUND):
         angle = first + math.tau * n / AROUND
         u = direction(angle)
-        reach = label.gap + min(
+        distance = label.gap + min(
             half[0] / max(abs(u[0]), DRAWN_DIRECTION_LEAST),
             half[1] / max(abs(u[1]), DRAWN_DIRECTION_LEAST),
         )
-        middles = anchors + reach * u
+        middles = anchors + distance * u
         cost = _cost(middles, half, lines, taken) + 0.6 * (1.0 - math.cos(angle - first))
         if round(cost, 6) < best:
             best, chosen, at = round(cost, 6), u, middles
@@ -282,7 +282,7 @@ def scene(run: Solution, *, moves: bool = True) -> Scene:
     found = Scene(shown, shapes, [], unit, small, low, high, notes, sketch.enlarged)
     if sketch.enlarged != 1.0:
         notes.append(f"friction circles are drawn {sketch.enlarged:g} times as large as they are")
-    found.low, found.high = _reach(found)
+    found.low, found.high = _bounds(found)
     found.labels = named(sketch, shapes)
     return found
 
@@ -384,7 +384,7 @@ def _scale(pose: Pose, low: Array, high: Array, own: Array) -> tuple[float, floa
     return float(unit), min(1.0, max(0.3, typical / (55.0 * unit)))
 
 
-def _reach(found: Scene) -> tuple[Array, Array]:
+def _bounds(found: Scene) -> tuple[Array, Array]:
     """Corners of the rectangle that all shapes need in the whole motion."""
     low, high = np.full(2, np.inf), np.full(2, -np.inf)
     axes = {carrier: carrier.axes(found.run) for carrier in found.carriers}

@@ -247,10 +247,10 @@ SCENARIOS = {
     "loops at two times": lambda: close_loops(four_bar(), t=[0.0, 1.0]),
     "mobility of a batch": lambda: mobility(batch(crank_mass=[1.0, 2.0])),
     "mobility at two times": lambda: mobility(four_bar(), t=[0.0, 1.0]),
-    "a reach of one of two drivers": lambda: driver_range(second(1.6, "rocker")),
-    "a reach of a driver that is not there": lambda: driver_range(four_bar(), "engine"),
-    "a reach at times": lambda: driver_range(four_bar(), t=[0.0, 1.0]),
-    "a reach of a batch": lambda: driver_range(batch(crank_mass=[1.0, 2.0])),
+    "a range of one of two drivers": lambda: driver_range(second(1.6, "rocker")),
+    "a range of a driver that is not there": lambda: driver_range(four_bar(), "engine"),
+    "a range at times": lambda: driver_range(four_bar(), t=[0.0, 1.0]),
+    "a range of a batch": lambda: driver_range(batch(crank_mass=[1.0, 2.0])),
     # -- laws over the times
     "a table of a driver that ends": lambda: kinematics(by_law(TABLE), t=np.linspace(0.0, 3.0, 5)),
     "a table of a load that ends": lambda: statics(
@@ -379,10 +379,10 @@ loops of a batch | ModelError | - | close_loops takes one design: choose one of 
 loops at two times | ModelError | - | close_loops takes one instant: give one time and one value a driver
 mobility of a batch | ModelError | - | mobility takes one design: choose one of the batch with design(n)
 mobility at two times | ModelError | - | mobility takes one time, not 2
-a reach of one of two drivers | ModelError | - | 'four-bar' has 2 drivers ('motor', 'second'): name the one whose reach you want
-a reach of a driver that is not there | ModelError | engine | there is no driver 'engine' (there are: 'motor')
-a reach at times | ModelError | - | driver_range takes one finite time, not [0.0, 1.0]
-a reach of a batch | ModelError | - | driver_range takes one design: choose one of the batch with design(n)
+a range of one of two drivers | ModelError | - | 'four-bar' has 2 drivers ('motor', 'second'): name the one whose range you want
+a range of a driver that is not there | ModelError | engine | there is no driver 'engine' (there are: 'motor')
+a range at times | ModelError | - | driver_range takes one finite time, not [0.0, 1.0]
+a range of a batch | ModelError | - | driver_range takes one design: choose one of the batch with design(n)
 a table of a driver that ends | ModelError | motor | the law of driver 'motor': Table: the table covers 0 to 2, but 2.25 was requested: add points, or choose outside="hold" or "line"
 a table of a load that ends | ModelError | brake | the value of load 'brake': Table: the table covers 0 to 2, but 2.25 was requested: add points, or choose outside="hold" or "line"
 a table of a spring that ends | SolveError | spring | load 'spring' has no value at t = 0 s: its law does not reach so far; extend it, or let it hold its last value

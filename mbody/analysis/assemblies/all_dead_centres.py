@@ -279,9 +279,9 @@ def _singular(linkage: Linkage, groups: list[Group], n: int, own: int, most: int
     found: list[tuple[np.ndarray, GroupRows]] = []
     seen: list[np.ndarray] = []
     boxes, reason = 0, ""
-    for made, rows, reach in _patches(linkage, groups[: n + 1], own):
+    for made, rows, displacement_bound in _patches(linkage, groups[: n + 1], own):
         whole = made.rows.unknowns
-        roots = all_roots(rows, max(most - boxes, 1), reach)
+        roots = all_roots(rows, max(most - boxes, 1), displacement_bound)
         boxes += roots.boxes
         if not made.rows.bounded:
             reason = "slides in it may run as far as they like"
@@ -406,8 +406,10 @@ def _patch(
         np.concatenate([rows.B, B]),
         [*rows.along, *(along[k] for k in others)],
     )
-    reach = np.concatenate([rows.reach, np.full(len(others), 1.0 + BOX_WIDENING)])
-    return made, reach
+    displacement_bound = np.concatenate(
+        [rows.displacement_bound, np.full(len(others), 1.0 + BOX_WIDENING)]
+    )
+    return made, displacement_bound
 
 
 def _turning_slide(rows: LoopRows, d: int, m: int) -> tuple[LoopRows, np.ndarray]:
@@ -417,7 +419,7 @@ def _turning_slide(rows: LoopRows, d: int, m: int) -> tuple[LoopRows, np.ndarray
     guide = rows.Q[:, m]
     kept = np.flatnonzero((np.abs(rows.P[:, d]) > 0.0) | (np.abs(guide) > 0.0))
     arms, unit = float(np.abs(rows.P[:, d]).max()), float(np.abs(guide).max())
-    most = (arms / unit + rows.reach[m]) * (1.0 + BOX_WIDENING)
+    most = (arms / unit + rows.displacement_bound[m]) * (1.0 + BOX_WIDENING)
     count, size = len(kept), rows.Q.shape[1]
     P = np.zeros((count, rows.P.shape[1]), dtype=complex)
     P[:, d] = rows.ratio[d] * 1j * rows.P[kept, d]
@@ -430,7 +432,7 @@ def _turning_slide(rows: LoopRows, d: int, m: int) -> tuple[LoopRows, np.ndarray
         np.concatenate([rows.B, np.zeros(count)]),
         [*rows.along, d],
     )
-    return made, np.concatenate([rows.reach, [1.0 + BOX_WIDENING]])
+    return made, np.concatenate([rows.displacement_bound, [1.0 + BOX_WIDENING]])
 
 
 def _early(made: GroupRows, v: int, groups: list[Group]) -> bool:

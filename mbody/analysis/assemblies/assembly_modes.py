@@ -477,7 +477,9 @@ class _GroupSearch:
                 found = all_roots(rows.rows, max(self.most - self.boxes, 1))
                 self.boxes += found.boxes
                 if not rows.rows.bounded:
-                    least = min(self.limits.get(group, math.inf), float(rows.rows.reach.min()))
+                    least = min(
+                        self.limits.get(group, math.inf), float(rows.rows.displacement_bound.min())
+                    )
                     self.limits[group] = least
                 if len(found.low):
                     self._leave_open(rows, found)

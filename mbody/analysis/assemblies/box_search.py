@@ -92,7 +92,7 @@ def products(
 # and displacements have no bound.
 
 #: Displacements without a bound are searched up to so many times the size of the rows.
-REACH = 4.0
+DISPLACEMENT_SEARCHED = 4.0
 
 
 def slide_bounds(
@@ -126,8 +126,8 @@ def slide_bounds(
     if len(left) and all(along[m] < 0 for m in left):
         found[left] = _by_equations(arms, slides, found, left)
     proven = bool(np.isfinite(found).all())
-    reach = np.where(np.isfinite(found), found, REACH * scale)
-    return BOX_WIDER * np.maximum(reach, BOX_SIZE_LEAST * scale), proven
+    displacement_bound = np.where(np.isfinite(found), found, DISPLACEMENT_SEARCHED * scale)
+    return BOX_WIDER * np.maximum(displacement_bound, BOX_SIZE_LEAST * scale), proven
 
 
 def _by_equations(
@@ -168,7 +168,7 @@ class LoopRows:
         How many turns of each angle are searched.
     scale : float
         Size of the rows [length].
-    reach : array (slides,)
+    displacement_bound : array (slides,)
         Displacements that are searched.
     bounded : bool
         Whether no position lies beyond them.
@@ -198,7 +198,7 @@ class LoopRows:
         for v, parts in self._ratios().items():
             self.turns[v] = lcm(*(part.denominator for part in parts))
         self.scale = float(np.abs(loops).sum() + np.abs(rest).sum()) or 1.0
-        self.reach, self.bounded = slide_bounds(loops, slides, rest, along, self.scale)
+        self.displacement_bound, self.bounded = slide_bounds(loops, slides, rest, along, self.scale)
 
     def _ratios(self) -> dict[int, list[Fraction]]:
         found: dict[int, list[Fraction]] = {}
@@ -536,7 +536,7 @@ class GroupRows:
 
 #: So many narrow boxes are no isolated roots.
 MANY = 600
-#: Of the reach of a displacement, what weighs as a radian.
+#: Of the bound of a displacement, what weighs as a radian.
 QUARTER = 4.0
 NEWTON = 7
 
@@ -563,19 +563,21 @@ class BoxRoots:
     spent: bool = False
 
 
-def all_roots(rows: LoopRows, most: int, reach: np.ndarray | None = None) -> BoxRoots:
-    """All real roots, angles within their turns, displacements up to `reach` (slides,), by default
-    those of the rows; after `most` boxes the rest is left open.
+def all_roots(rows: LoopRows, most: int, displacement_bound: np.ndarray | None = None) -> BoxRoots:
+    """All real roots, angles within their turns, displacements up to `displacement_bound`
+    (slides,), by default those of the rows; after `most` boxes the rest is left open.
     """
-    return _BoxSearch(rows, most, reach).run()
+    return _BoxSearch(rows, most, displacement_bound).run()
 
 
 class _BoxSearch:
-    def __init__(self, rows: LoopRows, most: int, reach: np.ndarray | None) -> None:
+    def __init__(self, rows: LoopRows, most: int, displacement_bound: np.ndarray | None) -> None:
         self.rows, self.most = rows, most
-        self.reach = rows.reach if reach is None else reach
+        self.displacement_bound = (
+            rows.displacement_bound if displacement_bound is None else displacement_bound
+        )
         n = rows.unknowns
-        self.weight = np.concatenate([np.ones(rows.angles), QUARTER / self.reach])
+        self.weight = np.concatenate([np.ones(rows.angles), QUARTER / self.displacement_bound])
         self.points = np.empty((0, n))
         self.open: list[Box] = []
 
@@ -591,7 +593,7 @@ class _BoxSearch:
             only = self._linear()
             if only is not None:
                 return BoxRoots(only, np.empty((0, n)), np.empty((0, n)), 1)
-        half = np.concatenate([np.pi * rows.turns, self.reach])[None]
+        half = np.concatenate([np.pi * rows.turns, self.displacement_bound])[None]
         lo, hi, count, spent = -half, half.copy(), 0, False
         while len(lo):
             count += len(lo)

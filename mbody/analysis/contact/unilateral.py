@@ -623,21 +623,21 @@ def deepest_overlap(uni: Unilateral, rows: Rows, work: Work, near: float) -> Ove
         spot = touch.spot
         if spot.solid == "polygon" and not spot.arcs:
             arm = tuple(float(part) for part in spot.arm)
-            key = touch.name, str(spot.swapped), arm, float(spot.reach)
+            key = touch.name, str(spot.swapped), arm, float(spot.edge_radius)
             edges.setdefault(key, []).append(n)
         elif gap >= -near:
             continue
         elif spot.solid == "segment" or spot.arcs:
             # from behind a thin wall, or an arc, nothing overlaps it but a disc
-            if along[n] >= 0.0 and gap > -2.0 * float(spot.reach):
+            if along[n] >= 0.0 and gap > -2.0 * float(spot.edge_radius):
                 worst.setdefault(touch.name, (float(gap), n))
         else:
             worst[touch.name] = min(worst.get(touch.name, (0.0, n)), (float(gap), n))
     whole = uni.along(work)
-    for (name, _, _, reach), about in edges.items():
-        gap, n = _to_polygon(gaps[about] + reach, whole[about])
-        if gap - reach < -near:
-            worst[name] = min(worst.get(name, (0.0, 0)), (gap - reach, about[n]))
+    for (name, _, _, radius), about in edges.items():
+        gap, n = _to_polygon(gaps[about] + radius, whole[about])
+        if gap - radius < -near:
+            worst[name] = min(worst.get(name, (0.0, 0)), (gap - radius, about[n]))
     if not worst:
         return None
     name = min(worst, key=lambda one: worst[one][0])

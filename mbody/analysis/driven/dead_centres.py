@@ -420,7 +420,7 @@ def _driver(system: System, name: str | None) -> Any:
         if len(system.leaders) != 1:
             raise ModelError(
                 f"'{system.mechanism.name}' has {len(system.leaders)} drivers ({known}): "
-                "name the one whose reach you want"
+                "name the one whose range you want"
             )
         return system.leaders[0]
     for driver in system.leaders:

@@ -147,7 +147,7 @@ def time_grid(
         grid = _given(system, 0.0 if t is None else t, drive)
     else:
         grid = by_time(system, _numbers(0.0 if t is None else t, "t"))
-    check_reach(system, grid.t, drive or {})
+    check_law_ranges(system, grid.t, drive or {})
     return grid
 
 
@@ -217,7 +217,7 @@ def _designs(system: System, element: Element, field: str) -> Iterable[int | Non
     return range(int(system.batch or 1)) if own else (None,)
 
 
-def check_reach(system: System, times: np.ndarray, driver_values: DriverValues) -> None:
+def check_law_ranges(system: System, times: np.ndarray, driver_values: DriverValues) -> None:
     """Refuse times at which a table or a formula of a driver or of a load has no value."""
     machine = system.mechanism
     for element, field in system.once("limited laws", lambda: tuple(_limited(machine))):

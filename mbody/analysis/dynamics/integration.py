@@ -20,7 +20,7 @@ from mbody.analysis.driven.diagnosis import (
     valueless,
     weightless,
 )
-from mbody.analysis.driven.time_grid import check_reach
+from mbody.analysis.driven.time_grid import check_law_ranges
 from mbody.analysis.dynamics.branch_passage import BranchPassage
 from mbody.analysis.dynamics.integrators import (
     PATIENT,
@@ -466,7 +466,7 @@ class Integration(RateJumps):
             )
         beyond = np.array([t + part * max(t, 1e-6) for part in (0.0, 1e-9, 1e-6, 1e-3)])
         try:
-            check_reach(self.system, beyond, {})
+            check_law_ranges(self.system, beyond, {})
         except ModelError as error:
             why = f"the motion ends at {when}: {error}"
             return SolveError(why, error.element, found)

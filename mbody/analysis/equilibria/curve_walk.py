@@ -77,8 +77,8 @@ class Walk:
     closed : bool
         Whether it came back to its beginning, whole turns left out.
     end : str
-        Why it ended before: "far" away, at its "reach", after too many steps ("long"), where a load
-        has "no value", or where no step goes on ("stuck"); empty where it closed.
+        Why it ended before: "far" away, at its "longest", after too many steps ("long"), where a
+        load has "no value", or where no step goes on ("stuck"); empty where it closed.
     crossings, corners : list of Place
         Where branches meet that it went through, and where a distance in the constraints is zero.
     """
@@ -109,7 +109,7 @@ class MotionCurve:
         side = float(np.linalg.slogdet(np.vstack([place.rows[self.rows], along]))[0])
         return Node(place, along, float(place.force @ along), slope, side)
 
-    def walk(self, sign: float, reach: float = np.inf) -> Walk:
+    def walk(self, sign: float, longest: float = np.inf) -> Walk:
         """From the start on in the direction of the tangent, or against it, no further than
         `reach`.
         """
@@ -139,8 +139,8 @@ class MotionCurve:
             walk.smooth.append(smooth)
             chord = float(np.linalg.norm((there.place.q - here.place.q) / self.scale))
             arclength += chord
-            if self._far(there) or arclength > reach:
-                walk.end = "far" if arclength <= reach else "reach"
+            if self._far(there) or arclength > longest:
+                walk.end = "far" if arclength <= longest else "longest"
                 return walk
             if not smooth:
                 walk.corners.append(here.place)

@@ -2,7 +2,7 @@
 
 Places are added beside others until none is left that is further than a spacing from all. Each has
 a residual force r and a stiffness K, and its neighbours show how far r − K y misses the residual
-force beside it: where that, taken twice, leaves no zero in reach, there is none.
+force beside it: where that, taken twice, leaves no zero within the radius, there is none.
 """
 
 from __future__ import annotations
@@ -118,13 +118,13 @@ class CoverNode:
     ----------
     frame : array (2, coordinates)
         Orthonormal free directions, carried along from the first place.
-    reach : float
+    radius : float
         Distance of its neighbours.
     """
 
     place: Place
     frame: Array
-    reach: float
+    radius: float
     residual: Array
     name: Array = field(repr=False)
 
@@ -166,7 +166,7 @@ class Cover:
         self.rim: list[CoverNode] = []
         self.full = self.wound = False
         self._names = np.empty((MOST, 4 * (len(start.q) // 3)))
-        self._reaches = np.empty(MOST)
+        self._radii = np.empty(MOST)
         self._add(self.node(start, frame, SURFACE_SPACING))
         self._grow()
 
@@ -175,12 +175,12 @@ class Cover:
         """Whether the surface is covered whole."""
         return not (self.full or self.rim)
 
-    def node(self, place: Place, frame: Array, reach: float) -> CoverNode:
+    def node(self, place: Place, frame: Array, radius: float) -> CoverNode:
         """A place of the cover, its frame turned as little as possible from one nearby."""
         u, _, vt = np.linalg.svd(frame @ place.motions.T)
         turn = u @ vt
         name = self.name(place.q)
-        return CoverNode(place, turn @ place.motions, reach, turn @ place.residual, name)
+        return CoverNode(place, turn @ place.motions, radius, turn @ place.residual, name)
 
     def name(self, q: Array) -> Array:
         """Positions (…, coordinates) by numbers that whole turns leave alone."""
@@ -190,7 +190,7 @@ class Cover:
 
     def _add(self, node: CoverNode) -> None:
         n = len(self.nodes)
-        self._names[n], self._reaches[n] = node.name, node.reach
+        self._names[n], self._radii[n] = node.name, node.radius
         self.nodes.append(node)
 
     def near(self, name: Array) -> Array:
@@ -212,9 +212,9 @@ class Cover:
         kept = far < limit[first, second]
         return first[kept], second[kept], far[kept]
 
-    def _taken(self, names: Array, reach: Array) -> Array:
+    def _taken(self, names: Array, radius: Array) -> Array:
         """Whether there are places already at each of some positions."""
-        own = np.minimum(self._reaches[: len(self.nodes)], reach[:, None])
+        own = np.minimum(self._radii[: len(self.nodes)], radius[:, None])
         taken = np.zeros(len(names), dtype=bool)
         taken[self.within(names, SURFACE_SPACING_SAME * own)[0]] = True
         return taken
@@ -237,22 +237,22 @@ class Cover:
             for direction in turns @ node.frame
         ]
         left = [
-            (node, direction, min(2.0 * node.reach, SURFACE_SPACING))
+            (node, direction, min(2.0 * node.radius, SURFACE_SPACING))
             for node, direction in directions
         ]
         added: list[CoverNode] = []
         while left:
             # the guess says mostly whether the place is new; closing it is dear
-            reaches = np.array([reach for *_, reach in left])
+            radii = np.array([radius for *_, radius in left])
             guesses = np.array([n.place.q + self.scale * r * direction for n, direction, r in left])
             names = self.name(guesses)
             tried, later = list[int](), list[int]()
-            taken = self._taken(names, 0.8 * reaches)
-            for n, (name, reach) in enumerate(zip(names, 0.8 * reaches, strict=True)):
+            taken = self._taken(names, 0.8 * radii)
+            for n, (name, radius) in enumerate(zip(names, 0.8 * radii, strict=True)):
                 if taken[n]:
                     continue
                 others = np.abs(names[tried] - name).max(axis=1)
-                alike = others < SURFACE_SPACING_SAME * np.minimum(0.8 * reaches[tried], reach)
+                alike = others < SURFACE_SPACING_SAME * np.minimum(0.8 * radii[tried], radius)
                 (later if alike.any() else tried).append(n)
             again = [left[n] for n in later]
             if tried:
@@ -261,29 +261,29 @@ class Cover:
                 level = np.zeros(len(tried))
                 level[found.good] = orthonormal(found.directions[found.good])[1]
                 moved = np.array([found.q[k] - left[n][0].place.q for k, n in enumerate(tried)])
-                parts = np.abs(moved / self.scale).max(axis=1) / reaches[tried]
+                parts = np.abs(moved / self.scale).max(axis=1) / radii[tried]
                 fits = found.good & (level > CHART_TANGENT_COSINE) & (parts > 0.5) & (parts < 1.6)
                 which = np.flatnonzero(fits)
                 places = dict(zip(which.tolist(), self.many.places(found, which), strict=True))
                 names = self.name(np.where(fits[:, None], found.q, 0.0))
-                old, taken = len(self.nodes), self._taken(names, reaches[tried])
+                old, taken = len(self.nodes), self._taken(names, radii[tried])
                 for k, n in enumerate(tried):
-                    node, direction, reach = left[n]
+                    node, direction, radius = left[n]
                     place = places.get(k)
                     if place is None or not np.isfinite(place.force).all():
-                        if 0.5 * reach > SURFACE_SPACING_LEAST:
-                            again.append((node, direction, 0.5 * reach))
+                        if 0.5 * radius > SURFACE_SPACING_LEAST:
+                            again.append((node, direction, 0.5 * radius))
                         continue
                     count, name = len(self.nodes), names[k]
                     beside = np.abs(self._names[old:count] - name).max(axis=1)
-                    own = SURFACE_SPACING_SAME * np.minimum(self._reaches[old:count], reach)
+                    own = SURFACE_SPACING_SAME * np.minimum(self._radii[old:count], radius)
                     if taken[k] or (beside < own).any():
                         continue
                     if count == MOST:
                         self.full = True
                         return []
                     # the directions of the place are the nearest to the frame
-                    new = CoverNode(place, place.motions, reach, place.residual, name)
+                    new = CoverNode(place, place.motions, radius, place.residual, name)
                     self._add(new)
                     if self.far(place.q):
                         self.rim.append(new)
@@ -355,7 +355,7 @@ class Cover:
     def _neighbours(self) -> _Neighbours:
         q, frames, *_ = self._every
         count = len(self.nodes)
-        first, second, apart = self.within(self._names[:count], 1.6 * self._reaches[:count, None])
+        first, second, apart = self.within(self._names[:count], 1.6 * self._radii[:count, None])
         first, second = first[apart > 0.0], second[apart > 0.0]
         chord = whole_turns_less((q[second] - q[first]) / self.scale)
         seen = np.einsum("nfc,nc->nf", frames[first], chord)
@@ -375,17 +375,17 @@ class Cover:
         shown = (beside.chords[own] <= CHART_CHORD * lengths) & (
             beside.level[own] > CHART_TANGENT_COSINE
         )
-        reach = 1.5 * self.nodes[number].reach
+        radius = 1.5 * self.nodes[number].radius
         if shown.any():
-            reach = 0.75 * float(lengths[shown].max())
-        corners = [(-reach, -reach), (reach, -reach), (reach, reach), (-reach, reach)]
+            radius = 0.75 * float(lengths[shown].max())
+        corners = [(-radius, -radius), (radius, -radius), (radius, radius), (-radius, radius)]
         for x, y in seen[shown].tolist():
             corners = _clipped(corners, x, y, 0.5 * overlap * (x * x + y * y))
         found = np.array(corners)
         return found.min(axis=0), found.max(axis=0)
 
     def excluded(self) -> Array:
-        """Whether no zero lies within reach of each place."""
+        """Whether no zero lies within the radius of each place."""
         _, _, residuals, stiffness = self._every
         beside = self._neighbours
         found = np.zeros(len(self.nodes), dtype=bool)
@@ -403,9 +403,9 @@ class Cover:
         bend[kept] = np.maximum.reduceat(parts, bounds[kept])
         longest[kept] = np.maximum.reduceat(lengths, bounds[kept])
         # places are no further than that from the nearest of the cover
-        reach = 0.75 * longest[own]
-        least = _least(residuals[own], stiffness[own], reach)
-        found[own] = least > SURFACE_ERROR_SURE * bend[own] * reach**2
+        radius = 0.75 * longest[own]
+        least = _least(residuals[own], stiffness[own], radius)
+        found[own] = least > SURFACE_ERROR_SURE * bend[own] * radius**2
         return found
 
 
@@ -436,15 +436,15 @@ def _clipped(
     return found
 
 
-def _least(r: Array, K: Array, reach: Array) -> Array:
-    """The least |r − K y| of |y| up to reach: (places,), r (places, 2), K (places, 2, 2)."""
+def _least(r: Array, K: Array, radius: Array) -> Array:
+    """The least |r − K y| of |y| up to the radius: (places,), r (places, 2), K (places, 2, 2)."""
     u, s, _ = np.linalg.svd(K)
     part = np.einsum("nba,nb->na", u, r)
-    low, high = np.zeros(len(r)), np.linalg.norm(part, axis=1) * s[:, 0] / reach + TINY
-    for _ in range(40):  # the multiplier of |y| = reach
+    low, high = np.zeros(len(r)), np.linalg.norm(part, axis=1) * s[:, 0] / radius + TINY
+    for _ in range(40):  # the multiplier of |y| = radius
         middle = 0.5 * (low + high)
         y = s * part / (s**2 + middle[:, None])
-        long = np.linalg.norm(y, axis=1) > reach
+        long = np.linalg.norm(y, axis=1) > radius
         low, high = np.where(long, middle, low), np.where(long, high, middle)
     y = s * part / (s**2 + high[:, None])
     return np.asarray(np.linalg.norm(part - s * y, axis=1))
@@ -536,15 +536,15 @@ def ends_of(cover: Cover) -> LoadEnds:
 
 
 def may_meet(cover: Cover, ends: LoadEnds) -> Array:
-    """Whether the ends of each load may meet, or pass close by, within reach of each place of the
-    cover: (nodes, loads).
+    """Whether the ends of each load may meet, or pass close by, within the radius of each place of
+    the cover: (nodes, loads).
     """
     q = np.array([node.place.q for node in cover.nodes])
     frames = np.array([node.frame for node in cover.nodes])
-    reach = np.array([[node.reach] for node in cover.nodes])
+    radius = np.array([[node.radius] for node in cover.nodes])
     sizes = np.linalg.norm(ends.slopes(q, frames), axis=(-2, -1))
     return np.asarray(
-        np.linalg.norm(ends.vectors(q), axis=-1) <= CHART_FURTHER * reach * sizes + reach**2
+        np.linalg.norm(ends.vectors(q), axis=-1) <= CHART_FURTHER * radius * sizes + radius**2
     )
 
 
@@ -567,7 +567,7 @@ def _met(
         return [], False
     beside, many, scale = [cover.nodes[k] for k in nodes], cover.many, cover.scale
     names = np.array([node.name for node in beside])
-    reach = np.array([node.reach for node in beside])
+    radius = np.array([node.radius for node in beside])
     q = np.array([node.place.q for node in beside])
     directions = np.array([node.frame for node in beside])
     d = ends.vectors(q)[:, n]
@@ -589,7 +589,7 @@ def _met(
         step = -np.einsum("nfd,nd->nf", np.linalg.pinv(J, rcond=LEAST_SQUARES_RANK_COARSE), d[left])
         along = np.einsum("nf,nfc->nc", step, directions[left])
         size = np.maximum(np.abs(along).max(axis=1), TINY)
-        along *= np.minimum(1.0, reach[left] / size)[:, None]
+        along *= np.minimum(1.0, radius[left] / size)[:, None]
         # where two such points are close to each other a whole step overshoots
         trying, kept = np.arange(len(left)), np.zeros(len(left), dtype=bool)
         for _ in range(HALVINGS):
@@ -604,7 +604,7 @@ def _met(
             trying = trying[~nearer]
             if not trying.size:
                 break
-        near = np.abs(cover.name(q[left]) - names[left]).max(axis=1) <= 2.0 * reach[left]
+        near = np.abs(cover.name(q[left]) - names[left]).max(axis=1) <= 2.0 * radius[left]
         left = left[kept & near]
         if not left.size:
             break

@@ -307,7 +307,7 @@ class RestSearch:
             if odd and not any(directionless_loads(self.manifold, r.place) for r in roots.rests):
                 self.odd += [node.place for node in odd]
             self.unsure += [node.place for node in roots.unsure]
-            if walk.end not in ("", "far", "reach") and not met_behind:
+            if walk.end not in ("", "far", "longest") and not met_behind:
                 self.ends.append((walk.end, walk.nodes[-1].place))
         known = list(self.found)
         # what is met first comes first, whichever way; one that is met twice is one
@@ -424,7 +424,7 @@ class RestSearch:
         """Along the residual force to where it ends: a stable rest position, as far as there is
         one.
         """
-        reach = EQUILIBRIUM_STEP_LONGEST
+        step_limit = EQUILIBRIUM_STEP_LONGEST
         for _ in range(DESCENT):
             if self._is_away(here):
                 self.ran_away = here
@@ -440,18 +440,18 @@ class RestSearch:
             length = float(np.linalg.norm(step))
             if length < 1e-6:
                 return here
-            step *= min(1.0, reach / length)
+            step *= min(1.0, step_limit / length)
             along = step @ here.motions
             there = self.manifold.moved(here, along)
             # not so far that the residual force turns round: the loads would take work back
             if there is None or there.push @ along < -0.5 * (here.push @ along):
-                reach = 0.5 * min(reach, length)
-                if reach < 1e-7:
+                step_limit = 0.5 * min(step_limit, length)
+                if step_limit < 1e-7:
                     return here
                 continue
-            here, reach = (
+            here, step_limit = (
                 there,
-                min(2.0 * reach, max(EQUILIBRIUM_STEP_LONGEST, 0.5 * self._far(there))),
+                min(2.0 * step_limit, max(EQUILIBRIUM_STEP_LONGEST, 0.5 * self._far(there))),
             )
         return here
 

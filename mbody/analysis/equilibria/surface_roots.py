@@ -183,7 +183,7 @@ class SurfaceZeros:
         pairs = list[tuple[TangentChart, Zero]]()
         for chart in new:
             far = np.abs(self._names[chart.zeros_read :] - chart.node.name).max(axis=1)
-            beside = np.flatnonzero(far <= 4.0 * chart.node.reach) + chart.zeros_read
+            beside = np.flatnonzero(far <= 4.0 * chart.node.radius) + chart.zeros_read
             pairs += [(chart, self.every[n]) for n in beside]
             chart.zeros_read = len(self.every)
         holding = hold([chart for chart, _ in pairs], np.array([one.place.q for _, one in pairs]))
@@ -553,7 +553,7 @@ class _SurfaceIsolation:
         if isinstance(chart, PolarChart):
             return []
         names = [np.abs(self.cover.name(one.q) - chart.node.name).max() for one in self.points]
-        near = [n for n, apart in enumerate(names) if apart < 4.0 * chart.node.reach]
+        near = [n for n, apart in enumerate(names) if apart < 4.0 * chart.node.radius]
         return [self.points[n] for n in near if chart.holds(self.points[n].q)]
 
     def doubt(self, q: Array) -> None:

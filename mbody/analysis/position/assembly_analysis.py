@@ -332,7 +332,7 @@ def explain_gap(system: System, work: Work, start: np.ndarray, t: float) -> NoRe
     phi = np.abs(smallest_gap(system, work, np.arange(len(owners)) < joints))
     if phi[:joints].max(initial=0.0) < LOOP_OPEN_FIXED:
         _refuse_surplus(system, rank_of(dense(system, work)[1][:joints]))
-        raise _out_of_reach(system, work, phi[joints:], t)
+        raise _driver_beyond_links(system, work, phi[joints:], t)
     # hold all joints but one: the gap there is what a user would measure
     width = {joint.name: phi[owners == joint.name].max() for joint in system.mechanism.joints}
     widest = sorted(width, key=lambda name: -width[name])[:CANDIDATES]
@@ -424,7 +424,7 @@ def _least(system: System, work: Work, joints: int) -> np.ndarray:
     return np.asarray(dense(system, work)[0][:joints])
 
 
-def _out_of_reach(system: System, work: Work, off: np.ndarray, t: float) -> SolveError:
+def _driver_beyond_links(system: System, work: Work, off: np.ndarray, t: float) -> SolveError:
     """The sentence for a driver that asks more than the links give; `off` (drivers,)."""
     n = int(off.argmax())
     driver, row = system.drivers[n], system.layout.driver_row[n]

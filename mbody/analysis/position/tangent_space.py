@@ -205,13 +205,13 @@ class Manifold:
             if not (np.isfinite(phi).all() and np.isfinite(G).all()):
                 return None  # as where a distance of a constraint is zero: it has no direction
             worst = float(np.abs(phi).max(initial=0.0))
-            reach = 1.0 + float(np.abs(q / self.scale).max())
+            norm = 1.0 + float(np.abs(q / self.scale).max())
             # at rounding the violation no longer falls
-            if worst <= LOOP_CLOSURE_RESIDUAL * reach or (
-                worst <= LOOP_CLOSURE_RESIDUAL_STALLED * reach and worst > 0.5 * last
+            if worst <= LOOP_CLOSURE_RESIDUAL * norm or (
+                worst <= LOOP_CLOSURE_RESIDUAL_STALLED * norm and worst > 0.5 * last
             ):
                 return q
-            if not worst < 1e3 * reach:
+            if not worst < 1e3 * norm:
                 return None
             last = worst
             if fixed is not None:
@@ -231,8 +231,8 @@ class Manifold:
             return self.at(q)
         work = self.work
         work.q[: self.size, 0] = q
-        reach = 1.0 + float(np.abs(q / self.scale).max())
-        good, straight, ratio = close(self.layout, work, 0.0, LOOP_CLOSURE_RESIDUAL * reach)
+        norm = 1.0 + float(np.abs(q / self.scale).max())
+        good, straight, ratio = close(self.layout, work, 0.0, LOOP_CLOSURE_RESIDUAL * norm)
         raise_user_error(self.system)
         if not (good and straight and ratio > PIVOT_REGULAR):
             return self.at(q)
@@ -387,14 +387,14 @@ class ManyPositions:
                 break
             phi, G = self.rows(q[left])
             worst = np.abs(phi).max(axis=1, initial=0.0)
-            reach = 1.0 + np.abs(q[left] / self.scale).max(axis=1)
+            norm = 1.0 + np.abs(q[left] / self.scale).max(axis=1)
             finite = np.isfinite(phi).all(axis=1) & np.isfinite(G).all(axis=(1, 2))
             # at rounding the violation no longer falls
-            still = (worst <= LOOP_CLOSURE_RESIDUAL_STALLED * reach) & (worst > 0.5 * last[left])
-            done = finite & ((worst <= LOOP_CLOSURE_RESIDUAL * reach) | still)
+            still = (worst <= LOOP_CLOSURE_RESIDUAL_STALLED * norm) & (worst > 0.5 * last[left])
+            done = finite & ((worst <= LOOP_CLOSURE_RESIDUAL * norm) | still)
             good[left[done]], rows[left[done]] = True, G[done]
             last[left] = worst
-            on = finite & ~done & (worst < 1e3 * reach)
+            on = finite & ~done & (worst < 1e3 * norm)
             left, phi, G = left[on], phi[on], G[on]
             if left.size:
                 off = np.einsum("nfc,nc->nf", frames[left], (q[left] - start[left]) / self.scale)

@@ -256,36 +256,36 @@ def _ahead(
     return Ahead(crossing=crossing, elements=elements, met=met)
 
 
-def _known(met: Sequence[MetPosition], x: Array, reach: float) -> MetPosition | None:
-    """A singular position within reach of x that was met before."""
+def _known(met: Sequence[MetPosition], x: Array, radius: float) -> MetPosition | None:
+    """A singular position within the radius about x that was met before."""
     angles = np.tile([False, False, True], len(x) // 3)
     for one in met:
         turns = 2.0 * np.pi * np.round((x - one.x) / (2.0 * np.pi)) * angles
-        if np.linalg.norm(one.x + turns - x) < reach:
+        if np.linalg.norm(one.x + turns - x) < radius:
             return MetPosition(one.x + turns, one.U, one.left)
     return None
 
 
 def _nearest(
-    rows: _TimedRows, x: Array, rank: int, parts: tuple[Array, Array, Array], reach: float
+    rows: _TimedRows, x: Array, rank: int, parts: tuple[Array, Array, Array], radius: float
 ) -> MetPosition | None:
-    """The singular position within reach of x, if there is one."""
+    """The singular position within the radius about x, if there is one."""
     sizes = parts[1][:rank]
     small = int((sizes < SINGULAR_VALUE_MAY_VANISH * sizes[0]).sum())
     above = np.append(sizes[0], sizes)[rank - small : rank]
     # how many vanish together: where the gap to the next one is widest
     for place in np.argsort(-above / sizes[rank - small :])[:2]:
-        found = _singular(rows, x, rank - (small - int(place)), parts, reach)
+        found = _singular(rows, x, rank - (small - int(place)), parts, radius)
         if found is not None:
             return found
     return None
 
 
 def _singular(
-    rows: _TimedRows, x: Array, kept: int, parts: tuple[Array, Array, Array], reach: float
+    rows: _TimedRows, x: Array, kept: int, parts: tuple[Array, Array, Array], radius: float
 ) -> MetPosition | None:
     """The position near x where all but so many rows become dependent, by a simplified
-    Newton method; None where it does not come to one within reach.
+    Newton method; None where it does not come to one within the radius.
 
     In the singular vectors at x, what elimination of the rows that stay independent leaves of G.
     """
@@ -322,7 +322,7 @@ def _singular(
         last = worst
         z = -np.einsum("an,n->a", flat, left.ravel())
         x = x + z @ vt[kept:] - (off + along @ z) @ vt[:kept]
-        if not np.linalg.norm(x - start) <= reach:
+        if not np.linalg.norm(x - start) <= radius:
             return None
     return None
 

@@ -547,10 +547,10 @@ def _nearest(rows: ConstraintRows, given: Array, rank: int, far: float) -> Array
         u, sizes, vt = np.linalg.svd(G)
         L, N = u[:, rank:], vt[rank:]
         left = L.T @ G @ N.T
-        open_, reach = float(np.abs(phi).max()), 1.0 + float(np.abs(x).max())
+        open_, norm = float(np.abs(phi).max()), 1.0 + float(np.abs(x).max())
         if (
-            np.abs(left).max(initial=0.0) <= 1e-15 * sizes[0] * reach
-            and open_ <= LOOP_CLOSURE_RESIDUAL * reach
+            np.abs(left).max(initial=0.0) <= 1e-15 * sizes[0] * norm
+            and open_ <= LOOP_CLOSURE_RESIDUAL * norm
         ):
             return x
         step = -(vt[:rank].T / sizes[:rank]) @ (u[:, :rank].T @ phi)
@@ -559,7 +559,7 @@ def _nearest(rows: ConstraintRows, given: Array, rank: int, far: float) -> Array
         x = x + step
         if not np.linalg.norm(x - given) < far:
             return None
-        if np.abs(step).max() <= 1e-15 * reach:
+        if np.abs(step).max() <= 1e-15 * norm:
             break
     rows.at(x)
     u, sizes, _ = np.linalg.svd(rows.G)

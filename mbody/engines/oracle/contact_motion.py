@@ -70,7 +70,7 @@ class OracleSpot:
     other: Marker
     kind: str  # "line", "segment", "circle", "ring", "rope"
     end: Marker | None = None
-    reach: float = 0.0  # radius of the other circle or ring, length of a rope
+    second_size: float = 0.0  # radius of the other circle or ring, length of a rope
     friction: float = 0.0
     static: float = 0.0
     restitution: float = 0.0
@@ -81,7 +81,7 @@ def spots_of(contact: Any) -> list[OracleSpot]:
     """The places of a contact."""
     if isinstance(contact, Rope):
         length = float(contact.length)
-        return [OracleSpot(contact.name, contact.j, 0.0, contact.i, "rope", reach=length)]
+        return [OracleSpot(contact.name, contact.j, 0.0, contact.i, "rope", second_size=length)]
     if not isinstance(contact, Contact):
         raise NotImplementedError(f"'{contact.name}': it has no contacts between groups")
     mu = float(contact.friction)
@@ -104,11 +104,11 @@ def spots_of(contact: Any) -> list[OracleSpot]:
         if circles and isinstance(flat, Ring) and not corners:
             ((c, r),) = circles
             hole, size = Marker(other, flat.ring), float(flat.radius)
-            return [OracleSpot(contact.name, c, r, hole, "ring", reach=size, **more)]
+            return [OracleSpot(contact.name, c, r, hole, "ring", second_size=size, **more)]
     rounds = [_circles(body, shape) for body, shape in sides if isinstance(shape, Disc | Vertex)]
     if len(rounds) == 2:
         ((i, ri),), ((j, rj),) = rounds
-        return [OracleSpot(contact.name, j, rj, i, "circle", reach=ri, **more)]
+        return [OracleSpot(contact.name, j, rj, i, "circle", second_size=ri, **more)]
     raise NotImplementedError(f"'{contact.name}': it has no contacts of corners with edges")
 
 
@@ -169,13 +169,19 @@ class OracleTouching:
         far = np.sqrt(dx * dx + dy * dy)
         if spot.kind == "circle":
             nx, ny = dx / far, dy / far
-            gap = far - spot.radius - spot.reach
+            gap = far - spot.radius - spot.second_size
             return gap, nx, ny, cx - spot.radius * nx, cy - spot.radius * ny
         # within a ring, or on a rope: the normal points back
         if np.real(far) == 0.0:
-            return spot.reach - spot.radius + 0.0 * dx, 1.0, 0.0, cx, cy
+            return spot.second_size - spot.radius + 0.0 * dx, 1.0, 0.0, cx, cy
         nx, ny = -dx / far, -dy / far
-        return spot.reach - spot.radius - far, nx, ny, cx - spot.radius * nx, cy - spot.radius * ny
+        return (
+            spot.second_size - spot.radius - far,
+            nx,
+            ny,
+            cx - spot.radius * nx,
+            cy - spot.radius * ny,
+        )
 
     def gaps(self, q: Array) -> Array:
         """Gaps (spots,) at q (3n,)."""
@@ -213,7 +219,7 @@ class OracleTouching:
     def length(self) -> float:
         """A length of the places: the greatest radius, or arm."""
         arms = [math.hypot(*self.reference.arm(s.circle)) + s.radius for s in self.spots]
-        return max([*arms, *(s.reach for s in self.spots)]) or 1.0
+        return max([*arms, *(s.second_size for s in self.spots)]) or 1.0
 
 
 # -- Guards of contact modes for SciPy's integrators -------------------------------------------

@@ -409,8 +409,8 @@ class DenseFriction:
                 return float(module / math.sin(angle))
             foot, base = radius * math.sin(angle), radius * math.cos(angle)
             tip = radius + outside * module
-            reach = math.sqrt(max(tip * tip - base * base, 0.0))
-            return float(outside * (reach - foot))
+            tangent = math.sqrt(max(tip * tip - base * base, 0.0))
+            return float(outside * (tangent - foot))
 
         (one, kind), (two, _) = radii
         first, second = ends(one, kind), ends(two, 1.0)

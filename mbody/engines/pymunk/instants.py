@@ -80,7 +80,7 @@ class Sizes:
         Characteristic rate of the motion [1/time].
     lump : float
         Stand-in for a mass of zero [mass].
-    reach : float
+    extent : float
         Greatest coordinate, with angles times the model length [length].
     mass : float
         Greatest mass, stand-ins included [mass].
@@ -88,7 +88,7 @@ class Sizes:
 
     rate: float
     lump: float
-    reach: float
+    extent: float
     mass: float
 
 
@@ -137,7 +137,7 @@ def sizes_of(system: System, run: Solution) -> Sizes:
     """The scales of a run."""
     L = system.length
     unit = np.array([L, L, 1.0])
-    reach = float(np.abs(kinematic(run, "place") / unit).max()) * L
+    extent = float(np.abs(kinematic(run, "place") / unit).max()) * L
     rates = kinematic(run, "rate") / unit
     changes = kinematic(run, "acceleration") / unit
     if run.analysis == "statics":
@@ -155,7 +155,7 @@ def sizes_of(system: System, run: Solution) -> Sizes:
         # in a driven motion inertia forces of a stand-in must not be greater than the loads
         lump = force / (L * rate * rate) if force else mean or 1.0
         lump = min(lump, mean) if mean else lump
-    return Sizes(rate, lump, max(reach, L), max(float(own.max()), lump))
+    return Sizes(rate, lump, max(extent, L), max(float(own.max()), lump))
 
 
 def at_instants(system: System, run: Solution, instants: list[int]) -> InstantForces:
@@ -193,7 +193,7 @@ def at_instants(system: System, run: Solution, instants: list[int]) -> InstantFo
     noises = np.array(noise)
     noises = np.maximum(noises, 2.0 * np.median(noises, axis=0))
     # a position is rounded and divided by h twice; the extrapolation adds several of them
-    jitter = 30.0 * np.finfo(float).eps * sizes.reach / smallest**2
+    jitter = 30.0 * np.finfo(float).eps * sizes.extent / smallest**2
     space = trial.space(iterations, trial.lumps[-1])
     machine = system.mechanism
     over = (*(machine.loads[n].name for n in space.over), *trial.over)

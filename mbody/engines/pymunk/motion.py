@@ -45,7 +45,7 @@ from mbody.system.system import System
 # -- Contacts in pymunk: the same shapes, and for each pair its own friction and restitution ---
 
 #: Half the length of a line and its thickness, thickness of a segment, in model lengths.
-REACH, THICK, BAR = 100.0, 10.0, 0.05
+LINE_HALF_LENGTH, THICK, BAR = 100.0, 10.0, 0.05
 #: Collision type and category of the shapes of contacts, which touch nothing else.
 TYPE, OWN = 1, 1 << 31
 #: Part of an overlap that is left after a time of 1 [of the mechanism].
@@ -134,7 +134,7 @@ class TouchingShapes:
                 math.sin(outline.direction),
             )
             x, y = x + THICK * size * s, y - THICK * size * c
-            far = REACH * size
+            far = LINE_HALF_LENGTH * size
             ends = (x - far * c, y - far * s), (x + far * c, y + far * s)
             return native.Segment(body, *ends, THICK * size)
         (ax, ay), (bx, by) = outline.points
@@ -453,7 +453,7 @@ class _MotionTrial:
             space.space.iterations = 4 * self.iterations
             more = self._once(space, times, 1)
             change = np.abs(more - found)
-            if change[:, :n].max() <= PYMUNK_SETTLED_POSITIONS * min(self.sizes.reach, 1.0):
+            if change[:, :n].max() <= PYMUNK_SETTLED_POSITIONS * min(self.sizes.extent, 1.0):
                 break
             steps = float(times[-1] - times[0]) / self.longest
             # the next trial needs sixteen times as many as the start of this one

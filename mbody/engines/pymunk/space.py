@@ -64,7 +64,7 @@ class ImpulseConstraint:
         Of a rolling wheel [length].
     target : float
         Value that a slot, a rod or a turn keeps.
-    reach : float
+    half_length : float
         Half the length of a slot.
     """
 
@@ -79,7 +79,7 @@ class ImpulseConstraint:
     normal: float = 0.0
     radius: float = 0.0
     target: float = 0.0
-    reach: float = 0.0
+    half_length: float = 0.0
 
     def forces(self, pose: Array) -> Array:
         """Force and torque of each unit impulse on body j, about the reference place
@@ -149,7 +149,10 @@ class ImpulseConstraint:
         """Both ends of a slot in axes of i, from its mass centre."""
         c, s = math.cos(self.normal), math.sin(self.normal)
         x, y = self.arm_i[0] + self.target * c, self.arm_i[1] + self.target * s
-        return (x - self.reach * s, y + self.reach * c), (x + self.reach * s, y - self.reach * c)
+        return (x - self.half_length * s, y + self.half_length * c), (
+            x + self.half_length * s,
+            y - self.half_length * c,
+        )
 
 
 @dataclass(eq=False)
@@ -187,7 +190,7 @@ def damped(part: ImpulseConstraint) -> SpringImpulse:
 
 
 #: Half the length of a slot, and of a line for rolling, in model lengths.
-REACH = 100.0
+GUIDE_HALF_LENGTH = 100.0
 #: Friction of wheels that do not slip.
 ROUGH = 1e6
 
@@ -256,7 +259,7 @@ class Space:
 
         self.pymunk, self.system = pymunk, system
         self.at = reading(system)
-        self.reach = REACH * system.length
+        self.half_length = GUIDE_HALF_LENGTH * system.length
         self.space = pymunk.Space()
         self.space.iterations, self.space.collision_slop = iterations, 0.0
         self.count = len(system.mechanism.bodies)
@@ -307,7 +310,7 @@ class Space:
         return native
 
     def _part(self, owner: str, kind: str, make: Any, **ends: Any) -> ImpulseConstraint:
-        part = ImpulseConstraint(owner, kind, None, **ends, reach=self.reach)
+        part = ImpulseConstraint(owner, kind, None, **ends, half_length=self.half_length)
         part.native = self._add(make(self.everything[part.i], self.everything[part.j], part))
         self.parts.append(part)
         return part
@@ -361,8 +364,8 @@ class Space:
         pressed = PYMUNK_WHEEL_PRESSED * radius
         wheel = self.pymunk.Circle(b, radius + pressed, ends["arm_j"])
         (x, y), c, s = ends["arm_i"], math.cos(normal), math.sin(normal)
-        x_reach, y_reach = self.reach * s, self.reach * c
-        line = (x - x_reach, y + y_reach), (x + x_reach, y - y_reach)
+        dx, dy = self.half_length * s, self.half_length * c
+        line = (x - dx, y + dy), (x + dx, y - dy)
         base = self.pymunk.Segment(a, *line, 0.0)
         self.rolling += 1
         only = 1 << self.rolling
