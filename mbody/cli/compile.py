@@ -6,7 +6,6 @@ import importlib.metadata
 import json
 import os
 import platform
-import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -59,7 +58,7 @@ def _for_machines(args: Any, targets: list[str]) -> int:
     """
     import shutil
 
-    from mbody.core.native import builder_command, place
+    from mbody.core.native import builder_command, place, run_builder
     from mbody.image.fmu import SHELL, SOURCES
     from mbody.image.webassembly import IMAGE_KERNELS
 
@@ -74,11 +73,17 @@ def _for_machines(args: Any, targets: list[str]) -> int:
         options.append("--object")
     names = [place(one) for one in chosen]
     command, settings = builder_command(names, first, Path(args.out), "--whole", *options)
-    status = subprocess.run(command, env=settings).returncode
+    status = run_builder(command, settings, _steps_of(len(names) + len(targets)))
     if status == 0 and not args.fmu:
         for name in DOOR:
             shutil.copyfile(SHELL / name, Path(args.out) / name)
     return status
+
+
+def _steps_of(count: int) -> Callable[[str], None]:
+    """Prints the step that is under way, of so many."""
+    begun = iter(range(1, count + 1))
+    return lambda name: print(f"building {name}, {next(begun)} of {count}", flush=True)
 
 
 def _for_browsers(out: Path) -> None:
@@ -88,12 +93,12 @@ def _for_browsers(out: Path) -> None:
     import shutil
     import tempfile
 
-    from mbody.image.webassembly import FILE, MODULE, build_browser_core
+    from mbody.image.webassembly import FILE, IMAGE_KERNELS, MODULE, build_browser_core
 
     file = out if out.suffix == Path(FILE).suffix else out / FILE
     file.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=file.parent) as folder:
-        build_browser_core(Path(folder))
+        build_browser_core(Path(folder), _steps_of(len(IMAGE_KERNELS) + 1))
         (Path(folder) / FILE).replace(file)
     shutil.copyfile(MODULE, file.parent / MODULE.name)
 
@@ -121,13 +126,8 @@ def _build() -> int:
     start = time.perf_counter()
     all_kernels()
     wanted = missing()
-    begun = iter(range(1, len(wanted) + 1))
     if wanted:
-        build(
-            wanted,
-            os.cpu_count() or 1,
-            lambda name: print(f"building {name}, {next(begun)} of {len(wanted)}", flush=True),
-        )
+        build(wanted, os.cpu_count() or 1, _steps_of(len(wanted)))
     seconds = time.perf_counter() - start
     print(f"ready: {len(wanted)} kernels built in {seconds:.1f} s; later runs load them")
     return 0

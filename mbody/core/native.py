@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
+import itertools
 import os
 import sys
 import threading
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 
@@ -168,8 +169,53 @@ def place(function: Callable[..., Any]) -> str:
     return f"{function.__module__}:{function.__name__}"
 
 
-def _build(functions: list[Callable[..., Any]], say: Callable[[str], None] | None) -> None:
+def run_builder(
+    command: list[str],
+    settings: dict[str, str],
+    say: Callable[[str], None] | None = None,
+    errors: IO[str] | None = None,
+) -> int:
+    """Run the builder: its exit status. `say` gets each name when that part is begun; what it says
+    of errors goes to a file, by default to where those of this process go.
+    """
     import subprocess
+
+    with subprocess.Popen(
+        command,
+        env=settings,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=errors,
+        text=True,
+    ) as process:
+        assert process.stdout is not None
+        try:
+            for line in process.stdout:
+                if say is not None:
+                    say(line.strip())
+        except BaseException:
+            process.kill()
+            raise
+    return process.returncode
+
+
+def progress(what: str, count: int) -> Callable[[str], None] | None:
+    """Announce on stderr that something is built, in so many steps; gives what names the step that
+    is under way, as "building follow, 4 of 7". None where MBODY_QUIET is set.
+    """
+    if os.environ.get("MBODY_QUIET", "0") not in ("", "0") or sys.stderr is None:
+        return None
+
+    def tell(text: str) -> None:
+        with contextlib.suppress(OSError, ValueError):
+            print(f"mbody: {text}", file=sys.stderr, flush=True)
+
+    tell(f"building {what} (once) ...")
+    begun = itertools.count(1)
+    return lambda name: tell(f"building {name}, {next(begun)} of {count}")
+
+
+def _build(functions: list[Callable[..., Any]], say: Callable[[str], None] | None) -> None:
     import tempfile
 
     choice = selection.chosen()
@@ -177,25 +223,11 @@ def _build(functions: list[Callable[..., Any]], say: Callable[[str], None] | Non
     names = [place(function) for function in functions]
     command, settings = builder_command(names, choice.level, choice.file)
     # a file, not a pipe: a full one would stop the builder while its names are read
-    with (
-        tempfile.TemporaryFile("w+", encoding="utf-8") as said,
-        subprocess.Popen(
-            command,
-            env=settings,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=said,
-            text=True,
-        ) as process,
-    ):
-        assert process.stdout is not None
-        for line in process.stdout:
-            if say is not None:
-                say(line.strip())
-        process.wait()
+    with tempfile.TemporaryFile("w+", encoding="utf-8") as said:
+        status = run_builder(command, settings, say, said)
         said.seek(0)
         errors = said.read()
-    if process.returncode:
+    if status:
         last = "\n".join(errors.strip().splitlines()[-12:])
         raise RuntimeError(
             f"the machine code of {', '.join(names)} could not be built; MBODY_CORE=numba does "

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 import io
-import os
 import platform
 import re
 import struct
-import subprocess
 import sys
 import tempfile
 import zipfile
@@ -24,7 +21,7 @@ from xml.sax.saxutils import quoteattr
 from mbody._version import __version__
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core.cache_folder import STAMP_DIGITS, cache_folder
-from mbody.core.native import builder_command, place
+from mbody.core.native import builder_command, place, progress, run_builder
 from mbody.core.selection import linker
 from mbody.core.sources import PACKAGE, source_hash
 from mbody.errors import ModelError, brief
@@ -138,19 +135,20 @@ def _build(folder: Path) -> None:
             "the binaries of co-simulation units are built by numba and a C compiler, not all of "
             f"which are installed: pip install {' '.join(missing)}"
         )
-    if os.environ.get("MBODY_QUIET", "0") in ("", "0") and sys.stderr is not None:
-        with contextlib.suppress(OSError, ValueError):
-            print("mbody: building the binaries of co-simulation units (once) ...", file=sys.stderr)
     targets = [one.target for one in PLATFORMS] if zig else ["host"]
     options = [word for target in targets[1:] for word in ("--also", target)]
     options += [word for name in SOURCES for word in ("--with", str(SHELL / name))]
     names = [place(kernel) for kernel in IMAGE_KERNELS]
-    with tempfile.TemporaryDirectory(dir=folder) as made:
+    say = progress("the binaries of co-simulation units", len(names) + len(targets))
+    with (
+        tempfile.TemporaryDirectory(dir=folder) as made,
+        tempfile.TemporaryFile("w+", encoding="utf-8") as said,
+    ):
         out = Path(made)
         command, settings = builder_command(names, targets[0], out, "--whole", *options)
-        done = subprocess.run(command, env=settings, capture_output=True, text=True)
-        if done.returncode:
-            last = "\n".join(done.stderr.strip().splitlines()[-6:])
+        if run_builder(command, settings, say, said):
+            said.seek(0)
+            last = "\n".join(said.read().strip().splitlines()[-6:])
             raise ModelError(
                 f"the binaries of co-simulation units could not be built; the builder said:\n{last}"
             )

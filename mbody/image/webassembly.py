@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
-import os
-import subprocess
-import sys
+import tempfile
+from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
 
 from mbody.core.cache_folder import STAMP_DIGITS, cache_folder
-from mbody.core.native import builder_command, place
+from mbody.core.native import builder_command, place, progress, run_builder
 from mbody.core.sources import PACKAGE, source_hash
 from mbody.errors import ModelError
 from mbody.kernels.continuation import follow
@@ -43,8 +41,8 @@ def browser_core() -> Path:
             "the core for browsers has to be built, and no folder to keep it can be written: set "
             "MBODY_CACHE_DIR"
         )
-    _announce()
-    build_browser_core(folder, quiet=True)
+    steps = len(IMAGE_KERNELS) + 1  # the last one is the file itself
+    build_browser_core(folder, progress("the core for browsers", steps))
     return folder / FILE
 
 
@@ -61,15 +59,8 @@ def _kept() -> Path | None:
     return cache_folder(stamp)
 
 
-def _announce() -> None:
-    """Say that building takes its time."""
-    if os.environ.get("MBODY_QUIET", "0") in ("", "0") and sys.stderr is not None:
-        with contextlib.suppress(OSError, ValueError):
-            print("mbody: building the core for browsers (once) ...", file=sys.stderr)
-
-
-def build_browser_core(folder: Path, quiet: bool = False) -> None:
-    """Build the core for browsers into a folder."""
+def build_browser_core(folder: Path, say: Callable[[str], None] | None = None) -> None:
+    """Build the core for browsers into a folder; `say` gets the name of each step."""
     missing = [name for name in ("numba", "ziglang") if find_spec(name) is None]
     if missing:
         raise ModelError(
@@ -78,9 +69,11 @@ def build_browser_core(folder: Path, quiet: bool = False) -> None:
         )
     names = [place(kernel) for kernel in IMAGE_KERNELS]
     command, settings = builder_command(names, TARGET, folder, "--whole")
-    done = subprocess.run(command, env=settings, capture_output=quiet, text=True)
-    if done.returncode:
-        last = "" if done.stderr is None else "\n".join(done.stderr.strip().splitlines()[-6:])
+    with tempfile.TemporaryFile("w+", encoding="utf-8") as said:
+        status = run_builder(command, settings, say, said)
+        said.seek(0)
+        last = "\n".join(said.read().strip().splitlines()[-6:])
+    if status:
         raise ModelError(f"the core for browsers could not be built; the builder said:\n{last}")
 
 

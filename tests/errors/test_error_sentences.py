@@ -30,7 +30,6 @@ OTHERWISE = {
     "the cognates have no masses and no loads": "a note",
     " linkages are written": "the status of a data set",
     " bytes, with binaries for ": "what the command has written",
-    "mbody: building the binaries of co-simulation units (once) ...": "what the command does",
     "singular start": "the mark of one",
     "stopped: after ": "the status of the solution that the error carries",
     r" \(at (?:line (\d+), column \d+|end of document)\)$": "a pattern",

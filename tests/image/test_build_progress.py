@@ -1,0 +1,91 @@
+"""What is built says which step of how many is under way; the builder is a small program here."""
+
+import sys
+from types import SimpleNamespace
+
+import pytest
+
+import mbody
+from mbody.cli import compile as compile_command
+from mbody.core import native
+from mbody.core.native import progress, run_builder
+from mbody.image import fmu, webassembly
+
+NAMES = [kernel.__name__ for kernel in webassembly.IMAGE_KERNELS]
+#: A builder that names each kernel and each file, as `mbody.compiler.builder` does.
+BUILDER = """
+import sys
+folder, status, names, files = sys.argv[1], int(sys.argv[2]), sys.argv[3], sys.argv[4]
+for name in names.split(","):
+    print(name, flush=True)
+for name in files.split(","):
+    print(name, flush=True)
+    open(f"{folder}/{name}", "wb").write(b"made")
+print("warning: it is a small one", file=sys.stderr)
+sys.exit(status)
+"""
+
+
+def builder(files, status=0):
+    """The command that `builder_command` gives, of a builder that makes these files."""
+
+    def command(names, target, folder, *options):
+        names = ",".join(name.partition(":")[2] for name in names)
+        words = [str(folder), str(status), names, ",".join(files)]
+        return [sys.executable, "-c", BUILDER, *words], {}
+
+    return command
+
+
+@pytest.fixture(autouse=True)
+def loud(monkeypatch, tmp_path):
+    monkeypatch.setenv("MBODY_QUIET", "0")
+    for module in (fmu, webassembly):
+        monkeypatch.setattr(module, "find_spec", lambda name: SimpleNamespace(name=name))
+
+
+def lines(names):
+    return [f"building {name}, {n} of {len(names)}" for n, name in enumerate(names, 1)]
+
+
+def test_the_core_for_browsers(monkeypatch, tmp_path, capfd):
+    monkeypatch.setattr(webassembly, "builder_command", builder([webassembly.FILE]))
+    monkeypatch.setattr(webassembly, "ready_core", lambda: None)
+    monkeypatch.setattr(webassembly, "_kept", lambda: tmp_path)
+    assert webassembly.browser_core().read_bytes() == b"made"
+    said = ["building the core for browsers (once) ...", *lines([*NAMES, webassembly.FILE])]
+    assert capfd.readouterr() == ("", "".join(f"mbody: {line}\n" for line in said))
+
+
+def test_the_binaries_of_co_simulation_units(monkeypatch, tmp_path, capfd):
+    files = [one.file for one in fmu.PLATFORMS]
+    monkeypatch.setattr(fmu, "builder_command", builder(files))
+    fmu._build(tmp_path)
+    assert sorted(file.name for file in tmp_path.iterdir()) == sorted(files)
+    what = "building the binaries of co-simulation units (once) ..."
+    said = [what, *lines([*NAMES, *files])]
+    assert capfd.readouterr() == ("", "".join(f"mbody: {line}\n" for line in said))
+
+
+@pytest.mark.parametrize("module", [fmu, webassembly])
+def test_what_the_builder_says_is_told_where_it_fails(monkeypatch, tmp_path, module):
+    monkeypatch.setattr(module, "builder_command", builder(["half"], status=3))
+    build = fmu._build if module is fmu else webassembly.build_browser_core
+    with pytest.raises(mbody.ModelError, match=r"could not be built; .*\nwarning: it is a small"):
+        build(tmp_path)
+
+
+def test_quiet_is_quiet(monkeypatch, tmp_path, capfd):
+    monkeypatch.setenv("MBODY_QUIET", "1")
+    assert progress("anything", 3) is None
+    command, settings = builder(["one"])(["module:kernel"], "host", tmp_path)
+    assert run_builder(command, settings, None, sys.stderr) == 0
+    assert capfd.readouterr() == ("", "warning: it is a small one\n")
+
+
+def test_the_command_counts_the_steps(monkeypatch, tmp_path, capfd):
+    monkeypatch.setattr(native, "builder_command", builder(["host.so"]))
+    args = SimpleNamespace(target=[], out=tmp_path, images=True, fmu=False)
+    assert compile_command._for_machines(args, ["host"]) == 0
+    said = "".join(f"{line}\n" for line in lines([*NAMES, "host.so"]))
+    assert capfd.readouterr() == (said, "warning: it is a small one\n")
