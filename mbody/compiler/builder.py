@@ -102,8 +102,7 @@ class Build:
         outside = wrapper(self.context, self.target.triple, self.layout, name, found.fndesc)
         module.link_in(llvm.parse_assembly(str(outside)), preserve=True)
         _hide(module, {f"mbody_{name}{form}" for form in self.forms} | {SYMBOL, *_SEEN})
-        # inline the kernel into its wrappers, drop what nobody reaches
-        self._pass(module, opt=1, loop_vectorize=False, slp_vectorize=False)
+        _drop_unreached(self.machine, module)
         _rename(module, name)
         return module
 
@@ -212,6 +211,13 @@ def entries(functions: Iterable[Any]) -> dict[str, Any]:
             [word(kind) for kind in interface.results],
         ]
     return found
+
+
+def _drop_unreached(machine: Any, module: Any) -> None:
+    """Drop what nobody calls: wrappers call the kernel, which is optimised already."""
+    manager = llvm.ModulePassManager()
+    manager.add_global_dead_code_eliminate_pass()
+    manager.run(module, llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options()))
 
 
 def _hide(module: Any, seen: set[str]) -> None:
