@@ -1,5 +1,5 @@
-"""What Coulomb's law says of random linkages with rough joints and closed contacts, by trying all
-3ᵐ modes with dense equations: own formulas, nothing of the engine.
+"""What Coulomb's law says of random linkages with frictional joints and closed contacts, by trying
+all 3ᵐ modes with dense equations: own formulas, nothing of the engine.
 
     python -m tests.coulomb_enumeration 1000
 

@@ -407,7 +407,9 @@ class GuardDuals:
         touches = self.uni.touches
         if number < len(touches):
             return touches[number].tangent, stretch.modes[number]
-        return self.uni.rough[number - len(touches)].tangent, stretch.pairs[number - len(touches)]
+        return self.uni.friction_joints[number - len(touches)].tangent, stretch.pairs[
+            number - len(touches)
+        ]
 
     def _multiplier(self, record: DualNumber, row: int) -> DualNumber:
         e = int(self.uni.layout.switched[row])
@@ -418,8 +420,10 @@ class GuardDuals:
         return -touch.spot.sign * self._multiplier(record, touch.normal)
 
     def _reserve(self, m: int, now: DualInstant) -> Any:
-        """How much more friction a rough joint that sticks could have: of the nearer direction."""
-        pair, L = self.uni.rough[m], self.uni.layout
+        """How much more friction a frictional joint that sticks could have: of the nearer
+        direction.
+        """
+        pair, L = self.uni.friction_joints[m], self.uni.layout
         force = self._multiplier(now.record, pair.tangent)
         node = int(L.friction_node[pair.pair])
         first = 3 * self.system.coordinates
@@ -613,7 +617,7 @@ class ImpactDuals:
         """
         n = self.uni.system.coordinates
         supports: list[Array] = []
-        rough = np.array([value(self.friction[one]) > 0.0 for one in closed], dtype=bool)
+        frictional = np.array([value(self.friction[one]) > 0.0 for one in closed], dtype=bool)
 
         def first(A: Array, b: Array) -> Array | None:
             z = lemke(A, b)
@@ -627,7 +631,7 @@ class ImpactDuals:
             )
             # friction of what does not press is none, whatever its complement
             tied[len(closed) :] &= np.tile(
-                z[: len(closed)][rough] > CONTACT_IMPACT_UNKNOWN_NONE * size, 2
+                z[: len(closed)][frictional] > CONTACT_IMPACT_UNKNOWN_NONE * size, 2
             )
             if tied.any():
                 return None
@@ -747,7 +751,7 @@ def anchored(
             phases[place] = now.par[row + 6].tangents + _turned(uni, n, row, now)
         else:
             anchor[touch.tangent] = now.value[touch.tangent].tangents
-    for pair in uni.rough:
+    for pair in uni.friction_joints:
         if stretch.on[pair.tangent]:
             anchor[pair.tangent] = now.value[pair.tangent].tangents
     return replace(tangents, anchor=anchor, phases=phases)

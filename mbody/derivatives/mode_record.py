@@ -269,7 +269,7 @@ class ModeStretch:
         Rows that are on, where sticking began, phases of the rows along two circles, directions of
         sliding.
     modes, pairs : tuples of str
-        Of touches and of rough joints.
+        Of touches and of frictional joints.
     groups : dict
         Touches that stick by the row of one of them, by that one.
     inputs : dict

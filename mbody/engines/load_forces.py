@@ -18,7 +18,7 @@ import numpy as np
 
 from mbody.engines.crosscheck_result import Inexpressible
 from mbody.engines.independent_reading import Reading, reading
-from mbody.engines.oracle.friction import rubs
+from mbody.engines.oracle.friction import has_friction
 from mbody.engines.spanning_tree import MarkerFrame, marker_frame
 from mbody.laws import MeasuredFormula
 from mbody.model.contact import Contact, Rope
@@ -135,10 +135,10 @@ def without_counterpart(mechanism: Mechanism) -> tuple[Inexpressible, ...]:
     """
     loads = (one.name for one in (*mechanism.loads, *mechanism.drivers) if follows_formula(one))
     why = "its law is a formula of measured quantities"
-    rough = (joint.name for joint in mechanism.joints if rubs(joint))
+    frictional = (joint.name for joint in mechanism.joints if has_friction(joint))
     found = [Inexpressible(name, why) for name in loads] + list(signals_of(mechanism))
     why = "its friction is of the real reaction"
-    return (*found, *(Inexpressible(name, why) for name in rough))
+    return (*found, *(Inexpressible(name, why) for name in frictional))
 
 
 def contacts_without_counterpart(mechanism: Mechanism) -> tuple[Inexpressible, ...]:
@@ -188,7 +188,7 @@ def smooth_alone(mechanism: Mechanism) -> tuple[Inexpressible, ...]:
         found.append(Inexpressible(one.name, why))
     for joint in mechanism.joints:
         besides = {
-            "its friction": rubs(joint),
+            "its friction": has_friction(joint),
             "its limits": bool(joint.limited),
             "that it separates": joint.can_separate,
         }

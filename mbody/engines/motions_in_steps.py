@@ -78,7 +78,7 @@ class StepwiseCheck:
     def rows(
         self,
         integrate: Callable[[list[int]], Stepped],
-        rough: Callable[[list[int]], Stepped] | None = None,
+        coarse: Callable[[list[int]], Stepped] | None = None,
     ) -> tuple[list[Row], list[Inexpressible], list[str]]:
         """Rows, what was not compared, and notes."""
         if not len(self.instants):
@@ -89,7 +89,7 @@ class StepwiseCheck:
             [integrate(self.counts(part * group * longest)) for part in APART] for group in GROUPS
         ]
         motions = [one for group in groups for one in group]
-        motions += [rough(self.counts(longest))] if rough else []
+        motions += [coarse(self.counts(longest))] if coarse else []
         means = [np.mean([one.places for one in group], axis=0) for group in groups]
         rows, unseen = self._places(motions, means[-1])
         rows += self._modes(motions)
@@ -192,9 +192,9 @@ def _alike(ours: str, theirs: str, contact: Any) -> bool:
     return ours == theirs or (smooth and "open" not in (ours, theirs))
 
 
-def strikes(run: Solution, *, rough: bool = False) -> list[float]:
-    """When contacts with restitution, or friction too where `rough`, are struck."""
-    fields = ("restitution", "friction") if rough else ("restitution",)
+def strikes(run: Solution, *, with_friction: bool = False) -> list[float]:
+    """When contacts with restitution, or friction too `with_friction`, are struck."""
+    fields = ("restitution", "friction") if with_friction else ("restitution",)
     values = run.system.values
     those = {
         one.name

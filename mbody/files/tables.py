@@ -77,7 +77,8 @@ def _number(text: str) -> float | None:
 
 
 def friction_data(solution: Solution) -> dict[str, Any]:
-    """``{"losses", "modes", "ranges", "friction"}`` of mechanisms with rough joints, else empty.
+    """``{"losses", "modes", "ranges", "friction"}`` of mechanisms with frictional joints, else
+    empty.
 
     A range of a reaction has (fx, fy, torque) of each instant; None stands for what is infinite.
 
@@ -164,9 +165,9 @@ def columns(solution: Solution, angle: str = "rad") -> dict[str, np.ndarray]:
     Time first, then nine columns a body (mass centre and angle), three a joint (force and torque
     on its body j), one a coupling, a driver, an input, an own state and a measure, the power of
     every driver, and six columns a point that moves (of a pin that on the first of its links);
-    kinematics has no forces. Rough joints have a column of their loss, drivers those of the limits
-    of their effort where joints rest. Where forces are not determined, each joint, coupling and
-    driver has a column ``"A.unique"``, 1 or 0.
+    kinematics has no forces. Frictional joints have a column of their loss, drivers those of the
+    limits of their effort where joints rest. Where forces are not determined, each joint, coupling
+    and driver has a column ``"A.unique"``, 1 or 0.
 
     Examples
     --------

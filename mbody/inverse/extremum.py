@@ -183,8 +183,8 @@ class Profile:
     def _refine(self) -> None:
         """More samples where a cubic does not foretell them."""
         while len(self.x) < MOST:
-            rough = np.flatnonzero(self._off() > EXTREMUM_CUBIC_ROUGH)
-            left = np.union1d(rough - 1, rough)
+            unresolved = np.flatnonzero(self._off() > EXTREMUM_CUBIC_ROUGH)
+            left = np.union1d(unresolved - 1, unresolved)
             wide = np.diff(self.x)[left] > EXTREMUM_SPACING_FINEST * self.spacing
             known = self.found[left] & self.found[left + 1]
             left = left[wide & known]
@@ -416,7 +416,7 @@ class Extremum:
     inwards : tuple of float
         Where the place is the edge of what can be analysed: places ever further from it, at which
         an analysis has more digits left. Empty elsewhere.
-    rough : bool
+    unresolved : bool
         Whether samples still did not foretell each other when there were enough of them.
     """
 
@@ -426,7 +426,7 @@ class Extremum:
     high: float
     gaps: tuple[tuple[float, float], ...] = field(default=())
     inwards: tuple[float, ...] = ()
-    rough: bool = False
+    unresolved: bool = False
 
 
 class _Range:
@@ -502,7 +502,7 @@ def extremum(one: Wanted, values: Values, slopes: Slopes, noise: Array) -> Extre
         high=high,
         gaps=_gaps(profile, space),
         inwards=_inwards(profile, space, best.x) if best is not None and best.end == OPEN else (),
-        rough=not profile.steady,
+        unresolved=not profile.steady,
     )
 
 

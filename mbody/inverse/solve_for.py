@@ -384,7 +384,7 @@ class Solver:
                 f"the {word} '{self.question.objective}' is at {at}, so near to a "
                 "singular position that few of its digits are sure: keep away from it by a bound"
             )
-        if best.rough:
+        if best.unresolved:
             self._doubt(
                 f"'{self.question.objective}' changes too fast between samples: its {word} value "
                 "may be a local one; give narrower bounds"

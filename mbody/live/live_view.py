@@ -31,7 +31,7 @@ from mbody.model.joints import PinSlot, Prismatic
 from mbody.model.loads import ReciprocatingCylinder
 from mbody.model.numbers import dimension_named
 from mbody.quantities.units import DIMENSIONS
-from mbody.solution.contact_forces import rough_pairs
+from mbody.solution.contact_forces import friction_pairs
 from mbody.solution.solution import Solution
 from mbody.solution.tracing import Recording
 from mbody.system.system import System, polar_points
@@ -710,18 +710,18 @@ def live_part(run: Solution) -> dict[str, Any]:
             for one in text.numbers
         ],
         "fixed": _fixed(image.manifest, names),
-        "rubs": _rubs(run),
+        "rubs": _friction_rows(run),
         "why": why,
     }
 
 
-def _rubs(run: Solution) -> dict[str, int]:
-    """By rough joint the row of the page of an instant that has the multiplier of its friction,
-    whose sign is that of the sliding; of what the kinetostatics of a page solves.
+def _friction_rows(run: Solution) -> dict[str, int]:
+    """By frictional joint the row of the record of an instant that has the multiplier of its
+    friction, whose sign is that of the sliding; of what the kinetostatics of a page solves.
     """
     first = 3 * run.system.coordinates
     found: dict[str, int] = {}
-    for pair in rough_pairs(run.system) if not run.modes else ():
+    for pair in friction_pairs(run.system) if not run.modes else ():
         if pair.loses:
             found.setdefault(pair.joint, first + PER_PRIMITIVE * pair.primitive)
     return found

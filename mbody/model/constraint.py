@@ -126,5 +126,5 @@ class Constraint(Element):
         raise NotImplementedError
 
     def frictions(self, at: Numbers) -> list[FrictionPrimitive]:
-        """Its rough pairs with their numbers; none of most elements."""
+        """Its friction pairs with their numbers; none of most elements."""
         return []

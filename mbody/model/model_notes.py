@@ -224,8 +224,10 @@ def _limits_left(mechanism: Mechanism, joint: Joint) -> bool:
     return bool(ends) and not any(end in mechanism for end in ends)
 
 
-def rubbing(mechanism: Mechanism) -> list[str]:
-    """Names of the joints that rub, and of the contacts that are closed for good and may slip."""
+def with_friction(mechanism: Mechanism) -> list[str]:
+    """Names of the joints with friction, and of the contacts that are closed for good and may
+    slip.
+    """
     closed = [one for one in mechanism.contacts if one.closed and not one.rolls]
     names = [joint.name for joint in mechanism.joints if joint.rubs]
     if not closed:
@@ -245,7 +247,7 @@ def without_friction(mechanism: Mechanism, analysis: str) -> tuple[str, ...]:
     >>> without_friction(machine, "equilibrium")[0][:41]
     "friction of 'O': left out of equilibrium,"
     """
-    names = rubbing(mechanism)
+    names = with_friction(mechanism)
     if not names:
         return ()
     return (

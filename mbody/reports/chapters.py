@@ -595,7 +595,9 @@ def friction(subject: Subject) -> list[Block]:
 
 
 def _modes(subject: Subject) -> list[Block]:
-    """How long each contact and rough joint is in each mode of a motion, how often it changes."""
+    """How long each contact and frictional joint is in each mode of a motion, how often it
+    changes.
+    """
     run = subject.run
     if run.analysis != "simulate" or not run.modes or not subject.many:
         return []

@@ -235,7 +235,7 @@ def _flat(value: Any) -> str:
 def method(subject: Subject) -> list[Block]:
     """Chapter on assumptions and numerical methods."""
     run = subject.run
-    assumed = ["All links are rigid, and the motion is plane.", *_rubbing(subject)]
+    assumed = ["All links are rigid, and the motion is plane.", *_with_friction(subject)]
     if not any(type(load).__name__ == "Gravity" for load in subject.mechanism.loads):
         assumed.append("Weights do not act: the model has no gravity.")
     weightless = [
@@ -254,12 +254,12 @@ def method(subject: Subject) -> list[Block]:
     ]
 
 
-def _rubbing(subject: Subject) -> Iterator[str]:
+def _with_friction(subject: Subject) -> Iterator[str]:
     """Sentences on the assumptions about clearance, friction and contact."""
     run, machine = subject.run, subject.mechanism
-    rough = [name for name in run.losses if name not in {one.name for one in machine.contacts}]
-    if rough:
-        names = ", ".join(rough[:12]) + (", …" if len(rough) > 12 else "")
+    frictional = [name for name in run.losses if name not in {one.name for one in machine.contacts}]
+    if frictional:
+        names = ", ".join(frictional[:12]) + (", …" if len(frictional) > 12 else "")
         yield (
             f"Joints have no clearance. Coulomb friction acts in {names}, from the whole reaction, "
             "other joints have none."

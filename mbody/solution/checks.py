@@ -210,9 +210,9 @@ def breakdown(solution: Result, name: str, on: str | None) -> dict[str, Any]:
     loads = system.mechanism.loads
     size = PER_PRIMITIVE * len(system.owners)
     sliding = tangent_forces(solution)
-    rough = sliding.shape[-1] > 0
-    sliding = sliding if rough else NO_FRICTION
-    output = np.empty((len(solution.t), len(loads) + 1 + rough, size, 1))
+    frictional = sliding.shape[-1] > 0
+    sliding = sliding if frictional else NO_FRICTION
+    output = np.empty((len(solution.t), len(loads) + 1 + frictional, size, 1))
     kernel(
         system.runtime(),
         system.work(),
@@ -223,7 +223,7 @@ def breakdown(solution: Result, name: str, on: str | None) -> dict[str, Any]:
         sliding,
         output,
     )
-    causes = ["inertia", *(load.name for load in loads), *(["friction"] if rough else [])]
+    causes = ["inertia", *(load.name for load in loads), *(["friction"] if frictional else [])]
     primitives = system.primitives_of.get(name)
     if primitives is None:
         known = listed(system.primitives_of)

@@ -194,8 +194,8 @@ def pressing_forces(
 
 
 @dataclass(frozen=True)
-class RoughPair:
-    """One place that rubs.
+class FrictionPair:
+    """One place with friction.
 
     Attributes
     ----------
@@ -223,8 +223,8 @@ class RoughPair:
         return self.kind not in LASTING
 
 
-def rough_pairs(system: System) -> tuple[RoughPair, ...]:
-    """All rough pairs, in the order of the kernels."""
+def friction_pairs(system: System) -> tuple[FrictionPair, ...]:
+    """All friction pairs, in the order of the kernels."""
     L = system.layout
     found = []
     for kind, tangent, parameter in zip(
@@ -233,23 +233,23 @@ def rough_pairs(system: System) -> tuple[RoughPair, ...]:
         e = int(L.switched[tangent])
         owner: Any = system.owners[e][0]
         apart = owner.role == "contact" and not owner.closed
-        found.append(RoughPair(owner.name, FRICTION_KINDS[kind], e, int(parameter), apart))
+        found.append(FrictionPair(owner.name, FRICTION_KINDS[kind], e, int(parameter), apart))
     return tuple(found)
 
 
-def losing_pairs(solution: Result) -> list[tuple[int, RoughPair]]:
+def losing_pairs(solution: Result) -> list[tuple[int, FrictionPair]]:
     """The pairs that lose power where they slide, with their numbers: but in `simulate` none of
     contacts that are left out.
     """
     decided = solution.analysis == "simulate"
     return [
         (n, pair)
-        for n, pair in enumerate(rough_pairs(solution.system))
+        for n, pair in enumerate(friction_pairs(solution.system))
         if pair.loses and (decided or not pair.separable)
     ]
 
 
-def may_hold(system: System, pair: RoughPair) -> bool:
+def may_hold(system: System, pair: FrictionPair) -> bool:
     """Whether a pair takes a force while it rests: not what damps alone, nor teeth that press
     their wheels apart.
     """
@@ -263,7 +263,7 @@ def tangent_forces(solution: Result) -> Array:
     first = 3 * solution.system.coordinates
     rows = [
         solution.record.take(first + PER_PRIMITIVE * pair.primitive)
-        for pair in rough_pairs(solution.system)
+        for pair in friction_pairs(solution.system)
     ]
     shape = np.shape(solution.record.take(0))
     return np.stack(rows, axis=-1) if rows else np.zeros((*shape, 0))
@@ -298,7 +298,7 @@ def rates_at(solution: Result, design: int = 0, instants: Array | None = None) -
     output = np.zeros((len(motion.t), len(system.layout.friction_kind), PER_PAIR))
     if output.size:
         rates_of_pairs(system.runtime(), system.work(designs=design), motion, output)
-        slides = [pair.loses for pair in rough_pairs(system)]
+        slides = [pair.loses for pair in friction_pairs(system)]
         output[:, ~np.array(slides), 2] = 0.0
     return output
 
@@ -309,7 +309,7 @@ def resting_pairs(solution: Result) -> Array:
     is small nothing rests, and no rate is looked at.
     """
     system = solution.system
-    pairs = rough_pairs(system)
+    pairs = friction_pairs(system)
     acting = {n for n, _ in losing_pairs(solution)}
     holds = [n in acting and may_hold(system, pair) for n, pair in enumerate(pairs)]
     shape = (*np.shape(solution.record.take(0)), len(pairs))

@@ -49,11 +49,11 @@ class Energy:
     by : dict
         Work of every load and driver since the beginning, by name; of very many loads "loads"; of
         every stop what its impacts gave, below zero where they took; of a motor also what it was
-        "supplied", what it "lost" and what its "field" took, as "motor.lost"; of a rough joint and
-        a contact what sliding gave, below zero, as "foot.friction"; of a stop that moves what its
-        motion gave, as "floor.moving".
+        "supplied", what it "lost" and what its "field" took, as "motor.lost"; of a frictional joint
+        and a contact what sliding gave, below zero, as "foot.friction"; of a stop that moves what
+        its motion gave, as "floor.moving".
     lost : dict
-        What friction and impacts have taken, of every rough joint, contact and stop by name.
+        What friction and impacts have taken, of every frictional joint, contact and stop by name.
     rounding : float
         An energy that is rounding: of what rests nothing else takes part.
 
@@ -119,7 +119,7 @@ class Energy:
 
 
 def causes(system: System, stops: Sequence[str] = ()) -> list[str]:
-    """Causes whose work is listed: loads ("loads" for none and very many), drivers, rough pairs,
+    """Causes whose work is listed: loads ("loads" for none and very many), drivers, friction pairs,
     stops that move, and what is struck: stops and contacts.
     """
     loads = [load.name for load in system.mechanism.loads]
@@ -129,8 +129,8 @@ def causes(system: System, stops: Sequence[str] = ()) -> list[str]:
 
 
 def works_of_pairs(system: System) -> dict[str, str]:
-    """The element of every rough pair, by the name that its work has: "A.friction", of an element
-    with several of them "A.friction_2" and so on.
+    """The element of every friction pair, by the name that its work has: "A.friction", of an
+    element with several of them "A.friction_2" and so on.
     """
     L, found = system.layout, dict[str, str]()
     for tangent in L.friction_tangent:
@@ -172,16 +172,16 @@ def account(system: System, records: Array, gained: Array, stops: Sequence[str] 
     together = not 0 < len(loads) <= ACCOUNTED
     by = {name: gained[:, k] for k, name in enumerate(names)}
     potential, work, lost = (np.zeros(len(records)) for _ in range(3))
-    rough = works_of_pairs(system)
-    taken = {name: np.zeros(len(records)) for name in (*rough.values(), *stops)}
+    frictional = works_of_pairs(system)
+    taken = {name: np.zeros(len(records)) for name in (*frictional.values(), *stops)}
     named = {} if together else _named(system, records)
     for name, part in by.items():
         if name in named:
             continue  # it passes from one named part to the others
         load = None if together else loads.get(name)
-        if name in stops or name in rough:
+        if name in stops or name in frictional:
             lost -= part
-            taken[rough.get(name, name)] -= part
+            taken[frictional.get(name, name)] -= part
         elif load is not None and load.dissipative:
             lost -= part
         elif load is not None and load.potential:

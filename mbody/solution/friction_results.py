@@ -18,11 +18,11 @@ from mbody.kernels.layout import PER_PRIMITIVE, Work
 from mbody.model.element import listed
 from mbody.solution.checks import loaded
 from mbody.solution.contact_forces import (
-    RoughPair,
+    FrictionPair,
     contact_wrench,
+    friction_pairs,
     losing_pairs,
     rates_at,
-    rough_pairs,
     stored_motion,
     tangent_forces,
 )
@@ -50,11 +50,11 @@ Array = np.ndarray
 UNBOUNDED = 3
 
 
-def rubs_by_contacts_alone(system: System) -> bool:
-    """Whether all that rubs is contacts that are closed for good."""
-    rough = [pair for pair in rough_pairs(system) if pair.loses and not pair.separable]
+def friction_of_contacts_alone(system: System) -> bool:
+    """Whether all friction is of contacts that are closed for good."""
+    frictional = [pair for pair in friction_pairs(system) if pair.loses and not pair.separable]
     closed = {one.name for one in system.mechanism.contacts if one.closed}
-    return bool(rough) and all(pair.joint in closed for pair in rough)
+    return bool(frictional) and all(pair.joint in closed for pair in frictional)
 
 
 class ContactLimits:
@@ -79,7 +79,7 @@ class ContactLimits:
         self.rows = len(self.primitive)
         self.pairs = [
             (f, pair)
-            for f, pair in enumerate(rough_pairs(system))
+            for f, pair in enumerate(friction_pairs(system))
             if pair.loses and not pair.separable
         ]
         self.least = np.array([*self._normals(), *self._limits()])
@@ -156,8 +156,8 @@ class RestingContacts:
         return forces if status == 0 else None
 
     def reserve(self) -> float:
-        """How much more every normal force and every limit of rough contacts could take at least,
-        as a part of the load: negative where nothing holds.
+        """How much more every normal force and every limit of frictional contacts could take at
+        least, as a part of the load: negative where nothing holds.
         """
         aim = np.append(np.zeros(self.balance.shape[1]), -1.0)
         lines = np.column_stack([self.limits.least, np.where(self.limits.smooth(), 0.0, -1.0)])
@@ -282,7 +282,7 @@ def forces_at_rest(solution: Result, rates: Array, rest: Array, design: int = 0)
     (instants, pairs, PER_PAIR), `rest` (instants, pairs).
     """
     instants = np.flatnonzero(rest.any(axis=1))
-    if not rubs_by_contacts_alone(solution.system):
+    if not friction_of_contacts_alone(solution.system):
         return _by_slip_signs(solution, rates, rest, instants, design)
     still = (rates[instants, :, 2] == 0.0).all(axis=1)
     ends = _by_programs(solution, instants[still], design)
@@ -411,7 +411,7 @@ def jams_at(solution: Result, rates: Array, reached: Array, design: int = 0) -> 
     """Where the mechanism jams: the instants at which less than all friction was reached, with the
     coefficient from which on it does. `rates` (instants, pairs, PER_PAIR), `reached` (instants,).
     """
-    pairs = rough_pairs(solution.system)
+    pairs = friction_pairs(solution.system)
     found = []
     instants = np.flatnonzero(reached < 1.0)[:EXAMINED]
     motion = stored_motion(solution, design, instants)
@@ -432,7 +432,7 @@ def jams_at(solution: Result, rates: Array, reached: Array, design: int = 0) -> 
     return found
 
 
-def _coefficient(solution: Result, pair: RoughPair, design: int) -> float:
+def _coefficient(solution: Result, pair: FrictionPair, design: int) -> float:
     """The coefficient of friction of a joint by its attribute, or what stands for it."""
     values = solution.system.values
     for name, turned in (("friction", False), ("resistance", False), ("efficiency", True)):
@@ -514,20 +514,20 @@ def _limits(plain: Array, choices: Array) -> tuple[Array, Array]:
 
 
 def losses_of(solution: Any) -> Mapping[str, Array]:
-    """Power that friction takes in each rough joint, by its name."""
+    """Power that friction takes in each frictional joint, by its name."""
     if not solution.has_forces:
         return MappingProxyType({})
     found: dict[str, Any] = {}
     power = tangent_forces(solution) * solution.rates_of_pairs[..., 0]
     for n, pair in losing_pairs(solution):
         found[pair.joint] = found.get(pair.joint, 0.0) + power[..., n]
-    rough = (*solution.mechanism.joints, *solution.mechanism.contacts)
-    order = [one.name for one in rough if one.name in found]
+    frictional = (*solution.mechanism.joints, *solution.mechanism.contacts)
+    order = [one.name for one in frictional if one.name in found]
     return MappingProxyType({name: locked(found[name]) for name in order})
 
 
 def mode_of(solution: Any, name: str) -> list[Any]:
-    """How a rough joint moves at each instant, by the sign of its rate."""
+    """How a frictional joint moves at each instant, by the sign of its rate."""
     _refuse_smooth(solution, name)
     n = next(n for n, one in losing_pairs(solution) if one.joint == name)
     words = np.array(["slip-", "stick", "slip+"], dtype=object)
@@ -616,10 +616,10 @@ def friction_report(solution: Any) -> FrictionReport | None:
 
 
 def resting_of(solution: Any) -> dict[str, Array]:
-    """Rough joints that rest at some instant, with the instants."""
+    """Frictional joints that rest at some instant, with the instants."""
     rest = solution.pairs_at_rest
     found: dict[str, Array] = {}
-    for n, pair in enumerate(rough_pairs(solution.system)):
+    for n, pair in enumerate(friction_pairs(solution.system)):
         if rest[..., n].any():
             found[pair.joint] = rest[..., n]
     return found

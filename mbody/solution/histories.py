@@ -344,7 +344,7 @@ class Result(Protocol):
 
     @property
     def losses(self) -> Mapping[str, Array]:
-        """Power that friction takes in each rough joint."""
+        """Power that friction takes in each frictional joint."""
 
     def __len__(self) -> int: ...
 
@@ -511,9 +511,9 @@ class EventRecord:
     after : Solution or None
         Of an impact, the same instant just after it.
     contact : str
-        The contact or rough joint that it happens to: `name` is "impact", "open", "stick", "slip"
-        or "rest" then, or what Painlevé's paradox is called: "inconsistent", "indeterminate" and
-        "paradox".
+        The contact or frictional joint that it happens to: `name` is "impact", "open", "stick",
+        "slip" or "rest" then, or what Painlevé's paradox is called: "inconsistent", "indeterminate"
+        and "paradox".
 
     Examples
     --------

@@ -96,7 +96,7 @@ class ModalState:
     Attributes
     ----------
     modes, pairs : tuples of str
-        Of the touches and of the rough joints.
+        Of the touches and of the frictional joints.
     on, anchor : tuples of float
         Of the rows that can be on or off, whether they are and where sticking began.
     phases : tuple of float
@@ -155,7 +155,7 @@ class Restart:
     met : array
         Singular positions that were met (`mbody.analysis.singular.nearby_singularity`).
     modal : ModalState, optional
-        Of a motion with contacts or rough joints.
+        Of a motion with contacts or frictional joints.
     """
 
     settings: IntegrationSettings
@@ -216,7 +216,7 @@ class Solution:
     branch: BranchDistance | None = None
     #: How a motion began, one of each part of a motion of several.
     begun: tuple[Beginning, ...] = ()
-    #: What every contact and rough joint does, a word an instant: see `mode`.
+    #: What every contact and frictional joint does, a word an instant: see `mode`.
     modes: Mapping[str, Sequence[str]] = field(default_factory=dict)
     #: What touches at every instant, of a motion by ``method="moreau"``.
     stepped: SteppedContacts | None = None
@@ -560,7 +560,7 @@ class Solution:
         Returns
         -------
         dict
-            By cause ("inertia", the names of the loads, and "friction" of rough joints): a
+            By cause ("inertia", the names of the loads, and "friction" of frictional joints): a
             `Reaction`, or the effort's array. They sum to the whole.
         """
         if not isinstance(name, str):
@@ -594,7 +594,7 @@ class Solution:
 
     @functools.cached_property
     def losses(self) -> Mapping[str, Array]:
-        """Power that friction takes in each rough joint, by its name: arrays (instants,), or
+        """Power that friction takes in each frictional joint, by its name: arrays (instants,), or
         (designs, instants) of a batch.
 
         Examples
@@ -614,9 +614,9 @@ class Solution:
         return losses_of(self)
 
     def mode(self, name: str) -> list[Any]:
-        """How a rough joint moves at each instant: ``"stick"``, or ``"slip+"`` and ``"slip-"`` by
-        the sign of its rate; of a batch a list of each design. Of a contact or a rope in a motion
-        of `simulate` ``"open"`` too, and ``"roll"`` of a wheel that sticks.
+        """How a frictional joint moves at each instant: ``"stick"``, or ``"slip+"`` and ``"slip-"``
+        by the sign of its rate; of a batch a list of each design. Of a contact or a rope in a
+        motion of `simulate` ``"open"`` too, and ``"roll"`` of a wheel that sticks.
 
         Raises
         ------
@@ -662,8 +662,8 @@ class Solution:
 
     @functools.cached_property
     def friction(self) -> FrictionReport | None:
-        """Whether friction is unique, and where the mechanism jams; None without rough joints or
-        forces.
+        """Whether friction is unique, and where the mechanism jams; None without frictional joints
+        or forces.
         """
         from mbody.solution.friction_results import friction_report
 
@@ -671,7 +671,9 @@ class Solution:
 
     @property
     def resting(self) -> dict[str, Array]:
-        """Rough joints that rest at some instant, with the instants: arrays of bool (instants,)."""
+        """Frictional joints that rest at some instant, with the instants: arrays of bool
+        (instants,).
+        """
         from mbody.solution.friction_results import resting_of
 
         return resting_of(self)

@@ -305,8 +305,8 @@ class Readings:
         return ReactionNow(joint, own.on, own.by, unique, make)
 
     def mode(self, name: str) -> str:
-        """Present mode of a contact, a rope or a rough joint: "open", "stick", "slip+", "slip-" or
-        "roll"; see `mbody.Solution.mode`.
+        """Present mode of a contact, a rope or a frictional joint: "open", "stick", "slip+",
+        "slip-" or "roll"; see `mbody.Solution.mode`.
 
         Raises
         ------

@@ -74,9 +74,9 @@ class CarriedModes:
     Attributes
     ----------
     modes, pairs : tuples of str
-        Of the touches and of the rough joints.
+        Of the touches and of the frictional joints.
     first : dict
-        Mode of every contact and rough joint when the motion began, by name.
+        Mode of every contact and frictional joint when the motion began, by name.
     rows : tuple of arrays
         Which rows are on, with what depends on it, their anchors, slip signs of sliding, and the
         numbers of the rows, among which are the phases of circles that stick.
@@ -602,7 +602,7 @@ class StepwiseEvents(Stepwise, EventIntegration):
         return self.total
 
 
-# -- Integration to one time after another with contacts, ropes and rough joints ---------------
+# -- Integration to one time after another with contacts, ropes and frictional joints --------------
 
 
 class StepwiseContacts(StepwiseEvents, ContactIntegration):

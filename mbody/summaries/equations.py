@@ -265,13 +265,13 @@ class _UnknownColumns:
             units=tuple(unknown.unit for unknown in found),
             meanings=tuple(unknown.meaning for unknown in found),
             matrix=matrix,
-            rhs=inertia - self.work.force[:n3, 0] - self._rubbing()[:n3],
+            rhs=inertia - self.work.force[:n3, 0] - self._friction_forces()[:n3],
             values=np.array([unknown.value for unknown in found]),
             rank=rank_of(dense(self.system, self.work)[1]).rank,
             heading=tuple([*heading(self.solution, self._when()), *self._friction()]),
         )
 
-    def _rubbing(self) -> Array:
+    def _friction_forces(self) -> Array:
         """Friction forces on the coordinates, those of the ground last."""
         L, n3 = self.system.layout, 3 * self.system.coordinates
         block = self.work.block[:, 0].reshape(-1, 3)

@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     from mbody.solution.solution import Solution
 
 
-# -- The table of contacts, ropes and rough joints in summaries -----------------------------------
+# -- The table of contacts, ropes and frictional joints in summaries -------------------------------
 
 
 def contacts(solution: Solution) -> list[str]:
@@ -62,7 +62,7 @@ def contacts(solution: Solution) -> list[str]:
     pressing = {one.name: one.quantities()["contact"] for one in machine.contacts}
     names, unit = list(modes), machine.units.of
     driven = solution.analysis != "simulate"
-    if driven:  # its rough joints are in a table of their own
+    if driven:  # its frictional joints are in a table of their own
         names = [name for name in names if name in pressing]
     shown = [", ".join(dict.fromkeys(map(str, modes[n]))) for n in names]
     if not solution.has_forces:
@@ -147,8 +147,8 @@ def couplings(solution: Solution) -> list[str]:
 
 
 def friction(solution: Solution) -> list[list[str]]:
-    """Tables of the losses of rough joints, and of the bands of efforts where joints rest; none of
-    mechanisms without friction.
+    """Tables of the losses of frictional joints, and of the bands of efforts where joints rest;
+    none of mechanisms without friction.
 
     Examples
     --------

@@ -69,7 +69,7 @@ def friction_table(
     place: Mapping[int, int],
     switched: Sequence[int],
 ) -> dict[str, Any]:
-    """Columns of the layout, a line a rough pair, in the order of the description."""
+    """Columns of the layout, a line a friction pair, in the order of the description."""
     number = {(one.name, part): e for e, (one, part) in enumerate(owners)}
     rows = Counter(one.name for one, _ in owners)
     left = Counter(element.name for element, _ in pairs)
@@ -187,7 +187,7 @@ def _numbers(*given: Any) -> Iterator[float]:
 
 # the loops of the kernels read a fixed number of parameters and drop those beyond the own ones
 SPARE = 8
-#: Rough pairs by the name of their element.
+#: Friction pairs by the name of their element.
 Pairs: TypeAlias = Mapping[str, Sequence[FrictionPrimitive]]
 
 
@@ -273,9 +273,9 @@ class _Compiler:
         # shapes that cannot touch have no rows
         self._refuse_contacts(at)
         made = {one.name: one.frictions(at) for one in mechanism.constraints}
-        #: Elements with rough pairs.
-        self.rough = [one for one in mechanism.constraints if made[one.name]]
-        self.pairs = [(one, pair) for one in self.rough for pair in made[one.name]]
+        #: Elements with friction pairs.
+        self.frictional = [one for one in mechanism.constraints if made[one.name]]
+        self.pairs = [(one, pair) for one in self.frictional for pair in made[one.name]]
         found = [
             (PRIMITIVE_KINDS.index(primitive.kind), element, part, primitive)
             for element in mechanism.constraints
@@ -340,8 +340,8 @@ class _Compiler:
         }
 
     def frictions(self, at: Numbers) -> dict[str, list[FrictionPrimitive]]:
-        """The rough pairs of every element that has any, in their order, with their numbers."""
-        return {one.name: one.frictions(at) for one in self.rough}
+        """The friction pairs of every element that has any, in their order, with their numbers."""
+        return {one.name: one.frictions(at) for one in self.frictional}
 
     def primitives(self, at: Numbers, pairs: Pairs) -> list[ConstraintPrimitive]:
         """All primitives in the order of the kernels, with their numbers."""
@@ -354,7 +354,7 @@ class _Compiler:
     def own_primitives(
         self, element: Constraint, at: Numbers, pairs: Sequence[FrictionPrimitive]
     ) -> list[ConstraintPrimitive]:
-        """The rows of an element, then the tangent rows of its rough pairs; of a stop, and
+        """The rows of an element, then the tangent rows of its friction pairs; of a stop, and
         of a driver that follows positions, a row of a formula.
         """
         own, bodies = element.primitives(at), self.following.get(element.name)

@@ -378,7 +378,7 @@ class System:
 
     @property
     def friction_rows(self) -> slice:
-        """Where what is known of all rough pairs is among them (`mbody.kernels.friction`): empty
+        """Where what is known of all friction pairs is among them (`mbody.kernels.friction`): empty
         where there are none.
         """
         first = 3 * self.coordinates + PER_PRIMITIVE * len(self.owners)

@@ -94,7 +94,7 @@ class ModeSpan:
 
 @dataclass(frozen=True)
 class ModeRow:
-    """The modes of a contact or a rough joint over the axis.
+    """The modes of a contact or a frictional joint over the axis.
 
     Attributes
     ----------
@@ -111,7 +111,7 @@ class ModeRow:
 
 
 def mode_rows(run: Solution, x: Array | None = None) -> tuple[list[ModeRow], int]:
-    """The modes of every contact and rough joint of a result, and how many are left out. `x`
+    """The modes of every contact and frictional joint of a result, and how many are left out. `x`
     (instants,).
 
     A mode begins at the event that was located between two instants, else in the middle between

@@ -135,7 +135,7 @@ def sign_history(run: Solution, quantity: str) -> Array:
 
 
 def sticking_symbol(joint: Joint, sketch: Sketch) -> None:
-    """A filled square at a rough joint while it sticks."""
+    """A filled square at a frictional joint while it sticks."""
     run = sketch.pose.run
     known = run.modes if run.modes else run.losses
     if joint.name not in known or run.analysis == "statics":
@@ -161,9 +161,9 @@ def modes_shown(pose: Pose) -> list[str]:
     if run.stepped is not None:
         groups = (*run.mechanism.contacts, *run.mechanism.groups)
         found = {one.mode[0] for group in groups for one in touches_at(run, k, group.name)}
-    rough = [name for name in (run.modes or run.losses) if name not in names]
+    frictional = [name for name in (run.modes or run.losses) if name not in names]
     if run.analysis != "statics":
-        found |= {"stick" for name in rough if run.mode(name)[k] == "stick"}
+        found |= {"stick" for name in frictional if run.mode(name)[k] == "stick"}
     return [mode for mode in MODES if mode in found]
 
 
@@ -297,7 +297,7 @@ def circle_scale(pose: Pose, unit: float, joints: Sequence[Joint]) -> float:
 
 
 def friction_circles(sketch: Sketch, joints: Sequence[Joint], scale: float) -> None:
-    """The circle that the reaction of a pin touches while it slides, for each rough pin."""
+    """The circle that the reaction of a pin touches while it slides, for each pin with friction."""
     pose = sketch.pose
     for joint in joints:
         if not isinstance(joint, Revolute):
@@ -324,8 +324,8 @@ def _rests(pose: Pose, joint: Joint) -> bool:
 
 
 def line_of_action(run: Solution, joint: Any, scale: float) -> Array:
-    """From the centre of a rough pin to the line of its reaction, (instants, 2), so many times as
-    far; zero of all other joints.
+    """From the centre of a pin with friction to the line of its reaction, (instants, 2), so many
+    times as far; zero of all other joints.
     """
     if not isinstance(joint, Revolute) or joint.friction is None:
         return np.zeros((len(run), 2))

@@ -246,7 +246,7 @@ def sketch_mechanism(
         longest = max((float(np.hypot(*vector)) for _, _, vector, _, _ in rows), default=0.0)
     if longest > 0.0:
         sketch.force_scale = SIZE["arrow"] * sketch.unit / longest
-    _rubbing(sketch, forces and pose.run.has_forces, shown)
+    _friction_marks(sketch, forces and pose.run.has_forces, shown)
     for body in () if lines else shown.bodies:
         points(sketch, body)
     if len(joints) <= 2 * NAMED:
@@ -282,7 +282,7 @@ def _links(
     return lines
 
 
-def _rubbing(sketch: Sketch, forces: bool, shown: Shown) -> None:
+def _friction_marks(sketch: Sketch, forces: bool, shown: Shown) -> None:
     """Marks of modes, with forces the cones and circles of friction too."""
     pose, mechanism = sketch.pose, sketch.pose.mechanism
     joints = shown.between(mechanism.joints)

@@ -83,8 +83,8 @@ def plot(
     Quantities of one unit share a panel, in which each has its name at its right end; panels are
     stacked above one axis. Of several results every quantity has its panel, and every result its
     curve; more than `SEVERAL` are a band from the least to the greatest value, with the median.
-    Events of a motion are vertical lines. Below the panels every contact and rough joint has a bar
-    that says when it is open, sticks, slides or rolls.
+    Events of a motion are vertical lines. Below the panels every contact and frictional joint has a
+    bar that says when it is open, sticks, slides or rolls.
 
     Parameters
     ----------
@@ -101,8 +101,8 @@ def plot(
     labels : list of str
         Names of several results.
     modes : bool
-        Whether one result with contacts or rough joints has the bars of their modes, where it is
-        not plotted over another quantity.
+        Whether one result with contacts or frictional joints has the bars of their modes, where it
+        is not plotted over another quantity.
 
     Returns
     -------

@@ -1,5 +1,5 @@
-"""The account of energy of motions with impacts, contacts and rough joints: what was lost is the
-sum of what each took, and the balance closes to 1e-9 of the energy that was moved.
+"""The account of energy of motions with impacts, contacts and frictional joints: what was lost is
+the sum of what each took, and the balance closes to 1e-9 of the energy that was moved.
 """
 
 import functools
@@ -22,8 +22,8 @@ G = 9.81
 
 
 def falling(seed):
-    """A chain of one or two links on rough pins, with a disc or corners at its end, that falls on a
-    rough floor and swings towards a wall, with a spring at its first link.
+    """A chain of one or two links on pins with friction, with a disc or corners at its end, that
+    falls on a rough floor and swings towards a wall, with a spring at its first link.
     """
     rng = np.random.default_rng([seed, 31])
     u = rng.uniform
@@ -109,7 +109,7 @@ def test_the_motions_have_impacts_and_losses_everywhere():
 
 
 def test_friction_of_joints_without_impulse_is_said():
-    """A motion with rough joints and impacts has a note, one without impacts has none."""
+    """A motion with frictional joints and impacts has a note, one without impacts has none."""
     machine = Mechanism("hammer", ground={"P": (0.0, 0.5), "O": (0.0, 0.0)})
     machine.add(
         Body(

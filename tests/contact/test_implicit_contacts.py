@@ -1,4 +1,4 @@
-"""Contacts, stops and rough joints by the implicit method, beside closed forms and dop853."""
+"""Contacts, stops and frictional joints by the implicit method, beside closed forms and dop853."""
 
 import math
 from dataclasses import replace

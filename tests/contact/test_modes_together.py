@@ -1,4 +1,4 @@
-"""Contacts and rough joints that are decided together, and forces that no equation decides."""
+"""Contacts and frictional joints that are decided together, and forces that no equation decides."""
 
 import math
 
@@ -10,7 +10,7 @@ from mbody import Body, Contact, Force, Gravity, Mechanism, Revolute
 from tests.coulomb_enumeration import compare, follow
 from tests.dynamics.test_braking_vehicle import MODEL, braked
 from tests.support.coulomb_linkages import linkage
-from tests.support.rough import rough
+from tests.support.frictional import with_friction
 
 G = 9.81
 
@@ -71,8 +71,10 @@ def test_a_rough_pin_beside_a_shoe_that_slides():
 
 
 def free_slider_crank(mu, start=0.1):
-    """Four rough joints, one free motion."""
-    led = rough(mbody.makers.slider_crank(0.05, 0.2, masses=(1.0, 2.0, 3.0), start=start), mu, 0.02)
+    """Four frictional joints, one free motion."""
+    led = with_friction(
+        mbody.makers.slider_crank(0.05, 0.2, masses=(1.0, 2.0, 3.0), start=start), mu, 0.02
+    )
     machine = Mechanism("slider-crank", units=led.units, ground=led.ground.points)
     machine.add(*(one for one in led if not isinstance(one, mbody.AngleDriver)))
     machine.add(Gravity("gravity", y=-G))

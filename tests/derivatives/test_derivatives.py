@@ -18,7 +18,7 @@ from mbody.derivatives.named_numbers import (
     tangents_by_elements,
 )
 from tests.support.differences import difference
-from tests.support.rough import slider_crank
+from tests.support.frictional import slider_crank
 
 #: Peak of the force at A of Norton's four-bar over 361 instants of a turn, and its derivatives: a
 #: complex step of 1e-30 through dense equations in nine coordinates (numpy.linalg.solve), that

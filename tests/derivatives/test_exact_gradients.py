@@ -25,8 +25,8 @@ from mbody.laws import SHAPES, Harmonic, Polynomial, Rise
 from tests.gradients import ALLOWED, compared, linkage, machine
 from tests.model.test_belts import braked, drive
 from tests.support.complex_oracle import ComplexOracle
+from tests.support.frictional import cam_drive, drawer, gear_pair, rack_and_pinion, slider_crank
 from tests.support.odd_mechanisms import planetary, rack, wheel, yoke
-from tests.support.rough import cam_drive, drawer, gear_pair, rack_and_pinion, slider_crank
 
 SAMPLE = ("norton_fourbar", "cam_follower", "flyball_governor", "mud_pump", "toggle_press")
 

@@ -10,7 +10,7 @@ import mbody
 from mbody import ModelError, SimulationSettings, cli
 from mbody.engineering import cam_analysis
 from tests.contact.test_geneva_contact import OMEGA, by_hand, drive
-from tests.support.rough import cam_drive
+from tests.support.frictional import cam_drive
 
 PLAY = 2e-3
 

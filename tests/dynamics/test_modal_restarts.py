@@ -1,4 +1,4 @@
-"""Motions with contacts and rough joints go on bit for bit, from memory and from files."""
+"""Motions with contacts and frictional joints go on bit for bit, from memory and from files."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Rough joints in motion: they stick and slide at located instants."""
+"""Frictional joints in motion: they stick and slide at located instants."""
 
 import math
 
@@ -15,7 +15,7 @@ G = 9.81
 
 def pendulum() -> Mechanism:
     """With a friction circle of 30 mm: pin of 50 mm, tan of the angle of friction 0.75."""
-    machine = Mechanism("pendulum in a rough pin", ground={"O": (0.0, 0.0)})
+    machine = Mechanism("pendulum in a pin with friction", ground={"O": (0.0, 0.0)})
     machine.add(
         Body("bob", mass=2.0, inertia=0.5 - 2.0 * 0.4**2, cg=(0.0, -0.4), points={"O": (0, 0)}),
         Revolute("O", "ground.O", "bob.O", friction=0.75, pin_radius=0.05),
@@ -133,7 +133,7 @@ def test_sticking_needs_more_than_sliding():
 
 
 def chain(rng: np.random.Generator, count: int, mu: float) -> Mechanism:
-    """Links on rough pins, hanging anyhow."""
+    """Links on pins with friction, hanging anyhow."""
     machine = Mechanism("chain", ground={"P0": (0.0, 0.0)})
     before = "ground"
     for n in range(count):

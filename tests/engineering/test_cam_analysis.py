@@ -22,7 +22,7 @@ from mbody import (
 from mbody.engineering import cam_analysis, cam_profile
 from mbody.laws import Cam, ConstantSpeed, Dwell, Rise
 from mbody.quantities import deg
-from tests.support.rough import cam_drive
+from tests.support.frictional import cam_drive
 
 TURN = 2.0 * math.pi
 UP = deg(90.0)

@@ -20,7 +20,7 @@ from mbody import (
     Spring,
     equilibrium,
 )
-from tests.support.rough import roughened, slider_crank
+from tests.support.frictional import slider_crank, with_changes
 
 pytestmark = pytest.mark.processor
 g = 9.81
@@ -34,7 +34,7 @@ def governor(speed):
     """The Porter governor of the gallery, free to move, with a packing at its sleeve."""
     machine = mbody.gallery.load("porter_governor").without("theta")
     change = {"field": {"speed": speed}}
-    machine = roughened(machine, lambda element: change.get(element.name, {}))
+    machine = with_changes(machine, lambda element: change.get(element.name, {}))
     machine.add(FrictionForce("packing", *UPRIGHT.values(), force=PACKING))
     return machine
 
@@ -95,7 +95,7 @@ def test_speeds_are_found_with_friction():
         machine = mbody.gallery.load("porter_governor")
         lean, rate = math.acos(0.25 / ARM), 1e-7 * sign
         change = {"theta": {"law": mbody.laws.ConstantSpeed(lean, rate)}}
-        machine = roughened(machine, lambda element, own=change: own.get(element.name, {}))
+        machine = with_changes(machine, lambda element, own=change: own.get(element.name, {}))
         machine.add(FrictionForce("packing", *UPRIGHT.values(), force=PACKING))
         unknown = {"field.speed": {"start": 12.0, "low": 1.0}}
         answer = mbody.solve_for(machine, unknown, "theta.effort = 0", at={"t": 0.0})
@@ -105,7 +105,7 @@ def test_speeds_are_found_with_friction():
 
 
 def pendulum():
-    machine = Mechanism("pendulum in a rough pin", ground={"O": (0.0, 0.0)})
+    machine = Mechanism("pendulum in a pin with friction", ground={"O": (0.0, 0.0)})
     machine.add(
         Body("bob", mass=2.0, inertia=0.18, cg=(0.0, -0.4), points={"O": (0.0, 0.0)}),
         Revolute("O", "ground.O", "bob.O", friction=0.5, static=0.75, pin_radius=0.05),
@@ -177,8 +177,8 @@ def sprung(machine):
 
 @pytest.mark.parametrize("more", [{}, {"static": 0.3}, {"length": 0.06}])
 def test_at_its_ends_a_band_needs_no_effort(more):
-    """Four rough joints: by statics, whose band of holding torques begins or ends with none there.
-    The torque acts on the crank alone, where here nothing acts.
+    """Four frictional joints: by statics, whose band of holding torques begins or ends with none
+    there. The torque acts on the crank alone, where here nothing acts.
     """
     how = {"mu": 0.2, "masses": (1.0, 2.0, 3.0), **more}
     held = sprung(slider_crank(**how))
@@ -210,7 +210,7 @@ def test_data_and_tables():
     text = str(found)
     assert "HELD" in text and "355.699" in text and "4.301" in text
     assert max(map(len, text.splitlines())) <= 100
-    smooth = roughened(
+    smooth = with_changes(
         machine, lambda one: {"friction": 0.0, "static": None} if one.name == "O" else {}
     )
     assert not equilibrium(smooth).bands and "bands" not in equilibrium(smooth).data()

@@ -5,7 +5,7 @@ from mbody import Mechanism, SimulationSettings, Torque
 from mbody.derivatives.fit_problem import PreparedGradient
 from tests.errors.command import said
 from tests.errors.models import four_bar
-from tests.support.rough import slider_crank
+from tests.support.frictional import slider_crank
 
 
 def gradient(measure="A.force", by="crank.A.x", analysis="kinetostatics", **options):
@@ -68,7 +68,7 @@ def braked():
     return four_bar(Torque("brake", "rocker", value=1.0))
 
 
-def rough():
+def with_friction():
     machine = Mechanism("a rough bar")
     machine.add(
         mbody.Body("bar", mass=1.0, cg=(0.4, 0.0)),
@@ -83,7 +83,7 @@ SCENARIOS = {
         hanging(), "bob.angle", "bob.mass", "equilibrium", position=9
     ),
     "a gradient of a rest by friction": lambda: mbody.gradient(
-        rough(), "bar.angle", "bar.mass", "equilibrium"
+        with_friction(), "bar.angle", "bar.mass", "equilibrium"
     ),
     "a gradient of a mode that there is not": lambda: mbody.gradient(
         hanging(), "frequency(2)", "bob.mass", "modes"

@@ -16,7 +16,7 @@ from mbody import (
     kinematics,
     kinetostatics,
 )
-from tests.support.rough import drawer, gear_pair, slider_crank
+from tests.support.frictional import drawer, gear_pair, slider_crank
 
 PLACES = ("crank.A", "rod.A")
 

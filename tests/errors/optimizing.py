@@ -11,7 +11,7 @@ from mbody.model.study import OptimizationTask
 from tests.errors.command import said
 from tests.errors.derivatives import with_parameters
 from tests.errors.models import four_bar
-from tests.support.rough import slider_crank
+from tests.support.frictional import slider_crank
 
 
 def optimize(minimize="peak(A.force)", by=None, machine=None, **options):

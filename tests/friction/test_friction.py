@@ -9,7 +9,7 @@ import pytest
 import mbody
 from mbody import Force, Prismatic, Revolute, Torque
 from mbody.solution.contact_forces import pair_rates
-from tests.support.rough import (
+from tests.support.frictional import (
     CRANK,
     FORCE,
     ROD,
@@ -19,9 +19,9 @@ from tests.support.rough import (
     drawer,
     gear_pair,
     rack_and_pinion,
-    rough,
-    roughened,
     slider_crank,
+    with_changes,
+    with_friction,
 )
 
 MODEL = """
@@ -176,7 +176,7 @@ def pump():
             return {"friction": 0.08, "pin_radius": 1.5}
         return {"friction": 0.1, "length": 8.0} if isinstance(element, Prismatic) else {}
 
-    return roughened(mbody.gallery.load("mud_pump_sixbar"), change)
+    return with_changes(mbody.gallery.load("mud_pump_sixbar"), change)
 
 
 def toggle_press():
@@ -204,7 +204,7 @@ def toggle_press():
         mbody.AngleDriver("motor", "crank", mbody.laws.ConstantSpeed(1.0, 8.0)),
         Force("load", "ram.D", 20e3, angle=np.pi / 2.0),
     )
-    return rough(machine, 0.12, 0.02, 0.2)
+    return with_friction(machine, 0.12, 0.02, 0.2)
 
 
 MACHINES = {
@@ -287,8 +287,8 @@ def test_racks(load, speed, teeth):
 @pytest.mark.parametrize("internal", [False, True])
 def test_what_the_teeth_give(internal, load):
     machine = gear_pair(internal, load, efficiency=0.9)
-    smooth = roughened(machine, lambda one: {"friction": None} if one.name == "B" else {})
-    smooth = roughened(smooth, lambda one: {"value": 0.0} if one.name == "push" else {})
+    smooth = with_changes(machine, lambda one: {"friction": None} if one.name == "B" else {})
+    smooth = with_changes(smooth, lambda one: {"value": 0.0} if one.name == "push" else {})
     run = mbody.kinetostatics(smooth)
     given = float(run.effort("motor")[0] * 3.0)
     taken = float(-load * run["b"].omega[0])

@@ -5,18 +5,18 @@ import pytest
 
 import mbody
 from mbody.kernels.friction import CERTIFICATE
-from tests.rough_linkages import PARTS, examined, rough_linkage
-from tests.support.linkages import random_linkage, times_within
-from tests.support.rough import (
+from tests.frictional_linkages import PARTS, examined, frictional_linkage
+from tests.support.frictional import (
     FORCE,
     cam_drive,
     drawer,
     followed_part,
     gear_pair,
     rack_and_pinion,
-    rough,
     slider_crank,
+    with_friction,
 )
+from tests.support.linkages import random_linkage, times_within
 
 HEAVY = {"masses": (1.0, 2.0, 3.0), "length": 0.06}
 ANGLES = np.linspace(0.1, 6.2, 40)
@@ -171,11 +171,11 @@ SEEDS = {"plain": (1, 11, 14, 15), "gear": (0, 7, 10, 22), "slot": (6, 8), "cam"
 @pytest.mark.parametrize("kind", SEEDS)
 def test_random_linkages(kind):
     """Friction that is certified is the only solution; what is followed is one; jams begin where
-    the dense solution ends. `python -m tests.rough_linkages` takes a thousand.
+    the dense solution ends. `python -m tests.frictional_linkages` takes a thousand.
     """
     found = []
     for seed in SEEDS[kind]:
-        linkage = rough_linkage(seed)
+        linkage = frictional_linkage(seed)
         assert linkage.kind == kind
         found += examined(linkage, np.random.default_rng(seed))
     assert not [str(one) for one in found if one.wrong]
@@ -187,7 +187,7 @@ def test_a_path_of_one_factor_on_all_coefficients():
     sizes of friction instead this linkage would seem to jam at 0.37 of it, where a solution is.
     """
     machine, turn = random_linkage(22, 2, sliders=True)
-    machine = rough(machine, 3.0, 0.5, 0.5)
+    machine = with_friction(machine, 3.0, 0.5, 0.5)
     times = times_within(machine, turn, 5)
     run = mbody.kinetostatics(machine, times[[0, 2, 4]])
     parts = [jam.coefficient / 3.0 for jam in run.friction.jams]
@@ -200,7 +200,7 @@ def test_forces_that_grow_without_bound():
     """Of this linkage friction has no fold, its forces go to infinity at the part at which it jams:
     continuation by arclength in forces and part together ends at 0.80002780690188, too.
     """
-    run = rough_linkage(817).run
+    run = frictional_linkage(817).run
     part = run.friction.jams[0].coefficient / 3.0
     assert part == pytest.approx(0.80002780690188, rel=PARTS)
     assert followed_part(run, 0) == pytest.approx(0.80002780690188, rel=PARTS)

@@ -13,15 +13,15 @@ from mbody import Body, Force, Prismatic, Revolute
 from mbody.solution.contact_forces import pair_rates
 from mbody.solution.measures import measured
 from tests.friction.test_friction import MACHINES
-from tests.support.rough import (
+from tests.support.frictional import (
     CRANK,
     FORCE,
     cam_drive,
     dense_at,
     drawer,
     gear_pair,
-    rough,
     slider_crank,
+    with_friction,
 )
 
 HEAVY = {"masses": (1.0, 2.0, 3.0), "length": 0.06}
@@ -197,7 +197,7 @@ def test_gears_at_rest_with_a_pressure_angle():
 
 
 def test_redundant_rows_leave_friction_open():
-    machine = rough(mbody.gallery.load("parallel_cranks"), 0.1, 0.01)
+    machine = with_friction(mbody.gallery.load("parallel_cranks"), 0.1, 0.01)
     run = mbody.kinetostatics(machine)
     assert any("friction in" in note and "not unique" in note for note in run.notes), run.notes
 

@@ -1,4 +1,4 @@
-"""Small motions about states with contacts and rough joints: closed forms and differences."""
+"""Small motions about states with contacts and frictional joints: closed forms and differences."""
 
 import numpy as np
 import pytest

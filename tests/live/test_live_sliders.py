@@ -15,7 +15,7 @@ from mbody.views.frame import mode_rows
 from mbody.views.motions import motion
 from tests.support.browser import browser as started
 from tests.support.browser import chromium
-from tests.support.rough import slider_crank
+from tests.support.frictional import slider_crank
 from tests.support.viewer_page import ViewerPage
 
 pytestmark = [
@@ -317,7 +317,9 @@ def test_of_several_designs_only_the_first_is_live_and_the_page_says_so(page, ru
 
 
 def test_bars_of_modes_are_those_of_the_present_numbers(page):
-    """Signs of sliding of every rough joint, as `kinetostatics` has them with another length."""
+    """Signs of sliding of every frictional joint, as `kinetostatics` has them with another
+    length.
+    """
     browser = page("rough")
     system = mbody.assemble(rough_press())
     for length in (0.2, 0.15):

@@ -17,7 +17,7 @@ from mbody import (
     kinetostatics,
     simulate,
 )
-from tests.support.rough import difference
+from tests.support.frictional import difference
 
 pytestmark = pytest.mark.processor
 BAND = {"radius": 0.15, "wrap": math.radians(240.0), "friction": 0.3, "lever": 0.5, "arm": 0.1}

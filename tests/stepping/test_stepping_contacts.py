@@ -1,4 +1,6 @@
-"""Simulators with contacts and rough joints: the motion of `simulate`, its modes carried along."""
+"""Simulators with contacts and frictional joints: the motion of `simulate`, its modes carried
+along.
+"""
 
 import pickle
 

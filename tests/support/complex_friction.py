@@ -1,4 +1,4 @@
-"""Friction of joints in complex numbers: the forces at every place that rubs, all at once.
+"""Friction of joints in complex numbers: the forces at every place with friction, all at once.
 
 The unknowns are the multipliers of all rows and the forces at the places of contact. Newton's
 method takes the slope at real numbers, by complex steps: where its values have converged one more
@@ -26,7 +26,7 @@ from mbody.model.joints import (
 )
 from tests.support.taylor import cos, exp, lifted, sin, size, sqrt
 
-__all__ = ["GIVEN", "ComplexFriction", "rubs"]
+__all__ = ["GIVEN", "ComplexFriction", "has_friction"]
 
 #: Joints without rows, whose friction follows a law.
 GIVEN = (BandBrake, Belt, Clutch, FrictionForce)
@@ -36,7 +36,7 @@ RESTS = 1e-11
 Array = Any
 
 
-def rubs(joint: Any) -> bool:
+def has_friction(joint: Any) -> bool:
     fields = ("friction", "viscous", "efficiency", "pressure_angle", "resistance")
     return isinstance(joint, GIVEN) or any(getattr(joint, f, None) is not None for f in fields)
 
@@ -46,7 +46,7 @@ class ComplexFriction:
 
     def __init__(self, o: Any, q: Any, v: Any, g: Any, right: Any) -> None:
         self.o, self.q, self.v, self.g, self.right = o, q, v, g, right
-        self.joints = [joint for joint in o.mechanism.joints if rubs(joint)]
+        self.joints = [joint for joint in o.mechanism.joints if has_friction(joint)]
         # of the position alone, which stays as it is
         self.points = {joint.name: o.reaction_point(q, joint) for joint in self.joints}
         self.normals: dict[str, tuple[Any, Any]] = {}

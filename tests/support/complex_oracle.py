@@ -25,7 +25,7 @@ from mbody.model.joints import (
     Revolute,
     Rolling,
 )
-from tests.support.complex_friction import GIVEN, ComplexFriction, rubs
+from tests.support.complex_friction import GIVEN, ComplexFriction, has_friction
 from tests.support.complex_loads import applied
 from tests.support.complex_reading import STEP, ComplexReading, remainder
 from tests.support.taylor import Taylor, circle, cos, direction, lines, sin, sqrt
@@ -231,7 +231,7 @@ class ComplexOracle:
         m = np.array([x for mass, inertia in masses for x in (mass, mass, inertia)], complex)
         right = applied(self, q, v) - m * a
         friction: dict[str, Any] = {}
-        if any(rubs(joint) for joint in self.mechanism.joints):
+        if any(has_friction(joint) for joint in self.mechanism.joints):
             found = ComplexFriction(self, q, v, g, right).solve(real)
             lam, friction, real = (found[key] for key in ("multipliers", "friction", "real"))
         else:

@@ -1,5 +1,5 @@
-"""Random linkages with rough joints and closed contacts at random states, with equations of their
-own: nothing of the engine.
+"""Random linkages with frictional joints and closed contacts at random states, with equations of
+their own: nothing of the engine.
 """
 
 from __future__ import annotations

@@ -1,4 +1,6 @@
-"""Pictures of contacts and rough joints: bars of modes, marks, cones, friction circles, ropes."""
+"""Pictures of contacts and frictional joints: bars of modes, marks, cones, friction circles,
+ropes.
+"""
 
 import numpy as np
 import pytest

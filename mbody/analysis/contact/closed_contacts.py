@@ -2,7 +2,7 @@
 
 What joints and drivers leave free is determined by what bodies lie on, ropes that are taut, stops
 and limits that are met. At the first position those places that touch are taken as closed: their
-normal rows are constraints, as of a joint, and rub with the friction of their contact. Where that
+normal rows are constraints, as of a joint, and have the friction of their contact. Where that
 leaves a motion which one that is nearly closed determines, that one is closed too; and where wheels
 are still free to slip, they roll.
 """
@@ -125,7 +125,9 @@ class ContactChoice:
             )
 
     def _roll(self, name: str) -> None:
-        """Let a rough wheel roll where it could slip by a motion that nothing else takes."""
+        """Let a wheel with friction roll where it could slip by a motion that nothing else
+        takes.
+        """
         own = [touch for touch in self.uni.touches if touch.name == name]
         closed = [own[n] for n in self.places[name]]
         if self._left(self.G) <= self.free or not all(map(_can_roll, closed)):
@@ -160,15 +162,15 @@ class ContactChoice:
             size = gap / self.uni.unit_of(n)
             unit = "rad" if self.uni.angular[one.normal] else unit
             return f", or begin with '{one.name}' touching, which is {size:.4g} {unit} open"
-        rough = [name for name in self.places if self._rubs(name)]
-        if not rough:
+        frictional = [name for name in self.places if self._has_friction(name)]
+        if not frictional:
             return ""
         return (
-            f", or follow it by simulate, which decides whether friction of {listed(rough)} "
+            f", or follow it by simulate, which decides whether friction of {listed(frictional)} "
             "holds it"
         )
 
-    def _rubs(self, name: str) -> bool:
+    def _has_friction(self, name: str) -> bool:
         own = [touch for touch in self.uni.touches if touch.name == name]
         return name not in self.rolls and any(touch.static > 0.0 for touch in own)
 

@@ -136,7 +136,7 @@ def _leaving(table: Array, basis: list[int], column: Array, able: Array, equal: 
 
 
 class JointFriction:
-    """Friction of rough pair f at the position, rates and signals in a workspace."""
+    """Friction of friction pair f at the position, rates and signals in a workspace."""
 
     def __init__(self, system: System, work: Work, f: int, rate: float | None = None) -> None:
         L, o = system.layout, int(system.layout.friction_par[f])
@@ -319,9 +319,9 @@ def impact_impulses(
     return impulse + more
 
 
-# -- Contacts and rough joints at one instant as one problem: who opens, sticks and slides -----
+# -- Contacts and frictional joints at one instant as one problem: who opens, sticks and slides ----
 #
-# Accelerations along the rows of all that may open or rub are c = c₀ + D (f − f₀) for forces f on
+# Accelerations along the rows of all that may open or slide are c = c₀ + D (f − f₀) for forces f on
 # the system: normal ones N ≥ 0 of closed contacts, then tangential ones T of contacts and joints,
 # each between its limits −low(f) ≤ T ≤ high(f): μ N of a contact, the friction circle of the whole
 # reaction of a pin, which f changes, and so on. What slides has T = −low or +high. With the limits
@@ -346,7 +346,7 @@ PASSES = 40
 
 @dataclass(frozen=True, eq=False)
 class Tangent:
-    """One row along which something rubs.
+    """One tangent row with friction.
 
     Attributes
     ----------
@@ -380,7 +380,7 @@ def cone(count: int, normal: int, friction: float, sliding: float = 0.0) -> Tang
 
 @dataclass(frozen=True, eq=False)
 class FrictionProblem:
-    """All that may open or rub at one instant.
+    """All that may open or slide at one instant.
 
     Attributes
     ----------
@@ -539,13 +539,13 @@ class FrictionProblem:
     def count_modes(self) -> float:
         """How many sets of modes there are."""
         found = 1.0
-        rub = {one.normal for one in self.tangents if one.normal >= 0}
+        pressed = {one.normal for one in self.tangents if one.normal >= 0}
         for one in self.tangents:
             if one.normal >= 0:
                 found *= 4.0 if one.sliding == 0.0 else 2.0
             elif one.sliding == 0.0:
                 found *= 3.0
-        return found * 2.0 ** (self.normals - len(rub))
+        return found * 2.0 ** (self.normals - len(pressed))
 
     def sets_of_modes(self) -> tuple[Array, Array]:
         """All of them: which contacts press (sets, normals), and of every tangent 0 for what

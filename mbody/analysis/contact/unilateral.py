@@ -1,4 +1,5 @@
-"""The rows of a system that can be on or off: contacts, ropes and rough joints, with their modes.
+"""The rows of a system that can be on or off: contacts, ropes and frictional joints, with their
+modes.
 
 A `Touch` is one spot of a contact or the distance of a rope: a normal row and a tangent row. A
 `JointPair` is the sliding pair of a joint: a tangent row alone. Modes are words: "open", "stick",
@@ -174,7 +175,7 @@ class Touch:
     normal, tangent : int
         Numbers of its rows among those that can be on or off; tangent −1 of a rope.
     pair : int
-        Its number among the rough pairs; −1 of a rope.
+        Its number among the friction pairs; −1 of a rope.
     friction, static, restitution : float
     law : str
         Of impacts.
@@ -200,7 +201,7 @@ class JointPair:
     name : str
         Of the joint.
     tangent, pair : int
-        Its row among those that can be on or off, its number among the rough pairs.
+        Its row among those that can be on or off, its number among the friction pairs.
     """
 
     name: str
@@ -248,7 +249,7 @@ def has_modes(system: System) -> bool:
 
 
 def _may_stick(system: System, f: int) -> bool:
-    """Whether a rough pair can rest: not what damps alone, nor what has a sign that lasts."""
+    """Whether a friction pair can rest: not what damps alone, nor what has a sign that lasts."""
     L = system.layout
     if FRICTION_KINDS[int(L.friction_kind[f])] in LASTING:
         return False
@@ -313,7 +314,7 @@ class Unilateral:
                 law = getattr(contact, "law", "poisson")
                 numbers = (float(mu[0]), float(mu[1]), float(contact.restitution_of(at)))
                 self.touches.append(Touch(contact.name, spot, normal, tangent, pair, *numbers, law))
-        self.rough = [
+        self.friction_joints = [
             JointPair(system.owners[int(L.switched[s])][0].name, int(s), f)
             for f, s in enumerate(L.friction_tangent)
             if f not in taken and _may_stick(system, f)
@@ -579,7 +580,7 @@ class Unilateral:
         return -touch.spot.sign * self.multiplier(records, touch.normal)
 
     def pressing_pair(self, records: Array, pair: JointPair) -> tuple[Any, Any]:
-        """Both multipliers of what presses a rough joint, by records (…, rows)."""
+        """Both multipliers of what presses a frictional joint, by records (…, rows)."""
         node = int(self.layout.friction_node[pair.pair])
         e = int(np.flatnonzero(self.layout.primitive_node == node)[0])
         first = 3 * self.system.coordinates + PER_PRIMITIVE * e

@@ -21,11 +21,11 @@ from mbody.model.element import listed
 from mbody.model.joints import Joint
 from mbody.solution.checks import as_reported, changed
 from mbody.solution.contact_forces import (
+    friction_pairs,
     least_pressing,
     losing_pairs,
     pressing_force,
     pressing_forces,
-    rough_pairs,
 )
 from mbody.solution.doubts import Doubt
 from mbody.solution.histories import column, ends
@@ -244,17 +244,17 @@ def with_contact_report(found: Solution, notes: tuple[str, ...]) -> Solution:
 
 
 def _modes(found: Solution) -> dict[str, list[str]]:
-    """Modes of all contacts and rough joints; none where no contact is closed."""
+    """Modes of all contacts and frictional joints; none where no contact is closed."""
     if not has_closed_contacts(found.mechanism):
         return {}
     count = len(found)
-    rough = {pair.joint for _, pair in losing_pairs(found)}
+    frictional = {pair.joint for _, pair in losing_pairs(found)}
     modes = {}
     for one in found.mechanism.contacts:
         word = "roll" if one.rolls else "stick"
         if not one.closed:
             modes[one.name] = ["open"] * count
-        elif one.name in rough:
+        elif one.name in frictional:
             modes[one.name] = found.mode(one.name)
         else:
             modes[one.name] = [word] * count
@@ -466,8 +466,12 @@ def _not_unique(found: Solution) -> list[str]:
     open_parts = found.dependencies
     if not found.regularization:
         return []
-    rough = dict.fromkeys(pair.joint for pair in rough_pairs(found.system) if not pair.separable)
-    names = [name for name in rough if open_parts is None or any(open_parts.get(name, (True,)))]
+    frictional = dict.fromkeys(
+        pair.joint for pair in friction_pairs(found.system) if not pair.separable
+    )
+    names = [
+        name for name in frictional if open_parts is None or any(open_parts.get(name, (True,)))
+    ]
     if not names:
         return []
     which = listed(names, LISTED)

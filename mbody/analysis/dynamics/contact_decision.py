@@ -1,4 +1,4 @@
-"""How closed contacts and rough joints go on: sticking, sliding or open.
+"""How closed contacts and frictional joints go on: sticking, sliding or open.
 
 All of them are one problem of complementarity (`mbody.analysis.contact.friction_problem`), whose
 solutions are modes. These are set, and verified by the forces and accelerations of the kernels:
@@ -67,8 +67,8 @@ class Closing:
     opened : set of int
         Touches that open.
     sliding : dict
-        Directions of what begins to slide, by the number of the touch or, after these, of the rough
-        joint.
+        Directions of what begins to slide, by the number of the touch or, after these, of the
+        frictional joint.
     stopped : set of int
         What ceases to slide, likewise.
     """
@@ -89,7 +89,7 @@ class Reserve:
         The greatest reserve that all can have [force].
     sliding : dict
         The directions in which what has no more would slide, by the number of the touch or, after
-        these, of the rough joint.
+        these, of the frictional joint.
     opened : set of int
         Touches that would open.
     """
@@ -105,7 +105,7 @@ class SharedForces(Protocol):
     Attributes
     ----------
     members : frozenset of int
-        What sticks, touches and, after these, rough joints, whose forces are open.
+        What sticks, touches and, after these, frictional joints, whose forces are open.
     pressing : frozenset of int
         Touches whose normal forces are open.
     """
@@ -132,7 +132,7 @@ class ModalMotion(Protocol):
     Attributes
     ----------
     uni : Unilateral
-        Its touches and rough joints.
+        Its touches and frictional joints.
     modes, pairs : lists of str
         Their modes.
     closing : Closing
@@ -185,7 +185,7 @@ class ModalMotion(Protocol):
         """Project the state, evaluate its derivative and its record."""
 
     def set_modes(self, modes: list[str], pairs: list[str], on: Array, held: Array) -> None:
-        """Set the modes, and which rows of touches and rough joints are on."""
+        """Set the modes, and which rows of touches and frictional joints are on."""
 
 
 # -- Impacts of closed contacts, and overlaps at the beginning ---------------------------------
@@ -348,10 +348,10 @@ def _overlap(uni: Unilateral, work: Work, found: Overlap) -> ModelError:
     return ModelError(sentence, one.described_as)
 
 
-# -- The problem of contacts and rough joints at the present instant of a motion ---------------
+# -- The problem of contacts and frictional joints at the present instant of a motion --------------
 #
 # Forces and accelerations are those that the kernels found with some modes; how they change by
-# forces along the rows of what may open or rub follows from dense matrices of rows and masses.
+# forces along the rows of what may open or slide follows from dense matrices of rows and masses.
 
 
 @dataclass(frozen=True, eq=False)
@@ -365,7 +365,7 @@ class FrictionModel:
     closed : list of int
         Touches of the normals.
     owners : list of int
-        Of every tangent its touch, or the number of touches and that of its rough joint.
+        Of every tangent its touch, or the number of touches and that of its frictional joint.
     """
 
     problem: FrictionProblem
@@ -441,19 +441,23 @@ def model_of(
     touches = [uni.touches[k] for k in closed]
     m, count = len(closed), len(uni.touches)
     W, _ = touch_rows(uni, rows, list(closed))
-    rough = [k for k in range(m) if touches[k].tangent >= 0 and touches[k].static > 0.0]
+    frictional = [k for k in range(m) if touches[k].tangent >= 0 and touches[k].static > 0.0]
     # of every tangent its row among those that can be on or off, its pair, its slip sign, its owner
-    pairs = [(one.tangent, one.pair, resting[k], count + k) for k, one in enumerate(uni.rough)]
+    pairs = [
+        (one.tangent, one.pair, resting[k], count + k) for k, one in enumerate(uni.friction_joints)
+    ]
     pairs += [
         (int(uni.layout.friction_tangent[f]), f, slip_sign, -1) for f, slip_sign in _lasting(uni)
     ]
     unit = np.array([system.length if uni.angular[row] else 1.0 for row, *_ in pairs])
     tangent_rows = [row for row, *_ in pairs]
-    every = np.vstack([W[:m], W[[m + k for k in rough]], unit[:, None] * rows.block[tangent_rows]])
+    every = np.vstack(
+        [W[:m], W[[m + k for k in frictional]], unit[:, None] * rows.block[tangent_rows]]
+    )
     gamma = np.concatenate(
         [
             [one.spot.sign * rows.gamma[one.normal] for one in touches],
-            [rows.gamma[touches[k].tangent] for k in rough],
+            [rows.gamma[touches[k].tangent] for k in frictional],
             unit * rows.gamma[tangent_rows],
         ]
     )
@@ -463,7 +467,7 @@ def model_of(
     forces = np.concatenate(
         [
             [uni.pressing(record, one) for one in touches],
-            [-uni.multiplier(record, touches[k].tangent) for k in rough],
+            [-uni.multiplier(record, touches[k].tangent) for k in frictional],
             [
                 (v - uni.multiplier(record, row)) / u
                 for (row, *_), v, u in zip(pairs, viscous, unit, strict=True)
@@ -472,7 +476,7 @@ def model_of(
     )
     Y = responses_to(uni, work, every)
     tangents = []
-    for k in rough:
+    for k in frictional:
         one, slip_sign = touches[k], sliding[closed[k]]
         tangents.append(cone(len(every), k, one.friction if slip_sign else one.static, slip_sign))
     if pairs:
@@ -484,16 +488,17 @@ def model_of(
         tangents.append(Tangent(limits, slip_sign, linear=law.by_law))
     D = every @ Y
     heavy = float(np.diag(D).max(initial=0.0)) * force_size(motion)
-    owners = [closed[k] for k in rough] + [owner for *_, owner in pairs]
+    owners = [closed[k] for k in frictional] + [owner for *_, owner in pairs]
     problem = FrictionProblem(m, tuple(tangents), every @ a - gamma, D, forces, 1e-3 * heavy)
     return FrictionModel(problem, list(closed), owners)
 
 
 # -- Sticking with redundant constraints: undetermined friction forces -------------------------
 #
-# A wheel with its brake on that stands on the road, a linkage at rest with several rough pins: the
-# accelerations follow, the forces do not. It goes on to stick as long as there are forces that keep
-# every limit, which a linear program finds: the greatest reserve t such that for some y
+# A wheel with its brake on that stands on the road, a linkage at rest with several pins with
+# friction: the accelerations follow, the forces do not. It goes on to stick as long as there are
+# forces that keep every limit, which a linear program finds: the greatest reserve t such that for
+# some y
 #
 #     low(f + Z y) + T ≥ t,   high(f + Z y) − T ≥ t,   N ≥ t,
 #
@@ -510,14 +515,14 @@ PASSES = 8
 
 @dataclass(frozen=True, eq=False)
 class SharedFriction:
-    """The touches and rough joints that share what no equation decides.
+    """The touches and frictional joints that share what no equation decides.
 
     Attributes
     ----------
     normals, sticking : tuples of int
         Closed touches; those that stick by a row of their own.
     joints : tuple of int
-        Rough joints that stick, by number among these.
+        Frictional joints that stick, by number among these.
     members : frozenset of int
         Those of `sticking` and, after the touches, of `joints` whose forces are open.
     pressing : frozenset of int
@@ -538,7 +543,7 @@ class SharedFriction:
 
     def _columns(self, motion: ModalMotion, record: Array, work: Work) -> tuple[Array, Array]:
         """Generalised forces by every force, (coordinates, forces), and these: joints', normal,
-        tangential, of rough joints; without units.
+        tangential, of frictional joints; without units.
         """
         uni, system, n = motion.uni, motion.system, motion.system.coordinates
         rows, units, length = uni.read(work), system.coordinate_units, system.length
@@ -546,7 +551,7 @@ class SharedFriction:
         _, G = dense(system, work)
         own = record[3 * n + PER_PRIMITIVE * primitive + number] / system.row_units
         of_joints, columns, forces = -G.T, list[Array](), list[float]()
-        for m, pair in enumerate(uni.rough):
+        for m, pair in enumerate(uni.friction_joints):
             if (mode := motion.pairs[m]) not in SLIP_SIGNS:
                 continue
             law = JointFriction(system, work, pair.pair, rows.rate[pair.tangent])
@@ -564,7 +569,7 @@ class SharedFriction:
             columns.append(row * units / length)
             forces.append(float(uni.pressing(record, touch)) * length)
         tangents = [uni.touches[k].tangent for k in self.sticking]
-        for row in (*tangents, *(uni.rough[m].tangent for m in self.joints)):
+        for row in (*tangents, *(uni.friction_joints[m].tangent for m in self.joints)):
             unit = 1.0 if uni.angular[row] else length
             columns.append(rows.block[row] * units / unit)
             forces.append(-float(uni.multiplier(record, row)) * unit)
@@ -649,7 +654,7 @@ class SharedFriction:
         return found
 
     def _law(self, motion: ModalMotion, work: Work, m: int) -> JointFriction:
-        return JointFriction(motion.system, work, motion.uni.rough[m].pair)
+        return JointFriction(motion.system, work, motion.uni.friction_joints[m].pair)
 
     def _tangent(
         self,
@@ -660,8 +665,8 @@ class SharedFriction:
         slip_sign: float,
         change: Array,
     ) -> tuple[Array, float]:
-        """The tangent of the limit of a rough joint where forces have changed so: by all forces,
-        and its value without the change.
+        """The tangent of the limit of a frictional joint where forces have changed so: by all
+        forces, and its value without the change.
         """
         system, law = motion.system, self._law(motion, work, m)
         primitive, number, _ = system.row_table
@@ -670,7 +675,7 @@ class SharedFriction:
         by_rows[number[at], at] = system.row_units[at]
         now = np.array(self._pressing(motion, record, law.node)) + by_rows @ change
         value, by_x, by_y = law.size(float(now[0]), float(now[1]), slip_sign)
-        unit = 1.0 if motion.uni.angular[motion.uni.rough[m].tangent] else system.length
+        unit = 1.0 if motion.uni.angular[motion.uni.friction_joints[m].tangent] else system.length
         by = unit * (by_x * by_rows[0] + by_y * by_rows[1])
         return by, unit * value - float(by @ change)
 
@@ -706,9 +711,9 @@ def shared_friction(motion: ModalMotion) -> SharedFriction | None:
     }
     primitive = motion.system.row_table[0]
     for n, m in enumerate(joints, start=own + len(sticking)):
-        node = int(motion.layout.friction_node[uni.rough[m].pair])
+        node = int(motion.layout.friction_node[uni.friction_joints[m].pair])
         at = motion.layout.primitive_node[primitive] == node
-        law = JointFriction(motion.system, motion.work, uni.rough[m].pair)
+        law = JointFriction(motion.system, motion.work, uni.friction_joints[m].pair)
         if moves[n] or (not law.by_law and moves[np.flatnonzero(at)].any()):
             members.add(len(uni.touches) + m)
     pressing = frozenset(k for k in normals if moves[place[k]])
@@ -750,7 +755,7 @@ class _DecisionState:
         The state.
     closed : list of int
         Touches.
-    sliding, resting : arrays (touches,), (rough joints,)
+    sliding, resting : arrays (touches,), (frictional joints,)
         Signs of the rates of what slides, zero of what is at rest.
     """
 
@@ -793,7 +798,7 @@ def _instant(motion: ModalMotion) -> _DecisionState:
     closed = [
         k for k in near_touches(motion, rows) if abs(approach[k]) <= slow or k in closing.closed
     ]
-    tangents = [t.tangent for t in uni.touches] + [p.tangent for p in uni.rough]
+    tangents = [t.tangent for t in uni.touches] + [p.tangent for p in uni.friction_joints]
     speeds = _speeds(motion, tangents, rows.rate)
     still = np.abs(speeds) <= slow
     still[list(closing.stopped)] = True
@@ -846,7 +851,7 @@ def _mode(slip_sign: float) -> str:
 def _modes(
     motion: ModalMotion, model: FrictionModel, one: FrictionSolution
 ) -> tuple[list[str], list[str]]:
-    """Modes of all touches and rough joints by a solution."""
+    """Modes of all touches and frictional joints by a solution."""
     count = len(motion.uni.touches)
     normal, tangential = one.modes()
     found = {number: mode for number, mode in zip(model.owners, tangential, strict=True)}
@@ -854,7 +859,7 @@ def _modes(
     for number, state in zip(model.closed, normal, strict=True):
         if state == "closed":
             modes[number] = found.get(number, "slip+")  # smooth: its direction changes nothing
-    return modes, [found[count + m] for m in range(len(motion.uni.rough))]
+    return modes, [found[count + m] for m in range(len(motion.uni.friction_joints))]
 
 
 def _set(
@@ -896,8 +901,8 @@ def _changed(
 
 
 def _wrong(motion: ModalMotion, now: _DecisionState, model: FrictionModel) -> dict[int, str]:
-    """Touches and, after these, rough joints whose modes are not consistent with the forces and
-    accelerations of the kernels, and better ones.
+    """Touches and, after these, frictional joints whose modes are not consistent with the forces
+    and accelerations of the kernels, and better ones.
     """
     uni, n, count = motion.uni, motion.system.coordinates, len(motion.uni.touches)
     record, a = motion.record[:, 0], motion.K[0, n : 2 * n]
@@ -905,7 +910,7 @@ def _wrong(motion: ModalMotion, now: _DecisionState, model: FrictionModel) -> di
     rows, found = uni.read(motion.work), dict[int, str]()
     reached = motion.system.friction_rows.start + REACHED_PART
     if len(motion.layout.friction_kind) and record[reached] < 1.0:
-        return {count + len(uni.rough): "jams"}
+        return {count + len(uni.friction_joints): "jams"}
     force = FORCE_NONE * force_size(motion)
     followers = {k for group in motion.groups.values() for k in group[1:]}
 
@@ -941,7 +946,7 @@ def _wrong(motion: ModalMotion, now: _DecisionState, model: FrictionModel) -> di
             mode in SLIP_SIGNS and not now.sliding[k] and not ahead(touch.tangent, SLIP_SIGNS[mode])
         ):
             found[k] = "stick"
-    for m, pair in enumerate(uni.rough):
+    for m, pair in enumerate(uni.friction_joints):
         mode = motion.pairs[m]
         if mode == "stick":
             own = float(uni.multiplier(record, pair.tangent))
@@ -972,8 +977,8 @@ def _independent(
     pressing: dict[int, float],
 ) -> tuple[Array, Array]:
     """Which rows do not depend on others: of touches (touches, 2), normal and tangent, those that
-    press first, then of rough joints that stick, last of touches without force. Sets the groups of
-    touches that stick by one row.
+    press first, then of frictional joints that stick, last of touches without force. Sets the
+    groups of touches that stick by one row.
     """
     uni, system = motion.uni, motion.system
     scale, rows = system.coordinate_units, motion.uni.read(motion.work)
@@ -1003,7 +1008,7 @@ def _independent(
     for row in dense(system, motion.work)[1]:
         independent(row)
     on = np.zeros((len(uni.touches), 2), dtype=bool)
-    held = np.zeros(len(uni.rough), dtype=bool)
+    held = np.zeros(len(uni.friction_joints), dtype=bool)
     motion.groups = {}
     closed = sorted((k for k in now.closed if modes[k] != "open"), key=lambda k: -pressing[k])
     least = CONTACT_FORCE_NONE * max(pressing.values(), default=0.0)
@@ -1022,7 +1027,7 @@ def _independent(
                 motion.groups[leader].append(k)
     for m, mode in enumerate(pairs):
         if mode == "stick":
-            held[m] = independent(rows.block[uni.rough[m].tangent] * scale)
+            held[m] = independent(rows.block[uni.friction_joints[m].tangent] * scale)
     for k in closed:
         if pressing[k] <= least:
             on[k, 0] = independent(rows.block[uni.touches[k].normal] * scale)

@@ -1,4 +1,4 @@
-"""Motion with contacts, ropes and rough joints: smooth steps between located changes of modes.
+"""Motion with contacts, ropes and frictional joints: smooth steps between located changes of modes.
 
 Between two changes every row that can be on or off keeps its state: what sticks and what is closed
 is a constraint, what slides has friction from its real force. Guards are positive as long as that
@@ -189,7 +189,7 @@ def _follows_from_record(motion: ModalMotion, guard: Guard) -> bool:
     """Whether the value needs nothing but what is kept of an instant."""
     if guard.kind != "slip" or guard.number < len(motion.uni.touches):
         return guard.kind in ("open", "slip", "paradox")
-    f = motion.uni.rough[guard.number - len(motion.uni.touches)].pair
+    f = motion.uni.friction_joints[guard.number - len(motion.uni.touches)].pair
     kind = FRICTION_KINDS[int(motion.layout.friction_kind[f])]
     return kind not in ("torque", "force", "follower")
 
@@ -209,14 +209,14 @@ def _sliding_row(motion: ModalMotion, number: int) -> tuple[int, float]:
     if number < len(touches):
         return touches[number].tangent, SLIP_SIGNS[motion.modes[number]]
     m = number - len(touches)
-    return motion.uni.rough[m].tangent, SLIP_SIGNS[motion.pairs[m]]
+    return motion.uni.friction_joints[m].tangent, SLIP_SIGNS[motion.pairs[m]]
 
 
 def _reserve(motion: ModalMotion, records: Array, number: int) -> Array:
     """How much more friction what sticks could have, by records (…, rows)."""
     uni, touches = motion.uni, motion.uni.touches
     if number >= len(touches):
-        pair = uni.rough[number - len(touches)]
+        pair = uni.friction_joints[number - len(touches)]
         force = uni.multiplier(records, pair.tangent)
         law = JointFriction(motion.system, motion.probe, pair.pair)
         x, y = uni.pressing_pair(records, pair)
@@ -263,9 +263,9 @@ class ModalIntegration(JumpIntegration):
             one.removesuffix(".moving"): self.work_names.index(one)
             for one in works_of_moving(system)
         }
-        #: Modes of the touches and of the rough joints, and which rows are on.
+        #: Modes of the touches and of the frictional joints, and which rows are on.
         self.modes = ["open"] * len(self.uni.touches)
-        self.pairs = ["slip+"] * len(self.uni.rough)
+        self.pairs = ["slip+"] * len(self.uni.friction_joints)
         self.on = np.zeros(len(self.uni))
         #: When contacts were struck last, by the number of the touch.
         self.struck: dict[int, float] = {}
@@ -305,11 +305,13 @@ class ModalIntegration(JumpIntegration):
     def named_modes(
         self, modes: list[str] | None = None, pairs: list[str] | None = None
     ) -> dict[str, str]:
-        """The mode of every contact and rough joint, by default the present one: of several
+        """The mode of every contact and frictional joint, by default the present one: of several
         touches that which holds most.
         """
         modes, pairs = modes or self.modes, pairs or self.pairs
-        found = {pair.name: mode for pair, mode in zip(self.uni.rough, pairs, strict=True)}
+        found = {
+            pair.name: mode for pair, mode in zip(self.uni.friction_joints, pairs, strict=True)
+        }
         order = ("open", "idle", "slip-", "slip+", "stick", "roll")
         for touch, mode in zip(self.uni.touches, modes, strict=True):
             named = "roll" if mode == "stick" and touch.spot.round else mode
@@ -333,8 +335,8 @@ class ModalIntegration(JumpIntegration):
         return CONTACT_GAP_CLOSED * self.system.length
 
     def set_modes(self, modes: list[str], pairs: list[str], on: Array, held: Array) -> None:
-        """Set the modes of touches and rough joints; which of their rows are on: `on` (touches, 2),
-        and `held` (rough joints,) of those that stick.
+        """Set the modes of touches and frictional joints; which of their rows are on: `on`
+        (touches, 2), and `held` (frictional joints,) of those that stick.
         """
         uni, work = self.uni, self.work
         rows = np.zeros(len(uni))
@@ -358,7 +360,7 @@ class ModalIntegration(JumpIntegration):
                 rows[touch.tangent] = 1.0
                 if not self.on[touch.tangent]:
                     self._anchor(n, touch, found, off)
-        for pair, mode, holds in zip(uni.rough, pairs, held, strict=True):
+        for pair, mode, holds in zip(uni.friction_joints, pairs, held, strict=True):
             if mode in SLIP_SIGNS:
                 slip_signs[pair.pair] = SLIP_SIGNS[mode]
             if mode in SLIP_SIGNS or not holds:
@@ -661,11 +663,17 @@ class ContactIntegration(ModalIntegration):
     def _impending(self, n: int) -> float:
         """The direction in which what sticks would slide: that of its multiplier."""
         touches = len(self.uni.touches)
-        row = self.uni.touches[n].tangent if n < touches else self.uni.rough[n - touches].tangent
+        row = (
+            self.uni.touches[n].tangent
+            if n < touches
+            else self.uni.friction_joints[n - touches].tangent
+        )
         return float(np.sign(self.uni.multiplier(self.record[:, 0], row))) or 1.0
 
     def _together(self, n: int, slip_sign: float) -> dict[int, float]:
-        """The directions in which all slides that sticks by the row of touch or rough joint n."""
+        """The directions in which all slides that sticks by the row of touch or frictional
+        joint n.
+        """
         group = self.groups.get(n, [n])
         if len(group) == 1:
             return {n: slip_sign}
@@ -678,7 +686,9 @@ class ContactIntegration(ModalIntegration):
     def _who(self, guard: Guard) -> str:
         touches = self.uni.touches
         one = touches[guard.number] if guard.number < len(touches) else None
-        return f"'{one.name if one else self.uni.rough[guard.number - len(touches)].name}'"
+        return (
+            f"'{one.name if one else self.uni.friction_joints[guard.number - len(touches)].name}'"
+        )
 
     def _settle(self, *, begins: bool = False) -> str:
         """Impacts while a closed contact is approached, then the modes that go on; a status where
@@ -750,7 +760,7 @@ class ContactIntegration(ModalIntegration):
         rates = dict(zip(closed, found.before, strict=True))
         first = min(hit, key=rates.__getitem__)
         kind, when = "impact", t
-        sticking = [pair.tangent for pair in self.uni.rough if self.on[pair.tangent]]
+        sticking = [pair.tangent for pair in self.uni.friction_joints if self.on[pair.tangent]]
         stuck = self.uni.read(self.work).block[sticking].copy()
         self._switch_off()
         self.y[n : 2 * n] = before + found.jump
@@ -839,9 +849,9 @@ class ContactIntegration(ModalIntegration):
         return ""
 
     def _undecided(self) -> str:
-        """No modes of rough joints are consistent, and no contact can be struck."""
-        names = ", ".join(f"'{one.name}'" for one in self.uni.rough)
-        name, record = self.uni.rough[0].name, self.record
+        """No modes of frictional joints are consistent, and no contact can be struck."""
+        names = ", ".join(f"'{one.name}'" for one in self.uni.friction_joints)
+        name, record = self.uni.friction_joints[0].name, self.record
         self._record_contact("inconsistent", float(self.state[TIME]), name, record, record)
         return self._ended(f"{self.none} with the friction at {names}")
 
@@ -851,13 +861,15 @@ class ContactIntegration(ModalIntegration):
         who = [n for n in sorted(self.closing.closed)] or near_touches(
             self, self.uni.read(self.work)
         )
-        names = [self.uni.touches[k].name for k in who] or [p.name for p in self.uni.rough]
+        names = [self.uni.touches[k].name for k in who] or [
+            p.name for p in self.uni.friction_joints
+        ]
         shown = ", ".join(dict.fromkeys(f"'{name}'" for name in names))
         self._record_contact("indeterminate", t, names[0] if names else "", record, record)
         why = "Painlevé's paradox): that of the least contact force was taken"
         idle = "idle" in self.modes or any(
             mode == "stick" and not self.on[pair.tangent]
-            for pair, mode in zip(self.uni.rough, self.pairs, strict=True)
+            for pair, mode in zip(self.uni.friction_joints, self.pairs, strict=True)
         )
         if idle:
             why = "nothing decides the forces of what rests): one of them was taken"
@@ -872,7 +884,9 @@ class ContactIntegration(ModalIntegration):
             for t, mode in zip(self.uni.touches, self.modes, strict=True)
             if mode in SLIP_SIGNS
         ] + [
-            p.name for p, mode in zip(self.uni.rough, self.pairs, strict=True) if mode in SLIP_SIGNS
+            p.name
+            for p, mode in zip(self.uni.friction_joints, self.pairs, strict=True)
+            if mode in SLIP_SIGNS
         ]
         names = ", ".join(f"'{name}'" for name in dict.fromkeys(sliding))
         self._record_contact(
@@ -931,7 +945,7 @@ class ContactIntegration(ModalIntegration):
         kinds = self.system.layout.friction_kind
         names = [
             pair.name
-            for pair in self.uni.rough
+            for pair in self.uni.friction_joints
             if FRICTION_KINDS[int(kinds[pair.pair])] not in ("torque", "force")
         ]
         if not names:

@@ -105,14 +105,14 @@ def refuse_what_does_not_fit(system: System, request: MotionRequest) -> None:
         raise ModelError(
             f"the method 'moreau' releases no drivers ({listed(request.release)}): take dop853"
         )
-    rough = [
+    frictional = [
         one.name for one in (*machine.joints, *machine.couplings) if one.frictions(system.numbers)
     ]
-    if rough:
+    if frictional:
         raise ModelError(
-            f"the method 'moreau' has friction in contacts, not in joints ({listed(rough)}): take "
-            "dop853, or leave out the friction of joints",
-            rough[0],
+            f"the method 'moreau' has friction in contacts, not in joints ({listed(frictional)}): "
+            "take dop853, or leave out the friction of joints",
+            frictional[0],
         )
 
 

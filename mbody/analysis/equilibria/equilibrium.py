@@ -47,7 +47,7 @@ from mbody.model.mechanism import Mechanism
 from mbody.model.model_notes import kept_states, left_out, without_friction
 from mbody.quantities.units import UnitSystem
 from mbody.solution.doubts import Doubt, Inherited, doubted, heading, unit_symbols
-from mbody.solution.friction_results import rubs_by_contacts_alone
+from mbody.solution.friction_results import friction_of_contacts_alone
 from mbody.solution.histories import BodyHistory, Reaction, Record, link_poses
 from mbody.solution.solution import Solution
 from mbody.system.read_only import lock
@@ -376,8 +376,8 @@ class Equilibria(AtRestPositions[Equilibrium]):
     positions : tuple of Equilibrium
         Stable ones first: those that need no friction.
     bands : tuple of RestBand
-        Of one free motion with rough joints: positions at which friction holds, from end to end,
-        in the order of the rest positions in them.
+        Of one free motion with frictional joints: positions at which friction holds, from end to
+        end, in the order of the rest positions in them.
     status : str
         ``"completed"``, or ``"doubtful: …"`` with the first doubt.
     doubts : tuple of Doubt
@@ -526,7 +526,7 @@ def search(system: System, starts: Sequence[Guesses | None], t: float) -> _RestR
             )
         if found is None:
             reserve: Reserve
-            if rubs_by_contacts_alone(system):
+            if friction_of_contacts_alone(system):
                 reserve = ContactReserve(manifold)
             else:
                 reserve = FrictionReserve(manifold, start.regularization)

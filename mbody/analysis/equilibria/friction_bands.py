@@ -5,10 +5,10 @@ unit tangent t and the loads f, it is about to move on where
 
     g₊ = t·f − Σ_k x_k |g_k t| = 0,   x = φ(λ₀ + B x) for the directions of g_k t,
 
-all rough joints giving the friction that they can give at rest, and about to move back where g₋ =
-t·f + Σ_k x_k |g_k t| = 0 with the opposite directions: it rests where g₊ ≤ 0 ≤ g₋. That is the test
-of the bands of holding efforts in statics: where no effort is needed it does not matter what would
-give it. Where friction grows without bound, as what jams does, it holds.
+all frictional joints giving the friction that they can give at rest, and about to move back where
+g₋ = t·f + Σ_k x_k |g_k t| = 0 with the opposite directions: it rests where g₊ ≤ 0 ≤ g₋. That is the
+test of the bands of holding efforts in statics: where no effort is needed it does not matter what
+would give it. Where friction grows without bound, as what jams does, it holds.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ from mbody.kernels.friction import IMPENDING
 from mbody.kernels.layout import PER_PRIMITIVE
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
-from mbody.model.model_notes import rubbing
-from mbody.solution.contact_forces import may_hold, rough_pairs
+from mbody.model.model_notes import with_friction
+from mbody.solution.contact_forces import friction_pairs, may_hold
 from mbody.solution.friction_results import ContactLimits, RestingContacts, slip_signs_with_resting
 
 # -- Friction reserves of closed contacts at rest, by linear programs --------------------------
@@ -132,7 +132,7 @@ class FrictionReserve:
     def __init__(self, manifold: Manifold, regularization: float) -> None:
         self.manifold, self.regularization = manifold, regularization
         system = manifold.system
-        self.work, self.pairs = system.work(), rough_pairs(system)
+        self.work, self.pairs = system.work(), friction_pairs(system)
         self.layout = system.runtime().replaced(slip_signs=IMPENDING)
         holds = [may_hold(system, one) and not one.separable for one in self.pairs]
         self.holds = np.array(holds, dtype=bool)
@@ -215,7 +215,9 @@ def _turned_back(node: Node, back: Array) -> Node:
 
 
 def _is_point(band: Band, scale: Array) -> bool:
-    """Whether a band is a rest position alone, as one at which nothing that rubs would slide."""
+    """Whether a band is a rest position alone, as one at which nothing with friction would
+    slide.
+    """
     if band.first is None or band.last is None or len(band.inside) > 1:
         return False
     displacement = (band.last.place.q - band.first.place.q) / scale
@@ -226,7 +228,7 @@ def holding_sentences(mechanism: Mechanism, bands: tuple[RestBand, ...], holds: 
     """Sentences on positions where friction holds beside equilibria that need none."""
     if not holds:
         return []
-    names = listed(rubbing(mechanism))
+    names = listed(with_friction(mechanism))
     if any(band.everywhere for band in bands):
         leader = next(band.leader for band in bands if band.everywhere)
         return [f"self-locking: friction of {names} holds '{leader}' in every position"]

@@ -74,7 +74,7 @@ class HeldModes:
     Attributes
     ----------
     names : dict
-        Mode of every contact and rough joint.
+        Mode of every contact and frictional joint.
     """
 
     def __init__(self, system: System, given: Solution, t: float, q: Array, v: Array) -> None:
@@ -441,7 +441,7 @@ class Linearization(Inherited):
     nearby : callable
         The motions near it, of which measures are taken.
     modes : dict
-        What each contact and rough joint does, as of `Solution.mode`: those that stick are
+        What each contact and frictional joint does, as of `Solution.mode`: those that stick are
         constraints, those that slide go on to; empty where the instant has none.
     status, doubts, notes
         As of `Inherited`: those of the instant, and what differences cannot show.

@@ -198,7 +198,7 @@ def contact_crosscheck(system: System, run: Solution, engine: str) -> Crosscheck
             engine, (), tuple(missing), ("without these nothing can be compared",)
         )
     notes, last = [], float(run.t[-1])
-    if struck := strikes(run, rough=True):
+    if struck := strikes(run, with_friction=True):
         # before the impact itself, where it is an instant of the result
         last = float(np.nextafter(struck[0], -np.inf))
         notes.append(

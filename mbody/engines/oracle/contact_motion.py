@@ -38,7 +38,7 @@ from mbody.core.tolerances import (
     TINY,
 )
 from mbody.engines.crosscheck_result import Comparison, CrosscheckResult
-from mbody.engines.oracle.friction import rubs
+from mbody.engines.oracle.friction import has_friction
 from mbody.engines.oracle.mechanics import Reference
 from mbody.model.contact import Contact, Rope
 from mbody.model.element import Marker
@@ -729,7 +729,7 @@ def contact_crosscheck(system: System, run: Solution) -> CrosscheckResult:
     machine = system.mechanism
     if any(contacts_of(joint) for joint in machine.joints):
         raise NotImplementedError("it has no limits of joints and none that separate")
-    if any(rubs(joint) for joint in machine.joints):
+    if any(has_friction(joint) for joint in machine.joints):
         raise NotImplementedError("it has no friction of joints in motions over time")
     if machine.groups or machine.states or machine.inputs or machine.controllers:
         raise NotImplementedError("it follows contacts without groups, own states and controllers")

@@ -1,4 +1,4 @@
-"""The oracle's friction of joints: dense equations of the forces at every place that rubs.
+"""The oracle's friction of joints: dense equations of the forces at every place with friction.
 
 The unknowns are the multipliers of all rows and the forces at the places of contact: the force of a
 pin on its hole, those at both ends of a slider, the loss of teeth. They fulfil the balance of all
@@ -88,7 +88,7 @@ ITERATIONS = 60
 Array = np.ndarray
 
 
-def rubs(joint: Any) -> bool:
+def has_friction(joint: Any) -> bool:
     """Whether a joint has friction, or teeth that press apart."""
     if isinstance(joint, GIVEN):
         return True
@@ -146,7 +146,7 @@ class DenseFriction:
         self.right = reference.applied(q, v, t) - reference.mass_matrix() @ np.asarray(a, float)
         self._places: dict[str, tuple[Any, Any]] = {}
         self._arms: dict[str, float] = {}
-        self.joints = [joint for joint in reference.mechanism.joints if rubs(joint)]
+        self.joints = [joint for joint in reference.mechanism.joints if has_friction(joint)]
         self.rates = {joint.name: self._rate(joint) for joint in self.joints}
         swift = float(np.abs(self.v).max(initial=0.0))
         self.slip_signs = {

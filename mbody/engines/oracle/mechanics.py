@@ -20,7 +20,7 @@ from mbody.core.tolerances import (
     LOOP_OPEN_ORACLE,
 )
 from mbody.engines.independent_reading import Jet, evaluated, law_by_formula
-from mbody.engines.oracle.friction import DenseFriction, rubs
+from mbody.engines.oracle.friction import DenseFriction, has_friction
 from mbody.laws import Law, MeasuredFormula
 from mbody.model.body import Body, SlenderRod
 from mbody.model.contact import OneSided
@@ -836,10 +836,10 @@ class Reference(Loads):
             bool}; "efforts" {driver: effort}; "residual", the largest |Φ_qᵀ λ − f + M a|.
         """
         rows = self.active_rows(drive)
-        rough = any(rubs(joint) for joint in self.mechanism.joints)
-        if rough and len(rows) == self.m == 3 * self.n:
+        frictional = any(has_friction(joint) for joint in self.mechanism.joints)
+        if frictional and len(rows) == self.m == 3 * self.n:
             return self._with_friction(q, v, a, t)
-        if rough:
+        if frictional:
             raise NotImplementedError("it solves for friction where the reactions are unique")
         g = self.phi_q(q, t)[rows]
         right = self.applied(q, v, t) - self.mass_matrix() @ np.asarray(a)
@@ -912,7 +912,7 @@ class Reference(Loads):
 
         Drivers that are not in `drive` are free, with their `efforts` or none.
         """
-        if any(rubs(joint) for joint in self.mechanism.joints):
+        if any(has_friction(joint) for joint in self.mechanism.joints):
             raise NotImplementedError("it has no friction of joints in motions over time")
         rows, size = self.active_rows(drive), 3 * self.n
         every = self.phi_q(q, t)

@@ -21,7 +21,7 @@ from mbody.core.tolerances import (
 from mbody.engines.crosscheck_result import Comparison, CrosscheckResult, Inexpressible
 from mbody.engines.load_forces import follows_formula
 from mbody.engines.oracle.contact_motion import OracleTouching, contact_crosscheck
-from mbody.engines.oracle.friction import rubs
+from mbody.engines.oracle.friction import has_friction
 from mbody.engines.oracle.mechanics import Reference
 from mbody.solution.histories import own_history
 from mbody.solution.solution import Solution
@@ -41,7 +41,7 @@ INSTANTS = 25
 
 def closed_contact_crosscheck(system: System, run: Solution) -> CrosscheckResult:
     """Gaps, and all forces, at some instants."""
-    if any(rubs(joint) for joint in system.mechanism.joints):
+    if any(has_friction(joint) for joint in system.mechanism.joints):
         raise NotImplementedError("it has no friction of joints beside contacts")
     check = _ClosedCheck(system, run)
     count = len(run)

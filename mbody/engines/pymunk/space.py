@@ -192,7 +192,7 @@ def damped(part: ImpulseConstraint) -> SpringImpulse:
 #: Half the length of a slot, and of a line for rolling, in model lengths.
 GUIDE_HALF_LENGTH = 100.0
 #: Friction of wheels that do not slip.
-ROUGH = 1e6
+STICKING_FRICTION = 1e6
 
 
 def inexpressible(system: System) -> tuple[Inexpressible, ...]:
@@ -370,7 +370,7 @@ class Space:
         self.rolling += 1
         only = 1 << self.rolling
         for shape in (base, wheel):
-            shape.friction = ROUGH
+            shape.friction = STICKING_FRICTION
             shape.filter = self.pymunk.ShapeFilter(categories=only, mask=only)
         self.space.add(base, wheel)
         # the penetration remains: resolving it would be a motion without force

@@ -32,7 +32,7 @@ GROWN = 100.0
 NEAR = 15
 
 
-def roughened(machine, change, name=None):
+def with_changes(machine, change, name=None):
     """The same mechanism with other joints: `change` gives fields by joint, {} for no change."""
     copy = Mechanism(
         name or machine.name, units=machine.units, g=machine.g, ground=machine.ground.points
@@ -41,7 +41,7 @@ def roughened(machine, change, name=None):
     return copy
 
 
-def rough(machine, mu=0.1, radius=0.01, length=None, **more):
+def with_friction(machine, mu=0.1, radius=0.01, length=None, **more):
     """Friction in all pins and slides."""
 
     def change(element):
@@ -51,14 +51,14 @@ def rough(machine, mu=0.1, radius=0.01, length=None, **more):
             return {"friction": mu, "length": length, **more}
         return {"friction": mu, **more} if isinstance(element, PinSlot) else {}
 
-    return roughened(machine, change)
+    return with_changes(machine, change)
 
 
 def slider_crank(mu=0.1, radius=0.01, *, masses=(0.0, 0.0, 0.0), speed=10.0, length=None, **more):
     """That of the references: a force of 1000 N on the slider in −x, friction in all joints."""
     machine = mbody.makers.slider_crank(CRANK, ROD, masses=masses, start=0.1, speed=speed)
     machine.add(Force("load", "slider.B", FORCE, angle=np.pi))
-    return rough(machine, mu, radius, length, **more)
+    return with_friction(machine, mu, radius, length, **more)
 
 
 def drawer(mu, length=0.2, height=None, speed=1.0, a=0.2, force=10.0):

@@ -1,7 +1,7 @@
 """Random linkages with friction in all joints, against dense equations from many starts.
 
-``python -m tests.rough_linkages [--count N] [--seed S] [--jobs J]`` prints the counts, and what
-disagrees: one to three loops of pins and sliders, with a gear, a cam or a pin in a slot on the
+``python -m tests.frictional_linkages [--count N] [--seed S] [--jobs J]`` prints the counts, and
+what disagrees: one to three loops of pins and sliders, with a gear, a cam or a pin in a slot on the
 crank, friction
 from little to more than moves. At each of three instants
 
@@ -39,10 +39,10 @@ from mbody import (
     Torque,
 )
 from mbody.laws import Harmonic
+from tests.support.frictional import dense_at, difference, followed_part, with_changes
 from tests.support.linkages import random_linkage, times_within
-from tests.support.rough import dense_at, difference, followed_part, roughened
 
-__all__ = ["PARTS", "Instant", "Linkage", "examined", "rough_linkage"]
+__all__ = ["PARTS", "Instant", "Linkage", "examined", "frictional_linkage"]
 
 #: Attachments to the crank, the first of them none.
 KINDS = ("plain", "gear", "cam", "slot")
@@ -80,7 +80,7 @@ class Instant:
         return f"seed {self.seed}, {self.kind}, {self.found}: {self.wrong}"
 
 
-def rough_linkage(seed: int) -> Linkage:
+def frictional_linkage(seed: int) -> Linkage:
     """That of a seed."""
     rng = np.random.default_rng([seed, 19])
     kind = KINDS[int(rng.integers(len(KINDS)))]
@@ -98,7 +98,7 @@ def rough_linkage(seed: int) -> Linkage:
             return {"friction": mu, "length": length, "height": height or None}
         return {"friction": mu} if isinstance(element, PinSlot) else {}
 
-    machine = roughened(machine, change)
+    machine = with_changes(machine, change)
     times = times_within(machine, turn, 5)[[0, 2, 4]]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -236,7 +236,9 @@ def _counted(instants: Iterable[Instant]) -> int:
 
 def main(arguments: list[str] | None = None) -> int:
     """Examine, print the counts, and exit with 1 where something disagrees."""
-    parser = argparse.ArgumentParser(prog="python -m tests.rough_linkages", description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.frictional_linkages", description=__doc__
+    )
     parser.add_argument("--count", type=int, default=1000, help="linkages")
     parser.add_argument("--seed", type=int, default=0, help="the first seed")
     parser.add_argument("--jobs", type=int, default=1, help="processes")
@@ -255,7 +257,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _of_seed(seed: int) -> list[Instant]:
-    return list(examined(rough_linkage(seed), np.random.default_rng(seed)))
+    return list(examined(frictional_linkage(seed), np.random.default_rng(seed)))
 
 
 if __name__ == "__main__":
