@@ -116,9 +116,22 @@ STAGE_STRAIGHT = 1e-3  # A way shorter than this is straight.
 STAGE_LEAST = 2.0**-12  # The least stage, as a part of the way.
 WAY_STEP_SMALLEST = 2.0**-10  # The least part of a way that is tried in one step.
 WAY_STEP_SMALL = 2.0**-2  # The same where no smaller step came on, either.
-#: Steps by which a position is led from where it is to where it shall be, so that it stays on its
-#: branch.
-POSITION_LEAD_STEP = 0.2
+#: Steps by which a position goes to a prescribed one, so that it stays on its branch.
+POSITION_PRESCRIBED_STEP = 0.2
+#: The dense oracle's closing ends below this where steps no longer shrink.
+LOOP_CLOSURE_ORACLE_STALLED = 1e-12
+#: A position whose rank is asked for is closed where what is left is below this,
+LOOP_CLOSURE_RANK = 1e-13
+LOOP_CLOSURE_RANK_GAIN = 1e-12  # or where a step gains less than this part;
+LOOP_CLOSURE_RANK_DAMPING = 1e-3  # the damping it begins with,
+LOOP_CLOSURE_RANK_DAMPING_LEAST = 1e-12  # the least after a step that failed,
+LOOP_CLOSURE_RANK_DAMPING_LOST = 1e8  # and the one above which it has lost its way.
+#: A bench for users' elements is closed where corrections are below this.
+LOOP_CLOSURE_BENCH = 1e-12
+LOOP_GAPS_TIE = 1e-6  # Joints whose gaps differ by less than this part are equally open.
+#: Values of a driver, as a part of 1 + the greatest, that differ from its law by more are other
+#: positions.
+LOOP_DRIVER_OTHER_POSITION = 1e-9
 
 # -- Rank: singular values, pivots, dependent rows; parts of the greatest, or of the diagonal ------
 
@@ -162,8 +175,8 @@ ROWS_SAME = 1e-9  # Rows that differ by less are the same.
 PARTICIPATION = 0.1
 PARTICIPATION_CLOSED = 0.3  # The same of a dependency whose gap is measured.
 PARTICIPATION_ELEMENT = 0.05  # The same of an element's share of what rows have in common.
-#: A coordinate leads a free motion where it has at least this part of the fastest one.
-PARTICIPATION_LEADING = 0.01
+#: A coordinate is independent in a free motion where it has at least this part of the fastest one.
+PARTICIPATION_INDEPENDENT = 0.01
 PARTICIPATION_NONE = 1e-6  # A part of a dependency below which a row has none in it.
 PARTICIPATION_NONE_DIAGNOSIS = 1e-7  # The same in a diagnosis.
 #: A pivot below this part of its diagonal is rounding of a row that depends on others.
@@ -200,6 +213,9 @@ ARTIFICIAL_MASS_ENERGY = 1e-3
 ARTIFICIAL_MASS_MOTION = 0.1
 #: Inertia is looked at again where the energy of masses that replace missing ones has so grown.
 ARTIFICIAL_MASS_GROWTH = 10.0
+#: A path is near a singular position where the least singular value is below this part.
+SINGULAR_VALUE_PATH = 1e-3
+FACTOR_CANCELS = 1e-9  # Factors of a sum that cancel to this part of their sizes are none.
 
 # -- Branches and singular positions ---------------------------------------------------------------
 
@@ -288,9 +304,9 @@ CONDITIONING_NO_END = 1e-6  # A step does not end where the conditioning is this
 #: singular position, the root of the conditioning.
 PROJECTION_SURE = 0.05
 #: What a projection moves along the manifold may be so many times the error of a step.
-PROJECTION_ASTRAY = 10.0
-#: Ways to a singular position shorter than this part of the time are not aimed at.
-SINGULAR_TIME_AIMED = 1e-9
+PROJECTION_GREATEST = 10.0
+#: Ways to a singular position shorter than this part of the time are no end of a step.
+SINGULAR_TIME_SHORTEST = 1e-9
 #: A step ends before a known singular position at this part of the way to it, or as far behind it.
 SINGULAR_STEP_BEFORE = 0.5
 SINGULAR_STEP_TWICE = 2.0  # It may be so many times the way where it goes over the position.
@@ -336,9 +352,9 @@ PATH_SPREAD = 0.55
 PATH_STEP_SHORTEST = 2.0**-40
 #: A step that turns and is shorter than this part of the longest one may be at a kink of a law.
 PATH_STEP_KINK = 2.0**-20
-#: Successive steps shorter than this part of the longest one lead nowhere: rounding decides what
-#: the monitor sees. Bends of a margin of 1e-8 take some hundred.
-PATH_STEP_CRAWL = 2.0**-16
+#: Successive steps shorter than this part of the longest one are a collapse of the step size:
+#: rounding decides what the monitor sees. Bends of a margin of 1e-8 take some hundred.
+PATH_STEP_COLLAPSE = 2.0**-16
 PATH_STEP_ROUNDING = 1e-14  # What is left of the way, as a part of the places, that is rounding.
 #: At a kink the position is regular: Newton's first correction is below this,
 PATH_KINK_CORRECTION = 1e-6
@@ -347,6 +363,21 @@ PATH_DIVERGED = 1e3  # The correction from which on Newton's method diverges.
 #: Square of what Φ_q v − ν, or f − M a − Φ_qᵀ λ, may be of its terms on lanes.
 RESIDUAL_LANES_SQUARE = 1e-11**2
 RESIDUAL_ROUNDING = 1e-14  # A residual of rates or forces below this part of its terms is rounding.
+#: A Newton step towards a singular position or a branch, as a part of what it corrects, that is
+#: rounding.
+BRANCH_STEP_ROUNDING = 1e-15
+#: A branch's equations are solved where what is left is below this part of their terms.
+BRANCH_SOLVED = 1e-12
+BRANCH_QUADRIC_SOLVED = 1e-13  # The same of a quadric in two unknowns.
+BRANCH_FLAT = 1e-6  # Quadrics below this part of their size vanish on a space.
+BRANCH_ROWS_MET = 1e-7  # Linear rows of a branch are met to this part of the greatest.
+#: Two spaces are one where the least cosine between them differs from 1 by less.
+BRANCH_SPACES_SAME = 1e-9
+BRANCH_DRIVERS_FIT = 1e-9  # Driven rates fit dependent rows within this part of the greatest.
+#: A direction that drivers move more slowly than this does not go on with time.
+BRANCH_CLOCK_NONE = 1e-9
+#: Rates of branches that differ by less than this part of the greatest are one.
+BRANCH_VALUES_SAME = 1e-6
 
 # -- Rates and velocities; parts of the greatest where nothing else is said ------------------------
 
@@ -395,12 +426,14 @@ ACCELERATIONS_AGREE = 1e-6
 #: a pile at rest are solved to some 1e-7 of its weight.
 ACCELERATION_NONE = 1e-6
 CURVATURE_NONE = 1e-10  # A curvature times the model length that is none.
+RATE_NONE_TURNING = 1e-9  # Free motions whose rates of angles are below this do not turn bodies.
 
 # -- Forces, work, energy; parts of the greatest ---------------------------------------------------
 
 FORCE_NONE = 1e-9  # A force, an effort or a reserve below this part of the greatest is rounding.
 FORCE_NONE_BRANCH = 1e-8  # The same where branches are compared.
-FORCE_NONE_DRIVE = 1e-12  # A drive along a walk below this part of its greatest is rounding.
+#: A tangential residual force along a walk below this part of its greatest is rounding.
+FORCE_NONE_WALK = 1e-12
 #: Efforts, momenta and shaking forces below this part are rounding: positions are closed to 1e-13
 #: and rates follow with the condition of the loops.
 FORCE_NONE_BALANCE = 1e-10
@@ -433,12 +466,13 @@ LOAD_JUMP_RATE = 1e-6
 LOAD_JUMP = 0.5
 LOAD_CHANGE_NONE = 1e-6  # A change below this part of the greatest load is none.
 LAW_VALUES_SAME = 1e-9  # Values and rates of a driver that differ by less are those of its law.
+LIMIT_EXCEEDED = 1e-12  # Part of a limit that rounding may exceed it by.
 
 # -- Contact and friction; gaps in model lengths ---------------------------------------------------
 
 CONTACT_GAP_CLOSED = 1e-10  # Nearer than this is closed, in a motion.
 CONTACT_GAP_CLOSED_RESULT = 1e-8  # The same in results.
-#: What touches at the beginning may be so far apart, or overlap so much.
+#: Shapes in contact at the beginning may be so far apart, or overlap so much.
 CONTACT_GAP_BEGINNING = 1e-9
 #: A gap or overlap, or a way past the end of an edge, that is none in a driven motion.
 CONTACT_GAP_NONE = 1e-6
@@ -494,8 +528,8 @@ COMPLEMENTARITY_SHIFT = 1e-9
 #: By how much a linear program may violate its rows: the least that HiGHS takes.
 LINEAR_PROGRAM_RESIDUAL = 1e-10
 LINEAR_PROGRAM_MULTIPLIER = 1e-7  # Multipliers of a linear program above this part are some.
-#: A contact that moves so little by an impulse, as a part of what its body would, is led.
-CONTACT_LED = 1e-9
+#: A contact that moves so little by an impulse, as a part of what its body would, is driven.
+CONTACT_DRIVEN = 1e-9
 #: Impulses of contacts that depend on others to this part are shared.
 CONTACT_IMPULSES_DEPENDENT = 1e-12
 #: A last change of impulses that is a greater part of the greatest leaves a doubt.
@@ -599,8 +633,8 @@ STEP_STIFF_SMOOTH = 6.0  # so many in a row that it does not take one off.
 STEP_INTERPOLATION_DOUBTFUL = (8.0 * 10.0) ** 2
 STEP_JACOBIAN_VALID = 1e-3  # Newton's rate below which Radau's Jacobian serves another step.
 STEP_SHORT = 0.25  # A step is short if it is this part of the one that the tolerance allows.
-STEP_CRAWL_SHRUNK = 0.1  # Steps whose mean falls below this part of the greatest
-STEP_CRAWL_SLOW = 1e-4  # and this part of the time in which the motion changes crawl.
+STEP_COLLAPSE_SHRUNK = 0.1  # Steps whose mean falls below this part of the greatest
+STEP_COLLAPSE_SLOW = 1e-4  # and this part of the time in which the motion changes collapse.
 #: Sizes, in tolerances, below which a state or its derivative says nothing of the first step
 #: (Hairer, Nørsett, Wanner, II.4).
 STEP_FIRST_SILENT = 1e-5
@@ -660,8 +694,8 @@ CONTROL_POINTS_CLEAR = 0.01  # Control points keep this part of their spread fro
 
 # -- Equilibria ------------------------------------------------------------------------------------
 
-#: A drive below this part of the greatest force is none: 1e-13 is left where there is rest, 1e-9
-#: may be beside a singular position.
+#: A residual force below this part of the greatest force is none: 1e-13 is left where there is
+#: rest, 1e-9 may be beside a singular position.
 EQUILIBRIUM_BALANCED = 1e-10
 #: The same of a given rest position, which moves when it is closed again.
 EQUILIBRIUM_BALANCED_GIVEN = 1e-7
@@ -671,7 +705,8 @@ EQUILIBRIUM_STEP_STALLED = 1e-9  # The same where steps no longer gain.
 #: The longest step of a search, and a step of a walk away from a start.
 EQUILIBRIUM_STEP_LONGEST = 0.4
 EQUILIBRIUM_STRIDE = 0.2  # Step of a walk of a search.
-EQUILIBRIUM_LEADS = 1e-3  # Such a walk ends where less than this part of the others can be fixed.
+#: A walk of one coordinate ends where less than this part of the others can be fixed.
+EQUILIBRIUM_INDEPENDENT = 1e-3
 EQUILIBRIUM_LAST_STEP = 1e-12  # The last Newton step to a rest position beside, in model lengths.
 EQUILIBRIA_ALIKE = 1e-4  # Forces and stiffnesses that agree to this part are alike.
 STIFFNESS_ZERO = 1e-8  # A stiffness below this part of the greatest load is none.
@@ -692,18 +727,19 @@ WALK_STEP_SHORTEST = 1e-5
 WALK_BEHIND_CORNER = 1e-6  # Distance behind a corner at which the walk goes on.
 WALK_INTERVAL_SMALLEST = 1e-7  # An interval below this is not divided further.
 WALK_CUBIC_SURE = 6.0  # The error of a cubic, as a multiple of what neighbours or the middle show.
-#: A change of the drive that is so many times what slopes and rounding explain is a jump.
-WALK_DRIVE_JUMPS = 100.0
+#: A change of the tangential residual force so many times what derivatives and rounding explain is
+#: a jump.
+WALK_FORCE_JUMPS = 100.0
 CURVE_STEP_FIRST = 0.02  # First step along a curve of rest positions,
 CURVE_STEP_LONGEST = 0.1  # the longest
 CURVE_STEP_SHORTEST = 1e-7  # and the shortest.
 CURVE_COSINE = 0.98  # Cosine of the greatest angle between the directions of neighbours.
 BRANCH_POINT_STEP_LONGEST = 0.2  # The longest correction to a branch point.
-#: What is left of the drive, as a part of its second derivatives, above which branches pass without
-#: meeting: the square of how far they are apart; rounding leaves 1e-13.
+#: What is left of the residual force, as a part of its second derivatives, above which branches
+#: pass without meeting: the square of how far they are apart; rounding leaves 1e-13.
 BRANCH_POINT_GAP = 1e-10
-#: A curvature of the drive along the position, as a part of the greatest, that is none: a
-#: pitchfork.
+#: A second derivative of the residual force along the position, as a part of the greatest, that is
+#: none: a pitchfork.
 BRANCH_POINT_CURVATURE_NONE = 1e-4
 #: Distance from it, along the curve, at which it is looked whether branches meet.
 BRANCH_POINT_LOOK = 1e-4
@@ -719,11 +755,11 @@ SURFACE_END_MET = 1e-11
 #: Ends that move across their line by less than this part of what they move along it stay on it.
 SURFACE_END_ON_LINE = 1e-6
 #: Ends at this distance, in model lengths, are on both sides of a nonsmooth line.
-SURFACE_ENDS_CREASE = 1e-9
+SURFACE_ENDS_NONSMOOTH = 1e-9
 #: Sine of the angle between two directions of ends that are on one line.
 SURFACE_ENDS_ONE_LINE = 0.2
 #: Places beside nonsmooth lines nearer to each other than this, by their names, are one.
-SURFACE_CREASE_PLACES_SAME = 0.05
+SURFACE_NONSMOOTH_SAME = 0.05
 SURFACE_FORCE_PROBE = 1e-6  # Distance from a point at which forces are compared.
 #: Forces that differ by less than this part of the greatest do not jump.
 SURFACE_FORCE_SMOOTH = 1e-4
@@ -749,8 +785,36 @@ CELL_STIFFNESS_SINGULAR = 1e-7
 CELL_ZEROS_SAME = 1e-7  # and zeros whose names differ by less than this are one.
 #: Length of a Newton step in a cell after which the search's own method ends it.
 CELL_STEP_NEAR = 1e-6
-JUMP_ANGLE = 1.0  # Greatest angle between the drives of neighbours on a circle around a jump [rad].
+#: Greatest angle between the residual forces of neighbours on a circle around a jump [rad].
+JUMP_ANGLE = 1.0
 AXIS_DIRECTION = 1e-4  # A direction is called x or y within this [deg].
+EQUILIBRIUM_DAMPING_FIRST = 1e-3  # Damping of a search (Levenberg–Marquardt): the first,
+EQUILIBRIUM_DAMPING_LEAST = 1e-15  # the least after a step that gained,
+EQUILIBRIUM_DAMPING_FAILED = 1e-12  # the least after one that did not,
+EQUILIBRIUM_DAMPING_LOST = 1e9  # and the one above which a search has lost its way.
+#: Part of the greatest stiffness that a direction of a descent has at least.
+EQUILIBRIUM_DESCENT_SOFT = 1e-3
+EQUILIBRIUM_DESCENT_STEP = 1e-6  # A descent ends where a step is below this,
+EQUILIBRIUM_DESCENT_LEAST = 1e-7  # or would have to be.
+#: A derivative of the residual force at rest below this part of the greatest is none.
+WALK_SLOPE_FLAT = 1e-6
+#: A walk is closed where the residual forces of its ends differ by less than this part of the
+#: greatest.
+WALK_CLOSED_RESIDUAL = 1e-9
+WALK_ROW_NONE = 1e-6  # What is left of a direction when others are taken out that is none.
+WALK_CORNER_NONE = 1e-12  # The square of a body's motion at a corner that is none.
+#: A bracket of a zero of a cubic, in parts of its interval, that is rounding.
+WALK_ZERO_BRACKET = 1e-15
+WALK_ZERO_INSIDE = 1e-9  # How far inside its interval a zero is at least.
+#: A function along a curve of rest positions is zero below this part of its ends,
+CURVE_ZERO_VALUE = 1e-12
+CURVE_ZERO_BRACKET = 1e-9  # or where they are nearer to each other, along the curve.
+EQUILIBRIUM_GROWTH_NONE = 1e-12  # A greatest real eigenvalue of a load's growth below this is none.
+SURFACE_DRIVEN_OUT = 1e-9  # Part of the greatest force above which loads drive a place further out.
+#: Part of the greatest force by which loads may differ a whole turn later.
+SURFACE_TURN_FORCE = 1e-6
+#: A determinant of a Jacobian below this part of its rows' product is none.
+CELL_DETERMINANT_NONE = 1e-12
 
 # -- Differences: steps, and what they leave -------------------------------------------------------
 
@@ -796,6 +860,11 @@ DERIVATIVE_VALUES_EQUAL = 1e-9
 DERIVATIVES_EQUAL = 1e-6  # Their derivatives this close are equal.
 #: Part of the size that a quantity may have in a mechanism that is rounding.
 QUANTITY_ROUNDING = 1e-12
+TANGENT_WEIGHT_SAME = 1e-9  # A weight is the inverse of its mass within this part.
+#: An impact on complex numbers is that on floats within this part of the greatest.
+TANGENT_IMPACT_SAME = 1e-9
+#: A motion that an element allows and that is greater than this is looked at for its power.
+USER_POWER_NONE = 1e-6
 
 # -- Certified search of boxes ---------------------------------------------------------------------
 
@@ -817,6 +886,7 @@ BOX_VECTOR_ROUNDING = 1e-8  # Components of a unit vector beyond 1 by rounding.
 BOX_MIDDLES_SAME = 1e-3  # Boxes whose middles are nearer than this are about one position [rad].
 BOX_FAMILY_SPREAD = 0.1  # Angles of boxes that spread more than this are those of a family [rad].
 BOX_FACTOR_NONE = 1e-12  # Of a factor or a constant in rows between angles: zero.
+BOX_RATIO_SAME = 1e-12  # A ratio of angles is that of small whole numbers within this.
 
 # -- Solving for numbers, optimisation, fits, synthesis --------------------------------------------
 
@@ -884,6 +954,25 @@ SYNTHESIS_DESIGN_OFF = 0.1  # What part of the size of a path a design may be of
 SYNTHESIS_ANGLES_DISTINCT = 1e-10
 #: A point of the coupler nearer to one of its pins than this part of its length has none.
 SYNTHESIS_POINT_AT_PIN = 1e-9
+UNKNOWN_STEP_ROUNDING = 1e-16  # A step of unknowns that is rounding.
+UNKNOWN_STEP_GAIN = 1e-4  # Part that a step of unknowns gains at least.
+UNKNOWN_BRACKET = 1e-9  # A bracket of one unknown this narrow, as a part of its ends, is its zero.
+#: Newton's method takes over where a value is below this part of the bracket's
+UNKNOWN_NEAR_VALUE = 1e-6
+UNKNOWN_NEAR_BRACKET = 1e-3  # and the bracket is this narrow.
+UNKNOWN_LOOSE = 1e-3  # Part of the greatest weight with which an unknown is left open.
+EXTREMUM_SPACING_WIDE = 1e-7  # Samples nearer than this part of the spacing show no cubic.
+EXTREMUM_UNKNOWN_NONE = 1e-15  # An unknown below this part of 1 + its start is zero.
+EXTREMUM_BRACKET_PART = 1e-14  # The same as EXTREMUM_BRACKET in parts of the interval.
+OPTIMUM_VALUE_NONE = 1e-9  # Part of the size of what is minimised below which a value is none.
+OPTIMUM_ENDS = 1e-10  # Relative change of the objective at which SLSQP ends.
+#: A coefficient, as a part of the others, that is none: a link or a point without end.
+SYNTHESIS_COEFFICIENT_NONE = 1e-12
+SYNTHESIS_SLIDER_NONE = 1e-14  # A crank of a slider-crank that is none.
+SYNTHESIS_ENDS = 1e-14  # Relative change of the numbers at which a refinement of three poses ends.
+SYNTHESIS_SOLUTIONS_SAME = 1e-5  # Solutions whose numbers differ by less than this part are one.
+SYNTHESIS_TURN_ROUNDING_FINE = 1e-12  # Rounding of a whole turn of a table of angles [rad].
+SYNTHESIS_ANGLE_STEP_LEAST = 1e-9  # Least change of the carrier's angle between two poses [rad].
 
 # -- Engineering -----------------------------------------------------------------------------------
 
@@ -968,7 +1057,7 @@ MUJOCO_IMPEDANCE = 0.9999  # Greatest impedance that MuJoCo allows for a constra
 MUJOCO_STICKS = 0.99  # Friction below this part of its limit sticks in MuJoCo's steps.
 #: Longest step, as a part of the characteristic time of the motion; the next are halved.
 PYMUNK_STEP_LONGEST = 0.002
-PYMUNK_ARTIFICIAL_MASS = 0.005  # A stand-in for a mass in a free motion, as a part of the others.
+PYMUNK_ARTIFICIAL_MASS = 0.005  # An artificial mass in a free motion, as a part of the others.
 PYMUNK_SETTLED = 1e-10  # Change by more iterations that is accepted, relative to the greatest.
 PYMUNK_SETTLED_FORCES = 1e-8  # Accepted change of the forces of a motion,
 PYMUNK_SETTLED_POSITIONS = 1e-8  # and of its positions by more iterations.
@@ -997,6 +1086,17 @@ ORACLE_FORCE_NONE = 1e-9  # and force.
 ORACLE_GAP_PARTED = 1e-15  # The gap of what has just parted, in parts of the length.
 #: What a user's element may be off by, relative, before its contract is broken.
 CONTRACT_TOLERANCE = 1e-8
+COMPARISON_ROW_NONE = 1e-12  # A row below this part of the greatest is none.
+#: An instant that lies beyond the end of a comparison by less than this part of it belongs to it.
+COMPARISON_TIME_END = 1e-12
+MUJOCO_SOLVER = 1e-14  # Tolerance of MuJoCo's solver in steps with contacts,
+MUJOCO_SOLVER_FINE = 1e-15  # and in motions without.
+#: A force of the oracle is unique if its components of the null space vectors are below this.
+ORACLE_FORCE_UNIQUE = 1e-8
+#: What is left of the oracle's equations, as a part of the greatest, where they have a solution.
+ORACLE_EQUATIONS_LEFT = 1e-9
+#: Solutions of the oracle's modes whose accelerations differ by less than this part are one.
+ORACLE_ACCELERATIONS_SAME = 1e-6
 
 # -- Files, laws and tables ------------------------------------------------------------------------
 
@@ -1024,6 +1124,7 @@ TABLE_RATE_AGREES = 0.05
 FUNCTION_SCALE_LEAST = 1e-6
 FUNCTION_SLOPES_AGREE = 1e-6  # and two derivatives of it agree to this part of the steepest.
 PARAMETERS_EQUAL = 1e-12  # Values of parameters that differ by less than this part are one.
+FILE_GRAVITY_IN_PLANE = 1e-9  # Part of gravity that may point out of the plane of a file.
 
 # -- Printed and drawn; parts of the greatest of its kind ------------------------------------------
 
@@ -1042,3 +1143,6 @@ DRAWN_OUTLINE = 1e-3  # Part of its size within which corners of an outline are 
 #: one.
 DRAWN_RETURNS = 1e-6
 DOCTOR_ROUNDING = 1e-12  # How far a processor may round the torque of the self-test, relative.
+DRAWN_SERIES_SAME = 1e-9  # Series that differ by no more are drawn as one.
+ROUND_NUMBER_SLACK = 1e-9  # What rounding may take from a round number of a scale, in its steps.
+REPORT_SIZES_ALIKE = 1e-3  # Histories whose sizes differ by less than this part are told once.

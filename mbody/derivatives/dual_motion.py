@@ -26,10 +26,11 @@ from mbody.core.tolerances import (
     GUARD_GRAZING,
     REDUNDANT_ROW_SOFTNESS,
     ROWS_DEPENDENT,
+    TANGENT_IMPACT_SAME,
+    TANGENT_WEIGHT_SAME,
     TANGENTS_DIFFER,
     TANGENTS_DIFFER_TOLERANCES,
     TIMES_SAME_CHANGES,
-    TINY,
 )
 from mbody.derivatives.dual_solution import DualRecord, EventTime, dual_solution
 from mbody.derivatives.mode_record import JumpGuard, LostNumbers, ModeStretch, held
@@ -289,7 +290,7 @@ class DualMotion:
         share = 1.0 / np.bincount(L.slot_body, minlength=L.bodies)[L.slot_body]
         own = work.mass.reshape(-1, 3, LANES)[L.slot_body] * share[:, None, None]
         weights = work.weight[: 3 * L.slots].reshape(L.slots, 3, LANES)
-        there = np.abs(own[:, :, 0] * weights[:, :, 0] - 1.0) < 1e-9
+        there = np.abs(own[:, :, 0] * weights[:, :, 0] - 1.0) < TANGENT_WEIGHT_SAME
         slopes = -own[:, :, width] * np.square(weights[:, :, :1])
         weights[:, :, width] = np.where(there[:, :, None], slopes, 0.0)
         for place, amount in self._layout(stretch)[1].items():
@@ -624,8 +625,8 @@ class ImpactDuals:
             if z is None:
                 return None
             w = A @ z + b
-            size = max(float(np.abs(z).max(initial=0.0)), TINY)
-            fast = max(float(np.abs(b).max(initial=0.0)), TINY)
+            size = max(float(np.abs(z).max(initial=0.0)), COMPLEX_STEP)
+            fast = max(float(np.abs(b).max(initial=0.0)), COMPLEX_STEP)
             tied = (z <= CONTACT_IMPACT_UNKNOWN_NONE * size) & (
                 w <= CONTACT_IMPACT_UNKNOWN_NONE * fast
             )
@@ -653,7 +654,9 @@ class ImpactDuals:
 
             found = self._after(now, closed, k, again)
             assert found is not None
-            if not np.allclose(found.real, plain.real, rtol=0.0, atol=1e-9 * np.abs(plain).max()):
+            if not np.allclose(
+                found.real, plain.real, rtol=0.0, atol=TANGENT_IMPACT_SAME * np.abs(plain).max()
+            ):
                 return None
             tangents[:, k] = found.imag / COMPLEX_STEP
         return DualNumber(plain.real, tangents)
@@ -708,7 +711,7 @@ def _independent(A: Array) -> Array:
         return np.zeros(0, dtype=int)
     _, R, order = qr(A, mode="economic", pivoting=True)
     sizes = np.abs(np.diag(R))
-    return np.sort(order[: len(sizes)][sizes > ROWS_DEPENDENT * max(float(sizes[0]), TINY)])
+    return np.sort(order[: len(sizes)][sizes > ROWS_DEPENDENT * max(float(sizes[0]), COMPLEX_STEP)])
 
 
 def _with(one: DualNumber, k: int) -> Array:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.core.tolerances import RATE_NONE_MOTOR
+from mbody.core.tolerances import LIMIT_EXCEEDED, RATE_NONE_MOTOR
 from mbody.engineering.fluctuation import angle_driver, link_energy
 from mbody.errors import ModelError
 from mbody.model.numbers import number_in
@@ -236,7 +236,7 @@ def motor_sizing(
         raise ModelError(
             f"driver '{name}': a gear ratio is above 0, not {chosen:g}: give one", name
         )
-    if chosen > limit * (1.0 + 1e-12):
+    if chosen > limit * (1.0 + LIMIT_EXCEEDED):
         unit = f"rad/{run.mechanism.units.time}"
         raise ModelError(
             f"with the ratio {chosen:g} the motor would turn at up to {chosen * top:.6g} {unit}, "

@@ -16,7 +16,7 @@ from xml.etree.ElementTree import Element as Node
 
 import numpy as np
 
-from mbody.core.tolerances import FILE_AXES_PARALLEL
+from mbody.core.tolerances import FILE_AXES_PARALLEL, FILE_GRAVITY_IN_PLANE
 from mbody.errors import ModelError, SolveError
 from mbody.exchange.imported import Imported, origin, refusal, seen
 from mbody.files.model import in_units
@@ -536,5 +536,5 @@ class _Planar:
         if model.ngeom:
             notes.append("shapes (geoms) give masses alone: contacts between them are not taken")
         out = float(model.opt.gravity @ self.plane.normal)
-        if abs(out) > 1e-9 * float(np.linalg.norm(model.opt.gravity)):
+        if abs(out) > FILE_GRAVITY_IN_PLANE * float(np.linalg.norm(model.opt.gravity)):
             notes.append(f"gravity across the plane, {out:.4g} m/s², does nothing")

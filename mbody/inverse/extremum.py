@@ -12,9 +12,12 @@ import numpy as np
 from mbody.core.tolerances import (
     EXTREMUM_BINDS_NEAR,
     EXTREMUM_BRACKET,
+    EXTREMUM_BRACKET_PART,
     EXTREMUM_CUBIC_ROUGH,
     EXTREMUM_EDGE_NEAR,
     EXTREMUM_SPACING_FINEST,
+    EXTREMUM_SPACING_WIDE,
+    EXTREMUM_UNKNOWN_NONE,
     EXTREMUM_VALUES_EQUAL,
     EXTREMUM_VALUES_ROUNDING,
     EXTREMUM_VALUES_SAME,
@@ -338,7 +341,7 @@ class Profile:
         for k in np.flatnonzero(good[1:-1] & good[:-2] & good[2:]) + 1:
             three = y[k - 1 : k + 2]
             drop = three[1] - three.min()
-            wide = self.x[k + 1] - self.x[k - 1] > 1e-7 * self.spacing
+            wide = self.x[k + 1] - self.x[k - 1] > EXTREMUM_SPACING_WIDE * self.spacing
             if wide and drop > floor and three[1] >= max(three[0], three[2], top - drop):
                 summits.append((-three[1], float(self.x[k])))
         found = [x for _, x in sorted(summits)[:PEAKS]]
@@ -364,7 +367,8 @@ def summit(look: Callable[[float], tuple[float, float]], a: float, x: float, c: 
     side = 0
     for _ in range(STEPS):
         if (
-            high - low <= EXTREMUM_BRACKET * (abs(low) + abs(high)) + 1e-14 * (c - a)
+            high - low
+            <= EXTREMUM_BRACKET * (abs(low) + abs(high)) + EXTREMUM_BRACKET_PART * (c - a)
             or slope == 0.0
         ):
             break
@@ -453,7 +457,7 @@ class _Range:
     def u(self, s: Array) -> Array:
         """The unknown at parameters s, exactly the bounds at its ends."""
         u = s if self.even else self.start + np.sinh(s)
-        u = np.where(np.abs(u) <= 1e-15 * (1.0 + abs(self.start)), 0.0, u)
+        u = np.where(np.abs(u) <= EXTREMUM_UNKNOWN_NONE * (1.0 + abs(self.start)), 0.0, u)
         clipped: Array = np.clip(u, self.low, self.high)
         return clipped
 

@@ -18,7 +18,12 @@ from mbody.core.tolerances import (
     ROW_HOLDS,
     ROW_REST_ROUNDING,
     TINY,
+    UNKNOWN_BRACKET,
+    UNKNOWN_NEAR_BRACKET,
+    UNKNOWN_NEAR_VALUE,
     UNKNOWN_OPEN,
+    UNKNOWN_STEP_GAIN,
+    UNKNOWN_STEP_ROUNDING,
 )
 
 Array = np.ndarray
@@ -134,11 +139,14 @@ def newton(rows: Residuals, chosen: Sequence[int], start: Array) -> Affine | Non
         for _ in range(12):
             trial, _ = rows((u + step)[None])
             there = np.abs(trial[0][index] / terms).max()
-            if there < max((1.0 - 1e-4) * left, ROW_REST_ROUNDING) and np.isfinite(trial).all():
+            if (
+                there < max((1.0 - UNKNOWN_STEP_GAIN) * left, ROW_REST_ROUNDING)
+                and np.isfinite(trial).all()
+            ):
                 break
             step = 0.5 * step
         u = u + step
-        if n and np.abs(step).max() < 1e-16:
+        if n and np.abs(step).max() < UNKNOWN_STEP_ROUNDING:
             break
     if best is None or not best[0] < ROW_HOLDS:
         return None
@@ -176,7 +184,11 @@ def _bracketed(rows: Residuals, chosen: int, left: Place, right: Place) -> Array
     for _ in range(60):
         x = (a * fb - b * fa) / (fb - fa)
         f = float(rows(np.array([[x]]))[0][0, chosen])
-        if not np.isfinite(f) or f == 0.0 or abs(b - a) < 1e-9 * max(abs(a), abs(b), TINY):
+        if (
+            not np.isfinite(f)
+            or f == 0.0
+            or abs(b - a) < UNKNOWN_BRACKET * max(abs(a), abs(b), TINY)
+        ):
             return np.array([x])
         if f * fb > 0.0:
             b, fb = x, f
@@ -184,7 +196,8 @@ def _bracketed(rows: Residuals, chosen: int, left: Place, right: Place) -> Array
         else:
             a, fa = x, f
             fb, side = (0.5 * fb, 1) if side == 1 else (fb, 1)
-        if abs(f) < 1e-6 * max(abs(fa), abs(fb)) and abs(b - a) < 1e-3 * max(abs(a), abs(b)):
+        small = abs(f) < UNKNOWN_NEAR_VALUE * max(abs(fa), abs(fb))
+        if small and abs(b - a) < UNKNOWN_NEAR_BRACKET * max(abs(a), abs(b)):
             return np.array([x])
     return np.array([0.5 * (a + b)])
 

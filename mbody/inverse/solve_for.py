@@ -17,7 +17,14 @@ from mbody.analysis.inverse.conditions import (
     check_question,
     relations,
 )
-from mbody.core.tolerances import PIVOT_SINGULAR, QUANTITY_ROUNDING, ROW_HOLDS, TINY, UNKNOWNS_SAME
+from mbody.core.tolerances import (
+    PIVOT_SINGULAR,
+    QUANTITY_ROUNDING,
+    ROW_HOLDS,
+    TINY,
+    UNKNOWN_LOOSE,
+    UNKNOWNS_SAME,
+)
 from mbody.errors import ModelError, SolveError, brief
 from mbody.inverse.extremum import Extremum, Unbounded, climbed, extremum
 from mbody.inverse.roots import Affine, SingularEquations, affine, newton, scan, spread
@@ -143,7 +150,9 @@ class Refusals:
         """Why the conditions do not determine the unknowns."""
         names = [one.unknown.name for one in self.wanted]
         weights = np.abs(error.direction)
-        loose = [n for n, w in zip(names, weights, strict=True) if w > 1e-3 * weights.max()]
+        loose = [
+            n for n, w in zip(names, weights, strict=True) if w > UNKNOWN_LOOSE * weights.max()
+        ]
         texts, one = listed(self.question.conditions), len(self.question.conditions) == 1
         verb, them = ("holds", "that") if one else ("hold", "them")
         if error.solvable:

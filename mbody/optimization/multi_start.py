@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.driven.batch import BatchSetup
-from mbody.core.tolerances import LIMIT_HOLDS, OPTIMUM_VALUES_AGREE, TINY
+from mbody.core.tolerances import LIMIT_HOLDS, OPTIMUM_VALUE_NONE, OPTIMUM_VALUES_AGREE, TINY
 from mbody.derivatives.named_numbers import changed, checked_names, unit_of
 from mbody.errors import ModelError, SolveError, brief
 from mbody.model.element import listed
@@ -329,7 +329,7 @@ class MultiStart:
         if not held:
             raise self._none(min(found, key=lambda one: one.broken), limits)
         best = min(held, key=lambda one: one.value)
-        near = OPTIMUM_VALUES_AGREE * max(abs(best.value), 1e-9 * program.scale)
+        near = OPTIMUM_VALUES_AGREE * max(abs(best.value), OPTIMUM_VALUE_NONE * program.scale)
         agreeing = sum(one.value <= best.value + near for one in held)
         return Ended(best, program, len(found), agreeing, status, tuple(notes))
 

@@ -20,6 +20,7 @@ from mbody.core.tolerances import (
     LIMIT_HOLDS,
     OPTIMUM_BOX_FIRST,
     OPTIMUM_BOX_LEAST,
+    OPTIMUM_ENDS,
     OPTIMUM_GAIN_LAST,
     OPTIMUM_GAIN_SLIGHT,
     TINY,
@@ -389,7 +390,7 @@ class Program:
                 bounds=bounds,
                 constraints=conditions,
                 method="SLSQP",
-                options={"maxiter": ITERATIONS, "ftol": 1e-10},
+                options={"maxiter": ITERATIONS, "ftol": OPTIMUM_ENDS},
             )
         if not np.isfinite(found.x).all():
             return None

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody._version import __version__
-from mbody.core.tolerances import PRINTED_NONE, TINY
+from mbody.core.tolerances import PRINTED_NONE, REPORT_SIZES_ALIKE, TINY
 from mbody.engineering.fluctuation import fluctuation
 from mbody.engineering.shaking import shaking_force
 from mbody.engines.crosscheck_result import CrosscheckResult
@@ -127,7 +127,10 @@ def greatest(subject: Subject) -> list[str]:
     for joint in subject.mechanism.joints:
         size = subject.run.reaction(joint.name).magnitude
         top = float(np.nanmax(size, initial=0.0))
-        alike = any(np.allclose(size, other, rtol=1e-3, atol=1e-3 * top) for other in known)
+        alike = any(
+            np.allclose(size, other, rtol=REPORT_SIZES_ALIKE, atol=REPORT_SIZES_ALIKE * top)
+            for other in known
+        )
         if top > subject.floor and not alike:
             peaks[joint.name] = top
             known.append(size)

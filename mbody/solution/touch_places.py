@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.core.tolerances import CONTACT_GAP_CLOSED_RESULT, TINY
+from mbody.core.tolerances import CONTACT_GAP_CLOSED_RESULT, FRICTION_STICKS, TINY
 from mbody.model.contact import Arc, Contact, OneSided, Rope, Spot
 from mbody.solution.histories import Place, moved, place
 
@@ -232,7 +232,7 @@ def _stepped(run: Solution, k: int, name: str) -> list[TouchPlace]:
     touches = []
     for n in range(len(found)):
         normal = np.array([[found.nx[n], found.ny[n]]])
-        edge = mu * found.normal[n] * (1.0 - 1e-6)
+        edge = mu * found.normal[n] * FRICTION_STICKS
         slides = abs(found.tangential[n]) >= edge
         touches.append(
             TouchPlace(

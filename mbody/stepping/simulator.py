@@ -26,7 +26,7 @@ from mbody.analysis.position.assembly_analysis import as_system, closed, raise_u
 from mbody.analysis.singular.singular_positions import Prescribed, singular
 from mbody.core.tolerances import (
     PIVOT_SUSPECT,
-    POSITION_LEAD_STEP,
+    POSITION_PRESCRIBED_STEP,
     SIMULATOR_ROW_FREE,
     SIMULATOR_STATE_MET,
     SINGULAR_DISTANCE_PRECISE,
@@ -210,7 +210,7 @@ def _led(
     changes = [one.value - start for one, start in zip(places, starts, strict=True)]
     sizes = (abs(change) / one.unit(system) for one, change in zip(places, changes, strict=True))
     count, off = (
-        max(1, math.ceil(max(sizes, default=0.0) / POSITION_LEAD_STEP)),
+        max(1, math.ceil(max(sizes, default=0.0) / POSITION_PRESCRIBED_STEP)),
         np.zeros(len(places)),
     )
     for n in range(1, count + 1):

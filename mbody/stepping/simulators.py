@@ -19,7 +19,12 @@ from mbody.analysis.initial.initial_state import with_start_drivers
 from mbody.analysis.position.assembly_analysis import as_system, rounding
 from mbody.analysis.position.closed_position import close_batch
 from mbody.analysis.singular.singular_positions import Prescribed
-from mbody.core.tolerances import PIVOT_SUSPECT, POSITION_LEAD_STEP, RTOL_LOOSE, VELOCITIES_AGREE
+from mbody.core.tolerances import (
+    PIVOT_SUSPECT,
+    POSITION_PRESCRIBED_STEP,
+    RTOL_LOOSE,
+    VELOCITIES_AGREE,
+)
 from mbody.errors import ModelError, SolveError, brief
 from mbody.kernels.loop_closure import project_designs
 from mbody.kernels.runge_kutta_lanes import JUDGED_STEPS, JUDGED_TIME, UNTIL
@@ -167,7 +172,9 @@ def _on_lanes(
     steps = 1
     if places:
         units = np.array([given[m].unit(system) for m in places])[:, None]
-        steps = max(1, math.ceil(float(np.abs((goal - start) / units).max()) / POSITION_LEAD_STEP))
+        steps = max(
+            1, math.ceil(float(np.abs((goal - start) / units).max()) / POSITION_PRESCRIBED_STEP)
+        )
     for k in range(1, steps + 1):
         if places:
             first[:, own:] = (goal if k == steps else start + k / steps * (goal - start)).T

@@ -14,7 +14,11 @@ from mbody.core.tolerances import (
     LEAST_SQUARES_RANK_FINE,
     ROOT_REAL,
     ROOT_REAL_FUNCTION_POINTS,
+    SYNTHESIS_COEFFICIENT_NONE,
+    SYNTHESIS_ENDS,
     SYNTHESIS_PINS_SAME,
+    SYNTHESIS_SLIDER_NONE,
+    SYNTHESIS_SOLUTIONS_SAME,
     TINY,
 )
 from mbody.synthesis.judging import Positions
@@ -295,7 +299,7 @@ def _generating_four_bar(
     k1: float, k2: float, k3: float, input_zero: float, output_zero: float
 ) -> Generated | None:
     """Lengths from Freudenstein's numbers; a negative one is a link whose mark is opposite."""
-    if min(abs(k1), abs(k2)) < 1e-12:
+    if min(abs(k1), abs(k2)) < SYNTHESIS_COEFFICIENT_NONE:
         return None  # a link without end
     crank, rocker = 1.0 / k1, 1.0 / k2
     square = crank**2 + rocker**2 + 1.0 - 2.0 * crank * rocker * k3
@@ -312,7 +316,7 @@ def _generating_sliders(
     k1: float, k2: float, k3: float, input_zero: float, output_zero: float
 ) -> list[Generated]:
     """Lengths of a slider-crank from K1 = 2a, K2 = 2ae, K3 = b² − a² − e²."""
-    if abs(k1) < 1e-14:
+    if abs(k1) < SYNTHESIS_SLIDER_NONE:
         return []
     crank, offset = 0.5 * k1, k2 / k1
     square = k3 + crank**2 + offset**2
@@ -388,7 +392,7 @@ def _sliders_of_4(phi: np.ndarray, x: np.ndarray) -> Iterator[Generated]:
     if line is None:
         return
     for u in _on_line(*line, lambda u: u[1] * u[5] - u[0] * u[4], 2):
-        if abs(u[5]) > 1e-12 * np.abs(u).max():
+        if abs(u[5]) > SYNTHESIS_COEFFICIENT_NONE * np.abs(u).max():
             u = u / u[5]
             yield from _generating_sliders(u[0], u[2], u[3] + u[4] ** 2, 0.0, u[4])
 
@@ -406,7 +410,7 @@ def _sliders_of_5(phi: np.ndarray, x: np.ndarray) -> Iterator[Generated]:
         return float((u[2] * u[0] - u[3] * u[1]) * u[6] - u[5] * (u[0] ** 2 + u[1] ** 2))
 
     for u in _on_line(*line, relation, 3):
-        if abs(u[6]) <= 1e-12 * np.abs(u).max():
+        if abs(u[6]) <= SYNTHESIS_COEFFICIENT_NONE * np.abs(u).max():
             continue
         u = u / u[6]
         zero = np.arctan2(u[1], u[0])
@@ -465,9 +469,11 @@ def _refined_generators(
     found: list[tuple[float, np.ndarray]] = []
     for _, y, sign in starts[:KEEP]:
         one = least_squares(
-            deviation, y, "3-point", args=(phi, output, sign), x_scale="jac", xtol=1e-14
+            deviation, y, "3-point", args=(phi, output, sign), x_scale="jac", xtol=SYNTHESIS_ENDS
         )
-        if one.x[:2].min() > 0.0 and not any(np.allclose(one.x, z, 1e-5) for _, z in found):
+        if one.x[:2].min() > 0.0 and not any(
+            np.allclose(one.x, z, SYNTHESIS_SOLUTIONS_SAME) for _, z in found
+        ):
             found.append((one.cost, one.x))
     found.sort(key=lambda pair: pair[0])
     return [Generated(*(float(value) for value in y)) for _, y in found]

@@ -15,11 +15,13 @@ import numpy as np
 from mbody.analysis.driven.driven import kinematics
 from mbody.core.tolerances import (
     SYNTHESIS_ANGLE_SAME,
+    SYNTHESIS_ANGLE_STEP_LEAST,
     SYNTHESIS_DESIGN_OFF,
     SYNTHESIS_DESIGNS_SAME,
     SYNTHESIS_PATH_CLOSED,
     SYNTHESIS_POINT_MET,
     SYNTHESIS_TURN_ROUNDING,
+    SYNTHESIS_TURN_ROUNDING_FINE,
 )
 from mbody.errors import ModelError, SolveError, brief
 from mbody.files.model import save
@@ -162,7 +164,7 @@ def timing_of(given: Any, count: int, dimension: str, units: UnitSystem) -> np.n
             "synthesize: timing must rise or fall from point to point: the driver passes the "
             "points in their order"
         )
-    if dimension == "angle" and abs(steps.sum()) > 2.0 * math.pi + 1e-12:
+    if dimension == "angle" and abs(steps.sum()) > 2.0 * math.pi + SYNTHESIS_TURN_ROUNDING_FINE:
         raise ModelError(
             f"synthesize: timing goes over {math.degrees(abs(steps.sum())):.6g} deg: after a turn, "
             "360 deg, the path begins again"
@@ -192,7 +194,7 @@ def poses_of(given: Any, units: UnitSystem) -> tuple[np.ndarray, np.ndarray]:
             "some out, or give the path of a point"
         )
     turn = np.abs(np.diff(table[:, 2]))
-    if not (turn > 1e-9).all():
+    if not (turn > SYNTHESIS_ANGLE_STEP_LEAST).all():
         raise ModelError(
             "synthesize: two poses in succession have one angle: between them circle points are "
             "not determined; turn one of them slightly"

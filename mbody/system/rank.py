@@ -14,7 +14,16 @@ from typing import TypeAlias
 
 import numpy as np
 
-from mbody.core.tolerances import PIVOT_THRESHOLD, SINGULAR_VALUE_ZERO, TINY
+from mbody.core.tolerances import (
+    LOOP_CLOSURE_RANK,
+    LOOP_CLOSURE_RANK_DAMPING,
+    LOOP_CLOSURE_RANK_DAMPING_LEAST,
+    LOOP_CLOSURE_RANK_DAMPING_LOST,
+    LOOP_CLOSURE_RANK_GAIN,
+    PIVOT_THRESHOLD,
+    SINGULAR_VALUE_ZERO,
+    TINY,
+)
 from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import violation
 from mbody.system.system import System
@@ -179,7 +188,7 @@ def smallest_gap(system: System, work: Work, kept: np.ndarray) -> np.ndarray:
     for penalty in (1e1, 1e3, 1e5):
         weight = np.where(kept, penalty, 1.0)
         phi, G = dense(system, work)
-        damping, here = 1e-3, np.linalg.norm(weight * phi)
+        damping, here = LOOP_CLOSURE_RANK_DAMPING, np.linalg.norm(weight * phi)
         for _ in range(100):
             A = np.vstack([weight[:, None] * G, damping * np.eye(size)])
             step = np.linalg.lstsq(A, np.append(-weight * phi, np.zeros(size)), rcond=None)[0]
@@ -189,14 +198,14 @@ def smallest_gap(system: System, work: Work, kept: np.ndarray) -> np.ndarray:
             new_phi, new_G = dense(system, work)
             now = np.linalg.norm(weight * new_phi)
             if now < here:
-                done = here - now < 1e-12 * here
+                done = here - now < LOOP_CLOSURE_RANK_GAIN * here
                 phi, G, here, damping = new_phi, new_G, now, 0.3 * damping
-                if done or here < 1e-13:
+                if done or here < LOOP_CLOSURE_RANK:
                     break
             else:
                 work.q[:size, 0] = before
-                damping = max(10.0 * damping, 1e-12)
-                if damping > 1e8:
+                damping = max(10.0 * damping, LOOP_CLOSURE_RANK_DAMPING_LEAST)
+                if damping > LOOP_CLOSURE_RANK_DAMPING_LOST:
                     break
     return dense(system, work)[0]
 

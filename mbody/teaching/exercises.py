@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mbody.analysis.driven.driven import analyse_at, kinematics
+from mbody.core.tolerances import ROUND_NUMBER_SLACK
 from mbody.errors import ModelError, SolveError
 from mbody.files.writing import writing
 from mbody.model.study import Instants
@@ -237,8 +238,8 @@ class _Bounds:
     def drawn(self, source: random.Random) -> str:
         """A multiple of the step between both bounds, with its unit."""
         first, last = (
-            math.ceil(self.low / self.step - 1e-9),
-            math.floor(self.high / self.step + 1e-9),
+            math.ceil(self.low / self.step - ROUND_NUMBER_SLACK),
+            math.floor(self.high / self.step + ROUND_NUMBER_SLACK),
         )
         value = number(source.randint(first, last) * self.step)
         return f"{value} {self.unit}".strip()
@@ -251,7 +252,11 @@ def _step(span: float) -> float:
     (2.0, 0.2)
     """
     size = 10.0 ** math.floor(math.log10(span / STEPS))
-    return max(part * size for part in (1.0, 2.0, 5.0) if part * size * STEPS <= span * (1 + 1e-9))
+    return max(
+        part * size
+        for part in (1.0, 2.0, 5.0)
+        if part * size * STEPS <= span * (1 + ROUND_NUMBER_SLACK)
+    )
 
 
 def _turns(machine: Mechanism) -> bool:

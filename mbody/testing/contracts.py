@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.core.tolerances import CONTRACT_TOLERANCE, SINGULAR_VALUE_ZERO, TINY
+from mbody.core.tolerances import CONTRACT_TOLERANCE, SINGULAR_VALUE_ZERO, TINY, USER_POWER_NONE
 from mbody.laws import Cam, Function, Law, Table
 from mbody.model.driver import Driver
 from mbody.model.element import Element
@@ -330,7 +330,7 @@ def _power(
     inverse = bench.unit[:, None] * np.linalg.pinv(r.G * bench.unit)
     anything = rng.normal(size=len(q) * 3 - 3) * bench.unit
     allowed = anything - inverse @ (r.G @ anything)
-    if np.abs(allowed / bench.unit).max() > 1e-6:
+    if np.abs(allowed / bench.unit).max() > USER_POWER_NONE:
         given, whole = power(allowed)
         text = f"its reactions give the power {given:.3g} at velocities that it allows"
         ledger.require("no work", abs(given) / whole, text)

@@ -269,7 +269,7 @@ def barrel_symbol(load: PistonPressure | ReciprocatingCylinder, sketch: Sketch) 
     half, z = 0.85 * sketch.size("block"), Z["block"] - 0.5
     u = direction(own.angle)
     n = np.array([-u[1], u[0]])
-    if n[1] > 1e-9:  # below, or on the right
+    if n[1] > DRAWN_NONE:  # below, or on the right
         n = -n
     length = float(np.hypot(*(own.head - own.mouth)))
     inside = box(0.5 * (own.head + own.mouth), 0.5 * length, half, own.angle)

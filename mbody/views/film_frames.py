@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.core.tolerances import DRAWN_DIRECTION_LEAST, DRAWN_RETURNS
+from mbody.core.tolerances import DRAWN_DIRECTION_LEAST, DRAWN_NONE, DRAWN_RETURNS
 from mbody.solution.histories import Place, moved
 from mbody.solution.solution import Solution
 from mbody.summaries.text_table import force_names
@@ -162,7 +162,7 @@ class FilmSet:
 
     def _fit(self, low: Array, high: Array, width: int) -> None:
         """The scale by which a rectangle fits a canvas of that width."""
-        wide, tall = np.maximum(high - low, 1e-9 * self.main.run.system.length)
+        wide, tall = np.maximum(high - low, DRAWN_NONE * self.main.run.system.length)
         room = width - 2 * MARGIN
         self.scale = float(min(room / wide, 0.9 * room / tall))
         self.width = width + width % 2

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mbody.core.tolerances import ROUND_NUMBER_SLACK
 from mbody.model.driver import AngleDriver
 from mbody.model.loads import Gravity
 from mbody.summaries.text_table import cut
@@ -248,8 +249,8 @@ def nice(value: float) -> float:
     >>> nice(7.3), nice(0.21), nice(1.0)
     (5.0, 0.2, 1.0)
     """
-    power = 10.0 ** math.floor(math.log10(value) + 1e-9)
-    digit = max(d for d in (1.0, 2.0, 5.0) if d * power <= value * (1.0 + 1e-9))
+    power = 10.0 ** math.floor(math.log10(value) + ROUND_NUMBER_SLACK)
+    digit = max(d for d in (1.0, 2.0, 5.0) if d * power <= value * (1.0 + ROUND_NUMBER_SLACK))
     return float(f"{digit * power:.6g}")
 
 

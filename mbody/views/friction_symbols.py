@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.core.tolerances import TINY
+from mbody.core.tolerances import CONTACT_GAP_CLOSED_RESULT, PRINTED_NONE_FINE, TINY
 from mbody.model.contact import Rope
 from mbody.model.joints import Joint, Prismatic, Revolute
 from mbody.solution.histories import place as end_place
@@ -175,7 +175,7 @@ def _rope(rope: Rope, sketch: Sketch) -> None:
     pose, name = sketch.pose, f"rope:{rope.name}"
     i, j = pose.place(rope, "i"), pose.place(rope, "j")
     slack = float(pose.system.values[f"{rope.name}.length"]) - float(np.hypot(*(j - i)))
-    taut = slack <= 1e-8 * pose.system.length
+    taut = slack <= CONTACT_GAP_CLOSED_RESULT * pose.system.length
     if sketch.lasting:
         with sketch.carried(between(pose.site(rope, "i"), pose.site(rope, "j"))):
             sketch.line([i, j], 1.1, INK, Z["link"] + 0.4, name=name, dashes=(0, (4, 2.5)))
@@ -331,6 +331,6 @@ def line_of_action(run: Solution, joint: Any, scale: float) -> Array:
         return np.zeros((len(run), 2))
     own = run.reaction(joint.name)
     square = own.fx**2 + own.fy**2
-    floor = 1e-12 * float(np.nanmax(square, initial=0.0))
+    floor = PRINTED_NONE_FINE * float(np.nanmax(square, initial=0.0))
     part = np.where(square > floor, own.torque / np.maximum(square, max(floor, TINY)), 0.0)
     return np.asarray(scale * np.column_stack([part * own.fy, -part * own.fx]))

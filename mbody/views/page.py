@@ -329,7 +329,7 @@ def _polygon(found: MotionPolygon) -> dict[str, Any]:
         for pair in found.joints.values()
         if len(pair) == 2
         and any(
-            np.abs(table[pair[0]] - table[pair[1]]).max(initial=0.0) > 1e-9 * peak
+            np.abs(table[pair[0]] - table[pair[1]]).max(initial=0.0) > DRAWN_NONE * peak
             for table in (found.x, found.y)
         )
     ]

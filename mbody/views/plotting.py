@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.core.tolerances import DRAWN_CONSTANT
+from mbody.core.tolerances import DRAWN_CONSTANT, DRAWN_SERIES_SAME
 from mbody.errors import ModelError, brief
 from mbody.model.driver import AngleDriver
 from mbody.model.study import Measure, measure_named
@@ -176,7 +176,9 @@ def plot_curves(run: Solution, panels: Sequence[list[PlottedCurve]]) -> Figure:
 
 def _alike(one: Array, other: Array) -> bool:
     """Whether two axes have the same places; laws of other speeds reach them to rounding."""
-    return one.shape == other.shape and bool(np.allclose(one, other, rtol=1e-9, atol=1e-9))
+    return one.shape == other.shape and bool(
+        np.allclose(one, other, rtol=DRAWN_SERIES_SAME, atol=DRAWN_SERIES_SAME)
+    )
 
 
 def all_measures(run: Solution) -> list[str]:

@@ -9,7 +9,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from mbody.core.tolerances import DRAWN_DIRECTION_LEAST, DRAWN_OUTLINE, LENGTH_NONE, TINY
+from mbody.core.tolerances import (
+    DRAWN_DIRECTION_LEAST,
+    DRAWN_NONE,
+    DRAWN_OUTLINE,
+    LENGTH_NONE,
+    TINY,
+)
 from mbody.errors import ModelError, remedy
 from mbody.solution.checks import one_design
 from mbody.solution.solution import Solution
@@ -322,7 +328,7 @@ def _check_moves(run: Solution) -> None:
     for body in run.mechanism.bodies:
         own = run[body.name]
         extent = max(float(np.ptp(own.x)), float(np.ptp(own.y)), size * float(np.ptp(own.angle)))
-        if extent > 1e-9 * size:
+        if extent > DRAWN_NONE * size:
             return
     count = "1 instant" if len(run) == 1 else f"{len(run)} instants"
     raise ModelError(

@@ -25,6 +25,7 @@ from mbody.core.tolerances import (
     BOX_COEFFICIENT_NONE,
     BOX_INFLATED,
     BOX_INFLATED_LEAST,
+    BOX_RATIO_SAME,
     BOX_ROOTS_SAME,
     BOX_SIZE_LEAST,
     BOX_SPARE_ROWS_OPEN,
@@ -204,7 +205,7 @@ class LoopRows:
         found: dict[int, list[Fraction]] = {}
         for v, ratio in zip(self.of, self.ratio, strict=True):
             part = Fraction(float(ratio)).limit_denominator(TEETH)
-            if abs(float(part) - ratio) > 1e-12:
+            if abs(float(part) - ratio) > BOX_RATIO_SAME:
                 raise NotCovered(f"a ratio of angles, {ratio:.6g}, has no small numbers of teeth")
             found.setdefault(int(v), []).append(part)
         return found

@@ -16,7 +16,12 @@ from mbody.analysis.driven.path_following import PathEnded, Runner, through_chan
 from mbody.analysis.driven.time_grid import DriverValues, TimeGrid, by_time, check_timed, time_grid
 from mbody.analysis.position.assembly_analysis import as_system, check_determined, closed
 from mbody.analysis.position.closed_position import ClosedPosition
-from mbody.core.tolerances import LAW_TURN_ROUNDING, PATH_STUCK_AT_INSTANT, POSITION_SAME
+from mbody.core.tolerances import (
+    LAW_TURN_ROUNDING,
+    LOOP_DRIVER_OTHER_POSITION,
+    PATH_STUCK_AT_INSTANT,
+    POSITION_SAME,
+)
 from mbody.errors import ModelError, ModelWarning, SolveError, angle_text, brief
 from mbody.kernels.continuation import BY_DRIVER, BY_TIME
 from mbody.laws import Law, times_of
@@ -546,7 +551,7 @@ def _check_meets(
     apart = there - values
     if driver.angular:  # at any turn
         apart = np.remainder(apart + math.pi, 2.0 * math.pi) - math.pi
-    if np.abs(apart).max() > 1e-9 * (1.0 + np.abs(there).max()):
+    if np.abs(apart).max() > LOOP_DRIVER_OTHER_POSITION * (1.0 + np.abs(there).max()):
         raise ModelError(
             f"by its law '{driver.name}' is at {there[0]:g} when '{leader.name}' is where you "
             "want it: name one of them, or give t",

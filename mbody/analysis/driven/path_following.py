@@ -25,6 +25,7 @@ from mbody.core.tolerances import (
     PATH_PLACE_SAME,
     PATH_SEAM,
     PATH_STUCK_AT_INSTANT,
+    SINGULAR_VALUE_PATH,
     TINY,
 )
 from mbody.errors import SolveError
@@ -837,7 +838,7 @@ class Runner:
         work.q[:] = work.past[: len(q)]
         sizes = np.linalg.svd(dense(self.system, work)[1], compute_uv=False)
         work.q[:] = q
-        return bool(sizes[-1] < 1e-3 * sizes[0])
+        return bool(sizes[-1] < SINGULAR_VALUE_PATH * sizes[0])
 
     def place(self, driver: Any, s: float, grid: TimeGrid, design: int = 0) -> str:
         """Value of a driver at path parameter s, with its unit, and the time."""

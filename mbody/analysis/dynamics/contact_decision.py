@@ -30,10 +30,10 @@ from mbody.analysis.contact.unilateral import SLIP_SIGNS, Overlap, Rows, Unilate
 from mbody.analysis.dynamics.events import Guard
 from mbody.analysis.dynamics.interruptions import works_of_drivers
 from mbody.core.tolerances import (
+    CONTACT_DRIVEN,
     CONTACT_FORCE_NONE,
     CONTACT_FORCE_SETTLED,
     CONTACT_IMPULSES_DEPENDENT,
-    CONTACT_LED,
     FORCE_NONE,
     FRICTION_RESERVE_MOST,
     INERTIA_NONE_CONTACT,
@@ -297,7 +297,7 @@ def refuse_led(uni: Unilateral, work: Work, hit: list[int]) -> None:
     moved = np.linalg.norm(responses_to(uni, work, W) / system.coordinate_units[:, None], axis=0)
     usual = float(system.mass[: W.shape[1], 0].max()) * system.length**2
     for k, number in enumerate(hit):
-        if not moved[k] * usual > CONTACT_LED * sizes[k]:
+        if not moved[k] * usual > CONTACT_DRIVEN * sizes[k]:
             name = uni.touches[number].name
             raise SolveError(
                 f"nothing that strikes '{name}' is free to rebound: it follows drivers alone; take "

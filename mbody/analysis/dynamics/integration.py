@@ -49,8 +49,8 @@ from mbody.analysis.singular.nearby_singularity import packed_positions, unpacke
 from mbody.core.tolerances import (
     DISTANCE_LOST,
     REDUNDANT_ROW_SOFTNESS,
-    STEP_CRAWL_SHRUNK,
-    STEP_CRAWL_SLOW,
+    STEP_COLLAPSE_SHRUNK,
+    STEP_COLLAPSE_SLOW,
     TINY,
 )
 from mbody.errors import ModelError, SolveError
@@ -366,8 +366,8 @@ class Integration(RateJumps):
         rate = float(np.abs(self.y[n : 2 * n] / self.scale[:n]).max())
         rate = max(rate, float(np.sqrt(np.abs(self.K[0, n : 2 * n] / self.scale[:n]).max())))
         if (
-            mean < STEP_CRAWL_SHRUNK * self.longest
-            and mean * rate < STEP_CRAWL_SLOW
+            mean < STEP_COLLAPSE_SHRUNK * self.longest
+            and mean * rate < STEP_COLLAPSE_SLOW
             and left > PATIENT
         ):
             raise SolveError(

@@ -18,20 +18,26 @@ from mbody.analysis.position.tangent_space import Array, Manifold, Place
 from mbody.core.tolerances import (
     EQUILIBRIUM_STEP_ROUNDING,
     EQUILIBRIUM_STEP_STALLED,
-    FORCE_NONE_DRIVE,
+    FORCE_NONE_WALK,
     POSITION_SAME_FINE,
     POSITION_SAME_LOOSE,
     POSITION_SAME_WALK,
     RATE_NONE_ANGLE,
     TINY,
     WALK_BEHIND_CORNER,
+    WALK_CLOSED_RESIDUAL,
+    WALK_CORNER_NONE,
     WALK_CUBIC_SURE,
-    WALK_DRIVE_JUMPS,
+    WALK_FORCE_JUMPS,
     WALK_INTERVAL_SMALLEST,
+    WALK_ROW_NONE,
+    WALK_SLOPE_FLAT,
     WALK_STEP,
     WALK_STEP_SHORTEST,
     WALK_TURN_GREATEST,
     WALK_TURN_STRAIGHT,
+    WALK_ZERO_BRACKET,
+    WALK_ZERO_INSIDE,
 )
 
 #: How much steps grow where the curve is straight.
@@ -302,7 +308,7 @@ class MotionCurve:
             fixed = np.zeros(len(corner.along))
             fixed[3 * body : 3 * body + 3] = fastest[3 * body : 3 * body + 3]
             size = float(fixed @ fixed)
-            if size < 1e-12:
+            if size < WALK_CORNER_NONE:
                 continue
             q = manifold.closed(beyond, fixed[None] / np.sqrt(size))
             place = None if q is None else manifold.place(q)
@@ -335,7 +341,7 @@ def independent(rows: Array) -> list[int]:
     for _ in range(min(rows.shape)):
         sizes = np.linalg.norm(left, axis=1)
         n = int(sizes.argmax())
-        if sizes[n] < 1e-6:
+        if sizes[n] < WALK_ROW_NONE:
             break
         found.append(n)
         direction = left[n] / sizes[n]
@@ -413,12 +419,12 @@ def out_of_turn(curve: MotionCurve, walk: Walk, roots: Roots) -> list[Node]:
 
     Nothing is said where a load jumps or a distance passes zero, nor beside a double zero.
     """
-    flat = 1e-6 * max((abs(node.slope) for node in walk.nodes), default=0.0)
+    flat = WALK_SLOPE_FLAT * max((abs(node.slope) for node in walk.nodes), default=0.0)
     if roots.jumps or roots.lifts or walk.corners or any(abs(r.slope) <= flat for r in roots.rests):
         return []
     rests = sorted(roots.rests, key=lambda node: curve.arclength_of(node, walk))
     pairs = list(itertools.pairwise(rests))
-    whole = abs(walk.nodes[-1].residual - walk.nodes[0].residual) <= 1e-9 * max(
+    whole = abs(walk.nodes[-1].residual - walk.nodes[0].residual) <= WALK_CLOSED_RESIDUAL * max(
         abs(node.residual) for node in walk.nodes
     )
     if walk.closed and whole and rests:
@@ -435,7 +441,7 @@ class _CurveIsolation:
         self.found = Roots()
         residuals = np.array([node.residual for node in walk.nodes])
         self.top = max(float(np.abs(residuals).max()), TINY)
-        self.zero = FORCE_NONE_DRIVE * self.top
+        self.zero = FORCE_NONE_WALK * self.top
         nodes = [self.snapped(node) for node in walk.nodes]
         if start and nodes[0].residual == 0.0:
             self.found.rests.append(nodes[0])
@@ -577,7 +583,7 @@ class _CurveIsolation:
                 else:
                     high = node
         steep = max(abs(low.slope), abs(high.slope)) * self.size(low, high)
-        if abs(high.residual - low.residual) > WALK_DRIVE_JUMPS * (steep + self.zero):
+        if abs(high.residual - low.residual) > WALK_FORCE_JUMPS * (steep + self.zero):
             (self.found.jumps if low.residual > high.residual else self.found.lifts).append(low)
             return
         self.found.rests.append(best)
@@ -619,10 +625,10 @@ def _zero(cubic: Array) -> float:
     low, high, x = 0.0, 1.0, a / (a - b) if a != b else 0.5
     for _ in range(60):
         value = ((cubic[3] * x + cubic[2]) * x + cubic[1]) * x + cubic[0]
-        if value == 0.0 or high - low < 1e-15:
+        if value == 0.0 or high - low < WALK_ZERO_BRACKET:
             break
         low, high = (x, high) if value * a > 0.0 else (low, x)
         slope = (3.0 * cubic[3] * x + 2.0 * cubic[2]) * x + cubic[1]
         step = x - value / slope if slope else low
         x = step if low < step < high else 0.5 * (low + high)
-    return float(min(max(x, 1e-9), 1.0 - 1e-9))
+    return float(min(max(x, WALK_ZERO_INSIDE), 1.0 - WALK_ZERO_INSIDE))

@@ -36,6 +36,7 @@ from mbody.analysis.position.tangent_space import Array, Manifold, Place
 from mbody.core.presentation import present
 from mbody.core.tolerances import (
     EQUILIBRIUM_BALANCED,
+    EQUILIBRIUM_GROWTH_NONE,
     INERTIA_NONE,
     ROOT_REAL,
     STIFFNESS_SYMMETRIC,
@@ -290,7 +291,7 @@ def lifting(manifold: Manifold, rest: Rest) -> list[str]:
         roots = np.linalg.eigvals(np.linalg.solve(before, before - field))
         real = roots.real[np.abs(roots.imag) <= ROOT_REAL * np.abs(roots).max(initial=0.0)]
         most = float(real.max(initial=0.0))
-        if most <= 1e-12:
+        if most <= EQUILIBRIUM_GROWTH_NONE:
             continue
         lifts = used / np.sqrt(most)
         if lifts <= speed:

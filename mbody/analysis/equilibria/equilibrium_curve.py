@@ -28,6 +28,8 @@ from mbody.core.tolerances import (
     CURVE_STEP_FIRST,
     CURVE_STEP_LONGEST,
     CURVE_STEP_SHORTEST,
+    CURVE_ZERO_BRACKET,
+    CURVE_ZERO_VALUE,
     DIFFERENCE_STEP_BRANCH_POINT,
     DIFFERENCE_STEP_CURVE,
     DIFFERENCE_STEP_FOURTH_ORDER,
@@ -246,7 +248,7 @@ class Follower:
         low, high = here, there
         first, last = of(low), of(high)
         top = max(abs(first), abs(last))
-        while abs(last) > 1e-12 * top and abs(high.arc - low.arc) > 1e-9:
+        while abs(last) > CURVE_ZERO_VALUE * top and abs(high.arc - low.arc) > CURVE_ZERO_BRACKET:
             arc = high.arc - last * (high.arc - low.arc) / (last - first)
             found = self._at(here, there, arc)
             if found is None:

@@ -33,6 +33,7 @@ from mbody.core.tolerances import (
     CHART_TANGENT_COSINE,
     LEAST_SQUARES_RANK_COARSE,
     POSITION_SAME,
+    SURFACE_DRIVEN_OUT,
     SURFACE_END_MET,
     SURFACE_END_ON_LINE,
     SURFACE_ERROR_SURE,
@@ -41,6 +42,7 @@ from mbody.core.tolerances import (
     SURFACE_SPACING,
     SURFACE_SPACING_LEAST,
     SURFACE_SPACING_SAME,
+    SURFACE_TURN_FORCE,
     TINY,
 )
 from mbody.model.loads import Load
@@ -317,7 +319,9 @@ class Cover:
             displacement = ((node.place.q - self.start.q) / self.scale).reshape(-1, 3).copy()
             displacement[:, 2] = 0.0
             outward = node.frame.T @ (node.frame @ displacement.reshape(-1))
-            if node.place.force @ outward > 1e-9 * float(np.abs(node.place.force).max(initial=0.0)):
+            if node.place.force @ outward > SURFACE_DRIVEN_OUT * float(
+                np.abs(node.place.force).max(initial=0.0)
+            ):
                 return True
         return False
 
@@ -331,7 +335,7 @@ class Cover:
                 continue  # it does not turn round
             q = first.q.copy()
             q[3 * body + 2] += 2.0 * np.pi
-            if np.abs(self.manifold.force(q) - first.force).max() > 1e-6 * top:
+            if np.abs(self.manifold.force(q) - first.force).max() > SURFACE_TURN_FORCE * top:
                 return True
         return False
 

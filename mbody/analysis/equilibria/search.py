@@ -23,7 +23,14 @@ from mbody.analysis.position.tangent_space import Array, Manifold, ManyPositions
 from mbody.core.tolerances import (
     EQUILIBRIA_ALIKE,
     EQUILIBRIUM_BALANCED,
-    EQUILIBRIUM_LEADS,
+    EQUILIBRIUM_DAMPING_FAILED,
+    EQUILIBRIUM_DAMPING_FIRST,
+    EQUILIBRIUM_DAMPING_LEAST,
+    EQUILIBRIUM_DAMPING_LOST,
+    EQUILIBRIUM_DESCENT_LEAST,
+    EQUILIBRIUM_DESCENT_SOFT,
+    EQUILIBRIUM_DESCENT_STEP,
+    EQUILIBRIUM_INDEPENDENT,
     EQUILIBRIUM_STEP_LONGEST,
     EQUILIBRIUM_STEP_ROUNDING,
     EQUILIBRIUM_STEP_STALLED,
@@ -366,7 +373,7 @@ class RestSearch:
                 if there is None or there.motions.shape != start.motions.shape:
                     break
                 sizes, vt = np.linalg.svd(fixed @ there.motions.T)[1:]
-                if not sizes[-1] > EQUILIBRIUM_LEADS * sizes[0] or self._is_away(there):
+                if not sizes[-1] > EQUILIBRIUM_INDEPENDENT * sizes[0] or self._is_away(there):
                     break
                 onward = vt[-1] @ there.motions
                 along = unit(onward) * np.sign(onward @ along)
@@ -392,7 +399,7 @@ class RestSearch:
 
     def _solved(self, here: Place) -> Place:
         """Levenberg–Marquardt on the residual force: the place where it ends."""
-        damping = 1e-3
+        damping = EQUILIBRIUM_DAMPING_FIRST
         for _ in range(ITERATIONS):
             if here.size == 0.0 or not len(here.motions):
                 break
@@ -409,14 +416,14 @@ class RestSearch:
             length = float(np.linalg.norm(step))
             if there is not None and there.size < here.size:
                 slow = there.size > 0.5 * here.size
-                here, damping = there, max(0.1 * damping, 1e-15)
+                here, damping = there, max(0.1 * damping, EQUILIBRIUM_DAMPING_LEAST)
                 if length < EQUILIBRIUM_STEP_ROUNDING or (
                     length < EQUILIBRIUM_STEP_STALLED and slow
                 ):
                     break
             else:
-                damping = max(10.0 * damping, 1e-12)
-                if length < EQUILIBRIUM_STEP_STALLED or damping > 1e9:
+                damping = max(10.0 * damping, EQUILIBRIUM_DAMPING_FAILED)
+                if length < EQUILIBRIUM_STEP_STALLED or damping > EQUILIBRIUM_DAMPING_LOST:
                     break
         return here
 
@@ -433,12 +440,14 @@ class RestSearch:
             if not (len(here.motions) and np.isfinite(K).all()):
                 return None
             values, vectors = np.linalg.eigh(0.5 * (K + K.T))
-            stiff = np.maximum(np.abs(values), 1e-3 * max(np.abs(values).max(), here.size))
+            stiff = np.maximum(
+                np.abs(values), EQUILIBRIUM_DESCENT_SOFT * max(np.abs(values).max(), here.size)
+            )
             if not stiff.all():
                 return here
             step = vectors @ ((vectors.T @ here.residual) / stiff)
             length = float(np.linalg.norm(step))
-            if length < 1e-6:
+            if length < EQUILIBRIUM_DESCENT_STEP:
                 return here
             step *= min(1.0, step_limit / length)
             along = step @ here.motions
@@ -446,7 +455,7 @@ class RestSearch:
             # not so far that the residual force turns round: the loads would take work back
             if there is None or there.push @ along < -0.5 * (here.push @ along):
                 step_limit = 0.5 * min(step_limit, length)
-                if step_limit < 1e-7:
+                if step_limit < EQUILIBRIUM_DESCENT_LEAST:
                     return here
                 continue
             here, step_limit = (

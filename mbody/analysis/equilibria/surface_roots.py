@@ -45,6 +45,7 @@ from mbody.analysis.equilibria.position_surface import (
 )
 from mbody.analysis.position.tangent_space import Array, Place
 from mbody.core.tolerances import (
+    CELL_DETERMINANT_NONE,
     CELL_ONE_ZERO,
     CELL_STEP_NEAR,
     CELL_STIFFNESS_SINGULAR,
@@ -55,10 +56,10 @@ from mbody.core.tolerances import (
     CHART_WIDTH_MOST,
     JUMP_ANGLE,
     LEAST_SQUARES_RANK_FINE,
-    SURFACE_CREASE_PLACES_SAME,
-    SURFACE_ENDS_CREASE,
+    SURFACE_ENDS_NONSMOOTH,
     SURFACE_ENDS_ONE_LINE,
     SURFACE_ERROR_SURE,
+    SURFACE_NONSMOOTH_SAME,
     SURFACE_SPACING,
     TINY,
 )
@@ -299,7 +300,7 @@ class ChartCells:
             u = d / np.maximum(long, TINY)[..., None]
             line = np.take_along_axis(u, long.argmax(axis=-1)[..., None, None], axis=2)
             across = np.abs(u[..., 0] * line[..., 1] - u[..., 1] * line[..., 0])
-            on_line = ((across <= SURFACE_ENDS_ONE_LINE) | (long <= SURFACE_ENDS_CREASE)).all(
+            on_line = ((across <= SURFACE_ENDS_ONE_LINE) | (long <= SURFACE_ENDS_NONSMOOTH)).all(
                 axis=-1
             )
             signed = (d * line).sum(axis=-1)
@@ -318,7 +319,7 @@ class ChartCells:
         along = corners[:, 1, :] - corners[:, 0, :], corners[:, :, 1] - corners[:, :, 0]
         J = np.stack([mean_slope.mean(axis=1) for mean_slope in along], axis=-1)
         top = np.abs(J).max(axis=(1, 2))
-        good = np.abs(np.linalg.det(J)) > 1e-12 * top**2
+        good = np.abs(np.linalg.det(J)) > CELL_DETERMINANT_NONE * top**2
         B = np.zeros_like(J)
         B[good] = np.linalg.inv(J[good])
         errors, off = [], []
@@ -376,7 +377,7 @@ class ChartCells:
         for k, load in enumerate(turning):
             ends = samples.ends[four][:, :, load]
             long = np.linalg.norm(ends, axis=2)
-            off = long > SURFACE_ENDS_CREASE
+            off = long > SURFACE_ENDS_NONSMOOTH
             line = ends[np.arange(len(ends)), long.argmax(axis=1)]
             signed = np.einsum("nkx,nx->nk", ends, line)
             own = samples.own[four][:, :, load]
@@ -405,7 +406,7 @@ def _meets(signed: Array, rest: Array, across: Array) -> bool:
     a, b, c, d = values
     J = 0.5 * np.column_stack([c + d - a - b, b + d - a - c])
     top = np.abs(J).max(axis=1)
-    if abs(np.linalg.det(J)) <= 1e-12 * float(top.prod()):
+    if abs(np.linalg.det(J)) <= CELL_DETERMINANT_NONE * float(top.prod()):
         return True
     part = 0.5 - np.linalg.solve(J, values.mean(axis=0))
     return bool(np.abs(part - 0.5).max() <= 0.6)
@@ -652,7 +653,7 @@ class _SurfaceIsolation:
             self.keep_new(
                 self.samples.q[numbers[n, k // 2, k % 2]],
                 self.found.jumps,
-                SURFACE_CREASE_PLACES_SAME,
+                SURFACE_NONSMOOTH_SAME,
             )
 
     def leave(self, cells: Iterable[_Cell]) -> None:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.position.closed_position import place
-from mbody.core.tolerances import AXIS_DIRECTION, PARTICIPATION_LEADING, RATE_NONE_MOTION
+from mbody.core.tolerances import AXIS_DIRECTION, PARTICIPATION_INDEPENDENT, RATE_NONE_MOTION
 from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
 from mbody.system.system import System
@@ -184,7 +184,7 @@ def _echelon(system: System, motions: Array, order: Sequence[str]) -> tuple[Arra
             if not left.size:
                 break
             part = np.abs(basis[left, c]) / top[left]
-            if part.max(initial=0.0) < PARTICIPATION_LEADING:
+            if part.max(initial=0.0) < PARTICIPATION_INDEPENDENT:
                 continue
             n = int(left[part.argmax()])
             basis[n] /= basis[n, c]
@@ -213,7 +213,7 @@ def panel_echelon(system: System, motions: Array, order: Sequence[str]) -> tuple
             work, at = np.hstack([T, T @ motions[:, own]]), 0
             while left.size:
                 part = np.abs(work[left, free + at :]) / top[left, None]
-                large = np.flatnonzero(part.max(axis=0, initial=0.0) >= PARTICIPATION_LEADING)
+                large = np.flatnonzero(part.max(axis=0, initial=0.0) >= PARTICIPATION_INDEPENDENT)
                 if not large.size:
                     break
                 n, at = int(left[part[:, large[0]].argmax()]), at + int(large[0])

@@ -27,10 +27,12 @@ from mbody.core.tolerances import (
     LOOP_CLOSURE_RESIDUAL,
     LOOP_GAP_ROUNDING,
     LOOP_GAP_SLIGHT,
+    LOOP_GAPS_TIE,
     LOOP_OPEN,
     LOOP_OPEN_FIXED,
     PARTICIPATION_CLOSED,
     PIVOT_SUSPICIOUS,
+    RATE_NONE_TURNING,
     REDUNDANT_ROW_SOFTNESS,
     SINGULAR_VALUE_DEAD_CENTRE,
     SINGULAR_VALUE_SLIGHT,
@@ -346,7 +348,7 @@ def explain_gap(system: System, work: Work, start: np.ndarray, t: float) -> NoRe
     if not found:
         raise _gap_met(system, work, joints, t)
     least = min(size for size, _ in found)
-    equal = [joint for size, joint in found if size < least * (1.0 + 1e-6)]
+    equal = [joint for size, joint in found if size < least * (1.0 + LOOP_GAPS_TIE)]
     # of joints with equal gaps the one between two moving bodies is named
     joint = min(equal, key=lambda joint: "ground" in (joint.i.body, joint.j.body))
     units = system.mechanism.units
@@ -836,7 +838,7 @@ def _too_few(system: System, what: str, free: int, motions: np.ndarray | None) -
 def _fastest(system: System, motions: np.ndarray) -> str:
     """Body that turns most in the free motions, or moves most where none turns."""
     turning = np.abs(motions[:, 2::3]).max(axis=0)
-    if turning.max() < 1e-9:
+    if turning.max() < RATE_NONE_TURNING:
         turning = np.abs(motions).max(axis=0).reshape(-1, 3).max(axis=1)
     # the first of those nearly as fast as the fastest: usually the crank
     fast = np.flatnonzero(turning > 0.5 * turning.max())

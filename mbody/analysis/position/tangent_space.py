@@ -22,6 +22,7 @@ from mbody.core.tolerances import (
     LOOP_CLOSURE_RESIDUAL,
     LOOP_CLOSURE_RESIDUAL_STALLED,
     PIVOT_REGULAR,
+    REDUNDANT_ROW_SOFTNESS,
     SINGULAR_VALUE_ZERO,
     TINY,
 )
@@ -164,7 +165,7 @@ class Manifold:
         for cause in range(len(loads)):
             work = self.work
             work.q[: self.size, 0] = q
-            kernel = self.layout, work, 1e-9, self.motion, self.time
+            kernel = self.layout, work, REDUNDANT_ROW_SOFTNESS, self.motion, self.time
             breakdown(*kernel, cause + 1, NO_FRICTION, parts)
             top = max(top, float(np.abs(work.force[: self.size, 0] * self.scale).max()))
         return top

@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.core.tolerances import POINT_SAME, SPRING_HALF_TURN
+from mbody.core.tolerances import FACTOR_CANCELS, POINT_SAME, SPRING_HALF_TURN
 from mbody.model.constraint import Constraint, TurnRow
 from mbody.model.element import Element, Numbers
 from mbody.system.system import System
@@ -183,7 +183,7 @@ def _nearest(system: System, groups: _TurningGroups, pose: np.ndarray, row: Turn
         if groups.free(name):
             own = [c for body, c in row.factors.items() if body in groups.of[name]]
             factor = float(sum(own))
-            if abs(factor) > 1e-9 * sum(abs(float(c)) for c in own):
+            if abs(factor) > FACTOR_CANCELS * sum(abs(float(c)) for c in own):
                 turns = np.round(float(row.left) / (TURN * factor))
                 _turn(system, groups, pose[None], name, -TURN * turns)
             return

@@ -23,8 +23,17 @@ import numpy as np
 from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.core.tolerances import (
     BRANCH_CERTIFICATE,
+    BRANCH_CLOCK_NONE,
     BRANCH_DIRECTIONS_SAME,
+    BRANCH_DRIVERS_FIT,
+    BRANCH_FLAT,
+    BRANCH_QUADRIC_SOLVED,
     BRANCH_RATE_NONE,
+    BRANCH_ROWS_MET,
+    BRANCH_SOLVED,
+    BRANCH_SPACES_SAME,
+    BRANCH_STEP_ROUNDING,
+    BRANCH_VALUES_SAME,
     DIFFERENCE_STEP_FOURTH_ORDER,
     LEAST_SQUARES_RANK,
     LEAST_SQUARES_RANK_COARSE,
@@ -126,7 +135,7 @@ def tangent(A: Array, y: Array) -> Array:
 def is_flat(A: Array, T: Array) -> bool:
     """Whether all quadrics vanish on the whole of a space with the basis T."""
     inside = np.einsum("ijk,aj,bk->iab", A, T, T)
-    return bool(np.abs(inside).max(initial=0.0) <= 1e-6 * np.abs(A).max(initial=0.0))
+    return bool(np.abs(inside).max(initial=0.0) <= BRANCH_FLAT * np.abs(A).max(initial=0.0))
 
 
 def solutions(A: Array, P: Array, p: Array) -> Solutions:
@@ -247,7 +256,7 @@ def _least(T: Array, P: Array, p: Array) -> Array | None:
     kept = sizes > BRANCH_DIRECTIONS_SAME * np.linalg.norm(P)
     y = (((u[:, kept].T @ p) / sizes[kept]) @ vt[kept]) @ T
     off = np.abs(P @ y - p).max(initial=0.0)
-    return np.asarray(y) if off <= 1e-7 * max(np.abs(p).max(initial=0.0), TINY) else None
+    return np.asarray(y) if off <= BRANCH_ROWS_MET * max(np.abs(p).max(initial=0.0), TINY) else None
 
 
 def _newton(A: Array, base: Array, Z: Array, starts: Array) -> list[Array]:
@@ -264,11 +273,11 @@ def _newton(A: Array, base: Array, Z: Array, starts: Array) -> list[Array]:
         longest = 0.5 * np.linalg.norm(y, axis=1)
         step *= np.minimum(1.0, longest / np.maximum(length, TINY))[:, None]
         s = s + step
-        if (np.linalg.norm(step, axis=1) <= 1e-15 * longest).all():
+        if (np.linalg.norm(step, axis=1) <= BRANCH_STEP_ROUNDING * longest).all():
             break
     y = base + s @ Z
     off = np.abs(np.einsum("ijk,nj,nk->ni", A, y, y)).max(axis=1)
-    good = off <= 1e-13 * top * np.einsum("nj,nj->n", y, y)
+    good = off <= BRANCH_QUADRIC_SOLVED * top * np.einsum("nj,nj->n", y, y)
     return list(y[good])
 
 
@@ -308,7 +317,7 @@ def _directions(inner: Array, random: np.random.Generator) -> list[Array]:
 def _same_space(one: Array, other: Array) -> bool:
     if len(one) != len(other):
         return False
-    return bool(np.linalg.svd(one @ other.T, compute_uv=False)[-1] > 1.0 - 1e-9)
+    return bool(np.linalg.svd(one @ other.T, compute_uv=False)[-1] > 1.0 - BRANCH_SPACES_SAME)
 
 
 #: Corrections to find a singular position nearby.
@@ -412,7 +421,8 @@ class Singular:
         driven_rate = max(np.abs(nu).max(initial=0.0), np.abs(rows.gamma).max(initial=0.0))
         self.steady = not driven_rate > 0.0
         self.fits = bool(
-            np.abs(self.L.T @ nu).max(initial=0.0) <= 1e-9 * np.abs(nu).max(initial=0.0)
+            np.abs(self.L.T @ nu).max(initial=0.0)
+            <= BRANCH_DRIVERS_FIT * np.abs(nu).max(initial=0.0)
         )
         directions, clock = self.N, np.zeros(len(self.N))
         if not self.steady:
@@ -549,7 +559,7 @@ def _nearest(rows: ConstraintRows, given: Array, rank: int, far: float) -> Array
         left = L.T @ G @ N.T
         open_, norm = float(np.abs(phi).max()), 1.0 + float(np.abs(x).max())
         if (
-            np.abs(left).max(initial=0.0) <= 1e-15 * sizes[0] * norm
+            np.abs(left).max(initial=0.0) <= BRANCH_STEP_ROUNDING * sizes[0] * norm
             and open_ <= LOOP_CLOSURE_RESIDUAL * norm
         ):
             return x
@@ -559,7 +569,7 @@ def _nearest(rows: ConstraintRows, given: Array, rank: int, far: float) -> Array
         x = x + step
         if not np.linalg.norm(x - given) < far:
             return None
-        if np.abs(step).max() <= 1e-15 * norm:
+        if np.abs(step).max() <= BRANCH_STEP_ROUNDING * norm:
             break
     rows.at(x)
     u, sizes, _ = np.linalg.svd(rows.G)
@@ -616,9 +626,9 @@ def onto(A: Array, y: Array, clock: Array) -> Array | None:
         D[:, clock > 0.0] = 0.0
         step = -np.linalg.lstsq(D, values(A, found), rcond=LEAST_SQUARES_RANK_COARSE)[0]
         found = found + step
-        if norm(step) <= 1e-15 * norm(found):
+        if norm(step) <= BRANCH_STEP_ROUNDING * norm(found):
             break
-    good = np.abs(values(A, found)).max(initial=0.0) <= 1e-12 * size(A, found)
+    good = np.abs(values(A, found)).max(initial=0.0) <= BRANCH_SOLVED * size(A, found)
     return found if good else None
 
 
@@ -677,7 +687,7 @@ def nearest(here: Singular, y: Array) -> Array | None:
         base = np.zeros(len(y))
         if here.clock.any():
             rates = T @ here.clock
-            if not np.abs(rates).max() > 1e-9:
+            if not np.abs(rates).max() > BRANCH_CLOCK_NONE:
                 continue
             base = rates / (rates @ rates) * float(here.clock @ y) @ T
         found = base + ((y - base) @ free.T) @ free
@@ -843,7 +853,7 @@ def _classes(values: Array, top: float) -> list[int]:
     seen = list[float]()
     found = []
     for value in values:
-        same = [n for n, other in enumerate(seen) if abs(value - other) <= 1e-6 * top]
+        same = [n for n, other in enumerate(seen) if abs(value - other) <= BRANCH_VALUES_SAME * top]
         if not same:
             seen.append(float(value))
         found.append(same[0] if same else len(seen) - 1)
@@ -856,7 +866,7 @@ def _with_values(
     row, values = rate.row(system, q), list[float]()
     for v in velocities:
         value = float(row @ v)
-        if all(abs(value - other) > 1e-6 * top for other in values):
+        if all(abs(value - other) > BRANCH_VALUES_SAME * top for other in values):
             values.append(value)
     size = rate.unit(system)
     numbers = [_plain(size * value, size * top) for value in sorted(values, key=abs)[:VALUES]]

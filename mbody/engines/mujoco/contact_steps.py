@@ -11,7 +11,7 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
-from mbody.core.tolerances import MUJOCO_IMPEDANCE, MUJOCO_STICKS
+from mbody.core.tolerances import MUJOCO_IMPEDANCE, MUJOCO_SOLVER, MUJOCO_STICKS
 from mbody.engines.crosscheck_result import CrosscheckResult, Inexpressible
 from mbody.engines.independent_reading import reading
 from mbody.engines.load_forces import Outline, not_as_rigid_contacts, outlines
@@ -222,7 +222,7 @@ def _motion(made: Exported, run: Solution, times: np.ndarray, counts: list[int])
     text, pairs = with_geoms(made)
     model: Any = mujoco.MjModel.from_xml_string(text)
     data = mujoco.MjData(model)
-    model.opt.tolerance, model.opt.iterations = 1e-14, 200
+    model.opt.tolerance, model.opt.iterations = MUJOCO_SOLVER, 200
     model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
     data.qvel[:] = made.motion(run.take([0]))[1][0]
     scale, bodies = made.scale, run.mechanism.bodies

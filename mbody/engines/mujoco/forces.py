@@ -9,6 +9,7 @@ import numpy as np
 from mbody.core.tolerances import (
     COMPARISON_CLOSURE,
     COMPARISON_FORCE_UNIQUE,
+    COMPARISON_ROW_NONE,
     COMPARISON_TORQUE_NONE,
     SINGULAR_VALUE_ZERO,
     TINY,
@@ -151,7 +152,7 @@ def _minimum_norm(across: Array, tau: Array) -> tuple[Array, float, Array]:
     unique.
     """
     scale = np.linalg.norm(across, axis=0)
-    kept = scale > 1e-12 * scale.max(initial=TINY)
+    kept = scale > COMPARISON_ROW_NONE * scale.max(initial=TINY)
     x, free = np.zeros(len(scale)), ~kept
     if not kept.any():
         return x, 1.0, free

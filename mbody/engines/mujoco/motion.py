@@ -15,6 +15,7 @@ from mbody.core.tolerances import (
     COMPARISON_INERTIA_NONE,
     COMPARISON_ROUNDING,
     LEAST_SQUARES_RANK,
+    MUJOCO_SOLVER_FINE,
     RTOL_COMPARISON,
 )
 from mbody.engines.crosscheck_result import Inexpressible, Row
@@ -572,7 +573,7 @@ def _integrated(made: Exported, run: Solution, count: Array) -> dict[str, Array]
     model: Any = mujoco.MjModel.from_xml_string(made.text)
     without_stand_ins(made, model)
     data = mujoco.MjData(model)
-    model.opt.tolerance, model.opt.iterations = 1e-15, 5
+    model.opt.tolerance, model.opt.iterations = MUJOCO_SOLVER_FINE, 5
     model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_ENERGY)
     # failed steps must be visible: no automatic reset
     model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)

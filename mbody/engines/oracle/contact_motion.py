@@ -27,8 +27,10 @@ from mbody.core.tolerances import (
     CONTACT_FLIGHT_SHORTEST_ORACLE,
     LEAST_SQUARES_RANK_FINE,
     ORACLE_ACCELERATION_NONE,
+    ORACLE_ACCELERATIONS_SAME,
     ORACLE_BEGINS_ABOVE,
     ORACLE_BEGINS_AT_ZERO,
+    ORACLE_EQUATIONS_LEFT,
     ORACLE_FORCE_NONE,
     ORACLE_GAP_CLOSED,
     ORACLE_GAP_PARTED,
@@ -311,7 +313,7 @@ class DenseContactMotion:
         whole = np.concatenate([right, target])
         found = np.linalg.lstsq(matrix, whole, rcond=LEAST_SQUARES_RANK_FINE)[0]
         off = np.abs(matrix @ found - whole).max(initial=0.0)
-        if off > 1e-9 * max(TINY, np.abs(whole).max(initial=0.0)):
+        if off > ORACLE_EQUATIONS_LEFT * max(TINY, np.abs(whole).max(initial=0.0)):
             return None
         return found[:size], found[size:]
 
@@ -411,7 +413,7 @@ class DenseContactMotion:
             raise NotImplementedError(f"no accelerations at t = {t:.6g} fulfil Coulomb's law")
         first = right[0]
         top = max(float(np.abs(a).max()) for a, *_ in right) or 1.0
-        if any(np.abs(a - first[0]).max() > 1e-6 * top for a, *_ in right):
+        if any(np.abs(a - first[0]).max() > ORACLE_ACCELERATIONS_SAME * top for a, *_ in right):
             raise NotImplementedError(f"accelerations at t = {t:.6g} are not unique")
         return first[2]
 

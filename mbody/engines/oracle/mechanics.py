@@ -17,7 +17,9 @@ from mbody.core.tolerances import (
     LEAST_SQUARES_RANK_FINE,
     LEAST_SQUARES_RANK_ORACLE,
     LOOP_CLOSURE_ORACLE,
+    LOOP_CLOSURE_ORACLE_STALLED,
     LOOP_OPEN_ORACLE,
+    ORACLE_FORCE_UNIQUE,
 )
 from mbody.engines.independent_reading import Jet, evaluated, law_by_formula
 from mbody.engines.oracle.friction import DenseFriction, has_friction
@@ -539,7 +541,7 @@ class ReferenceMotion(Constraints):
             step = np.linalg.lstsq(self.phi_q(q, t), -phi, rcond=LEAST_SQUARES_RANK_ORACLE)[0]
             q += step
             size = float(np.abs(step).max(initial=0.0)) / (1.0 + float(np.abs(q).max(initial=0.0)))
-            if size < tol or (size < 1e-12 and size > 0.5 * last):
+            if size < tol or (size < LOOP_CLOSURE_ORACLE_STALLED and size > 0.5 * last):
                 break
             last = size
         phi = self._changed(-self.phi(q, t), values, t, 0)
@@ -850,7 +852,8 @@ class Reference(Loads):
         rank = int((s > LEAST_SQUARES_RANK * s.max(initial=0.0)).sum())
         free[rows] = np.hstack([vt[rank:].T, np.zeros((len(rows), rank))])
         unique = {
-            name: np.abs(matrix @ free).max(axis=1) < 1e-8 * (1.0 + np.abs(matrix).max())
+            name: np.abs(matrix @ free).max(axis=1)
+            < ORACLE_FORCE_UNIQUE * (1.0 + np.abs(matrix).max())
             for name, matrix in self.reaction_matrices(q, t).items()
         }
         return {

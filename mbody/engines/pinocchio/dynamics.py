@@ -14,6 +14,7 @@ from mbody.core.tolerances import (
     COMPARISON_AMPLIFICATION,
     COMPARISON_CONDITION_WORSE,
     COMPARISON_EIGENVALUE_NONE,
+    COMPARISON_FORCE_UNIQUE,
     COMPARISON_FORCES_INCREASE,
     LEAST_SQUARES_RANK,
     MACHINE_EPSILON,
@@ -589,7 +590,7 @@ class Forward:
         J /= unit[:, None]
         u, s, vt = np.linalg.svd(np.block([[M / top, J.T], [J, np.zeros((len(J), len(J)))]]))
         kept = s > COMPARISON_EIGENVALUE_NONE * s.max(initial=0.0)
-        if np.abs(vt[~kept][:, : len(size)]).max(initial=0.0) > 1e-6:
+        if np.abs(vt[~kept][:, : len(size)]).max(initial=0.0) > COMPARISON_FORCE_UNIQUE:
             raise Undetermined("free accelerations of bodies without inertia")
         wanted = np.array([change - row.change for row, change in rows]) / unit
         right = np.concatenate([(efforts - bias) * size / top, wanted])

@@ -14,6 +14,7 @@ import numpy as np
 from mbody.core.tolerances import (
     COMPARISON_BLIND,
     COMPARISON_ROUNDING,
+    COMPARISON_TIME_END,
     FRICTION_STICKS,
     PYMUNK_ARTIFICIAL_MASS,
     PYMUNK_SETTLED_FORCES,
@@ -376,7 +377,7 @@ def _end(run: Solution) -> float:
 
 def _instants(run: Solution, end: float) -> list[int]:
     """Instants of the run that are compared, after the first and not after the end."""
-    there = np.flatnonzero((run.t > run.t[0]) & (run.t <= end + 1e-12 * abs(end)))
+    there = np.flatnonzero((run.t > run.t[0]) & (run.t <= end + COMPARISON_TIME_END * abs(end)))
     picked = np.linspace(0, len(there) - 1, min(len(there), SAMPLES)).round().astype(int)
     return [int(there[k]) for k in picked]
 
