@@ -3,7 +3,7 @@ JOBS   ?= 2
 BIN    := .venv/bin
 PIP    := $(BIN)/python -m pip --disable-pip-version-check install --quiet --constraint constraints.txt
 
-.PHONY: demo test test-other test-all warm warm-other lint \
+.PHONY: demo test test-slow test-other test-all warm warm-other lint \
         counts pictures bench bench-full campaign docs wheel clean
 
 # Tests start a thousand processes, each of which would translate all modules anew where somebody's
@@ -18,19 +18,25 @@ demo: .venv/installed
 warm: .venv/installed-dev
 	$(BIN)/mbody warmup
 
+# What a change must pass: every subject with its numbers, without the tests marked as slow
+# (docs/design/tests.md).
 test: warm
-	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal
+	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal -m "not slow"
+
+# Some of the slow ones: `make test-slow PART=tests/image`.
+test-slow: warm
+	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal -m slow $(PART)
 
 # Files with tests that have a marker: others need not be loaded.
 marked = $$(grep -rlE 'mark\.($(1))\b' tests validation --include='*.py')
 
 # What another machine could change, all of it at once: the least versions that pyproject.toml
 # declares, numba as the core with kernels without any special instruction, BLAS of an old
-# processor. Tests of what rounding could sway, and of the compiler; an empty PART means all, and
-# OTHER without a setting shows which of them a failure is due to.
+# processor. Tests of what rounding could sway, and of the compiler, without the slow ones; OTHER
+# without a setting shows which of them a failure is due to.
 MINIMUM := .venv-minimum/bin
 OTHER   := MBODY_CORE=numba NUMBA_CPU_NAME=generic OPENBLAS_CORETYPE=Prescott
-PART    ?= -m "processor or numba" $(call marked,processor|numba)
+SWAYED   = -m "(processor or numba) and not slow" $(call marked,processor|numba)
 
 # The first line builds some kernels ahead of time, as the least numba does.
 warm-other: .venv-minimum/installed-dev
@@ -38,11 +44,12 @@ warm-other: .venv-minimum/installed-dev
 	env $(OTHER) $(MINIMUM)/mbody warmup
 
 test-other: warm-other
-	env $(OTHER) $(MINIMUM)/python -m pytest -n $(JOBS) --dist worksteal $(PART)
+	env $(OTHER) $(MINIMUM)/python -m pytest -n $(JOBS) --dist worksteal $(or $(PART),$(SWAYED))
 
-# Everything, here and as on another machine: some 40 minutes on two cores.
-test-all: test
-	$(MAKE) test-other PART=
+# Everything, here and as on another machine: over an hour on two cores.
+test-all: warm warm-other
+	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal
+	env $(OTHER) $(MINIMUM)/python -m pytest -n $(JOBS) --dist worksteal
 
 # The hunt for silent errors: hours on demand (COUNT mechanisms); findings in the folder campaign/.
 COUNT ?= 100000

@@ -37,11 +37,15 @@ def few_objects_to_collect():
     gc.freeze()
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items):
-    """Tests of the compiler itself run where numba is the core: ``MBODY_CORE=numba pytest``."""
-    if chosen().name == "numba":
-        return
+    """Tests in a browser are slow ones; those of the compiler itself run where numba is the core:
+    ``MBODY_CORE=numba pytest``.
+    """
     reason = pytest.mark.skip(reason="of the compiler: runs with MBODY_CORE=numba")
+    compiled_by_numba = chosen().name == "numba"
     for item in items:
-        if item.get_closest_marker("numba"):
+        if item.get_closest_marker("browser"):
+            item.add_marker(pytest.mark.slow)
+        if item.get_closest_marker("numba") and not compiled_by_numba:
             item.add_marker(reason)
