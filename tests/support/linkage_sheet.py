@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 import mbody
 from mbody.topologies.dataset import random_linkages
 from mbody.views import save
-from mbody.views.style import CURVES, DRIVE, GROUND, INK, PAPER, SOFT
+from mbody.views.style import CURVES, DRIVER, GROUND, INK, PAPER, SOFT
 
 #: Rows of the sheet: groups, joints, seed, whether the last group must be larger than a dyad.
 ROWS = ((("dyads",), 8, 4), (("dyads", "sliders"), 8, 2), (("dyads", "triads", "assur"), 8, 9))
@@ -91,7 +91,7 @@ def one(axis, arrays, found, n):
             axis.fill(*start[link].T, fc="#dde5ec", ec=INK, lw=1.0, zorder=2)
     # all bars are one path of the file, with gaps between them
     bars = [[*start[link], (np.nan, np.nan)] for link in others if len(link) == 2]
-    for color, line in ((DRIVE, start[crank]), (INK, np.reshape(bars, (-1, 2)))):
+    for color, line in ((DRIVER, start[crank]), (INK, np.reshape(bars, (-1, 2)))):
         axis.plot(*line.T, color=color, lw=1.6, zorder=3, solid_capstyle="round")
     reach = np.ptp(path.reshape(-1, 2), axis=0).max()
     for (k, on), angle in zip(arrays["slides"][n], arrays["directions"][n], strict=True):
