@@ -285,7 +285,10 @@ class _OracleCheck:
         oracle = self.reference
         before, after = (oracle.gamma(q + s * v, v, t + s) for s in (-step, step))
         top = max(float(np.abs(one).max(initial=0.0)) for one in (before, after))
-        return bool(np.abs(after - before).max(initial=0.0) > ORACLE_JUMP * top)
+        # terms of γ that cancel, as those of wheels that mesh, leave the rounding of their size
+        terms = float(np.abs(oracle.phi_q(q, t) * self.unit).max(initial=0.0)) * fastest**2
+        least = max(ORACLE_JUMP * top, COMPARISON_OPERATIONS * MACHINE_EPSILON * terms)
+        return bool(np.abs(after - before).max(initial=0.0) > least)
 
     def _saddle_condition(self, rows: Array) -> float:
         """The condition of the saddle-point matrix of masses and constraints."""
@@ -301,7 +304,10 @@ class _OracleCheck:
         comparison.size("angle", 1.0)
         keys = [("x", "y", "angle"), ("vx", "vy", "omega"), ("ax", "ay", "alpha")]
         kinds = [("place", "angle"), ("velocity", "turning"), ("acceleration", "turned")]
-        table = [np.array([one[key] for one in found]).reshape(len(found), -1) for key in "qva"]
+        table = [
+            np.array([one[key] for one in found]).reshape(len(found), self.size.size)
+            for key in "qva"
+        ]
         rates = np.abs(table[1][:, 2::3]).max(initial=0.0)
         comparison.size("turned", rates * rates)
         orders = 1 if run.analysis == "statics" else 3
