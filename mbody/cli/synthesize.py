@@ -159,7 +159,7 @@ def linkages(args: Any) -> int:
         what,
         threads=threads,
         scheduler=args.scheduler,
-        part=_part(args.part),
+        part=_share(args.part),
         progress=progress,
     )
     interrupt.done()
@@ -169,7 +169,7 @@ def linkages(args: Any) -> int:
     return 0 if found.status == "completed" else 1
 
 
-def _part(text: str | None) -> tuple[int, int]:
+def _share(text: str | None) -> tuple[int, int]:
     own, _, parts = ("1/1" if text is None else text).partition("/")
     if not (own.isdecimal() and parts.isdecimal()):
         raise UsageError(f"--part takes numbers such as 3/16, not {str(text)[:40]!r}")

@@ -215,7 +215,7 @@ class NumberRecording:
         self.made: list[tuple[Any, ...]] = []
         self.known: dict[tuple[Any, ...], int] = {}
         self.inputs: dict[Any, Traced] = {}
-        self.inputs |= {name: Traced(self, self._place("input", name)) for name in inputs}
+        self.inputs |= {name: Traced(self, self._slot("input", name)) for name in inputs}
 
     def place_of(self, value: Any) -> int:
         """Where a number is: a traced one of this recording, or a constant."""
@@ -223,7 +223,7 @@ class NumberRecording:
             if value.recording is not self:
                 raise Untraceable("numbers of two recordings")
             return value.place
-        return self._place("constant", float(value))
+        return self._slot("constant", float(value))
 
     def constant(self, value: float) -> Traced:
         """A constant as a traced number."""
@@ -244,13 +244,13 @@ class NumberRecording:
                 return operands[2]
         elif None not in values:
             with np.errstate(all="ignore"):
-                return self._place("constant", float(getattr(np, name)(*values)))
+                return self._slot("constant", float(getattr(np, name)(*values)))
         same = self._same(name, operands, values)
         if same is not None:
             return same
         if name in SYMMETRIC:
             operands = tuple(sorted(operands))
-        return self._place(name, *operands)
+        return self._slot(name, *operands)
 
     def needed(self, targets: Sequence[Any]) -> list[int]:
         """Places of all that these numbers need, themselves included, in the order of recording."""
@@ -280,7 +280,7 @@ class NumberRecording:
             return operands[1]
         return None
 
-    def _place(self, *made: Any) -> int:
+    def _slot(self, *made: Any) -> int:
         key = made
         if made[0] == "constant":  # two zeros, and values that are no number, by their bits
             key = "constant", np.float64(made[1]).tobytes()

@@ -78,7 +78,9 @@ class DualSolution(Solution):
         """Only some of the instants."""
         whole: Any = self.record
         values, tangents = whole.values[instants], whole.tangents[instants]
-        return _made(self, self.system, DualRecord(values, tangents, whole.loads, whole.size))
+        return _dual_solution(
+            self, self.system, DualRecord(values, tangents, whole.loads, whole.size)
+        )
 
     def reaction(self, joint: str, on: str | None = None) -> Reaction:
         """Force and torque of a joint. That of a cam has no torque at its point of contact, whose
@@ -116,10 +118,10 @@ class DualSolution(Solution):
 
 def dual_solution(run: Solution, values: dict[str, Any], record: DualRecord) -> DualSolution:
     """A result of the analysis of `run` with the numbers `values` and the histories of `record`."""
-    return _made(run, dataclasses.replace(run.system, values=values), record)
+    return _dual_solution(run, dataclasses.replace(run.system, values=values), record)
 
 
-def _made(run: Solution, system: System, record: DualRecord) -> DualSolution:
+def _dual_solution(run: Solution, system: System, record: DualRecord) -> DualSolution:
     t: Any = record.take(system.record_rows)
     return DualSolution(
         system=system,

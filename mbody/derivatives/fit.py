@@ -342,7 +342,7 @@ def best_numbers(
 ) -> BestNumbers:
     """The best numbers. Where data leave directions open, one unknown of each is held as it is."""
     search = _ResidualSearch(problem, units, bounds)
-    given = _given(problem, deviations)
+    given = _deviations(problem, deviations)
     sigma = problem.ranges() if given is None else given
     numbers = np.concatenate([problem.start, np.zeros(len(problem.shifts))])
     numbers, known = search.best(numbers, sigma)
@@ -428,7 +428,7 @@ class _ResidualSearch:
         return whole(found.x)
 
 
-def _given(problem: FitProblem, given: Mapping[str, float] | None) -> Array | None:
+def _deviations(problem: FitProblem, given: Mapping[str, float] | None) -> Array | None:
     if given is None:
         return None
     given = {problem.column(name, "a deviation"): value for name, value in given.items()}

@@ -262,7 +262,7 @@ def series_of(system: System, given: Any, free: bool) -> list[DataSeries]:
     several = given if isinstance(given, Sequence) and not isinstance(given, str) else [given]
     if not several:
         raise ModelError("fit: there are no data: give columns by name, or a CSV file")
-    found = [_one(system, one, free) for one in several]
+    found = [_data_series(system, one, free) for one in several]
     first = list(found[0].measures)
     for n, one in enumerate(found[1:], 2):
         if list(one.measures) != first:
@@ -273,7 +273,7 @@ def series_of(system: System, given: Any, free: bool) -> list[DataSeries]:
     return found
 
 
-def _one(system: System, given: Any, free: bool) -> DataSeries:
+def _data_series(system: System, given: Any, free: bool) -> DataSeries:
     if isinstance(given, str | os.PathLike):
         given = measured_data(given)
     if not isinstance(given, Mapping):
@@ -554,7 +554,7 @@ class FitProblem:
             for n in range(len(self.series))
         }
 
-    def _found(self, numbers: Array) -> list[Any]:
+    def _predictions(self, numbers: Array) -> list[Any]:
         """Histories of all runs, and what makes their derivatives; those of the last numbers are
         kept.
         """
@@ -574,7 +574,7 @@ class FitProblem:
     def histories(self, numbers: Array) -> list[Array]:
         """Data less fit of every run, (columns, instants)."""
         found = []
-        for n, (values, _) in enumerate(self._found(numbers)):
+        for n, (values, _) in enumerate(self._predictions(numbers)):
             values = values.copy()
             for k, (run, name) in enumerate(self.shifts.values()):
                 if run == n:
@@ -593,7 +593,7 @@ class FitProblem:
     def jacobian(self, numbers: Array, sigma: Array) -> Array:
         """Its derivatives, (data, unknowns)."""
         rows = []
-        for n, (_, point) in enumerate(self._found(numbers)):
+        for n, (_, point) in enumerate(self._predictions(numbers)):
             own = self.runs[n].jacobian(point)
             shifts = np.zeros((*own.shape[:2], len(self.shifts)))
             for k, (run, name) in enumerate(self.shifts.values()):

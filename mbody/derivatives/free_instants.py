@@ -177,7 +177,7 @@ def _prescribed(
     for name, (body, place, _), *_ in free:
         places[f"start.{body}.{place}"] = f"{name}.law.value"
         places[f"start.{body}.{RATES[place]}"] = f"{name}.law.speed"
-    made = _made(system, names)
+    made = _start_tangents(system, names)
     own = [name for name in names if name in system.values or name in places]
     every_name = [*own, *(name for name in made if name not in own and name in places)]
     found, lost = np.zeros((2 * n, len(names))), dict[str, str]()
@@ -270,7 +270,7 @@ def _workspace(system: System, start: Solution) -> Work:
     return work
 
 
-def _made(system: System, names: Sequence[str]) -> dict[str, np.ndarray]:
+def _start_tangents(system: System, names: Sequence[str]) -> dict[str, np.ndarray]:
     """Derivatives of the numbers of the start that formulas make of some parameters."""
     mechanism, settings = system.mechanism, system.mechanism.simulation
     values = dual_values(system, [name for name in names if name in system.values])
@@ -356,7 +356,7 @@ class DualWalk:
             last = found[len(times) - 1]
             y = self._state(last)
             self._check_sides(stretch, y)
-            begun, now = self._left(stretch, y)
+            begun, now = self._end_time(stretch, y)
             if stretch.guard is not None:
                 near = inside[np.abs(t[inside] - stretch.end) <= self.times.short]
                 changes[near] = np.nan
@@ -479,7 +479,9 @@ class DualWalk:
 
     # -- the end of a stretch -----------------------------------------------------------------
 
-    def _left(self, stretch: ModeStretch, y: DualNumber) -> tuple[DualNumber, DualInstant | None]:
+    def _end_time(
+        self, stretch: ModeStretch, y: DualNumber
+    ) -> tuple[DualNumber, DualInstant | None]:
         """The time at which a stretch ends; the instant there that moves with it, where the motion
         ends by an event.
         """

@@ -307,7 +307,7 @@ def _summary(found: CamAnalysis) -> str:
                 "greatest pressure angle",
                 f"{math.degrees(found.greatest.value):.4f}",
                 "deg",
-                _at(found.greatest),
+                _angle_text(found.greatest),
             )
         )
     if found.roller:
@@ -355,10 +355,10 @@ def _summary(found: CamAnalysis) -> str:
 def _radius(words: str, place: CamPlace, unit: str) -> tuple[str, str, str, str]:
     if not math.isfinite(place.value):
         return words, "none", "", ""
-    return words, number(place.value), unit, _at(place)
+    return words, number(place.value), unit, _angle_text(place)
 
 
-def _at(place: CamPlace) -> str:
+def _angle_text(place: CamPlace) -> str:
     return f"{math.degrees(place.psi):.3f}"
 
 

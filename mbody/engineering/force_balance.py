@@ -451,7 +451,7 @@ def force_balance(model: Mechanism | System, on: Mapping[Any, Any], **options: A
     if np.linalg.norm(momentum) <= FORCE_NONE_BALANCE * size:
         momentum = 0.0 * momentum
     moments = best_moments(columns, momentum, radii)
-    complete = _left(columns, moments, radii, momentum) <= FORCE_NONE_BALANCE * size
+    complete = _residual_momentum(columns, moments, radii, momentum) <= FORCE_NONE_BALANCE * size
     before, notes = _shaking(run), []
     moving = float(np.abs(before.magnitude).max(initial=0.0)) > 0.0
     if not moving:
@@ -465,7 +465,7 @@ def force_balance(model: Mechanism | System, on: Mapping[Any, Any], **options: A
         for place, radius, moment in zip(places, radii, moments, strict=True)
     )
     described = model if isinstance(model, Mechanism) else model.mechanism
-    made = _made(described, system, weights)
+    made = _balanced(described, system, weights)
     after = _same_motion(made[1], run)
     old, new = (
         [_shaking(one) for one in ((motion,) if moving else _unit_rates(motion))]
@@ -596,7 +596,7 @@ def _rank(columns: Array, length: float) -> int:
     return int((sizes > SINGULAR_VALUE_ZERO * sizes[0]).sum()) if sizes.size and sizes[0] else 0
 
 
-def _left(columns: Array, moments: Array, radii: Array, present: Array) -> float:
+def _residual_momentum(columns: Array, moments: Array, radii: Array, present: Array) -> float:
     """Norm of the momentum left by counterweights."""
     masses = np.hypot(*moments.T) / radii
     added = np.column_stack([masses, moments]).ravel()
@@ -653,7 +653,7 @@ def _local(system: System, place: Marker) -> tuple[float, float]:
     return float(x), float(y)
 
 
-def _made(
+def _balanced(
     described: Mechanism, system: System, weights: tuple[Counterweight, ...]
 ) -> tuple[Mechanism, System]:
     """Description and system with counterweights; other numbers are those of the system."""
@@ -708,7 +708,7 @@ def _would_do(wanted: Mapping[Marker, float], blocks: list[Solution], present: A
     places, radii = list(wanted), np.array(list(wanted.values()))
     columns = _rows(blocks, places, "v")
     moments = best_moments(columns, present, radii)
-    return _left(columns, moments, radii, present) <= FORCE_NONE_BALANCE * float(
+    return _residual_momentum(columns, moments, radii, present) <= FORCE_NONE_BALANCE * float(
         np.linalg.norm(present)
     )
 

@@ -588,7 +588,7 @@ def internal_loads(
     m = np.einsum("tk,tks->ts", forces.across, arms) - np.einsum(
         "tk,tks->ts", forces.couple, before
     )
-    x, y, bent = _own(run, body, bar, mass, forces.weight, cuts, after)
+    x, y, bent = _inertial_loads(run, body, bar, mass, forces.weight, cuts, after)
     n, v, m = n - x, v + y, m + bent
     size = max(float(np.abs(n).max()), float(np.abs(v).max()))
     moment_scale = max(float(np.abs(m).max()), size * bar.length)
@@ -661,7 +661,7 @@ def _cuts(bar: Bar, mass: LinkMass, place: Array, places: int) -> tuple[Array, A
     return cuts[order], after[order]
 
 
-def _own(
+def _inertial_loads(
     run: Solution, body: str, bar: Bar, mass: LinkMass, weight: Array, cuts: Array, after: Array
 ) -> tuple[Array, Array, Array]:
     """Force along and across the bar by inertia and weight of what is before the cuts, and the

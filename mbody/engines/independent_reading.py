@@ -286,7 +286,7 @@ class PlainLaw:
     """A law as plain formulas: called it gives values, and `derivatives` (f, f′, f″) at a place."""
 
     def __init__(self, of: Any) -> None:
-        self._of = of
+        self._function = of
 
     def __call__(self, x: Any) -> Any:
         """Values at a place, or at an array of them."""
@@ -299,7 +299,7 @@ class PlainLaw:
             table = np.array([self.derivatives(one) for one in places.ravel().tolist()])
             f, f1, f2 = table.reshape(*places.shape, 3).transpose(-1, *range(places.ndim))
             return f, f1, f2
-        found = self._of(Jet(float(x), 1.0))
+        found = self._function(Jet(float(x), 1.0))
         if not isinstance(found, Jet):
             found = Jet(float(found))
         return float(found.f), float(found.f1), float(found.f2)

@@ -356,7 +356,7 @@ class ClosureWriter:
     def _no(self, element: Element, why: str) -> None:
         self.refused.append(Inexpressible(element.name, why))
 
-    def _part(self, key: str, tag: str, name: str, **given: str) -> ET.Element:
+    def _add_element(self, key: str, tag: str, name: str, **given: str) -> ET.Element:
         self.built.add(name)
         return ET.SubElement(self.document.parts[key], tag, {"name": name, **given})
 
@@ -369,10 +369,10 @@ class ClosureWriter:
             self._connect(element)
         elif type(element) is Fixed:
             one, other = (self._site(element, side, turned=True) for side in ("i", "j"))
-            self._part("equality", "weld", name, site1=one, site2=other)
+            self._add_element("equality", "weld", name, site1=one, site2=other)
         elif type(element) is Distance:
             self._line(element)
-            self._part("equality", "tendon", name, tendon1=name)
+            self._add_element("equality", "tendon", name, tendon1=name)
         elif type(element) is Gear:
             self._gear(element)
         elif type(element) is AngleCoupling:
@@ -394,7 +394,7 @@ class ClosureWriter:
         one, other = (safe(getattr(joint, side).body) for side in sides)
         place = self.document.frame_of(getattr(joint, sides[0]).body, at.x, at.y)
         anchor = numbers(self.scale.length, *place, 0.0)
-        self._part("equality", "connect", joint.name, body1=one, body2=other, anchor=anchor)
+        self._add_element("equality", "connect", joint.name, body1=one, body2=other, anchor=anchor)
 
     def _half(self, joint: Joint, body: str) -> None:
         """The second half of a body, on the other side of a sliding joint, welded to the
@@ -429,7 +429,7 @@ class ClosureWriter:
             site = f"{name}.{'half' if part == name else 'rest'}"
             self._put(part, site, (ends[1].x, ends[1].y))
             sites.append(site)
-        self._part("equality", "weld", joint.name, site1=sites[0], site2=sites[1])
+        self._add_element("equality", "weld", joint.name, site1=sites[0], site2=sites[1])
 
     def _under_pin(self, joint: Joint, i: MarkerFrame, j: MarkerFrame) -> MarkerFrame:
         """The place of a slot that coincides with its pin at the start."""
@@ -493,7 +493,7 @@ class ClosureWriter:
         if not self._sum(element.name, parts):
             self._no(element, "none of its angles can change in the tree of bodies")
             return
-        self._part("equality", "tendon", element.name, tendon1=element.name)
+        self._add_element("equality", "tendon", element.name, tendon1=element.name)
 
     # -- tendons and places ----------------------------------------------------------------------
 
@@ -514,7 +514,7 @@ class ClosureWriter:
         kept = {key: factor for key, factor in parts.items() if abs(factor) > 0.0}
         if not kept:
             return False
-        made = self._part("tendon", "fixed", name, **given)
+        made = self._add_element("tendon", "fixed", name, **given)
         for key, factor in kept.items():
             ET.SubElement(made, "joint", joint=key, coef=numbers(1.0, factor))
         return True
@@ -522,7 +522,7 @@ class ClosureWriter:
     def _line(self, element: Element, **given: str) -> None:
         """A spatial tendon between the two places of an element."""
         sites = [self._site(element, side) for side in ("i", "j")]
-        made = self._part("tendon", "spatial", element.name, **given)
+        made = self._add_element("tendon", "spatial", element.name, **given)
         for site in sites:
             ET.SubElement(made, "site", site=site)
 
@@ -575,7 +575,7 @@ class ElementWriter(ClosureWriter):
         elif kind is Gravity:
             self._no(load, "gravity varies with time, in MJCF it is constant")
         elif kind in (Force, Torque):
-            self._given(load)
+            self._applied_load(load)
         elif kind in (Spring, Damper, TorsionSpring, TorsionDamper) and load.law is None:
             turning = kind in (TorsionSpring, TorsionDamper)
             unit = self.scale.torque if turning else self.scale.force / self.scale.length
@@ -625,7 +625,7 @@ class ElementWriter(ClosureWriter):
         if not self._sum(load.name, turns, **given):
             self._no(load, "its bodies do not turn against each other")
 
-    def _given(self, load: Any) -> None:
+    def _applied_load(self, load: Any) -> None:
         """A force or a torque as an actuator: with its value where that is constant."""
         name = load.name
         value = float(self.system.law_of(load, "value")(0.0))
@@ -650,7 +650,7 @@ class ElementWriter(ClosureWriter):
         if not load.follows:
             given["refsite"] = self._world()
         gear = numbers(1.0, math.cos(angle), math.sin(angle), 0, 0, 0, 0)
-        self._part("actuator", tag, name, site=f"{name}.at", gear=gear, **given)
+        self._add_element("actuator", tag, name, site=f"{name}.at", gear=gear, **given)
 
     def _world(self) -> str:
         """A site with the axes of the world, for directions."""
@@ -667,10 +667,10 @@ class ElementWriter(ClosureWriter):
         if not turns:
             return False
         if list(turns.values()) == [1.0]:
-            self._part("actuator", tag, element.name, joint=next(iter(turns)), **given)
+            self._add_element("actuator", tag, element.name, joint=next(iter(turns)), **given)
         else:
             self._sum(element.name, turns)
-            self._part("actuator", tag, element.name, tendon=element.name, **given)
+            self._add_element("actuator", tag, element.name, tendon=element.name, **given)
         return True
 
     # -- drivers ---------------------------------------------------------------------------------
@@ -682,7 +682,7 @@ class ElementWriter(ClosureWriter):
             done = self._turned(driver, "motor", driver.body, driver.relative_to, {})
         elif type(driver) is DistanceDriver:
             self._line(driver)
-            self._part("actuator", "motor", name, tendon=name)
+            self._add_element("actuator", "motor", name, tendon=name)
         elif type(driver) is CoordinateDriver:
             done = self._slid(driver) or self._pushed(driver)
         if not done:
@@ -702,7 +702,7 @@ class ElementWriter(ClosureWriter):
         site, world = f"{driver.name}.j", self._world()
         self._put(driver.j.body, site, (at.x, at.y))
         gear = numbers(1.0, math.cos(base.angle), math.sin(base.angle), 0, 0, 0, 0)
-        self._part("actuator", "motor", driver.name, site=site, refsite=world, gear=gear)
+        self._add_element("actuator", "motor", driver.name, site=site, refsite=world, gear=gear)
         return True
 
     def _fixed(self, name: str) -> bool:
@@ -710,7 +710,7 @@ class ElementWriter(ClosureWriter):
         motor = self.document.parts["actuator"][-1]
         for key in ("joint", "tendon"):
             if motor.get(key):
-                self._part("equality", key, name, **{f"{key}1": str(motor.get(key))})
+                self._add_element("equality", key, name, **{f"{key}1": str(motor.get(key))})
                 return True
         return False
 
@@ -730,7 +730,7 @@ class ElementWriter(ClosureWriter):
                 continue
             sign = round(float(along)) * (1.0 if pair[0] == driver.i.body else -1.0)
             name = column.name
-            self._part("actuator", "motor", driver.name, joint=name, gear=numbers(1.0, sign))
+            self._add_element("actuator", "motor", driver.name, joint=name, gear=numbers(1.0, sign))
             return True
         return False
 

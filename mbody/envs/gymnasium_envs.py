@@ -43,7 +43,7 @@ class MechanismEnv(gymnasium.Env[Array, Array]):
         self._episodes = Episodes(task, 1)
         self.sims = self._episodes.sims
         self.action_space, self.observation_space = _box(task.actions), _box(task.observations)
-        self._begun = False
+        self._was_reset = False
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -51,12 +51,12 @@ class MechanismEnv(gymnasium.Env[Array, Array]):
         """Begin an episode; see Gymnasium."""
         super().reset(seed=seed)
         self._episodes.begin(np.array([0]), [self.np_random])
-        self._begun = True
+        self._was_reset = True
         return self._episodes.observe()[0], {}
 
     def step(self, action: Array) -> tuple[Array, float, bool, bool, dict[str, Any]]:
         """One step; see Gymnasium."""
-        if not self._begun:
+        if not self._was_reset:
             raise ModelError("the environment has not begun: call reset before step")
         given = _actions(action, (len(self._episodes.task.actions),))
         episodes = self._episodes

@@ -97,10 +97,10 @@ def rounded_bar(points: list[Place], radius: float) -> Contour | None:
 def parts_of(system: System, width: float, hole: float) -> list[PartOutline]:
     """All parts of a mechanism, the ground first. `width`, `hole` [length]."""
     bodies = (system.mechanism.ground, *system.mechanism.bodies)
-    return [_part(system, body, width, hole) for body in bodies]
+    return [_outline_of(system, body, width, hole) for body in bodies]
 
 
-def _part(system: System, link: Body, width: float, hole: float) -> PartOutline:
+def _outline_of(system: System, link: Body, width: float, hole: float) -> PartOutline:
     body, numbers = link.name, system.numbers
     part = PartOutline(body)
     for joint in system.mechanism.joints:

@@ -118,7 +118,7 @@ class DrawnLinkage:
         self.notes: list[str] = []
         self._points: dict[str, dict[str, Place]] = {GROUND: {}}
         self._elements: list[Element] = []
-        self._taken = {GROUND}
+        self._used_names = {GROUND}
 
     @property
     def length_unit(self) -> str:
@@ -135,9 +135,9 @@ class DrawnLinkage:
         plain = re.sub(r"\W+", "_", wanted).strip("_")[:LONGEST] or "link"
         plain = f"n{plain}" if plain[0].isdigit() else plain
         name, n = plain, 2
-        while name in self._taken:
+        while name in self._used_names:
             name, n = f"{plain}_{n}", n + 1
-        self._taken.add(name)
+        self._used_names.add(name)
         return name
 
     def link(self, wanted: str) -> str:

@@ -76,7 +76,7 @@ OF_THIS_MACHINE = "host.fmu.so"
 
 def fmu_binaries() -> Mapping[Platform, Path]:
     """The binaries by platform, built where neither the package nor the cache has them."""
-    found = _there(PACKAGE / "core_libraries")
+    found = _binaries_in(PACKAGE / "core_libraries")
     if found:
         return found
     folder = cache_folder(_stamp())
@@ -85,14 +85,14 @@ def fmu_binaries() -> Mapping[Platform, Path]:
             "the binaries of co-simulation units have to be built, and no folder to keep them can "
             "be written: set MBODY_CACHE_DIR"
         )
-    found = _there(folder)
+    found = _binaries_in(folder)
     if not found:
         _build(folder)
-        found = _there(folder)
+        found = _binaries_in(folder)
     return found
 
 
-def _there(folder: Path) -> dict[Platform, Path]:
+def _binaries_in(folder: Path) -> dict[Platform, Path]:
     """Those of a folder that were made from the present sources; none without one of Linux on
     this machine's processor where they are made here.
     """
@@ -100,7 +100,7 @@ def _there(folder: Path) -> dict[Platform, Path]:
     found = {}
     for one in PLATFORMS:
         names = [one.file]
-        if one is _here():
+        if one is _this_platform():
             names.append(OF_THIS_MACHINE)
         for file in (folder / name for name in names):
             if one not in found and file.exists() and sources in file.read_bytes():
@@ -108,7 +108,7 @@ def _there(folder: Path) -> dict[Platform, Path]:
     return found
 
 
-def _here() -> Platform | None:
+def _this_platform() -> Platform | None:
     """The platform of this machine, where binaries are built."""
     if not sys.platform.startswith("linux"):
         return None
@@ -126,7 +126,7 @@ def _stamp() -> str:
 def _build(folder: Path) -> None:
     """Build the binaries into a folder: with ziglang for all machines, else for this one."""
     zig = find_spec("ziglang") is not None
-    here = _here()
+    here = _this_platform()
     missing = [] if find_spec("numba") else ["numba"]
     if not zig and (here is None or linker() is None):
         missing.append("ziglang")

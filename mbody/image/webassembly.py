@@ -35,7 +35,7 @@ def browser_core() -> Path:
     ready = ready_core()
     if ready is not None:
         return ready
-    folder = _kept()
+    folder = _core_folder()
     if folder is None:
         raise ModelError(
             "the core for browsers has to be built, and no folder to keep it can be written: set "
@@ -48,12 +48,12 @@ def browser_core() -> Path:
 
 def ready_core() -> Path | None:
     """The file of the core for browsers where the package or the cache has it."""
-    sources, folder = source_hash() or "", _kept()
+    sources, folder = source_hash() or "", _core_folder()
     places = [PACKAGE / "core_libraries" / FILE, *([] if folder is None else [folder / FILE])]
     return next((one for one in places if one.exists() and made_from(one, sources)), None)
 
 
-def _kept() -> Path | None:
+def _core_folder() -> Path | None:
     """The folder of the cache for this core."""
     stamp = hashlib.sha256(f"{TARGET} {source_hash() or ''}".encode()).hexdigest()[:STAMP_DIGITS]
     return cache_folder(stamp)

@@ -641,7 +641,7 @@ class _Hill:
         far = np.array([one.turn or half_width for one in self.wanted])
         return np.maximum(bounds[:, 0], middle - far), np.minimum(bounds[:, 1], middle + far)
 
-    def _at(self, x: Array) -> _Place | None:
+    def _linearized_at(self, x: Array) -> _Place | None:
         here = self.rows.about(x)
         return None if here is None else _Place(x, here)
 
@@ -653,7 +653,7 @@ class _Hill:
         for half_width in SEVERAL_UNKNOWNS_REACHES:
             low, high = self._box(end, half_width)
             low, high = np.maximum(low, self.low), np.minimum(high, self.high)
-            program = Program(self._at, (low, high), self.aim, self.limits, _nothing)
+            program = Program(self._linearized_at, (low, high), self.aim, self.limits, _nothing)
             program.sizes = self.scale[:-1].tolist()
             program.scale, program.mobile = float(self.scale[-1]), 1.0
             found = program.search(end)

@@ -232,7 +232,7 @@ class Solver:
         found, why = [], ""
         for place in places:
             try:
-                found.append(self._found(place))
+                found.append(self._answer_case(place))
             except (ModelError, SolveError) as error:
                 why = why or str(error)
         if not found:
@@ -337,14 +337,14 @@ class Solver:
         """Of other questions: all that Newton's method finds from several starts, or the best."""
         if not self.question.objective:
             return self._roots(range(len(self.equations)))
-        u = self._one() if len(self.wanted) == 1 else self._several()
+        u = self._best_of_one() if len(self.wanted) == 1 else self._several()
         place = self.rows.about(u)
         if place is None:  # alone, as between two edges
             rest, size = self.rows(u[None])
             place = Affine(u, rest[0], np.zeros((rest.shape[1], len(u))), size[0])
         return [place]
 
-    def _one(self) -> Array:
+    def _best_of_one(self) -> Array:
         """The best value of one unknown, over the whole of its range."""
         (one,) = self.wanted
         signs = np.ones(len(self.sides) + 1)
@@ -518,7 +518,7 @@ class Solver:
 
     # -- results and sentences ----------------------------------------------------------------
 
-    def _found(self, place: Affine) -> AnswerCase:
+    def _answer_case(self, place: Affine) -> AnswerCase:
         """The solution at a place."""
         run = self.trials.run(place.base)
         rest, _ = self.trials.measured(run, self.rows.relations, self.question.objective)

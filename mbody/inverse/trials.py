@@ -300,7 +300,7 @@ class Trials:
             try:
                 batch = self.system.with_values(self._values(us))
                 run = self.analysis(batch, t=self.time, guess=self.known[0].poses)
-                return self._whole(run, relations, objective, len(us))
+                return self._residuals(run, relations, objective, len(us))
             except (ModelError, SolveError):
                 pass  # one by one, so that the others have values
         found = np.full((2, len(us), len(relations) + 1), np.nan)
@@ -355,13 +355,13 @@ class Trials:
             there = self._from(begin + (done + part) * (u - begin), near.poses)
             if there is not None and not there.leaps_from(near):
                 done += part
-                near = self._kept(there, begin + done * (u - begin))
+                near = self._remember(there, begin + done * (u - begin))
                 there, part = self._from(u, near.poses), 1.0 - done
         else:
-            return self._kept(there, u).run
+            return self._remember(there, u).run
         # beyond a gap in which loops do not close its side is all that is known of a branch
         if direct is not None and direct.side and direct.side == self.known[0].side:
-            return self._kept(direct, u).run
+            return self._remember(direct, u).run
         return None
 
     def _from(self, u: Array, poses: Poses) -> Reached | None:
@@ -371,7 +371,7 @@ class Trials:
         except (ModelError, SolveError):
             return None
 
-    def _kept(self, there: Reached, u: Array) -> Reached:
+    def _remember(self, there: Reached, u: Array) -> Reached:
         self.known.append(there)
         self.places = np.vstack([self.places, u])
         return there
@@ -407,7 +407,7 @@ class Trials:
         """right − left of every relation, then the objective, and the size of their terms, of one
         trial: (relations + 1,) each.
         """
-        rest, size = self._whole(run, relations, objective, 1)
+        rest, size = self._residuals(run, relations, objective, 1)
         return rest[0], size[0]
 
     def reached(self, u: Array) -> Solution | None:
@@ -422,7 +422,7 @@ class Trials:
         self.failed = u
         return None
 
-    def _whole(
+    def _residuals(
         self, run: Solution, relations: list[Relation], objective: str, count: int
     ) -> tuple[Array, Array]:
         rest, size = np.zeros((2, count, len(relations) + 1))

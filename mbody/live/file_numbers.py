@@ -138,14 +138,14 @@ def _parsed(value: Any) -> tuple[float, str] | None:
     return float(parts[1]), parts[2].strip()
 
 
-def _at(tree: Any, path: Path) -> Any:
+def _value_at(tree: Any, path: Path) -> Any:
     for key in path:
         tree = tree[key]
     return tree
 
 
 def _number(tree: Any, path: Path) -> float:
-    parsed = _parsed(_at(tree, path))
+    parsed = _parsed(_value_at(tree, path))
     assert parsed is not None
     return parsed[0]
 
@@ -165,7 +165,7 @@ def _values(tree: Any, numbers: dict[Path, float]) -> dict[str, float]:
     """All numbers of the mechanism of these tables."""
     new: dict[Path, Any] = {}
     for path, number in numbers.items():
-        old = _at(tree, path)
+        old = _value_at(tree, path)
         parsed = _parsed(old) if isinstance(old, str) else None
         new[path] = number if parsed is None else f"{number!r} {parsed[1]}"
     return dict(assemble(built(_with(tree, new))).values)
@@ -189,7 +189,7 @@ def _cut(tree: Any, found: dict[Path, dict[str, float]]) -> CutFile:
     marks: dict[str, Path] = {}
     new: dict[Path, Any] = {}
     for n, path in enumerate(found):
-        old = _at(tree, path)
+        old = _value_at(tree, path)
         if isinstance(old, str):
             mark = f"@number {n}@"
             new[path] = f"{mark} {_parsed(old)[1]}".strip()  # type: ignore[index]
@@ -203,7 +203,7 @@ def _cut(tree: Any, found: dict[Path, dict[str, float]]) -> CutFile:
     for place, mark in at:
         cut.parts.append(made[start:place])
         start = place + len(mark)
-        value, unit = _parsed(_at(tree, marks[mark]))  # type: ignore[misc]
+        value, unit = _parsed(_value_at(tree, marks[mark]))  # type: ignore[misc]
         cut.numbers.append(FileNumber(value, unit, found[marks[mark]]))
     cut.parts.append(made[start:])
     whole = "".join(

@@ -98,10 +98,10 @@ class Anchors:
         self.other_system = self._changed(self.steps)
         self.driven = len(scene.run) > 1 and scene.run.analysis in DRIVEN
         try:
-            self.base, self.other = self._made(self.system), self._made(self.other_system)
+            self.base, self.other = self._sketch(self.system), self._sketch(self.other_system)
         except (ModelError, SolveError):  # other numbers move the ends of its range
             self.driven = False
-            self.base, self.other = self._made(self.system), self._made(self.other_system)
+            self.base, self.other = self._sketch(self.system), self._sketch(self.other_system)
         recording = Recording(changeable.rules)
         self.recording, self.values = recording, changeable.values(dict(recording.inputs))
         machine = self.system.mechanism
@@ -134,7 +134,7 @@ class Anchors:
             {name: float(self.system.values[name]) + by for name, by in changes.items()}
         )
 
-    def _made(self, system: System) -> SceneSketch:
+    def _sketch(self, system: System) -> SceneSketch:
         """The scene for some numbers, with a motion as that of the scene where it is driven."""
         return sketched(Pose(self._run(system), 0), self.scene.unit, self.scene.small)
 
@@ -176,7 +176,7 @@ class Anchors:
                 self._add(marker.body, made, plain, f"{element.name}.{side}")
         for body in (*machine.bodies, machine.ground):
             for point in body.points:
-                made, *plain = (_place(one, body.name, point) for one in (self.traced, *sets))
+                made, *plain = (_arm(one, body.name, point) for one in (self.traced, *sets))
                 self._add(body.name, made, plain, f"{body.name}.{point}")
             self._add(body.name, (0.0, 0.0), [(0.0, 0.0)] * 3, body.name)
         for joint in machine.joints:
@@ -252,14 +252,16 @@ class Anchors:
         self.targets.append(value)
         return len(self.targets) - 1
 
-    def _of(self, body: str) -> list[int]:
+    def _anchors_on(self, body: str) -> list[int]:
         return [n for n, one in enumerate(self.anchors) if one.body == body]
 
     def _nearest(self, body: str, at: Array) -> int:
-        return min(self._of(body), key=lambda n: float(np.hypot(*(self.anchors[n].shown - at))))
+        return min(
+            self._anchors_on(body), key=lambda n: float(np.hypot(*(self.anchors[n].shown - at)))
+        )
 
 
-def _place(numbers: Numbers, body: str, point: str) -> tuple[Any, Any]:
+def _arm(numbers: Numbers, body: str, point: str) -> tuple[Any, Any]:
     """A named point from the mass centre of its body."""
     (x, y), (cx, cy) = numbers.point(f"{body}.{point}"), numbers.point(f"{body}.cg")
     return x - cx, y - cy
@@ -423,7 +425,7 @@ class _Follower(Anchors):
         first = moved[finite][0]
         if float(np.abs(moved[finite] - first).max()) > self.same:
             return None
-        fits = [n for n in self._of(body) if self._equal(self.anchors[n].moved, first)]
+        fits = [n for n in self._anchors_on(body) if self._equal(self.anchors[n].moved, first)]
         middle = points[finite].mean(axis=0)
         return min(
             fits, key=lambda n: float(np.hypot(*(self.anchors[n].base - middle))), default=None
@@ -438,7 +440,7 @@ class _Follower(Anchors):
         """The anchor with which every point moves."""
         rows = []
         for k in np.flatnonzero(finite):
-            own = self._of(body)
+            own = self._anchors_on(body)
             fits = [n for n in own if self._equal(self.anchors[n].moved, moved[k])]
             if not fits:
                 return None
@@ -498,7 +500,7 @@ class _Follower(Anchors):
         for name, target in self.radii.items():
             value = float(self.system.values[name])
             grown = float(self.other_system.values[name]) - value
-            for n in self._of(body) if value and grown else ():
+            for n in self._anchors_on(body) if value and grown else ():
                 away = base.points[finite] - self.anchors[n].base
                 rest = moved[finite] - self.anchors[n].moved
                 if self._equal(rest, grown / value * away):
@@ -513,7 +515,11 @@ class _Follower(Anchors):
     def _tie(self, shown: KeptShape) -> Any:
         """The line from a link to its mass centre, which is the origin of its axes."""
         near = 2.0 * self.shown.size("pin")
-        own = [n for n in self._of(shown.carrier.turn) if self.anchors[n].key != shown.carrier.turn]
+        own = [
+            n
+            for n in self._anchors_on(shown.carrier.turn)
+            if self.anchors[n].key != shown.carrier.turn
+        ]
         far = [
             n for n in own if np.hypot(*(self.anchors[n].shown - self.anchors[own[0]].shown)) > near
         ]
@@ -526,7 +532,7 @@ class _Follower(Anchors):
         nodes = link_places(sketch, body)
         run, k = sketch.pose.run, sketch.pose.k
         kept = on(body).kept(np.array(nodes), run, k) if nodes else np.zeros((0, 2))
-        own = [n for n in self._of(body) if self.anchors[n].key != body]
+        own = [n for n in self._anchors_on(body) if self.anchors[n].key != body]
         if len(nodes) < 2:
             if len(nodes) == 0 or np.hypot(*kept[0]) > half:
                 own.append(self._key(body))
@@ -580,7 +586,7 @@ class _Follower(Anchors):
         for name, moves in tested:
             step = self.steps.get(name) or self.turns[name]
             try:
-                made = self._made(self._changed({name: step})).record.shapes
+                made = self._sketch(self._changed({name: step})).record.shapes
             except (ModelError, SolveError):
                 found[name] = "its loops do not close with it"
                 continue

@@ -52,7 +52,7 @@ def rolling_from(
     n(ψ) and the line of centres.
     """
     parameters = list(row.parameters)
-    (ix, iy), (jx, jy) = _place(row, 0, at, poses), _place(row, 1, at, poses)
+    (ix, iy), (jx, jy) = _arm_end(row, 0, at, poses), _arm_end(row, 1, at, poses)
     turned_i, turned_j = poses[row.i][2], poses[row.j][2]
     dx, dy = jx - ix, jy - iy
     if row.kind == "rack":
@@ -66,7 +66,7 @@ def rolling_from(
     return replace(row, parameters=parameters, switched=False)
 
 
-def _place(
+def _arm_end(
     row: ConstraintPrimitive, side: int, at: Numbers, poses: Mapping[str, Pose]
 ) -> tuple[Any, Any]:
     """Where the arm of the row on one of its bodies ends, in axes of the ground."""

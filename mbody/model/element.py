@@ -694,7 +694,7 @@ class OwnPhysics:
 
     def __init__(self, element: Element, count: int) -> None:
         self.count, self.element = count, element
-        self.fields = _own(element)
+        self.fields = _named_numbers(element)
         self._values = [_value(element, *field) for field in self.fields]
         self._present: Any = element
 
@@ -745,7 +745,7 @@ class WithOwnPhysics:
         return [*parameters, *physics.numbers(at)], physics
 
 
-def _own(element: Element) -> list[tuple[str, str]]:
+def _named_numbers(element: Element) -> list[tuple[str, str]]:
     """Fields of numbers, and of laws with each of their numbers."""
     found = []
     for field in dataclasses.fields(element):

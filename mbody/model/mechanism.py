@@ -208,7 +208,7 @@ class Mechanism:
             )
         points = {} if ground is None else ground
         shapes = {} if ground_shapes is None else ground_shapes
-        self.ground = self._taken(Body("ground", points=points, shapes=shapes))
+        self.ground = self._resolved(Body("ground", points=points, shapes=shapes))
         self._elements: dict[str, Element] = {}
         self._sorted: dict[type | str, tuple[Any, ...]] | None = None
         self._groups: dict[str, Between] = {}  # as they were given
@@ -391,14 +391,14 @@ class Mechanism:
                 self._find(Marker(body, (0.0, 0.0)), name)
         self._elements[name] = element  # its own formulas may measure it
         try:
-            self._elements[name] = self._taken(element)
+            self._elements[name] = self._resolved(element)
         except ModelError:
             del self._elements[name]
             raise
         if group:
             self._groups = {**self._groups, name: group[0]}
 
-    def _taken(self, element: E) -> E:
+    def _resolved(self, element: E) -> E:
         """The element with floats for its text; what they were made of is kept."""
         scope = self.parameters.scope()
         whole: Any = element
@@ -441,7 +441,7 @@ class Mechanism:
                 element,
             )
 
-    def _of(self, kind: type[E]) -> tuple[E, ...]:
+    def _elements_of(self, kind: type[E]) -> tuple[E, ...]:
         if self._sorted is None:
             return tuple(e for e in self._elements.values() if isinstance(e, kind))
         if kind not in self._sorted:
@@ -460,12 +460,12 @@ class Mechanism:
     @property
     def bodies(self) -> tuple[Body, ...]:
         """The moving bodies, in the order of the description."""
-        return self._of(Body)
+        return self._elements_of(Body)
 
     @property
     def joints(self) -> tuple[Joint, ...]:
         """The joints, in the order of the description."""
-        return self._of(Joint)
+        return self._elements_of(Joint)
 
     @property
     def couplings(self) -> tuple[Coupling, ...]:
@@ -475,7 +475,7 @@ class Mechanism:
     @property
     def drivers(self) -> tuple[Driver, ...]:
         """The drivers, in the order of the description."""
-        return self._of(Driver)
+        return self._elements_of(Driver)
 
     @property
     def constraints(self) -> tuple[Constraint, ...]:
@@ -515,7 +515,7 @@ class Mechanism:
     @property
     def loads(self) -> tuple[Load, ...]:
         """The loads, in the order of the description."""
-        return self._of(Load)
+        return self._elements_of(Load)
 
     @property
     def inputs(self) -> tuple[Input, ...]:

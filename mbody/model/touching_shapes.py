@@ -122,11 +122,11 @@ def as_shapes(given: Any, body: str, points: Mapping[str, Any]) -> dict[str, Sha
                 "body: choose another",
                 body,
             )
-        found[name] = _checked(_made(value, body, name), body, name, points)
+        found[name] = _checked(_shape(value, body, name), body, name, points)
     return found
 
 
-def _made(value: Any, body: str, name: str) -> Shape:
+def _shape(value: Any, body: str, name: str) -> Shape:
     """A shape, from itself or from a table."""
     if isinstance(value, Disc | Ring | Line | Segment | Polygon):
         return value

@@ -217,8 +217,8 @@ class Program:
         self.width = self.high - self.low
         self.sizes: list[float] | None = None
         self.scale, self.mobile = 1.0, 0.0
-        self._place = np.empty(0)
-        self._at: Any | None = None
+        self._last_x = np.empty(0)
+        self._last_evaluation: Any | None = None
 
     # -- sizes ----------------------------------------------------------------------------------
 
@@ -243,10 +243,13 @@ class Program:
 
     def at(self, x: np.ndarray) -> Any:
         """A design with derivatives, the last one kept."""
-        if not np.array_equal(x, self._place):
+        if not np.array_equal(x, self._last_x):
             self.mark()
-            self._place, self._at = x.copy(), self.evaluator(np.clip(x, self.low, self.high))
-        return self._at
+            self._last_x, self._last_evaluation = (
+                x.copy(),
+                self.evaluator(np.clip(x, self.low, self.high)),
+            )
+        return self._last_evaluation
 
     def search(self, x: np.ndarray) -> Found | None:
         """The end of a search from a design; None where that cannot be analysed."""
@@ -255,13 +258,13 @@ class Program:
             return None
         if self.sizes is None:
             self.measure_by(at)
-        best = self._found(at)
+        best = self._result(at)
         chosen, idle = _Chosen(self, at), 0
         for _ in range(ROUNDS):
             end = self._round(at, chosen)
             if end is None:
                 break
-            found, at = self._found(end), end
+            found, at = self._result(end), end
             more = chosen.add(end)
             gain = best.value - found.value if found.broken <= LIMIT_HOLDS else 0.0
             if _better(found, best):
@@ -285,7 +288,7 @@ class Program:
             at = self.at(self.low + self.width * u)
             if at is None:
                 return None
-            found.append(self._found(at))
+            found.append(self._result(at))
             return self._linearized(u, at)
 
         linear_steps(self._linearized((best.at.x - self.low) / self.width, best.at), look)
@@ -325,7 +328,7 @@ class Program:
             by_equal=slopes[True],
         )
 
-    def _found(self, at: Any) -> Found:
+    def _result(self, at: Any) -> Found:
         return Found(at, self.value(at), self.broken(at))
 
     def _round(self, start: Any, chosen: _Chosen) -> Any:

@@ -198,12 +198,12 @@ class Optimum(Inherited):
     loss: float
     pareto: tuple[ParetoPoint, ...]
     run: Solution
-    _kept: dict[str, Mechanism] = field(default_factory=dict)
+    _cache: dict[str, Mechanism] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        kept = self._kept
+        kept = self._cache
         lock(self)
-        object.__setattr__(self, "_kept", kept)
+        object.__setattr__(self, "_cache", kept)
 
     @property
     def mechanism(self) -> Mechanism:
@@ -214,9 +214,9 @@ class Optimum(Inherited):
         ModelError
             Where no model file can have such a mechanism; `run.system` is the optimum all the same.
         """
-        if "whole" not in self._kept:
-            self._kept["whole"] = with_numbers(self.run, self.values)
-        return self._kept["whole"]
+        if "whole" not in self._cache:
+            self._cache["whole"] = with_numbers(self.run, self.values)
+        return self._cache["whole"]
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the mechanism as a model file."""

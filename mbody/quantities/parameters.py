@@ -48,22 +48,22 @@ class Parameters(Mapping[str, "float | Formula"]):
         self.system = system
         #: Curves of the mechanism, which formulas call by name.
         self.curves: dict[str, Valued] = {}
-        self._given = {name: parameter_value(name, value) for name, value in given.items()}
+        self._values = {name: parameter_value(name, value) for name, value in given.items()}
         self._order = self._ordered()
         self._base = self.scope()
 
     def __getitem__(self, name: str) -> float | Formula:
-        return self._given[name]
+        return self._values[name]
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._given)
+        return iter(self._values)
 
     def __len__(self) -> int:
-        return len(self._given)
+        return len(self._values)
 
     def used_by(self, formula: Formula) -> frozenset[str]:
         """The parameters that a formula uses."""
-        return formula.names & self._given.keys()
+        return formula.names & self._values.keys()
 
     def scope(self, values: Mapping[str, Any] | None = None) -> Scope:
         """The values of the names: as described, or with other values of some parameters.
@@ -83,7 +83,7 @@ class Parameters(Mapping[str, "float | Formula"]):
         found: dict[str, Valued] = {}
         scope = Scope(self.system, found)
         for name in self._order:
-            own = self._given[name]
+            own = self._values[name]
             try:
                 made = evaluate(own.tree, scope) if isinstance(own, Formula) else Valued(own)
                 if values and name in values:
@@ -104,7 +104,7 @@ class Parameters(Mapping[str, "float | Formula"]):
         """The parameters in an order in which each follows those that it depends on."""
         needs = {
             name: sorted(self.used_by(own)) if isinstance(own, Formula) else []
-            for name, own in self._given.items()
+            for name, own in self._values.items()
         }
         try:
             return list(TopologicalSorter(needs).static_order())

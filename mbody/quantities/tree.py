@@ -182,10 +182,10 @@ def text_of(node: Node) -> str:
     >>> text_of(parse("(2)*((a+b)^2) - -(60 deg)"))
     '2 * (a + b)^2 - -60 deg'
     """
-    return _of(node)[0]
+    return _bracketed(node)[0]
 
 
-def _of(node: Node, least: int = SUM) -> tuple[str, int]:
+def _bracketed(node: Node, least: int = SUM) -> tuple[str, int]:
     """Text and its precedence; in brackets where that is less than `least`."""
     text, binds = _bare(node)
     return (f"({text})", PART) if binds < least else (text, binds)
@@ -200,14 +200,14 @@ def _bare(node: Node) -> tuple[str, int]:
         case Call(function=function, arguments=arguments):
             return f"{function}({', '.join(text_of(argument) for argument in arguments)})", PART
         case Negative(of=below):
-            return f"-{_of(below, FACTOR)[0]}", FACTOR
+            return f"-{_bracketed(below, FACTOR)[0]}", FACTOR
         case Measured():
             return _measured(node), MEASURED
         case Binary(operator="^", a=a, b=b):
-            return f"{_of(a, PART)[0]}^{_of(b, FACTOR)[0]}", POWER
+            return f"{_bracketed(a, PART)[0]}^{_bracketed(b, FACTOR)[0]}", POWER
         case Binary(operator=operator, a=a, b=b):
             own = SUM if operator in "+-" else PRODUCT
-            return f"{_of(a, own)[0]} {operator} {_of(b, own + 1)[0]}", own
+            return f"{_bracketed(a, own)[0]} {operator} {_bracketed(b, own + 1)[0]}", own
 
 
 def _measured(node: Measured) -> str:
@@ -218,7 +218,7 @@ def _measured(node: Measured) -> str:
         return f"{number} {node.unit.symbol}"
     # only mbody's own units may follow a name without brackets
     bare = known(node.symbols[0]) or not isinstance(node.of, Name | Call)
-    text = _of(node.of, PART)[0] if bare else f"({text_of(node.of)})"
+    text = _bracketed(node.of, PART)[0] if bare else f"({text_of(node.of)})"
     return f"{text} {node.unit.symbol}"
 
 

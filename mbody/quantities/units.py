@@ -528,7 +528,7 @@ def unit_system(name: str | UnitSystem) -> UnitSystem:
     if isinstance(name, str):
         if name in UNIT_SYSTEMS:
             return UNIT_SYSTEMS[name]
-        made = _made(name)
+        made = _coherent_system(name)
         if made is not None:
             return made
     names = ", ".join(repr(known) for known in UNIT_SYSTEMS)
@@ -538,7 +538,7 @@ def unit_system(name: str | UnitSystem) -> UnitSystem:
     )
 
 
-def _made(name: str) -> UnitSystem | None:
+def _coherent_system(name: str) -> UnitSystem | None:
     """A system of three units in `SYMBOLS`, None if they are not a length, a force and a time."""
     parts = [known(part) for part in name.split("-")] if len(name) <= 30 else []
     wanted = [DIMENSIONS[base] for base in ("length", "force", "time")]

@@ -141,7 +141,7 @@ def _bodies(subject: Subject, data: dict[str, Any]) -> Grid:
     centres, points = [""], [_points(data.get("ground", {}).get("points", {}))]
     for body in machine.bodies:
         own = data["bodies"].get(body.name, {})
-        centres.append(_place(own["cg"]) if "cg" in own else "")
+        centres.append(_place_text(own["cg"]) if "cg" in own else "")
         points.append(_points(own.get("points", {})))
     columns = [
         Cells("link", names, text=True),
@@ -169,10 +169,10 @@ def _shapes(data: dict[str, Any]) -> Grid | None:
 
 
 def _points(given: Any) -> str:
-    return "; ".join(f"{name} {_place(place)}" for name, place in given.items())
+    return "; ".join(f"{name} {_place_text(place)}" for name, place in given.items())
 
 
-def _place(given: Any) -> str:
+def _place_text(given: Any) -> str:
     """A place in link axes, as it was given."""
     if isinstance(given, dict):
         return f"{given.get('r')} @ {given.get('angle')}"
@@ -210,7 +210,7 @@ def _end(value: Any) -> str:
     point = value.get("point")
     words = str(value.get("body", ""))
     if point is not None:
-        words += f".{point}" if isinstance(point, str) else f" {_place(point)}"
+        words += f".{point}" if isinstance(point, str) else f" {_place_text(point)}"
     return words + (f" at {value['angle']}" if "angle" in value else "")
 
 

@@ -82,7 +82,7 @@ def momentum(run: Result, about: PlaceLike = (0.0, 0.0)) -> Momentum:
     >>> bool(abs(moved + 2.0 * of_all.y).max() < 1e-12)
     True
     """
-    ox, oy = _place(run, about)
+    ox, oy = _reference_point(run, about)
     mass = run.system.mass[: run.system.coordinates]
     zero = np.zeros_like(run.record.take(0))
     x, y, angular, mx, my = (zero.copy() for _ in range(5))
@@ -102,7 +102,7 @@ def momentum(run: Result, about: PlaceLike = (0.0, 0.0)) -> Momentum:
     return Momentum(x, y, angular, whole, centre)
 
 
-def _place(run: Result, about: PlaceLike) -> tuple[Any, Any]:
+def _reference_point(run: Result, about: PlaceLike) -> tuple[Any, Any]:
     """Where the place is: numbers, or arrays over the instants."""
     if isinstance(about, str | Marker):
         at = run.point(about)

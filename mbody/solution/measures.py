@@ -142,7 +142,7 @@ def argument(solution: Result, element: Any, field: str) -> Array | None:
     if found is None:
         return None
     if of in ("length", "angle"):
-        return found[0] - _own(solution, element, element.free)
+        return found[0] - _number_column(solution, element, element.free)
     return found[1]
 
 
@@ -162,7 +162,7 @@ def _measured(solution: Result, element: Any) -> tuple[Array, Array] | None:
     return turned(solution, element) if element.by_angle else None
 
 
-def _own(solution: Result, element: Element, key: str) -> Any:
+def _number_column(solution: Result, element: Element, key: str) -> Any:
     """A number of an element, a column of designs in a batch."""
     return column(solution.system.values[f"{element.name}.{key}"])
 
@@ -582,7 +582,7 @@ class _Histories(dict[str, Valued]):
                 self[name] = self._of_output(owner, *whole)
                 return self[name]
             if fixed is not None:
-                self[name] = Valued(self._part(owner, name), fixed)
+                self[name] = Valued(self._load_value(owner, name), fixed)
                 return self[name]
             dimension = _dimension(self.mechanism, owner, key)
             self[name] = Valued(self.history(owner, key), dimension)
@@ -594,11 +594,11 @@ class _Histories(dict[str, Valued]):
         """A quantity that a load makes of its numbers, its rate and its states."""
         tree = owned(parse(text), owner)
         system = self.mechanism.units
-        known = {name: self._part(owner, name) for name in tree.names}
+        known = {name: self._load_value(owner, name) for name in tree.names}
         found = evaluate(tree, Scope(system, {key: Valued(part) for key, part in known.items()}))
         return Valued(found.value, dimension_of(of))
 
-    def _part(self, owner: str, name: str) -> Any:
+    def _load_value(self, owner: str, name: str) -> Any:
         """A number of a load, or one of its histories, by dotted name."""
         numbers = self.mechanism[owner].numbers()
         key = name.removeprefix(f"{owner}.")

@@ -57,12 +57,12 @@ class Inputs(MutableMapping[str, float]):
     ) -> None:
         self._followed = dict(followed or {})
         self.names = tuple(values)
-        self._place = {name: n for n, name in enumerate(self.names)}
+        self._index = {name: n for n, name in enumerate(self.names)}
         self._values = [float(value) for value in values.values()]
         self._changed, self._others, self._number = changed, dict(others or {}), number
 
     def __getitem__(self, name: str) -> float:
-        place = self._place.get(name)
+        place = self._index.get(name)
         if place is not None:
             return self._values[place]
         if name in self._others:
@@ -70,7 +70,7 @@ class Inputs(MutableMapping[str, float]):
         raise self._unknown(name)
 
     def __setitem__(self, name: str, value: Any) -> None:
-        place = self._place.get(name)
+        place = self._index.get(name)
         if place is None:
             if name in self._others:
                 raise ModelError(f"the input '{name}' {self._others[name][0]}", name)
@@ -113,9 +113,9 @@ class Inputs(MutableMapping[str, float]):
             return found
         if isinstance(changes, Mapping):
             for name, value in changes.items():
-                if name not in self._place:
+                if name not in self._index:
                     raise self._unknown(name)
-                found[self._place[name]] = self._number(name, value)
+                found[self._index[name]] = self._number(name, value)
             return found
         try:
             row = np.asarray(changes, dtype=float).reshape(-1)

@@ -120,7 +120,7 @@ class LaneMotion:
         )
         self.many.scale[:] = 1.0
         self.records = self._blank(system.record_rows)
-        self._own = own_sizes(system)
+        self._own_sizes = own_sizes(system)
         self._workers = [self._worker() for _ in range(self.threads)]
         self._pool: ThreadPoolExecutor | None = None
 
@@ -204,7 +204,7 @@ class LaneMotion:
         y, rates = self.some(many.y, which), self.some(many.derivative, which)
         with np.errstate(invalid="ignore"):
             sizes = coordinate_sizes(self.system.length, y[:, n : 2 * n], rates[:, n : 2 * n])
-        own = np.broadcast_to(self._own, (len(which), len(self._own)))
+        own = np.broadcast_to(self._own_sizes, (len(which), len(self._own_sizes)))
         self.put_all(many.scale, which, np.hstack([sizes, own]))
         self.put(many.state, NEXT, which, 0.0)
 
@@ -297,10 +297,10 @@ class LaneInputs(MutableMapping[str, Array]):
         self._number, self._changed = number, changed
 
     def __getitem__(self, name: str) -> Array:
-        return self._lanes.row(self._lanes.many.inputs, self._place(name))
+        return self._lanes.row(self._lanes.many.inputs, self._input_index(name))
 
     def __setitem__(self, name: str, value: Any) -> None:
-        place, lanes = self._place(name), self._lanes
+        place, lanes = self._input_index(name), self._lanes
         values = self._values(name, value)
         of = lanes.many.inputs
         filled = np.full(lanes.groups * of.shape[2], values[-1])
@@ -314,7 +314,7 @@ class LaneInputs(MutableMapping[str, Array]):
             lanes.many.stale[different] = 1.0
             self._changed()
 
-    def _place(self, name: str) -> int:
+    def _input_index(self, name: str) -> int:
         if name in self.names:
             return self.names.index(name)
         if name in self._others:
@@ -349,7 +349,7 @@ class LaneInputs(MutableMapping[str, Array]):
         return np.broadcast_to(values.reshape(-1), (n,))
 
     def __delitem__(self, name: str) -> None:
-        self._place(name)
+        self._input_index(name)
         raise ModelError(f"the input '{name}' belongs to the mechanism: set it to a number", name)
 
     def __iter__(self) -> Iterator[str]:

@@ -106,16 +106,16 @@ class BodyNow:
 class _Compiled:
     """Numbers of one history of results, each made when it is first read."""
 
-    __slots__ = ("_made", "_make", "name")
+    __slots__ = ("_functions", "_make", "name")
 
     def __init__(self, name: str, make: Callable[[str], Read]) -> None:
         self.name, self._make = name, make
-        self._made: dict[str, Read] = {}
+        self._functions: dict[str, Read] = {}
 
     def _read(self, key: str) -> float:
-        read = self._made.get(key)
+        read = self._functions.get(key)
         if read is None:
-            read = self._made[key] = self._make(key)
+            read = self._functions[key] = self._make(key)
         return read()
 
 
@@ -232,7 +232,7 @@ class Readings:
         self._slots, self._shown = memoryview(slots.data), memoryview(shown.data)
         self._present = Present(self.system, memoryview(y.data), self._slots, self._instant_record)
         self._named: dict[str, BodyNow | PointNow] = {}
-        self._found: dict[Any, Any] = {}
+        self._values: dict[Any, Any] = {}
         self._measures: dict[Any, Read] = {}
         self._changed()
 
@@ -264,10 +264,10 @@ class Readings:
         try:
             return self._named[name]
         except KeyError:
-            found = self._named[name] = self._place(name)
+            found = self._named[name] = self._motion_of(name)
             return found
 
-    def _place(self, name: str) -> BodyNow | PointNow:
+    def _motion_of(self, name: str) -> BodyNow | PointNow:
         if isinstance(name, str) and name in self.system.bodies and name != "ground":
             return BodyNow(name, self._present)
         if not isinstance(name, str) or name.partition(".")[0] not in self.system.bodies:
@@ -285,9 +285,9 @@ class Readings:
         `mbody.Solution.reaction`.
         """
         key = "reaction", joint, on
-        found = self._found.get(key)
+        found = self._values.get(key)
         if found is None:
-            found = self._found[key] = self._reaction(joint, on)
+            found = self._values[key] = self._reaction(joint, on)
         return found
 
     def _reaction(self, joint: str, on: str | None) -> ReactionNow:
@@ -330,9 +330,9 @@ class Readings:
     def effort(self, name: str) -> float:
         """Present effort of a driver or a coupling [force·length, or force]."""
         key = "effort", name
-        read = self._found.get(key)
+        read = self._values.get(key)
         if read is None:
-            read = self._found[key] = self._present.read(self._present.instant.effort(name))
+            read = self._values[key] = self._present.read(self._present.instant.effort(name))
         return float(read())
 
     def measure(self, of: str | Measure) -> float:

@@ -455,7 +455,7 @@ class Stepwise(Integration):
     def _works(self) -> Array:
         return np.array([np.zeros(self.causes), self._gained])
 
-    def _kept(self) -> tuple[Array, Array, Array]:
+    def _kept_instants(self) -> tuple[Array, Array, Array]:
         return self.ends
 
     def meet(self, name: str, forces: OneSidedForce) -> None:

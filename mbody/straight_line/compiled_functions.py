@@ -27,7 +27,7 @@ class MotionWriter(FunctionWriter):
     words = WORDS_OF_MOTION
     addresses = dict.fromkeys(("small", "initial", "output"), FLOATS)
 
-    def _whole(self) -> None:
+    def _all_lanes(self) -> None:
         self.worst, self.when = self._variable(self.number), self._variable(self.number)
         self.rows_kept = sum(len(self.pieces[name].results) for name in self.groups)
         # rows of the last instants, as many as there are lanes: (rows, instants)
@@ -40,7 +40,7 @@ class MotionWriter(FunctionWriter):
         """Code for as many pieces as it has lanes, from `low` on."""
         for name in (*OWN, "q"):
             with self._loop(len(self.described.initial[name])) as row:
-                self._store(self._theirs(name, row), self._at(self.own[name], row))
+                self._store(self._theirs(name, row), self._element(self.own[name], row))
         self._store(self.zero, self.worst)
         self._store(self.zero, self.when)
         self._begin()
@@ -52,7 +52,7 @@ class MotionWriter(FunctionWriter):
         for n, variable in enumerate((self.newton["failed"], self.worst, self.when)):
             self._put("found", n, self._load(variable))
 
-    def _place(self, name: str, row: Any) -> Any:
+    def _lane_address(self, name: str, row: Any) -> Any:
         """Where a row of the caller's has the numbers of these lanes."""
         row = ir.Constant(I64, row) if isinstance(row, int) else row
         place = self.b.add(self.b.mul(row, self.word["lanes"]), self.low)
@@ -60,10 +60,10 @@ class MotionWriter(FunctionWriter):
         return self.b.inttoptr(address, self.number.as_pointer())
 
     def _theirs(self, name: str, row: Any) -> Any:
-        return self._load(self._place(name, row), CALLERS)
+        return self._load(self._lane_address(name, row), CALLERS)
 
     def _put(self, name: str, row: Any, value: Any) -> None:
-        self._store(value, self._place(name, row), CALLERS)
+        self._store(value, self._lane_address(name, row), CALLERS)
 
     def _load_step(self, k: Any) -> None:
         b = self.b
@@ -117,12 +117,12 @@ class MotionWriter(FunctionWriter):
         for name in self.groups:
             for row, value in self._piece(name).items():
                 at = b.add(place, ir.Constant(I64, self.lanes * int(row)))
-                self._store(value, self._at(self.buffer, at))
+                self._store(value, self._element(self.buffer, at))
         last = b.sub(self.word["instants"], ONE_MORE)
         with b.if_else(b.icmp_signed("==", k, last)) as (then, otherwise):
             with then, self._loop(self.rows_kept) as row:
                 at = b.add(place, b.mul(row, ir.Constant(I64, self.lanes)))
-                self._put("ends", row, self._load(self._at(self.buffer, at)))
+                self._put("ends", row, self._load(self._element(self.buffer, at)))
             with otherwise, b.if_then(b.icmp_signed("==", place, ir.Constant(I64, self.lanes - 1))):
                 self._turn(b.sub(k, place))
 
@@ -138,7 +138,9 @@ class MotionWriter(FunctionWriter):
                 for begin in range(0, self.lanes, SIDE):
                     square = []
                     for n in range(begin, begin + SIDE):
-                        numbers = self._numbers(self._at(self.buffer, b.add(buffer, _number(n))))
+                        numbers = self._numbers(
+                            self._element(self.buffer, b.add(buffer, _number(n)))
+                        )
                         square.append(b.load(self._side(numbers, _number(low)), align=8 * SIDE))
                     for n, value in enumerate(turned(b, square)):
                         place = b.add(lanes[low + n], _number(begin))
@@ -149,7 +151,9 @@ class MotionWriter(FunctionWriter):
 
     def _side(self, numbers: Any, place: Any) -> Any:
         """So many numbers side by side from a place on."""
-        return self.b.bitcast(self._at(numbers, place), ir.VectorType(SHARED, SIDE).as_pointer())
+        return self.b.bitcast(
+            self._element(numbers, place), ir.VectorType(SHARED, SIDE).as_pointer()
+        )
 
     def _rest(self) -> None:
         """The instants of a buffer that did not become full into the output."""
@@ -159,10 +163,10 @@ class MotionWriter(FunctionWriter):
         first = b.sub(kept, count)
         with self._loop(self.rows_kept) as row, self._loop(count) as n:
             buffer = b.add(b.mul(row, ir.Constant(I64, self.lanes)), n)
-            value = self._load(self._at(self.buffer, buffer))
+            value = self._load(self._element(self.buffer, buffer))
             for lane in range(self.lanes):
                 place = b.add(self._output_place(row, lane), b.add(first, n))
-                b.store(self._lane(value, lane), self._at(self.word["output"], place))
+                b.store(self._lane(value, lane), self._element(self.word["output"], place))
 
     def _output_place(self, row: Any, lane: int) -> Any:
         """Where a lane of the output begins: (rows, lanes, stride)."""
@@ -212,7 +216,7 @@ class DesignsWriter(FunctionWriter):
         rows = sum(len(self.pieces[name].results) for name in self.groups)
         self.buffer = self._variable(self.number, rows)
 
-    def _whole(self) -> None:
+    def _all_lanes(self) -> None:
         with self._loop(self.word["designs"], self.lanes) as low:
             self._designs(low)
 
@@ -230,9 +234,9 @@ class DesignsWriter(FunctionWriter):
             with self._loop(len(self.described.initial[name])) as row:
                 begin, value = b.mul(row, count), ir.Constant(self.number, ir.Undefined)
                 for lane, design in enumerate(members):
-                    number = b.load(self._at(self.word[name], b.add(begin, design)))
+                    number = b.load(self._element(self.word[name], b.add(begin, design)))
                     value = b.insert_element(value, number, ir.Constant(I32, lane))
-                self._store(value, self._at(self.own[name], row))
+                self._store(value, self._element(self.own[name], row))
         self._begin()
         with self._loop(self.word["instants"]) as k:
             self._instant(k)
@@ -241,13 +245,13 @@ class DesignsWriter(FunctionWriter):
         for lane in range(self.lanes):
             design = b.add(low, ir.Constant(I64, lane))
             with b.if_then(b.icmp_signed("<", design, count)):
-                b.store(self._lane(failed, lane), self._at(self.word["failed"], design))
+                b.store(self._lane(failed, lane), self._element(self.word["failed"], design))
 
     def _load_step(self, k: Any) -> None:
         b = self.b
         begin = b.mul(k, ir.Constant(I64, len(COLUMNS)))
         self.step = {
-            name: b.load(self._at(self.word["steps"], b.add(begin, ir.Constant(I64, n))))
+            name: b.load(self._element(self.word["steps"], b.add(begin, ir.Constant(I64, n))))
             for n, name in enumerate(COLUMNS)
         }
 
@@ -267,14 +271,14 @@ class DesignsWriter(FunctionWriter):
         """
         b = self.b
         for n, name in enumerate(self.groups):
-            flag = b.load(self._at(self.word["groups"], n))
+            flag = b.load(self._element(self.word["groups"], n))
             with b.if_then(b.icmp_signed("!=", flag, ir.Constant(I64, 0))):
                 for row, value in self._piece(name).items():
-                    self._store(value, self._at(self.buffer, int(row)))
+                    self._store(value, self._element(self.buffer, int(row)))
         designs, instants = self.word["designs"], self.word["instants"]
         with self._loop(self.word["count"]) as n:
-            row = b.load(self._at(self.word["kept"], n))
-            value = self._load(self._at(self.buffer, row))
+            row = b.load(self._element(self.word["kept"], n))
+            value = self._load(self._element(self.buffer, row))
             first = b.add(b.mul(b.add(b.mul(n, designs), low), instants), k)
             whole = b.icmp_signed("<=", b.add(low, ir.Constant(I64, self.lanes)), designs)
             with b.if_else(whole) as (then, otherwise):
@@ -289,4 +293,4 @@ class DesignsWriter(FunctionWriter):
 
     def _put(self, value: Any, lane: int, first: Any, instants: Any) -> None:
         place = self.b.add(first, self.b.mul(instants, ir.Constant(I64, lane)))
-        self.b.store(self._lane(value, lane), self._at(self.word["output"], place))
+        self.b.store(self._lane(value, lane), self._element(self.word["output"], place))

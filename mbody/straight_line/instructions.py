@@ -133,7 +133,7 @@ def instructions(
 
     def of(target: Any) -> Any:
         value = values[recording.place_of(target)]
-        return _as(builder, kind, value)
+        return _in_lanes(builder, kind, value)
 
     return of
 
@@ -141,7 +141,7 @@ def instructions(
 def _operation(builder: Any, name: str, operands: list[Any]) -> Any:
     kinds = (one.type for one in operands if not isinstance(one, float))
     kind = next(filter(_of_lanes, kinds), SHARED)
-    values = [_as(builder, kind, one) for one in operands]
+    values = [_in_lanes(builder, kind, one) for one in operands]
     if name in _BINARY:
         return getattr(builder, _BINARY[name])(*values, flags=_FLAGS)
     if name in _EXTREME:
@@ -155,7 +155,7 @@ def _operation(builder: Any, name: str, operands: list[Any]) -> Any:
     raise Untraceable(f"{name} of lanes")
 
 
-def _as(builder: Any, kind: Any, value: Any) -> Any:
+def _in_lanes(builder: Any, kind: Any, value: Any) -> Any:
     if isinstance(value, float):
         return constant(kind, value)
     return in_all_lanes(builder, value, kind)

@@ -41,7 +41,7 @@ OWN = ("par", "mass", "q", "past", "time")
 MOST = 24
 OUTPUT = WORDS_OF_MOTION.index("output")
 _lock = threading.Lock()
-_made: dict[str, StraightLineCode | None] = {}
+_codes: dict[str, StraightLineCode | None] = {}
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,9 +174,9 @@ def straight_line_code(
         digest.update(array.tobytes())
     key = digest.hexdigest()[:32]
     with _lock:
-        if key not in _made:
-            _made[key] = _found(key, arrays)
-        return _made[key]
+        if key not in _codes:
+            _codes[key] = _built_code(key, arrays)
+        return _codes[key]
 
 
 def _description(
@@ -218,7 +218,7 @@ def _own_sources() -> str:
     return digest.hexdigest()
 
 
-def _found(key: str, arrays: dict[str, np.ndarray]) -> StraightLineCode | None:
+def _built_code(key: str, arrays: dict[str, np.ndarray]) -> StraightLineCode | None:
     kept = selection.machine_code_folder()
     if kept is None:
         return None

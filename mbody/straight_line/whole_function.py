@@ -80,12 +80,12 @@ class FunctionWriter(ABC):
         self.entry, self.b = ir.IRBuilder(entry), ir.IRBuilder(start)
         self._arguments(function.args[0])
         self._memory()
-        self._whole()
+        self._all_lanes()
         self.b.ret(ir.Constant(I32, 0))
         self.entry.branch(start)
 
     @abstractmethod
-    def _whole(self) -> None:
+    def _all_lanes(self) -> None:
         """All lanes through all instants."""
 
     @abstractmethod
@@ -123,7 +123,7 @@ class FunctionWriter(ABC):
         made.align = self._bytes(kind)
         return made
 
-    def _at(self, memory: Any, place: Any) -> Any:
+    def _element(self, memory: Any, place: Any) -> Any:
         place = ir.Constant(I64, place) if isinstance(place, int) else place
         return self.b.gep(memory, [place])
 
@@ -204,7 +204,7 @@ class FunctionWriter(ABC):
         if kind == "newton":
             return self._load(self.newton[which])
         if kind in OWN:
-            return self._load(self._at(self.own[kind], which))
+            return self._load(self._element(self.own[kind], which))
         if kind == "past":
             return self._load(self._past(which))
         return self._load(self.rows[kind, which])
@@ -215,7 +215,7 @@ class FunctionWriter(ABC):
         """
         which, beside = divmod(row, self.place_rows)
         begin = self.b.load(self.at[("last", "second", "before")[which]])
-        return self._at(self.past, self.b.add(begin, ir.Constant(I64, beside)))
+        return self._element(self.past, self.b.add(begin, ir.Constant(I64, beside)))
 
     # ------------------------------------------------------------------------------------------
     # Instants
@@ -225,15 +225,15 @@ class FunctionWriter(ABC):
         b = self.b
         for row, variable in self.rows.items():
             if row[0] == "q":
-                self._store(self._load(self._at(self.own["q"], row[1])), variable)
+                self._store(self._load(self._element(self.own["q"], row[1])), variable)
             elif row in self.initial:
-                place = self._at(self.word["initial"], self.initial.index(row))
+                place = self._element(self.word["initial"], self.initial.index(row))
                 self._store(self._everywhere(b.load(place)), variable)
             else:
                 first = self.described.initial[row[0]][row[1]] if row[0] != "time" else 0.0
                 self._store(constant(self.number, float(first)), variable)
         with self._loop(3 * self.place_rows) as row:
-            self._store(self.zero, self._at(self.past, row))
+            self._store(self.zero, self._element(self.past, row))
         for n, name in enumerate(("last", "second", "before")):
             b.store(ir.Constant(I64, n * self.place_rows), self.at[name])
         b.store(ir.Constant(I1, 0), self.by_three)

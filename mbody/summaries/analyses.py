@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
 
 #: Free motions and joints that are shown.
-SHOWN = 12
+SHOWN_JOINTS = 12
 #: What holds in one direction only: one of it, several, and how it is counted.
 ONE_SIDED = {
     "contacts": ("contact", "contacts", "open"),
@@ -133,8 +133,8 @@ def _redundant(report: Mobility) -> list[str]:
     words = [
         name if most == 1 else f"{name} (up to {count})" for name, count in report.redundant.items()
     ]
-    if len(words) > SHOWN:
-        words[SHOWN:] = [f"{len(words) - SHOWN} joints more"]
+    if len(words) > SHOWN_JOINTS:
+        words[SHOWN_JOINTS:] = [f"{len(words) - SHOWN_JOINTS} joints more"]
     rows = many(report.of_joints.redundant, "row")
     where = " at this position" if report.of_joints.singular else ""
     names = " or ".join([", ".join(words[:-1]), words[-1]])
@@ -155,19 +155,19 @@ def _one_sided(report: Mobility) -> list[str]:
 def _motions(title: str, motions: Sequence[FreeMotion]) -> list[str]:
     if not motions:
         return ["", f"{title}: none"]
-    wide = len(str(min(SHOWN, len(motions))))
+    wide = len(str(min(SHOWN_JOINTS, len(motions))))
     lines = ["", title, "─" * len(title)]
-    for n, motion in enumerate(motions[:SHOWN], 1):
+    for n, motion in enumerate(motions[:SHOWN_JOINTS], 1):
         lines += paragraph(motion.words, f"{n:>{wide}}  ")
-    if len(motions) > SHOWN:
-        lines.append(f"{'':>{wide}}  and {len(motions) - SHOWN} more")
+    if len(motions) > SHOWN_JOINTS:
+        lines.append(f"{'':>{wide}}  and {len(motions) - SHOWN_JOINTS} more")
     return lines
 
 
 # -- Summaries of assembly modes, circuits and dead centres ---------------------------------------
 
 #: Modes that are shown.
-ASSEMBLIES_SHOWN = 40
+SHOWN_ASSEMBLY_MODES = 40
 
 
 def assemblies_summary(found: AssemblyModes) -> str:
@@ -247,7 +247,7 @@ def _modes(found: AssemblyModes, circuits: Circuits | None) -> list[str]:
     if not len(found) and found.complete:
         proof = "; it is proven that the loops close nowhere there"
     lines += ["", *paragraph(counted + proof), ""]
-    modes = list(found)[:ASSEMBLIES_SHOWN]
+    modes = list(found)[:SHOWN_ASSEMBLY_MODES]
     names = [body.name for body in machine.bodies]
     first = [n == 0 for _ in modes for n in range(len(names))]
 
@@ -269,8 +269,8 @@ def _modes(found: AssemblyModes, circuits: Circuits | None) -> list[str]:
     columns.append(Column("angle", angles([place[2] for place in places]) if places else [], "deg"))
     if modes:
         lines += table(columns)
-    if len(found) > ASSEMBLIES_SHOWN:
-        lines.append(f"and {len(found) - ASSEMBLIES_SHOWN} more")
+    if len(found) > SHOWN_ASSEMBLY_MODES:
+        lines.append(f"and {len(found) - SHOWN_ASSEMBLY_MODES} more")
     return lines
 
 
@@ -320,7 +320,7 @@ def _dead_centres(found: DeadCentres) -> str:
 # -- The readable summary of rest positions: what ``print(mbody.equilibrium(machine))`` shows ----
 
 #: Positions, links and joints that are shown.
-EQUILIBRIUM_SHOWN = 12
+SHOWN_EQUILIBRIA = 12
 
 
 def equilibrium_summary(found: Equilibria) -> str:
@@ -340,13 +340,13 @@ def equilibrium_summary(found: Equilibria) -> str:
     count = len(found)
     counted = f"{count} rest position{'' if count == 1 else 's'}"
     when = f"equilibrium at t = {number(found.t)} {found.units.time}: {counted}"
-    shown = list(found)[:EQUILIBRIUM_SHOWN]
+    shown = list(found)[:SHOWN_EQUILIBRIA]
     lines = title(found.mechanism, when, found.units)
     tables = [_positions, _links, _forces] if shown else []
     for rows in (*(one(found, shown) for one in tables), _bands(found)):
         lines += ["", *rows] if rows else []
-    if count > EQUILIBRIUM_SHOWN:
-        lines.append(f"and {count - EQUILIBRIUM_SHOWN} more")
+    if count > SHOWN_EQUILIBRIA:
+        lines.append(f"and {count - SHOWN_EQUILIBRIA} more")
     notes = [f"{n}: {note}" for n, one in enumerate(shown, 1) for note in one.notes]
     return "\n".join(even([*lines, *noted([*notes, *found.notes])]))
 
@@ -376,7 +376,7 @@ def _bands(found: Equilibria) -> list[str]:
     """Link axes of the leader at both ends of the bands in which friction holds."""
     rows = [
         (n, band, word, None if end is None else end[band.leader])
-        for n, band in enumerate(found.bands[:EQUILIBRIUM_SHOWN], 1)
+        for n, band in enumerate(found.bands[:SHOWN_EQUILIBRIA], 1)
         for word, end in (("from", band.low), ("to", band.high))
         if not band.everywhere
     ]
@@ -420,7 +420,7 @@ def _least(stiffness: np.ndarray) -> float:
 
 def _links(found: Equilibria, shown: list[Equilibrium]) -> list[str]:
     """Mass centre and angle of every link at every rest position."""
-    bodies = [body.name for body in shown[0].solution.mechanism.bodies][:EQUILIBRIUM_SHOWN]
+    bodies = [body.name for body in shown[0].solution.mechanism.bodies][:SHOWN_EQUILIBRIA]
     rows = [(n, name, e[name]) for name in bodies for n, e in enumerate(shown, 1)]
     unit, floor = found.units.length, PRINTED_NONE * shown[0].solution.system.length
     columns = [
@@ -439,7 +439,7 @@ def _forces(found: Equilibria, shown: list[Equilibrium]) -> list[str]:
     names, unit = force_names(mechanism), found.units.of
     floor = max(force_floor(e.solution) for e in shown)
     cells: list[tuple[str, str, int, float, float]] = []
-    for joint in mechanism.joints[:EQUILIBRIUM_SHOWN]:
+    for joint in mechanism.joints[:SHOWN_EQUILIBRIA]:
         for n, e in enumerate(shown, 1):
             force = e.reaction(joint.name, on=names[joint.name][1])
             labels = (names[joint.name][0], joint.name)
@@ -485,7 +485,7 @@ def curve_summary(curve: EquilibriumCurve) -> str:
     marks |= dict.fromkeys(curve.folds, "fold") | dict.fromkeys(curve.crossings, "crossing")
     changed = [n for n in range(1, last) if curve.stability[n] != curve.stability[n - 1]]
     alone = {n for n in changed if n not in marks and n - 1 not in marks}
-    rows = sorted({*marks, *alone})[: 2 * EQUILIBRIUM_SHOWN]
+    rows = sorted({*marks, *alone})[: 2 * SHOWN_EQUILIBRIA]
     bodies = [body.name for body in machine.bodies][:6]
     onward = [curve.stability[min(n + 1, last)] for n in rows]
     columns = [
@@ -517,7 +517,7 @@ def _moving(curve: EquilibriumCurve, name: str, rows: list[int]) -> list[Column]
 # -- The readable summary of modes: what ``print(mbody.modes(machine))`` shows -------------------
 
 #: Positions, modes of each, and leaders of a mode that are shown.
-MODES_SHOWN, MODES, LEADERS = 6, 20, 4
+SHOWN_MODES, MODES, LEADERS = 6, 20, 4
 
 
 def modes_summary(found: Modes) -> str:
@@ -537,12 +537,12 @@ def modes_summary(found: Modes) -> str:
     counted = f"{count} rest position{'' if count == 1 else 's'}"
     when = f"modes at t = {number(found.t)} {found.units.time}: {counted}"
     lines = title(found.mechanism, when, found.units)
-    for n, one in enumerate(list(found)[:MODES_SHOWN], 1):
+    for n, one in enumerate(list(found)[:SHOWN_MODES], 1):
         lines += ["", *paragraph(f"{one.stability}, at {_where(one)}", f"REST {n}   ")]
         lines += _table(found, one)
         lines += [line for note in one.notes for line in paragraph(note, "NOTE   ")]
-    if count > MODES_SHOWN:
-        lines.append(f"and {count - MODES_SHOWN} more")
+    if count > SHOWN_MODES:
+        lines.append(f"and {count - SHOWN_MODES} more")
     return "\n".join(even([*lines, *certified(found)]))
 
 
@@ -634,7 +634,7 @@ def answers_summary(answer: Answer, name: str = "") -> str:
     lines += ["", *_requested(answer)]
     for n, found in enumerate(answer.solutions, start=1):
         title = "UNKNOWNS" if len(answer) == 1 else f"SOLUTION {n}"
-        lines += ["", *_found(found, title)]
+        lines += ["", *_answer_lines(found, title)]
     if answer.doubts:
         lines += ["", *paragraph(answer.status, "STATUS   ")]
     return "\n".join(even([*lines, *noted(answer.notes)]))
@@ -653,7 +653,7 @@ def _requested(answer: Answer) -> list[str]:
     return lines
 
 
-def _found(found: AnswerCase, title: str) -> list[str]:
+def _answer_lines(found: AnswerCase, title: str) -> list[str]:
     """The unknowns, what binds, the forces of the joints and the measures."""
     names, run = list(found.unknowns), found.run
     lines = table(
@@ -690,7 +690,7 @@ def _joints(found: AnswerCase) -> list[str]:
 # -- Summary of a transmission -------------------------------------------------------------------
 
 #: Instants that are shown.
-TRANSMISSION_SHOWN = 13
+SHOWN_INSTANTS = 13
 
 
 def transmission_summary(found: Transmission) -> str:
@@ -718,8 +718,8 @@ def transmission_summary(found: Transmission) -> str:
     last = len(found) - 1
     kept = sorted(
         {
-            round(n * last / (min(TRANSMISSION_SHOWN, len(found)) - 1 or 1))
-            for n in range(TRANSMISSION_SHOWN)
+            round(n * last / (min(SHOWN_INSTANTS, len(found)) - 1 or 1))
+            for n in range(SHOWN_INSTANTS)
         }
     )
     kept = [k for k in kept if k <= last]
@@ -749,7 +749,7 @@ def _cells(values: Any) -> list[str]:
 # -- The readable summary of a cross-check: what ``print(mbody.crosscheck(machine))`` shows ------
 
 #: Quantities of an engine that are shown, where some differ and where all agree: the worst first.
-CROSSCHECK_SHOWN, ENOUGH = 16, 8
+SHOWN_QUANTITIES, SHOWN_WHERE_ALL_AGREE = 16, 8
 
 
 def crosscheck_summary(report: Any) -> str:
@@ -767,10 +767,10 @@ def crosscheck_summary(report: Any) -> str:
 
 def _engine_lines(name: str, result: Any) -> list[str]:
     """One engine: its quantities, what it cannot express, how it was used."""
-    rows = sorted(result.rows, key=_part, reverse=True)
+    rows = sorted(result.rows, key=_relative_difference, reverse=True)
     differ = [row for row in rows if row.verdict != "agrees"]
-    shown = CROSSCHECK_SHOWN if differ else ENOUGH
-    lines = _crosscheck_table(result.engine, rows[:shown])
+    shown = SHOWN_QUANTITIES if differ else SHOWN_WHERE_ALL_AGREE
+    lines = _quantity_table(result.engine, rows[:shown])
     more = len(rows) - shown
     summary = f"DIFFERS in {len(differ)} of" if differ else "agrees in"
     summary += f" {len(rows)} quantities"
@@ -783,12 +783,12 @@ def _engine_lines(name: str, result: Any) -> list[str]:
     return [*lines, *noted(result.notes)]
 
 
-def _part(row: Any) -> float:
+def _relative_difference(row: Any) -> float:
     """The difference as a part of what is expected."""
     return float(row.difference / row.expected) if row.expected else float("inf")
 
 
-def _crosscheck_table(engine: str, rows: Sequence[Any]) -> list[str]:
+def _quantity_table(engine: str, rows: Sequence[Any]) -> list[str]:
     if not rows:
         return [engine]
     return table(

@@ -182,7 +182,7 @@ class Sweep:
         unit = "" if kind is None else units.of(kind)
         return angle if unit == units.of(DIMENSIONS["angle"]) else unit
 
-    def _given(self, name: str, angle: str) -> tuple[np.ndarray, str]:
+    def _parameter_values(self, name: str, angle: str) -> tuple[np.ndarray, str]:
         """Values of a parameter and their unit, angles in "deg" or "rad"."""
         values, unit = self.parameter(name), self.unit_of(name, angle)
         return (degrees_of(values) if unit == "deg" else values), unit
@@ -193,7 +193,7 @@ class Sweep:
         `units`.
         """
         given = self.samples.given_names
-        table: dict[str, Any] = {name: self._given(name, angle)[0] for name in given}
+        table: dict[str, Any] = {name: self._parameter_values(name, angle)[0] for name in given}
         for name in self.names:
             column = self._column(name)
             table[name] = column if column.ndim == 1 else list(column)
@@ -238,7 +238,7 @@ class Sweep:
             return []
         columns = [Column("DESIGN", [str(n) for n in range(len(self))])]
         for name in self.samples.given_names:
-            values, unit = self._given(name, "deg")  # as all summaries have angles
+            values, unit = self._parameter_values(name, "deg")  # as all summaries have angles
             columns.append(Column(name, numbers(values), unit))
         measures = [name for name in self.names if self._column(name).ndim == 1]
         if not measures:

@@ -237,13 +237,13 @@ def _loop_of(run: Solution, point: str) -> _Loop:
     driven = {name for driver in machine.drivers for name in driver.bodies}
     grounded.sort(key=lambda one: one[1] not in driven)
     if len(grounded) == 2:
-        made = _four_bar(run, body, grounded[0], grounded[1], _at(place))
+        made = _four_bar(run, body, grounded[0], grounded[1], _first_point(place))
     elif len(grounded) == 1 and len(sliding) == 1:
         made = _slider(
-            run, body, grounded[0], sliding[0][0], sliding[0][2], sliding[0][1], _at(place)
+            run, body, grounded[0], sliding[0][0], sliding[0][2], sliding[0][1], _first_point(place)
         )
     elif len(grounded) == 1 and len(slots) == 1 and slots[0].i.body == "ground":
-        made = _slider(run, body, grounded[0], slots[0], slots[0], body, _at(place))
+        made = _slider(run, body, grounded[0], slots[0], slots[0], body, _first_point(place))
     else:
         raise ModelError(
             f"cognates: '{body}' is no coupler of a four-bar or slider-crank: it needs pins to two "
@@ -261,13 +261,13 @@ def _loop_of(run: Solution, point: str) -> _Loop:
     return made
 
 
-def _at(history: Any) -> complex:
+def _first_point(history: Any) -> complex:
     return complex(float(history.x[0]), float(history.y[0]))
 
 
 def _end(run: Solution, joint: Joint, body: str) -> complex:
     """Where a joint is on one of its bodies."""
-    return _at(run.point(joint.i if joint.i.body == body else joint.j))
+    return _first_point(run.point(joint.i if joint.i.body == body else joint.j))
 
 
 def _turned(run: Solution, names: tuple[str, ...]) -> tuple[float, ...]:

@@ -658,9 +658,9 @@ class Judge:
         for one in candidates:
             if len(self.kept) >= count and float(np.square(one.misses).sum()) > exact:
                 break
-            self._one(one)
+            self._judge_candidate(one)
 
-    def _one(self, candidate: Candidate) -> None:
+    def _judge_candidate(self, candidate: Candidate) -> None:
         if any(self._alike(candidate.row, other) for other in self._seen):
             return
         self._seen.append(candidate.row)

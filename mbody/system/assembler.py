@@ -267,7 +267,7 @@ class _Compiler:
         self.bodies = (*mechanism.bodies, mechanism.ground)
         self.index = {body.name: n for n, body in enumerate(self.bodies)}
         self.polar = polar_points(mechanism)
-        at = self._own = Numbers(self.numbers, self.polar, mechanism.bodies)
+        at = self._numbers_by_name = Numbers(self.numbers, self.polar, mechanism.bodies)
         #: Drivers that follow positions, with their moving bodies.
         self.following = following(mechanism, at)
         # shapes that cannot touch have no rows
@@ -316,7 +316,11 @@ class _Compiler:
     def read(self, numbers: dict[str, Any]) -> Numbers:
         """Numbers by dotted name, as elements read them; of the description each arm once."""
         moving = self.mechanism.bodies
-        return self._own if numbers is self.numbers else Numbers(numbers, self.polar, moving)
+        return (
+            self._numbers_by_name
+            if numbers is self.numbers
+            else Numbers(numbers, self.polar, moving)
+        )
 
     @functools.cached_property
     def numbers(self) -> dict[str, Any]:

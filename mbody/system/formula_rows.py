@@ -529,7 +529,7 @@ class FormulaRows:
                 code, a, b = self._law(what, laws, places)
             else:
                 code, a, b = self._read(what, int(first)) or self._operation(what, places)
-            places[place] = self._place(code, a, b)
+            places[place] = self._row_of(code, a, b)
         for code, number, row in goals:
             self.rows.append((code, places[number], 0, row))
 
@@ -537,7 +537,7 @@ class FormulaRows:
         """(steps, 4)."""
         return np.array(self.rows, dtype=np.int64).reshape(-1, 4)
 
-    def _place(self, code: int, a: int, b: int) -> int:
+    def _row_of(self, code: int, a: int, b: int) -> int:
         """Where a number is, recorded if it was not yet."""
         if (code, a, b) not in self._known:
             self._known[code, a, b] = self.count

@@ -379,7 +379,7 @@ class Differentiated:
             return None
         if len(given) == 1:
             inner = self._inner(name, given[0], one)
-            return inner * _there(rates[0])
+            return inner * _existing(rates[0])
         return self._of_two(name, one, *given, *rates)
 
     def _of_law(self, name: str, operands: list[int]) -> Derivative:
@@ -391,7 +391,7 @@ class Differentiated:
         if len(places) == 2:
             raise NotSmooth("table of two variables")
         following = {"law": "law rate", "law rate": "law bend"}[name]
-        return self.steps.read(following, n, places[0]) * _there(rates[0])
+        return self.steps.read(following, n, places[0]) * _existing(rates[0])
 
     def _inner(self, name: str, a: Recorded, g: Recorded) -> Recorded:
         """g′(a) of a function of one number, whose value is g."""
@@ -435,12 +435,12 @@ class Differentiated:
             return _sum(_product(da, b), _product(db, a))
         if name == "/":
             top = _sum(da, _product(db, steps.operation("negative", g)))
-            return _there(top) / b
+            return _existing(top) / b
         if name == "hypot":
-            return _there(_sum(_product(da, a), _product(db, b))) / g
+            return _existing(_sum(_product(da, a), _product(db, b))) / g
         if name == "atan2":
             top = _sum(_product(da, b), _product(db, steps.operation("negative", a)))
-            return _there(top) / (a * a + b * b)
+            return _existing(top) / (a * a + b * b)
         if name in ("min", "max"):
             first = steps.operation("step", b - a if name == "min" else a - b)
             rest = steps.number(1.0) - first
@@ -450,7 +450,7 @@ class Differentiated:
         return _sum(by_base, None if db is None else db * g * steps.operation("log", a))
 
 
-def _there(one: Derivative) -> Recorded:
+def _existing(one: Derivative) -> Recorded:
     """A derivative that is known to be there."""
     assert one is not None
     return one

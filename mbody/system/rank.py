@@ -514,11 +514,11 @@ class LargeRank(RankCounts):
         """Combinations of rows that vanish, some at a time: (combinations, rows) of length one."""
         if not self.redundant:
             return
-        for chunk in self._left.chunks():
+        for chunk in self._null_vectors.chunks():
             yield chunk / np.linalg.norm(chunk, axis=1)[:, None]
 
     @functools.cached_property
-    def _left(self) -> SparseRank:
+    def _null_vectors(self) -> SparseRank:
         """Null vectors of the transpose: columns are rows of Φ_q, in groups of a joint."""
         parts = self.parts
         widths = np.bincount(parts.element)  # none for an element without rows

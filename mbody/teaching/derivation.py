@@ -503,7 +503,7 @@ class _DerivationWriter:
             about.append(("Status", self.run.status))
         chapters = [Chapter("links", "Links", self._links())]
         if self.machine.drivers:
-            chapters.append(Chapter("given", "Given motion", [self._given()]))
+            chapters.append(Chapter("given", "Given motion", [self._given_motion()]))
         for n, one in enumerate(self.loops, 1):
             chapters.append(Chapter(f"loop-{n}", f"Loop {n}", self._loop(one)))
         if self.conditions:
@@ -532,7 +532,7 @@ class _DerivationWriter:
             )
         ]
 
-    def _given(self) -> Grid:
+    def _given_motion(self) -> Grid:
         rows = [
             [float(part[self.k]) for part in self.run.driven(driver.name)]
             for driver in self.machine.drivers

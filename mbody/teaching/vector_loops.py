@@ -458,7 +458,7 @@ class _Walk:
         """The signed vectors of one loop."""
         for n, step in enumerate(chain):
             sign = 1 if step.entered == step.joint.bodies[1] else -1
-            for own in self._own(step.joint):
+            for own in self._joint_vectors(step.joint):
                 yield sign, own
             link = self._link(step, chain[(n + 1) % len(chain)])
             if link:
@@ -487,7 +487,7 @@ class _Walk:
         at = self.run.body(body)
         return float(at.omega[self.k]), float(at.alpha[self.k])
 
-    def _own(self, joint: Any) -> Iterable[LoopVector]:
+    def _joint_vectors(self, joint: Any) -> Iterable[LoopVector]:
         """Of a joint itself, from its place on i to that on j."""
         if joint.role == "joint" and joint.coincident:
             return

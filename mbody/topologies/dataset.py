@@ -281,7 +281,7 @@ class _Growth:
             # sin² of the angle between the bars
             return path, (across * square * square > LEAST * a * b).all(axis=1)
 
-        self._place(k, which, placed)
+        self._draw_joint(k, which, placed)
         for end in ends:
             self._link(which, np.column_stack([end[which], np.full(len(which), k)]))
 
@@ -319,7 +319,7 @@ class _Growth:
             path = through + travel[..., None] * u
             return path, (left > LEAST * length).all(axis=1) & (sign[:, 0] != 0.0)
 
-        self._place(k, which, placed)
+        self._draw_joint(k, which, placed)
         self._link(which, np.column_stack([end[which], np.full(len(which), k)]))
         at = self.many[which, 1]
         self.slides[which, at] = np.column_stack([np.full(len(which), k), on[which]])
@@ -360,7 +360,7 @@ class _Growth:
         self.links[which, self.many[which, 0], : joints.shape[1]] = joints
         self.many[which, 0] += 1
 
-    def _place(
+    def _draw_joint(
         self,
         k: int,
         which: np.ndarray,

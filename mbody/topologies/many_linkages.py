@@ -432,8 +432,8 @@ def linkages(
     """
     made, far = _near_the_origin(linkage_arrays(arrays))
     count, nodes = made.joints.shape[:2]
-    instants = _whole("instants", instants, 2)
-    threads = _whole("threads", threads, 1)
+    instants = _checked_count("instants", instants, 2)
+    threads = _checked_count("threads", threads, 1)
     drivers = made.driver.shape[1]
     motion = _Motion(
         _per_driver(turn, made.driver.shape), _per_linkage("speed", speed, count), _pair(gravity)
@@ -655,7 +655,7 @@ def _sizes(group: LinkageGroup) -> np.ndarray:
     return np.where(np.isfinite(found), found, np.inf)
 
 
-def _whole(name: str, value: Any, least: int) -> int:
+def _checked_count(name: str, value: Any, least: int) -> int:
     if isinstance(value, bool) or not hasattr(value, "__index__") or int(value) < least:
         raise ModelError(f"{name} must be a whole number from {least} on, not {value!r}")
     return int(value)

@@ -490,7 +490,7 @@ def _table(
     rows = []
     for one in acting:
         size, turn = one.value(units)
-        where = _at(one, pose)
+        where = _application_point(one, pose)
         if one.force is not None and float(np.hypot(*one.force)) < least:
             where += " (not drawn)"
         rows.append((one.text, size, turn, one.color, where))
@@ -515,7 +515,7 @@ def _table(
     return axes, np.array([0.0, y - 4.0]), np.array([wide, 0.0]), 1.0
 
 
-def _at(one: Acting, pose: Pose) -> str:
+def _application_point(one: Acting, pose: Pose) -> str:
     """Where it acts, in a word."""
     if one.dashed or one.wrench.kind == "coupling":
         return "at G"

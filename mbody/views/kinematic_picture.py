@@ -715,11 +715,11 @@ def draw_polygon(sketch: Sketch, found: MotionPolygon, pose: Pose) -> str:
         sketch.arrow((0.0, 0.0), scale * image.at, FORCE, width=1.5, name=f"image:{image.names[0]}")
     few = len(others) <= MOST_SPLIT_IMAGES
     for body, names in found.links.items():
-        _link_image(sketch, [_of(images, name) for name in names], scale, body)
+        _link_image(sketch, [_image_of(images, name) for name in names], scale, body)
         if few and letter == "a":
-            _components(sketch, [_of(images, name) for name in names], scale, pose, body)
+            _components(sketch, [_image_of(images, name) for name in names], scale, pose, body)
     for joint, pair in found.joints.items():
-        ends = [_of(images, name) for name in pair]
+        ends = [_image_of(images, name) for name in pair]
         if len(ends) == 2 and ends[0] is not ends[1]:
             _sliding(sketch, ends, scale, pose, joint, letter)
     sketch.disc((0.0, 0.0), 2.2, PAPER, INK, 1.1, Z["arrow"] + 0.3, name="image:pole")
@@ -752,7 +752,7 @@ def _images(vectors: dict[str, Array], greatest: float, scale: float) -> list[Im
     return found
 
 
-def _of(images: list[Image], name: str) -> Image:
+def _image_of(images: list[Image], name: str) -> Image:
     return next(image for image in images if name in image.names)
 
 
@@ -968,7 +968,7 @@ def kinematic_picture(
         figure = blank()
         lines = [*tracks.values(), *([extent] if len(extent) else [])]
         scale = sketch_scale([pose], shown, lines, 1.0)
-        sketch = _KinematicSketch(_part(figure), pose, *scale)
+        sketch = _KinematicSketch(_add_axes(figure), pose, *scale)
         words: list[str] = []
 
         def more(drawn: Sketch) -> None:
@@ -978,7 +978,7 @@ def kinematic_picture(
         parts = [(sketch.axes, sketch.low, sketch.high, sketch.unit)]
         if marks.polygons:
             for found in (velocity_polygon(run), acceleration_polygon(run)):
-                polygon = Sketch(_part(figure), pose, 1.0, 1.0)
+                polygon = Sketch(_add_axes(figure), pose, 1.0, 1.0)
                 said = draw_polygon(polygon, found, pose)
                 if said:
                     words.append(said)
@@ -1015,7 +1015,7 @@ def _numbers(pose: Pose) -> str:
     return "links: " + ", ".join(f"{n} {name}" for n, name in enumerate(names, 1))
 
 
-def _part(figure: Figure) -> Any:
+def _add_axes(figure: Figure) -> Any:
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0), label=f"part {len(figure.axes)}")
     axes.set_axis_off()
     return axes

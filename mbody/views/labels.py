@@ -223,11 +223,11 @@ class Places:
         return float(self.costs(np.array([(*at, 0.0) for at in places]), size, size).sum())
 
     def _lines(self) -> Array:
-        if len(self.strokes) != len(self._kept):
-            self._kept = np.array(self.strokes)
-        return self._kept
+        if len(self.strokes) != len(self._stroke_array):
+            self._stroke_array = np.array(self.strokes)
+        return self._stroke_array
 
-    _kept: Array = field(default_factory=lambda: np.zeros((0, 6)), repr=False)
+    _stroke_array: Array = field(default_factory=lambda: np.zeros((0, 6)), repr=False)
 
 
 def _inside(lines: Array, x: Array, y: Array, half_x: Array, half_y: Array) -> Array:

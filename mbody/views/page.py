@@ -106,12 +106,16 @@ class _FreeBodies:
         for name, place, force in self._touches(body):
             yield entry(name, "contact", f"at {name}", place, np.vstack([force, 0.0 * force[:1]]))
         for name, *row in rows_on(run, body):
-            yield entry(name, "contact", "at G", self._at((body, 0.0, 0.0)), np.array(row))
+            yield entry(
+                name, "contact", "at G", self._anchored_site((body, 0.0, 0.0)), np.array(row)
+            )
         for one, bodies in acting_on_several(run):
             if body in bodies:
                 each = [coupled(run, one.name, k) for k in range(len(run))]
                 parts = np.array(each)[:, self.system.bodies[body]].T
-                yield entry(one.name, one.role, "at G", self._at((body, 0.0, 0.0)), parts)
+                yield entry(
+                    one.name, one.role, "at G", self._anchored_site((body, 0.0, 0.0)), parts
+                )
         for driver in self.system.leaders:
             if body in driver.bodies:
                 sign = 1.0 if driver.bodies[1] == body else -1.0
@@ -120,7 +124,7 @@ class _FreeBodies:
                 anchor = ""
                 if "j" in driver.places():
                     site, anchor = self.pose.site(driver, "j"), f"{driver.name}.j"
-                place = self._at(site, anchor) | self._pivot(driver, body, parts)
+                place = self._anchored_site(site, anchor) | self._pivot(driver, body, parts)
                 yield entry(driver.name, "driver", driver.name, place, parts)
         for n, load in enumerate(machine.loads):
             parts = self.loads[:, n, self.system.bodies[body]].T
@@ -128,7 +132,9 @@ class _FreeBodies:
                 where, place, parts = self._load(load, body, parts)
                 yield entry(load.name, "load", where, place, parts)
         if any(self.system.mass[3 * self.system.bodies[body] :][:3, 0]) and not self.still:
-            found = entry("inertia", "inertia", "at G", self._at((body, 0.0, 0.0)), np.ones((3, 1)))
+            found = entry(
+                "inertia", "inertia", "at G", self._anchored_site((body, 0.0, 0.0)), np.ones((3, 1))
+            )
             found |= {
                 "fx": {"by": -1, "mass": body, "of": f"{body}.ax"},
                 "fy": {"by": -1, "mass": body, "of": f"{body}.ay"},
@@ -150,7 +156,7 @@ class _FreeBodies:
         """A load at its place on the body, where it has one; the torque is about that place."""
         field = load.sides().get(body)
         if field is None:
-            at = self._at((body, 0.0, 0.0)) | self._pivot(load, body, parts)
+            at = self._anchored_site((body, 0.0, 0.0)) | self._pivot(load, body, parts)
             return "at G" if isinstance(load, Gravity) else load.name, at, parts
         site = self.pose.site(load, field)
         place, own = moved(self.run, site), self.run[body]
@@ -160,10 +166,10 @@ class _FreeBodies:
         left = np.where(np.abs(left) > DRAWN_NONE * (np.abs(arm) + np.abs(torque)), left, 0.0)
         named = isinstance(load, Force) and isinstance(load.at.point, str)
         where = f"at {load.at.point}" if named else load.name
-        at = self._at(site, f"{load.name}.{field}")
+        at = self._anchored_site(site, f"{load.name}.{field}")
         return where, at | self._pivot(load, body, parts), np.array([fx, fy, left])
 
-    def _at(self, site: Place, anchor: str = "") -> dict[str, Any]:
+    def _anchored_site(self, site: Place, anchor: str = "") -> dict[str, Any]:
         name, x, y = site
         found: dict[str, Any] = {"at": [self.shown["bodies"].index(name), x, y]}
         return found | ({"p": anchor} if anchor else {})
@@ -174,7 +180,7 @@ class _FreeBodies:
             return {}
         others = [name for name in element.bodies if name != body]
         place = self.pose.pivot(others[0] if others else "", body)
-        return {"o": self._at(self.pose.fixed(body, place))["at"]}
+        return {"o": self._anchored_site(self.pose.fixed(body, place))["at"]}
 
     # -- histories by reference -------------------------------------------------------------------
 
@@ -517,7 +523,7 @@ class Viewer:
         made = {"command": command, "name": f"{_slug(first[1].mechanism.name)}.toml"}
         made |= {"file": text} if text else {"why": why}
         behind = [self._document(run, name, plots, paths, show)[0] for name, run in others]
-        self._whole = {**main, "others": behind, "made": made}
+        self._contents = {**main, "others": behind, "made": made}
         self._modules: list[str] = []
 
     @staticmethod
@@ -542,17 +548,17 @@ class Viewer:
     @property
     def document(self) -> dict[str, Any]:
         """Data for the web component: {"data", "scene", "others", "made"}."""
-        return self._whole
+        return self._contents
 
     def add(self, key: str, part: dict[str, Any], module: str) -> None:
         """A further part of the document, and the module that reads it; before `html` is made."""
-        self._whole[key] = part
+        self._contents[key] = part
         self._modules.append(module)
 
     @cached_property
     def html(self) -> str:
         """The page, as text."""
-        whole = self._whole
+        whole = self._contents
         title = html.escape(str(whole["data"]["model"]))
         module = "\n".join([module_text(), *self._modules])
         rest = {key: value for key, value in whole.items() if key != "data"}
@@ -604,7 +610,7 @@ class Viewer:
                 "web component"
             )
         with writing(path) as file:
-            file.write(_json(self._whole) + "\n" if ending == ".json" else self.html)
+            file.write(_json(self._contents) + "\n" if ending == ".json" else self.html)
         if ending == ".json":
             with writing(Path(path).with_name(MODULE)) as file:
                 file.write("\n".join([module_text(), *self._modules]))
@@ -614,7 +620,7 @@ class Viewer:
         content = html.escape(self.html, quote=True)
         return (
             f'<iframe srcdoc="{content}" style="width:100%;height:760px;border:0" '
-            f'title="{html.escape(str(self._whole["data"]["model"]), quote=True)}"></iframe>'
+            f'title="{html.escape(str(self._contents["data"]["model"]), quote=True)}"></iframe>'
         )
 
     def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> dict[str, str]:

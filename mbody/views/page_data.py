@@ -192,16 +192,16 @@ def _floors(run: Solution) -> dict[str, float]:
     return {"force": floor, "torque": floor * run.system.length}
 
 
-def _place(place: Place, bodies: Sequence[str]) -> list[float]:
+def _place_data(place: Place, bodies: Sequence[str]) -> list[float]:
     name, x, y = place
     return [bodies.index(name), x, y]
 
 
 def _carrier(one: Carrier, bodies: Sequence[str]) -> dict[str, Any]:
     if one.end is None:
-        return {"s": _place(one.start, bodies), "t": bodies.index(one.turn)}
+        return {"s": _place_data(one.start, bodies), "t": bodies.index(one.turn)}
     stretched: dict[str, Any] = {"x": 1} if one.stretches else {}
-    return {"s": _place(one.start, bodies), "e": _place(one.end, bodies), **stretched}
+    return {"s": _place_data(one.start, bodies), "e": _place_data(one.end, bodies), **stretched}
 
 
 def _flat(points: Array, digits: int) -> list[float | None]:
@@ -270,7 +270,7 @@ def _forces(run: Solution, bodies: Sequence[str], enlarged: float) -> list[dict[
     pose, found = Pose(run, 0), []
     for load in run.mechanism.loads:
         if isinstance(load, Force):
-            at = {"at": _place(pose.site(load, "at"), bodies)}
+            at = {"at": _place_data(pose.site(load, "at"), bodies)}
             shown = {"n": f"force:{load.name}", "of": load.name, "sign": 1, "load": 1}
             found.append({**shown, "t": text_runs(symbolic(load.name)), **at})
     if not run.has_forces:
@@ -282,7 +282,7 @@ def _forces(run: Solution, bodies: Sequence[str], enlarged: float) -> list[dict[
         x, y = run.reaction_point(joint.name)
         site = pose.site(joint, "j")
         fixed = moved(run, site)
-        where: dict[str, Any] = {"at": _place(site, bodies)}
+        where: dict[str, Any] = {"at": _place_data(site, bodies)}
         if max(np.abs(fixed[:, 0] - x).max(), np.abs(fixed[:, 1] - y).max()) > (
             POINT_SAME * run.system.length
         ):
@@ -332,7 +332,7 @@ def _movers(run: Solution, bodies: Sequence[str], more: Sequence[str]) -> list[d
             continue
         seen.append(ends)
         local = pose.fixed(owner, ends[0])
-        found.append({"n": name, "at": _place(local, bodies)})
+        found.append({"n": name, "at": _place_data(local, bodies)})
     return found
 
 

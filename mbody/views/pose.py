@@ -161,9 +161,11 @@ class Pose:
 
     def place(self, element: Element, field: str) -> Array:
         """The place of an element's marker."""
-        return self._at(element.place(field).body, *self.system.numbers.arm(element, field))
+        return self._world_point(
+            element.place(field).body, *self.system.numbers.arm(element, field)
+        )
 
-    def _at(self, name: str, x: Any, y: Any) -> Array:
+    def _world_point(self, name: str, x: Any, y: Any) -> Array:
         """A place (x, y) from the mass centre of a body, in its axes."""
         body, k = self.body(name), self.k
         angle = float(body.angle[k])
@@ -246,7 +248,7 @@ class Pose:
             at, centre = self.system.numbers.point, self.system.numbers.point(f"{body.name}.cg")
             for name in (one for one in body.points if one not in off):
                 x, y = at(f"{body.name}.{name}")
-                found[body.name].append(self._at(body.name, x - centre[0], y - centre[1]))
+                found[body.name].append(self._world_point(body.name, x - centre[0], y - centre[1]))
         return found
 
     @property

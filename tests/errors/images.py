@@ -97,7 +97,7 @@ def binaries_without_a_builder():
         mock.patch.object(fmu, "PACKAGE", Path("/no")),
         mock.patch.object(fmu, "cache_folder", lambda _: Path("/no")),
         mock.patch.object(fmu, "find_spec", lambda _: None),
-        mock.patch.object(fmu, "_here", lambda: None),
+        mock.patch.object(fmu, "_this_platform", lambda: None),
     ):
         fmu.fmu_binaries()
 

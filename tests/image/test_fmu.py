@@ -375,4 +375,4 @@ def test_binaries_of_other_kernels_are_not_taken(tmp_path):
     sources = fmu_binaries.source_hash().encode()
     (tmp_path / LINUX.file).write_bytes(b"of others")
     (tmp_path / PLATFORMS[2].file).write_bytes(b"MZ " + sources)
-    assert list(fmu_binaries._there(tmp_path)) == [PLATFORMS[2]]
+    assert list(fmu_binaries._binaries_in(tmp_path)) == [PLATFORMS[2]]

@@ -107,7 +107,7 @@ def test_any_processor_s_number_of_lanes(codes, monkeypatch, tmp_path, lanes):
     _, level = selection.machine_code_folder()
     monkeypatch.setattr(programs.selection, "machine_code_folder", lambda: (tmp_path, level))
     monkeypatch.setattr(programs, "build", functools.partial(programs.build, lanes=lanes))
-    monkeypatch.setattr(programs, "_made", {})
+    monkeypatch.setattr(programs, "_codes", {})
     name, names, measure = MACHINES["two choices of pivots"]
     agree(*both(mbody.gallery.load(name), names, measure, count=13))
     assert all(codes)
@@ -319,7 +319,7 @@ def test_a_dead_centre_is_said_as_by_the_kernel():
 @pytest.fixture
 def fresh(monkeypatch, tmp_path):
     """A folder of its own, and nothing made yet."""
-    monkeypatch.setattr(programs, "_made", {})
+    monkeypatch.setattr(programs, "_codes", {})
     found = selection.machine_code_folder()
     monkeypatch.setattr(selection, "machine_code_folder", lambda: (tmp_path, found[1]))
     return tmp_path
@@ -335,7 +335,7 @@ def test_where_a_kernel_decides_by_numbers_it_serves(codes, fresh):
     (note,) = fresh.iterdir()
     assert note.suffix == ".none"
     # which is remembered
-    programs._made.clear()
+    programs._codes.clear()
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(programs.subprocess, "run", None)
         both(mbody.gallery.load("mud_pump"), ("rod1.mass",), {"effort": "motor.effort"})
@@ -349,7 +349,7 @@ def test_a_damaged_file_is_made_again(codes, fresh):
     half = file.read_bytes()[:1000]
     file.unlink()  # this process has the whole one open
     file.write_bytes(half)
-    programs._made.clear()
+    programs._codes.clear()
     agree(*both(mbody.gallery.load(name), names, measure))
     assert all(codes) and len(codes) == 2
 
@@ -364,7 +364,7 @@ def test_a_builder_that_fails_is_said_and_the_kernel_serves(codes, fresh, monkey
 
 
 def test_without_a_folder_the_kernel_serves(codes, monkeypatch):
-    monkeypatch.setattr(programs, "_made", {})
+    monkeypatch.setattr(programs, "_codes", {})
     monkeypatch.setattr(selection, "machine_code_folder", lambda: None)
     name, names, measure = FOUR_BAR
     by_kernel, by_code = both(mbody.gallery.load(name), names, measure)

@@ -192,7 +192,7 @@ def dead_centres(model: Mechanism | System, driver: str | None = None) -> DeadCe
     except TooFewRows:
         check_determined(system, closed(system, 0.0, {}), "dead_centres")
         why = TOO_FEW
-    return _made(system, found, [], f"{NO_PROOF}: {why}", 0)
+    return _result(system, found, [], f"{NO_PROOF}: {why}", 0)
 
 
 def single_driver(system: System, name: str | None) -> Driver:
@@ -230,7 +230,7 @@ def _all(system: System, driver: Driver) -> DeadCentres:
         # without a dead centre as many modes close at every value of the driver as at this one
         closes, more = _closes_here(system)
         boxes += more
-    return _made(system, driver, positions, reason, boxes, closes)
+    return _result(system, driver, positions, reason, boxes, closes)
 
 
 def _all_of_length(system: System, driver: Driver) -> DeadCentres:
@@ -260,7 +260,7 @@ def _all_of_length(system: System, driver: Driver) -> DeadCentres:
     if not positions and not reason:
         closes, more = _closes_here(system)
         boxes += more
-    return _made(system, driver, positions, reason, boxes, closes)
+    return _result(system, driver, positions, reason, boxes, closes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -457,7 +457,7 @@ def _free_rod(linkage: Linkage, made: GroupRows, turning: list[int]) -> int:
     return d
 
 
-def _made(
+def _result(
     system: System,
     driver: Driver,
     positions: list[SingularPosition],

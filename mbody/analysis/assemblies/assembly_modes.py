@@ -555,7 +555,7 @@ class _GroupSearch:
             sliding = listed(linkage.names[b] for b in group.bodies)
             length = system.mechanism.units.length
             notes.append(f"displacements of {sliding} are searched up to {limit:.4g} {length}")
-        return _made(
+        return _result(
             system,
             values,
             poses,
@@ -594,7 +594,7 @@ def _by_starts(
     left = Unresolved(f"random starts do not prove that there are no more: {reason}", (), math.pi)
     names = [str(n + 1) for n in range(len(poses))]
     residuals = _residuals(system, given, poses)
-    return _made(
+    return _result(
         system,
         values,
         poses,
@@ -630,7 +630,7 @@ def _position_used(
     return np.array(found.work.q[:, 0])
 
 
-def _made(
+def _result(
     system: System,
     values: dict[str, float],
     poses: np.ndarray,

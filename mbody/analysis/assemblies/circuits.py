@@ -161,7 +161,7 @@ class JointCurve:
                 if k:
                     found.stretches.append([])
                 for number, value in self._between(values, low, high):
-                    mode = mode_at(number, self._at(a, b, low, high, value))
+                    mode = mode_at(number, self._position_at_value(a, b, low, high, value))
                     if mode is None:
                         if geared:
                             continue
@@ -210,7 +210,7 @@ class JointCurve:
                     found.append((number, candidate))
         return sorted(found, key=lambda one: abs(one[1] - low))
 
-    def _at(
+    def _position_at_value(
         self, a: np.ndarray, b: np.ndarray, low: float, high: float, value: float
     ) -> np.ndarray:
         """The position at a value between two near positions, with the units of coordinates."""

@@ -270,22 +270,24 @@ class _CoincidentPlaces:
         self.of: dict[tuple[int, int, int], set[tuple[int, complex]]] = {}
         for pair in pairs:
             if pair.kind == "pin":
-                whole = self._at(pair.i, pair.arm_i) | self._at(pair.j, pair.arm_j)
+                whole = self._coincident_with(pair.i, pair.arm_i) | self._coincident_with(
+                    pair.j, pair.arm_j
+                )
                 for body, arm in whole:
                     self.of[self._key(body, arm)] = whole
 
     def _key(self, body: int, arm: complex) -> tuple[int, int, int]:
         return body, round(arm.real / self.step), round(arm.imag / self.step)
 
-    def _at(self, body: int, arm: complex) -> set[tuple[int, complex]]:
+    def _coincident_with(self, body: int, arm: complex) -> set[tuple[int, complex]]:
         return self.of.get(self._key(body, arm), {(body, arm)})
 
     def line(
         self, one: tuple[int, complex], other: tuple[int, complex]
     ) -> tuple[int, float] | None:
         """A body that carries both places, and the direction from one to the other in its axes."""
-        theirs = dict(self._at(*other))
-        for body, arm in sorted(self._at(*one), key=lambda place: -place[0]):
+        theirs = dict(self._coincident_with(*other))
+        for body, arm in sorted(self._coincident_with(*one), key=lambda place: -place[0]):
             if body in theirs and abs(theirs[body] - arm) > self.step:
                 return body, cmath.phase(theirs[body] - arm)
         return None

@@ -75,7 +75,7 @@ class ContactChoice:
         self.uni = Unilateral(system)
         self.rows = self.uni.read(work)
         self.G = dense(system, work)[1]
-        if self._left(self.G) <= free:
+        if self._free_motions(self.G) <= free:
             return
         within = self.uni.within_edges(self.rows, work, CONTACT_GAP_MEANT * system.length, 0.0)
         gaps = self.uni.gaps(self.rows) / system.length
@@ -93,7 +93,7 @@ class ContactChoice:
         for name in list(self.places):
             self._roll(name)
 
-    def _left(self, G: Array) -> int:
+    def _free_motions(self, G: Array) -> int:
         """How many motions rows leave."""
         return rank_of(G).free
 
@@ -110,7 +110,7 @@ class ContactChoice:
         if (same <= ROWS_SAME * size).any():
             return  # the same row is there
         more = np.vstack([self.G, one.row])
-        if not tight and self._left(more) == self._left(self.G):
+        if not tight and self._free_motions(more) == self._free_motions(self.G):
             return
         self.G = more
         name = self.uni.touches[one.touch].name
@@ -130,17 +130,17 @@ class ContactChoice:
         """
         own = [touch for touch in self.uni.touches if touch.name == name]
         closed = [own[n] for n in self.places[name]]
-        if self._left(self.G) <= self.free or not all(map(_can_roll, closed)):
+        if self._free_motions(self.G) <= self.free or not all(map(_can_roll, closed)):
             return
         more = np.vstack([self.G, *(self._row(touch.tangent) for touch in closed)])
-        if self._left(self.G) - self._left(more) == len(closed):
+        if self._free_motions(self.G) - self._free_motions(more) == len(closed):
             self.G = more
             self.rolls.add(name)
 
     @property
     def left(self) -> int:
         """How many motions are left."""
-        return self._left(self.G)
+        return self._free_motions(self.G)
 
     @property
     def remedy(self) -> str:
@@ -247,7 +247,7 @@ def with_closed_contacts(
     begun: Guesses = {**_guesses_of_start(machine), **(guess or {})}
     if has_closed_contacts(machine):
         return ClosedSystem(system, begun, closed_notes(machine))
-    whole = _kept(system, "whole", with_others(machine, set(), limits))
+    whole = _system_of_topology(system, "whole", with_others(machine, set(), limits))
     choices = [
         ContactChoice(whole, work, free) for work in _positions(whole, t, driver_values, begun)
     ]
@@ -258,7 +258,9 @@ def with_closed_contacts(
         return ClosedSystem(system, guess, remedy=found.remedy)
     rolls_from = _rolls_from(whole, found, t, driver_values, begun)
     closing = with_others(machine, set(), found.elements(rolls_from))
-    made = with_numbers_of(_kept(system, found.key, closing, rolls_from), system.values)
+    made = with_numbers_of(
+        _system_of_topology(system, found.key, closing, rolls_from), system.values
+    )
     notes = (*closed_notes(made.mechanism), *found.notes)
     return ClosedSystem(made, begun, notes, found.remedy)
 
@@ -293,7 +295,7 @@ def _positions(
     work = system.work()
     set_driver_values(system, work, t, driver_values)
     with contextlib.suppress(ModelError, SolveError):  # what follows a driver is no help
-        work.q[:] = closed(_kept(system, "joints", without), t, {}, guess).work.q
+        work.q[:] = closed(_system_of_topology(system, "joints", without), t, {}, guess).work.q
         yield work
 
 
@@ -322,7 +324,9 @@ def _rolls_from(
     return {name: (*axes(of[name][0]), *axes(of[name][1])) for name in sorted(found.rolls)}
 
 
-def _kept(system: System, key: Any, machine: Mechanism, rolls_from: Any = None) -> System:
+def _system_of_topology(
+    system: System, key: Any, machine: Mechanism, rolls_from: Any = None
+) -> System:
     """A system of another mechanism with the numbers of a system, or of the first of its designs;
     its topology is kept with that of the system, and with where bodies roll from the last one.
     """

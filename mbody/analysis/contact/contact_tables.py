@@ -96,7 +96,7 @@ def contact_tables(system: System) -> ContactTables:
         usual=np.array([usual]),
         group=integers(group),
         group_law=table,
-        pair=_whole(
+        pair=_integer_table(
             [
                 (number[one.i], number[one.j], n)
                 for n, one in enumerate(contacts)
@@ -104,7 +104,7 @@ def contact_tables(system: System) -> ContactTables:
             ],
             3,
         ),
-        rope=_whole([(*(index[b] for b in one.bodies), n) for n, one in ropes], 3),
+        rope=_integer_table([(*(index[b] for b in one.bodies), n) for n, one in ropes], 3),
         rope_number=_rows(
             [(*at.arm(one, "i"), *at.arm(one, "j"), at[f"{one.name}.length"]) for _, one in ropes],
             5,
@@ -120,7 +120,7 @@ def _rows(rows: Any, width: int) -> Array:
     return np.array(rows, dtype=float).reshape(-1, width)
 
 
-def _whole(rows: Any, width: int) -> Array:
+def _integer_table(rows: Any, width: int) -> Array:
     return np.array(rows, dtype=np.int64).reshape(-1, width)
 
 

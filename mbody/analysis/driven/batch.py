@@ -216,7 +216,9 @@ def batch(runner: Runner, start: ClosedPosition, grid: TimeGrid) -> Solution:
             output, failed = np.empty((len(grid.s), runner.rows, LANES)), np.ones(LANES)
         for lane in np.flatnonzero(failed[: designs - low]):
             design = int(chosen[lane])
-            output[:, :, lane] = _one(runner, design, poses[design], start.regularization, grid)
+            output[:, :, lane] = _scalar_design(
+                runner, design, poses[design], start.regularization, grid
+            )
         blocks.append(output)
     return runner.solution(start, grid, Record(blocks, designs, batch=True))
 
@@ -278,7 +280,7 @@ def _same_branch(system: System, one: Work, other: Work) -> bool:
     return True
 
 
-def _one(
+def _scalar_design(
     runner: Runner, design: int, pose: np.ndarray, regularization: float, grid: TimeGrid
 ) -> np.ndarray:
     """One design on the scalar path: (instants, rows)."""

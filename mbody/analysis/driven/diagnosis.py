@@ -66,7 +66,7 @@ def undetermined(system: System, t: float, q: Array, v: Array) -> SolveError | N
     own = system.mass[: system.coordinates, 0].reshape(-1, 3)
     if too_large(system) or own.all():
         return None
-    work = _at(system, t, q)
+    work = _workspace_at(system, t, q)
     motions = rank_of(dense(system, work)[1]).motions
     if not len(motions):
         return None
@@ -96,7 +96,7 @@ def inertialess(system: System, t: float, q: Array) -> int:
     own = system.mass[: system.coordinates, 0]
     if too_large(system) or own.all():
         return 0
-    motions = rank_of(dense(system, _at(system, t, q))[1]).motions
+    motions = rank_of(dense(system, _workspace_at(system, t, q))[1]).motions
     if not len(motions):
         return 0
     work, scale = system.work(masses=True), system.coordinate_units
@@ -144,7 +144,7 @@ def stuck(system: System, t: float, q: Array) -> SolveError | None:
     """
     if too_large(system) or not system.drivers:
         return None
-    G = dense(system, _at(system, t, q))[1]
+    G = dense(system, _workspace_at(system, t, q))[1]
     if not np.isfinite(G).all():
         return None
     u, sizes, _ = np.linalg.svd(G)
@@ -175,7 +175,7 @@ def branching(system: System, t: float, q: Array, v: Array) -> tuple[str, ...]:
     """
     if too_large(system):
         return ()
-    manifold = Manifold(system, _at(system, t, q), t)
+    manifold = Manifold(system, _workspace_at(system, t, q), t)
     here = manifold.place(q)
     if here is None or not len(here.motions):
         return ()
@@ -225,7 +225,7 @@ def _nearby(manifold: Manifold, here: Place) -> int:
     return min((len(p.motions) for p in beside if p is not None), default=len(here.motions))
 
 
-def _at(system: System, t: float, q: Array) -> Work:
+def _workspace_at(system: System, t: float, q: Array) -> Work:
     """A workspace at an instant, its signals set."""
     work = system.work()
     work.time[:] = t

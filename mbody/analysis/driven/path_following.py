@@ -309,7 +309,7 @@ class MotionPieces:
         self.seeds = self._followed.output[:, :n, 0].T
         self._near = system.work()
         self._lengths = 1.0 / system.coordinate_units[:, None]
-        self._own: MotionCall | None = None
+        self._machine_code: MotionCall | None = None
         self._tried = False
 
     def take(self, grid: TimeGrid) -> None:
@@ -338,11 +338,11 @@ class MotionPieces:
         """The machine code of the system for this kind of motion, where it has one."""
         if system.machine_code and not self._tried:
             work = system.work(LANES)
-            self._own = own_motion_call(system, pivots, work, self.instants, joined=True)
+            self._machine_code = own_motion_call(system, pivots, work, self.instants, joined=True)
             self._tried = True
-        if self._own is not None:
-            self._own.q[: len(self.seeds)] = self.seeds
-        return self._own
+        if self._machine_code is not None:
+            self._machine_code.q[: len(self.seeds)] = self.seeds
+        return self._machine_code
 
     def gap(self, ends: np.ndarray) -> float:
         """How far the ends of pieces, (rows, lanes), are from where the next ones begin, in model

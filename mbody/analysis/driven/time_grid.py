@@ -144,7 +144,7 @@ def time_grid(
     if turn is not None:
         grid = _turn(system, turn, instants, 1 if turns is None else turns)
     elif drive:
-        grid = _given(system, 0.0 if t is None else t, drive)
+        grid = _grid_of_values(system, 0.0 if t is None else t, drive)
     else:
         grid = by_time(system, _numbers(0.0 if t is None else t, "t"))
     check_law_ranges(system, grid.t, drive or {})
@@ -259,7 +259,7 @@ def check_laws(system: System, times: np.ndarray) -> None:
             _law(system, driver, times, design)
 
 
-def _given(system: System, t: PlainNumbers, driver_values: DriverValues) -> TimeGrid:
+def _grid_of_values(system: System, t: PlainNumbers, driver_values: DriverValues) -> TimeGrid:
     drivers = system.mechanism.drivers
     known = {driver.name: n for n, driver in enumerate(drivers)}
     parts: dict[str, list[np.ndarray]] = {}
@@ -380,7 +380,7 @@ def _turn(system: System, turn: str | bool, instants: int | None, turns: int) ->
     values = start + sign * np.linspace(0.0, 2.0 * math.pi * turns, instants)
     if speed == 0.0 and change == 0.0:
         # a driver at rest is turned slowly: positions without rates
-        return _given(system, 0.0, {driver.name: values})
+        return _grid_of_values(system, 0.0, {driver.name: values})
     try:
         times = np.asarray(times_of(system.law_of(driver), values, 0.0, angle_text))
     except ModelError as error:

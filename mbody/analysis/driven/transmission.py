@@ -173,7 +173,7 @@ class ForcePath:
         self.of: dict[int, _Phase] = {
             int(k): phase for phase in self.phases for k in phase.instants
         }
-        self.names = self._found() if joint is None else self._given(joint)
+        self.names = self._transmitters() if joint is None else self._named_transmitters(joint)
 
     def at(self, k: int) -> Transferred:
         """Transmission angle, ratio and index at instant k."""
@@ -193,7 +193,7 @@ class ForcePath:
                     found[one.name] = tuple(one.bodies)
         return found
 
-    def _given(self, name: str) -> tuple[str, ...]:
+    def _named_transmitters(self, name: str) -> tuple[str, ...]:
         machine, found = self.run.mechanism, self._candidates()
         contacts = [one for one in machine.contacts if self.body in one.bodies]
         own = [one.name for one in contacts if one.name == name]
@@ -205,7 +205,7 @@ class ForcePath:
         known = listed([*found, *(one.name for one in contacts if one.name not in found)])
         raise ModelError(f"{brief(name)} is no joint of '{self.body}' ({known})", name)
 
-    def _found(self) -> tuple[str, ...]:
+    def _transmitters(self) -> tuple[str, ...]:
         found = self._candidates()
         if not found:
             raise ModelError(

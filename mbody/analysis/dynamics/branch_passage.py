@@ -364,7 +364,7 @@ class _Choice:
             doubts = (self._several(len(spaces), a),)
         if not y.any() and not np.abs(a).max() > 0.0:
             return None
-        return self._begun(T, y, a, doubts)
+        return self._branch_start(T, y, a, doubts)
 
     def _on_branch(self, y: Array) -> Array | None:
         """The velocities as those of a branch, where they differ from one by no more than rounding
@@ -410,7 +410,7 @@ class _Choice:
             @ directions
         )
 
-    def _begun(self, T: Array, y: Array, a: Array, doubts: tuple[Doubt, ...]) -> BranchStart:
+    def _branch_start(self, T: Array, y: Array, a: Array, doubts: tuple[Doubt, ...]) -> BranchStart:
         here, scale = self.here, self.here.rows.scale
         T0, place = still(T, here.clock), along(T, here)
         away, fast = norm(place), norm(y)
@@ -607,15 +607,15 @@ class _SingularStart:
 
     def solution(self) -> Solution:
         """The instants of the first part that are kept, and its end."""
-        part = self._part()
+        part = self._longest_span()
         for _ in range(HALVED):
-            run = self._kept(part, np.linspace(0.0, part.span, WATCHED))
+            run = self._solution(part, np.linspace(0.0, part.span, WATCHED))
             if not self._crossed(run):
                 break
             part = self._tried(0.5 * part.span)
         end = self.t + min(part.span, self.longest)
         times = self.request.times[(self.request.times >= self.t) & (self.request.times < end)]
-        return self._kept(part, np.append(times, end) - self.t)
+        return self._solution(part, np.append(times, end) - self.t)
 
     def _crossed(self, run: Solution) -> bool:
         """Whether an event may be within the first part."""
@@ -628,7 +628,7 @@ class _SingularStart:
 
     # -- the polynomial -----------------------------------------------------------------------
 
-    def _part(self) -> Collocation:
+    def _longest_span(self) -> Collocation:
         """Collocation polynomial of the longest admissible first span."""
         first, scale = self.first, self.first.scale
         swift, pull = (float(np.abs(one / scale).max()) for one in (first.v, first.a))
@@ -690,7 +690,7 @@ class _SingularStart:
             z = self.own + once @ rates
             new, fresh = np.empty_like(a), np.empty_like(rates)
             for node in range(size):
-                if not self._at(self.t + span * w.at[node], q[node], v[node], z[node]):
+                if not self._evaluate(self.t + span * w.at[node], q[node], v[node], z[node]):
                     return None
                 projected = np.abs((self.y[:n] - q[node]) / first.scale).max()
                 if (
@@ -712,7 +712,7 @@ class _SingularStart:
             last = change
         return None
 
-    def _at(self, t: float, q: Array, v: Array, z: Array) -> bool:
+    def _evaluate(self, t: float, q: Array, v: Array, z: Array) -> bool:
         """Slope, powers and record at a state, projected; whether the loops close there."""
         n = self.system.coordinates
         self.y[:n], self.y[n : 2 * n], self.y[2 * n :] = q, v, z
@@ -725,7 +725,7 @@ class _SingularStart:
 
     # -- kept instants -------------------------------------------------------------------------
 
-    def _kept(self, part: Collocation, after: Array) -> Solution:
+    def _solution(self, part: Collocation, after: Array) -> Solution:
         """The motion at times after the start."""
         system, first, w = self.system, self.first, weights()
         n = system.coordinates
@@ -753,7 +753,7 @@ class _SingularStart:
             records[k, self.rest] = self._balanced(self.t + after[k], records[k])
         for k in np.flatnonzero(c == 1.0):  # on the constraints to rounding, from here on
             z = records[k, own.start : own.start + owns]
-            self._at(self.t + part.span, records[k, :n], records[k, n : 2 * n], z)
+            self._evaluate(self.t + part.span, records[k, :n], records[k, n : 2 * n], z)
             records[k] = self.record[:, 0]
         gained = part.span * w.value(c, 1) @ part.powers
         output = records[:, :, None]

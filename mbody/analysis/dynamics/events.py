@@ -321,7 +321,7 @@ class EventIntegration(Integration):
     def _begin(self) -> None:
         """Before the first step, the first instant being kept."""
 
-    def _kept(self) -> tuple[Array, Array, Array]:
+    def _kept_instants(self) -> tuple[Array, Array, Array]:
         count = len(self.instants)
         return (
             np.array(self.instants),

@@ -614,7 +614,7 @@ class ImpulseIntegration(Integration):
         if not self.instants or self.instants[-1] < now:
             self._keep(now, now, float(self.impulses.state[LENGTH]))
 
-    def _kept(self) -> tuple[Array, Array, Array]:
+    def _kept_instants(self) -> tuple[Array, Array, Array]:
         records = np.array(self.records).reshape(-1, self.system.record_rows, 1)
         works = np.array(self.works).reshape(len(records), -1)
         self.state[DELIVERED] = len(records)

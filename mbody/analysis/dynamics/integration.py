@@ -109,15 +109,15 @@ class ControllerReadings:
         self.present = Present(
             system, memoryview(y.data), slots, lambda: memoryview(record().reshape(-1).data)
         )
-        self._found: dict[str, list[Read]] = {}
+        self._readers: dict[str, list[Read]] = {}
 
     def of(self, controller: Controller) -> list[float]:
         """Measured values that a controller reads at the present instant."""
-        found = self._found.get(controller.name)
+        found = self._readers.get(controller.name)
         if found is None:
             measure = self.present.measure
             found = [measure(text, self._instant) for text in controller.reads]
-            self._found[controller.name] = found
+            self._readers[controller.name] = found
         return [read() for read in found]
 
     def _instant(self) -> Solution:
@@ -439,7 +439,7 @@ class Integration(RateJumps):
         self.work_done = np.concatenate([self.work_done[:met], done[None]])
         self.state[DELIVERED] = met + 1
 
-    def _kept(self) -> tuple[Array, Array, Array]:
+    def _kept_instants(self) -> tuple[Array, Array, Array]:
         """Times, records and work of the instants that are met."""
         met = int(self.state[DELIVERED])
         return self.times[:met], self.output[:met], self.work_done[:met]
@@ -496,7 +496,7 @@ class Integration(RateJumps):
 
     def _solution(self, status: str) -> Solution:
         n, state = self.system.coordinates, self.state
-        times, output, work_done = self._kept()
+        times, output, work_done = self._kept_instants()
         stats = {
             "steps": int(state[STEPS]),
             "rejected": int(state[REJECTED]),

@@ -232,14 +232,14 @@ def joined(
             name: [
                 word
                 for run, keep in zip(found, kept, strict=True)
-                for word in _kept(run, name, keep)
+                for word in _modes_at(run, name, keep)
             ]
             for name in last.modes
         },
     )
 
 
-def _kept(run: Solution, name: str, keep: Array) -> list[str]:
+def _modes_at(run: Solution, name: str, keep: Array) -> list[str]:
     """The modes of a contact at the instants that are kept."""
     return [run.modes[name][k] for k in np.flatnonzero(keep).tolist()]
 

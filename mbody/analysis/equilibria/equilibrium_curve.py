@@ -108,7 +108,7 @@ class Follower:
         self.system, self.first, self.parameter = system, start, parameter
         self.low, self.width = float(span[0]), float(span[1] - span[0])
         self.scale = start.scale
-        self._made: dict[float, Manifold] = {}
+        self._manifolds: dict[float, Manifold] = {}
 
     def number(self, value: float) -> float:
         """The number at a place of its span; its ends exactly."""
@@ -116,12 +116,12 @@ class Follower:
 
     def manifold(self, value: float) -> Manifold:
         """Closed positions for one value of the number."""
-        if value not in self._made:
-            if len(self._made) > 8:
-                self._made.clear()
+        if value not in self._manifolds:
+            if len(self._manifolds) > 8:
+                self._manifolds.clear()
             changed = self.system.with_values({self.parameter: self.number(value)})
-            self._made[value] = self.first.other(changed)
-        return self._made[value]
+            self._manifolds[value] = self.first.other(changed)
+        return self._manifolds[value]
 
     def slopes(self, here: Place, value: float, fine: bool = False) -> tuple[Array, Array]:
         """c = dq/dp on the constraints (coordinates,), and the change g of the residual force
@@ -250,7 +250,7 @@ class Follower:
         top = max(abs(first), abs(last))
         while abs(last) > CURVE_ZERO_VALUE * top and abs(high.arc - low.arc) > CURVE_ZERO_BRACKET:
             arc = high.arc - last * (high.arc - low.arc) / (last - first)
-            found = self._at(here, there, arc)
+            found = self._point_at(here, there, arc)
             if found is None:
                 break
             value = of(found)
@@ -261,7 +261,7 @@ class Follower:
             high, last = found, value
         return min((low, high), key=lambda point: abs(of(point)))
 
-    def _at(self, here: Point, there: Point, arc: float) -> Point | None:
+    def _point_at(self, here: Point, there: Point, arc: float) -> Point | None:
         """The point of the curve at an arclength, from that of two others that leads there."""
         ends = sorted((here, there), key=lambda end: abs(end.arc - arc))
         for end in ends:

@@ -214,7 +214,7 @@ class Cover:
         kept = far < limit[first, second]
         return first[kept], second[kept], far[kept]
 
-    def _taken(self, names: Array, radius: Array) -> Array:
+    def _is_covered(self, names: Array, radius: Array) -> Array:
         """Whether there are places already at each of some positions."""
         own = np.minimum(self._radii[: len(self.nodes)], radius[:, None])
         taken = np.zeros(len(names), dtype=bool)
@@ -249,7 +249,7 @@ class Cover:
             guesses = np.array([n.place.q + self.scale * r * direction for n, direction, r in left])
             names = self.name(guesses)
             tried, later = list[int](), list[int]()
-            taken = self._taken(names, 0.8 * radii)
+            taken = self._is_covered(names, 0.8 * radii)
             for n, (name, radius) in enumerate(zip(names, 0.8 * radii, strict=True)):
                 if taken[n]:
                     continue
@@ -268,7 +268,7 @@ class Cover:
                 which = np.flatnonzero(fits)
                 places = dict(zip(which.tolist(), self.many.places(found, which), strict=True))
                 names = self.name(np.where(fits[:, None], found.q, 0.0))
-                old, taken = len(self.nodes), self._taken(names, radii[tried])
+                old, taken = len(self.nodes), self._is_covered(names, radii[tried])
                 for k, n in enumerate(tried):
                     node, direction, radius = left[n]
                     place = places.get(k)
@@ -808,15 +808,15 @@ class SurfaceSamples:
             "slopes": (loads, 2, 2),
             "force": (loads,),
         }
-        self._kept = {name: np.empty((256, *shape)) for name, shape in self._shapes.items()}
+        self._samples = {name: np.empty((256, *shape)) for name, shape in self._shapes.items()}
         # the force on the end on j, or that on i where j is the ground
         ground = 3 * ends.bodies[1] >= size
-        self._at = 3 * np.where(ground, ends.bodies[0], ends.bodies[1])
+        self._coordinate = 3 * np.where(ground, ends.bodies[0], ends.bodies[1])
 
     def __getattr__(self, name: str) -> Array:
         if name.startswith("_") or name not in self._shapes:
             raise AttributeError(name)
-        return self._kept[name][: self.count]
+        return self._samples[name][: self.count]
 
     def add(self, charts: Sequence[TangentChart], y: Array) -> Array:
         """Evaluate the residual force at coordinates of charts, each at its own: numbers of the
@@ -840,14 +840,15 @@ class SurfaceSamples:
             own = loads[:, self.of.numbers]
             every = np.arange(len(self.of.loads))
             new["force"][good] = np.hypot(
-                own[:, every, self._at % own.shape[-1]], own[:, every, self._at % own.shape[-1] + 1]
+                own[:, every, self._coordinate % own.shape[-1]],
+                own[:, every, self._coordinate % own.shape[-1] + 1],
             )
         first, self.count = self.count, self.count + count
-        while self.count > len(self._kept["q"]):
-            for name, kept in self._kept.items():
-                self._kept[name] = np.concatenate([kept, np.empty_like(kept)])
+        while self.count > len(self._samples["q"]):
+            for name, kept in self._samples.items():
+                self._samples[name] = np.concatenate([kept, np.empty_like(kept)])
         for name, values in new.items():
-            self._kept[name][first : self.count] = values
+            self._samples[name][first : self.count] = values
         for chart in charts:
             chart.evaluations += 1
         return np.arange(first, self.count)

@@ -107,7 +107,7 @@ class _Geoms:
         sites = []
         for side in ("i", "j"):
             body = one.places()[side].body
-            place = self._place(body, tuple(float(part) for part in self.at.arm(one, side)))
+            place = self._position_text(body, tuple(float(part) for part in self.at.arm(one, side)))
             sites.append(f"{one.name}.{side}")
             ET.SubElement(self.bodies[safe(body)], "site", name=sites[-1], pos=place)
         section = self.root.find("tendon")
@@ -125,7 +125,7 @@ class _Geoms:
         for site in sites:
             ET.SubElement(made, "site", site=site)
 
-    def _place(self, body: str, at: tuple[float, ...]) -> str:
+    def _position_text(self, body: str, at: tuple[float, ...]) -> str:
         ox, oy = self.origin[body]
         return numbers(self.made.scale.length, at[0] - ox, at[1] - oy, 0.0)
 
@@ -165,7 +165,7 @@ class _Geoms:
         self, name: str, outline: Outline, kind: str, at: tuple[float, float], more: dict[str, str]
     ) -> str:
         given = {"name": name, "type": kind, "mass": "0", "contype": "0", "conaffinity": "0"}
-        given["pos"] = self._place(outline.body, at)
+        given["pos"] = self._position_text(outline.body, at)
         ET.SubElement(self.bodies[safe(outline.body)], "geom", {**given, **more})
         return name
 

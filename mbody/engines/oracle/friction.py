@@ -183,7 +183,7 @@ class DenseFriction:
             found += (static - kinetic) * math.exp(-((speed / joint.stribeck) ** 2))
         return float(found * self.part)
 
-    def _given(self, joint: Any, law: Any) -> float:
+    def _given_friction(self, joint: Any, law: Any) -> float:
         """Friction by a law: none where that is negative."""
         self.reference.now = self.q, self.v, self.t
         given = max(0.0, self.reference.value(law, self.t)) * self.part
@@ -194,7 +194,7 @@ class DenseFriction:
         speed = self.rates[joint.name] / joint.stribeck
         return float(given * (1.0 + (joint.static - 1.0) * math.exp(-(speed**2))))
 
-    def _place(self, joint: Any) -> tuple[Any, Any]:
+    def _reaction_point(self, joint: Any) -> tuple[Any, Any]:
         if joint.name not in self._places:
             self._places[joint.name] = self.reference.reaction_point(self.q, joint)
         return self._places[joint.name]
@@ -230,7 +230,7 @@ class DenseFriction:
         if isinstance(joint, Belt):
             i, j = (self.v[3 * index[body] + 2] for body in joint.bodies)
             return float(joint.radius_i * i - (-1.0 if joint.crossed else 1.0) * joint.radius_j * j)
-        place = self._place(joint)
+        place = self._reaction_point(joint)
         (ax, ay), (bx, by) = (self._velocity(body, place) for body in joint.bodies)
         ux, uy = self._along(joint)
         return float((bx - ax) * ux + (by - ay) * uy)
@@ -256,7 +256,7 @@ class DenseFriction:
 
     def _act(self, force: Any, joint: Any, fx: Any, fy: Any, torque: Any) -> None:
         """A wrench on body j at the joint's place, and the opposite one on body i."""
-        px, py = self._place(joint)
+        px, py = self._reaction_point(joint)
         for body, sign in ((joint.j.body, 1.0), (joint.i.body, -1.0)):
             k = 3 * self.reference.index[body]
             x, y = px - self.q[k], py - self.q[k + 1]
@@ -271,7 +271,7 @@ class DenseFriction:
             rows = slice(rows.start + row, rows.start + row + 1)
         k = 3 * self.reference.index[joint.j.body]
         fx, fy, torque = -self.g[rows, k : k + 3].T @ lam[rows]
-        px, py = self._place(joint)
+        px, py = self._reaction_point(joint)
         return fx, fy, torque - (px - self.q[k]) * fy + (py - self.q[k + 1]) * fx
 
     def _contact(self, joint: Any, lam: Any, own: Any) -> tuple[tuple[Any, Any, Any], list[Any]]:
@@ -279,17 +279,17 @@ class DenseFriction:
         slip_sign, rate = self.slip_signs[joint.name], self.rates[joint.name]
         viscous = -(getattr(joint, "viscous", None) or 0.0) * rate
         if isinstance(joint, Clutch):
-            return (0.0, 0.0, -slip_sign * self._given(joint, joint.torque)), []
+            return (0.0, 0.0, -slip_sign * self._given_friction(joint, joint.torque)), []
         if isinstance(joint, FrictionForce):
             ux, uy = self._along(joint)
-            force = -slip_sign * self._given(joint, joint.force)
+            force = -slip_sign * self._given_friction(joint, joint.force)
             return (force * ux, force * uy, 0.0), []
         if isinstance(joint, BandBrake):
-            torque = band_torque(joint, self._given(joint, joint.force), slip_sign)
+            torque = band_torque(joint, self._given_friction(joint, joint.force), slip_sign)
             return (0.0, 0.0, -slip_sign * torque), []
         if isinstance(joint, Belt):
             value = self.reference.value(joint.tension, self.t)
-            holds = self._given(joint, joint.tension) / max(value, TINY)
+            holds = self._given_friction(joint, joint.tension) / max(value, TINY)
             ends = [self.reference.place(self.q, marker) for marker in (joint.i, joint.j)]
             return pull_of_strands(joint, ends, max(0.0, value), slip_sign * holds), []
         if isinstance(joint, Gear | RackPinion):
@@ -336,7 +336,7 @@ class DenseFriction:
         nx, ny = self._normal(joint)
         fx, fy, _ = self._pushed(joint, lam)
         force = fx * nx + fy * ny
-        (px, py), (cx, cy) = self._place(joint), self.reference.place(self.q, joint.j)
+        (px, py), (cx, cy) = self._reaction_point(joint), self.reference.place(self.q, joint.j)
         ex, ey = cx - px, cy - py
         rj = math.hypot(ex, ey)
         ex, ey = ex / rj, ey / rj  # from the pitch point to the centre on j
@@ -441,12 +441,12 @@ class DenseFriction:
             size = np.abs(step).max(initial=0.0)
             terms = np.abs(slope) @ np.abs(z)
             if size <= ORACLE_NEWTON_LEFT * max(scale, float(np.abs(z).max(initial=0.0))):
-                return self._found(z)
+                return self._forces(z)
             if (
                 size >= 0.5 * last
                 and (np.abs(f) <= ORACLE_EQUATION_ROUNDING * (terms + scale)).all()
             ):
-                return self._found(z)
+                return self._forces(z)
             last = size
         return None
 
@@ -461,14 +461,14 @@ class DenseFriction:
         found = self.residual(z[:, None] + 1j * COMPLEX_STEP * np.eye(len(z), len(z) + 1))
         return found[:, -1].real, found[:, :-1].imag / COMPLEX_STEP
 
-    def _found(self, z: Array) -> DenseForces:
+    def _forces(self, z: Array) -> DenseForces:
         r = self.reference
         rest, wrench, losses = list(z[r.m :]), {}, {}
         for joint in self.joints:
             own = [rest.pop(0) for _ in range(self.count[joint.name])]
             fx, fy, torque = (float(np.real(x)) for x in self._contact(joint, z[: r.m], own)[0])
             wrench[joint.name] = np.array([fx, fy, torque])
-            place = self._place(joint)
+            place = self._reaction_point(joint)
             (ax, ay), (bx, by) = (self._velocity(body, place) for body in joint.bodies)
             i, j = (self.v[3 * r.index[body] + 2] for body in joint.bodies)
             losses[joint.name] = -float(fx * (bx - ax) + fy * (by - ay) + torque * (j - i))
@@ -484,7 +484,7 @@ class DenseFriction:
             whole = max(scale, float(np.abs(z[: self.reference.m]).max(initial=0.0)))
             apart = (np.abs(z[: self.reference.m] - other.lam).max(initial=0.0) for other in found)
             if all(far > ORACLE_SOLUTIONS_SAME * whole for far in apart):
-                found.append(self._found(z))
+                found.append(self._forces(z))
         return found
 
     def _ends(self, tries: Array) -> list[Array]:

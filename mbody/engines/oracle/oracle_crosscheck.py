@@ -192,7 +192,7 @@ class _OracleCheck:
         count, size = len(self.run), 3 * self.reference.n
         wanted = min(count, max(2, min(MOST_INSTANTS, MOST_NUMBERS // max(size, 1))))
         instants = np.unique(np.linspace(0, count - 1, wanted).round().astype(int))
-        found = [self._at(int(k)) for k in instants]
+        found = [self._oracle_instant(int(k)) for k in instants]
         smooth = [n for n, one in enumerate(found) if not one["jumps"]]
         if len(smooth) < len(found):
             self.notes.append(
@@ -233,7 +233,7 @@ class _OracleCheck:
     def _bodies(self) -> Any:
         return self.system.mechanism.bodies
 
-    def _at(self, k: int) -> dict[str, Any]:
+    def _oracle_instant(self, k: int) -> dict[str, Any]:
         """The oracle's own position, motion and forces, starting from our position."""
         oracle, run, t = self.reference, self.run, float(self.run.t[k])
         machine = run.mechanism

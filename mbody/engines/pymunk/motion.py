@@ -114,14 +114,14 @@ class TouchingShapes:
         key = outline.body, place
         if key not in self._shapes:
             body = self.space.everything[self.system.bodies[outline.body]]
-            made = self._made(body, outline)
+            made = self._native_shape(body, outline)
             made.collision_type = TYPE
             made.filter = self.space.pymunk.ShapeFilter(categories=OWN, mask=OWN)
             self.space.space.add(made)
             self._shapes[key] = made
         return self._shapes[key]
 
-    def _made(self, body: Any, outline: Outline) -> Any:
+    def _native_shape(self, body: Any, outline: Outline) -> Any:
         native, size = self.space.pymunk, self.system.length
         if outline.kind == "disc":
             return native.Circle(body, outline.radius, outline.points[0])

@@ -309,7 +309,7 @@ class Space:
         self.space.add(native)
         return native
 
-    def _part(self, owner: str, kind: str, make: Any, **ends: Any) -> ImpulseConstraint:
+    def _add_constraint(self, owner: str, kind: str, make: Any, **ends: Any) -> ImpulseConstraint:
         part = ImpulseConstraint(owner, kind, None, **ends, half_length=self.half_length)
         part.native = self._add(make(self.everything[part.i], self.everything[part.j], part))
         self.parts.append(part)
@@ -317,14 +317,16 @@ class Space:
 
     def _pin(self, owner: str, **ends: Any) -> ImpulseConstraint:
         make = self.pymunk.PivotJoint
-        return self._part(owner, "pin", lambda a, b, p: make(a, b, p.arm_i, p.arm_j), **ends)
+        return self._add_constraint(
+            owner, "pin", lambda a, b, p: make(a, b, p.arm_i, p.arm_j), **ends
+        )
 
     def _slot(self, owner: str, **ends: Any) -> ImpulseConstraint:
         def make(a: Any, b: Any, part: ImpulseConstraint) -> Any:
             first, last = part.groove()
             return self.pymunk.GrooveJoint(a, b, first, last, part.arm_j)
 
-        return self._part(owner, "slot", make, **ends)
+        return self._add_constraint(owner, "slot", make, **ends)
 
     def _rod(self, owner: str, length: float, **ends: Any) -> ImpulseConstraint:
         def make(a: Any, b: Any, part: ImpulseConstraint) -> Any:
@@ -332,11 +334,11 @@ class Space:
             rod.distance = length
             return rod
 
-        return self._part(owner, "rod", make, **ends, target=length)
+        return self._add_constraint(owner, "rod", make, **ends, target=length)
 
     def _angle(self, owner: str, angle: float, **ends: Any) -> ImpulseConstraint:
         make = self.pymunk.GearJoint
-        return self._part(owner, "turn", lambda a, b, p: make(a, b, angle, 1.0), **ends)
+        return self._add_constraint(owner, "turn", lambda a, b, p: make(a, b, angle, 1.0), **ends)
 
     def _join(self, joint: Any) -> None:
         ends, name = self._ends(joint), joint.name
@@ -388,7 +390,9 @@ class Space:
                 index = self.system.bodies
                 ends = {"i": index[driver.relative_to], "j": index[driver.body]}
                 make = self.pymunk.SimpleMotor
-                return self._part(driver.name, "turn", lambda a, b, p: make(a, b, 0.0), **ends)
+                return self._add_constraint(
+                    driver.name, "turn", lambda a, b, p: make(a, b, 0.0), **ends
+                )
             case CoordinateDriver():
                 beta = float(self.at.angle(driver, "i"))
                 return self._slot(driver.name, **self._ends(driver), normal=beta)

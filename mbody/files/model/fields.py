@@ -562,10 +562,10 @@ def _law_of_kind(cls: type[Law], dimension: Dimension | None, of: Dimension) -> 
     model = _numbers_of(cls, dimension, of)
     if cls is Table:
         return Annotated[model, AfterValidator(_Points(dimension, of))]
-    return Annotated[model, AfterValidator(functools.partial(_made, cls))]
+    return Annotated[model, AfterValidator(functools.partial(_law_of, cls))]
 
 
-def _made(cls: type[Law], given: BaseModel) -> Law:
+def _law_of(cls: type[Law], given: BaseModel) -> Law:
     return cls(**{name: value for name, value in given if name in given.model_fields_set})
 
 
@@ -613,7 +613,7 @@ def _numbers_of(cls: type[Law], dimension: Dimension | None, of: Dimension) -> t
 
 def _cam(dimension: Dimension | None, of: Dimension) -> Any:
     rise = Annotated[
-        _numbers_of(Rise, dimension, of), AfterValidator(functools.partial(_made, Rise))
+        _numbers_of(Rise, dimension, of), AfterValidator(functools.partial(_law_of, Rise))
     ]
     segment = create_model(
         f"segment: {_called(dimension)} of {name_of(of)}",
@@ -629,7 +629,7 @@ def _cam(dimension: Dimension | None, of: Dimension) -> Any:
         segments=(list[Annotated[segment, AfterValidator(_segment)]], ...),
         period=(number(of), ...),
     )
-    return Annotated[cam, AfterValidator(functools.partial(_made, Cam))]
+    return Annotated[cam, AfterValidator(functools.partial(_law_of, Cam))]
 
 
 def _segment(given: Any) -> Rise | Dwell:

@@ -361,7 +361,7 @@ def _sentence(error: Any, schema: dict[str, Any], data: Any) -> str:
     if kind == "extra_forbidden":
         if sentence := former(f"[{path[0]}] {path[-1]}"):
             return sentence
-        return _unknown(path[-1], _keys(schema, path[:-1], data), _at(data, path[:-1]))
+        return _unknown(path[-1], _keys(schema, path[:-1], data), _value_at(data, path[:-1]))
     if kind == "kind":
         given = list(error["input"]) if isinstance(error["input"], dict) else []
         known = error["msg"].split("there are: ")[-1].rstrip(")").split(", ")
@@ -433,7 +433,7 @@ def _unknown(key: Any, known: list[str], table: Any) -> str:
     return f"there is no such key (there are: {', '.join(left[:MOST])})"
 
 
-def _at(data: Any, path: KeyPath) -> Any:
+def _value_at(data: Any, path: KeyPath) -> Any:
     for key in path:
         try:
             data = data[key]
@@ -447,7 +447,7 @@ def _keys(schema: dict[str, Any], path: KeyPath, data: Any) -> list[str]:
     nodes = [schema]
     for n, key in enumerate(path):
         nodes = [below for node in nodes for below in _below(node, key, schema)]
-        nodes = _fitting(nodes, _at(data, path[: n + 1]), schema)
+        nodes = _fitting(nodes, _value_at(data, path[: n + 1]), schema)
     found: list[str] = []
     for node in nodes:
         found += [key for key in node.get("properties", {}) if key not in (*found, "$schema")]

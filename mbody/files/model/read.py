@@ -413,7 +413,7 @@ def load(
     file = Path(path)
     text = text_of(file, limits)
     is_json = file.suffix.lower() == ".json"
-    return _made(text, is_json, parameters, _short(file.name), file.parent, limits)
+    return _mechanism_of(text, is_json, parameters, _short(file.name), file.parent, limits)
 
 
 def from_toml(
@@ -453,7 +453,7 @@ def from_toml(
     >>> machine["arm"].mass
     2.0
     """
-    return _made(text, False, parameters, name, folder, limits)
+    return _mechanism_of(text, False, parameters, name, folder, limits)
 
 
 def from_json(
@@ -464,10 +464,10 @@ def from_json(
     limits: Limits | None = None,
 ) -> Mechanism:
     """The mechanism of a model that is text in JSON; parameters and errors as of `from_toml`."""
-    return _made(text, True, None, name, folder, limits)
+    return _mechanism_of(text, True, None, name, folder, limits)
 
 
-def _made(
+def _mechanism_of(
     text: str,
     is_json: bool,
     parameters: Mapping[str, Number] | None,
@@ -641,12 +641,12 @@ def _signs_of(texts: Iterable[str]) -> int:
         # all at once: a large model has hundreds of thousands
         "".join(every).encode()
     except UnicodeEncodeError:
-        half = next(text for text in every if not _whole(text))
+        half = next(text for text in every if not _is_encodable(text))
         raise _Refused(f"the text {brief(half)} holds half a character") from None
     return len(_SIGNS.findall("".join(text for text in every if len(text) <= MAX_CHARACTERS)))
 
 
-def _whole(text: str) -> bool:
+def _is_encodable(text: str) -> bool:
     """Whether a text has whole characters only."""
     try:
         text.encode()

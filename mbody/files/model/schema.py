@@ -53,11 +53,11 @@ def described(cls: type) -> dict[str, str]:
             words = " ".join(lines.split())
             several = names.split(",")
             for name in map(str.strip, several):
-                found[name] = _whole(words, found.get(name, ""), len(several) > 1)
+                found[name] = _with_base_text(words, found.get(name, ""), len(several) > 1)
     return found
 
 
-def _whole(words: str, of_base: str, shared: bool) -> str:
+def _with_base_text(words: str, of_base: str, shared: bool) -> str:
     """A description with that of a base in place of a reference to it; of a description that
     several parameters share, the base's says which is which.
     """

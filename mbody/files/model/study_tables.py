@@ -73,7 +73,7 @@ def questions(writer: StudyWriter) -> dict[str, Any]:
     if ask is not None:
         table: dict[str, Any] = {}
         if ask.at:
-            table["at"] = _at(writer, ask.at)
+            table["at"] = _instants_table(writer, ask.at)
         if ask.over:
             table["over"] = ask.over
         if ask.instants is not None:
@@ -117,7 +117,7 @@ def _events(given: tuple[Event, ...]) -> dict[str, Any]:
     return {"events": events} if events else {}
 
 
-def _at(writer: StudyWriter, at: Any) -> dict[str, Any]:
+def _instants_table(writer: StudyWriter, at: Any) -> dict[str, Any]:
     """Values of time or drivers, one or more of each."""
     table = {}
     for name, row in at.items():
@@ -145,7 +145,7 @@ def _question(writer: StudyWriter, question: Question) -> dict[str, Any]:
     if question.analysis != "kinetostatics":
         table["analysis"] = question.analysis
     if question.at:
-        table["at"] = _at(writer, question.at)
+        table["at"] = _instants_table(writer, question.at)
     return table
 
 
