@@ -1,87 +1,50 @@
-"""The README is true: its code runs and prints what it shows; docstrings likewise."""
+"""Pages are true: their code runs and prints what it shows; docstrings likewise."""
 
-import contextlib
 import doctest
 import importlib
 import io
 import pkgutil
 import re
-from itertools import pairwise
 
 import pytest
 
 import mbody
+from tests.support.pages import blocks, differences, printed, steps
 from tests.support.paths import ROOT
 
 README = ROOT / "README.md"
-NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
-#: Residuals are rounding: their digits differ from machine to machine.
-ROUNDING = 1e-9
+#: Pages whose Python prints what they show, and how many blocks they have at least.
+PROGRAMS = [
+    ("docs/units-and-signs.md", 1),
+    ("docs/control.md", 4),
+    ("docs/motors.md", 4),
+    ("docs/friction.md", 6),
+    ("docs/many_contacts.md", 3),
+    ("docs/centres.md", 1),
+    ("docs/balancing.md", 3),
+    ("docs/engines.md", 4),
+    ("docs/cams.md", 3),
+    ("docs/tolerances.md", 2),
+    ("docs/identification.md", 2),
+    ("docs/teaching.md", 3),
+    ("docs/assemblies.md", 3),
+    ("docs/exchange.md", 1),
+    ("docs/contact.md", 7),
+    ("docs/environments.md", 3),
+    ("docs/linkages.md", 4),
+    ("docs/stepping.md", 5),
+    ("docs/synthesis.md", 5),
+]
+#: What pages need that is not everywhere.
+NEEDS = {"docs/environments.md": "gymnasium", "docs/linkages.md": "pyarrow"}
 
 
-def blocks(text):
-    """(language, content) of every fenced block."""
-    return re.findall(r"^```(\w+)\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
-
-
-def steps(text):
-    """Every block of Python with the output that is shown below it, None where there is none."""
-    found = [*blocks(text), ("", "")]
-    return [
-        (code, shown if kind == "text" else None)
-        for (language, code), (kind, shown) in pairwise(found)
-        if language == "python"
-    ]
-
-
-def printed(code, namespace):
-    with contextlib.redirect_stdout(io.StringIO()) as stream:
-        exec(compile(code, str(README), "exec"), namespace)
-    return stream.getvalue()
-
-
-def same(mine, shown):
-    """Two numbers as texts: within one unit of the last shown digit, or both rounding."""
-    if abs(float(mine)) < ROUNDING and abs(float(shown)) < ROUNDING:
-        return True
-    digits = shown.lower().partition("e")[0].partition(".")[2]
-    return abs(float(mine) - float(shown)) <= 1.01 * 10.0 ** -len(digits)
-
-
-def differences(output, shown):
-    """Lines that differ by more than the last digit of a number."""
-    mine, theirs = output.rstrip().splitlines(), shown.rstrip().splitlines()
-    assert len(mine) == len(theirs), output
-    return [
-        (ours, other)
-        for ours, other in zip(mine, theirs, strict=True)
-        if " ".join(NUMBER.sub("#", ours).split()) != " ".join(NUMBER.sub("#", other).split())
-        or not all(map(same, NUMBER.findall(ours), NUMBER.findall(other)))
-    ]
-
-
-@pytest.mark.parametrize(
-    ("page", "least"),
-    [
-        ("docs/units-and-signs.md", 1),
-        ("docs/control.md", 4),
-        ("docs/motors.md", 4),
-        ("docs/friction.md", 6),
-        ("docs/many_contacts.md", 3),
-        ("docs/centres.md", 1),
-        ("docs/balancing.md", 3),
-        ("docs/engines.md", 4),
-        ("docs/cams.md", 3),
-        ("docs/tolerances.md", 2),
-        ("docs/identification.md", 2),
-        ("docs/teaching.md", 3),
-        ("docs/teaching.md", 1),
-        ("docs/assemblies.md", 3),
-        ("docs/exchange.md", 1),
-    ],
-)
-def test_the_code_of_a_page_prints_what_it_shows(page, least):
-    namespace = {"__name__": "readme"}
+@pytest.mark.parametrize(("page", "least"), PROGRAMS)
+def test_the_code_of_a_page_prints_what_it_shows(page, least, tmp_path, monkeypatch):
+    if page in NEEDS:
+        pytest.importorskip(NEEDS[page])
+    monkeypatch.chdir(tmp_path)
+    namespace = {"__name__": "page"}
     done = steps((ROOT / page).read_text("utf-8"))
     assert len(done) >= least
     for code, shown in done:
@@ -90,7 +53,19 @@ def test_the_code_of_a_page_prints_what_it_shows(page, least):
             assert not output, f"prints, but nothing is shown:\n{output}"
         else:
             assert shown.strip(), code
-            assert not differences(output, shown)
+            assert not differences(output, shown), output
+    if page == "docs/synthesis.md":
+        assert mbody.load("design.toml").name == "four-bar"
+
+
+def test_the_file_of_the_page_on_contact_is_a_model():
+    """Its ladder begins at rest, slides, and leaves the wall before it lies."""
+    page = (ROOT / "docs" / "contact.md").read_text("utf-8")
+    (text,) = [content for language, content in blocks(page) if language == "toml"]
+    run = mbody.simulate(mbody.from_toml(text))
+    assert run.status == "completed"
+    assert [(one.name, one.contact) for one in run.events] == [("open", "top")]
+    assert run.energy.error < 1e-9
 
 
 def test_the_tour_solves_the_book():

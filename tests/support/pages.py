@@ -11,20 +11,64 @@ In a page of the site
 
 import contextlib
 import io
+import re
 import shlex
 from itertools import pairwise
 from pathlib import Path
 
 from mbody.cli import main
-from tests.docs.test_readme import blocks, differences, printed
 from tests.support.paths import ROOT
-
-__all__ = ["DOCS", "commands", "follow", "missing_lines"]
 
 DOCS = ROOT / "docs"
 #: Endings of files that a page may hold; a table has no colours, so that its block is `text`.
 FILES = ("toml", "json", "csv")
 LEFT_OUT = "…"
+
+
+NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
+#: Residuals are rounding: their digits differ from machine to machine.
+ROUNDING = 1e-9
+
+
+def blocks(text):
+    """(language, content) of every fenced block."""
+    return re.findall(r"^```(\w+)\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
+
+
+def steps(text):
+    """Every block of Python with the output that is shown below it, None where there is none."""
+    found = [*blocks(text), ("", "")]
+    return [
+        (code, shown if kind == "text" else None)
+        for (language, code), (kind, shown) in pairwise(found)
+        if language == "python"
+    ]
+
+
+def printed(code, namespace):
+    with contextlib.redirect_stdout(io.StringIO()) as stream:
+        exec(compile(code, "page", "exec"), namespace)
+    return stream.getvalue()
+
+
+def same(mine, shown):
+    """Two numbers as texts: within one unit of the last shown digit, or both rounding."""
+    if abs(float(mine)) < ROUNDING and abs(float(shown)) < ROUNDING:
+        return True
+    digits = shown.lower().partition("e")[0].partition(".")[2]
+    return abs(float(mine) - float(shown)) <= 1.01 * 10.0 ** -len(digits)
+
+
+def differences(output, shown):
+    """Lines that differ by more than the last digit of a number."""
+    mine, theirs = output.rstrip().splitlines(), shown.rstrip().splitlines()
+    assert len(mine) == len(theirs), output
+    return [
+        (ours, other)
+        for ours, other in zip(mine, theirs, strict=True)
+        if " ".join(NUMBER.sub("#", ours).split()) != " ".join(NUMBER.sub("#", other).split())
+        or not all(map(same, NUMBER.findall(ours), NUMBER.findall(other)))
+    ]
 
 
 def follow(text, folder):
