@@ -24,7 +24,7 @@ from mbody.derivatives.dual_solution import (
     dual_solution,
 )
 from mbody.derivatives.named_numbers import dual_values, number_tangents
-from mbody.kernels.motion_duals import BY_LAW, BY_TIME, BY_VALUE, FoundDuals, driven_duals
+from mbody.kernels.motion_duals import BY_LAW, BY_TIME, BY_VALUE, DualOutput, driven_duals
 from mbody.laws import ConstantSpeed
 from mbody.model.driver import AngleDriver, CoordinateDriver
 from mbody.model.element import Marker
@@ -146,7 +146,7 @@ class DrivenInstants:
         if run.given is not None:
             space.instants.given[:] = run.given[instants]
 
-    def _check(self, system: System, found: FoundDuals, part: slice) -> None:
+    def _check(self, system: System, found: DualOutput, part: slice) -> None:
         """Collect the numbers with which redundant loops do not close."""
         raise_user_error(system)
         if self.run.regularization == 0.0:

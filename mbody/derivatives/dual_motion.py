@@ -478,11 +478,12 @@ class ChangeTimes:
         #: By time alone, along which no number changes.
         self.along = GuardDuals(motion.uni, {name: value(one) for name, one in values.items()})
         self.width = len(lost.names)
-        self.short = TIMES_SAME_CHANGES * float(run.t[-1] - run.begun[0].start.t[0])
+        self.short = TIMES_SAME_CHANGES * float(run.t[-1] - run.initial_states[0].start.t[0])
         self.events: list[EventTime] = []
         self.own = [event for event in run.events if not event.contact]
         self.measures = {
-            event.name: event_measure(run.mechanism, event) for event in run.begun[0].request.events
+            event.name: event_measure(run.mechanism, event)
+            for event in run.initial_states[0].request.events
         }
         #: The last change, and its derivatives.
         self.before: tuple[float, Array] = (-np.inf, np.zeros(self.width))
@@ -562,7 +563,7 @@ class ChangeTimes:
         scale = self.motion.scale
         speed = float((scale[n : 2 * n] / scale[:n]).max()) * self.motion.system.length
         if isinstance(guard, JumpGuard):
-            return guard.size / float(self.run.t[-1] - self.run.begun[0].start.t[0])
+            return guard.size / float(self.run.t[-1] - self.run.initial_states[0].start.t[0])
         if guard.kind == "close":
             return speed
         if guard.kind in ("stop", "lock"):

@@ -11,7 +11,7 @@ import numpy as np
 from mbody.core.dual_number import DualNumber
 from mbody.core.lanes import LANES
 from mbody.kernels.layout import PER_PRIMITIVE, Work
-from mbody.kernels.motion_duals import DualInstants, FoundDuals
+from mbody.kernels.motion_duals import DualInstants, DualOutput
 from mbody.model.joints import CamFollower
 from mbody.solution.histories import Reaction, Record
 from mbody.solution.solution import Solution
@@ -162,7 +162,7 @@ class DualWorkspace:
     work : Work
         Of dual numbers.
     instants : DualInstants
-    found : FoundDuals
+    found : DualOutput
     first_load : int
         Row of the first load: after the record, the time and three signals of each driver.
     """
@@ -186,7 +186,7 @@ class DualWorkspace:
             loads=loads,
         )
         rows = self.first_load + loads * system.coordinates
-        self.found = FoundDuals(
+        self.found = DualOutput(
             output=np.zeros((count, rows, LANES)), unclosed=np.zeros((count, LANES))
         )
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from mbody.analysis.driven.driven import kinematics
 from mbody.analysis.dynamics.integrators import first_own_states
-from mbody.analysis.dynamics.simulate import beginning, integrate_phases, phase_rows
+from mbody.analysis.dynamics.simulate import integrate_phases, motion_start, phase_rows
 from mbody.analysis.freedom.mobility import released
 from mbody.analysis.initial.initial_state import StartDriver, start_drivers, state_of
 from mbody.core.dual_number import DualNumber
@@ -93,7 +93,7 @@ class FirstState:
 def first_state(run: Solution, names: Sequence[str], given: bool) -> FirstState:
     """The first state of a motion of `simulate`; `given`: that of another result, which is held."""
     _refuse_motion(run)
-    begun = run.begun[0]
+    begun = run.initial_states[0]
     system, start = run.system, begun.start
     t, q, v = state_of(system, start)
     n = system.coordinates
@@ -135,9 +135,9 @@ def _refuse_motion(run: Solution) -> None:
 def _without_derivatives(run: Solution) -> str:
     """Feature of a motion through which no derivatives are followed; "" where it has none."""
     machine = run.mechanism
-    if machine.groups or run.begun[0].request.settings.method == "moreau":
+    if machine.groups or run.initial_states[0].request.settings.method == "moreau":
         return "impulses in place of located impacts"
-    if len(run.begun) > 1:
+    if len(run.initial_states) > 1:
         return "several parts"
     own = [event for event in run.events if not event.contact]
     if run.ending != "completed" and not (own and own[-1].t == run.t[-1]):
@@ -757,7 +757,7 @@ class ReleasedInstants:
         self.followed = []
         for k, run in enumerate(self.parts):
             part = FreeInstants(run, first, self.names, system)
-            inside = t >= run.begun[0].first if k else np.ones(len(t), dtype=bool)
+            inside = t >= run.initial_states[0].first if k else np.ones(len(t), dtype=bool)
             if k < len(self.parts) - 1:
                 inside &= t < run.t[-1]
             places = np.searchsorted(run.t, t[inside])
@@ -777,7 +777,7 @@ class ReleasedInstants:
 
     def _going_on(self, part: FreeInstants, after: Solution) -> FirstState:
         """The state at the end of a part as the first one of the next."""
-        begun, walk = after.begun[0], part.walk
+        begun, walk = after.initial_states[0], part.walk
         assert walk is not None
         t, q, v = state_of(after.system, begun.start)
         n = after.system.coordinates
@@ -829,7 +829,7 @@ def motion_instants(run: Solution, names: Sequence[str], given: bool) -> MotionI
 
 def _parts(run: Solution) -> list[Solution]:
     """The motion between releases, followed again, each part with its beginning."""
-    (begun,) = run.begun
+    (begun,) = run.initial_states
     request, system, start = begun.request, begun.system, begun.start
     gone = {name for name, t in run.released.items() if t <= request.first}
     later = {name: t for name, t in run.released.items() if name not in gone}
@@ -841,7 +841,7 @@ def _parts(run: Solution) -> list[Solution]:
         times = np.union1d(times, [ends])
         part = replace(request, first=first, times=times, release={})
         one = integrate_phases(free, start, None, part, None)
-        found.append(changed(one, begun=(beginning(free, start, part),)))
+        found.append(changed(one, initial_states=(motion_start(free, start, part),)))
         if one.t[-1] >= last:
             break
         start, first = found[-1], until

@@ -251,7 +251,7 @@ KINDS = {
 
 
 @dataclass(frozen=True)
-class _Wanted:
+class _ModalMeasure:
     """One measure: of mode `number`, or the stiffness between two leaders; of a shape the
     amplitudes of two places.
     """
@@ -410,7 +410,7 @@ def _of_shape(
     linear: Linearization,
     changes: Sequence[Array],
     motions: Sequence[Array],
-    one: _Wanted,
+    one: _ModalMeasure,
 ) -> float:
     """The derivative of a ratio of amplitudes, or of the phase between them, from those of the ways
     of both; NaN of a root that is not simple, and of amplitudes that are zero.
@@ -444,7 +444,7 @@ def _amplitude(mode: Mode, linear: Linearization, place: ModePlace) -> complex:
     return found if abs(found) > DERIVATIVE_ROOT_SIMPLE * size else 0.0
 
 
-def _wanted(measure: Any, linear: Linearization, count: int) -> list[_Wanted]:
+def _wanted(measure: Any, linear: Linearization, count: int) -> list[_ModalMeasure]:
     """The measures, checked."""
     given: Any = {"frequency(1)": "frequency(1)"} if measure is None else measure
     given = [given] if isinstance(given, str) else given
@@ -460,7 +460,7 @@ def _wanted(measure: Any, linear: Linearization, count: int) -> list[_Wanted]:
             parts = shape.groups()[2:] if shape else ()
             machine = linear.solution.mechanism
             places = tuple(mode_place(machine, part, f"gradient: '{text}': ") for part in parts)
-            found.append(_Wanted(name, one[1], int(one[2]) - 1, places=places))
+            found.append(_ModalMeasure(name, one[1], int(one[2]) - 1, places=places))
             continue
         pair = OF_LEADERS.fullmatch(text) if isinstance(text, str) else None
         if pair is None or not {pair[1], pair[2] or pair[1]} <= set(leaders):
@@ -472,11 +472,11 @@ def _wanted(measure: Any, linear: Linearization, count: int) -> list[_Wanted]:
                 str(name),
             )
         both = leaders.index(pair[1]), leaders.index(pair[2] or pair[1])
-        found.append(_Wanted(name, "stiffness", leaders=both))
+        found.append(_ModalMeasure(name, "stiffness", leaders=both))
     return found
 
 
-def _value(one: _Wanted, linear: Linearization, found: Any) -> float:
+def _value(one: _ModalMeasure, linear: Linearization, found: Any) -> float:
     if one.kind == "stiffness":
         return float(linear.stiffness[one.leaders])
     mode: Mode = found[one.number]
@@ -500,7 +500,7 @@ def _value(one: _Wanted, linear: Linearization, found: Any) -> float:
     )
 
 
-def _unit(one: _Wanted, linear: Linearization) -> str:
+def _unit(one: _ModalMeasure, linear: Linearization) -> str:
     units = linear.solution.mechanism.units
     if one.kind == "stiffness":
         i, j = (linear.motions[k].turns for k in one.leaders)
@@ -640,7 +640,7 @@ def _of_motion(
         list(names.values()),
         columns,
         lambda other, rtol: simulate(other, **{**options, "rtol": rtol}),
-        run.begun[0].request.settings.rtol,
+        run.initial_states[0].request.settings.rtol,
     )
 
 

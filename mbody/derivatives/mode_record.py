@@ -329,21 +329,21 @@ class ModeStretch:
 
 def stretches_of(run: Solution) -> list[ModeStretch]:
     """The stretches of a motion of `simulate`."""
-    (begun,) = run.begun
-    system, settings, events = begun.system, begun.request.settings, begun.request.events
-    t, q, v = state_of(system, begun.start)
+    (initial,) = run.initial_states
+    system, settings, events = initial.system, initial.request.settings, initial.request.events
+    t, q, v = state_of(system, initial.start)
     watch: JumpWatch | None = None
-    times = begun.request.times
-    going_on = begun.start.restart
+    times = initial.request.times
+    going_on = initial.start.restart
     carried = None if going_on is None else (going_on.inputs, going_on.sampled)
     if has_modes(system):
-        watch = recorder = ModeRecorder(system, begun.start, settings, events)
+        watch = recorder = ModeRecorder(system, initial.start, settings, events)
         recorder.run(t, q, v, times[times <= run.t[-1]], None, carried=carried)
         found = recorder.stretches
     else:
         found = _between_set_times(run, t, carried)
         if arguments(system.layout):
-            watch = JumpWatch(system, begun.start, settings, events)
+            watch = JumpWatch(system, initial.start, settings, events)
             watch.run(t, q, v, times[times <= run.t[-1]], None, carried=carried)
     found[-1].end = float(run.t[-1])
     return found if watch is None else _at_jumps(found, watch)

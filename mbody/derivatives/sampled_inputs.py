@@ -170,13 +170,13 @@ class SampledInputs:
     ) -> None:
         self.run, self.motion, self.values, self.lost = run, motion, values, lost
         self.width = len(lost.names)
-        begun = run.begun[0]
-        first, last = state_of(begun.system, begun.start)[0], float(run.t[-1])
+        initial = run.initial_states[0]
+        first, last = state_of(initial.system, initial.start)[0], float(run.t[-1])
         times = Interruptions(run.system, run.system.work(), first, last)
         self.corners = times.corners
         none = np.zeros(self.width)
         self.now = {name: DualNumber(x, none) for name, x in times.inputs().items()}
-        going_on = begun.start.restart
+        going_on = initial.start.restart
         fresh = list(times.sampled)
         if going_on is not None:
             times.restore(going_on.inputs, going_on.sampled)

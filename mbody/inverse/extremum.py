@@ -25,7 +25,7 @@ from mbody.core.tolerances import (
     TINY,
 )
 from mbody.inverse.roots import Affine, Residuals, newton, spread
-from mbody.inverse.trials import Wanted
+from mbody.inverse.trials import SearchVariable
 from mbody.optimization.aims_and_limits import AimRows
 from mbody.optimization.nonlinear_program import Program
 
@@ -438,7 +438,7 @@ class _Range:
     is no angle: u = start + sinh s.
     """
 
-    def __init__(self, one: Wanted, width: float) -> None:
+    def __init__(self, one: SearchVariable, width: float) -> None:
         self.start = one.start / one.scale
         low, high = one.bounds
         self.stops = not math.isfinite(low), not math.isfinite(high)
@@ -486,7 +486,7 @@ class _Range:
         return value, slope if self.even else slope * math.cosh(s)
 
 
-def extremum(one: Wanted, values: Values, slopes: Slopes, noise: Array) -> Extremum:
+def extremum(one: SearchVariable, values: Values, slopes: Slopes, noise: Array) -> Extremum:
     """Where the last column is greatest while no other is negative. `noise` (columns,)."""
     for width in TURNS if one.angle else WIDTHS:
         space = _Range(one, width)
@@ -553,7 +553,7 @@ SEVERAL_UNKNOWNS_REACHES = (10.0, 1e2, 1e3, 1e4)
 
 
 @dataclass(frozen=True)
-class Climbed:
+class ClimbResult:
     """Result of the climbs from all starts.
 
     Attributes
@@ -621,7 +621,7 @@ class _Hill:
     """Climbs over rows within the bounds of the unknowns."""
 
     def __init__(
-        self, rows: Residuals, equations: int, wanted: Sequence[Wanted], sign: float
+        self, rows: Residuals, equations: int, wanted: Sequence[SearchVariable], sign: float
     ) -> None:
         self.rows, self.equations, self.sign = rows, equations, sign
         self.wanted = wanted
@@ -698,7 +698,9 @@ def _nothing() -> None:
     """Climbs are not stopped."""
 
 
-def climbed(rows: Residuals, equations: int, wanted: Sequence[Wanted], sign: float) -> Climbed:
+def best_climb(
+    rows: Residuals, equations: int, wanted: Sequence[SearchVariable], sign: float
+) -> ClimbResult:
     """Where the objective, times a sign, is greatest: of rows as those of `Trials.rows`."""
     hill = _Hill(rows, equations, wanted, sign)
     start = hill.start
@@ -732,7 +734,7 @@ def climbed(rows: Residuals, equations: int, wanted: Sequence[Wanted], sign: flo
         elif met is not None:
             nearest = min(nearest, (met[1], place), key=lambda pair: pair[0])
     if not ends and not others:
-        return Climbed(None, nearest[1])
+        return ClimbResult(None, nearest[1])
     top, best = max(ends + others, key=lambda pair: pair[0])
     floor = EXTREMUM_VALUES_SAME * max(abs(top), max(abs(value) for value, _ in ends + others))
     agreeing = sum(value >= top - floor for value, _ in ends)
@@ -740,7 +742,7 @@ def climbed(rows: Residuals, equations: int, wanted: Sequence[Wanted], sign: flo
     on_end = np.stack([best <= hill.low + near, best >= hill.high - near], axis=1) & ~hill.given
     on_end &= np.array([[not one.angle] * 2 for one in wanted])
     better = not ends or max(value for value, _ in ends) < top - floor
-    return Climbed(best, None, bool(on_end.any()), len(ends), agreeing, better)
+    return ClimbResult(best, None, bool(on_end.any()), len(ends), agreeing, better)
 
 
 def _corners(rows: Residuals, equations: int, start: Array) -> list[Array]:

@@ -26,7 +26,7 @@ from mbody.core.tolerances import (
     UNKNOWNS_SAME,
 )
 from mbody.errors import ModelError, SolveError, brief
-from mbody.inverse.extremum import Extremum, Unbounded, climbed, extremum
+from mbody.inverse.extremum import Extremum, Unbounded, best_climb, extremum
 from mbody.inverse.roots import Affine, SingularEquations, affine, newton, scan, spread
 from mbody.inverse.trials import ConditionRows, Trials
 from mbody.model.element import listed
@@ -415,7 +415,7 @@ class Solver:
     def _several(self) -> Array:
         """The best values of several unknowns, by climbs from several starts."""
         sign = 1.0 if self.question.greatest else -1.0
-        found = climbed(self.rows, len(self.equations), self.wanted, sign)
+        found = best_climb(self.rows, len(self.equations), self.wanted, sign)
         if found.u is None:
             raise SolveError(self.refusals.infeasible(*self.refusals.worst(found.nearest)))
         if found.endless:

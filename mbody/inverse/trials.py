@@ -50,7 +50,7 @@ Array = np.ndarray
 
 
 @dataclass(frozen=True)
-class Wanted:
+class SearchVariable:
     """An unknown as the search takes it: floats in the units of the mechanism.
 
     Attributes
@@ -143,7 +143,7 @@ Poses = dict[str, tuple[float, float, float]]
 
 
 @dataclass(frozen=True)
-class Reached:
+class TrialResult:
     """A trial that succeeded: what was found, the poses of the links, the sign of det Φ_q (0 where
     it is not looked at), which is another one on the branch beyond a singular position, whether
     rows depend on each other, and the least pivot as a part of its diagonal.
@@ -155,7 +155,7 @@ class Reached:
     redundant: bool
     ratio: float = 1.0
 
-    def leaps_from(self, near: Reached) -> bool:
+    def leaps_from(self, near: TrialResult) -> bool:
         """Whether the branch of a place nearby may have been left on the way."""
         turned = max(abs(self.poses[name][2] - pose[2]) for name, pose in near.poses.items())
         return turned > BRANCH_LEAP or self.side != near.side
@@ -184,7 +184,7 @@ class Trials:
         self._times = np.array([self.time])
         #: Where trials succeeded: (trials, unknowns), in steps; and what was found there.
         self.places = np.array([[one.present / one.scale for one in self.wanted]])
-        self.known: list[Reached] = []
+        self.known: list[TrialResult] = []
         self.known.append(self._first(first))
         #: The last place at which a trial failed, and how many there were.
         self.failed: Array | None = None
@@ -223,7 +223,7 @@ class Trials:
         t = self.time
         return [value - rate * t + 0.5 * change * t * t, rate - change * t, 0.5 * change]
 
-    def _wanted(self, mechanism: Mechanism, first: Solution, one: Unknown) -> Wanted:
+    def _wanted(self, mechanism: Mechanism, first: Solution, one: Unknown) -> SearchVariable:
         name, dimension = meant(mechanism, one.name)
         driver, _, key = name.partition(".")
         moving = bool(self._driver(mechanism, name))
@@ -244,7 +244,7 @@ class Trials:
             )
         start = float(np.clip(start, low, high))
         place = moving and key == "value"
-        return Wanted(
+        return SearchVariable(
             unknown=one,
             name=name,
             dimension=dimension,
@@ -275,10 +275,10 @@ class Trials:
         rates = [abs(float(run[body.name].omega[-1])) for body in run.mechanism.bodies]
         return self._natural(run, measured(run, measure)[1], max(rates, default=0.0))
 
-    def _first(self, first: Solution) -> Reached:
+    def _first(self, first: Solution) -> TrialResult:
         """The design as it is described."""
         poses = link_poses(first)
-        as_described = Reached(first, poses, 0.0, redundant=bool(first.regularization))
+        as_described = TrialResult(first, poses, 0.0, redundant=bool(first.regularization))
         return self._from(self.places[0], poses) or as_described
 
     # -- trials -------------------------------------------------------------------------------
@@ -364,19 +364,19 @@ class Trials:
             return self._remember(direct, u).run
         return None
 
-    def _from(self, u: Array, poses: Poses) -> Reached | None:
+    def _from(self, u: Array, poses: Poses) -> TrialResult | None:
         """Result at u from the poses of a place nearby; None where there is none."""
         try:
             return self._reached(u, poses)
         except (ModelError, SolveError):
             return None
 
-    def _remember(self, there: Reached, u: Array) -> Reached:
+    def _remember(self, there: TrialResult, u: Array) -> TrialResult:
         self.known.append(there)
         self.places = np.vstack([self.places, u])
         return there
 
-    def _reached(self, u: Array, poses: Poses) -> Reached | None:
+    def _reached(self, u: Array, poses: Poses) -> TrialResult | None:
         """The analysis from one guess, without other starts; None where loops do not close near
         it, the position is singular, or the analysis comes no further.
         """
@@ -399,7 +399,7 @@ class Trials:
         except PathEnded:
             return None
         run = runner.solution(start, instant, Record([block], 1, batch=False))
-        return Reached(run, link_poses(run), side, redundant, float(start.ratio))
+        return TrialResult(run, link_poses(run), side, redundant, float(start.ratio))
 
     def measured(
         self, run: Solution, relations: list[Relation], objective: str

@@ -40,8 +40,8 @@ class DualInstants(Bundle):
     loads: int  # how many loads follow, each alone: all or none
 
 
-class FoundDuals(Bundle):
-    """Where the kernel puts what it finds."""
+class DualOutput(Bundle):
+    """Output arrays of the kernel."""
 
     # (instants, rows, lanes): rows as of `mbody.kernels.layout.keep`; the time; signals of the
     # drivers, three each; forces of the loads on all coordinates
@@ -52,7 +52,7 @@ class FoundDuals(Bundle):
 
 
 @kernel
-def driven_duals(L: Layout, W: Work, instants: DualInstants, found: FoundDuals) -> None:
+def driven_duals(L: Layout, W: Work, instants: DualInstants, found: DualOutput) -> None:
     """The values and tangents of every instant by those of W.par and W.mass."""
     w = dual()
     output = found.output

@@ -18,7 +18,7 @@ from mbody.model.numbers import dimension_named
 from mbody.model.study import OVER_TIME, Measure
 from mbody.optimization.aims_and_limits import Aim, Limit
 from mbody.optimization.design_evaluation import Evaluation, Evaluator, MotionEvaluator
-from mbody.optimization.nonlinear_program import Found, Program
+from mbody.optimization.nonlinear_program import Program, SearchResult
 from mbody.quantities import Formula, FormulaError
 from mbody.quantities.formula import NotFinite, float_or_formula
 from mbody.sweeps.job import Job, MeasuredColumn, side_by_side
@@ -253,19 +253,19 @@ APART = 0.15
 
 
 @dataclass(frozen=True)
-class Ended:
+class SearchEnding:
     """Result of the searches from all starts.
 
     Attributes
     ----------
-    best : Found
+    best : SearchResult
     program : Program
     starts, agreeing : int
     status : str
     notes : tuple of str
     """
 
-    best: Found
+    best: SearchResult
     program: Program
     starts: int
     agreeing: int
@@ -305,7 +305,7 @@ class MultiStart:
         bounds = self.ranges.low, self.ranges.high
         return Program(self.evaluator, bounds, aim, limits, self.mark)
 
-    def ended(self, aim: Aim, limits: Sequence[Limit]) -> Ended:
+    def ended(self, aim: Aim, limits: Sequence[Limit]) -> SearchEnding:
         """The best of all searches."""
         program, notes = self.program(aim, limits), list(self.ranges.notes)
         status, found = "completed", []
@@ -331,7 +331,7 @@ class MultiStart:
         best = min(held, key=lambda one: one.value)
         near = OPTIMUM_VALUES_AGREE * max(abs(best.value), OPTIMUM_VALUE_NONE * program.scale)
         agreeing = sum(one.value <= best.value + near for one in held)
-        return Ended(best, program, len(found), agreeing, status, tuple(notes))
+        return SearchEnding(best, program, len(found), agreeing, status, tuple(notes))
 
     def starts(self, aim: Aim) -> list[np.ndarray]:
         """Where searches begin: the start that was given, then the best of many that are apart."""
@@ -402,7 +402,7 @@ class MultiStart:
             f"with derivatives; at the start: {why}; give other bounds"
         )
 
-    def _none(self, nearest: Found, limits: Sequence[Limit]) -> SolveError:
+    def _none(self, nearest: SearchResult, limits: Sequence[Limit]) -> SolveError:
         """The error where no design meets the limits."""
         sizes = nearest.at
         worst = min(limits, key=lambda limit: limit.margin(sizes))

@@ -181,7 +181,7 @@ class Bound(Protocol):
 
 
 @dataclass(frozen=True)
-class Found:
+class SearchResult:
     """Where a search ended.
 
     Attributes
@@ -251,7 +251,7 @@ class Program:
             )
         return self._last_evaluation
 
-    def search(self, x: np.ndarray) -> Found | None:
+    def search(self, x: np.ndarray) -> SearchResult | None:
         """The end of a search from a design; None where that cannot be analysed."""
         at = self.at(x)
         if at is None:
@@ -280,7 +280,7 @@ class Program:
                 break
         return self._polished(best)
 
-    def _polished(self, best: Found) -> Found:
+    def _polished(self, best: SearchResult) -> SearchResult:
         """The end of linear steps with all rows, where it is better."""
         found = [best]
 
@@ -328,8 +328,8 @@ class Program:
             by_equal=slopes[True],
         )
 
-    def _result(self, at: Any) -> Found:
-        return Found(at, self.value(at), self.broken(at))
+    def _result(self, at: Any) -> SearchResult:
+        return SearchResult(at, self.value(at), self.broken(at))
 
     def _round(self, start: Any, chosen: _Chosen) -> Any:
         """One search with the rows that are chosen."""
@@ -480,7 +480,7 @@ def _size(rows: AimRows) -> float:
     return max(float(np.abs(rows.values).max(initial=0.0)), TINY)
 
 
-def _better(one: Found, other: Found) -> bool:
+def _better(one: SearchResult, other: SearchResult) -> bool:
     """Whether an end is better than another: limits first."""
     if one.broken > LIMIT_HOLDS or other.broken > LIMIT_HOLDS:
         return one.broken < other.broken

@@ -27,8 +27,8 @@ from mbody.model.mechanism import Mechanism
 from mbody.model.study import OptimizationTask
 from mbody.optimization.aims_and_limits import Aim, AimRows, Limit, aim_of, limit_of
 from mbody.optimization.design_evaluation import Evaluation, Evaluator, MotionEvaluator
-from mbody.optimization.multi_start import Ended, MultiStart, Ranges, Screen, ranges_of
-from mbody.optimization.nonlinear_program import FASTEST, Found, Program
+from mbody.optimization.multi_start import MultiStart, Ranges, Screen, SearchEnding, ranges_of
+from mbody.optimization.nonlinear_program import FASTEST, Program, SearchResult
 from mbody.optimization.optimum import Active, Optimum, ParetoPoint
 from mbody.quantities.types import Number
 from mbody.solution.doubts import inherited
@@ -198,7 +198,7 @@ MOBILE = "mobility: no body moves {} times as fast as in the description"
 
 def optimum_of(
     search: MultiStart,
-    ended: Ended,
+    ended: SearchEnding,
     aim: Aim,
     limits: Sequence[Limit],
     loss: float,
@@ -317,7 +317,10 @@ def pareto_front(
     ends = [search.ended(aim, limits) for aim in aims]
     values = np.array([[_least(aim, end.best.at) for aim in aims] for end in ends])
     scales = [end.program.scale for end in ends]
-    found: list[tuple[Found, Ended]] = [(ends[0].best, ends[0]), (ends[1].best, ends[1])]
+    found: list[tuple[SearchResult, SearchEnding]] = [
+        (ends[0].best, ends[0]),
+        (ends[1].best, ends[1]),
+    ]
     low, high = values[1, 1], values[0, 1]
     if high - low > LIMIT_HOLDS * scales[1]:
         place = [ends[0].best.at.x, ends[1].best.at.x]
@@ -367,7 +370,7 @@ INSTANTS = ("t", "drive", "turn", "instants", "turns", "guess", "at", "over")
 MOTION = "simulate"
 OF_MOTION = ("until", "method", "rtol", "atol", "step", "instants", "every", "times", "events")
 #: Two aims as one, for the signature.
-Wanted = str | Sequence[str] | None
+Objective = str | Sequence[str] | None
 
 
 def optimize(
@@ -375,8 +378,8 @@ def optimize(
     task: str | OptimizationTask | None = None,
     /,
     *,
-    minimize: Wanted = None,
-    maximize: Wanted = None,
+    minimize: Objective = None,
+    maximize: Objective = None,
     by: Mapping[str, tuple[Number, Number]] | None = None,
     subject_to: str | Sequence[str] = (),
     analysis: str = "kinetostatics",
@@ -509,7 +512,7 @@ def _task(machine: Mechanism, task: str | OptimizationTask) -> OptimizationTask:
     return own
 
 
-def _aims_given(minimize: Wanted, maximize: Wanted) -> list[tuple[Any, bool]]:
+def _aims_given(minimize: Objective, maximize: Objective) -> list[tuple[Any, bool]]:
     """Objectives with the choice of least or greatest: one, or two."""
     found: list[tuple[Any, bool]] = []
     for given, greatest in ((minimize, False), (maximize, True)):

@@ -53,7 +53,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Beginning:
+class InitialState:
     """How a motion of `simulate` began.
 
     Attributes
@@ -215,7 +215,7 @@ class Solution:
     released: Mapping[str, float] = field(default_factory=dict)
     branch: BranchDistance | None = None
     #: How a motion began, one of each part of a motion of several.
-    begun: tuple[Beginning, ...] = ()
+    initial_states: tuple[InitialState, ...] = ()
     #: What every contact and frictional joint does, a word an instant: see `mode`.
     modes: Mapping[str, Sequence[str]] = field(default_factory=dict)
     #: What touches at every instant, of a motion by ``method="moreau"``.

@@ -48,7 +48,7 @@ from mbody.solution.doubts import Doubt
 from mbody.solution.solution import Solution
 from mbody.stepping.input_values import Inputs
 from mbody.stepping.readings import MechanicsNow
-from mbody.stepping.stepwise import Carried, StepwiseContacts, Watched, stepwise
+from mbody.stepping.stepwise import Checkpoint, Monitor, StepwiseContacts, stepwise
 from mbody.system.formula_rows import followed_inputs
 from mbody.system.rank import dense, rank_of
 from mbody.system.read_only import lock
@@ -282,7 +282,7 @@ class SimulatorState:
     status: str = "completed"
     beyond: tuple[Doubt, ...] = field(default=(), repr=False)
     #: What the integrator carries on, and where a motion that leaves a singular position began.
-    carried: Carried | None = field(default=None, repr=False)
+    checkpoint: Checkpoint | None = field(default=None, repr=False)
     origin: tuple[float, Array, Array] | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
@@ -370,7 +370,7 @@ class Simulator(MechanicsNow):
             t, q, v = state_of(self.system, self._start)
         settings, events = self._request.settings, self._request.events
         self._show(stepwise(self.system, self._start, settings, events), settings)
-        self._watched = Watched(self._integration, self._present, bool(self._request.events))
+        self._monitor = Monitor(self._integration, self._present, bool(self._request.events))
         self.inputs = self._find_inputs()
         self._begin(t, q, v)
         self._first = self.state
@@ -502,8 +502,8 @@ class Simulator(MechanicsNow):
         self._record_valid, self._certified = False, None
         if until > self._slots[TIME]:
             self._ended = self._integration.advance_to(until)
-            if self._watched.any:
-                self._beyond = self._watched.after_call(self._beyond)
+            if self._monitor.any:
+                self._beyond = self._monitor.after_call(self._beyond)
 
     def _prepared(self, until: float) -> float:
         """Leads the motion out of its start and refreshes it before a step; returns the time to
@@ -572,7 +572,7 @@ class Simulator(MechanicsNow):
             bodies=tuple(body.name for body in self.system.mechanism.bodies),
             status=self._ended or "completed",
             beyond=self._beyond,
-            carried=None if self._origin is not None else self._integration.snapshot(),
+            checkpoint=None if self._origin is not None else self._integration.snapshot(),
             origin=self._origin,
         )
 
@@ -589,10 +589,10 @@ class Simulator(MechanicsNow):
         self._stale, self._notes, self._before = False, (), None
         self._beyond = given.beyond
         self._origin = given.origin
-        if given.carried is None:
+        if given.checkpoint is None:
             self._lead_out(given.t)
             return
-        self._integration.go_on_from(given.carried)
+        self._integration.go_on_from(given.checkpoint)
         self._changed()
 
     def _unfit(self, given: Any) -> str:
@@ -602,10 +602,10 @@ class Simulator(MechanicsNow):
         names = tuple(body.name for body in self.system.mechanism.bodies)
         if given.bodies != names or len(given.inputs) != len(self.inputs.names):
             return f"is of another mechanism, of the bodies {listed(given.bodies)}"
-        carried = given.carried
-        if carried is None:
+        checkpoint = given.checkpoint
+        if checkpoint is None:
             return "" if given.origin is not None else "is not whole: take one of sim.state"
-        settings, own = carried.restart.settings, self._request.settings
+        settings, own = checkpoint.restart.settings, self._request.settings
         if settings != own:
             return (
                 f"goes by {settings.method} at rtol {settings.rtol:g}, this simulator by "
@@ -613,7 +613,7 @@ class Simulator(MechanicsNow):
                 "alone"
             )
         self._record_valid = False
-        return self._integration.unfit(carried, given.inputs)
+        return self._integration.unfit(checkpoint, given.inputs)
 
     def _set_input(self, place: int, value: float) -> None:
         self._signals[self._rows[place]] = value
@@ -675,8 +675,8 @@ class Simulator(MechanicsNow):
                     f"the state to reset to is of another mechanism, of the bodies "
                     f"{listed(to.bodies)}"
                 )
-            if to.carried is not None:
-                self._integration.regularize(to.carried.regularization)
+            if to.checkpoint is not None:
+                self._integration.regularize(to.checkpoint.regularization)
             self._first_inputs(to if len(to.inputs) == len(self.inputs.names) else self._first)
             own = to.own.copy() if len(to.own) == len(self.own) else None
             self._begin(to.t if when is None else when, to.q.copy(), to.v.copy(), (), own)

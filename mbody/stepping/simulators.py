@@ -230,12 +230,12 @@ class SinglyLed(LaneReadings):
 
     def _may_use_lanes(self, begun: SimulatorState) -> bool:
         """Whether ordinary steps of this mechanism, by this method, are those that lanes take."""
-        system, carried = self.system, begun.carried
-        assert carried is not None
+        system, checkpoint = self.system, begun.checkpoint
+        assert checkpoint is not None
         own = system.mechanism.simulation
         return not (
-            carried.restart.settings.method not in TABLES
-            or carried.regularization
+            checkpoint.restart.settings.method not in TABLES
+            or checkpoint.regularization
             or (own is not None and (own.events or own.release))
             or system.has_user_code
             or one_sided(system)
@@ -289,40 +289,40 @@ class SinglyLed(LaneReadings):
             )
         )
         found = sim.state
-        if found.carried is not None and slots[STEPS]:
+        if found.checkpoint is not None and slots[STEPS]:
             # it goes on with the steps that it had
-            restart = found.carried.restart
+            restart = found.checkpoint.restart
             state_slots = restart.state.copy()
             state_slots[TAKEN] = slots[TAKEN]
             scale = lanes.some(lanes.many.scale, one)[0]
             restart = replace(restart, state=state_slots, scale=scale)
-            sim.state = replace(found, carried=replace(found.carried, restart=restart))
+            sim.state = replace(found, checkpoint=replace(found.checkpoint, restart=restart))
         return sim
 
     def _take_back(self, k: int, sim: Simulator) -> None:
         """Returns a single motion's state; it goes back to the lanes where nothing forbids it."""
         lanes, one, found = self._lanes, np.array([k]), sim.state
-        many, carried = lanes.many, found.carried
+        many, checkpoint = lanes.many, found.checkpoint
         y = np.concatenate([found.q, found.v, found.own])[None]
         lanes.put_all(many.y, one, y)
         lanes.put(many.state, TIME, one, found.t)
-        if carried is not None and carried.passage[2]:
-            self._doubts.setdefault(k, carried.passage[2][0].message)
+        if checkpoint is not None and checkpoint.passage[2]:
+            self._doubts.setdefault(k, checkpoint.passage[2][0].message)
         if found.status != "completed":
             self._reasons[k] = found.status
         many.bad[k] = 1.0
         self._states[k] = found
-        if carried is None or not self._on_lanes or k in self._reasons:
+        if checkpoint is None or not self._on_lanes or k in self._reasons:
             return
-        slots, t = carried.restart.state, found.t
-        known = t <= slots[KNOWN_UNTIL] or t <= slots[SHORTENED_UNTIL] or carried.passage[0]
-        if carried.regularization or slots[NEAR_SINGULAR] > 0.5 or known:
+        slots, t = checkpoint.restart.state, found.t
+        known = t <= slots[KNOWN_UNTIL] or t <= slots[SHORTENED_UNTIL] or checkpoint.passage[0]
+        if checkpoint.regularization or slots[NEAR_SINGULAR] > 0.5 or known:
             return
         del self._states[k]
         many.bad[k] = 0.0
-        lanes.put_all(many.derivative, one, carried.restart.slope[None])
-        lanes.put_all(many.scale, one, carried.restart.scale[None])
-        lanes.put_all(many.near, one, carried.near.reshape(1, -1)[:, : many.near.shape[1]])
+        lanes.put_all(many.derivative, one, checkpoint.restart.slope[None])
+        lanes.put_all(many.scale, one, checkpoint.restart.scale[None])
+        lanes.put_all(many.near, one, checkpoint.near.reshape(1, -1)[:, : many.near.shape[1]])
         lanes.put_all(many.state, one, slots[None, :PROGRESS])
         lanes.put(many.state, JUDGED_STEPS, one, slots[STEPS])
         lanes.put(many.state, JUDGED_TIME, one, t)
@@ -437,8 +437,8 @@ class Simulators(SinglyLed):
         names, rows = first.inputs.names, self.system.layout.input_row
         places = {one.name: int(row) for one, row in zip(whole.mechanism.inputs, rows, strict=True)}
         self._input_names = names
-        self._on_lanes = begun.carried is not None and self._may_use_lanes(begun)
-        settings = begun.carried.restart.settings if begun.carried is not None else UNKNOWN
+        self._on_lanes = begun.checkpoint is not None and self._may_use_lanes(begun)
+        settings = begun.checkpoint.restart.settings if begun.checkpoint is not None else UNKNOWN
         self._lanes = LaneMotion(
             self.system,
             self.n,

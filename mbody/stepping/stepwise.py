@@ -19,7 +19,7 @@ from mbody.analysis.contact.unilateral import has_modes, refuse_modes
 from mbody.analysis.driven.contact_report import OneSidedForce, one_sided, one_sided_force
 from mbody.analysis.driven.extrapolation import extrapolated, open_curves, open_tables
 from mbody.analysis.dynamics.branch_passage import KnownCrossings
-from mbody.analysis.dynamics.contact_decision import Closing, SharedForces
+from mbody.analysis.dynamics.contact_decision import ModeTransition, SharedForces
 from mbody.analysis.dynamics.contact_motion import ContactIntegration
 from mbody.analysis.dynamics.events import EventIntegration, Guard
 from mbody.analysis.dynamics.integration import AT_ONCE, Integration
@@ -68,7 +68,7 @@ Array = np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
-class CarriedModes:
+class ContactModes:
     """Contact modes of a checkpoint: what a motion with contacts needs besides its state.
 
     Attributes
@@ -122,7 +122,7 @@ WITHIN, AMONG = 8, 200
 
 
 @dataclass(frozen=True, eq=False)
-class Carried:
+class Checkpoint:
     """All that the next step depends on.
 
     Attributes
@@ -141,7 +141,7 @@ class Carried:
         the present one.
     extremes : dict
         Of contacts and ropes the least force and the largest by size.
-    modes : CarriedModes or None
+    modes : ContactModes or None
         What is open, sticks and slides.
     """
 
@@ -153,7 +153,7 @@ class Carried:
     reference: Array
     record: Array
     extremes: dict[str, OneSidedForce]
-    modes: CarriedModes | None = None
+    modes: ContactModes | None = None
 
 
 class Stepwise(Integration):
@@ -355,9 +355,9 @@ class Stepwise(Integration):
 
     # -- checkpoints ---------------------------------------------------------------------------
 
-    def snapshot(self) -> Carried:
+    def snapshot(self) -> Checkpoint:
         """A copy of all that the next step depends on."""
-        return Carried(
+        return Checkpoint(
             restart=self._restart_state(self._gained),
             regularization=self.regularization,
             near=self.work.near.copy(),
@@ -368,7 +368,7 @@ class Stepwise(Integration):
             extremes=dict(self.extremes),
         )
 
-    def go_on_from(self, given: Carried) -> None:
+    def go_on_from(self, given: Checkpoint) -> None:
         """Go on from there."""
         self.regularize(given.regularization)
         self._take(given.restart)
@@ -379,7 +379,7 @@ class Stepwise(Integration):
         self.first, self.reference, self.record = given.first, given.reference, given.record.copy()
         self.extremes = dict(given.extremes)
 
-    def unfit(self, given: Carried, inputs: Array) -> str:
+    def unfit(self, given: Checkpoint, inputs: Array) -> str:
         """Why a motion of this system cannot go on from there, with these inputs; else nothing."""
         restart, n = given.restart, self.system.coordinates
         sampled = [one.controller.name for one in restart.sampled]
@@ -584,12 +584,12 @@ class StepwiseEvents(Stepwise, EventIntegration):
             self.samples = np.array(self.instants), np.array(self.records)
         return status
 
-    def snapshot(self) -> Carried:
+    def snapshot(self) -> Checkpoint:
         """Checkpoint of the motion with its event values."""
         self._renew()
         return super().snapshot()
 
-    def go_on_from(self, given: Carried) -> None:
+    def go_on_from(self, given: Checkpoint) -> None:
         """Continues from a checkpoint; later events are dropped."""
         super().go_on_from(given)
         self.late = False
@@ -633,7 +633,7 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
         self.modes, self.pairs = ["open"] * len(self.modes), ["slip+"] * len(self.pairs)
         self.groups, self.struck, self.fresh, self.beyond = {}, {}, {}, set()
         self.shared = None
-        self.guards, self.closing, self.contact_notes = [], Closing(), []
+        self.guards, self.transition, self.contact_notes = [], ModeTransition(), []
         self.changed_at, self.changes, self.ending = -np.inf, 0, ""
         self.work.anchor[:] = 0.0
         self.work.par[:] = self.probe.par
@@ -663,13 +663,13 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
     def _rows_of(self, work: Work) -> tuple[Array, ...]:
         return work.on, work.pad, work.regularization_weight, work.anchor, work.slip_sign, work.par
 
-    def snapshot(self) -> Carried:
+    def snapshot(self) -> Checkpoint:
         """Checkpoint of the motion with its contact modes."""
         self.before_end = None  # that of the present state
-        return replace(super().snapshot(), modes=self._modes_carried())
+        return replace(super().snapshot(), modes=self._contact_modes())
 
-    def _modes_carried(self) -> CarriedModes:
-        return CarriedModes(
+    def _contact_modes(self) -> ContactModes:
+        return ContactModes(
             modes=tuple(self.modes),
             pairs=tuple(self.pairs),
             first=dict(self.first_modes),
@@ -678,7 +678,7 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
             shared=self.shared,
             struck=dict(self.struck),
             beyond=frozenset(self.beyond),
-            closed=frozenset(self.closing.closed),
+            closed=frozenset(self.transition.closed),
             guards=tuple(self.guards),
             fresh=dict(self.fresh),
             changes=(self.changed_at, self.changes),
@@ -686,13 +686,13 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
             lost=self.lost.copy(),
         )
 
-    def go_on_from(self, given: Carried) -> None:
+    def go_on_from(self, given: Checkpoint) -> None:
         """Continues from a checkpoint with its contact modes."""
         super().go_on_from(given)
         assert given.modes is not None
         self._take_modes(given.modes)
 
-    def _take_modes(self, given: CarriedModes) -> None:
+    def _take_modes(self, given: ContactModes) -> None:
         self.modes, self.pairs = list(given.modes), list(given.pairs)
         self.first_modes = dict(given.first)
         for part, was in zip(self._rows_of(self.work), given.rows, strict=True):
@@ -702,20 +702,20 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
         self.groups = {key: list(one) for key, one in given.groups.items()}
         self.shared = given.shared
         self.struck, self.beyond = dict(given.struck), set(given.beyond)
-        self.closing = Closing(set(given.closed))
+        self.transition = ModeTransition(set(given.closed))
         self.guards, self.fresh = list(given.guards), dict(given.fresh)
         self.changed_at, self.changes = given.changes
         self.lost[:] = given.lost
         self.contact_notes, self.ending = list(given.notes), ""
 
-    def unfit(self, given: Carried, inputs: Array) -> str:
+    def unfit(self, given: Checkpoint, inputs: Array) -> str:
         """Reason why a checkpoint does not fit this motion; "" where it fits."""
         modes = given.modes
         if modes is None or [part.shape for part in modes.rows] != [
             part.shape for part in self._rows_of(self.work)
         ]:
             return "is of another mechanism, with other contacts"
-        before = self._modes_carried(), self.ending
+        before = self._contact_modes(), self.ending
         self._take_modes(modes)
         try:
             return super().unfit(given, inputs)
@@ -764,7 +764,7 @@ def stepwise(
 # -- Monitors between the ends of calls: tables left, contacts lifted off, events --------------
 
 
-class Watched:
+class Monitor:
     """Tables, contacts and ropes of one motion; events look for themselves."""
 
     def __init__(self, integration: Stepwise, present: Present, events: bool) -> None:

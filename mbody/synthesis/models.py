@@ -118,7 +118,7 @@ class Demand:
 
 
 @dataclass(frozen=True, eq=False)
-class FoundDesign:
+class DesignCandidate:
     """Numbers, values of the driver at the points, first poses of the bodies, and the misses."""
 
     values: dict[str, float]
@@ -127,7 +127,7 @@ class FoundDesign:
     misses: np.ndarray
 
 
-def searched(demand: Demand, count: int, starts: int, seed: int) -> list[FoundDesign]:
+def searched(demand: Demand, count: int, starts: int, seed: int) -> list[DesignCandidate]:
     """The refined designs of the best starts of `count`, the best first."""
     found = [_refined(demand, *start) for start in _starts(demand, count, starts, seed)]
     good = [one for one in found if one is not None]
@@ -270,7 +270,7 @@ def _refined(
     x: np.ndarray,
     theta: np.ndarray,
     guess: dict[str, tuple[float, float, float]],
-) -> FoundDesign | None:
+) -> DesignCandidate | None:
     from scipy.optimize import least_squares
 
     task = Refinement(demand, guess)
@@ -298,7 +298,7 @@ def _refined(
         return None
     values = dict(zip(task.names, found.x.tolist(), strict=False))
     misses = np.sqrt(np.square(off.reshape(demand.goals.shape)).sum(axis=0))
-    return FoundDesign(values, task.theta(found.x), task.poses(), misses)
+    return DesignCandidate(values, task.theta(found.x), task.poses(), misses)
 
 
 @dataclass(frozen=True, eq=False)
@@ -433,7 +433,7 @@ class _ModelCandidate:
 
     demand: Demand
     numbered: NumberedModel
-    found: FoundDesign
+    found: DesignCandidate
     zeros = None
     described = ""
 

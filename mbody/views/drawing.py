@@ -19,9 +19,9 @@ from mbody.solution.solution import Solution
 from mbody.system.system import System
 from mbody.views.frame import framed, in_strip
 from mbody.views.kinematic_picture import (
+    ElementSelection,
     KinematicMarks,
     LoadedPose,
-    Shown,
     faded,
     kinematic_picture,
     longest_force,
@@ -157,7 +157,7 @@ def draw(
     poses = [_posed(run, one, forces) for one in instants]
     if not poses:
         raise ModelError(f"a picture needs an instant, 0 to {len(run) - 1}: give at least one")
-    shown = Shown(run.mechanism, (only,) if isinstance(only, str) else only)
+    selection = ElementSelection(run.mechanism, (only,) if isinstance(only, str) else only)
     if isinstance(paths, str):
         paths = (paths,)
     marks = KinematicMarks(
@@ -176,12 +176,12 @@ def draw(
     with styled():
         figure = blank()
         if strip and len(poses) > 1:
-            return _in_cells(figure, poses, forces, shown, tracks)
-        scale = sketch_scale(poses, shown, list(tracks.values()), 1.0)
+            return _in_cells(figure, poses, forces, selection, tracks)
+        scale = sketch_scale(poses, selection, list(tracks.values()), 1.0)
         sketch = Sketch(_axes(figure), poses[0], *scale)
         for n, pose in enumerate(poses[1:]):
-            faded(sketch, pose, shown, FADED * (1.0 - 0.5 * n / len(poses)))
-        framed(figure, sketch, sketch_mechanism(sketch, forces, tracks, shown))
+            faded(sketch, pose, selection, FADED * (1.0 - 0.5 * n / len(poses)))
+        framed(figure, sketch, sketch_mechanism(sketch, forces, tracks, selection))
     return figure
 
 
@@ -189,22 +189,22 @@ def draw_cells(run: Solution, texts: Sequence[str]) -> Figure:
     """All positions of a run beside each other, at one scale, each with a caption of its own."""
     poses = [_posed(run, k, False) for k in range(len(run))]
     with styled():
-        return _in_cells(blank(), poses, False, Shown(run.mechanism, ()), {}, texts)
+        return _in_cells(blank(), poses, False, ElementSelection(run.mechanism, ()), {}, texts)
 
 
 def _in_cells(
     figure: Figure,
     poses: Sequence[Pose],
     forces: bool,
-    shown: Shown,
+    selection: ElementSelection,
     tracks: dict[str, Array],
     texts: Sequence[str] = (),
 ) -> Figure:
-    scale = sketch_scale(poses, shown, list(tracks.values()), CELL)
-    sketches, longest, arrows = [], longest_force(poses, forces, shown), None
+    scale = sketch_scale(poses, selection, list(tracks.values()), CELL)
+    sketches, longest, arrows = [], longest_force(poses, forces, selection), None
     for pose in poses:
         sketches.append(Sketch(_axes(figure), pose, *scale))
-        arrows = sketch_mechanism(sketches[-1], forces, tracks, shown, longest)
+        arrows = sketch_mechanism(sketches[-1], forces, tracks, selection, longest)
     in_strip(figure, sketches, arrows, texts)
     return figure
 
@@ -227,13 +227,13 @@ def draw_series(
     """
     one_design(run, "a picture is of one design")
     poses, tracks = [_posed(run, k, forces) for k in instants], _paths(run, paths)
-    shown, sketches, arrows = Shown(run.mechanism, only), [], None
+    selection, sketches, arrows = ElementSelection(run.mechanism, only), [], None
     with styled():
-        scale = sketch_scale(poses, shown, list(tracks.values()), 1.0)
-        longest, figures = longest_force(poses, forces, shown), [blank() for _ in poses]
+        scale = sketch_scale(poses, selection, list(tracks.values()), 1.0)
+        longest, figures = longest_force(poses, forces, selection), [blank() for _ in poses]
         for pose, figure in zip(poses, figures, strict=True):
             sketches.append(Sketch(_axes(figure), pose, *scale))
-            arrows = sketch_mechanism(sketches[-1], forces, tracks, shown, longest)
+            arrows = sketch_mechanism(sketches[-1], forces, tracks, selection, longest)
         low = np.min([sketch.low for sketch in sketches], axis=0)
         high = np.max([sketch.high for sketch in sketches], axis=0)
         for sketch in sketches:
@@ -306,13 +306,13 @@ def draw_assemblies(modes: AssemblyModes) -> Figure:
     >>> len([axes for axes in figure.axes if axes.get_label() != "key"])
     2
     """
-    shown = list(modes)[:MOST]
-    if not shown:
+    selection = list(modes)[:MOST]
+    if not selection:
         raise ModelError(
             f"'{modes.mechanism.name}' closes nowhere there: there is no assembly mode to draw"
         )
     drive = dict(modes.at) or None
-    runs = [kinematics(modes.mechanism, drive=drive, guess=mode) for mode in shown]
+    runs = [kinematics(modes.mechanism, drive=drive, guess=mode) for mode in selection]
     first = runs[0]
     rows = np.concatenate([run.record.table(slice(None))[:1] for run in runs])
     given = [run.given[:1] for run in runs if run.given is not None]
@@ -322,4 +322,6 @@ def draw_assemblies(modes: AssemblyModes) -> Figure:
         record=Record([np.ascontiguousarray(rows[:, :, None])], len(runs), batch=False),
         given=np.concatenate(given) if given else None,
     )
-    return draw_cells(whole, [f"{m.number} {m.name}{' (used)' if m.used else ''}" for m in shown])
+    return draw_cells(
+        whole, [f"{m.number} {m.name}{' (used)' if m.used else ''}" for m in selection]
+    )

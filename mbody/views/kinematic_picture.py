@@ -75,7 +75,7 @@ ARROW = 8.0
 
 
 @dataclass(frozen=True)
-class Shown:
+class ElementSelection:
     """Which elements of a mechanism are drawn.
 
     Attributes
@@ -144,12 +144,12 @@ class Faded(Sketch):
         """None: labels are of the instant in full."""
 
 
-def faded(sketch: Sketch, pose: Pose, shown: Shown, part: float) -> None:
+def faded(sketch: Sketch, pose: Pose, selection: ElementSelection, part: float) -> None:
     """Draw another instant below, faded."""
     axes = sketch.axes
     before = {id(artist) for artist in axes.get_children()}
     ghost = Faded(axes, pose, sketch.unit, sketch.small)
-    _links(ghost, shown)
+    _links(ghost, selection)
     for artist in axes.get_children():
         if id(artist) not in before and artist.get_zorder() >= Z["ring"]:
             artist.set_alpha(part)
@@ -159,33 +159,33 @@ def faded(sketch: Sketch, pose: Pose, shown: Shown, part: float) -> None:
     sketch.low, sketch.high = np.fmin(sketch.low, ghost.low), np.fmax(sketch.high, ghost.high)
 
 
-def longest_force(poses: Sequence[Pose], forces: bool, shown: Shown) -> float:
+def longest_force(poses: Sequence[Pose], forces: bool, selection: ElementSelection) -> float:
     """The greatest force of several instants, by which all their arrows are drawn."""
-    rows = [row for pose in poses for row in _shown_forces(pose, forces, shown)]
+    rows = [row for pose in poses for row in _shown_forces(pose, forces, selection)]
     return max((float(np.hypot(*vector)) for _, _, vector, _, _ in rows), default=0.0)
 
 
-def _shown_forces(pose: Pose, forces: bool, shown: Shown) -> list[Any]:
+def _shown_forces(pose: Pose, forces: bool, selection: ElementSelection) -> list[Any]:
     every = forces_shown(pose, forces)
     if forces and pose.run.has_forces:
         every += contact_forces(pose)
-    if not shown.only:
+    if not selection.only:
         return every
-    own = {joint.name for joint in shown.between(pose.mechanism.joints)}
+    own = {joint.name for joint in selection.between(pose.mechanism.joints)}
     books = {force_names(pose.mechanism)[name][0] for name in own}
-    more = shown.between((*pose.mechanism.loads, *pose.mechanism.contacts))
+    more = selection.between((*pose.mechanism.loads, *pose.mechanism.contacts))
     return [row for row in every if row[0] in books | {one.name for one in more}]
 
 
 def sketch_scale(
-    poses: Sequence[Pose], shown: Shown, tracks: list[Array], part: float
+    poses: Sequence[Pose], selection: ElementSelection, tracks: list[Array], part: float
 ) -> tuple[float, float]:
     """Length of a point (1/72 in) in the units of the mechanism, and how much smaller symbols are
     where the links are short."""
     pose = poses[0]
-    if shown.only:
-        places = [node for one in poses for body in shown.bodies for node in one.nodes[body]]
-        places += [one.centre(body) for one in poses for body in shown.bodies]
+    if selection.only:
+        places = [node for one in poses for body in selection.bodies for node in one.nodes[body]]
+        places += [one.centre(body) for one in poses for body in selection.bodies]
         corners = np.vstack([*places, *tracks])
     else:
         corners = np.vstack([*map(bounds, poses), *tracks])
@@ -193,9 +193,9 @@ def sketch_scale(
     unit = max(wide / SIZE["width"], high / SIZE["height"]) / part
     if not unit > LENGTH_NONE * pose.system.length:
         unit = pose.system.length / SIZE["width"]
-    joints = shown.between(pose.joints)
+    joints = selection.between(pose.joints)
     lengths = [1.5 * radius for joint in joints for _, radius in wheels(joint, pose)]
-    bodies = {*shown.bodies}
+    bodies = {*selection.bodies}
     for name, nodes in pose.nodes.items():
         if name in bodies and len(nodes) > 1:
             lengths.append(float(np.max(np.ptp(np.array(nodes), axis=0))))
@@ -221,7 +221,7 @@ def sketch_mechanism(
     sketch: Sketch,
     forces: bool,
     tracks: dict[str, Array],
-    shown: Shown,
+    selection: ElementSelection,
     longest: float | None = None,
     more: Callable[[Sketch], None] | None = None,
 ) -> tuple[float, float, str] | None:
@@ -232,28 +232,28 @@ def sketch_mechanism(
     for name, track in tracks.items():
         dashes = (0, (5, 3))
         sketch.line(track, 0.9, SOFT, Z["path"], name=f"path:{name}", dashes=dashes, weight=0.5)
-    lines = _links(sketch, shown, body_shapes)
-    joints = shown.between(pose.joints)
-    for coupling in shown.between(mechanism.couplings):
+    lines = _links(sketch, selection, body_shapes)
+    joints = selection.between(pose.joints)
+    for coupling in selection.between(mechanism.couplings):
         coupling_symbol(coupling, sketch)
     sketch.lay()
-    for load in () if sketch.kinematic else shown.between(mechanism.loads):
+    for load in () if sketch.kinematic else selection.between(mechanism.loads):
         load_symbol(load, sketch)
-    for driver in shown.between(mechanism.drivers):
+    for driver in selection.between(mechanism.drivers):
         driver_symbol(driver, sketch, _driven(pose, driver) if forces else symbolic(driver.name))
-    rows = [] if sketch.kinematic else _shown_forces(pose, forces, shown)
+    rows = [] if sketch.kinematic else _shown_forces(pose, forces, selection)
     if longest is None:
         longest = max((float(np.hypot(*vector)) for _, _, vector, _, _ in rows), default=0.0)
     if longest > 0.0:
         sketch.force_scale = SIZE["arrow"] * sketch.unit / longest
-    _friction_marks(sketch, forces and pose.run.has_forces, shown)
-    for body in () if lines else shown.bodies:
+    _friction_marks(sketch, forces and pose.run.has_forces, selection)
+    for body in () if lines else selection.bodies:
         points(sketch, body)
     if len(joints) <= 2 * NAMED:
         _pin_labels(sketch)
     arrows = _arrows(sketch, rows, forces, longest)
-    if len(shown.bodies) <= NAMED:
-        for body in shown.bodies:
+    if len(selection.bodies) <= NAMED:
+        for body in selection.bodies:
             link_label(sketch, body)
     if more is not None:
         more(sketch)
@@ -262,10 +262,10 @@ def sketch_mechanism(
 
 
 def _links(
-    sketch: Sketch, shown: Shown, shapes: Callable[[Sketch, str], None] | None = None
+    sketch: Sketch, selection: ElementSelection, shapes: Callable[[Sketch, str], None] | None = None
 ) -> bool:
     """Draw links, their shapes and joints; whether links are lines, since there are very many."""
-    bodies, joints = shown.bodies, shown.between(sketch.pose.joints)
+    bodies, joints = selection.bodies, selection.between(sketch.pose.joints)
     lines = are_lines(sketch.pose, bodies, sketch.unit)
     if lines:
         link_lines(sketch, bodies)
@@ -282,11 +282,14 @@ def _links(
     return lines
 
 
-def _friction_marks(sketch: Sketch, forces: bool, shown: Shown) -> None:
+def _friction_marks(sketch: Sketch, forces: bool, selection: ElementSelection) -> None:
     """Marks of modes, with forces the cones and circles of friction too."""
     pose, mechanism = sketch.pose, sketch.pose.mechanism
-    joints = shown.between(mechanism.joints)
-    for contact in (*shown.between(mechanism.contacts), *(() if shown.only else mechanism.groups)):
+    joints = selection.between(mechanism.joints)
+    for contact in (
+        *selection.between(mechanism.contacts),
+        *(() if selection.only else mechanism.groups),
+    ):
         contact_symbol(contact, sketch, forces=forces)
     for joint in joints:
         sticking_symbol(joint, sketch)
@@ -312,10 +315,10 @@ def _pin_labels(sketch: Sketch) -> None:
 
 
 def _arrows(
-    sketch: Sketch, shown: list[Any], forces: bool, greatest: float
+    sketch: Sketch, selection: list[Any], forces: bool, greatest: float
 ) -> tuple[float, float, str] | None:
     """All forces at one scale: the length of a unit of force, the greatest one, and a colour."""
-    sizes = [float(np.hypot(*vector)) for _, _, vector, _, _ in shown]
+    sizes = [float(np.hypot(*vector)) for _, _, vector, _, _ in selection]
     if not greatest > 0.0:
         return None
     scale = sketch.force_scale
@@ -323,10 +326,12 @@ def _arrows(
     pose = sketch.pose
     books = {force_names(pose.mechanism)[one.name][0]: one for one in pose.mechanism.joints}
     touching = {one.name for one in (*pose.mechanism.contacts, *pose.mechanism.groups)}
-    for (name, place, vector, color, _), size in zip(shown, sizes, strict=True):
+    for (name, place, vector, color, _), size in zip(selection, sizes, strict=True):
         # of very many the arrows alone can be read
         text = (
-            f"{symbolic(name)} = {rounded_number(size)} {unit}" if len(shown) <= 2 * NAMED else ""
+            f"{symbolic(name)} = {rounded_number(size)} {unit}"
+            if len(selection) <= 2 * NAMED
+            else ""
         )
         if name in books and forces and pose.run.has_forces:
             # a pin that slides is touched by its reaction at the friction circle
@@ -366,7 +371,7 @@ def book_symbol(text: str) -> str:
 
 
 @dataclass(frozen=True)
-class PolesShown:
+class CentreSelection:
     """Which centres of an instant are drawn.
 
     Attributes
@@ -499,7 +504,7 @@ def _join(lines: list[tuple[Array, Array]], ends: tuple[Array, Array], unit: flo
     lines.append((start, end))
 
 
-def shown_poles(centres: InstantCentres, pose: Pose, corners: Array) -> PolesShown:
+def shown_poles(centres: InstantCentres, pose: Pose, corners: Array) -> CentreSelection:
     """Choose the centres that a picture shows. `corners` (2, 2)."""
     k, machine = pose.k, pose.mechanism
     middle = corners.mean(axis=0)
@@ -544,7 +549,7 @@ def shown_poles(centres: InstantCentres, pose: Pose, corners: Array) -> PolesSho
         )
     if len(groups) > MOST_SYMBOLS:
         words.append(f"centres at {len(groups)} places, too near for symbols: mbody poles has them")
-    return PolesShown(centres, pose, groups, words)
+    return CentreSelection(centres, pose, groups, words)
 
 
 # -- Centrodes, inflection circles and circles of curvature in a drawing -----------------------
@@ -956,7 +961,7 @@ def kinematic_picture(
 ) -> Figure:
     """Draw one instant. `tracks` (points, 2)."""
     run = run.take([instant])
-    pose, shown = Pose(run, 0), Shown(run.mechanism, ())
+    pose, selection = Pose(run, 0), ElementSelection(run.mechanism, ())
     corners = bounds(pose)
     centres = instant_centres(run) if marks.poles else None
     poles = None if centres is None else shown_poles(centres, pose, corners)
@@ -967,14 +972,14 @@ def kinematic_picture(
     with styled():
         figure = blank()
         lines = [*tracks.values(), *([extent] if len(extent) else [])]
-        scale = sketch_scale([pose], shown, lines, 1.0)
+        scale = sketch_scale([pose], selection, lines, 1.0)
         sketch = _KinematicSketch(_add_axes(figure), pose, *scale)
         words: list[str] = []
 
         def more(drawn: Sketch) -> None:
             words.extend(_marked(drawn, marks, poles, whole, window))
 
-        sketch_mechanism(sketch, False, tracks, shown, more=more)
+        sketch_mechanism(sketch, False, tracks, selection, more=more)
         parts = [(sketch.axes, sketch.low, sketch.high, sketch.unit)]
         if marks.polygons:
             for found in (velocity_polygon(run), acceleration_polygon(run)):
@@ -992,7 +997,7 @@ def kinematic_picture(
 def _marked(
     sketch: Sketch,
     marks: KinematicMarks,
-    poles: PolesShown | None,
+    poles: CentreSelection | None,
     whole: Solution,
     window: Array,
 ) -> list[str]:

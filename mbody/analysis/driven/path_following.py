@@ -137,7 +137,7 @@ NAMED, ELEMENTS = 4, 8
 
 
 @dataclass(frozen=True)
-class Passed:
+class ChangePoint:
     """A change point: path parameter, position close to it, design of a batch."""
 
     s: float
@@ -155,13 +155,13 @@ class BranchRecord:
         Square of the least distance.
     t : float
         The instant of it.
-    passed : list of Passed
+    change_points : list of ChangePoint
     """
 
     def __init__(self, system: System) -> None:
         self.system = system
         self.least, self.t = math.inf, math.nan
-        self.passed: list[Passed] = []
+        self.change_points: list[ChangePoint] = []
 
     @property
     def distance(self) -> BranchDistance | None:
@@ -181,10 +181,10 @@ class BranchRecord:
             self.least = least
             self.t = s if grid.mode == BY_TIME else float(grid.t[min(int(k), len(grid.t) - 1)])
         apart = PATH_PLACE_SAME * max(float(np.ptp(grid.s)), TINY)
-        known = np.array([one.s for one in self.passed if one.design == design])
+        known = np.array([one.s for one in self.change_points if one.design == design])
         for row in passed:
             if not (np.abs(known - row[0]) <= apart).any():
-                self.passed.append(Passed(float(row[0]), row[1:].copy(), design))
+                self.change_points.append(ChangePoint(float(row[0]), row[1:].copy(), design))
 
     def on_lanes(self, found: np.ndarray, t: np.ndarray, near: Callable[[int, int], Work]) -> None:
         """Adds the record of `follow_lanes`, (FOUND, lanes); t (steps, lanes); `near` gives a
@@ -201,30 +201,34 @@ class BranchRecord:
         if least < self.least:
             self.least, self.t = least, float(t[k, lane])
 
-    def notes(self, place: Callable[[Passed], str]) -> list[str]:
+    def notes(self, place: Callable[[ChangePoint], str]) -> list[str]:
         """Sentences of the change points; `place` says where one is."""
-        if not self.passed:
+        if not self.change_points:
             return []
         if self.system.batch is not None:
-            designs = sorted({one.design for one in self.passed})
+            designs = sorted({one.design for one in self.change_points})
             listing = ", ".join(map(str, designs[:NAMED])) + (", …" if designs[NAMED:] else "")
             one = "design goes" if len(designs) == 1 else "designs go"
             return [
                 f"{len(designs)} {one} on smoothly through change points, where branches meet: "
                 f"{listing}"
             ]
-        named = self.passed[:NAMED]
+        named = self.change_points[:NAMED]
         names = dict.fromkeys(name for one in named for name in self.meeting_at(one))
         listing = "; ".join(place(one) for one in named)
-        more = len(self.passed) - NAMED
+        more = len(self.change_points) - NAMED
         listing += f"; and {more} more" if more > 0 else ""
-        which = "a change point" if len(self.passed) == 1 else f"{len(self.passed)} change points"
+        which = (
+            "a change point"
+            if len(self.change_points) == 1
+            else f"{len(self.change_points)} change points"
+        )
         where = f", in {', '.join(repr(name) for name in names)}" if names else ""
         return [
             f"the motion goes on smoothly through {which}, where branches meet{where}: at {listing}"
         ]
 
-    def meeting_at(self, one: Passed) -> list[str]:
+    def meeting_at(self, one: ChangePoint) -> list[str]:
         """Names of the elements whose rows depend on each other at a change point."""
         work = self.system.work(designs=one.design)
         work.q[: self.system.coordinates, 0] = one.q

@@ -57,7 +57,7 @@ Array = np.ndarray
 
 
 @dataclass
-class Closing:
+class ModeTransition:
     """Mode changes that an event has just decided, at the limit of complementarity.
 
     Attributes
@@ -135,7 +135,7 @@ class ModalMotion(Protocol):
         Its touches and frictional joints.
     modes, pairs : lists of str
         Their modes.
-    closing : Closing
+    transition : ModeTransition
     groups : dict
         Touches that stick by the row of one of them, by its number.
     shared : SharedForces, optional
@@ -157,7 +157,7 @@ class ModalMotion(Protocol):
     uni: Unilateral
     modes: list[str]
     pairs: list[str]
-    closing: Closing
+    transition: ModeTransition
     groups: dict[int, list[int]]
     shared: SharedForces | None
     beyond: set[int]
@@ -770,7 +770,7 @@ def near_touches(motion: ModalMotion, rows: Rows) -> list[int]:
     uni, near = motion.uni, motion.near
     within = uni.within_edges(rows, motion.work, near, RATE_NONE_FRICTION * motion.speed)
     found = {int(n) for n in np.flatnonzero((np.abs(uni.gaps(rows)) <= near) & within)}
-    return sorted((found | motion.closing.closed) - motion.closing.opened - motion.beyond)
+    return sorted((found | motion.transition.closed) - motion.transition.opened - motion.beyond)
 
 
 def decide(motion: ModalMotion) -> Verdict:
@@ -791,25 +791,25 @@ def decide(motion: ModalMotion) -> Verdict:
 
 
 def _instant(motion: ModalMotion) -> _DecisionState:
-    uni, closing, count = motion.uni, motion.closing, len(motion.uni.touches)
+    uni, transition, count = motion.uni, motion.transition, len(motion.uni.touches)
     motion.load()
     rows = uni.read(motion.work)
     slow, approach = RATE_NONE_FRICTION * motion.speed, uni.approach(rows)
     closed = [
-        k for k in near_touches(motion, rows) if abs(approach[k]) <= slow or k in closing.closed
+        k for k in near_touches(motion, rows) if abs(approach[k]) <= slow or k in transition.closed
     ]
     tangents = [t.tangent for t in uni.touches] + [p.tangent for p in uni.friction_joints]
     speeds = _speeds(motion, tangents, rows.rate)
     still = np.abs(speeds) <= slow
-    still[list(closing.stopped)] = True
-    if closing.stopped:
+    still[list(transition.stopped)] = True
+    if transition.stopped:
         rests = [k for k in np.flatnonzero(still) if k >= count or k in closed]
         left = _speeds(motion, tangents, _held_rates(motion, rows, [tangents[k] for k in rests]))
         still |= (np.abs(speeds) <= RATE_NONE_STOPPED * motion.speed) & (
             np.abs(left) <= np.maximum(slow, RATE_NONE_STOPPED * np.abs(speeds))
         )
     slip_signs = np.where(still, 0.0, np.sign(speeds))
-    for n, slip_sign in closing.sliding.items():
+    for n, slip_sign in transition.sliding.items():
         slip_signs[n] = slip_sign
     return _DecisionState(motion.y.copy(), closed, slip_signs[:count], slip_signs[count:])
 

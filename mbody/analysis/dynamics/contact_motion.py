@@ -19,9 +19,9 @@ from mbody.analysis.contact.complementarity import JointFriction
 from mbody.analysis.contact.unilateral import SLIP_SIGNS, Rows, Touch, Unilateral
 from mbody.analysis.dynamics import contact_decision
 from mbody.analysis.dynamics.contact_decision import (
-    Closing,
     Impact,
     ModalMotion,
+    ModeTransition,
     SharedForces,
     decide,
     first_overlap,
@@ -35,7 +35,7 @@ from mbody.analysis.dynamics.events import (
     Guard,
     JumpIntegration,
     LocatedZero,
-    Saved,
+    StepStart,
     extrema,
 )
 from mbody.analysis.dynamics.restart import fresh_guards, set_switched, shared_of
@@ -279,7 +279,7 @@ class ModalIntegration(JumpIntegration):
         self.changed_at, self.changes = -np.inf, 0
         #: Whether rates of drivers have jumped.
         self.jerked = False
-        self.closing = Closing()
+        self.transition = ModeTransition()
         self.kept_modes: list[dict[str, str]] = []
         self.contact_notes: list[str] = []
         #: What is said where no modes go on.
@@ -288,7 +288,7 @@ class ModalIntegration(JumpIntegration):
         self.before_end: Restart | None = None
         self.resumed: ModalState | None = None
         #: The record with which a step begins, as it is kept for who goes on from there.
-        self.begun = np.empty((0, 1))
+        self.initial_states = np.empty((0, 1))
 
     def load(self) -> None:
         """The present state into the workspace."""
@@ -442,7 +442,7 @@ class ModalIntegration(JumpIntegration):
             ).all()
         )
 
-    def _may_count(self, saved: Saved, event: Event | Guard, times: Array) -> bool:
+    def _may_count(self, saved: StepStart, event: Event | Guard, times: Array) -> bool:
         """A gap well behind an edge from one time to the other closes nothing between them: then
         False.
         """
@@ -484,8 +484,8 @@ class ModalIntegration(JumpIntegration):
 
     # -- restarts -----------------------------------------------------------------------------
 
-    def _save(self) -> Saved:
-        self.begun = self.record
+    def _save(self) -> StepStart:
+        self.initial_states = self.record
         return super()._save()
 
     def _restart_state(self, work_done: Array) -> Restart:
@@ -507,11 +507,11 @@ class ModalIntegration(JumpIntegration):
             phases=tuple(float(self.work.par[row, 0]) for row in self.uni.phase_rows),
             groups=tuple(map(tuple, self.groups.values())),
             shared=parts,
-            closed=tuple(sorted(self.closing.closed)),
+            closed=tuple(sorted(self.transition.closed)),
             beyond=tuple(sorted(self.beyond)),
             fresh=tuple((one.kind, one.number, least) for one, least in self.fresh.items()),
             struck=tuple(self.struck.items()),
-            page=tuple(self.begun[:, 0].tolist()),
+            page=tuple(self.initial_states[:, 0].tolist()),
             lost=tuple(self.lost.tolist()),
         )
 
@@ -523,7 +523,7 @@ class ModalIntegration(JumpIntegration):
         self.eliminate_rows_that_are_on()
         self.groups = {group[0]: list(group) for group in found.groups}
         self.shared, self.fresh = shared_of(found), fresh_guards(found)
-        self.closing, self.beyond = Closing(set(found.closed)), set(found.beyond)
+        self.transition, self.beyond = ModeTransition(set(found.closed)), set(found.beyond)
         self.struck = dict(found.struck)
         # the first instant, with what is on
         self.evaluate()
@@ -584,7 +584,7 @@ class ContactIntegration(ModalIntegration):
         touching = first_overlap(self.uni, self.work, CONTACT_GAP_BEGINNING * self.system.length)
         approach = self.uni.approach(self.uni.read(self.work))
         # what moves apart is closed no longer
-        self.closing = Closing(
+        self.transition = ModeTransition(
             {n for n in touching if approach[n] <= RATE_NONE_FRICTION * self.speed}
         )
         return self._settle(begins=True)
@@ -597,7 +597,7 @@ class ContactIntegration(ModalIntegration):
         return any(value < -GUARD_ZERO * size for value, size in zip(*self._guarded(), strict=True))
 
     def _settle_anew(self) -> str:
-        self.closing = Closing({n for n, mode in enumerate(self.modes) if mode != "open"})
+        self.transition = ModeTransition({n for n, mode in enumerate(self.modes) if mode != "open"})
         return self._settle()
 
     def _loosen(self) -> None:
@@ -611,7 +611,7 @@ class ContactIntegration(ModalIntegration):
             self.uni.approach(self.uni.read(self.work)),
             RATE_NONE_FRICTION * self.speed,
         )
-        self.closing = Closing(
+        self.transition = ModeTransition(
             {n for n, mode in enumerate(self.modes) if mode != "open" and approach[n] <= slow}
         )
         self.jerked = True
@@ -639,25 +639,25 @@ class ContactIntegration(ModalIntegration):
             )
         if guard.kind == "paradox":
             return self._paradox()
-        closing, n = self.closing, guard.number
+        transition, n = self.transition, guard.number
         if guard.kind in ("close", "lock"):
-            closing.closed.add(n)
+            transition.closed.add(n)
         elif guard.kind in ("open", "edge"):
-            closing.opened = {n}
+            transition.opened = {n}
             if guard.kind == "edge":
                 self.beyond.add(n)
         elif guard.kind == "enter":
             self.beyond.discard(n)
         elif guard.kind == "slip":
-            closing.sliding = self._together(n, self._impending(n))
+            transition.sliding = self._together(n, self._impending(n))
         elif guard.kind == "share" and self.shared is not None:
             self.load()
             reserve = self.shared.reserve(self, self.record[:, 0], self.work)
             for one, slip_sign in reserve.sliding.items():
-                closing.sliding |= self._together(one, slip_sign)
-            closing.opened = reserve.opened
+                transition.sliding |= self._together(one, slip_sign)
+            transition.opened = reserve.opened
         elif guard.kind == "stop":
-            closing.stopped = {n}
+            transition.stopped = {n}
         return self._settle()
 
     def _impending(self, n: int) -> float:
@@ -734,7 +734,7 @@ class ContactIntegration(ModalIntegration):
         state = self.state
         state[NEAR_SINGULAR] = state[JACOBIAN_VALID] = 0.0
         self.steps.jumped(self.motion)
-        self.closing = Closing({n for n, mode in enumerate(self.modes) if mode != "open"})
+        self.transition = ModeTransition({n for n, mode in enumerate(self.modes) if mode != "open"})
         self.guards = guards_of(self)
         self._check_finite(self.K, float(state[TIME]))
         found, sizes = self._guarded()
@@ -798,7 +798,7 @@ class ContactIntegration(ModalIntegration):
             self.state[NEXT] = min(self.state[NEXT], FLIGHT * flight)
         self._add_losses(found, closed)
         self._record_contact(kind, when, touch.name, record, self.record)
-        self.closing.closed -= set(closed)
+        self.transition.closed -= set(closed)
         return None
 
     def _wedged(self, hit: list[int]) -> str:
@@ -842,7 +842,7 @@ class ContactIntegration(ModalIntegration):
             f"at t = {t:.6g} {self.system.mechanism.units.time} {self.none} with the friction at "
             f"{names} (Painlevé's paradox): an impact without collision followed"
         )
-        self.closing = Closing()
+        self.transition = ModeTransition()
         self.load()
         if not self._go_on(before, record):
             return self._ended(f"{self.none} at {names}")
@@ -858,7 +858,7 @@ class ContactIntegration(ModalIntegration):
     def _note_several(self, record: Array) -> None:
         """Several accelerations are consistent: an event and a note."""
         t = float(self.state[TIME])
-        who = [n for n in sorted(self.closing.closed)] or near_touches(
+        who = [n for n in sorted(self.transition.closed)] or near_touches(
             self, self.uni.read(self.work)
         )
         names = [self.uni.touches[k].name for k in who] or [

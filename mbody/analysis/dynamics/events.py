@@ -228,8 +228,8 @@ def rates(system: System, measures: list[Measure], t: Array, records: Array, ste
 
 
 @dataclass(frozen=True, eq=False)
-class Saved:
-    """All that a step begins with."""
+class StepStart:
+    """State from which a step is repeated."""
 
     y: Array
     K: Array
@@ -266,7 +266,7 @@ class LocatedZero:
 
     t: float
     event: Event | Guard
-    saved: Saved
+    saved: StepStart
 
 
 #: Samples of a step, and of the whole motion, at least.
@@ -343,13 +343,13 @@ class EventIntegration(Integration):
         self.records.append(record.copy())
         self.works.append(np.concatenate([work, self.lost]))
 
-    def _save(self) -> Saved:
+    def _save(self) -> StepStart:
         parts = (self.y, self.K[0], self.P[0], self.state, self.record, self.total, self.work.near)
         y, K, P, state, record, total, near = (part.copy() for part in parts)
         own = tuple(part.copy() for part in self.steps.own)
-        return Saved(y, K, P, state, record, total, near, own, self.passage.known)
+        return StepStart(y, K, P, state, record, total, near, own, self.passage.known)
 
-    def _restore(self, saved: Saved) -> None:
+    def _restore(self, saved: StepStart) -> None:
         """Go back, or ahead; the count of evaluations goes on."""
         evaluations = self.state[EVALUATIONS]
         self.y[:], self.K[0], self.P[0], self.state[:] = saved.y, saved.K, saved.P, saved.state
@@ -540,7 +540,7 @@ class EventIntegration(Integration):
         return found[:, at], rising
 
     def _crossings(
-        self, saved: Saved, times: Array, found: Array, rising: Array
+        self, saved: StepStart, times: Array, found: Array, rising: Array
     ) -> list[LocatedZero]:
         """The zero crossings of a step up to the first that ends it, located, in the order of
         time.
@@ -570,7 +570,7 @@ class EventIntegration(Integration):
                 ends = min(ends, one.t) if event.stop else ends
         return sorted(crossings, key=lambda one: one.t)
 
-    def _may_count(self, saved: Saved, event: Event | Guard, times: Array) -> bool:
+    def _may_count(self, saved: StepStart, event: Event | Guard, times: Array) -> bool:
         """Whether a zero between two times can be an event."""
         return True
 
@@ -578,7 +578,7 @@ class EventIntegration(Integration):
         """Whether what is zero there is an event."""
         return True
 
-    def _again(self, saved: Saved, k: int, times: Array) -> tuple[Array, Array]:
+    def _again(self, saved: StepStart, k: int, times: Array) -> tuple[Array, Array]:
         """Values and rates of one event at further times of a step."""
         order = np.argsort(times, kind="stable")
         marks = self._marks(times[order], times)
@@ -590,7 +590,7 @@ class EventIntegration(Integration):
 
     def _located(
         self,
-        saved: Saved,
+        saved: StepStart,
         event: Event | Guard,
         left: tuple[float, float],
         right: tuple[float, float],

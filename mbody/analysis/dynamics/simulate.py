@@ -58,7 +58,7 @@ from mbody.solution.checks import as_reported, changed, one_design
 from mbody.solution.doubts import Doubt, doubted
 from mbody.solution.energy import account, causes
 from mbody.solution.histories import Record
-from mbody.solution.solution import Beginning, IntegrationSettings, Restart, Solution
+from mbody.solution.solution import InitialState, IntegrationSettings, Restart, Solution
 from mbody.system.assembler import assemble
 from mbody.system.system import System
 
@@ -169,8 +169,11 @@ def then(first: Solution, *later: Solution) -> Solution:
         return first
     stops = list(dict.fromkeys(name for run in runs for name in stops_of(run)))
     whole = joined(runs[-1].system, runs, runs[-1].released, stops)
-    known = all(run.begun for run in runs)
-    return changed(whole, begun=tuple(one for run in runs for one in run.begun) if known else ())
+    known = all(run.initial_states for run in runs)
+    return changed(
+        whole,
+        initial_states=tuple(one for run in runs for one in run.initial_states) if known else (),
+    )
 
 
 def joined(
@@ -383,7 +386,7 @@ def _restart(
 # -- A motion at other instants, followed again from its beginning -----------------------------
 
 
-def beginning(system: System, start: Solution, request: MotionRequest) -> Beginning:
+def motion_start(system: System, start: Solution, request: MotionRequest) -> InitialState:
     """Initial state and request by which a motion can be followed again; of `start` its last
     instant alone is kept.
     """
@@ -400,7 +403,7 @@ def beginning(system: System, start: Solution, request: MotionRequest) -> Beginn
         restart=start.restart,
         released=start.released,
     )
-    return Beginning(system, last, request, request.first)
+    return InitialState(system, last, request, request.first)
 
 
 def repeated_at(run: Solution, t: Any) -> Solution:
@@ -411,13 +414,13 @@ def repeated_at(run: Solution, t: Any) -> Solution:
             f"at follows a motion of simulate again, this is a result of {run.analysis}: give its "
             "instants to the analysis, as in t=[0.1, 0.2]"
         )
-    if not run.begun:
+    if not run.initial_states:
         raise ModelError(
             "how this motion began is not known, as of one that was read from a file: simulate "
             "the mechanism again, with times= or every="
         )
     times = _times(run, t)
-    firsts = np.array([one.first for one in run.begun])
+    firsts = np.array([one.first for one in run.initial_states])
     part = np.maximum(np.searchsorted(firsts, times, side="right") - 1, 0)
     records = np.empty((len(times), run.system.record_rows, 1))
     stops = stops_of(run)
@@ -427,7 +430,7 @@ def repeated_at(run: Solution, t: Any) -> Solution:
     for n in np.unique(part):
         mine = np.flatnonzero(part == n)
         ends = float(firsts[n + 1]) if n + 1 < len(firsts) else np.inf
-        found, before = _again(run, run.begun[n], times[mine], ends)
+        found, before = _again(run, run.initial_states[n], times[mine], ends)
         at = np.searchsorted(found.t, times[mine])
         records[mine] = found.record.table(slice(None))[at][:, :, None]
         for name, row in modes.items():
@@ -450,7 +453,7 @@ def _times(run: Solution, t: Any) -> Array:
         times = np.asarray(t, dtype=float).reshape(-1)
     except (TypeError, ValueError):
         raise ModelError(f"at takes times, in {unit}, not {brief(t)}") from None
-    first = run.begun[0].first
+    first = run.initial_states[0].first
     last = float(run.t[-1]) if len(run) else first
     wrong = times[~((times >= first) & (times <= last))]
     if not times.size or wrong.size:
@@ -462,11 +465,11 @@ def _times(run: Solution, t: Any) -> Array:
 
 
 def _again(
-    run: Solution, begun: Beginning, times: Array, ends: float
+    run: Solution, initial: InitialState, times: Array, ends: float
 ) -> tuple[Solution, dict[str, float]]:
     """The motion from a beginning, at these times, and the work that was done before it."""
-    request = begun.request
-    kept = np.flatnonzero((run.t >= begun.first) & (run.t < ends) & (run.t <= times.max()))
+    request = initial.request
+    kept = np.flatnonzero((run.t >= initial.first) & (run.t < ends) & (run.t <= times.max()))
     known = run.t[kept[-1:]]
     wanted = np.unique(np.concatenate([times, known, request.times[-1:]]))
     enough = max(float(times.max()), float(known.max(initial=-np.inf)))
@@ -475,17 +478,17 @@ def _again(
         if reached > enough:
             raise KeyboardInterrupt  # by which a motion ends where it is
 
-    state = state_of(begun.system, begun.start)
+    state = state_of(initial.system, initial.start)
     request = replace(request, times=wanted)
     try:
-        found = integrate_phases(begun.system, begun.start, state, request, progress)
+        found = integrate_phases(initial.system, initial.start, state, request, progress)
     except SolveError as error:
         if not isinstance(error.solution, Solution):
             raise
         found = error.solution
     if not np.isin(times, found.t).all():
         raise SolveError(
-            f"the motion from t = {begun.first:.6g}, followed again, ends before "
+            f"the motion from t = {initial.first:.6g}, followed again, ends before "
             f"{times.max():.6g} {run.mechanism.units.time}: controllers or loads in Python that "
             "are not functions of what they are given make another motion",
             solution=found,
@@ -494,7 +497,7 @@ def _again(
     if known.size:
         k, n = int(kept[-1]), int(np.searchsorted(found.t, known[0]))
         _check_same(run, k, found, n)
-        if run.energy is not None and found.energy is not None and len(run.begun) > 1:
+        if run.energy is not None and found.energy is not None and len(run.initial_states) > 1:
             before = {
                 name: float(row[k] - found.energy.by[name][n])
                 for name, row in run.energy.by.items()
@@ -725,7 +728,9 @@ def simulate(
         if isinstance(error.solution, Solution):
             error.solution = judged(error.solution, request.settings)
         raise
-    return changed(judged(run, request.settings), begun=(beginning(system, start, request),))
+    return changed(
+        judged(run, request.settings), initial_states=(motion_start(system, start, request),)
+    )
 
 
 def _as_system(model: Mechanism | System, method: str | None) -> System:

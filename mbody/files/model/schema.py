@@ -73,7 +73,7 @@ TABLES = ("parameters", "curves", "inputs", "bodies", *SECTIONS, "states", *STUD
 
 
 @dataclasses.dataclass(frozen=True)
-class Used:
+class FormatParts:
     """Parts of the format that a file uses: tables, kinds of elements by section, kinds of laws.
 
     To make the checks of everything takes a quarter of a second, of a textbook's four-bar a tenth
@@ -85,13 +85,13 @@ class Used:
     laws: tuple[str, ...]
 
 
-def everything() -> Used:
+def everything() -> FormatParts:
     """All that a file may use."""
     kinds = {(section, kind) for section, known in SECTIONS.items() for kind in known}
-    return Used(TABLES, frozenset(kinds), tuple(LAWS))
+    return FormatParts(TABLES, frozenset(kinds), tuple(LAWS))
 
 
-def used_by(data: dict[str, Any]) -> Used | None:
+def used_by(data: dict[str, Any]) -> FormatParts | None:
     """Parts of the format that a file uses; None where it names no known kind of an element, which
     is a mistake.
     """
@@ -115,7 +115,7 @@ def used_by(data: dict[str, Any]) -> Used | None:
             level += table.values()
         elif isinstance(table, list):
             level += table
-    return Used(tables, frozenset(kinds), tuple(word for word in LAWS if word in keys))
+    return FormatParts(tables, frozenset(kinds), tuple(word for word in LAWS if word in keys))
 
 
 def _field(field: dataclasses.Field[Any], words: tuple[str, ...]) -> Any:
@@ -169,7 +169,7 @@ def _kind_in(section: str, value: Any) -> str | None:
     return next((k for k in SECTIONS[section] if isinstance(value, dict) and k in value), None)
 
 
-def _choice(section: str, used: Used) -> Any:
+def _choice(section: str, used: FormatParts) -> Any:
     """Any one kind of a section, chosen by its key."""
     kinds = SECTIONS[section]
 
@@ -364,7 +364,7 @@ def _simulate() -> Any:
 
 
 @functools.cache
-def model(used: Used) -> Any:
+def model(used: FormatParts) -> Any:
     """The whole file, or as much of it as a file uses."""
     tables: dict[str, Any] = {
         "parameters": dict[str, fields.number(None)],
