@@ -23,6 +23,7 @@ from tests.support.assembly_cases import (
     slotted,
     structure,
 )
+from tests.support.cases import first_fast
 
 #: Degrees of printed answers that have eleven digits.
 PRINTED = 1e-9
@@ -83,7 +84,7 @@ RANDOM = {
 }
 
 
-@pytest.mark.parametrize("kind", RANDOM)
+@first_fast("kind", RANDOM, 4)
 def test_random_linkages_against_many_starts_of_newton(kind):
     """None is missed: many starts on equations of their own never find more than a proof allows,
     and find as many.
@@ -99,7 +100,7 @@ def test_random_linkages_against_many_starts_of_newton(kind):
     assert proven == len(seeds)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@first_fast("kind", KINDS, 1)
 def test_a_part_of_the_scan_of_random_linkages(kind):
     """`python -m tests.assembly_scan` compares 210 and more; here two of every kind."""
     for seed in (0, 1):
@@ -118,6 +119,7 @@ def test_nearly_parallel_guides_close_far_away():
     assert max(abs(mode["b3"][0]) for mode in modes) > 3.0
 
 
+@pytest.mark.slow
 def test_every_gallery_model_without_family_cam_or_road_is_proven():
     open_ones, counts = {}, {}
     for name in mbody.gallery.names():

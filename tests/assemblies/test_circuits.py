@@ -11,6 +11,7 @@ from mbody import AngleDriver, Body, Marker, Mechanism, Prismatic, Revolute
 from mbody.cli import main
 from tests.assembly_scan import KINDS, compare
 from tests.support.assembly_cases import slider_sixbar
+from tests.support.cases import first_fast
 
 FOUR_BARS = {
     "crank-rocker": (1, 3, 2, 3.5),
@@ -85,7 +86,7 @@ def scanned(machine, count=720):
     return x, np.array(counts)
 
 
-@pytest.mark.parametrize("seed", [1, 3, 4])
+@first_fast("seed", [1, 3, 4], 1)
 def test_between_dead_centres_the_number_of_modes_is_one(seed):
     """It changes by two at each of them and nowhere else."""
     machine = slider_sixbar(seed)
@@ -102,7 +103,7 @@ def test_between_dead_centres_the_number_of_modes_is_one(seed):
             assert change == 2
 
 
-@pytest.mark.parametrize("seed", [4, 7])
+@first_fast("seed", [4, 7], 1)
 def test_dead_centres_where_the_rest_does_not_close_are_none(seed):
     """Where the first four-bar of Watt's linkage turns back, its second one may be open already:
     beside every dead centre that is reported modes appear or vanish (both once counted 2 and 3 that
@@ -227,6 +228,7 @@ def components(machine, count=180):
     return len({root(node) for node in parent})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_circuits_of_stephensons_six_bars(seed):
     machine = KINDS["Stephenson's six-bar"](seed)
@@ -288,7 +290,7 @@ def roots_of_sine(values):
     return sorted([*(x % (2.0 * math.pi) for x in found), *(math.pi - x for x in found)])
 
 
-@pytest.mark.parametrize(("make", "count"), [(slotted_lever, 3), (slotted_crank, 3), (knee, 4)])
+@first_fast(("make", "count"), [(slotted_lever, 3), (slotted_crank, 3), (knee, 4)], 2)
 def test_slots_that_turn_and_angles_between_links(make, count):
     """In closed form, for ten of each; proven to be all."""
     rng = np.random.default_rng(11)

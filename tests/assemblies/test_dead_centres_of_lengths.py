@@ -80,6 +80,7 @@ def test_a_later_group_stops_the_cylinder():
     np.testing.assert_allclose(found.values, sorted(exact), rtol=CLOSE)
 
 
+@pytest.mark.slow
 def test_certified_ends_are_those_of_the_walk():
     """A cylinder at a point of a coupler, in a group of two loops: `complete` says that the curves,
     which are walked by their tangents, meet all certified dead centres and no other number of

@@ -78,6 +78,7 @@ def cases(count):
             yield lengths, crank, ways, rng
 
 
+@pytest.mark.slow
 def test_one_guess_chooses_the_assembly():
     """Either link alone, up to 20 degrees off, where the other assembly is twice as far away."""
     asked = 0

@@ -73,6 +73,7 @@ def test_designs_that_cannot_close_are_rows():
     assert "of the way; analyse it alone to see the gap" in found.failures[failed[EXPLAINED]]
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::mbody.errors.ModelWarning")
 def test_a_six_bar_closes_as_by_many_small_steps():
     """Stages of the kernels against a design that is led there by hand, each from the last one."""

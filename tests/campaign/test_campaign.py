@@ -11,6 +11,7 @@ from tests.campaign.hunt import Tally, hunt
 SEEDS = range(60)
 
 
+@pytest.mark.slow
 @pytest.mark.processor
 def test_nothing_is_silently_wrong():
     tally = hunt(10**9, SEEDS.start, 1, None, most=len(SEEDS))

@@ -17,6 +17,7 @@ from mbody.core.selection import chosen
 from mbody.errors import ModelError, SolveError
 from tests.errors import command
 from tests.errors.catalogue import told
+from tests.support.cases import first_fast
 from tests.support.gallery_tables import tables
 from tests.support.paths import ROOT
 
@@ -65,6 +66,7 @@ def test_demo_prints_the_book_and_ours(capsys):
     assert max(map(len, text.splitlines())) <= 100
 
 
+@pytest.mark.slow
 def test_a_second_process_compiles_nothing():
     """The demo and, after a warm-up, a sweep on lanes load their kernels from the disk."""
     code = (
@@ -207,7 +209,7 @@ def test_data_in_radians_and_other_units(run):
 
 
 @pytest.mark.parametrize("analysis", ["kinematics", "kinetostatics", "statics"])
-@pytest.mark.parametrize("model", [n for n in gallery.names() if "ask" in tables(n)])
+@first_fast("model", [n for n in gallery.names() if "ask" in tables(n)], 6)
 def test_every_model_in_every_analysis(analysis, model, run):
     status, out, err = run(analysis, model, "--json")
     assert (status, err) == (0, ""), err
@@ -323,7 +325,7 @@ def test_doctor_and_schema(run):
 # -- bad input --------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", command.WORDS)
+@first_fast("name", command.WORDS, 24)
 def test_bad_input_is_a_sentence(name, run):
     words, wanted = command.WORDS[name], told(command.SCENARIOS[name])
     found, out, err = run(*words)

@@ -15,6 +15,7 @@ import mbody
 from mbody import ModelError, SolveError, cli, gallery, makers
 from mbody.analysis.driven import time_grid
 from tests.interrupts import ENVIRONMENT, trial
+from tests.support.cases import first_fast
 from tests.support.paths import ROOT
 
 posix = pytest.mark.skipif(os.name != "posix", reason="streams of Unix")
@@ -47,7 +48,7 @@ VERBS = [
 
 
 @posix
-@pytest.mark.parametrize("words", VERBS)
+@first_fast("words", VERBS, 1)
 def test_a_closed_output(words):
     done = shell(words, ">&-")
     told = [line for line in done.stderr.splitlines() if "compiling" not in line]
@@ -57,7 +58,7 @@ def test_a_closed_output(words):
 
 
 @linux
-@pytest.mark.parametrize("words", VERBS)
+@first_fast("words", VERBS, 1)
 def test_a_full_output(words):
     done = shell(words, "> /dev/full")
     told = [line for line in done.stderr.splitlines() if "compiling" not in line]
@@ -71,6 +72,7 @@ def without_errors(words):
     return shell(words, "2> /dev/null")
 
 
+@pytest.mark.slow
 @posix
 @pytest.mark.parametrize("words", ["export norton_fourbar --to mjcf", "check hoekns"])
 @pytest.mark.parametrize("streams", ["2>&-", "2> /dev/full"])
@@ -92,7 +94,7 @@ def test_nothing_is_open():
 
 
 @posix
-@pytest.mark.parametrize("words", [VERBS[1], "kinetostatics norton_fourbar --csv /dev/stdout"])
+@first_fast("words", [VERBS[1], "kinetostatics norton_fourbar --csv /dev/stdout"], 1)
 def test_a_reader_that_leaves(words):
     done = shell(words, "| true")
     told = [line for line in done.stderr.splitlines() if "compiling" not in line]
@@ -116,6 +118,7 @@ def test_a_pipe_that_is_a_file(tmp_path):
 # -- Ctrl-C -----------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @posix
 def test_ctrl_c_at_any_moment():
     """A share of `python -m tests.interrupts`."""
@@ -142,6 +145,7 @@ def stopped(words, seconds):
     return process.returncode, out, err
 
 
+@pytest.mark.slow
 @posix
 def test_ctrl_c_keeps_a_motion(tmp_path):
     """Stopped at its next mark, shown and saved, with the status of what was stopped."""

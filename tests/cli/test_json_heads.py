@@ -9,6 +9,7 @@ import mbody
 from mbody import cli
 from mbody.cli.parser import parser
 from mbody.solution.doubts import KINDS, succeeded
+from tests.support.cases import first_fast
 
 HEAD = ["mbody", "model", "analysis", "units", "status", "doubts", "notes"]
 DOUBTFUL = """
@@ -85,9 +86,10 @@ def test_every_command_is_here():
     assert set(COMMANDS) == commands_with_json()
 
 
-@pytest.mark.parametrize(
+@first_fast(
     ("command", "arguments", "doubtful"),
     [(name, *case) for name, cases in COMMANDS.items() for case in cases],
+    17,
 )
 def test_heads(command, arguments, doubtful, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)

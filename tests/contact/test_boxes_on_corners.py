@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import mbody
+from tests.support.cases import first_fast
 
 G = 9.81
 #: A force begins at nothing and grows by so much [N/s].
@@ -82,7 +83,7 @@ def test_a_box_tips_where_friction_holds():
     assert run.energy.error < 1e-8
 
 
-@pytest.mark.parametrize(
+@first_fast(
     ("widths", "ground"),
     [
         ((1.2, 0.8, 0.5), "line"),
@@ -91,6 +92,7 @@ def test_a_box_tips_where_friction_holds():
         ((1.0, 1.0, 1.0), "segment"),
         ((0.5, 0.8, 1.2), "line"),
     ],
+    2,
 )
 def test_three_boxes_slide_in_the_order_of_their_friction(widths, ground):
     """The lowest from μ₀ M g = rate t on; the two upper ones, together, from where its acceleration
@@ -174,7 +176,7 @@ def leaning_stack(rng, count):
     return mbody.from_toml("\n".join(text))
 
 
-@pytest.mark.parametrize("seed", range(8))
+@first_fast("seed", range(8), 2)
 def test_random_stacks_move_as_steps_with_impulses_do(seed):
     """Two solvers that share no decision: located events, and steps of 0.1 ms without any, whose
     error is of the order of the step.
@@ -214,6 +216,7 @@ def test_derivatives_of_a_box_that_begins_to_slide():
     )
 
 
+@pytest.mark.slow
 def test_derivatives_of_a_box_past_the_end_of_another():
     """The upper box passes the corner of the lower one at 2.036 s and lifts off its far corner at
     2.272 s: derivatives go on through both, against differences of whole motions, extrapolated.

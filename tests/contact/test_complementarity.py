@@ -203,6 +203,7 @@ def edges(mu: float) -> tuple[float, float]:
     return first, last
 
 
+@pytest.mark.slow
 def test_the_whole_map_of_painleves_rod():
     """Angle by coefficient, 50 by 50 from level to upright and up to 5, slow and fast."""
     inside = 0
@@ -223,6 +224,7 @@ def test_the_whole_map_of_painleves_rod():
     assert 700 < inside < 1800
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("rate", "above"), [(0.0, 1e-6), (5.0, 1e-3)])
 def test_the_edges_of_the_map_are_found_by_bisection(rate, above):
     """Of fifty coefficients from just above 4/3 on, to 1e-10, without knowing where they are. Both

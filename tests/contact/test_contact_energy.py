@@ -5,7 +5,6 @@ the sum of what each took, and the balance closes to 1e-9 of the energy that was
 import functools
 
 import numpy as np
-import pytest
 
 import mbody
 from mbody import (
@@ -17,6 +16,7 @@ from mbody import (
     SimulationSettings,
     TorsionSpring,
 )
+from tests.support.cases import first_fast
 
 G = 9.81
 
@@ -84,7 +84,7 @@ def lost(run):
     return sum(run.energy.lost.values())
 
 
-@pytest.mark.parametrize("seed", range(10))
+@first_fast("seed", range(10), 3)
 def test_lost_is_the_sum_of_all(seed):
     run = moved(seed)
     energy = run.energy

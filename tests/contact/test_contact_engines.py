@@ -22,6 +22,7 @@ from mbody.engines.crosscheck import ENGINES
 from mbody.laws import ConstantSpeed
 from tests.contact.test_contact_oracle import CASES, thrown
 from tests.support import contact_models as models
+from tests.support.cases import first_fast
 
 FLOOR = {"floor": {"line": {"point": "O"}}}
 
@@ -45,7 +46,7 @@ def described(name):
 
 
 @pytest.mark.parametrize("engine", ["pymunk", "mujoco"])
-@pytest.mark.parametrize("name", CASES)
+@first_fast("name", CASES, 1)
 def test_reference_cases(engine, name):
     machine = described(name)
     found = result_of(machine, engine)
@@ -60,6 +61,7 @@ def test_reference_cases(engine, name):
     assert all(row.ours >= 5 for row in modes)
 
 
+@pytest.mark.slow
 def test_bodies_that_a_joint_ties_touch_in_pymunk():
     """A slider on an upright guide of the ground falls on the ground, and slides on it."""
     machine = Mechanism(
@@ -88,8 +90,8 @@ def test_random_motions_by_pymunk(seed):
     assert found.rows and not differing(found), str(found)
 
 
-@pytest.mark.parametrize(
-    ("engine", "other"), [("pymunk", 0.16), ("mujoco", 0.16), ("pymunk", 0.14), ("mujoco", 0.14)]
+@first_fast(
+    ("engine", "other"), [("pymunk", 0.16), ("mujoco", 0.16), ("pymunk", 0.14), ("mujoco", 0.14)], 2
 )
 def test_another_coefficient_is_found(engine, other):
     machine = from_toml(models.DISC)
@@ -157,9 +159,10 @@ def smooth():
     return falling(friction=0.0)
 
 
-@pytest.mark.parametrize(
+@first_fast(
     ("make", "engine"),
     [(falling, "pymunk"), (falling, "mujoco"), (smooth, "mujoco"), (pushed, "pymunk")],
+    1,
 )
 def test_linkages_that_strike(make, engine):
     machine = make()

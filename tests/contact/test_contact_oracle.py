@@ -6,6 +6,7 @@ import pytest
 import mbody
 from mbody import Body, Contact, Gravity, Mechanism, Rope, SimulationSettings, from_toml
 from tests.support import contact_models as models
+from tests.support.cases import first_fast
 
 #: Reference cases, and what their motions begin with where the file does not say it.
 CASES = {
@@ -32,7 +33,7 @@ def worst(found):
     return max(row.difference for row in found.opinions["oracle"].rows)
 
 
-@pytest.mark.parametrize("name", CASES)
+@first_fast("name", CASES, 2)
 def test_reference_cases(name):
     text, how = CASES[name]
     machine = from_toml(text.replace("ALPHA", "0"))
@@ -92,7 +93,7 @@ def thrown(seed):
 THROWN = [1, 2, 4, 5, 7, 8, 9, 11]
 
 
-@pytest.mark.parametrize("seed", THROWN)
+@first_fast("seed", THROWN, 2)
 def test_random_motions(seed):
     _, found = result_of(thrown(seed))
     assert found.agrees, str(found)
@@ -110,6 +111,7 @@ def test_another_coefficient_is_found():
     assert found.status.startswith("doubtful")
 
 
+@pytest.mark.slow
 def test_what_has_no_counterpart_is_said():
     """An engine without such contacts; and a load by a formula, which the oracle has."""
     machine = from_toml(models.DISC)

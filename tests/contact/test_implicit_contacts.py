@@ -22,6 +22,7 @@ from mbody import (
 from tests.contact.test_contact_references import rod
 from tests.dynamics.test_stick_slip import pendulum
 from tests.support import contact_models as models
+from tests.support.cases import first_fast
 
 G = 9.81
 #: Of a motion at this rtol events are located to some hundred times as much.
@@ -104,7 +105,7 @@ def test_a_pendulum_strikes_a_stop_as_by_elliptic_integrals():
     assert strikes[:5] == pytest.approx(times, abs=NEAR)
 
 
-@pytest.mark.parametrize("made", [pendulum, sprung_box, door], ids=lambda made: made.__name__)
+@first_fast("made", [pendulum, sprung_box, door], 2, ids=lambda made: made.__name__)
 def test_it_changes_modes_as_the_explicit_method_does(made):
     explicit, implicit = by(made(), "dop853", 1e-12), by(made(), "radau5", RTOL)
     assert explicit.status == implicit.status == "completed"

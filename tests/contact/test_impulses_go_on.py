@@ -5,6 +5,7 @@ import pytest
 
 import mbody
 from tests.contact.test_many_contacts import stepped
+from tests.support.cases import first_fast
 from tests.support.piles import chain, pile
 
 
@@ -21,7 +22,7 @@ def same(later, whole, skip=1):
     return all(np.array_equal(one, other) for one, other in pairs)
 
 
-@pytest.mark.parametrize(
+@first_fast(
     "machine, step, cut",
     [
         (pile(9, 0.9), 2e-3, 0.1),  # sweeps that are not tried after steps that did not converge
@@ -31,6 +32,7 @@ def same(later, whole, skip=1):
         (chain(12, angle=0.2, height=0.02), 1e-3, 0.12),
         (chain(40, angle=0.05, height=0.02), 1e-3, 0.15),  # with rows of joints
     ],
+    3,
 )
 def test_a_motion_goes_on_bit_for_bit(machine, step, cut, tmp_path):
     """Warm impulses included: the step that was cut is made anew in its whole length."""

@@ -106,6 +106,7 @@ def test_a_chain_of_a_hundred_links_falls_on_a_floor_and_rests():
     assert run.energy.error < 5e-3
 
 
+@pytest.mark.slow
 def test_two_hundred_discs_between_walls_come_to_rest():
     """All that is pressed at two places or more rests; a disc that lies on the floor alone may roll
     on, as nothing resists its rolling.

@@ -9,13 +9,14 @@ import mbody
 from mbody import Body, Contact, Force, Gravity, Mechanism, Revolute
 from tests.coulomb_enumeration import compare, follow
 from tests.dynamics.test_braking_vehicle import MODEL, braked
+from tests.support.cases import first_fast
 from tests.support.coulomb_linkages import linkage
 from tests.support.frictional import with_friction
 
 G = 9.81
 
 
-@pytest.mark.parametrize("seed", [*range(300, 324), 327, 596])
+@first_fast("seed", [*range(300, 324), 327, 596], 2)
 def test_modes_are_those_of_enumeration(seed):
     """Random linkages at random states: every jam, every other solution, all accelerations."""
     rng = np.random.default_rng(seed)
@@ -81,6 +82,7 @@ def free_slider_crank(mu, start=0.1):
     return machine
 
 
+@pytest.mark.slow
 def test_a_linkage_of_rough_pins_comes_to_rest():
     """At rest three rows of four are redundant: it stays as long as some forces keep it."""
     run = mbody.simulate(free_slider_crank(0.4), 1.0, rtol=1e-9)
@@ -92,6 +94,7 @@ def test_a_linkage_of_rough_pins_comes_to_rest():
     assert float(lost) == pytest.approx(float(run.energy.dissipated[-1]), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_it_begins_to_move_where_no_forces_keep_it():
     """A force that rises: where the band of statics ends."""
     machine = free_slider_crank(0.8, start=1.0)

@@ -29,6 +29,7 @@ from mbody import (
 from mbody.analysis.driven.driven import analyse_at
 from mbody.laws import ConstantSpeed
 from mbody.model.study import Instants
+from tests.support.cases import first_fast
 
 G, UP = 9.81, 0.5 * math.pi
 
@@ -55,7 +56,7 @@ def looping(speed):
 
 
 @pytest.mark.parametrize("instants", [2, 3, 50])
-@pytest.mark.parametrize("speed", [6.5, 6.0, 5.5, 6.6])
+@first_fast("speed", [6.5, 6.0, 5.5, 6.6], 2)
 def test_a_loop_is_watched_between_the_instants_that_are_kept(instants, speed):
     """N = m v²/ρ + m g cos φ: least at the top, m v₀²/ρ − 5 m g, or where it turns back, m g cos φ
     with v₀² = 2 g ρ (1 − cos φ).

@@ -9,6 +9,7 @@ import mbody
 from mbody import Body, Contact, Mechanism, SimulationSettings
 from mbody.cli import main
 from mbody.errors import ModelError
+from tests.support.cases import first_fast
 
 #: An L, a star of three points with notches, and a thin wedge.
 SHAPES = {
@@ -35,7 +36,7 @@ def to_shape(corners, place):
 
 
 @pytest.mark.parametrize("radius", [0.0, 0.3])
-@pytest.mark.parametrize("name", SHAPES)
+@first_fast("name", SHAPES, 2)
 def test_what_overlaps_is_refused_and_nothing_else(name, radius):
     corners = SHAPES[name]
     points = {f"P{n}": place for n, place in enumerate(corners)}

@@ -9,11 +9,12 @@ import pytest
 from mbody import ModelError, gallery
 from mbody.files.model import json_schema
 from mbody.files.model.write import as_data
+from tests.support.cases import first_fast
 from tests.support.model_files import SCHEMA
 from tests.support.model_text import model_from
 
 
-@pytest.mark.parametrize("name", gallery.names())
+@first_fast("name", gallery.names(), 9)
 def test_the_schema_knows_the_gallery(name):
     data = tomllib.loads(gallery.path(name).read_text("utf-8"))
     SCHEMA.validate(data)

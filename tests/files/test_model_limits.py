@@ -8,6 +8,7 @@ import pytest
 import mbody
 from mbody import Body, Gravity, Mechanism, ModelError, Revolute, cli, gallery
 from mbody.files.model import Limits
+from tests.support.cases import first_fast
 from tests.support.paths import ROOT
 
 
@@ -24,7 +25,7 @@ def chain(count):
     return machine
 
 
-@pytest.mark.parametrize(("count", "ending"), [(2500, "toml"), (2500, "json"), (10_000, "json")])
+@first_fast(("count", "ending"), [(2500, "toml"), (2500, "json"), (10_000, "json")], 1)
 def test_long_chains_come_back(tmp_path, count, ending):
     machine, path = chain(count), tmp_path / f"chain.{ending}"
     mbody.save(machine, path)

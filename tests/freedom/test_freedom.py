@@ -194,6 +194,7 @@ def test_a_loose_body():
     assert report.notes == ("not joined to the ground: 'b'",)
 
 
+@pytest.mark.slow
 def test_many_loose_parts_are_one_note():
     machine = Mechanism("heap")
     for n in range(300):

@@ -28,6 +28,7 @@ from mbody.analysis.position.assembly_analysis import closed
 from mbody.core.tolerances import SINGULAR_VALUE_DEAD_CENTRE
 from mbody.laws import Constant
 from mbody.system.rank import dense, large_rank, rank_of, sparse_rows
+from tests.support.cases import first_fast
 
 RIGHT, UP, DIAGONAL = 0.0, np.pi / 2, np.pi / 4
 
@@ -65,7 +66,7 @@ def parts(columns, rows, braces):
     return connected_components(graph, directed=False)[0]
 
 
-@pytest.mark.parametrize("size, seed", [((9, 12), 1), ((20, 15), 2), ((15, 20), 3)])
+@first_fast("size, seed", [((9, 12), 1), ((20, 15), 2), ((15, 20), 3)], 1)
 def test_braced_grids(size, seed):
     """Bolker & Crapo 1979: a grid of squares shears as columns and rows that no brace joins."""
     cells = [(i, j) for i in range(size[0]) for j in range(size[1])]
@@ -85,6 +86,7 @@ def test_braced_grids(size, seed):
     assert found == spared
 
 
+@pytest.mark.slow
 def test_a_grid_of_ten_thousand_bars():
     report = mobility(grid(71, 71))
     assert (report.bodies, report.loops) == (10223, 5041)
@@ -111,6 +113,7 @@ def chain(links):
     return machine, lengths, angles
 
 
+@pytest.mark.slow
 def test_a_chain_of_ten_thousand_links():
     machine, lengths, angles = chain(10_000)
     report = mobility(machine)

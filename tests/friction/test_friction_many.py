@@ -168,6 +168,7 @@ def test_files_carry_friction(machine):
 SEEDS = {"plain": (1, 11, 14, 15), "gear": (0, 7, 10, 22), "slot": (6, 8), "cam": (3, 16)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", SEEDS)
 def test_random_linkages(kind):
     """Friction that is certified is the only solution; what is followed is one; jams begin where
@@ -182,6 +183,7 @@ def test_random_linkages(kind):
     assert len(found) == 3 * len(SEEDS[kind]) and {one.found for one in found} >= {"certified"}
 
 
+@pytest.mark.slow
 def test_a_path_of_one_factor_on_all_coefficients():
     """Pins and guides grow by different laws of the coefficient: followed by one factor on all
     sizes of friction instead this linkage would seem to jam at 0.37 of it, where a solution is.

@@ -13,6 +13,7 @@ from mbody import Body, Force, Prismatic, Revolute
 from mbody.solution.contact_forces import pair_rates
 from mbody.solution.measures import measured
 from tests.friction.test_friction import MACHINES
+from tests.support.cases import first_fast
 from tests.support.frictional import (
     CRANK,
     FORCE,
@@ -301,7 +302,7 @@ def test_a_report_has_a_chapter_of_friction():
 # -- beside other analyses ----------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", MACHINES)
+@first_fast("name", MACHINES, 2)
 def test_efficiency_is_that_of_a_motion_over_time(name):
     """The crank driven by the same law over a turn: the works of `simulate` belong to its steps,
     those of kinetostatics to parts of the turn.
@@ -323,7 +324,7 @@ def test_efficiency_is_that_of_a_motion_over_time(name):
         assert motion.energy.lost[joint][-1] == pytest.approx(own, abs=1e-4 * wanted.lost)
 
 
-@pytest.mark.parametrize("instants", [2, 9, 400])
+@first_fast("instants", [2, 9, 400], 1)
 def test_efficiency_does_not_depend_on_the_instants(instants):
     """Changes of direction are found wherever they lie between the instants that there are."""
     machine = MACHINES["six-bar pump"]()

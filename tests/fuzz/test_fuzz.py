@@ -13,12 +13,14 @@ from tests.support.paths import ROOT
 some = settings(max_examples=150, suppress_health_check=list(HealthCheck), derandomize=True)
 
 
+@pytest.mark.slow
 @some
 @given(strategies.formulas)
 def test_formulas(text):
     properties.guarded(lambda: properties.formula(text))
 
 
+@pytest.mark.slow
 @some
 @given(strategies.tables(), st.booleans())
 def test_tables(data, is_json):
@@ -26,6 +28,7 @@ def test_tables(data, is_json):
     properties.guarded(lambda: properties.model(text, is_json))
 
 
+@pytest.mark.slow
 @some
 @given(st.booleans().flatmap(lambda j: st.tuples(strategies.texts(j), st.just(j))))
 def test_texts(case):
@@ -40,6 +43,7 @@ def test_plain_mutations(tmp_path):
     assert not report.failures, report
 
 
+@pytest.mark.slow
 def test_what_is_kept_in_files(tmp_path):
     """A share of `python -m tests.fuzz --kept`."""
     pytest.importorskip("pyarrow")
@@ -76,6 +80,7 @@ def test_the_same_seed_gives_the_same_inputs():
     assert inputs() == inputs()
 
 
+@pytest.mark.slow
 def test_the_command_counts(tmp_path):
     command = [sys.executable, "-m", "tests.fuzz", "--plain", "--runs", "50", "--save", tmp_path]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=60)

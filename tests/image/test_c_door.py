@@ -16,6 +16,7 @@ from mbody import gallery
 from mbody.cli.compile import all_kernels
 from mbody.image.model_image import to_image
 from tests.support import embedded
+from tests.support.cases import first_fast
 from tests.support.embedded import (
     ADVANCE,
     DOOR,
@@ -104,7 +105,7 @@ def test_the_example_says_what_is_wrong(tmp_path, images):
         assert done.returncode == 1 and sentence in done.stderr
 
 
-@pytest.mark.parametrize("compiler", ["gcc", "clang", "zig"])
+@first_fast("compiler", ["gcc", "clang", "zig"], 2)
 def test_no_compiler_warns(tmp_path, compiler):
     if compiler == "zig":
         pytest.importorskip("ziglang")

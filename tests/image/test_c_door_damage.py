@@ -148,6 +148,7 @@ def test_a_call_with_wrong_arguments_is_a_sentence(library, image):
                 Model(library, wrong.tobytes())
 
 
+@pytest.mark.slow
 def test_an_image_with_a_checksum_shows_every_change(library, image, attempts):
     good = sealed(image)
     assert Model(library, good).checksum() == int(words_of(good)[13]) % 2**64

@@ -74,6 +74,7 @@ def others(image, seed=0):
 # -- bytes ------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @every
 def test_an_image_is_laid_out_as_the_page_says(name):
     content = made(name).content
@@ -95,6 +96,7 @@ def test_an_image_is_laid_out_as_the_page_says(name):
             assert array.endswith(".q") or inside % 64 == 0, array
 
 
+@pytest.mark.slow
 @every
 def test_the_manifest_names_what_is_there(name):
     image = loaded(name)
@@ -126,6 +128,7 @@ def test_most_numbers_of_the_gallery_can_be_changed():
 # -- numbers ----------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @every
 def test_changed_numbers_are_those_of_the_system(name):
     """Each operation is the same function of the same C library: the same bits, but for powers and

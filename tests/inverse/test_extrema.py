@@ -10,6 +10,7 @@ import mbody
 from mbody import AngleDriver, Body, Mechanism, Revolute, SolveError, Torque, cli, makers, solve_for
 from mbody.model.study import Question, Unknown
 from tests import extrema_scan
+from tests.support.cases import first_fast
 from tests.support.linkages import held_bar
 
 
@@ -58,6 +59,7 @@ def test_an_angle_comes_back_after_a_turn(turn):
         assert any("was searched from" in note for note in answer.notes)
 
 
+@pytest.mark.slow
 def test_a_length_between_side_conditions():
     """The design as it is meets them; the least force is that of a scan of the length."""
     sides = ["rocker.angle >= 60 deg", "rocker.angle <= 170 deg"]
@@ -78,7 +80,7 @@ def test_a_length_between_side_conditions():
     assert float(again.reaction("O4").magnitude[0]) == pytest.approx(found.objective, rel=1e-9)
 
 
-@pytest.mark.parametrize("seed", range(40, 50))
+@first_fast("seed", range(40, 50), 1)
 def test_against_a_scan(seed, monkeypatch):
     """Random machines, unknowns and measures; `python -m tests.extrema_scan` has more of them."""
     monkeypatch.setattr(extrema_scan, "PLACES", 241)
@@ -168,6 +170,7 @@ def test_two_ranges_of_a_side_condition():
     assert least[0].binding == (side,)
 
 
+@pytest.mark.slow
 def test_a_side_condition_of_rounding_excludes_nothing():
     """A crank of constant speed has an acceleration of rounding, of either sign."""
     engine = makers.slider_crank(0.7, 2.9, masses=(1, 2, 3), speed=9.0)
@@ -215,6 +218,7 @@ def test_two_loads_that_cancel():
     assert found[0].objective == pytest.approx(0.0, abs=1e-8)
 
 
+@pytest.mark.slow
 def test_what_may_be_local_is_in_doubt_or_greatest():
     """A landscape of several summits: the answer is the greatest, or it says that it may not be."""
     machine = arm()

@@ -38,6 +38,7 @@ from mbody.model.loads import CentrifugalField
 from mbody.model.study import Question, Unknown
 from mbody.quantities import convert
 from tests.cli.test_json_heads import HEAD
+from tests.support.cases import first_fast
 from tests.support.linkages import held_bar
 
 # -- straight in the unknowns -----------------------------------------------------------------
@@ -208,6 +209,7 @@ def test_two_positions():
     assert {one.units["motor.value"] for one in answer.solutions} == {"deg"}
 
 
+@pytest.mark.slow
 def test_both_elbows():
     """Two links reach a place with the elbow on either side."""
     machine = Mechanism("arm")
@@ -371,6 +373,7 @@ def test_the_command_for_people(capsys):
     assert max(map(len, out.splitlines())) <= 100
 
 
+@pytest.mark.slow
 def test_a_case_without_an_answer(capsys, tmp_path):
     """The others are answered all the same; the exit status says so."""
     text = MODEL.format(angle="deg", start=20, high=80).replace("100 mm", "900 mm")
@@ -421,7 +424,7 @@ def test_a_condition_that_always_holds_determines_nothing():
         solve_for(engine, "speed", "B.torque = 0 N m")
 
 
-@pytest.mark.parametrize("units", ["SI", "in-lbf-s"])
+@first_fast("units", ["SI", "in-lbf-s"], 1)
 def test_ratios_radii_and_second_moments_have_their_units(units):
     """A chain of the ratio 2, a belt of the radius 0.2 m, and a field's moment −ω² I_xy."""
     machine = Mechanism("shafts")

@@ -33,6 +33,7 @@ from mbody.cli import main
 from mbody.engineering import close_loops, linearize, momentum
 from mbody.files.model import in_units
 from mbody.laws import ConstantSpeed
+from tests.support.cases import first_fast
 
 pytestmark = pytest.mark.processor
 
@@ -112,7 +113,7 @@ def chain(n, m=0.5, k=200.0, *, ends=True):
     return machine
 
 
-@pytest.mark.parametrize("n", [1, 3, 5])
+@first_fast("n", [1, 3, 5], 2)
 def test_a_chain_of_masses(n):
     """ω_k = 2 √(k/m) sin(k π/(2 n + 2)), shapes sin(i k π/(n + 1)): Rayleigh."""
     machine = chain(n)

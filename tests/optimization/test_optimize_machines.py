@@ -61,6 +61,7 @@ def agreed(machine, *engines):
     return run.status == "completed"
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::mbody.errors.ModelWarning")
 def test_a_six_bar_with_dwell():
     by = {
@@ -104,6 +105,7 @@ def test_a_six_bar_with_dwell():
     assert agreed(best, "oracle", "pinocchio")
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::mbody.errors.ModelWarning")
 def test_a_walking_leg():
     """A foot on the coupler that stays level while it carries, and lifts on its way back."""

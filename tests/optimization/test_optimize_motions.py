@@ -47,6 +47,7 @@ def test_a_smooth_optimum_of_a_motion():
     assert found.agreeing == found.starts == 2 and not found.active and not found.notes
 
 
+@pytest.mark.slow
 def test_a_limit_of_a_motion_binds():
     """Slower than x₀ ω at all instants: ω = 2.5 / s. The multiplier is d(x₀ cos ω)/d(x₀ ω)."""
     found = mbody.optimize(

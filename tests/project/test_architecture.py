@@ -88,6 +88,7 @@ def complaints(path: str, source: str) -> list[str]:
     return found
 
 
+@pytest.mark.slow
 def test_imports_run_one_way(files):
     report([text for path, source in files.items() for text in complaints(path, source)])
 

@@ -250,6 +250,7 @@ def test_four_bars_of_a_peer(peer):
     assert loop() == pytest.approx([r.reaction("A").magnitude.max() for r in runs], rel=TURN)
 
 
+@pytest.mark.slow
 def test_rows_of_sweeps(monkeypatch):
     few = {"driven": (64, 64), "tolerances": (640, 640), "free": (4, 4)}
     monkeypatch.setattr(sweeps, "DESIGNS", few)
@@ -371,6 +372,7 @@ def test_every_question_has_its_file():
     assert files == set(QUESTIONS)
 
 
+@pytest.mark.slow
 def test_json_of_the_command():
     run = subprocess.run(
         [*COMMAND, "long_chain", "positions", "--short", "--json", "--runs", "1"],

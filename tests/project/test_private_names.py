@@ -65,6 +65,7 @@ def of_others(path: str, source: str) -> Iterator[str]:
             yield f"{path}:{node.lineno}: {ast.unparse(node)}"
 
 
+@pytest.mark.slow
 def test_no_file_uses_private_names_of_another():
     files = {path: source for path, source in sources().items() if path not in NUMBA}
     found = [text for path, source in files.items() for text in of_others(path, source)]
