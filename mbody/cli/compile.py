@@ -263,7 +263,7 @@ def examine() -> dict[str, Any]:
 
 
 def _notes_on_packages() -> list[str]:
-    """What is to be known of packages that are installed here."""
+    """Notes on packages that are installed here."""
     from mbody.core.selection import namesake
     from mbody.engines.mujoco import faulty_release
 

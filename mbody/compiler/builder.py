@@ -165,7 +165,7 @@ def emit(
 
 
 def _exported(module: Any) -> list[str]:
-    """What a program that has no NumPy takes of a library."""
+    """Functions that a program without NumPy takes of a library."""
     found = (thing for thing in (*module.functions, *module.global_variables))
     names = (thing.name for thing in found if not thing.is_declaration)
     return sorted(n for n in names if n.startswith("mbody_") and n.endswith(_FOR_IMAGES))
@@ -238,7 +238,7 @@ def _rename(module: Any, prefix: str) -> None:
             count += 1
 
 
-def _found(place: str) -> Any:
+def _imported(place: str) -> Any:
     module, _, name = place.partition(":")
     return getattr(import_module(module), name)
 
@@ -259,7 +259,7 @@ def main() -> None:
         parser.error("the sources were edited while their kernels were to be built: begin again")
     if options.target != "host":  # numba's cache does not know of other targets
         cache.without_cache()
-    functions = [_found(place) for place in options.kernels]
+    functions = [_imported(place) for place in options.kernels]
     target = TARGETS[options.target]
     linked = options.object or options.parts
     build = Build(target, (WORDS,) if linked else FORMS)

@@ -168,8 +168,8 @@ class _Wrapper:
 
 
 def common(triple: str, layout: str, sources: str, table: str) -> ir.Module:
-    """What every library has once: the door to users' functions, the size of the head of a Python
-    object, the hash of the sources, the table of entries as JSON.
+    """Module that every library has once: the entry to users' functions, the size of the head of a
+    Python object, the hash of the sources, the table of entries as JSON.
 
     The host sets the pointer of the door; a call where it is null does nothing.
     """

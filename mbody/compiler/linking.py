@@ -22,7 +22,7 @@ from numba.core.lowering import Lower
 
 from mbody.compiler.cache import attach_cache
 
-# -- What distinguishes one compiled function from every other, in every process alike ---------
+# -- Identity of a compiled function, equal in every process -----------------------------------
 
 _DIGITS = 15
 _PLAIN = (bool, int, float, str, type(None))
@@ -166,7 +166,7 @@ class InnerLowering(typed_passes.BaseNativeLowering):
     lowering_class = Lower
 
     def run_pass(self, state: Any) -> bool:
-        """See numba's `BaseNativeLowering`."""
+        """Lowers a function into an inner library, in place of numba's `BaseNativeLowering`."""
         name_symbol(state, self._name)
         library = InnerLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
         state.library = library
@@ -190,7 +190,7 @@ class EntryLowering(typed_passes.BaseNativeLowering):
     lowering_class = Lower
 
     def run_pass(self, state: Any) -> bool:
-        """See numba's `BaseNativeLowering`."""
+        """Lowers an entry into a library that is kept, in place of numba's `BaseNativeLowering`."""
         name_symbol(state, self._name)
         library = EntryLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
         library.enable_object_caching()
@@ -237,7 +237,7 @@ class Entry(registry.CPUDispatcher):
         super().__init__(py_func, locals or {}, targetoptions, pipeline_class=_ENTRY)
 
     def compile(self, signature: Any) -> Any:
-        """See numba's `Dispatcher`; garbage is collected once, at the end."""
+        """Compiles a signature, as numba's `Dispatcher`; garbage is collected once, at the end."""
         collecting = gc.isenabled()
         gc.disable()
         try:

@@ -1,6 +1,4 @@
-"""What the functions of `mbody.core.duals`, and those of NumPy, are for dual numbers in compiled
-code.
-"""
+"""Functions of `mbody.core.duals`, and of NumPy, for dual numbers in compiled code."""
 
 from __future__ import annotations
 
@@ -69,7 +67,7 @@ def first(builder: Any, x: Any) -> Any:
 
 
 def with_first(builder: Any, x: Any, value: Any) -> Any:
-    """The same tangents with another value."""
+    """A dual number with another value and equal tangents."""
     return builder.insert_element(x, value, ir.Constant(INDEX, 0))
 
 
@@ -388,7 +386,7 @@ def _is_table(array: Any, row: Any, lane: Any) -> bool:
     )
 
 
-def _place(context: Any, builder: Any, sig: Any, arguments: Any, lane: int) -> Any:
+def _entry_address(context: Any, builder: Any, sig: Any, arguments: Any, lane: int) -> Any:
     """Address of an entry; argument number `lane` says which lane, or is the dual number."""
     kinds = sig.args
     if isinstance(kinds[lane], Dual):
@@ -414,7 +412,7 @@ def _typed_entry(context: Any) -> Any:
 @lower_builtin(plain.entry, types.Array, types.intp, Dual)
 @lower_builtin(plain.entry, types.Array, types.intp, types.intp)
 def _entry(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-    found = builder.load(_place(context, builder, sig, arguments, 2))
+    found = builder.load(_entry_address(context, builder, sig, arguments, 2))
     found.align = 8
     return found
 
@@ -437,7 +435,7 @@ def _typed_put_entry(context: Any) -> Any:
 @lower_builtin(plain.put_entry, types.Array, types.intp, Dual, Dual)
 @lower_builtin(plain.put_entry, types.Array, types.intp, types.float64, types.intp)
 def _put_entry(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-    store = builder.store(arguments[2], _place(context, builder, sig, arguments, 3))
+    store = builder.store(arguments[2], _entry_address(context, builder, sig, arguments, 3))
     store.align = 8
     return context.get_dummy_value()
 
@@ -515,7 +513,7 @@ def _of_one(function: Any, both: Any) -> None:
         return of_dual
 
 
-for _numba_duals_function, _both in (
+for _elementary, _both in (
     (np.sin, _sin),
     (np.cos, _cos),
     (np.tan, _tan),
@@ -525,7 +523,7 @@ for _numba_duals_function, _both in (
     (np.arcsin, _arcsin),
     (np.arccos, _arccos),
 ):
-    _of_one(_numba_duals_function, _both)
+    _of_one(_elementary, _both)
 
 
 @overload(np.isfinite, jit_options=OPTIONS)

@@ -1,4 +1,4 @@
-"""What the functions of `mbody.core.lanes` are in compiled code."""
+"""Functions of `mbody.core.lanes` in compiled code."""
 
 from __future__ import annotations
 

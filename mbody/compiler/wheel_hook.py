@@ -23,7 +23,7 @@ class Libraries(BuildHookInterface):  # type: ignore[misc]
     """Adds the libraries, and says which platform the wheel is for."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        """See hatchling."""
+        """Adds the built libraries to a wheel, as hatchling calls it."""
         if version == "editable":
             return
         folder = Path(self.root) / "mbody" / "core_libraries"

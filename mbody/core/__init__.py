@@ -1,1 +1,1 @@
-"""What kernels are written with, and which core runs them; nothing here imports a compiler."""
+"""Language of the kernels, and the core that runs them; nothing here imports a compiler."""

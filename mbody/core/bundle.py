@@ -174,7 +174,7 @@ def array_words(pointer: int, shape: tuple[int, ...], itemsize: int = 8) -> list
 
 @functools.lru_cache(maxsize=1024)
 def _array_words(shape: tuple[int, ...], itemsize: int) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    """What is before and after the pointer in `array_words`."""
+    """Words before and after the pointer in `array_words`."""
     strides = [itemsize]
     for count in reversed(shape[1:]):
         strides.insert(0, strides[0] * count)

@@ -12,7 +12,7 @@ import numpy as np
 
 
 class DualNumber:
-    """A number, or an array of them, with derivatives by parameters.
+    """A number, or an array of them, with derivatives by parameters. tangents (…, parameters).
 
     Examples
     --------
@@ -257,7 +257,7 @@ def _applied(ufunc: Any, inputs: tuple[Any, ...]) -> Any:
 
 
 def where(choice: Any, x: Any, y: Any) -> Any:
-    """As `numpy.where`, of numbers of which some may be dual.
+    """`numpy.where` of numbers of which some may be dual.
 
     >>> where(True, DualNumber(2.0, [1.0]), 3.0).tangents
     array([1.])

@@ -57,7 +57,7 @@ def tangent(x: Number, n: int) -> float:
 
 
 def with_tangent(x: Number, n: int, change: float) -> Number:
-    """The same number with another derivative by parameter n; a float as it is."""
+    """A number with another derivative by parameter n; a float unchanged."""
     if not isinstance(x, DualNumber):
         return x
     changed = x.tangents.copy()
@@ -76,7 +76,7 @@ def chained(f: float, slope: float, x: Number) -> Number:
 
 
 def lane_at(n: int, w: Number) -> Any:
-    """What round n of a loop over `count` takes: lane n, or the dual number."""
+    """Argument of round n of a loop over `count`: lane n, or the dual number."""
     return w if isinstance(w, DualNumber) else n
 
 

@@ -77,7 +77,7 @@ def signature(function: Callable[..., Any]) -> Signature:
 
 
 def _kind(function: Callable[..., Any], annotation: Any) -> Any:
-    """What an annotation names; the kinds of arrays are one to type checkers."""
+    """Kind that an annotation names; the kinds of arrays are one to type checkers."""
     if not isinstance(annotation, str):
         return annotation
     if annotation in _ARRAYS:

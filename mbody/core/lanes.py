@@ -82,8 +82,8 @@ def st(array: np.ndarray, row: int, number: Number, w: Number) -> None:
 
 
 def st_varying(array: np.ndarray, row: int, number: Number, w: Number) -> None:
-    """As `st`, but with many lanes a number that is a constant in the source is not stored: the row
-    must contain it already. Stores are the slowest part of wide kernels.
+    """Store of a number, as `st`; with many lanes a number that is a constant in the source is not
+    stored: the row must contain it already. Stores are the slowest part of wide kernels.
     """
     if array.shape[1] == 1 or np.ndim(number) or isinstance(number, DualNumber):
         st(array, row, number, w)

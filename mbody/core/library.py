@@ -47,7 +47,7 @@ _MACHINES = {"amd64": "x86_64", "arm64": "aarch64"}
 
 
 def processor_features() -> frozenset[str]:
-    """What NumPy has found of the processor, by its names."""
+    """Features of the processor, by NumPy's names."""
     # NumPy has no types of its private modules
     from numpy._core._multiarray_umath import (  # type: ignore[import-not-found]
         __cpu_features__,

@@ -50,7 +50,7 @@ from mbody.model.joints.distance import distance
 
 # -- Laws of what the position gives, lane by lane: they have branches that lanes cannot take --
 
-LAW_VALUES_TURN = 2.0 * math.pi
+REVOLUTION = 2.0 * math.pi
 #: Step of differences of users' functions, as a part of what is varied: their error is of its
 #: fourth power.
 STEP = 1e-3
@@ -81,7 +81,7 @@ def around(L, W, w, n):
     for m in range(rounds(W.scratch, w)):
         lane = lane_at(m, w)
         x = np.arctan2(entry(W.scratch, 1, lane), entry(W.scratch, 0, lane))
-        f, f1, f2 = law_at(L, W, n, lane, x + LAW_VALUES_TURN if x < 0.0 else x)
+        f, f1, f2 = law_at(L, W, n, lane, x + REVOLUTION if x < 0.0 else x)
         put_entry(W.scratch, 2, f, lane)
         put_entry(W.scratch, 3, f1, lane)
         put_entry(W.scratch, 4, f2, lane)
@@ -107,7 +107,7 @@ def user_law(L, W, n, x):
 
 @inline
 def called(L, W, n, x):
-    """What a user's law gives at x; NaN where it raised."""
+    """Value and derivatives of a user's law at x; NaN where it raised."""
     W.user_arguments[0] = x
     if call_user(L.law_handle[n], W.user_arguments[:1], W.user_results[:3]) != 0:
         return np.nan, np.nan, np.nan
@@ -215,8 +215,7 @@ def relative(array, row, lane, k, unit):
     return change
 
 
-# -- Formulas of measured quantities of the present instant: laws of loads, rates of own states,
-#    and what drivers follow -------------------------------------------------------------------
+# -- Formulas of the present instant: laws of loads, rates of states, drivers ------------------
 #
 # All formulas of a mechanism are one list of steps on numbers W.formula. A step is (code, a, b,
 # place): it reads a number of the instant, or computes with those at the places a and b, by the
@@ -599,7 +598,9 @@ def turns(L, W, w):
 
 @njit(forceinline=True)
 def last_kinds(L, W, w, e, kind, position, velocity):
-    """What no joint's physics is: a sum, a driver that follows positions, or a user's own."""
+    """Rows of kinds that are no joint's physics: a sum, a driver that follows positions, or a
+    user's own.
+    """
     if kind == SUM:
         total(L, W, w, e, position, velocity)
     elif kind == FORMULA:

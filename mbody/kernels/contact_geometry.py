@@ -30,7 +30,7 @@ CIRCLE, LINE, SEGMENT, POLYGON = range(4)
 
 
 class ContactShapes(Bundle):
-    """What may touch what.
+    """Shapes that may touch, their pairs and laws.
 
     Attributes
     ----------
@@ -593,7 +593,7 @@ def rope_spot(W, C, B, n, near):
         B.geometry[found, 2], B.geometry[found, 3] = ax - W.q[3 * i, 0], ay - W.q[3 * i + 1, 0]
 
 
-# -- Which shapes are near each other: a uniform grid, so that what is far apart costs nothing -
+# -- Broad phase: a uniform grid, so that distant shapes cost nothing --------------------------
 #
 # Every step the centres of all bounding circles go into square cells as wide as the greatest of
 # them, found by hashing; each is looked at beside those in its own cell and the eight around it.
@@ -672,7 +672,7 @@ def look(W, C, B, a, b, law):
 
 @inline
 def look_in_groups(W, C, B, a, b):
-    """The same of two shapes that groups may bring together."""
+    """Looks for contacts of two shapes that groups may bring together."""
     p, q = C.group[a], C.group[b]
     if p < 0 or q < 0 or C.body[a] == C.body[b]:
         return

@@ -34,8 +34,7 @@ from mbody.kernels.contact_geometry import FOUND
 from mbody.kernels.position_velocity import clear, weigh
 from mbody.kernels.schur_ldl import apply_g, apply_gt, solve
 
-# -- Contacts of a step as rows: relative velocities γ = W v, what impulses change, and their
-#    bounds ------------------------------------------------------------------------------------
+# -- Contacts of a step as rows: γ = W v, and the bounds of impulses ---------------------------
 #
 # Of free bodies an impulse changes velocities by Y = M⁻¹ Wᵀ; of bodies that joints tie, by M⁻¹ Wᵀ
 # less what the joints take of it, M⁻¹ Gᵀ S⁻¹ G M⁻¹ Wᵀ, one solve a column by the factor of the
@@ -812,7 +811,7 @@ def solve_few(B, tolerance, most):
 
 @njit
 def solve_many(W, B, N, tolerance, tied, h):
-    """The same of many contacts, `tied` where joints tie bodies of them; h the length of the step.
+    """Impulses of many contacts, `tied` where joints tie bodies of them; h the length of the step.
     Returns sweeps, iterations of the interior-point method, what is left as a part of the greatest
     impulse, and how much nearer, in parts of its size, a contact comes because s has not followed.
     −1 iterations where there is no memory.

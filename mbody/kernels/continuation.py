@@ -447,7 +447,7 @@ INSTANTS, REACHED, LEAST_PIVOT, STEPS, UNBALANCED, CHANGE_POINTS, BRANCH_UNSURE 
 PROGRESS = 7
 #: Numbers of `FollowedPath.nearest`: least part that elimination leaves of a node, path parameter
 #: there, instant before which that is.
-PART, PLACE, CONTINUATION_BEFORE = 0, 1, 2
+PART, PLACE, INSTANT_BEFORE = 0, 1, 2
 
 #: Accepted correction, in parts of the greatest coordinate: rounding. The last correction is not in
 #: Φ_q any more, so it is what velocities and forces are off by, times their condition.
@@ -480,7 +480,7 @@ ITERATIONS, DIVERGED = 12, 1e3
 
 
 class DrivenPath(Bundle):
-    """What the drivers prescribe, and how it is followed."""
+    """Prescribed driver values, and settings for following them."""
 
     mode: int  # BY_TIME, BY_DRIVER or BY_INSTANT
     s: Floats  # (instants,) path parameter
@@ -595,7 +595,7 @@ def follow(L: Layout, W: Work, path: DrivenPath, found: FollowedPath) -> int:
                 if path.monitored:
                     previous = store_parts(L, W, 1, regularization)
                     nearest[PART] = 1.0 / previous
-                    nearest[PLACE], nearest[CONTINUATION_BEFORE] = here, 0.0
+                    nearest[PLACE], nearest[INSTANT_BEFORE] = here, 0.0
                 last = store_place(L, W, w, last)
                 break
             kink = False
@@ -631,7 +631,7 @@ def follow(L: Layout, W: Work, path: DrivenPath, found: FollowedPath) -> int:
             progress[STEPS] += 1.0
             if h != 0.0:
                 if path.monitored and worst * nearest[PART] > 1.0:
-                    nearest[PART], nearest[PLACE], nearest[CONTINUATION_BEFORE] = (
+                    nearest[PART], nearest[PLACE], nearest[INSTANT_BEFORE] = (
                         1.0 / worst,
                         here + h,
                         float(k),
@@ -639,7 +639,7 @@ def follow(L: Layout, W: Work, path: DrivenPath, found: FollowedPath) -> int:
                 if verdict == CHANGE_AHEAD:
                     record_change_point(L, W, here + place * h, last, found)
                     nearest[PART], nearest[PLACE] = 0.0, here + place * h
-                    nearest[CONTINUATION_BEFORE] = float(k)
+                    nearest[INSTANT_BEFORE] = float(k)
                 here, previous = here + h, worst
                 longest = max(longest, abs(h))
                 crawls = abs(h) < abs(left) and moved <= CRAWL * CRAWL

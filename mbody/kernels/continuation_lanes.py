@@ -94,7 +94,7 @@ SHARED = 3
 
 
 class LanePath(Bundle):
-    """What the drivers prescribe in every lane."""
+    """Prescribed driver values in every lane."""
 
     mode: int  # BY_TIME or BY_DRIVER
     s: Rows  # (steps, lanes) path parameter
@@ -396,8 +396,8 @@ def balance_square(L, P, W, w, F):
 
 @njit
 def multipliers_square(L, P, W, w, F):
-    """The same; returns the square of the residual by the blocks, beyond what is allowed, NaN where
-    a load has no value.
+    """Multipliers of the square system; returns the square of the residual by the blocks, beyond
+    what is allowed, NaN where a load has no value.
     """
     balance_square(L, P, W, w, F)
     rest = 0.0 * ld(W.size, 0, w)
@@ -413,8 +413,9 @@ def multipliers_square(L, P, W, w, F):
 
 @njit
 def rough_multipliers_square(L, P, W, w, F):
-    """The same with friction. Beyond what is allowed are lanes, too, in which friction is not
-    certain to be unique, or has not converged.
+    """Multipliers of the square system with friction; returns the square of the residual. Beyond
+    what is allowed are lanes, too, in which friction is not certain to be unique, or has not
+    converged.
     """
     viscous_friction(L, W, w)
     balance_square(L, P, W, w, F)
@@ -447,8 +448,7 @@ def responses_square(L, P, W, w, F):
         solve_transposed(P, W, w, F, W.u, W.response[size * s : size * (s + 1)])
 
 
-# -- Many linkages of one topology on lanes, each in its own lane or in several, a piece of its
-#    motion in each: positions of joints, forces on links, torques of drivers ------------------
+# -- Linkages of one topology on lanes, a piece of motion in each ------------------------------
 #
 # The motion is that of `mbody.kernels.continuation_lanes`; what is kept goes where a user reads it.
 

@@ -33,7 +33,7 @@ from mbody.kernels.step_state import (
     TIME,
 )
 
-# -- Runge–Kutta formulas that one motion and many lanes have in common: one source for both ---
+# -- Runge–Kutta formulas shared by one motion and many lanes ----------------------------------
 #
 # A step of an explicit method with the coefficients A, b, c is
 #
@@ -74,8 +74,8 @@ def stage_state(weights, count, K, y, h, target, w):
 
 @njit
 def along(F, n, x, w):
-    """What number n of a polynomial has gained at the part x of the step:
-    x (F₀ + (1 − x) (F₁ + x (F₂ + (1 − x) (F₃ + …)))), by Horner's rule.
+    """Increment of number n of a polynomial at the part x of the step: x (F₀ + (1 − x) (F₁ + x (F₂
+    + (1 − x) (F₃ + …)))), by Horner's rule.
     """
     total = 0.0 * x
     for m in range(F.shape[0]):
@@ -309,8 +309,8 @@ DOUBTFUL = (8.0 * 10.0) ** 2
 
 @njit
 def deliver_checked(L, W, method, S, T, O, h, now):
-    """See `mbody.kernels.dense_output.deliver`; rows of K and P but the first, and S.end, are
-    workspace.
+    """Delivery of the times within a step (`deliver`), each interpolation checked; rows of K and P
+    but the first, and S.end, are workspace.
     """
     refinements, doubtful = T.full_refinements, False
     while is_met(S, O, now):

@@ -1,4 +1,4 @@
-"""What is computed of finished instants: residuals, the breakdown by cause, and friction."""
+"""Computations on finished instants: residuals, the breakdown by cause, and friction."""
 
 from __future__ import annotations
 

@@ -142,8 +142,7 @@ def generalized_alpha_step(L, W, M, S, h, refinements):
     return True
 
 
-# -- One step of RATTLE: symmetric, symplectic where loads have a potential, exact on
-#    constraints -------------------------------------------------------------------------------
+# -- One step of RATTLE: symmetric, symplectic with potentials, exact on constraints -----------
 #
 #     M (v½ − v₀) = ½h (f(q₀, v½, t₀) − G₀ᵀ λ),  q₁ = q₀ + h v½,  Φ(q₁, t₁) = 0,
 #     M (v₁ − v½) = ½h (f(q₁, v½, t₁) − G₁ᵀ μ),  G₁ v₁ = ν(t₁).
@@ -166,7 +165,7 @@ def generalized_alpha_step(L, W, M, S, h, refinements):
 # VII.1.
 
 #: Newton iterations for the position, at most.
-RATTLE_ROUNDS = 60
+RATTLE_ITERATIONS = 60
 #: A correction below this, in model lengths and radians, is rounding; one below the next, which no
 #: longer shrinks, too.
 RATTLE_CLOSED, RATTLE_STALLED = 2e-16, 1e-13
@@ -186,7 +185,7 @@ def rattle_step(L, W, M, S, t, h, refinements):
     for n in range(blocks.shape[0]):
         blocks[n] = W.block[n, 0]
     last, good = 1e300, False
-    for _ in range(RATTLE_ROUNDS):
+    for _ in range(RATTLE_ITERATIONS):
         size = first_half(L, W, y, u, t, h, blocks)
         if not size < 1e6:
             return False

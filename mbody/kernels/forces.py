@@ -220,7 +220,7 @@ def lanes_law(L, W, w, n):
 
 @njit(forceinline=True)
 def last_kind(L, W, w, e, kind):
-    """What no load's physics is: a user's own."""
+    """Forces of a load that the user defines."""
     i, j, first = L.action_i[e], L.action_j[e], L.action_par[e]
     user_numbers(W, w, L.action_handle[e], i, j, first, L.action_count[e], 6)
     s = W.scratch

@@ -1,5 +1,5 @@
-"""What a model's image begins with where no Python is: closing loops, and the first state of a free
-motion (`mbody.image`).
+"""Beginning of a model's image without Python: closing loops, and the first state of a free motion
+(`mbody.image`).
 """
 
 from __future__ import annotations

@@ -29,7 +29,7 @@ FRICTION_NUMBERS = 3
 
 
 class Layout(Bundle):
-    """What is where; made once for a topology, the same for every set of numbers."""
+    """Indices of all numbers; made once for a topology, equal for every set of numbers."""
 
     bodies: int
     slots: int
@@ -351,14 +351,13 @@ def stand_ins(layout: Layout, mass: np.ndarray, length: float) -> np.ndarray:
 
 
 def _least(mass: np.ndarray, length: float) -> np.ndarray:
-    """What replaces less mass and inertia than that, in every set: (3, sets)."""
+    """Artificial mass and inertia in place of smaller ones, in every set: (3, sets)."""
     unit = np.array([1.0, 1.0, length**2])[:, None]
     own = mass.reshape(-1, 3, mass.shape[1]) / unit
     return np.asarray(LEAST_MASS * own.max(axis=(0, 1), initial=1e-300) * unit)
 
 
-# -- What is kept of an instant: motion by coordinate, then multipliers and reaction by
-#    primitive ---------------------------------------------------------------------------------
+# -- Record of an instant: motion by coordinate, multipliers and reactions by primitive --------
 
 #: Numbers of one primitive: λ₀, λ₁, then force (x, y) and torque on body j at the marker on j.
 PER_PRIMITIVE = 5

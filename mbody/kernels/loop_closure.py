@@ -271,7 +271,9 @@ def close(L: Layout, W: Work, regularization: float, tolerance: float) -> tuple[
 
 @njit
 def close_from(L, W, regularization, tolerance):
-    """See `close`."""
+    """Closure of the loops from one start (`close`): whether it succeeded, whether Newton's method
+    did alone, and the conditioning.
+    """
     w = 0.0
     good, _, _ = damped_newton(L, W, w, regularization, tolerance)
     if good:
@@ -426,7 +428,7 @@ def project_designs(
 
 @njit
 def nearest_velocity(L, W, w, regularization):
-    """See `project`."""
+    """Velocity nearest to the present one that satisfies Φ_q v = ν (`project`)."""
     turns(L, W, w)
     rows(L, W, w, True, True)
     factor(L, W, w, regularization, VANISHED)

@@ -584,8 +584,8 @@ def deliver_lanes(L, W, T, batch, lanes):
 
 @njit
 def interpolation_errors(T, lanes, x):
-    """What the polynomials lack to the derivatives in row 1 of K at the parts x of the steps; see
-    `mbody.kernels.dense_output`.
+    """Defects of the polynomials' derivatives from those in row 1 of K at the parts x of the steps;
+    see `mbody.kernels.dense_output`.
     """
     w, count = wide(), lanes.y.shape[0]
     h, total = ld(lanes.state, STEP_LENGTH, w), 0.0 * wide()
@@ -810,7 +810,7 @@ def evaluate_lanes(
     first: int,
     last: int,
 ) -> None:
-    """What is kept of the present instant of every state: pages (groups, rows, lanes).
+    """Records of the present instant of every state: pages (groups, rows, lanes).
 
     States marked `fresh` begin there: they become their projection, with derivative, conditioning
     and distances; those that cannot are marked bad. Others are left as they are.

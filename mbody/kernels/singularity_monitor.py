@@ -46,8 +46,8 @@ TINY = 1e-300
 
 @njit
 def node_conditioning(L, W, w, k):
-    """What elimination leaves of the determinant of node k, as a part of what it was: how far its
-    two rows are from depending on those before, whatever their axes and the masses of the bodies.
+    """Determinant of node k after elimination as a part of its value before: how far its two rows
+    are from depending on those before, whatever their axes and the masses of the bodies.
 
     With the diagonal block S_kk = [a b; b c] of the Schur complement before elimination, and pivots
     d₀, d₁ after it, the part is  d₀ d₁ / (a c − b²),  0 where rows depend, 1 where they are

@@ -269,8 +269,8 @@ def begin(S):
 
 @njit
 def renew(S):
-    """What numbers are worth in the columns that have changed, at the worst of the positions; and
-    the least pivots.
+    """Renews the values of the columns that have changed, at the worst of the positions, and the
+    least pivots.
     """
     size, positions = S.count.shape[0], S.growth.shape[0]
     for m in range(positions):
@@ -289,7 +289,7 @@ def renew(S):
 
 @njit
 def value_column(S, c):
-    """What the numbers of a column are worth, and the greatest of them."""
+    """Values of the numbers of a column as pivots, and the greatest of them."""
     size, positions = S.count.shape[0], S.growth.shape[0]
     for m in range(positions):
         S.greatest[c, m] = 0.0

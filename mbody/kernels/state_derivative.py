@@ -117,7 +117,7 @@ def initial_derivative(L: Layout, W: Work, S: Stepping, refinements: int, page: 
 
 @njit
 def first_derivative(L, W, S, refinements, page):
-    """See `initial_derivative`."""
+    """First derivative of the state, with its record (`initial_derivative`)."""
     signals(L, W, 0.0, L.signal_law.shape[0])
     _, _, good = state_derivative(L, W, S, S.state[TIME], S.y, 0, refinements, True)
     S.state[CONDITIONING] = S.state[BEST_CONDITIONING] = sample_conditioning(L, W, 0.0, 0)

@@ -123,7 +123,7 @@ class Tolerances(Bundle):
 
 
 class Outputs(Bundle):
-    """What is kept of a motion.
+    """Records kept of a motion.
 
     Attributes
     ----------

@@ -153,7 +153,7 @@ class Law:
         """Raise ModelError if the numbers do not fit together; all are floats here."""
 
     def dimensioned(self, value: Dimension, argument: Dimension) -> Law:
-        """The same law with the units of its text checked against the dimensions of its numbers.
+        """A copy with the units of its text checked against the dimensions of its numbers.
 
         Raises
         ------
@@ -179,7 +179,7 @@ class Law:
         return {field.name: getattr(self, field.name) for field in fields(self)}
 
     def with_numbers(self, numbers: Mapping[str, Any]) -> Law:
-        """The same law with other numbers, named as in `numbers`."""
+        """A copy with other numbers, named as in `numbers`."""
         return replace(self, **numbers) if numbers else self
 
     def parameters(self, numbers: Mapping[str, Any]) -> list[Any]:
@@ -284,7 +284,7 @@ class FormulaLaw(Law):
         return {f"c{n}": value for n, value in enumerate(self.constants)}
 
     def with_numbers(self, numbers: Mapping[str, Any]) -> Law:
-        """The same formula with these constants."""
+        """A copy with these constants."""
         changed: Any = {"constants": tuple(self.parameters(numbers))}
         return replace(self, **changed)
 

@@ -104,7 +104,7 @@ class Dwell:
             raise ModelError(f"Dwell: duration must be positive, it is {self.duration:g}")
 
     def dimensioned(self, value: Dimension, argument: Dimension) -> Dwell:
-        """The same with the units of its text checked against the dimension of the argument."""
+        """A copy with the units of its text checked against the dimension of the argument."""
         return Dwell(with_dimension(self.duration, argument, "duration"))
 
 
@@ -157,7 +157,9 @@ class Cam(FixedLaw):
             raise ModelError("Cam: the program has no rise; use Constant for a law without motion")
 
     def dimensioned(self, value: Dimension, argument: Dimension) -> Law:
-        """The same; the segments' text has the dimensions of rises and dwells."""
+        """A copy with the units of its text checked: rises and dwells of the segments, and the
+        period.
+        """
         if not self.pending:
             return self
         segments: list[Any] = [segment.dimensioned(value, argument) for segment in self.segments]

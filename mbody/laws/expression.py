@@ -182,7 +182,9 @@ class Polynomial(_Ascending):
             raise ModelError("Polynomial: coefficients is empty; give at least the constant term")
 
     def dimensioned(self, value: Dimension, argument: Dimension) -> Law:
-        """The same; every power of the argument has a dimension of its own."""
+        """A copy with the units of its text checked; every power of the argument has a dimension of
+        its own.
+        """
         if not self.pending:
             return self
         given = enumerate(self.coefficients)
@@ -321,11 +323,10 @@ def stack_depth(program: tuple[int, ...]) -> int:
     return deepest
 
 
-# -- From a formula of one variable to a law: a polynomial where possible, else a postfix
-#    program -----------------------------------------------------------------------------------
+# -- Law of a formula of one variable: a polynomial where possible, else postfix ---------------
 
 MAX_DEGREE = 8  # of a formula that becomes a polynomial
-ZERO, FROM_FORMULA_ONE = Plain(Fraction(0)), Plain(Fraction(1))
+ZERO = Plain(Fraction(0))
 DEGREE = Binary("/", Name("pi"), Plain(Fraction(180)))
 
 
@@ -415,7 +416,7 @@ def _terms(node: Node, variable: str) -> list[Node | None] | None:
     None where the formula is not a polynomial or would lose digits as one.
     """
     if node == Name(variable):
-        return [None, FROM_FORMULA_ONE]
+        return [None, ONE]
     if variable not in node.names:
         return [node]
     found: list[Node | None] | None = None
@@ -423,7 +424,7 @@ def _terms(node: Node, variable: str) -> list[Node | None] | None:
         case Negative(of=below):
             found = _each(_terms(below, variable), Negative)
         case Measured(of=below, unit=unit, symbols=symbols):
-            one = Measured(FROM_FORMULA_ONE, unit, symbols)
+            one = Measured(ONE, unit, symbols)
             found = _each(_terms(below, variable), lambda c: _times(c, one))
         case Binary(operator="^", a=a, b=b):
             found = _raised(_terms(a, variable), literal_exponent(b))
@@ -480,9 +481,9 @@ def _raised(terms: list[Node | None] | None, power: Fraction | None) -> list[Nod
         return None
     top, n = terms[-1], int(power)
     assert top is not None  # the variable is in it
-    raised: Node = top if top == FROM_FORMULA_ONE else Binary("^", top, Plain(power))
-    return [*[None] * (n * (len(terms) - 1)), raised if n else FROM_FORMULA_ONE]
+    raised: Node = top if top == ONE else Binary("^", top, Plain(power))
+    return [*[None] * (n * (len(terms) - 1)), raised if n else ONE]
 
 
 def _times(a: Node, b: Node) -> Node:
-    return b if a == FROM_FORMULA_ONE else a if b == FROM_FORMULA_ONE else Binary("*", a, b)
+    return b if a == ONE else a if b == ONE else Binary("*", a, b)

@@ -96,9 +96,9 @@ class Function(FixedLaw):
         y[:] = finite_value(self.function, float(x[0])), 0.0, 0.0
 
     def _fill(self, x: FloatArray, y: FloatArray) -> None:
-        y[:] = self._at(float(x[0]))
+        y[:] = self._value_and_derivatives(float(x[0]))
 
-    def _at(self, x: float) -> tuple[float, float, float]:
+    def _value_and_derivatives(self, x: float) -> tuple[float, float, float]:
         function, rate, acceleration = self.function, self.rate, self.acceleration
         if rate is not None and acceleration is not None:
             return finite_value(function, x), finite_value(rate, x), finite_value(acceleration, x)
@@ -114,7 +114,7 @@ class Function(FixedLaw):
         # the same values as the compiled loop gets from the hook, without the callback
         out = np.empty((xs.size, 3))
         for i, x in enumerate(xs.tolist()):
-            out[i] = self._at(x)
+            out[i] = self._value_and_derivatives(x)
         return out
 
 

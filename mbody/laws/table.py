@@ -97,8 +97,8 @@ def of_periodic_spline(h: FloatArray, chord: FloatArray) -> FloatArray:
     if n < 3:  # the corners fall onto the other entries
         full = np.zeros((n, n))
         for i in range(n):
-            for j, one_value in ((i - 1, lower[i]), (i, diagonal[i]), (i + 1, upper[i])):
-                full[i, j % n] += one_value
+            for j, entry in ((i - 1, lower[i]), (i, diagonal[i]), (i + 1, upper[i])):
+                full[i, j % n] += entry
         d = np.linalg.solve(full, right)
         return np.append(d, d[0])
     top, corner, shift = lower[0], upper[-1], -diagonal[0]
@@ -288,8 +288,8 @@ class Table(FixedLaw):
         return self.interpolation or "spline"
 
     def dimensioned(self, value: Dimension, argument: Dimension) -> Table:
-        """The same table for a law of that dimension, which decides the interpolation where none is
-        given; errors as `Law.dimensioned`.
+        """A copy for a law of that dimension, which decides the interpolation where none is given;
+        errors as `Law.dimensioned`.
         """
         made: Any = super().dimensioned(value, argument)
         if made.interpolation is None:
@@ -519,7 +519,7 @@ class Table2(FixedLaw):
         )
 
     def of_dimensions(self, value: Dimension, x: Dimension, y: Dimension) -> Table2:
-        """The same table with the units of its text checked.
+        """A copy with the units of its text checked.
 
         Raises
         ------
@@ -532,7 +532,7 @@ class Table2(FixedLaw):
         return replace(self, **changed)
 
     def table(self) -> FloatArray:
-        """As `mbody.laws.table.surface` reads it."""
+        """Coefficients of the table for `mbody.laws.table.surface`."""
         return self._table
 
     @cached_property

@@ -1,4 +1,4 @@
-"""What elements hand to the kernels: pairs of constraint rows, and single loads.
+"""Primitives that elements hand to the kernels: pairs of constraint rows, and single loads.
 
 An element may be any number of primitives: a `Fixed` joint is a pin and an equal angle. The kernels
 know only primitives, each of one kind of physics: a function in the file of its element, entered

@@ -164,7 +164,9 @@ def _named(system: System, records: Array) -> dict[str, dict[str, AccountedEnerg
 
 
 def account(system: System, records: Array, gained: Array, stops: Sequence[str] = ()) -> Energy:
-    """The account of a motion. `records` (instants, rows), `gained` (instants, causes)."""
+    """The account of a motion. `records` (instants, rows), `gained` (instants, causes). `pages`
+    (instants, rows), `gained` (instants, causes).
+    """
     machine, n = system.mechanism, system.coordinates
     kinetic = 0.5 * (records[:, n : 2 * n] ** 2) @ system.mass[:n, 0]
     loads = {load.name: load for load in machine.loads}

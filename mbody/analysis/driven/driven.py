@@ -537,7 +537,7 @@ def _time(law: Law, driver: Driver, places: list[float]) -> float:
 
 
 def _further(travel: float) -> float:
-    """What is left to an angle [rad] when one goes on in the same direction, 0 … 2π."""
+    """Remainder of an angle [rad] by whole revolutions, 0 … 2π."""
     further = math.fmod(travel, 2.0 * math.pi)
     further += 2.0 * math.pi if further < -LAW_TURN_ROUNDING else 0.0
     return 0.0 if 2.0 * math.pi - further < LAW_TURN_ROUNDING else max(further, 0.0)

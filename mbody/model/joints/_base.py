@@ -189,7 +189,7 @@ class Joint(Constraint):
         return np.hypot(*d), self.apart(at)
 
     def misfit(self, found: float, wanted: float, unit: str) -> tuple[str, str]:
-        """What does not `fit`, and what to do."""
+        """Sentence on lengths that do not `fit`, and its remedy."""
         return (
             f"by its radii the centres must be {wanted:.6g} {unit} apart, they are {found:.6g} "
             f"{unit}",

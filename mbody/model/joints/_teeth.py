@@ -1,4 +1,6 @@
-"""What the teeth of gears and racks lose and press: efficiency or friction, pressure angle."""
+"""Losses and radial forces of the teeth of gears and racks: efficiency or friction, pressure
+angle.
+"""
 
 from __future__ import annotations
 
@@ -162,7 +164,7 @@ class ToothedJoint(StrikingJoint):
     _sign_of_force = 1.0
 
     def frictions(self, at: Numbers) -> list[FrictionPrimitive]:
-        """What the teeth lose against the relative rate, and how they press the wheels apart."""
+        """Friction of the teeth against the relative rate, and their radial force on the wheels."""
         name, found = self.name, []
         if self.rubs:
             turning = ConstraintPrimitive(

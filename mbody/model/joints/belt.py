@@ -129,7 +129,7 @@ class Belt(GivenFriction):
         return 2.0 * np.tanh(0.5 * at[f"{self.name}.friction"] * wrap), 0.0
 
     def frictions(self, at: Numbers) -> list[FrictionPrimitive]:
-        """What slips on the rims, and what pulls the centres together."""
+        """Slip on the rims, and the pull between the centres."""
         arms = [*at.arm(self, "i"), *at.arm(self, "j")]
         free = Signal(Constant(0.0), [0.0])
         line = ConstraintPrimitive("clearance", *self.bodies, "l", arms, free, switched=True)

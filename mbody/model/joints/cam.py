@@ -187,7 +187,7 @@ class CamFollower(RubbingJoint, StrikingJoint):
         return -1.0 if self.clockwise else 1.0
 
     def _base(self, at: Any) -> Value:
-        """What the radius has beside the law [length]."""
+        """Radius apart from the law [length]."""
         if self.base_radius is None:
             return 0.0
         base: Value = at[f"{self.name}.base_radius"] + at[f"{self.name}.roller"]
@@ -247,7 +247,7 @@ class CamFollower(RubbingJoint, StrikingJoint):
         n = int(R.argmin())
         if not self.flat and R[n] <= 0.0:
             raise ModelError(
-                f"'{self.name}': the radius of its profile is {R[n]:.4g} {unit} at {_at(n)}, it "
+                f"'{self.name}': the radius of its profile is {R[n]:.4g} {unit} at {_angle(n)}, it "
                 "must be positive: give a greater base_radius, or raise the profile",
                 self.name,
             )
@@ -262,7 +262,7 @@ class CamFollower(RubbingJoint, StrikingJoint):
         remedy = "base_radius" if self.base_radius is not None else "the profile"
         smaller = "" if self.flat else ", or take a smaller roller"
         raise ModelError(
-            f"'{self.name}': the cam undercuts its {what} is {rho[n]:.4g} {unit} at {_at(n)}: "
+            f"'{self.name}': the cam undercuts its {what} is {rho[n]:.4g} {unit} at {_angle(n)}: "
             f"raise {remedy} by more than {more:.4g} {unit}{smaller}",
             self.name,
         )
@@ -291,7 +291,7 @@ class CamFollower(RubbingJoint, StrikingJoint):
         return (np.cos(ray), np.sin(ray)), slope
 
 
-def _at(n: int) -> str:
+def _angle(n: int) -> str:
     """Angle of a place of the profile."""
     return f"{360.0 * n / (PLACES - 1):.4g} deg"
 

@@ -113,7 +113,7 @@ class Gear(ToothedJoint):
         return replace(row, parameters=[*others, phase + by / (ri + rj)])
 
     def turn_row(self, at: Numbers, pose: PoseReader) -> TurnRow:
-        """See `turns_of_wheels`."""
+        """Count of whole revolutions, by `turns_of_wheels`."""
         return turns_of_wheels(self, at, pose)
 
     @property

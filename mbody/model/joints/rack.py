@@ -85,7 +85,7 @@ class RackPinion(ToothedJoint):
         return replace(row, parameters=[x + by * ux, y + by * uy, *others])
 
     def turn_row(self, at: Numbers, pose: PoseReader) -> TurnRow:
-        """See `turns_on_line`."""
+        """Count of whole revolutions, by `turns_on_line`."""
         return turns_on_line(self, at, pose)
 
     def reaction_point(self, at: Any, d: Any, angle_i: Any, angle_j: Any) -> Any:

@@ -167,7 +167,7 @@ class Rolling(StrikingJoint):
         return self.resistance is not None
 
     def frictions(self, at: Numbers) -> list[FrictionPrimitive]:
-        """What rolling resists: the angle of the wheel from the other body."""
+        """Rolling resistance on the angle of the wheel from the other body."""
         if self.resistance is None:
             return []
         arm = at[f"{self.name}.resistance"]
@@ -175,7 +175,7 @@ class Rolling(StrikingJoint):
         return [FrictionPrimitive("couple", turning, 0, [arm, arm, 0.0, 0.0, 0.0, 0.0])]
 
     def turn_row(self, at: Numbers, pose: PoseReader) -> TurnRow:
-        """As of a rack and pinion on a line, as of a gear pair on a wheel."""
+        """Count of whole revolutions: of a rack and pinion on a line, of a gear pair on a wheel."""
         counted = turns_of_wheels if self.meshes else turns_on_line
         return counted(self, at, pose)
 

@@ -23,7 +23,9 @@ FORCES = {"fx": "force", "fy": "force", "force": "force"}
 
 
 class LoadSummary(Protocol):
-    """What a load reads to write its line: its numbers and laws at an instant, as text."""
+    """Interface through which a load writes its line: its numbers and laws at an instant, as
+    text.
+    """
 
     def value(self, load: Load, field: str) -> str:
         """Value of a law."""
@@ -108,7 +110,7 @@ class Load(Element):
         return ""
 
     def wrenches(self, i: Any, j: Any, t: float, law: Any) -> tuple[Any, Any]:
-        """What it does, as a book writes it, for the dense oracle of `crosscheck`, of a load that
+        """Wrenches as a textbook writes them, for the dense oracle of `crosscheck`, of a load that
         the oracle does not know.
 
         Parameters

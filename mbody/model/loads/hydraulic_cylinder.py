@@ -148,7 +148,7 @@ class HydraulicCylinder(BetweenPlaces):
         return (*pressures, *energies)
 
     def _gain(self, chamber: str) -> str:
-        """What flows into a chamber beyond the room that its piston makes."""
+        """Flow into a chamber less the volume that its piston makes, as a formula."""
         if chamber == "a":
             flow = f"{INTO}*{_orifice('supply', A)} + {OUT}*{_orifice(A, 'tank')}"
             return f"(flow*({flow}) - {AREA_A}*rate - {self._relieved('a')})"

@@ -105,7 +105,7 @@ class InductionMotor(Turning):
         if self.starting_current is not None:
             square = f"({self._slip}*{self._slip} + breakdown_slip*breakdown_slip)"
             part = f"sqrt((1 + breakdown_slip*breakdown_slip)/{square})"
-            current = f"starting_current*abs({self._slip})*{part}*{self._part}"
+            current = f"starting_current*abs({self._slip})*{part}*{self._torque_fraction}"
             found["current"] = (current, "current")
         return found
 
@@ -114,8 +114,8 @@ class InductionMotor(Turning):
         return "(1 - ratio*rate/synchronous)"
 
     @property
-    def _part(self) -> str:
-        """What it has of torque and current: all in delta, a third in star."""
+    def _torque_fraction(self) -> str:
+        """Fraction of torque and current, as a formula: 1 in delta, 1/3 in star."""
         if self.star_until is not None:
             return f"({STAR} + (1 - {STAR})*step(t - star_until))"
         if self.star_below is not None:
@@ -126,6 +126,6 @@ class InductionMotor(Turning):
         """A torque by Kloss's curve, without a division by the slip."""
         s = self._slip
         kloss = f"2*breakdown_torque*breakdown_slip*{s}/({s}*{s} + breakdown_slip*breakdown_slip)"
-        text = f"ratio*sign(synchronous)*{kloss}*{self._part}"
+        text = f"ratio*sign(synchronous)*{kloss}*{self._torque_fraction}"
         torque = signal_of(equation(text, self.name))
         return [ForcePrimitive("torque", self.by, self.body, [], (torque,))]

@@ -111,7 +111,7 @@ class TorsionDamper(Turning):
 
 @inline
 def turn(i, j, p):
-    """What the law takes: θ_j − θ_i − θ₀, or the rate ω_j − ω_i where p₁ = 1."""
+    """Argument of the law: θ_j − θ_i − θ₀, or the rate ω_j − ω_i where p₁ = 1."""
     rate = p[1]
     return (1.0 - rate) * (j[2] - i[2] - p[0]) + rate * (j[7] - i[7]), None
 

@@ -120,7 +120,7 @@ class Tyre(BetweenPlaces):
         return (OwnState(f"{self.name}.slip", rate, "number", self.start, f"{self.name}.start"),)
 
     def outputs(self) -> dict[str, tuple[str, str]]:
-        """What presses."""
+        """Outputs of the load: the wheel load."""
         return {"load": (LOAD, "force")}
 
     def actions(self, at: Numbers) -> list[ForcePrimitive]:
