@@ -40,7 +40,7 @@ from mbody.kernels.layout import PER_PRIMITIVE, Layout, Work, stand_ins
 from mbody.kernels.motion_duals import NEXT_LENGTH, T_NOW, FreeDuals, free_duals
 from mbody.kernels.step_state import DONE
 from mbody.kernels.tableaus import order_8
-from mbody.model.contact import Spot
+from mbody.model.contact import ContactCandidate
 from mbody.model.element import Numbers
 from mbody.solution.measures import valued
 from mbody.solution.solution import IntegrationSettings, Solution
@@ -336,19 +336,19 @@ class GuardDuals:
         self.numbers = numbers
         at: Any = numbers
         static = {name: one.coefficients(at)[1] for name, one in contacts.items()}
-        #: Of every touch its static friction.
-        self.static = [static[touch.name] for touch in uni.touches]
+        #: Of every contact point its static friction.
+        self.static = [static[point.name] for point in uni.contact_points]
 
     def value(self, guard: Guard | JumpGuard, stretch: ModeStretch, now: DualInstant) -> Any:
         """The value of a guard, a dual number; None of one that has no derivatives here."""
         if isinstance(guard, JumpGuard):
             return now.formula[guard.number]
-        touches = self.uni.touches
+        points = self.uni.contact_points
         if guard.kind == "close":
-            found = touches[guard.number].spot.sign * now.value[touches[guard.number].normal]
+            found = points[guard.number].candidate.sign * now.value[points[guard.number].normal]
             return None if self.behind(guard, now) else found
         if guard.kind == "lock":
-            return touches[guard.number].spot.sign * now.rate[touches[guard.number].normal]
+            return points[guard.number].candidate.sign * now.rate[points[guard.number].normal]
         if guard.kind == "open":
             return self._pressing(now.record, guard.number)
         if guard.kind in ("edge", "enter"):
@@ -357,20 +357,20 @@ class GuardDuals:
         if guard.kind == "stop":
             row, mode = self._sliding(stretch, guard.number)
             return SLIP_SIGNS[mode] * now.rate[row]
-        if guard.kind == "slip" and guard.number < len(touches):
+        if guard.kind == "slip" and guard.number < len(points):
             group = stretch.groups.get(guard.number, [guard.number])
             most = sum(self.static[k] * self._pressing(now.record, k) for k in group)
-            return most - abs(self._multiplier(now.record, touches[guard.number].tangent))
+            return most - abs(self._multiplier(now.record, points[guard.number].tangent))
         if guard.kind == "slip":
-            return self._reserve(guard.number - len(touches), now)
+            return self._reserve(guard.number - len(points), now)
         return None
 
     def behind(self, guard: Guard | JumpGuard, now: DualInstant) -> bool:
         """Whether what has no gap to close only passes an end of the edge that it is behind."""
         if guard.kind != "close":
             return False
-        touch = self.uni.touches[guard.number]
-        gap = float(touch.spot.sign * value(now.value)[touch.normal])
+        point = self.uni.contact_points[guard.number]
+        gap = float(point.candidate.sign * value(now.value)[point.normal])
         return gap < -CONTACT_GAP_NONE * self.system.length
 
     def kind_of(self, guard: Guard | JumpGuard) -> bool:
@@ -378,20 +378,20 @@ class GuardDuals:
         return guard.kind in ("open", "slip", "share", "paradox")
 
     @functools.cached_property
-    def _spots(self) -> list[Spot]:
-        """Of every touch where it is, by the numbers."""
+    def _candidates(self) -> list[ContactCandidate]:
+        """Of every contact point where it is, by the numbers."""
         machine = self.system.mechanism
         at = Numbers(dict(self.numbers), polar_points(machine), machine.bodies)
-        return [spot for contact in machine.contacts for spot in contact.spots(at)]
+        return [candidate for contact in machine.contacts for candidate in contact.candidates(at)]
 
     def _along(self, number: int, now: DualInstant) -> Any:
-        """How far a touch is from the nearer end of its edge, within it; None of arcs."""
-        spot = self._spots[number]
-        if spot.edge is None or spot.arcs:
+        """How far a contact point is from the nearer end of its edge, within it; None of arcs."""
+        candidate = self._candidates[number]
+        if candidate.edge is None or candidate.arcs:
             return None
-        (ax, ay), (ux, uy), length = spot.edge
+        (ax, ay), (ux, uy), length = candidate.edge
         (xi, yi, ti), (xj, yj, tj) = (self._pose(body, now) for body in self.uni.bodies[number])
-        jx, jy = spot.arm
+        jx, jy = candidate.arm
         px = xj + np.cos(tj) * jx - np.sin(tj) * jy - xi
         py = yj + np.sin(tj) * jx + np.cos(tj) * jy - yi
         x, y = np.cos(ti) * px + np.sin(ti) * py - ax, np.cos(ti) * py - np.sin(ti) * px - ay
@@ -405,11 +405,11 @@ class GuardDuals:
         return now.y[3 * body], now.y[3 * body + 1], now.y[3 * body + 2]
 
     def _sliding(self, stretch: ModeStretch, number: int) -> tuple[int, str]:
-        touches = self.uni.touches
-        if number < len(touches):
-            return touches[number].tangent, stretch.modes[number]
-        return self.uni.friction_joints[number - len(touches)].tangent, stretch.pairs[
-            number - len(touches)
+        points = self.uni.contact_points
+        if number < len(points):
+            return points[number].tangent, stretch.modes[number]
+        return self.uni.friction_joints[number - len(points)].tangent, stretch.pairs[
+            number - len(points)
         ]
 
     def _multiplier(self, record: DualNumber, row: int) -> DualNumber:
@@ -417,8 +417,8 @@ class GuardDuals:
         return record[3 * self.system.coordinates + PER_PRIMITIVE * e]
 
     def _pressing(self, record: DualNumber, number: int) -> Any:
-        touch = self.uni.touches[number]
-        return -touch.spot.sign * self._multiplier(record, touch.normal)
+        point = self.uni.contact_points[number]
+        return -point.candidate.sign * self._multiplier(record, point.normal)
 
     def _reserve(self, m: int, now: DualInstant) -> Any:
         """How much more friction a frictional joint that sticks could have: of the nearer
@@ -610,12 +610,12 @@ class ImpactDuals:
         self.uni, self.mass = uni, mass
         at: Any = numbers
         contacts = {one.name: one for one in uni.system.mechanism.contacts}
-        self.friction = [contacts[one.name].coefficients(at)[0] for one in uni.touches]
-        self.restitution = [contacts[one.name].restitution_of(at) for one in uni.touches]
+        self.friction = [contacts[one.name].coefficients(at)[0] for one in uni.contact_points]
+        self.restitution = [contacts[one.name].restitution_of(at) for one in uni.contact_points]
 
     def velocities(self, now: DualInstant, closed: tuple[int, ...]) -> DualNumber | None:
-        """Velocities (coordinates,) after an impact of closed touches at an instant; None where
-        which of them take part is at its limit.
+        """Velocities (coordinates,) after an impact of closed contact points at an instant; None
+        where which of them take part is at its limit.
         """
         n = self.uni.system.coordinates
         supports: list[Array] = []
@@ -670,16 +670,16 @@ class ImpactDuals:
         )
         W, rates = np.zeros((2 * m, n), dtype=block.dtype), np.zeros(2 * m, dtype=block.dtype)
         for place, number in enumerate(closed):
-            touch = uni.touches[number]
-            W[place] = touch.spot.sign * block[touch.normal]
-            rates[place] = touch.spot.sign * rate[touch.normal]
-            if touch.tangent >= 0:
-                W[m + place], rates[m + place] = block[touch.tangent], rate[touch.tangent]
+            point = uni.contact_points[number]
+            W[place] = point.candidate.sign * block[point.normal]
+            rates[place] = point.candidate.sign * rate[point.normal]
+            if point.tangent >= 0:
+                W[m + place], rates[m + place] = block[point.tangent], rate[point.tangent]
         Y = self._responses(joints, mass[:n], W)
         friction = _with_all([self.friction[one] for one in closed], k)
         restitution = _with_all([self.restitution[one] for one in closed], k)
         contacts = ClosedContacts(W @ Y, friction, np.where(friction.real > 0.0, 0.0, 1.0))
-        newton = np.array([uni.touches[one].law == "newton" for one in closed])
+        newton = np.array([uni.contact_points[one].law == "newton" for one in closed])
         impulse = impact_impulses(contacts, rates, restitution, newton, solve=solve)
         if impulse is None:
             return None
@@ -743,18 +743,18 @@ def anchored(
     parameters.
     """
     anchor, phases = 0.0 * tangents.anchor, tangents.phases.copy()
-    for n, touch in enumerate(uni.touches):
-        if uni.one_way[n] and stretch.on[touch.normal]:
-            anchor[touch.normal] = now.value[touch.normal].tangents / uni.unit_of(n)
-        if touch.tangent < 0 or not stretch.on[touch.tangent]:
+    for n, point in enumerate(uni.contact_points):
+        if uni.one_way[n] and stretch.on[point.normal]:
+            anchor[point.normal] = now.value[point.normal].tangents / uni.unit_of(n)
+        if point.tangent < 0 or not stretch.on[point.tangent]:
             continue
-        if touch.spot.solid == "circle":
-            e = int(uni.layout.switched[touch.tangent])
+        if point.candidate.solid == "circle":
+            e = int(uni.layout.switched[point.tangent])
             row = int(uni.layout.primitive_par[e])
             place = uni.phase_rows.index(row + 6)
             phases[place] = now.par[row + 6].tangents + _turned(uni, n, row, now)
         else:
-            anchor[touch.tangent] = now.value[touch.tangent].tangents
+            anchor[point.tangent] = now.value[point.tangent].tangents
     for pair in uni.friction_joints:
         if stretch.on[pair.tangent]:
             anchor[pair.tangent] = now.value[pair.tangent].tangents
@@ -762,7 +762,7 @@ def anchored(
 
 
 def _turned(uni: Unilateral, n: int, row: int, now: DualInstant) -> Array:
-    """Tangents of the angle by which the row along touch n, of two circles, is turned."""
+    """Tangents of the angle by which the row along contact point n, of two circles, is turned."""
     found = []
     for b, k in zip(uni.bodies[n], (0, 2), strict=True):
         x, y, angle = _pose(uni, b, now)

@@ -269,9 +269,9 @@ class ModeStretch:
         Rows that are on, where sticking began, phases of the rows along two circles, directions of
         sliding.
     modes, pairs : tuples of str
-        Of touches and of frictional joints.
+        Of contact points and of frictional joints.
     groups : dict
-        Touches that stick by the row of one of them, by that one.
+        Contact points that stick by the row of one of them, by that one.
     inputs : dict
         Inputs that keep their values.
     end : float

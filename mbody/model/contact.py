@@ -79,8 +79,8 @@ def _arm_end(
 
 # -- Pairs of a point or circle with a straight line or another circle -------------------------
 #
-# Each such spot has a normal row, the gap up to its direction, and a row along it, whose rate is
-# the sliding velocity; both are of the kinds of physics that joints have:
+# Each such contact candidate has a normal row, the gap up to its direction, and a row along it,
+# whose rate is the sliding velocity; both are of the kinds of physics that joints have:
 #
 # * a circle of radius r on a line, r = 0 of a point: n_i · d − r and u_i · d + r (θ_j − θ_i);
 # * two circles of signed radii: their `clearance` |d| − (r_i + r_j) and `slipping`, the row of a
@@ -89,18 +89,18 @@ def _arm_end(
 #: A shape with its dotted name, such as "wheel.rim".
 Side: TypeAlias = "tuple[str, Shape]"
 #: A circle or corner.
-Touching: TypeAlias = "Disc | Ring | Vertex | ArcEnd"
+CircleShape: TypeAlias = "Disc | Ring | Vertex | ArcEnd"
 #: The same with the dotted name of its shape.
-Round: TypeAlias = "tuple[str, Touching]"
-#: What makes a spot of numbers.
-MakeSpot: TypeAlias = "Callable[[Numbers], Spot]"
+Round: TypeAlias = "tuple[str, CircleShape]"
+#: What makes a contact candidate of numbers.
+MakeCandidate: TypeAlias = "Callable[[Numbers], ContactCandidate]"
 #: What has no radius.
 CORNERS = (Vertex, ArcEnd)
 
 
 @dataclass(frozen=True)
 class Arc:
-    """How far a circle of a spot goes round.
+    """How far a circle of a contact candidate goes round.
 
     Attributes
     ----------
@@ -123,7 +123,7 @@ class Arc:
 
 
 @dataclass(frozen=True)
-class Spot:
+class ContactCandidate:
     """One place where two bodies may touch.
 
     Attributes
@@ -169,7 +169,7 @@ class Spot:
         return bool(self.arcs) or (self.edge is not None and bool(np.isfinite(self.edge[2])))
 
     @classmethod
-    def taut(cls, bodies: tuple[str, str], arms: list[Any], length: Any) -> Spot:
+    def taut(cls, bodies: tuple[str, str], arms: list[Any], length: Any) -> ContactCandidate:
         """That of a rope."""
         law = Signal(Constant(0.0), [length])
         row = ConstraintPrimitive("clearance", *bodies, "l", arms, law, switched=True)
@@ -178,19 +178,19 @@ class Spot:
     @classmethod
     def row(
         cls, normal: ConstraintPrimitive, sign: float, tangent: ConstraintPrimitive | None = None
-    ) -> Spot:
+    ) -> ContactCandidate:
         """That of a row, `sign` times which is the gap: of a stop, or of a one-sided joint."""
         return cls(normal, tangent, sign, False, None, (0.0, 0.0), False, "row")
 
     @classmethod
-    def one_way(cls, normal: ConstraintPrimitive, sign: float) -> Spot:
+    def one_way(cls, normal: ConstraintPrimitive, sign: float) -> ContactCandidate:
         """That of a freewheel: `sign` times the rate of the row is not negative."""
         return cls(normal, None, sign, False, None, (0.0, 0.0), False, "one way")
 
 
-def contact_spots(i: Side, j: Side) -> list[MakeSpot]:
-    """The spots of two shapes; none where they cannot touch."""
-    found: list[MakeSpot] = []
+def contact_candidates(i: Side, j: Side) -> list[MakeCandidate]:
+    """The contact candidates of two shapes; none where they cannot touch."""
+    found: list[MakeCandidate] = []
     for swapped, (edged, other) in enumerate(((i, j), (j, i))):
         for edge in range(_edges(edged[1])):
             for one in _rounds(other[1]):
@@ -211,7 +211,7 @@ def _edges(shape: Shape) -> int:
     return int(isinstance(shape, Line | Segment))
 
 
-def _rounds(shape: Shape) -> Iterator[Touching]:
+def _rounds(shape: Shape) -> Iterator[CircleShape]:
     """The circles and corners of a shape."""
     if isinstance(shape, Disc | Ring | Vertex):
         yield shape
@@ -280,7 +280,7 @@ def _edge(at: Numbers, side: Side, number: int) -> tuple[tuple[Any, Any], tuple[
     return a, (dx / length, dy / length), length
 
 
-def _on_edge(edged: Side, edge: int, one: Round, swapped: bool, at: Numbers) -> Spot:
+def _on_edge(edged: Side, edge: int, one: Round, swapped: bool, at: Numbers) -> ContactCandidate:
     """A circle or corner on a straight edge."""
     (ix, iy), (ux, uy), length = _edge(at, edged, edge)
     arm, radius = _circle(at, one)
@@ -294,10 +294,10 @@ def _on_edge(edged: Side, edge: int, one: Round, swapped: bool, at: Numbers) -> 
     solid = type(edged[1]).__name__.lower()
     begin = (ix, iy), (ux, uy), length
     arcs = _arcs(at, one, True, None)
-    return Spot(normal, tangent, 1.0, swapped, begin, arm, turning, solid, radius, arcs)
+    return ContactCandidate(normal, tangent, 1.0, swapped, begin, arm, turning, solid, radius, arcs)
 
 
-def _on_circle(i: Round, j: Round, at: Numbers) -> Spot:
+def _on_circle(i: Round, j: Round, at: Numbers) -> ContactCandidate:
     """Two circles, one of which may be a corner or a ring."""
     (arm_i, ri), (arm_j, rj) = _circle(at, i), _circle(at, j)
     inside = isinstance(i[1], Ring) or isinstance(j[1], Ring)
@@ -317,7 +317,9 @@ def _on_circle(i: Round, j: Round, at: Numbers) -> Spot:
     arcs = _arcs(at, i, False, here) + _arcs(at, j, True, there)
     # what goes through an arc, which is thin, to its other side
     edge_radius = np.abs(rj if arcs[0].second is False else ri) if len(arcs) == 1 else 0.0
-    return Spot(normal, tangent, sign, False, None, arm_j, True, "circle", edge_radius, arcs)
+    return ContactCandidate(
+        normal, tangent, sign, False, None, arm_j, True, "circle", edge_radius, arcs
+    )
 
 
 # -- The base of contacts, ropes, stops and freewheels: what holds in one direction only -----------
@@ -361,47 +363,47 @@ class OneSided(Constraint):
         """The name of the element that was described: of what a joint brings the joint."""
         return self.name
 
-    def every_spot(self, at: Numbers) -> list[Spot]:
+    def every_candidate(self, at: Numbers) -> list[ContactCandidate]:
         """Where it may act, with the rows of each."""
         raise NotImplementedError
 
-    def spots(self, at: Numbers) -> list[Spot]:
+    def candidates(self, at: Numbers) -> list[ContactCandidate]:
         """Where it may act, or does where it is closed."""
-        every = self.every_spot(at)
+        every = self.every_candidate(at)
         return [every[n] for n in self.closed] if self.closed else every
 
     def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
-        """The normal row of every spot, off at first; of what is closed rows that are always on, of
-        what rolls those along it, too.
+        """The normal row of every contact candidate, off at first; of what is closed rows that are
+        always on, of what rolls those along it, too.
         """
-        spots = self.spots(at)
+        candidates = self.candidates(at)
         if not self.closed:
-            return [spot.normal for spot in spots]
-        across = [replace(spot.normal, switched=False) for spot in spots]
+            return [candidate.normal for candidate in candidates]
+        across = [replace(candidate.normal, switched=False) for candidate in candidates]
         if not self.rolls:
             return across
         i, j = self.bodies
         x, y, angle, *other = self.rolls_from
         poses = {i: (x, y, angle), j: (other[0], other[1], other[2])}
-        along = [rolling_from(s.tangent, at, poses) for s in spots if s.tangent is not None]
+        along = [rolling_from(s.tangent, at, poses) for s in candidates if s.tangent is not None]
         return [*across, *along]
 
     def frictions(self, at: Numbers) -> list[FrictionPrimitive]:
-        """The friction of every spot, by the row along it; none of what rolls."""
+        """The friction of every contact candidate, by the row along it; none of what rolls."""
         if self.rolls:
             return []
         mu, static = self.coefficients(at)
 
-        def one_way(spot: Spot) -> float:
+        def one_way(candidate: ContactCandidate) -> float:
             # where it may open, the decision sees to it that it does not pull
-            return spot.sign if self.closed else 0.0
+            return candidate.sign if self.closed else 0.0
 
         return [
             FrictionPrimitive(
-                "pressed", spot.tangent, n, [mu, static, 0.0, 0.0, one_way(spot), 0.0]
+                "pressed", candidate.tangent, n, [mu, static, 0.0, 0.0, one_way(candidate), 0.0]
             )
-            for n, spot in enumerate(self.spots(at))
-            if spot.tangent is not None
+            for n, candidate in enumerate(self.candidates(at))
+            if candidate.tangent is not None
         ]
 
     def points(self) -> set[str]:
@@ -557,7 +559,7 @@ class Contact(OneSided):
             self, shapes=tuple(_shape(self.name, known, one) for one in (self.i, self.j))
         )
         i, j = made.shapes
-        if not contact_spots((made.i, i), (made.j, j)):
+        if not contact_candidates((made.i, i), (made.j, j)):
             raise ModelError(
                 f"'{self.name}': a {_named(i)} and a {_named(j)} do not touch: points and discs "
                 "touch lines, segments, polygons and discs, and rings from within; of segments and "
@@ -571,10 +573,10 @@ class Contact(OneSided):
         pairs = zip(self.bodies, self.shapes, strict=True)
         return {f"{body}.{point}" for body, shape in pairs for point in points_of(shape)}
 
-    def every_spot(self, at: Numbers) -> list[Spot]:
+    def every_candidate(self, at: Numbers) -> list[ContactCandidate]:
         """Each point with each line, and each two circles."""
         sides = zip((self.i, self.j), self.shapes, strict=True)
-        return [make(at) for make in contact_spots(*sides)]
+        return [make(at) for make in contact_candidates(*sides)]
 
     def overlapping(
         self, depth: float, place: tuple[float, float], values: Mapping[str, Any], units: UnitSystem
@@ -746,10 +748,10 @@ class Rope(OneSided):
         """None that must not vanish: a slack rope's ends may meet."""
         return ()
 
-    def every_spot(self, at: Numbers) -> list[Spot]:
+    def every_candidate(self, at: Numbers) -> list[ContactCandidate]:
         """The one distance."""
         arms = [*at.arm(self, "i"), *at.arm(self, "j")]
-        return [Spot.taut(self.bodies, arms, at[f"{self.name}.length"])]
+        return [ContactCandidate.taut(self.bodies, arms, at[f"{self.name}.length"])]
 
     def overlapping(
         self, depth: float, place: tuple[float, float], values: Mapping[str, Any], units: UnitSystem

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from mbody.errors import ModelError
 from mbody.laws import Constant
 from mbody.model.closed_mechanism import with_others
-from mbody.model.contact import OneSided, Spot
+from mbody.model.contact import ContactCandidate, OneSided
 from mbody.model.element import Marker
 from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
@@ -66,9 +66,9 @@ class JointContact(OneSided):
         mu = at[f"{joint.name}.friction"]
         return mu, mu if joint.static is None else at[f"{joint.name}.static"]  # type: ignore[return-value]  # one design
 
-    def every_spot(self, at: Numbers) -> list[Spot]:
+    def every_candidate(self, at: Numbers) -> list[ContactCandidate]:
         """The flanks of the joint."""
-        return [_spot(flank) for flank in self.joint.flanks(at)]
+        return [_candidate(flank) for flank in self.joint.flanks(at)]
 
     def overlapping(
         self, depth: float, place: tuple[float, float], values: Mapping[str, Any], units: UnitSystem
@@ -112,11 +112,11 @@ class JointLimit(JointContact):
         """Quantities of a contact; the normal reaction of a revolute joint's limit is a torque."""
         return super().quantities() | ({"contact": "torque"} if self._angular else {})
 
-    def every_spot(self, at: Numbers) -> list[Spot]:
+    def every_candidate(self, at: Numbers) -> list[ContactCandidate]:
         """The free coordinate of the joint, less the limit."""
         limit = Signal(Constant(0.0), [at[f"{self.joint.name}.limits.{self.end}"]])
         row = replace(self.joint.free_row(at), signal=limit)
-        return [Spot.row(row, 1.0 if self.end == "low" else -1.0)]
+        return [ContactCandidate.row(row, 1.0 if self.end == "low" else -1.0)]
 
     @property
     def described_as(self) -> str:
@@ -137,9 +137,9 @@ class JointLimit(JointContact):
         )
 
 
-def _spot(flank: Any) -> Spot:
+def _candidate(flank: Any) -> ContactCandidate:
     """A flank as a place where two bodies may touch."""
-    found = Spot.row(flank.normal, flank.sign, flank.tangent)
+    found = ContactCandidate.row(flank.normal, flank.sign, flank.tangent)
     kind = "" if flank.tangent is None else flank.tangent.kind
     if kind == "slipping":
         return replace(found, round=True, solid="circle")

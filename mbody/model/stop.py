@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from mbody.errors import ModelError, brief
 from mbody.laws import MeasuredFormula, compile_measured
-from mbody.model.contact import OneSided, Spot, refuse_coefficients, restitutions
+from mbody.model.contact import ContactCandidate, OneSided, refuse_coefficients, restitutions
 from mbody.model.element import InheritedPlace, number_field, place_field, two_bodies
 from mbody.model.primitives import ConstraintPrimitive
 from mbody.quantities import Formula, FormulaError, Scope, evaluate, read
@@ -167,12 +167,12 @@ class Stop(OneSided):
         row = "l" if dimension is None else kinds[dimension]
         return replace(self, gap=law, row=row), made
 
-    def every_spot(self, at: Numbers) -> list[Spot]:
+    def every_candidate(self, at: Numbers) -> list[ContactCandidate]:
         """The one coordinate."""
         row = ConstraintPrimitive(
             "formula", "ground", "ground", self.row, [], at.law(self, "gap"), switched=True
         )
-        return [Spot.row(row, 1.0)]
+        return [ContactCandidate.row(row, 1.0)]
 
     def restitution_of(self, at: Numbers) -> float:
         """Restitution, from 0 to 1."""
@@ -258,10 +258,10 @@ class Freewheel(OneSided):
         """Quantities of a contact; the normal reaction is a torque."""
         return super().quantities() | {"contact": "torque"}
 
-    def every_spot(self, at: Numbers) -> list[Spot]:
+    def every_candidate(self, at: Numbers) -> list[ContactCandidate]:
         """The angle between the bodies, from where it holds."""
         row = ConstraintPrimitive("angle", *self.bodies, "a", [0.0], switched=True)
-        return [Spot.one_way(row, -1.0 if self.clockwise else 1.0)]
+        return [ContactCandidate.one_way(row, -1.0 if self.clockwise else 1.0)]
 
     def overlapping(
         self, depth: float, place: tuple[float, float], values: Mapping[str, Any], units: UnitSystem

@@ -85,11 +85,11 @@ def contact_wrench(
     fx: Any = 0.0
     fy: Any = 0.0
     torque: Any = 0.0
-    spots = contact.spots(solution.system.numbers)
+    candidates = contact.candidates(solution.system.numbers)
     for n, e in enumerate(solution.system.primitives_of[contact.name]):
-        spot = spots[n % len(spots)]
+        candidate = candidates[n % len(candidates)]
         x, y, turning = (forces(e, k) for k in (2, 3, 4))
-        second = i if spot.swapped else j
+        second = i if candidate.swapped else j
         at = solution[second]
         px, py = _arm_of_torque(contact, solution, at)
         sign = 1.0 if second == body else -1.0
@@ -180,13 +180,13 @@ def pressing_forces(
     """
     forces = solution.primitive_history if forces is None else forces
     found = []
-    spots = contact.spots(solution.system.numbers)
-    for spot, e in zip(spots, solution.system.primitives_of[contact.name], strict=False):
+    candidates = contact.candidates(solution.system.numbers)
+    for candidate, e in zip(candidates, solution.system.primitives_of[contact.name], strict=False):
         if type(contact) is JointContact:
             # a row of a cam has not the gradient one
             found.append(np.hypot(forces(e, 2), forces(e, 3)))
         else:
-            found.append(-spot.sign * forces(e, 0))
+            found.append(-candidate.sign * forces(e, 0))
     return found
 
 

@@ -99,8 +99,8 @@ class ContactLimits:
         for contact in self.system.mechanism.contacts:
             if contact.closed:
                 own = self.system.primitives_of[contact.name]
-                for spot, e in zip(contact.spots(at), own, strict=False):
-                    found.append(self._pressing(e, spot.sign))
+                for candidate, e in zip(contact.candidates(at), own, strict=False):
+                    found.append(self._pressing(e, candidate.sign))
         return found
 
     def _limits(self) -> list[Array]:

@@ -96,21 +96,21 @@ class ModalState:
     Attributes
     ----------
     modes, pairs : tuples of str
-        Of the touches and of the frictional joints.
+        Of the contact points and of the frictional joints.
     on, anchor : tuples of float
         Of the rows that can be on or off, whether they are and where sticking began.
     phases : tuple of float
-        Of the rows along touches of two circles.
+        Of the rows along contact points of two circles.
     groups : tuple of tuples of int
-        Touches that stick by the row of the first of them.
+        Contact points that stick by the row of the first of them.
     shared : tuple of tuples of int
         Those of `mbody.analysis.dynamics.contact_decision`; empty where there are none.
     closed, beyond : tuples of int
-        Touches.
+        Contact points.
     fresh : tuple of (str, int, float)
         Guards that begin at zero.
     struck : tuple of (int, float)
-        When touches were struck last.
+        When contact points were struck last.
     page : tuple of float
         What is kept of that instant, with which guards begin.
     lost : tuple of float

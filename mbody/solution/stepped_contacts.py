@@ -16,7 +16,7 @@ Array = np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
-class Touching:
+class ClosedPoints:
     """Places that touch at one instant, as arrays (places,).
 
     Attributes
@@ -103,14 +103,14 @@ class SteppedContacts:
             residuals=self.residuals[:, index],
         )
 
-    def touching(self, instant: int, name: str | None = None) -> Touching:
+    def touching(self, instant: int, name: str | None = None) -> ClosedPoints:
         """Contact points at an instant, by its number, of one contact or group or of all."""
         rows = np.arange(self.first[instant], self.first[instant + 1])
         if name is not None:
             rows = rows[self.which[rows, 0] == self._number(name)]
         law, i, j = self.which[rows].T
         columns = list(self.numbers[rows].T)
-        return Touching(
+        return ClosedPoints(
             [self.shapes[k] if k >= 0 else self.laws[n] for k, n in zip(i, law, strict=True)],
             [self.shapes[k] if k >= 0 else self.laws[n] for k, n in zip(j, law, strict=True)],
             *columns,

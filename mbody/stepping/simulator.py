@@ -214,11 +214,11 @@ def _led(
         np.zeros(len(places)),
     )
     for n in range(1, count + 1):
-        spots = [
+        candidates = [
             Prescribed(one.body, one.key, one.value if n == count else start + n / count * change)
             for one, start, change in zip(places, starts, changes, strict=True)
         ]
-        found = fitted_places(system, work, spots, np.append(q, ground))
+        found = fitted_places(system, work, candidates, np.append(q, ground))
         if found is None:
             shown = ", ".join(one.with_value(system, one.value) for one in places[:NAMED])
             unit = system.mechanism.units.time

@@ -74,22 +74,22 @@ class ContactModes:
     Attributes
     ----------
     modes, pairs : tuples of str
-        Of the touches and of the frictional joints.
+        Of the contact points and of the frictional joints.
     first : dict
         Mode of every contact and frictional joint when the motion began, by name.
     rows : tuple of arrays
         Which rows are on, with what depends on it, their anchors, slip signs of sliding, and the
         numbers of the rows, among which are the phases of circles that stick.
     groups : dict
-        Touches that stick by one row.
+        Contact points that stick by one row.
     shared : SharedForces or None
         What sticks with forces that no equation decides.
     struck : dict
-        When touches were struck last.
+        When contact points were struck last.
     beyond : frozenset
-        Open touches that have left their edge.
+        Open contact points that have left their edge.
     closed : frozenset
-        Touches that are closed.
+        Contact points that are closed.
     guards : tuple of Guard
         What is watched.
     fresh : dict
@@ -629,7 +629,7 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
         self.first_modes = self.named_modes()
 
     def _open_all(self) -> None:
-        """Nothing touches, and no joint sticks."""
+        """Nothing contact points, and no joint sticks."""
         self.modes, self.pairs = ["open"] * len(self.modes), ["slip+"] * len(self.pairs)
         self.groups, self.struck, self.fresh, self.beyond = {}, {}, {}, set()
         self.shared = None

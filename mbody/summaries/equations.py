@@ -351,12 +351,12 @@ class _UnknownColumns:
         where it rolls.
         """
         exerted, lam = self._multipliers(contact.name)
-        spots = contact.spots(self.system.numbers)
+        candidates = contact.candidates(self.system.numbers)
         unit, found = self.unit(contact.quantities()["contact"]), list[_Unknown]()
         for n, (column, force) in enumerate(zip(exerted.T, lam, strict=True)):
-            across, place = n < len(spots), n % len(spots)
-            sign = -spots[place].sign if across else 1.0
-            number = str(place + 1) if len(spots) > 1 else ""
+            across, place = n < len(candidates), n % len(candidates)
+            sign = -candidates[place].sign if across else 1.0
+            number = str(place + 1) if len(candidates) > 1 else ""
             name = f"{'N' if across else 'T'}{number},{contact.name}"
             where = f" at its place {number}" if number else ""
             what = "pressing force" if across else "force along"

@@ -272,8 +272,9 @@ def sums_of(
 # -- Elimination without the fill of inactive rows ---------------------------------------------
 #
 # Rows of contacts that are open are rows of an identity: they have no blocks beside the diagonal,
-# and elimination works on zeros there. Of many spots where bodies may touch few do, and most of the
-# work is on zeros. The lists of `mbody.kernels.schur_ldl` without them give the same numbers.
+# and elimination works on zeros there. Of many contact candidates where bodies may touch few do,
+# and most of the work is on zeros. The lists of `mbody.kernels.schur_ldl` without them give the
+# same numbers.
 
 Array = np.ndarray
 

@@ -11,9 +11,9 @@ import numpy as np
 from mbody.core.tolerances import CONTACT_GAP_CLOSED_RESULT, PRINTED_NONE_FINE, TINY
 from mbody.model.contact import Rope
 from mbody.model.joints import Joint, Prismatic, Revolute
+from mbody.solution.contact_points import ContactPointHistory, contact_points_at, contact_points_of
 from mbody.solution.histories import place as end_place
 from mbody.solution.measures import measured
-from mbody.solution.touch_places import TouchPlace, touches_at, touches_of
 from mbody.views.frame import MODES, mark, nice
 from mbody.views.labels import symbolic
 from mbody.views.pose import Carrier, between, heading, on
@@ -54,7 +54,9 @@ def contact_symbol(element: Any, sketch: Sketch, *, forces: bool = False) -> Non
         _lasting(element, sketch)
         return
     pose = sketch.pose
-    for one in touches_at(pose.run, pose.k, element.name) if _decided(pose.run, element) else ():
+    for one in (
+        contact_points_at(pose.run, pose.k, element.name) if _decided(pose.run, element) else ()
+    ):
         if one.mode[0] == "open":
             _gap(sketch, one)
             continue
@@ -68,7 +70,7 @@ def _decided(run: Solution, element: Any) -> bool:
     return element.name in run.modes or run.stepped is not None
 
 
-def _gap(sketch: Sketch, one: TouchPlace) -> None:
+def _gap(sketch: Sketch, one: ContactPointHistory) -> None:
     """Draws a gap: a dashed circle, and a dotted line to the nearest point."""
     gap = float(one.gap[0])
     if not 0.0 < gap < FAR * sketch.pose.system.length:
@@ -86,7 +88,7 @@ def _lasting(element: Any, sketch: Sketch) -> None:
     run = sketch.pose.run
     if not _decided(run, element) or run.stepped is not None:
         return
-    for n, one in enumerate(touches_of(run, element)):
+    for n, one in enumerate(contact_points_of(run, element)):
         if not one.closed.any() or one.axes is None or _many(run):
             continue
         k, carrier = int(np.argmax(one.closed)), Carrier(*one.axes)
@@ -103,7 +105,9 @@ def _lasting(element: Any, sketch: Sketch) -> None:
                 _cone_lines(sketch, edges, element.name, "")
 
 
-def _brought(one: TouchPlace, k: int, to: int, origin: Array, u: Array) -> tuple[Array, Array]:
+def _brought(
+    one: ContactPointHistory, k: int, to: int, origin: Array, u: Array
+) -> tuple[Array, Array]:
     """Place and normal of an instant, by their places in the carrier, at another instant."""
 
     def turned(vector: Array, by: Array) -> Array:
@@ -129,7 +133,7 @@ def sign_history(run: Solution, quantity: str) -> Array:
     if kind == "mode":
         here = [word == rest[0] for word in run.mode(name)]
     else:
-        one = touches_of(run, run.mechanism[name])[int(rest[0])]
+        one = contact_points_of(run, run.mechanism[name])[int(rest[0])]
         here = [word == rest[1] or (rest[1] == "closed" and word != "open") for word in one.mode]
     return np.where(here, 1.0, -1.0)
 
@@ -157,10 +161,10 @@ def modes_shown(pose: Pose) -> list[str]:
     run, k = pose.run, pose.k
     names = [one.name for one in run.mechanism.contacts if one.name in run.modes]
     # ropes, stops and flanks of teeth have no marks
-    found = {run.mode(name)[k] for name in names if touches_of(run, run.mechanism[name])}
+    found = {run.mode(name)[k] for name in names if contact_points_of(run, run.mechanism[name])}
     if run.stepped is not None:
         groups = (*run.mechanism.contacts, *run.mechanism.groups)
-        found = {one.mode[0] for group in groups for one in touches_at(run, k, group.name)}
+        found = {one.mode[0] for group in groups for one in contact_points_at(run, k, group.name)}
     frictional = [name for name in (run.modes or run.losses) if name not in names]
     if run.analysis != "statics":
         found |= {"stick" for name in frictional if run.mode(name)[k] == "stick"}
@@ -209,7 +213,7 @@ def contact_forces(pose: Pose) -> list[tuple[str, Array, Array, str, str]]:
     for element in elements:
         if not _decided(run, element):
             continue
-        for one in touches_at(run, pose.k, element.name):
+        for one in contact_points_at(run, pose.k, element.name):
             if one.mode[0] != "open":
                 found.append((element.name, one.place[0], one.force[0], FORCE, one.j))
     return found
@@ -230,19 +234,19 @@ def contact_arrows(run: Solution) -> list[tuple[str, Array, Array]]:
             continue
         found += [
             (element.name, one.place, one.force)
-            for one in touches_of(run, element)
+            for one in contact_points_of(run, element)
             if one.closed.any()
         ]
     return found
 
 
-def _cone_length(sketch: Sketch, one: TouchPlace) -> float:
+def _cone_length(sketch: Sketch, one: ContactPointHistory) -> float:
     """Somewhat longer than the arrow of the force."""
     arrow = sketch.force_scale * float(np.hypot(*one.force[0]))
     return max(arrow + BEYOND * sketch.unit, SHORTEST * sketch.unit)
 
 
-def _cone(sketch: Sketch, one: TouchPlace, k: int, length: float) -> None:
+def _cone(sketch: Sketch, one: ContactPointHistory, k: int, length: float) -> None:
     """The edges of the friction cone at an instant: those of rest where it sticks."""
     rests = one.mode[k] in ("stick", "roll")
     edges = _edges(one.place[k], one.normal[k], one.static if rests else one.friction, length)

@@ -253,9 +253,9 @@ def _(joint: Gear | Rolling | RackPinion, sketch: Sketch) -> None:
         with sketch.carried(on(getattr(joint, side).body)):
             _wheel(sketch, joint, side, radius, ring, toothed)
     if len(circles) == 1:
-        touch, along = pose.reaction_point(joint), pose.direction(joint, "i")
+        point, along = pose.reaction_point(joint), pose.direction(joint, "i")
         u, half = direction(along), 1.7 * greatest
-        start, end = touch - half * u, touch + half * u
+        start, end = point - half * u, point + half * u
         if sketch.lasting:
             start, end = _rolled(sketch, joint, start, end)
         if joint.i.body == "ground" and not toothed:

@@ -192,10 +192,10 @@ def _of_link(
     best, chosen = np.inf, options[0]
     at = np.zeros((len(instants), 2))
     for option in options:
-        spot, normal, cost = option
+        candidate, normal, cost = option
         middles = []
         for k in instants:
-            place = carrier.shown(spot[None], axes, k)[0]
+            place = carrier.shown(candidate[None], axes, k)[0]
             n = carrier.shown(normal[None], axes, k)[0] - axes[0][k]
             middles.append(place + n * (gap * normal.any() + float(half @ np.abs(n))))
         whole = _cost(np.array(middles), half, lines, taken) + cost

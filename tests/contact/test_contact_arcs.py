@@ -10,7 +10,7 @@ import mbody
 from mbody import Body, Contact, Gravity, Mechanism, SimulationSettings
 from mbody.errors import ModelError
 from mbody.files.model import from_toml, to_toml
-from mbody.solution.touch_places import touches_at
+from mbody.solution.contact_points import contact_points_at
 
 G = 9.81
 
@@ -118,7 +118,7 @@ def test_places_of_contact_are_on_the_arc():
     """Where the picture marks them: closed on the arc, none where the circle is cut away."""
     run = bead(QUARTER, {"x": -1.0, "y": 0.0, "angle": 0.0}, 1.0)
     for k, mode in enumerate(run.mode("track")):
-        (one,) = touches_at(run, k, "track")[:1]
+        (one,) = contact_points_at(run, k, "track")[:1]
         assert bool(one.closed[0]) == (mode != "open")
         if mode != "open":
             angle = math.degrees(math.atan2(one.place[0, 1], one.place[0, 0])) % 360.0

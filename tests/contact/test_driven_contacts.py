@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody.solution.touch_places import touches_at
+from mbody.solution.contact_points import contact_points_at
 from tests.support import driven_contacts as models
 
 G = 9.81
@@ -37,7 +37,7 @@ def test_a_box_is_drawn_along_an_incline(speed):
 def corner_forces(run, k):
     """Normal forces at the two corners of a box at an instant, the lower one first."""
     found = []
-    for one in touches_at(run, k, "under"):
+    for one in contact_points_at(run, k, "under"):
         along = float(one.place[0] @ [math.cos(0.5), math.sin(0.5)])
         found.append((along, float(one.force[0] @ one.normal[0])))
     return [force for _, force in sorted(found)]

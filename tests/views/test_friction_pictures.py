@@ -19,7 +19,7 @@ from mbody import (
     SimulationSettings,
 )
 from mbody.laws import ConstantSpeed
-from mbody.solution.touch_places import touches_of
+from mbody.solution.contact_points import contact_points_of
 from mbody.views.film_frames import FilmSet
 from mbody.views.frame import MODES, mode_rows
 from mbody.views.friction_symbols import sign_history
@@ -305,7 +305,7 @@ def test_marks_move_with_the_place_that_touches():
     found = scene(run)
     checked = 0
     for contact in machine.contacts:
-        for n, one in enumerate(touches_of(run, contact)):
+        for n, one in enumerate(contact_points_of(run, contact)):
             shapes = [
                 shape
                 for shape in found.shapes
@@ -322,7 +322,9 @@ def test_marks_move_with_the_place_that_touches():
                     checked += 1
     assert checked > 100
     # places by hand: below the disc, on the line of centres, at the corners
-    road, groove, hill = (touches_of(run, machine[name])[0] for name in ("road", "groove", "hill"))
+    road, groove, hill = (
+        contact_points_of(run, machine[name])[0] for name in ("road", "groove", "hill")
+    )
     zero = np.zeros(len(run))
     assert road.place == pytest.approx(np.column_stack([run["one"].x, zero]), abs=1e-9)
     for one, body, centre, far in (
@@ -335,7 +337,7 @@ def test_marks_move_with_the_place_that_touches():
         # the force on j: the ring is pressed outwards, as is the disc
         assert ((one.normal * u).sum(axis=1) > 0.999999).all()
         assert ((one.force * one.normal).sum(axis=1) > 0.0).all()
-    base = [one for one in touches_of(run, machine["base"]) if one.closed.any()]
+    base = [one for one in contact_points_of(run, machine["base"]) if one.closed.any()]
     assert len(base) == 2
     weight = sum(one.force for one in base)
     assert weight[:, 1] == pytest.approx(np.full(len(run), -G), rel=1e-8)

@@ -35,7 +35,7 @@ from mbody.system.rank import dense, rank_of
 from mbody.system.system import System, too_large, with_numbers_of
 
 if TYPE_CHECKING:
-    from mbody.analysis.contact.unilateral import Touch
+    from mbody.analysis.contact.unilateral import ContactPoint
 
 # -- Contacts closed at a position, and those that determine it --------------------------------
 
@@ -44,9 +44,11 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class _Candidate:
-    """A touch that may be closed: its number, its gap in model lengths, its dimensionless row."""
+    """A contact point that may be closed: its number, its gap in model lengths, its
+    dimensionless row.
+    """
 
-    touch: int
+    contact_point: int
     gap: float
     row: Array
 
@@ -80,7 +82,7 @@ class ContactChoice:
         within = self.uni.within_edges(self.rows, work, CONTACT_GAP_MEANT * system.length, 0.0)
         gaps = self.uni.gaps(self.rows) / system.length
         candidates = [
-            _Candidate(n, abs(float(gaps[n])), self._row(self.uni.touches[n].normal))
+            _Candidate(n, abs(float(gaps[n])), self._row(self.uni.contact_points[n].normal))
             for n in np.flatnonzero(
                 within & ~self.uni.one_way & (np.abs(gaps) <= CONTACT_GAP_MEANT)
             ).tolist()
@@ -113,9 +115,9 @@ class ContactChoice:
         if not tight and self._free_motions(more) == self._free_motions(self.G):
             return
         self.G = more
-        name = self.uni.touches[one.touch].name
-        first = next(n for n, touch in enumerate(self.uni.touches) if touch.name == name)
-        self.places[name].append(one.touch - first)
+        name = self.uni.contact_points[one.contact_point].name
+        first = next(n for n, point in enumerate(self.uni.contact_points) if point.name == name)
+        self.places[name].append(one.contact_point - first)
         if not tight:
             gap = one.gap * self.system.length
             unit = self.system.mechanism.units.length
@@ -128,11 +130,11 @@ class ContactChoice:
         """Let a wheel with friction roll where it could slip by a motion that nothing else
         takes.
         """
-        own = [touch for touch in self.uni.touches if touch.name == name]
+        own = [point for point in self.uni.contact_points if point.name == name]
         closed = [own[n] for n in self.places[name]]
         if self._free_motions(self.G) <= self.free or not all(map(_can_roll, closed)):
             return
-        more = np.vstack([self.G, *(self._row(touch.tangent) for touch in closed)])
+        more = np.vstack([self.G, *(self._row(point.tangent) for point in closed)])
         if self._free_motions(self.G) - self._free_motions(more) == len(closed):
             self.G = more
             self.rolls.add(name)
@@ -149,10 +151,10 @@ class ContactChoice:
         """
         if self.left <= self.free:
             return ""
-        touches, gaps = self.uni.touches, self.uni.gaps(self.rows)
+        points, gaps = self.uni.contact_points, self.uni.gaps(self.rows)
         unit = self.system.mechanism.units.length
         for n in np.argsort(np.abs(gaps)).tolist():
-            one, gap = touches[n], abs(float(gaps[n]))
+            one, gap = points[n], abs(float(gaps[n]))
             if (
                 one.name in self.places
                 or self.uni.one_way[n]
@@ -171,8 +173,8 @@ class ContactChoice:
         )
 
     def _has_friction(self, name: str) -> bool:
-        own = [touch for touch in self.uni.touches if touch.name == name]
-        return name not in self.rolls and any(touch.static > 0.0 for touch in own)
+        own = [point for point in self.uni.contact_points if point.name == name]
+        return name not in self.rolls and any(point.static > 0.0 for point in own)
 
     @property
     def key(self) -> tuple[tuple[str, tuple[int, ...], bool], ...]:
@@ -193,8 +195,8 @@ class ContactChoice:
         ]
 
 
-def _can_roll(touch: Touch) -> bool:
-    return touch.tangent >= 0 and touch.spot.round and touch.friction > 0.0
+def _can_roll(point: ContactPoint) -> bool:
+    return point.tangent >= 0 and point.candidate.round and point.friction > 0.0
 
 
 #: Contacts that a note names.
@@ -403,7 +405,7 @@ def contact_phases(run: Solution) -> list[ContactPhase]:
     >>> [phase.instants.tolist() for phase in contact_phases(run)]
     [[0, 1, 2, 3, 4]]
     """
-    from mbody.solution.touch_places import touches_of
+    from mbody.solution.contact_points import contact_points_of
 
     machine = run.mechanism
     if not run.modes or run.stepped is not None or has_closed_contacts(machine):
@@ -413,8 +415,8 @@ def contact_phases(run: Solution) -> list[ContactPhase]:
         if one.name not in run.modes:
             continue
         if isinstance(one, Contact):
-            touches = touches_of(run, one)
-            places += [(one.name, n, touch.closed) for n, touch in enumerate(touches)]
+            points = contact_points_of(run, one)
+            places += [(one.name, n, point.closed) for n, point in enumerate(points)]
         else:
             shut = np.array([word != "open" for word in run.mode(one.name)])
             places.append((one.name, 0, shut))

@@ -1,10 +1,10 @@
 """The rows of a system that can be on or off: contacts, ropes and frictional joints, with their
 modes.
 
-A `Touch` is one spot of a contact or the distance of a rope: a normal row and a tangent row. A
-`JointPair` is the sliding pair of a joint: a tangent row alone. Modes are words: "open", "stick",
-"slip+" and "slip-"; a touch is "idle" where it is closed without force because other rows hold it
-already.
+A `ContactPoint` is one candidate of a contact or the distance of a rope: a normal row and a tangent
+row. A `JointPair` is the sliding pair of a joint: a tangent row alone. Modes are words: "open",
+"stick", "slip+" and "slip-"; a contact point is "idle" where it is closed without force because
+other rows hold it already.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from mbody.errors import ModelError
 from mbody.kernels.friction import FRICTION_KINDS, LASTING
 from mbody.kernels.layout import PER_PRIMITIVE, Work, first_beyond
 from mbody.kernels.loop_closure import laws_of_time, violation
-from mbody.model.contact import Spot
+from mbody.model.contact import ContactCandidate
 from mbody.model.element import listed
 from mbody.model.joint_limits import contacts_of, with_joint_contacts
 from mbody.model.joints import Fixed
@@ -50,11 +50,11 @@ Corner = tuple[str, float, float]
 
 @dataclass(frozen=True)
 class _EdgeEnd:
-    """An end of an edge: number of the touch, 0 where the edge begins and 1 where it ends, its
-    direction, its corner, and the corner that touches the edge.
+    """An end of an edge: number of the contact point, 0 where the edge begins and 1 where it ends,
+    its direction, its corner, and the corner that touches the edge.
     """
 
-    touch: int
+    contact_point: int
     end: int
     direction: tuple[float, float]
     corner: Corner
@@ -62,10 +62,12 @@ class _EdgeEnd:
 
 
 class Corners:
-    """The edges that run through the same two corners, of the touches of a system."""
+    """The edges that run through the same two corners, of the contact points of a system."""
 
-    def __init__(self, spots: Sequence[Spot], length: float) -> None:
-        ends = [end for n, spot in enumerate(spots) for end in _ends(n, spot, length)]
+    def __init__(self, candidates: Sequence[ContactCandidate], length: float) -> None:
+        ends = [
+            end for n, candidate in enumerate(candidates) for end in _ends(n, candidate, length)
+        ]
         at: dict[Corner, list[_EdgeEnd]] = defaultdict(list)
         for one in ends:
             at[one.corner].append(one)
@@ -75,23 +77,24 @@ class Corners:
         for one in ends:
             pair = frozenset({one.corner, one.other})
             if not pair & buried:
-                meeting[pair].append(one.touch)
-        #: Touches by corners that point inwards, or that an edge goes straight on over.
-        self.never = np.zeros(len(spots), dtype=bool)
-        self.never[[one.touch for one in ends if one.other in buried]] = True
-        #: Of a touch and an end of its edge, the touches whose edges run through both corners.
+                meeting[pair].append(one.contact_point)
+        #: Contact points by corners that point inwards, or that an edge goes straight on over.
+        self.never = np.zeros(len(candidates), dtype=bool)
+        self.never[[one.contact_point for one in ends if one.other in buried]] = True
+        #: Of a contact point and an end of its edge, the contact points whose edges run through
+        #: both corners.
         self.others = {
-            (one.touch, one.end): meeting.get(frozenset({one.corner, one.other}), [])
+            (one.contact_point, one.end): meeting.get(frozenset({one.corner, one.other}), [])
             for one in ends
         }
-        #: Touches that may be at ends of their edges; the same edges with the corners beside those
-        #: of these touches.
+        #: Contact points that may be at ends of their edges; the same edges with the corners beside
+        #: those of these contact points.
         self.ended, self.beside = _corners_beside(ends)
 
     def passed(self, gaps: Array, rates: Array, along: Array, near: float, slow: float) -> Array:
-        """Which touches are none, (touches,): by what is no corner, at a corner what is behind the
-        edge but for that corner, and what approaches an edge there while another one keeps both
-        bodies apart. `along` (contacts, 2): distances from both ends of the edge.
+        """Which contact points are none, (points,): by what is no corner, at a corner what is
+        behind the edge but for that corner, and what approaches an edge there while another one
+        keeps both bodies apart. `along` (contacts, 2): distances from both ends of the edge.
         """
         found = self.never.copy()
         at_end = (np.abs(along) <= near).any(axis=1)
@@ -107,36 +110,36 @@ class Corners:
         return found
 
 
-def _ends(n: int, spot: Spot, length: float) -> list[_EdgeEnd]:
-    """Both ends of the edge of a touch where corners touch edges."""
-    if spot.edge is None or spot.round or not np.isfinite(spot.edge[2]):
+def _ends(n: int, candidate: ContactCandidate, length: float) -> list[_EdgeEnd]:
+    """Both ends of the edge of a contact point where corners touch edges."""
+    if candidate.edge is None or candidate.round or not np.isfinite(candidate.edge[2]):
         return []
-    (x, y), (ux, uy), along = spot.edge
+    (x, y), (ux, uy), along = candidate.edge
     # rows of edges begin at the body of the edge
-    other = _corner(spot.normal.j, spot.arm, length)
+    other = _corner(candidate.normal.j, candidate.arm, length)
     return [
-        _EdgeEnd(n, end, (ux, uy), _corner(spot.normal.i, place, length), other)
+        _EdgeEnd(n, end, (ux, uy), _corner(candidate.normal.i, place, length), other)
         for end, place in enumerate(((x, y), (x + along * ux, y + along * uy)))
     ]
 
 
 def _corners_beside(ends: list[_EdgeEnd]) -> tuple[Array, Array]:
-    """Of touches by a corner and on an edge that ends, both as numbers: each, and the touch on the
-    same edge of a corner that an edge joins to that one.
+    """Of contact points by a corner and on an edge that ends, both as numbers: each, and the
+    contact point on the same edge of a corner that an edge joins to that one.
     """
     edges: dict[int, list[Corner]] = defaultdict(list)
     for one in ends:
-        edges[one.touch].append(one.corner)
+        edges[one.contact_point].append(one.corner)
     joined: dict[Corner, set[Corner]] = defaultdict(set)
     for a, b in edges.values():
         joined[a].add(b)
         joined[b].add(a)
-    touch_of = {(*edges[one.touch], one.other): one.touch for one in ends}
+    point_of = {(*edges[one.contact_point], one.other): one.contact_point for one in ends}
     pairs = {
-        (n, touch_of[a, b, beside])
-        for (a, b, corner), n in touch_of.items()
+        (n, point_of[a, b, beside])
+        for (a, b, corner), n in point_of.items()
         for beside in joined[corner]
-        if (a, b, beside) in touch_of
+        if (a, b, beside) in point_of
     }
     found = np.array(sorted(pairs), dtype=np.int64).reshape(-1, 2)
     return found[:, 0], found[:, 1]
@@ -164,14 +167,14 @@ SLIP_SIGNS = {"slip+": 1.0, "slip-": -1.0}
 
 
 @dataclass(frozen=True, eq=False)
-class Touch:
-    """One spot where two bodies may touch.
+class ContactPoint:
+    """A place where two bodies may touch, with its rows.
 
     Attributes
     ----------
     name : str
         Of the contact or rope.
-    spot : Spot
+    candidate : ContactCandidate
     normal, tangent : int
         Numbers of its rows among those that can be on or off; tangent −1 of a rope.
     pair : int
@@ -182,7 +185,7 @@ class Touch:
     """
 
     name: str
-    spot: Spot
+    candidate: ContactCandidate
     normal: int
     tangent: int
     pair: int
@@ -292,7 +295,7 @@ class Unilateral:
         number = {(one.name, part): e for e, (one, part) in enumerate(system.owners)}
         pair_of = {int(s): f for f, s in enumerate(L.friction_tangent)}
         place = {int(e): s for s, e in enumerate(L.switched)}
-        self.touches: list[Touch] = []
+        self.contact_points: list[ContactPoint] = []
         taken: set[int] = set()
         welds = {frozenset(j.bodies): j.name for j in system.mechanism.joints if type(j) is Fixed}
         for contact in system.mechanism.contacts:
@@ -306,14 +309,16 @@ class Unilateral:
                     "them",
                     contact.name,
                 )
-            spots, mu = contact.spots(at), contact.coefficients(at)
-            for n, spot in enumerate(spots):
+            candidates, mu = contact.candidates(at), contact.coefficients(at)
+            for n, candidate in enumerate(candidates):
                 normal = place[number[contact.name, n]]
-                tangent = place.get(number.get((contact.name, len(spots) + n), -1), -1)
+                tangent = place.get(number.get((contact.name, len(candidates) + n), -1), -1)
                 taken.add(pair := pair_of.get(tangent, -1))
                 law = getattr(contact, "law", "poisson")
                 numbers = (float(mu[0]), float(mu[1]), float(contact.restitution_of(at)))
-                self.touches.append(Touch(contact.name, spot, normal, tangent, pair, *numbers, law))
+                self.contact_points.append(
+                    ContactPoint(contact.name, candidate, normal, tangent, pair, *numbers, law)
+                )
         self.friction_joints = [
             JointPair(system.owners[int(L.switched[s])][0].name, int(s), f)
             for f, s in enumerate(L.friction_tangent)
@@ -325,15 +330,15 @@ class Unilateral:
         #: By what values of rows are multiplied: gaps are lengths, those of angles by the model
         #: length, as are all approaches.
         self.units = np.ones(len(L.switched))
-        normals = [touch.normal for touch in self.touches]
+        normals = [point.normal for point in self.contact_points]
         self.units[normals] = np.where(self.angular[normals], system.length, 1.0)
 
     def __len__(self) -> int:
         return len(self.layout.switched)
 
     def unit_of(self, n: int) -> float:
-        """By what the gap of touch n is multiplied."""
-        return float(self.units[self.touches[n].normal])
+        """By what the gap of contact point n is multiplied."""
+        return float(self.units[self.contact_points[n].normal])
 
     # -- active set ----------------------------------------------------------------------------
 
@@ -411,41 +416,43 @@ class Unilateral:
 
     @functools.cached_property
     def _normals(self) -> tuple[Array, Array]:
-        """Rows of the normals of the touches, and the signs of their gaps."""
-        rows = np.array([touch.normal for touch in self.touches], dtype=np.int64)
-        return rows, np.array([touch.spot.sign for touch in self.touches])
+        """Rows of the normals of the contact points, and the signs of their gaps."""
+        rows = np.array([point.normal for point in self.contact_points], dtype=np.int64)
+        return rows, np.array([point.candidate.sign for point in self.contact_points])
 
     def gaps(self, rows: Rows | RowHistories) -> Array:
-        """Gaps (…, touches)."""
+        """Gaps (…, points)."""
         normals, gap_signs = self._normals
         return np.where(self.one_way, 0.0, gap_signs * rows.value[..., normals])
 
     @functools.cached_property
     def one_way(self) -> Array:
-        """Which touches are freewheels: always closed, until they move ahead."""
-        return np.array([touch.spot.solid == "one way" for touch in self.touches], dtype=bool)
+        """Which contact points are freewheels: always closed, until they move ahead."""
+        return np.array(
+            [point.candidate.solid == "one way" for point in self.contact_points], dtype=bool
+        )
 
     def approach(self, rows: Rows | RowHistories) -> Array:
-        """Rates of the gaps (…, touches)."""
+        """Rates of the gaps (…, points)."""
         normals, gap_signs = self._normals
         return np.asarray(gap_signs * rows.rate[..., normals])
 
     @functools.cached_property
     def _edges(self) -> tuple[Array, Array, Array]:
-        """Of the touches on edges with ends: numbers; bodies (edges, 2); beginning, direction,
-        length and arm (edges, 7).
+        """Of the contact points on edges with ends: numbers; bodies (edges, 2); beginning,
+        direction, length and arm (edges, 7).
         """
         found = [
-            (n, *self.bodies[n], *edge[0], *edge[1], edge[2], *touch.spot.arm)
-            for n, touch in enumerate(self.touches)
-            if (edge := touch.spot.edge) is not None and np.isfinite(edge[2])
+            (n, *self.bodies[n], *edge[0], *edge[1], edge[2], *point.candidate.arm)
+            for n, point in enumerate(self.contact_points)
+            if (edge := point.candidate.edge) is not None and np.isfinite(edge[2])
         ]
         table = np.array(found, dtype=float).reshape(-1, 10)
         return table[:, 0].astype(int), table[:, 1:3].astype(int), table[:, 3:]
 
     def along(self, work: Work) -> Array:
-        """How far along its edge each touch is, and how far it is from its end: (touches, 2);
-        infinite of what has no ends.
+        """How far along its edge each contact point is, and how far it is from its end: (points,
+        2); infinite of what has no ends.
         """
         return self.along_at(work.q[:, 0])
 
@@ -453,7 +460,7 @@ class Unilateral:
         """Positions along the edges of both shapes, (…, contacts, 2), from the coordinates of all
         bodies with the ground, (…, coordinates).
         """
-        found = np.full((*q.shape[:-1], len(self.touches), 2), np.inf)
+        found = np.full((*q.shape[:-1], len(self.contact_points), 2), np.inf)
         which, bodies, (ax, ay, ux, uy, length, jx, jy) = (*self._edges[:2], self._edges[2].T)
         (xi, yi, ti), (xj, yj, tj) = ([q[..., 3 * b + n] for n in range(3)] for b in bodies.T)
         px = xj + np.cos(tj) * jx - np.sin(tj) * jy - xi
@@ -464,25 +471,29 @@ class Unilateral:
         along = ux * x + uy * y
         found[..., which, :] = np.stack([along, length - along], axis=-1)
         if len(self._arcs[0]):
-            touches, past, lengths = self._round_about(q)
-            for k, n in enumerate(touches):
+            points, past, lengths = self._round_about(q)
+            for k, n in enumerate(points):
                 ends = np.stack([past[..., k], lengths[k] - past[..., k]], axis=-1)
                 found[..., n, :] = np.minimum(found[..., n, :], ends)
         return found
 
     @functools.cached_property
     def _arcs(self) -> tuple[Array, Array, Array]:
-        """Of the arcs of the touches: their touches; bodies of their rows and the one that they are
-        on (arcs, 3); both arms, what to add to the direction from one to the other, that direction
-        where an edge gives it, begin, half of the extent and radius (arcs, 9).
+        """Of the arcs of the contact points: their contact points; bodies of their rows and the one
+        that they are on (arcs, 3); both arms, what to add to the direction from one to the other,
+        that direction where an edge gives it, begin, half of the extent and radius (arcs, 9).
         """
         found = []
-        for n, touch in enumerate(self.touches):
-            spot = touch.spot
-            for arc in spot.arcs:
-                arms = spot.normal.parameters[:4]
+        for n, point in enumerate(self.contact_points):
+            candidate = point.candidate
+            for arc in candidate.arcs:
+                arms = candidate.normal.parameters[:4]
                 # a circle touches an edge against the normal of this one
-                fixed = math.atan2(-spot.edge[1][0], spot.edge[1][1]) if spot.edge else math.nan
+                fixed = (
+                    math.atan2(-candidate.edge[1][0], candidate.edge[1][1])
+                    if candidate.edge
+                    else math.nan
+                )
                 turned = math.pi if arc.ahead == -1.0 else 0.0
                 own = self.bodies[n][int(arc.second)]
                 numbers = (*arms, turned, fixed, arc.begin, 0.5 * arc.extent, arc.radius)
@@ -491,8 +502,8 @@ class Unilateral:
         return table[:, 0].astype(int), table[:, 1:4].astype(int), table[:, 4:]
 
     def _round_about(self, q: Array) -> tuple[Array, Array, Array]:
-        """Of every arc its touch, how far (…, arcs) this is round it from its beginning, and as far
-        from its middle either way before it is nearer the other way, and its length.
+        """Of every arc its contact point, how far (…, arcs) this is round it from its beginning,
+        and as far from its middle either way before it is nearer the other way, and its length.
         """
         which, bodies, (ax, ay, bx, by, turned, fixed, begin, half, radius) = (
             *self._arcs[:2],
@@ -510,11 +521,11 @@ class Unilateral:
     @functools.cached_property
     def corners(self) -> Corners:
         """Which edges run through the same corners."""
-        return Corners([one.spot for one in self.touches], self.system.length)
+        return Corners([one.candidate for one in self.contact_points], self.system.length)
 
     def within_edges(self, rows: Rows, work: Work, near: float, slow: float) -> Array:
-        """Which touches are within the ends of their edges, (touches,): of those at a corner that
-        approach not those that another edge there keeps apart.
+        """Which contact points are within the ends of their edges, (points,): of those at a corner
+        that approach not those that another edge there keeps apart.
         """
         along = self.along(work)
         passed = self.corners.passed(self.gaps(rows), self.approach(rows), along, near, slow)
@@ -522,18 +533,18 @@ class Unilateral:
 
     @functools.cached_property
     def bodies(self) -> list[tuple[int, int]]:
-        """The two bodies of the rows of every touch."""
+        """The two bodies of the rows of every contact point."""
         L = self.layout
-        primitives = [int(L.switched[t.normal]) for t in self.touches]
+        primitives = [int(L.switched[t.normal]) for t in self.contact_points]
         return [(int(L.primitive_i[e]), int(L.primitive_j[e])) for e in primitives]
 
     def turned_from(self, work: Work) -> Array:
-        """The angle between the direction of the line of centres and ψ of the row along each touch
-        of two circles, (touches,); zero of others. See `mbody.model.joints.slipping`.
+        """The angle between the direction of the line of centres and ψ of the row along each
+        contact point of two circles, (points,); zero of others. See `mbody.model.joints.slipping`.
         """
-        found = np.zeros(len(self.touches))
-        for n, touch in enumerate(self.touches):
-            if touch.tangent < 0 or touch.spot.solid != "circle":
+        found = np.zeros(len(self.contact_points))
+        for n, point in enumerate(self.contact_points):
+            if point.tangent < 0 or point.candidate.solid != "circle":
                 continue
             p, (ti, tj) = self._of_circles(work, n), (work.q[3 * b + 2, 0] for b in self.bodies[n])
             psi = p[4] * ti + p[5] * tj + p[6]
@@ -541,12 +552,16 @@ class Unilateral:
         return found
 
     def _of_circles(self, work: Work, n: int) -> Array:
-        """Parameters of the row along touch n, of two circles: both arms, parts and phase."""
-        o = int(self.layout.primitive_par[int(self.layout.switched[self.touches[n].tangent])])
+        """Parameters of the row along contact point n, of two circles: both arms, parts and
+        phase.
+        """
+        o = int(
+            self.layout.primitive_par[int(self.layout.switched[self.contact_points[n].tangent])]
+        )
         return np.asarray(work.par[o : o + 7, 0])
 
     def _line_of_centres(self, work: Work, n: int) -> float:
-        """The direction from the first centre to the second of touch n, of two circles."""
+        """The direction from the first centre to the second of contact point n, of two circles."""
         p = self._of_circles(work, n)
         ends = []
         for b, x, y in zip(self.bodies[n], p[0:4:2], p[1:4:2], strict=True):
@@ -558,14 +573,16 @@ class Unilateral:
 
     @functools.cached_property
     def phase_rows(self) -> list[int]:
-        """Parameters of the phases of the rows along touches of two circles."""
+        """Parameters of the phases of the rows along contact points of two circles."""
         L = self.layout
-        circles = [t for t in self.touches if t.tangent >= 0 and t.spot.solid == "circle"]
+        circles = [
+            t for t in self.contact_points if t.tangent >= 0 and t.candidate.solid == "circle"
+        ]
         return [int(L.primitive_par[int(L.switched[t.tangent])]) + 6 for t in circles]
 
     def turn_phase(self, work: Work, n: int, angle: float) -> None:
-        """Add to ψ of the row along touch n, of two circles."""
-        e = int(self.layout.switched[self.touches[n].tangent])
+        """Add to ψ of the row along contact point n, of two circles."""
+        e = int(self.layout.switched[self.contact_points[n].tangent])
         work.par[int(self.layout.primitive_par[e]) + 6, 0] += angle
 
     # -- forces -------------------------------------------------------------------------------
@@ -575,9 +592,9 @@ class Unilateral:
         e = int(self.layout.switched[row])
         return records[..., 3 * self.system.coordinates + PER_PRIMITIVE * e]
 
-    def pressing(self, records: Array, touch: Touch) -> Any:
-        """λ_N ≥ 0 of a touch."""
-        return -touch.spot.sign * self.multiplier(records, touch.normal)
+    def pressing(self, records: Array, point: ContactPoint) -> Any:
+        """λ_N ≥ 0 of a contact point."""
+        return -point.candidate.sign * self.multiplier(records, point.normal)
 
     def pressing_pair(self, records: Array, pair: JointPair) -> tuple[Any, Any]:
         """Both multipliers of what presses a frictional joint, by records (…, rows)."""
@@ -602,14 +619,14 @@ class Overlap:
     ----------
     contact : str
         Its name.
-    touch : int
-        Number of the touch that is nearest to being open.
+    contact_point : int
+        Number of the contact point that is nearest to being open.
     depth : float
         In the unit of its row.
     """
 
     contact: str
-    touch: int
+    contact_point: int
     depth: float
 
 
@@ -620,20 +637,20 @@ def deepest_overlap(uni: Unilateral, rows: Rows, work: Work, near: float) -> Ove
     gaps, along = uni.gaps(rows), uni.along(work).min(axis=1, initial=np.inf)
     worst: dict[str, tuple[float, int]] = {}
     edges: dict[tuple[str, str, tuple[float, ...], float], list[int]] = {}
-    for n, (touch, gap) in enumerate(zip(uni.touches, gaps, strict=True)):
-        spot = touch.spot
-        if spot.solid == "polygon" and not spot.arcs:
-            arm = tuple(float(part) for part in spot.arm)
-            key = touch.name, str(spot.swapped), arm, float(spot.edge_radius)
+    for n, (point, gap) in enumerate(zip(uni.contact_points, gaps, strict=True)):
+        candidate = point.candidate
+        if candidate.solid == "polygon" and not candidate.arcs:
+            arm = tuple(float(part) for part in candidate.arm)
+            key = point.name, str(candidate.swapped), arm, float(candidate.edge_radius)
             edges.setdefault(key, []).append(n)
         elif gap >= -near:
             continue
-        elif spot.solid == "segment" or spot.arcs:
+        elif candidate.solid == "segment" or candidate.arcs:
             # from behind a thin wall, or an arc, nothing overlaps it but a disc
-            if along[n] >= 0.0 and gap > -2.0 * float(spot.edge_radius):
-                worst.setdefault(touch.name, (float(gap), n))
+            if along[n] >= 0.0 and gap > -2.0 * float(candidate.edge_radius):
+                worst.setdefault(point.name, (float(gap), n))
         else:
-            worst[touch.name] = min(worst.get(touch.name, (0.0, n)), (float(gap), n))
+            worst[point.name] = min(worst.get(point.name, (0.0, n)), (float(gap), n))
     whole = uni.along(work)
     for (name, _, _, radius), about in edges.items():
         gap, n = _to_polygon(gaps[about] + radius, whole[about])

@@ -15,7 +15,7 @@ from mbody.analysis.position.assembly_analysis import misfit
 from mbody.core.tolerances import CONTACT_GAP_NONE, DISTANCE_MISFIT, FORCE_NONE, TINY
 from mbody.kernels.friction import REACHED_PART
 from mbody.kernels.layout import PER_PRIMITIVE
-from mbody.model.contact import OneSided, Rope, Spot
+from mbody.model.contact import ContactCandidate, OneSided, Rope
 from mbody.model.coupling import Coupling
 from mbody.model.element import listed
 from mbody.model.joints import Joint
@@ -265,8 +265,12 @@ def _past_ends(found: Solution) -> list[Doubt]:
     """Contacts that are kept closed beyond the end of their edge."""
     doubts = []
     for contact in (one for one in found.mechanism.contacts if one.closed):
-        spots = contact.spots(found.system.numbers)
-        distances = [_distance_past(found, contact, spot) for spot in spots if _has_ends(spot)]
+        candidates = contact.candidates(found.system.numbers)
+        distances = [
+            _distance_past(found, contact, candidate)
+            for candidate in candidates
+            if _has_ends(candidate)
+        ]
         past = np.max(distances, axis=0) if distances else np.zeros(1)
         if not (past > CONTACT_GAP_NONE * found.system.length).any():
             continue
@@ -287,13 +291,13 @@ def _past_ends(found: Solution) -> list[Doubt]:
 
 def _past_arcs(found: Solution) -> list[Doubt]:
     """Contacts that are kept closed beyond the end of their arc, of one design."""
-    from mbody.solution.touch_places import touches_of
+    from mbody.solution.contact_points import contact_points_of
 
     doubts = []
     for contact in (one for one in found.mechanism.contacts if one.closed and found.modes):
-        spots = contact.spots(found.system.numbers)
-        touches = zip(spots, touches_of(found, contact), strict=False)
-        off = [~touch.closed for spot, touch in touches if spot.arcs]
+        candidates = contact.candidates(found.system.numbers)
+        points = zip(candidates, contact_points_of(found, contact), strict=False)
+        off = [~point.closed for candidate, point in points if candidate.arcs]
         if off and np.any(off):
             t, where = _first(found, np.any(off, axis=0))
             doubts.append(
@@ -308,19 +312,19 @@ def _past_arcs(found: Solution) -> list[Doubt]:
     return doubts
 
 
-def _has_ends(spot: Spot) -> bool:
-    return spot.edge is not None and bool(np.isfinite(spot.edge[2]).all())
+def _has_ends(candidate: ContactCandidate) -> bool:
+    return candidate.edge is not None and bool(np.isfinite(candidate.edge[2]).all())
 
 
-def _distance_past(found: Solution, contact: OneSided, spot: Spot) -> Array:
+def _distance_past(found: Solution, contact: OneSided, candidate: ContactCandidate) -> Array:
     """How far a place is past an end of its edge, negative within: (instants,), or (designs,
     instants).
     """
-    assert spot.edge is not None
-    first, second = _bodies(contact, spot)
-    (ax, ay), (ux, uy), length = spot.edge
+    assert candidate.edge is not None
+    first, second = _bodies(contact, candidate)
+    (ax, ay), (ux, uy), length = candidate.edge
     i, j = found[first], found[second]
-    jx, jy = (column(part) for part in spot.arm)
+    jx, jy = (column(part) for part in candidate.arm)
     c, s = np.cos(j.angle), np.sin(j.angle)
     px, py = j.x + c * jx - s * jy - i.x, j.y + s * jx + c * jy - i.y
     c, s = np.cos(i.angle), np.sin(i.angle)
@@ -330,10 +334,10 @@ def _distance_past(found: Solution, contact: OneSided, spot: Spot) -> Array:
     return np.asarray(np.maximum(-along, along - column(length)))
 
 
-def _bodies(contact: OneSided, spot: Spot) -> tuple[str, str]:
+def _bodies(contact: OneSided, candidate: ContactCandidate) -> tuple[str, str]:
     """The two bodies of a row, in its order."""
     i, j = contact.bodies
-    return (j, i) if spot.swapped else (i, j)
+    return (j, i) if candidate.swapped else (i, j)
 
 
 def _slipping(found: Solution) -> list[Doubt]:

@@ -20,9 +20,9 @@ from mbody.model.element import listed
 from mbody.model.stop import Stop
 from mbody.solution.checks import check_forces, each_load_of, loaded, whole_instant
 from mbody.solution.contact_forces import acting_contacts
+from mbody.solution.contact_points import contact_points_at
 from mbody.solution.doubts import Several
 from mbody.solution.solution import Solution, as_solution
-from mbody.solution.touch_places import touches_at
 from mbody.system.formula_rows import recorded_driver, recorded_stop
 from mbody.system.rank import jacobian
 from mbody.system.system import System
@@ -311,7 +311,7 @@ def _forces(solution: Solution, body: str, instant: int, loads: np.ndarray) -> A
 def _touched(solution: Solution, body: str, instant: int) -> Iterator[Wrench]:
     """The forces of contacts and ropes on a body, each where it acts."""
     for contact in (*solution.mechanism.contacts, *solution.mechanism.groups):
-        for one in touches_at(solution, instant, contact.name):
+        for one in contact_points_at(solution, instant, contact.name):
             if body in (one.i, one.j) and one.mode[0] != "open":
                 (x, y), (fx, fy) = one.place[0].tolist(), one.force[0].tolist()
                 sign = 1.0 if body == one.j else -1.0

@@ -301,10 +301,10 @@ class _Phase:
     def _places(self, one: Any) -> list[_Carrier]:
         if isinstance(one, Contact):
             own = self.system.primitives_of[one.name]
-            spots = one.spots(self.system.numbers)
+            candidates = one.candidates(self.system.numbers)
             return [
-                _Carrier(one.name, self._rows(own[n]), self._centre(one, spot))
-                for n, spot in enumerate(spots)
+                _Carrier(one.name, self._rows(own[n]), self._centre(one, candidate))
+                for n, candidate in enumerate(candidates)
             ]
         if one.role == "contact":  # a rope, a limit
             return []
@@ -316,16 +316,16 @@ class _Phase:
         place = np.stack([np.atleast_1d(x), np.atleast_1d(y)], axis=1)
         return [_Carrier(one.name, self.rows_of[one.name], place)]
 
-    def _centre(self, contact: Contact, spot: Any) -> Array:
+    def _centre(self, contact: Contact, candidate: Any) -> Array:
         """Of the circle or corner that touches an edge, of the smaller of two circles: the line of
         the force goes through it, as through the centre of a cam's roller.
         """
-        first, second = contact.bodies[::-1] if spot.swapped else contact.bodies
-        tip = (second, float(spot.arm[0]), float(spot.arm[1]))
-        if spot.edge is None:
-            ri, rj = (abs(float(x)) for x in spot.tangent.parameters[4:6])
+        first, second = contact.bodies[::-1] if candidate.swapped else contact.bodies
+        tip = (second, float(candidate.arm[0]), float(candidate.arm[1]))
+        if candidate.edge is None:
+            ri, rj = (abs(float(x)) for x in candidate.tangent.parameters[4:6])
             if ri < rj:
-                x, y = (float(part) for part in spot.normal.parameters[:2])
+                x, y = (float(part) for part in candidate.normal.parameters[:2])
                 tip = (first, x, y)
         return moved(self.run, tip)
 

@@ -63,12 +63,12 @@ class ModeTransition:
     Attributes
     ----------
     closed : set of int
-        Touches that are closed, though their gap is rounding.
+        Contact points that are closed, though their gap is rounding.
     opened : set of int
-        Touches that open.
+        Contact points that open.
     sliding : dict
-        Directions of what begins to slide, by the number of the touch or, after these, of the
-        frictional joint.
+        Directions of what begins to slide, by the number of the contact point or, after these, of
+        the frictional joint.
     stopped : set of int
         What ceases to slide, likewise.
     """
@@ -88,10 +88,10 @@ class Reserve:
     least : float
         The greatest reserve that all can have [force].
     sliding : dict
-        The directions in which what has no more would slide, by the number of the touch or, after
-        these, of the frictional joint.
+        The directions in which what has no more would slide, by the number of the contact point or,
+        after these, of the frictional joint.
     opened : set of int
-        Touches that would open.
+        Contact points that would open.
     """
 
     least: float
@@ -105,9 +105,9 @@ class SharedForces(Protocol):
     Attributes
     ----------
     members : frozenset of int
-        What sticks, touches and, after these, frictional joints, whose forces are open.
+        What sticks, contact points and, after these, frictional joints, whose forces are open.
     pressing : frozenset of int
-        Touches whose normal forces are open.
+        Contact points whose normal forces are open.
     """
 
     @property
@@ -132,16 +132,16 @@ class ModalMotion(Protocol):
     Attributes
     ----------
     uni : Unilateral
-        Its touches and frictional joints.
+        Its contact points and frictional joints.
     modes, pairs : lists of str
         Their modes.
     transition : ModeTransition
     groups : dict
-        Touches that stick by the row of one of them, by its number.
+        Contact points that stick by the row of one of them, by its number.
     shared : SharedForces, optional
         What sticks with forces that no equation decides.
     beyond : set of int
-        Open touches that have left their edge over its end.
+        Open contact points that have left their edge over its end.
     guards : list of Guard
         What is watched.
     fresh : dict
@@ -185,7 +185,7 @@ class ModalMotion(Protocol):
         """Project the state, evaluate its derivative and its record."""
 
     def set_modes(self, modes: list[str], pairs: list[str], on: Array, held: Array) -> None:
-        """Set the modes, and which rows of touches and frictional joints are on."""
+        """Set the modes, and which rows of contact points and frictional joints are on."""
 
 
 # -- Impacts of closed contacts, and overlaps at the beginning ---------------------------------
@@ -199,11 +199,11 @@ class Impact:
     ----------
     jump : array (coordinates,)
         By which the velocities change.
-    before : array (touches,)
+    before : array (points,)
         Rates of the gaps before it, of those that were closed.
-    gained : array (touches,)
+    gained : array (points,)
         Kinetic energy by each, below zero where it took.
-    moved : array (touches,)
+    moved : array (points,)
         What the motion of each gave, of stops that move.
     driven : dict
         What drivers gave, by name, of those that lead bodies at that instant.
@@ -241,17 +241,19 @@ def responses_to(uni: Unilateral, work: Work, block: Array, sticking: Array | No
     return np.asarray(scale[:, None] * (motions.T @ response))
 
 
-def touch_rows(uni: Unilateral, rows: Rows, closed: list[int]) -> tuple[Array, Array]:
-    """Rows (2 m, coordinates) of the gaps and of sliding of some touches, and their rates."""
+def contact_rows(uni: Unilateral, rows: Rows, closed: list[int]) -> tuple[Array, Array]:
+    """Rows (2 m, coordinates) of the gaps and of sliding of some contact points, and their
+    rates.
+    """
     n3 = rows.block.shape[1]
     found, rates = np.zeros((2 * len(closed), n3)), np.zeros(2 * len(closed))
     for k, number in enumerate(closed):
-        touch = uni.touches[number]
-        found[k] = touch.spot.sign * rows.block[touch.normal]
-        rates[k] = touch.spot.sign * rows.rate[touch.normal]
-        if touch.tangent >= 0:
-            found[len(closed) + k] = rows.block[touch.tangent]
-            rates[len(closed) + k] = rows.rate[touch.tangent]
+        point = uni.contact_points[number]
+        found[k] = point.candidate.sign * rows.block[point.normal]
+        rates[k] = point.candidate.sign * rows.rate[point.normal]
+        if point.tangent >= 0:
+            found[len(closed) + k] = rows.block[point.tangent]
+            rates[len(closed) + k] = rows.rate[point.tangent]
     return found, rates
 
 
@@ -264,16 +266,16 @@ def strike(
     sticking: Array | None = None,
     without_collision: bool = False,
 ) -> Impact | None:
-    """An impact of closed touches at the state in the workspace; None where it has no solution.
-    `sticking` (rows, coordinates).
+    """An impact of closed contact points at the state in the workspace; None where it has no
+    solution. `sticking` (rows, coordinates).
     """
-    W, rates = touch_rows(uni, uni.read(work), closed)
-    touches = [uni.touches[k] for k in closed]
+    W, rates = contact_rows(uni, uni.read(work), closed)
+    points = [uni.contact_points[k] for k in closed]
     Y = responses_to(uni, work, W, sticking)
-    friction = np.array([one.friction for one in touches])
+    friction = np.array([one.friction for one in points])
     contacts = ClosedContacts(W @ Y, friction, np.where(friction > 0.0, 0.0, 1.0))
-    restitution = np.array([0.0 if still else one.restitution for one in touches])
-    newton = np.array([one.law == "newton" for one in touches])
+    restitution = np.array([0.0 if still else one.restitution for one in points])
+    newton = np.array([one.law == "newton" for one in points])
     impulse = impact_impulses(
         contacts, rates, restitution, newton, without_collision=without_collision
     )
@@ -292,13 +294,13 @@ def strike(
 def refuse_led(uni: Unilateral, work: Work, hit: list[int]) -> None:
     """Refuse an impact of what drivers lead."""
     system = uni.system
-    W = touch_rows(uni, uni.read(work), hit)[0][: len(hit)]
+    W = contact_rows(uni, uni.read(work), hit)[0][: len(hit)]
     sizes = np.linalg.norm(W * system.coordinate_units, axis=1)
     moved = np.linalg.norm(responses_to(uni, work, W) / system.coordinate_units[:, None], axis=0)
     usual = float(system.mass[: W.shape[1], 0].max()) * system.length**2
     for k, number in enumerate(hit):
         if not moved[k] * usual > CONTACT_DRIVEN * sizes[k]:
-            name = uni.touches[number].name
+            name = uni.contact_points[number].name
             raise SolveError(
                 f"nothing that strikes '{name}' is free to rebound: it follows drivers alone; take "
                 "them off, or record when it is reached by an Event",
@@ -307,10 +309,10 @@ def refuse_led(uni: Unilateral, work: Work, hit: list[int]) -> None:
 
 
 def arrest(uni: Unilateral, work: Work, closed: list[int]) -> Impact:
-    """The gaps of closed touches neither open nor close any more, nor does what stuck begin to
-    slide: impulses of least norm where touches depend on each other.
+    """The gaps of closed contact points neither open nor close any more, nor does what stuck begin
+    to slide: impulses of least norm where contact points depend on each other.
     """
-    W, rates = touch_rows(uni, uni.read(work), closed)
+    W, rates = contact_rows(uni, uni.read(work), closed)
     m = len(closed)
     # what slides faster than it strikes goes on to
     stuck = [k for k in range(m, 2 * m) if abs(rates[k]) <= np.abs(rates[:m]).max()]
@@ -325,7 +327,7 @@ def arrest(uni: Unilateral, work: Work, closed: list[int]) -> Impact:
 
 
 def first_overlap(uni: Unilateral, work: Work, near: float) -> list[int]:
-    """The touches that are closed at the beginning; refuses shapes that overlap."""
+    """The contact points that are closed at the beginning; refuses shapes that overlap."""
     rows = uni.read(work)
     found = deepest_overlap(uni, rows, work, near)
     if found is not None:
@@ -336,9 +338,9 @@ def first_overlap(uni: Unilateral, work: Work, near: float) -> list[int]:
 
 def _overlap(uni: Unilateral, work: Work, found: Overlap) -> ModelError:
     machine = uni.system.mechanism
-    j = uni.bodies[found.touch][1]
+    j = uni.bodies[found.contact_point][1]
     x, y, angle = work.q[3 * j : 3 * j + 3, 0]
-    ax, ay = (float(part) for part in uni.touches[found.touch].spot.arm)
+    ax, ay = (float(part) for part in uni.contact_points[found.contact_point].candidate.arm)
     place = (
         float(x + np.cos(angle) * ax - np.sin(angle) * ay),
         float(y + np.sin(angle) * ax + np.cos(angle) * ay),
@@ -363,9 +365,10 @@ class FrictionModel:
     problem : FrictionProblem
         Torques and angular accelerations by the model length.
     closed : list of int
-        Touches of the normals.
+        Contact points of the normals.
     owners : list of int
-        Of every tangent its touch, or the number of touches and that of its frictional joint.
+        Of every tangent its contact point, or the number of contact points and that of its
+        frictional joint.
     """
 
     problem: FrictionProblem
@@ -438,10 +441,10 @@ def model_of(
     work, record, a = motion.work, motion.record[:, 0], motion.K[0, n : 2 * n]
     motion.load()
     rows = uni.read(work)
-    touches = [uni.touches[k] for k in closed]
-    m, count = len(closed), len(uni.touches)
-    W, _ = touch_rows(uni, rows, list(closed))
-    frictional = [k for k in range(m) if touches[k].tangent >= 0 and touches[k].static > 0.0]
+    points = [uni.contact_points[k] for k in closed]
+    m, count = len(closed), len(uni.contact_points)
+    W, _ = contact_rows(uni, rows, list(closed))
+    frictional = [k for k in range(m) if points[k].tangent >= 0 and points[k].static > 0.0]
     # of every tangent its row among those that can be on or off, its pair, its slip sign, its owner
     pairs = [
         (one.tangent, one.pair, resting[k], count + k) for k, one in enumerate(uni.friction_joints)
@@ -456,8 +459,8 @@ def model_of(
     )
     gamma = np.concatenate(
         [
-            [one.spot.sign * rows.gamma[one.normal] for one in touches],
-            [rows.gamma[touches[k].tangent] for k in frictional],
+            [one.candidate.sign * rows.gamma[one.normal] for one in points],
+            [rows.gamma[points[k].tangent] for k in frictional],
             unit * rows.gamma[tangent_rows],
         ]
     )
@@ -466,8 +469,8 @@ def model_of(
     ]
     forces = np.concatenate(
         [
-            [uni.pressing(record, one) for one in touches],
-            [-uni.multiplier(record, touches[k].tangent) for k in frictional],
+            [uni.pressing(record, one) for one in points],
+            [-uni.multiplier(record, points[k].tangent) for k in frictional],
             [
                 (v - uni.multiplier(record, row)) / u
                 for (row, *_), v, u in zip(pairs, viscous, unit, strict=True)
@@ -477,7 +480,7 @@ def model_of(
     Y = responses_to(uni, work, every)
     tangents = []
     for k in frictional:
-        one, slip_sign = touches[k], sliding[closed[k]]
+        one, slip_sign = points[k], sliding[closed[k]]
         tangents.append(cone(len(every), k, one.friction if slip_sign else one.static, slip_sign))
     if pairs:
         changes = joint_multipliers(system, work, every.T, Y)
@@ -515,16 +518,16 @@ PASSES = 8
 
 @dataclass(frozen=True, eq=False)
 class SharedFriction:
-    """The touches and frictional joints that share what no equation decides.
+    """The contact points and frictional joints that share what no equation decides.
 
     Attributes
     ----------
     normals, sticking : tuples of int
-        Closed touches; those that stick by a row of their own.
+        Closed contact points; those that stick by a row of their own.
     joints : tuple of int
         Frictional joints that stick, by number among these.
     members : frozenset of int
-        Those of `sticking` and, after the touches, of `joints` whose forces are open.
+        Those of `sticking` and, after the contact points, of `joints` whose forces are open.
     pressing : frozenset of int
         Those of `normals` whose forces are open.
     """
@@ -562,13 +565,13 @@ class SharedFriction:
                 change = -SLIP_SIGNS[mode] * slopes[int(number[r])] * system.row_units[r]
                 of_joints[:, r] += change * rows.block[pair.tangent] * units
         for k in self.normals:
-            touch, mode = uni.touches[k], motion.modes[k]
-            row = touch.spot.sign * rows.block[touch.normal]
-            if mode in SLIP_SIGNS and touch.tangent >= 0:
-                row = row - touch.friction * SLIP_SIGNS[mode] * rows.block[touch.tangent]
+            point, mode = uni.contact_points[k], motion.modes[k]
+            row = point.candidate.sign * rows.block[point.normal]
+            if mode in SLIP_SIGNS and point.tangent >= 0:
+                row = row - point.friction * SLIP_SIGNS[mode] * rows.block[point.tangent]
             columns.append(row * units / length)
-            forces.append(float(uni.pressing(record, touch)) * length)
-        tangents = [uni.touches[k].tangent for k in self.sticking]
+            forces.append(float(uni.pressing(record, point)) * length)
+        tangents = [uni.contact_points[k].tangent for k in self.sticking]
         for row in (*tangents, *(uni.friction_joints[m].tangent for m in self.joints)):
             unit = 1.0 if uni.angular[row] else length
             columns.append(rows.block[row] * units / unit)
@@ -638,14 +641,14 @@ class SharedFriction:
         n = first + len(self.normals)
         for k in self.sticking:
             group = motion.groups.get(k, [k])
-            by = np.sum([uni.touches[j].static * every[place[j]] for j in group], axis=0)
+            by = np.sum([uni.contact_points[j].static * every[place[j]] for j in group], axis=0)
             for slip_sign in (1.0, -1.0) if k in self.members else ():
                 # low + T of what would slide forwards, high − T of what would backwards
                 own = by + slip_sign * every[n]
                 found.append((k, slip_sign, own, float(own @ forces)))
             n += 1
         for m in self.joints:
-            number = len(uni.touches) + m
+            number = len(uni.contact_points) + m
             for slip_sign in (1.0, -1.0) if number in self.members else ():
                 by, value = self._tangent(motion, record, work, m, slip_sign, change)
                 own = by + slip_sign * every[n]
@@ -690,7 +693,7 @@ def shared_friction(motion: ModalMotion) -> SharedFriction | None:
     sticking = tuple(
         n
         for n in normals
-        if motion.modes[n] == "stick" and n not in followers and uni.touches[n].static > 0.0
+        if motion.modes[n] == "stick" and n not in followers and uni.contact_points[n].static > 0.0
     )
     joints = tuple(m for m, mode in enumerate(motion.pairs) if mode == "stick")
     if not joints and len(sticking) < 2:
@@ -715,7 +718,7 @@ def shared_friction(motion: ModalMotion) -> SharedFriction | None:
         at = motion.layout.primitive_node[primitive] == node
         law = JointFriction(motion.system, motion.work, uni.friction_joints[m].pair)
         if moves[n] or (not law.by_law and moves[np.flatnonzero(at)].any()):
-            members.add(len(uni.touches) + m)
+            members.add(len(uni.contact_points) + m)
     pressing = frozenset(k for k in normals if moves[place[k]])
     if not members and not pressing:
         return None
@@ -754,8 +757,8 @@ class _DecisionState:
     y : array
         The state.
     closed : list of int
-        Touches.
-    sliding, resting : arrays (touches,), (frictional joints,)
+        Contact points.
+    sliding, resting : arrays (points,), (frictional joints,)
         Signs of the rates of what slides, zero of what is at rest.
     """
 
@@ -765,8 +768,10 @@ class _DecisionState:
     resting: Array
 
 
-def near_touches(motion: ModalMotion, rows: Rows) -> list[int]:
-    """Touches whose gap is none, within the ends of their edges; rows of the present state."""
+def near_points(motion: ModalMotion, rows: Rows) -> list[int]:
+    """Contact points whose gap is none, within the ends of their edges; rows of the present
+    state.
+    """
     uni, near = motion.uni, motion.near
     within = uni.within_edges(rows, motion.work, near, RATE_NONE_FRICTION * motion.speed)
     found = {int(n) for n in np.flatnonzero((np.abs(uni.gaps(rows)) <= near) & within)}
@@ -791,14 +796,14 @@ def decide(motion: ModalMotion) -> Verdict:
 
 
 def _instant(motion: ModalMotion) -> _DecisionState:
-    uni, transition, count = motion.uni, motion.transition, len(motion.uni.touches)
+    uni, transition, count = motion.uni, motion.transition, len(motion.uni.contact_points)
     motion.load()
     rows = uni.read(motion.work)
     slow, approach = RATE_NONE_FRICTION * motion.speed, uni.approach(rows)
     closed = [
-        k for k in near_touches(motion, rows) if abs(approach[k]) <= slow or k in transition.closed
+        k for k in near_points(motion, rows) if abs(approach[k]) <= slow or k in transition.closed
     ]
-    tangents = [t.tangent for t in uni.touches] + [p.tangent for p in uni.friction_joints]
+    tangents = [t.tangent for t in uni.contact_points] + [p.tangent for p in uni.friction_joints]
     speeds = _speeds(motion, tangents, rows.rate)
     still = np.abs(speeds) <= slow
     still[list(transition.stopped)] = True
@@ -837,8 +842,8 @@ def _model(motion: ModalMotion, now: _DecisionState) -> FrictionModel:
     """The problem, from what the kernels find with all contacts open and no joint stuck."""
     pairs = [_mode(slip_sign) for slip_sign in now.resting]
     motion.y[:] = now.y
-    none = np.zeros(len(motion.uni.touches), dtype=bool)
-    open_ones = ["open"] * len(motion.uni.touches)
+    none = np.zeros(len(motion.uni.contact_points), dtype=bool)
+    open_ones = ["open"] * len(motion.uni.contact_points)
     motion.set_modes(open_ones, pairs, np.column_stack([none, none]), np.zeros(len(pairs)))
     motion.evaluate()
     return model_of(motion, now.closed, now.sliding, now.resting)
@@ -851,8 +856,8 @@ def _mode(slip_sign: float) -> str:
 def _modes(
     motion: ModalMotion, model: FrictionModel, one: FrictionSolution
 ) -> tuple[list[str], list[str]]:
-    """Modes of all touches and frictional joints by a solution."""
-    count = len(motion.uni.touches)
+    """Modes of all contact points and frictional joints by a solution."""
+    count = len(motion.uni.contact_points)
     normal, tangential = one.modes()
     found = {number: mode for number, mode in zip(model.owners, tangential, strict=True)}
     modes = ["open"] * count
@@ -901,10 +906,10 @@ def _changed(
 
 
 def _wrong(motion: ModalMotion, now: _DecisionState, model: FrictionModel) -> dict[int, str]:
-    """Touches and, after these, frictional joints whose modes are not consistent with the forces
-    and accelerations of the kernels, and better ones.
+    """Contact points and, after these, frictional joints whose modes are not consistent with the
+    forces and accelerations of the kernels, and better ones.
     """
-    uni, n, count = motion.uni, motion.system.coordinates, len(motion.uni.touches)
+    uni, n, count = motion.uni, motion.system.coordinates, len(motion.uni.contact_points)
     record, a = motion.record[:, 0], motion.K[0, n : 2 * n]
     motion.load()
     rows, found = uni.read(motion.work), dict[int, str]()
@@ -923,27 +928,30 @@ def _wrong(motion: ModalMotion, now: _DecisionState, model: FrictionModel) -> di
         return slip_sign * along >= -FORCE_NONE * size
 
     for k in now.closed:
-        touch, mode = uni.touches[k], motion.modes[k]
+        point, mode = uni.contact_points[k], motion.modes[k]
         if mode == "open":
-            if not ahead(touch.normal, touch.spot.sign):
-                found[k] = "stick" if touch.static > 0.0 and not now.sliding[k] else "slip+"
+            if not ahead(point.normal, point.candidate.sign):
+                found[k] = "stick" if point.static > 0.0 and not now.sliding[k] else "slip+"
                 if now.sliding[k]:
                     found[k] = _mode(now.sliding[k])
             continue
-        if mode == "idle" or touch.static == 0.0:
-            if uni.pressing(record, touch) < -force:
+        if mode == "idle" or point.static == 0.0:
+            if uni.pressing(record, point) < -force:
                 found[k] = "open"
             continue
-        if uni.pressing(record, touch) < -force:
+        if uni.pressing(record, point) < -force:
             found[k] = "open"
         elif mode == "stick" and k not in followers:
             group = motion.groups.get(k, [k])
-            most = sum(uni.touches[j].static * uni.pressing(record, uni.touches[j]) for j in group)
-            own = float(uni.multiplier(record, touch.tangent))
+            most = sum(
+                uni.contact_points[j].static * uni.pressing(record, uni.contact_points[j])
+                for j in group
+            )
+            own = float(uni.multiplier(record, point.tangent))
             if abs(own) > most + force:
                 found.update(dict.fromkeys(group, _mode(own)))
         elif (
-            mode in SLIP_SIGNS and not now.sliding[k] and not ahead(touch.tangent, SLIP_SIGNS[mode])
+            mode in SLIP_SIGNS and not now.sliding[k] and not ahead(point.tangent, SLIP_SIGNS[mode])
         ):
             found[k] = "stick"
     for m, pair in enumerate(uni.friction_joints):
@@ -976,9 +984,9 @@ def _independent(
     pairs: list[str],
     pressing: dict[int, float],
 ) -> tuple[Array, Array]:
-    """Which rows do not depend on others: of touches (touches, 2), normal and tangent, those that
-    press first, then of frictional joints that stick, last of touches without force. Sets the
-    groups of touches that stick by one row.
+    """Which rows do not depend on others: of contact points (points, 2), normal and tangent, those
+    that press first, then of frictional joints that stick, last of contact points without force.
+    Sets the groups of contact points that stick by one row.
     """
     uni, system = motion.uni, motion.system
     scale, rows = system.coordinate_units, motion.uni.read(motion.work)
@@ -999,26 +1007,28 @@ def _independent(
         return True
 
     def along_one_row(one: int, other: int) -> bool:
-        """Whether two touches of the same bodies slide together, as corners on one edge do."""
-        first, second = (rows.block[uni.touches[k].tangent] * scale for k in (one, other))
+        """Whether two contact points of the same bodies slide together, as corners on one edge
+        do.
+        """
+        first, second = (rows.block[uni.contact_points[k].tangent] * scale for k in (one, other))
         both = float(np.linalg.norm(first)) * float(np.linalg.norm(second))
         same = abs(float(first @ second)) >= (1.0 - ROWS_DEPENDENT) * both
         return same and set(uni.bodies[one]) == set(uni.bodies[other])
 
     for row in dense(system, motion.work)[1]:
         independent(row)
-    on = np.zeros((len(uni.touches), 2), dtype=bool)
+    on = np.zeros((len(uni.contact_points), 2), dtype=bool)
     held = np.zeros(len(uni.friction_joints), dtype=bool)
     motion.groups = {}
     closed = sorted((k for k in now.closed if modes[k] != "open"), key=lambda k: -pressing[k])
     least = CONTACT_FORCE_NONE * max(pressing.values(), default=0.0)
     for k in closed:
         if pressing[k] > least:
-            on[k, 0] = independent(rows.block[uni.touches[k].normal] * scale)
+            on[k, 0] = independent(rows.block[uni.contact_points[k].normal] * scale)
     for k in sorted(closed):
         if modes[k] != "stick" or not on[k, 0]:
             continue
-        if independent(rows.block[uni.touches[k].tangent] * scale):
+        if independent(rows.block[uni.contact_points[k].tangent] * scale):
             on[k, 1] = True
             motion.groups[k] = [k]
         else:
@@ -1030,5 +1040,5 @@ def _independent(
             held[m] = independent(rows.block[uni.friction_joints[m].tangent] * scale)
     for k in closed:
         if pressing[k] <= least:
-            on[k, 0] = independent(rows.block[uni.touches[k].normal] * scale)
+            on[k, 0] = independent(rows.block[uni.contact_points[k].normal] * scale)
     return on, held

@@ -16,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 
 from mbody.analysis.contact.complementarity import JointFriction
-from mbody.analysis.contact.unilateral import SLIP_SIGNS, Rows, Touch, Unilateral
+from mbody.analysis.contact.unilateral import SLIP_SIGNS, ContactPoint, Rows, Unilateral
 from mbody.analysis.dynamics import contact_decision
 from mbody.analysis.dynamics.contact_decision import (
     Impact,
@@ -26,7 +26,7 @@ from mbody.analysis.dynamics.contact_decision import (
     decide,
     first_overlap,
     force_size,
-    near_touches,
+    near_points,
     refuse_led,
     strike,
 )
@@ -84,35 +84,35 @@ Array = np.ndarray
 
 #: Guards that follow from positions and rates.
 PLACES = ("close", "lock", "edge", "enter", "stop")
-#: Guards that follow from where a touch is along its edge.
+#: Guards that follow from where a contact point is along its edge.
 ALONG = ("edge", "enter")
 
 
 def guards_of(motion: ModalMotion) -> list[Guard]:
     """Guards of the present modes: gaps, normal forces, friction reserves, sliding velocities."""
-    found, touches = list[Guard](), motion.uni.touches
+    found, points = list[Guard](), motion.uni.contact_points
     shared = motion.shared.members if motion.shared is not None else frozenset[int]()
     pressing = motion.shared.pressing if motion.shared is not None else frozenset[int]()
     followers = {n for group in motion.groups.values() for n in group[1:]}
-    for n, (touch, mode) in enumerate(zip(touches, motion.modes, strict=True)):
+    for n, (point, mode) in enumerate(zip(points, motion.modes, strict=True)):
         if mode == "open":
             kind = "lock" if motion.uni.one_way[n] else "enter" if n in motion.beyond else "close"
             found.append(Guard(kind, n))
             continue
-        if touch.spot.ends:
+        if point.candidate.ends:
             found.append(Guard("edge", n))
         if mode == "idle":
             continue
         if n not in pressing:
             found.append(Guard("open", n))
-        if touch.static == 0.0:
+        if point.static == 0.0:
             continue
         if mode == "stick":
             if n not in followers and n not in shared:
                 found.append(Guard("slip", n))
         elif mode in SLIP_SIGNS:
             found.append(Guard("stop", n))
-    for m, mode in enumerate(motion.pairs, start=len(touches)):
+    for m, mode in enumerate(motion.pairs, start=len(points)):
         if mode in SLIP_SIGNS or m not in shared:
             found.append(Guard("stop" if mode in SLIP_SIGNS else "slip", m))
     if shared or pressing:
@@ -187,9 +187,9 @@ def _by_positions(motion: ModalMotion, t: Array, records: Array, guards: list[Gu
 
 def _follows_from_record(motion: ModalMotion, guard: Guard) -> bool:
     """Whether the value needs nothing but what is kept of an instant."""
-    if guard.kind != "slip" or guard.number < len(motion.uni.touches):
+    if guard.kind != "slip" or guard.number < len(motion.uni.contact_points):
         return guard.kind in ("open", "slip", "paradox")
-    f = motion.uni.friction_joints[guard.number - len(motion.uni.touches)].pair
+    f = motion.uni.friction_joints[guard.number - len(motion.uni.contact_points)].pair
     kind = FRICTION_KINDS[int(motion.layout.friction_kind[f])]
     return kind not in ("torque", "force", "follower")
 
@@ -199,24 +199,24 @@ def _by_records(motion: ModalMotion, records: Array, guard: Guard) -> Array:
     if guard.kind == "paradox":
         return np.asarray(records[:, motion.system.friction_rows.start + DETERMINANT])
     if guard.kind == "open":
-        return np.asarray(motion.uni.pressing(records, motion.uni.touches[guard.number]))
+        return np.asarray(motion.uni.pressing(records, motion.uni.contact_points[guard.number]))
     return np.asarray(_reserve(motion, records, guard.number))
 
 
 def _sliding_row(motion: ModalMotion, number: int) -> tuple[int, float]:
     """The tangent row of what slides, and its direction."""
-    touches = motion.uni.touches
-    if number < len(touches):
-        return touches[number].tangent, SLIP_SIGNS[motion.modes[number]]
-    m = number - len(touches)
+    points = motion.uni.contact_points
+    if number < len(points):
+        return points[number].tangent, SLIP_SIGNS[motion.modes[number]]
+    m = number - len(points)
     return motion.uni.friction_joints[m].tangent, SLIP_SIGNS[motion.pairs[m]]
 
 
 def _reserve(motion: ModalMotion, records: Array, number: int) -> Array:
     """How much more friction what sticks could have, by records (…, rows)."""
-    uni, touches = motion.uni, motion.uni.touches
-    if number >= len(touches):
-        pair = uni.friction_joints[number - len(touches)]
+    uni, points = motion.uni, motion.uni.contact_points
+    if number >= len(points):
+        pair = uni.friction_joints[number - len(points)]
         force = uni.multiplier(records, pair.tangent)
         law = JointFriction(motion.system, motion.probe, pair.pair)
         x, y = uni.pressing_pair(records, pair)
@@ -225,8 +225,8 @@ def _reserve(motion: ModalMotion, records: Array, number: int) -> Array:
         ahead, back = law.size(x, y, 1.0)[0] - force, law.size(x, y, -1.0)[0] + force
         return np.asarray(np.minimum(ahead, back))
     group = motion.groups.get(number, [number])
-    most = np.sum([touches[k].static * uni.pressing(records, touches[k]) for k in group], axis=0)
-    return np.asarray(most - np.abs(uni.multiplier(records, touches[number].tangent)))
+    most = np.sum([points[k].static * uni.pressing(records, points[k]) for k in group], axis=0)
+    return np.asarray(most - np.abs(uni.multiplier(records, points[number].tangent)))
 
 
 def guard_sizes(motion: ModalMotion) -> list[float]:
@@ -263,18 +263,18 @@ class ModalIntegration(JumpIntegration):
             one.removesuffix(".moving"): self.work_names.index(one)
             for one in works_of_moving(system)
         }
-        #: Modes of the touches and of the frictional joints, and which rows are on.
-        self.modes = ["open"] * len(self.uni.touches)
+        #: Modes of the contact points and of the frictional joints, and which rows are on.
+        self.modes = ["open"] * len(self.uni.contact_points)
         self.pairs = ["slip+"] * len(self.uni.friction_joints)
         self.on = np.zeros(len(self.uni))
-        #: When contacts were struck last, by the number of the touch.
+        #: When contacts were struck last, by the number of the contact point.
         self.struck: dict[int, float] = {}
         self.groups: dict[int, list[int]] = {}
         self.shared: SharedForces | None = None
         self.fresh: dict[Guard, float] = {}
         #: By which rows are on.
         self.layouts: dict[bytes, Layout] = {}
-        #: Open touches that have left their edge over its end.
+        #: Open contact points that have left their edge over its end.
         self.beyond: set[int] = set()
         self.changed_at, self.changes = -np.inf, 0
         #: Whether rates of drivers have jumped.
@@ -306,21 +306,21 @@ class ModalIntegration(JumpIntegration):
         self, modes: list[str] | None = None, pairs: list[str] | None = None
     ) -> dict[str, str]:
         """The mode of every contact and frictional joint, by default the present one: of several
-        touches that which holds most.
+        contact points that which holds most.
         """
         modes, pairs = modes or self.modes, pairs or self.pairs
         found = {
             pair.name: mode for pair, mode in zip(self.uni.friction_joints, pairs, strict=True)
         }
         order = ("open", "idle", "slip-", "slip+", "stick", "roll")
-        for touch, mode in zip(self.uni.touches, modes, strict=True):
-            named = "roll" if mode == "stick" and touch.spot.round else mode
-            if touch.static == 0.0 and mode in SLIP_SIGNS:
+        for point, mode in zip(self.uni.contact_points, modes, strict=True):
+            named = "roll" if mode == "stick" and point.candidate.round else mode
+            if point.static == 0.0 and mode in SLIP_SIGNS:
                 named = "slip+"  # smooth: its direction changes nothing
-            if touch.tangent < 0 and mode != "open":
+            if point.tangent < 0 and mode != "open":
                 named = "stick"
-            held = found.get(touch.name, "open")
-            found[touch.name] = max((held, named), key=order.index)
+            held = found.get(point.name, "open")
+            found[point.name] = max((held, named), key=order.index)
         return {name: "stick" if mode == "idle" else mode for name, mode in found.items()}
 
     @property
@@ -335,8 +335,8 @@ class ModalIntegration(JumpIntegration):
         return CONTACT_GAP_CLOSED * self.system.length
 
     def set_modes(self, modes: list[str], pairs: list[str], on: Array, held: Array) -> None:
-        """Set the modes of touches and frictional joints; which of their rows are on: `on`
-        (touches, 2), and `held` (frictional joints,) of those that stick.
+        """Set the modes of contact points and frictional joints; which of their rows are on: `on`
+        (points, 2), and `held` (frictional joints,) of those that stick.
         """
         uni, work = self.uni, self.work
         rows = np.zeros(len(uni))
@@ -345,21 +345,21 @@ class ModalIntegration(JumpIntegration):
         self.load()
         found = uni.read(work)
         off = uni.turned_from(work)
-        for n, (touch, mode) in enumerate(zip(uni.touches, modes, strict=True)):
+        for n, (point, mode) in enumerate(zip(uni.contact_points, modes, strict=True)):
             if mode == "open":
                 continue
             if not on[n, 0]:
                 self.modes[n] = "idle"
                 continue
-            rows[touch.normal] = 1.0
-            if uni.one_way[n] and not self.on[touch.normal]:
-                work.anchor[touch.normal, 0] = found.value[touch.normal] / uni.unit_of(n)
-            if mode in SLIP_SIGNS and touch.pair >= 0:
-                slip_signs[touch.pair] = SLIP_SIGNS[mode]
+            rows[point.normal] = 1.0
+            if uni.one_way[n] and not self.on[point.normal]:
+                work.anchor[point.normal, 0] = found.value[point.normal] / uni.unit_of(n)
+            if mode in SLIP_SIGNS and point.pair >= 0:
+                slip_signs[point.pair] = SLIP_SIGNS[mode]
             if on[n, 1]:
-                rows[touch.tangent] = 1.0
-                if not self.on[touch.tangent]:
-                    self._anchor(n, touch, found, off)
+                rows[point.tangent] = 1.0
+                if not self.on[point.tangent]:
+                    self._anchor(n, point, found, off)
         for pair, mode, holds in zip(uni.friction_joints, pairs, held, strict=True):
             if mode in SLIP_SIGNS:
                 slip_signs[pair.pair] = SLIP_SIGNS[mode]
@@ -381,12 +381,12 @@ class ModalIntegration(JumpIntegration):
             self.layouts[key] = without_nodes(self.layout, off)
         self.motion = replace(self.motion, layout=self.layouts[key])
 
-    def _anchor(self, n: int, touch: Touch, rows: Rows, off: Array) -> None:
-        """Sticking begins where the touch is."""
-        if touch.spot.solid == "circle":
+    def _anchor(self, n: int, point: ContactPoint, rows: Rows, off: Array) -> None:
+        """Sticking begins where the contact point is."""
+        if point.candidate.solid == "circle":
             self.uni.turn_phase(self.work, n, float(off[n]))
         else:
-            self.work.anchor[touch.tangent, 0] = rows.value[touch.tangent]
+            self.work.anchor[point.tangent, 0] = rows.value[point.tangent]
 
     # -- guards -------------------------------------------------------------------------------
 
@@ -662,16 +662,16 @@ class ContactIntegration(ModalIntegration):
 
     def _impending(self, n: int) -> float:
         """The direction in which what sticks would slide: that of its multiplier."""
-        touches = len(self.uni.touches)
+        points = len(self.uni.contact_points)
         row = (
-            self.uni.touches[n].tangent
-            if n < touches
-            else self.uni.friction_joints[n - touches].tangent
+            self.uni.contact_points[n].tangent
+            if n < points
+            else self.uni.friction_joints[n - points].tangent
         )
         return float(np.sign(self.uni.multiplier(self.record[:, 0], row))) or 1.0
 
     def _together(self, n: int, slip_sign: float) -> dict[int, float]:
-        """The directions in which all slides that sticks by the row of touch or frictional
+        """The directions in which all slides that sticks by the row of contact point or frictional
         joint n.
         """
         group = self.groups.get(n, [n])
@@ -679,16 +679,14 @@ class ContactIntegration(ModalIntegration):
             return {n: slip_sign}
         self.load()
         rows, units = self.uni.read(self.work), self.system.coordinate_units**2
-        own = rows.block[self.uni.touches[n].tangent] * units
-        along = {k: own @ rows.block[self.uni.touches[k].tangent] for k in group}
+        own = rows.block[self.uni.contact_points[n].tangent] * units
+        along = {k: own @ rows.block[self.uni.contact_points[k].tangent] for k in group}
         return {k: slip_sign * float(np.sign(part)) for k, part in along.items()}
 
     def _who(self, guard: Guard) -> str:
-        touches = self.uni.touches
-        one = touches[guard.number] if guard.number < len(touches) else None
-        return (
-            f"'{one.name if one else self.uni.friction_joints[guard.number - len(touches)].name}'"
-        )
+        points = self.uni.contact_points
+        one = points[guard.number] if guard.number < len(points) else None
+        return f"'{one.name if one else self.uni.friction_joints[guard.number - len(points)].name}'"
 
     def _settle(self, *, begins: bool = False) -> str:
         """Impacts while a closed contact is approached, then the modes that go on; a status where
@@ -699,7 +697,7 @@ class ContactIntegration(ModalIntegration):
         for _ in range(STRIKES):
             self.load()
             rows = self.uni.read(self.work)
-            closed = near_touches(self, rows)
+            closed = near_points(self, rows)
             speed = self.speed
             hit = [n for n in closed if self.uni.approach(rows)[n] < -RATE_NONE_FRICTION * speed]
             if not hit:
@@ -707,7 +705,7 @@ class ContactIntegration(ModalIntegration):
             if (status := self._impact(closed, hit)) is not None:
                 return status
         else:
-            return self._ended(f"impacts at '{self.uni.touches[hit[0]].name}' do not end")
+            return self._ended(f"impacts at '{self.uni.contact_points[hit[0]].name}' do not end")
         if not self._go_on(None if begins else before, state_before):
             return self._without_collision(before)
         return ""
@@ -767,10 +765,12 @@ class ContactIntegration(ModalIntegration):
         self.evaluate()
         self.load()
         rows = self.uni.read(self.work)
-        touch = self.uni.touches[first]
+        point = self.uni.contact_points[first]
         up = self.uni.approach(rows)[first]
-        row = touch.normal
-        pull = touch.spot.sign * float(rows.block[row] @ self.K[0, n : 2 * n] - rows.gamma[row])
+        row = point.normal
+        pull = point.candidate.sign * float(
+            rows.block[row] @ self.K[0, n : 2 * n] - rows.gamma[row]
+        )
         flies = up > RATE_NONE_FRICTION * self.speed and pull < 0.0
         flight = -2.0 * up / pull if flies else 0.0
         short = CONTACT_FLIGHT_SHORTEST * np.sqrt(self.system.length / max(abs(pull), TINY))
@@ -781,7 +781,7 @@ class ContactIntegration(ModalIntegration):
         # what rocks from one place to another strikes ever sooner without a flight
         rocks = again and not (flies or soon) and len(closed) > 1
         if rocks or soon or (flies and flight < short):
-            last = flight / (1.0 - touch.restitution) if flies and not soon else 0.0
+            last = flight / (1.0 - point.restitution) if flies and not soon else 0.0
             kind, when = "rest", t + last
             self.y[n : 2 * n] = before
             self.load()
@@ -797,13 +797,13 @@ class ContactIntegration(ModalIntegration):
         elif flies:
             self.state[NEXT] = min(self.state[NEXT], FLIGHT * flight)
         self._add_losses(found, closed)
-        self._record_contact(kind, when, touch.name, record, self.record)
+        self._record_contact(kind, when, point.name, record, self.record)
         self.transition.closed -= set(closed)
         return None
 
     def _wedged(self, hit: list[int]) -> str:
         """No velocities keep all that strikes apart: drivers lead it from two sides."""
-        names = dict.fromkeys(self.uni.touches[k].name for k in hit)
+        names = dict.fromkeys(self.uni.contact_points[k].name for k in hit)
         shown = ", ".join(f"'{name}'" for name in names)
         return self._ended(
             f"an impact at {shown} has no solution: what strikes is driven against both sides at "
@@ -813,7 +813,7 @@ class ContactIntegration(ModalIntegration):
     def _add_losses(self, found: Impact, closed: list[int]) -> None:
         """The energy that an impact took of the contacts; what stops that move gave."""
         for k, gained, moved in zip(closed, found.gained, found.moved, strict=True):
-            name = self.uni.touches[k].name
+            name = self.uni.contact_points[k].name
             self.lost[self.stops.index(name)] += gained
             if name in self.moving:
                 self.total[self.moving[name]] += moved
@@ -824,20 +824,24 @@ class ContactIntegration(ModalIntegration):
         """Painlevé's paradox: no accelerations are consistent, an impact without collision is."""
         n, t = self.system.coordinates, float(self.state[TIME])
         self.load()
-        closed = near_touches(self, self.uni.read(self.work))
+        closed = near_points(self, self.uni.read(self.work))
         if not closed:
             return self._undecided()
         record, velocities = self.record.copy(), self.y[n : 2 * n].copy()
         found = strike(self.uni, self.work, closed, without_collision=True)
-        names = ", ".join(dict.fromkeys(f"'{self.uni.touches[k].name}'" for k in closed))
-        self._record_contact("inconsistent", t, self.uni.touches[closed[0]].name, record, record)
+        names = ", ".join(dict.fromkeys(f"'{self.uni.contact_points[k].name}'" for k in closed))
+        self._record_contact(
+            "inconsistent", t, self.uni.contact_points[closed[0]].name, record, record
+        )
         if found is None:
             return self._ended(f"no accelerations and no impact are consistent at {names}")
         self._switch_off()
         self.y[n : 2 * n] = velocities + found.jump
         self.evaluate()
         self._add_losses(found, closed)
-        self._record_contact("impact", t, self.uni.touches[closed[0]].name, record, self.record)
+        self._record_contact(
+            "impact", t, self.uni.contact_points[closed[0]].name, record, self.record
+        )
         self.contact_notes.append(
             f"at t = {t:.6g} {self.system.mechanism.units.time} {self.none} with the friction at "
             f"{names} (Painlevé's paradox): an impact without collision followed"
@@ -858,10 +862,10 @@ class ContactIntegration(ModalIntegration):
     def _note_several(self, record: Array) -> None:
         """Several accelerations are consistent: an event and a note."""
         t = float(self.state[TIME])
-        who = [n for n in sorted(self.transition.closed)] or near_touches(
+        who = [n for n in sorted(self.transition.closed)] or near_points(
             self, self.uni.read(self.work)
         )
-        names = [self.uni.touches[k].name for k in who] or [
+        names = [self.uni.contact_points[k].name for k in who] or [
             p.name for p in self.uni.friction_joints
         ]
         shown = ", ".join(dict.fromkeys(f"'{name}'" for name in names))
@@ -881,7 +885,7 @@ class ContactIntegration(ModalIntegration):
     def _paradox(self) -> str:
         sliding = [
             t.name
-            for t, mode in zip(self.uni.touches, self.modes, strict=True)
+            for t, mode in zip(self.uni.contact_points, self.modes, strict=True)
             if mode in SLIP_SIGNS
         ] + [
             p.name
@@ -901,9 +905,9 @@ class ContactIntegration(ModalIntegration):
         slides goes on to.
         """
         slip_signs = self.work.slip_sign[: len(self.layout.friction_kind), 0].copy()
-        for touch in self.uni.touches:
-            if touch.pair >= 0:
-                slip_signs[touch.pair] = 0.0
+        for point in self.uni.contact_points:
+            if point.pair >= 0:
+                slip_signs[point.pair] = 0.0
         self.on = np.zeros(len(self.on))
         self.uni.set_rows(self.work, self.on, slip_signs)
 
@@ -920,8 +924,8 @@ class ContactIntegration(ModalIntegration):
         """Records mode changes of contacts that were closed before, and contacts that close without
         an impact.
         """
-        touches = self.uni.touches
-        free = {touches[n].name for n in np.flatnonzero(self.uni.one_way)}
+        points = self.uni.contact_points
+        free = {points[n].name for n in np.flatnonzero(self.uni.one_way)}
         t, now = float(self.state[TIME]), self.named_modes()
         for name, old in self.named_modes(*before).items():
             new = now[name]

@@ -684,13 +684,13 @@ class ImpulseIntegration(Integration):
                 made[:, b : b + PER_PRIMITIVE] = records[:, a : a + PER_PRIMITIVE]
         made[:, whole.own_rows] = records[:, bare.own_rows]
         for contact in whole.mechanism.contacts:
-            spot = contact.spots(whole.numbers)[0]
+            candidate = contact.candidates(whole.numbers)[0]
             o = n + PER_PRIMITIVE * whole.primitives_of[contact.name][0]
-            second = contact.bodies[0 if spot.swapped else 1]
+            second = contact.bodies[0 if candidate.swapped else 1]
             fx, fy, torque = stepped.force(contact.name)
-            sign = -1.0 if spot.swapped else 1.0
+            sign = -1.0 if candidate.swapped else 1.0
             x, y = self._torque_point(contact, second, records)
-            made[:, o, 0] = -spot.sign * stepped.pressing(contact.name)
+            made[:, o, 0] = -candidate.sign * stepped.pressing(contact.name)
             made[:, o + 2, 0], made[:, o + 3, 0] = sign * fx, sign * fy
             made[:, o + 4, 0] = sign * (torque - x * fy + y * fx)
         return made

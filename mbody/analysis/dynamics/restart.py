@@ -28,7 +28,7 @@ GUARDS = ("close", "lock", "open", "edge", "enter", "slip", "share", "stop", "pa
 def set_switched(uni: Unilateral, work: Work, found: ModalState) -> np.ndarray:
     """Set rows, anchors, phases and slip signs of a workspace; returns which rows are on."""
     on, slip_signs = np.array(found.on), np.zeros(len(uni.layout.friction_kind))
-    pairs = [one.pair for one in uni.touches] + [one.pair for one in uni.friction_joints]
+    pairs = [one.pair for one in uni.contact_points] + [one.pair for one in uni.friction_joints]
     for pair, mode in zip(pairs, (*found.modes, *found.pairs), strict=True):
         if mode in SLIP_SIGNS and pair >= 0:
             slip_signs[pair] = SLIP_SIGNS[mode]
@@ -55,9 +55,9 @@ def fresh_guards(found: ModalState) -> dict[Guard, float]:
 def unfit_modes(system: System, found: ModalState) -> str | None:
     """Reason why modes do not fit a system; None where they fit."""
     uni = Unilateral(system)
-    touches, every = len(uni.touches), len(uni.touches) + len(uni.friction_joints)
+    points, every = len(uni.contact_points), len(uni.contact_points) + len(uni.friction_joints)
     sizes = {
-        "modes": touches,
+        "modes": points,
         "pairs": len(uni.friction_joints),
         "on": len(uni),
         "anchor": len(uni),

@@ -159,13 +159,13 @@ def _worded(
 ) -> tuple[FreeMotion, ...]:
     """Motions with words; the basis (motions, coordinates) with lengths by the model length."""
     scale = np.array([system.length, system.length, 1.0])
-    touching, found = _Touching(system), []
+    neighbours, found = _Neighbours(system), []
     for row, leader in zip(basis, leaders, strict=True):
         rates = row.reshape(-1, 3) * scale
         own = rates[system.bodies[leader]]
         turns = abs(row[3 * system.bodies[leader] + 2]) >= RATE_NONE_MOTION
         unit = own[2] if turns else np.hypot(own[0], own[1])
-        found.append(_Words(system, q, touching, rates / unit, leader).motion())
+        found.append(_Words(system, q, neighbours, rates / unit, leader).motion())
     return tuple(found)
 
 
@@ -231,7 +231,7 @@ def panel_echelon(system: System, motions: Array, order: Sequence[str]) -> tuple
     return T[rows] @ motions, [order[column // 3] for column, _ in found]
 
 
-class _Touching:
+class _Neighbours:
     """The joints of every body."""
 
     def __init__(self, system: System) -> None:
@@ -260,14 +260,14 @@ class _Words:
     """Finds the words for one motion; rates (bodies, 3) with their units."""
 
     def __init__(
-        self, system: System, q: Array, touching: _Touching, rates: Array, leader: str
+        self, system: System, q: Array, neighbours: _Neighbours, rates: Array, leader: str
     ) -> None:
-        self.system, self.q, self.touching, self.leader = system, q, touching, leader
+        self.system, self.q, self.neighbours, self.leader = system, q, neighbours, leader
         size = np.abs(rates / [system.length, system.length, 1.0]).max(axis=1)
         self.small = RATE_NONE_MOTION * float(size.max())
-        self.rates, self.names = rates, touching.names
+        self.rates, self.names = rates, neighbours.names
         moving = size > self.small
-        guided = touching.guided(moving)
+        guided = neighbours.guided(moving)
         # the leader first
         first = system.bodies[leader]
         order = np.flatnonzero(moving)
@@ -328,9 +328,9 @@ class _Words:
         """A pin that does not move, else where the instantaneous centre is."""
         x, y = self.q[3 * self.system.bodies[name] :][:2]
         vx, vy, w = self._rate(name)
-        touching = self.touching.joints[name]
+        neighbours = self.neighbours.joints[name]
         near = RATE_NONE_MOTION * self.system.length * 10.0
-        for joint in touching:
+        for joint in neighbours:
             side = "i" if joint.i.body == name else "j"
             px, py = place(self.system, self.q, joint, side)
             speed = np.hypot(vx - w * (py - y), vy + w * (px - x))
@@ -339,7 +339,7 @@ class _Words:
         where = f"({_number(x - vy / w)}, {_number(y + vx / w)})"
         if np.hypot(vx, vy) < near * abs(w):
             where = f"its mass centre {where}"
-        return f"{where} at this instant" if touching else where
+        return f"{where} at this instant" if neighbours else where
 
     def _glides(self, bodies: Array) -> str:
         """Along which direction bodies move that do not turn."""

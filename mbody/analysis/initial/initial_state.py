@@ -68,7 +68,7 @@ class Fitted:
     ----------
     q : array (coordinates + 3,)
         The position, the ground last.
-    off : array (spots,)
+    off : array (candidates,)
         What is prescribed less what it is there, in model lengths and radians.
     """
 
@@ -144,12 +144,12 @@ def fitted_note(system: System, prescribed: Sequence[Prescribed], found: Fitted)
     size = abs(float(found.off[worst]))
     if size <= START_CHANGE_ROUNDING:
         return ()
-    spot = prescribed[worst]
-    unit = "deg" if spot.key == "angle" else system.mechanism.units.length
-    change = np.degrees(size) if spot.key == "angle" else size * system.length
+    candidate = prescribed[worst]
+    unit = "deg" if candidate.key == "angle" else system.mechanism.units.length
+    change = np.degrees(size) if candidate.key == "angle" else size * system.length
     return (
         f"the places of the start were fitted to joints and drivers: by {change:.2g} {unit} at "
-        f"most, of {spot.name}",
+        f"most, of {candidate.name}",
     )
 
 
@@ -159,10 +159,10 @@ def misplaced(system: System, prescribed: Sequence[Prescribed], found: Fitted) -
     wrong = [int(n) for n in order if abs(found.off[n]) > 0.1 * START_CHANGE_ALLOWED]
     parts = []
     for n in wrong[:NAMED]:
-        spot = prescribed[n]
-        value = spot.value - spot.unit(system) * float(found.off[n])
-        given = np.degrees(spot.value) if spot.key == "angle" else spot.value
-        parts.append(f"{spot.with_value(system, value)} (not {given:.7g})")
+        candidate = prescribed[n]
+        value = candidate.value - candidate.unit(system) * float(found.off[n])
+        given = np.degrees(candidate.value) if candidate.key == "angle" else candidate.value
+        parts.append(f"{candidate.with_value(system, value)} (not {given:.7g})")
     more = f" and {len(wrong) - NAMED} more" if len(wrong) > NAMED else ""
     return SolveError(
         "the places of the start do not fit together: the nearest position that joints and drivers "
@@ -311,12 +311,14 @@ def _places(system: System, simulation: SimulationSettings) -> tuple[np.ndarray,
         first = placed(system, {k: v for k, v in guess.items() if v is not None}, driver_values)
         sure = [one for one in imposed if one[1][1] in simulation.start[one[1][0]]]
         for some in (imposed, sure):
-            spots = [Prescribed(body, key, float(value)) for _, (body, key, _), value, _ in some]
-            found = fitted_places(system, work, spots, first) if spots else None
+            candidates = [
+                Prescribed(body, key, float(value)) for _, (body, key, _), value, _ in some
+            ]
+            found = fitted_places(system, work, candidates, first) if candidates else None
             if found is not None and found.near:
-                return found.q, fitted_note(system, spots, found)
+                return found.q, fitted_note(system, candidates, found)
         if found is not None and system.rows + len(sure) > system.coordinates:
-            raise misplaced(system, spots, found)
+            raise misplaced(system, candidates, found)
         imposed = sure or imposed
     driven = with_start_drivers(system, imposed)
     start = closed(driven, 0.0, {name: float(value) for name, _, value, _ in imposed})

@@ -61,7 +61,7 @@ Array = np.ndarray
 
 
 @dataclass(frozen=True)
-class OracleSpot:
+class OracleCandidate:
     """A place where two bodies may touch: a circle on one of them, and on the other a line that
     begins at a place with a direction (or ends at another place), a circle, or a ring.
     """
@@ -79,11 +79,13 @@ class OracleSpot:
     newton: bool = False
 
 
-def spots_of(contact: Any) -> list[OracleSpot]:
+def candidates_of(contact: Any) -> list[OracleCandidate]:
     """The places of a contact."""
     if isinstance(contact, Rope):
         length = float(contact.length)
-        return [OracleSpot(contact.name, contact.j, 0.0, contact.i, "rope", second_size=length)]
+        return [
+            OracleCandidate(contact.name, contact.j, 0.0, contact.i, "rope", second_size=length)
+        ]
     if not isinstance(contact, Contact):
         raise NotImplementedError(f"'{contact.name}': it has no contacts between groups")
     mu = float(contact.friction)
@@ -102,15 +104,17 @@ def spots_of(contact: Any) -> list[OracleSpot]:
         corners = isinstance(shape, Polygon | Segment)
         if circles and straight and not (corners and isinstance(flat, Segment)):
             place, kind, end = _straight(other, flat)
-            return [OracleSpot(contact.name, c, r, place, kind, end, **more) for c, r in circles]
+            return [
+                OracleCandidate(contact.name, c, r, place, kind, end, **more) for c, r in circles
+            ]
         if circles and isinstance(flat, Ring) and not corners:
             ((c, r),) = circles
             hole, size = Marker(other, flat.ring), float(flat.radius)
-            return [OracleSpot(contact.name, c, r, hole, "ring", second_size=size, **more)]
+            return [OracleCandidate(contact.name, c, r, hole, "ring", second_size=size, **more)]
     rounds = [_circles(body, shape) for body, shape in sides if isinstance(shape, Disc | Vertex)]
     if len(rounds) == 2:
         ((i, ri),), ((j, rj),) = rounds
-        return [OracleSpot(contact.name, j, rj, i, "circle", second_size=ri, **more)]
+        return [OracleCandidate(contact.name, j, rj, i, "circle", second_size=ri, **more)]
     raise NotImplementedError(f"'{contact.name}': it has no contacts of corners with edges")
 
 
@@ -131,76 +135,87 @@ def _straight(body: str, shape: Any) -> tuple[Marker, str, Marker | None]:
     return Marker(body, first), "segment", Marker(body, last)
 
 
-class OracleTouching:
+class OracleContacts:
     """All places of a mechanism where bodies may touch."""
 
     def __init__(self, reference: Reference, contacts: Any) -> None:
         self.reference = reference
-        self.spots = [spot for contact in contacts for spot in spots_of(contact)]
+        self.candidates = [
+            candidate for contact in contacts for candidate in candidates_of(contact)
+        ]
 
     def __len__(self) -> int:
-        return len(self.spots)
+        return len(self.candidates)
 
-    def _frame(self, q: Any, spot: OracleSpot) -> tuple[Any, ...]:
+    def _frame(self, q: Any, candidate: OracleCandidate) -> tuple[Any, ...]:
         """Gap, normal from the other body to that of the circle, and the point of contact."""
         r = self.reference
-        cx, cy = r.place(q, spot.circle)
-        ox, oy = r.place(q, spot.other)
+        cx, cy = r.place(q, candidate.circle)
+        ox, oy = r.place(q, candidate.other)
         dx, dy = cx - ox, cy - oy
-        if spot.kind in ("line", "segment"):
-            if spot.end is None:
-                angle = r.pose(q, spot.other.body)[2] + spot.other.angle
+        if candidate.kind in ("line", "segment"):
+            if candidate.end is None:
+                angle = r.pose(q, candidate.other.body)[2] + candidate.other.angle
                 ux, uy = np.cos(angle), np.sin(angle)
             else:
-                ex, ey = r.place(q, spot.end)
+                ex, ey = r.place(q, candidate.end)
                 whole = np.sqrt((ex - ox) ** 2 + (ey - oy) ** 2)
                 ux, uy = (ex - ox) / whole, (ey - oy) / whole
                 along = dx * ux + dy * uy
                 beyond = np.real(along) < 0.0 or np.real(along) > np.real(whole)
-                if beyond and spot.radius == 0.0:
+                if beyond and candidate.radius == 0.0:
                     return FAR + 0.0 * dx, -uy, ux, cx, cy
                 if beyond:
                     if np.real(along) > 0.0:
                         dx, dy = cx - ex, cy - ey
                     far = np.sqrt(dx * dx + dy * dy)
                     nx, ny = dx / far, dy / far
-                    return far - spot.radius, nx, ny, cx - spot.radius * nx, cy - spot.radius * ny
+                    return (
+                        far - candidate.radius,
+                        nx,
+                        ny,
+                        cx - candidate.radius * nx,
+                        cy - candidate.radius * ny,
+                    )
             nx, ny = -uy, ux
-            gap = nx * dx + ny * dy - spot.radius
-            return gap, nx, ny, cx - spot.radius * nx, cy - spot.radius * ny
+            gap = nx * dx + ny * dy - candidate.radius
+            return gap, nx, ny, cx - candidate.radius * nx, cy - candidate.radius * ny
         far = np.sqrt(dx * dx + dy * dy)
-        if spot.kind == "circle":
+        if candidate.kind == "circle":
             nx, ny = dx / far, dy / far
-            gap = far - spot.radius - spot.second_size
-            return gap, nx, ny, cx - spot.radius * nx, cy - spot.radius * ny
+            gap = far - candidate.radius - candidate.second_size
+            return gap, nx, ny, cx - candidate.radius * nx, cy - candidate.radius * ny
         # within a ring, or on a rope: the normal points back
         if np.real(far) == 0.0:
-            return spot.second_size - spot.radius + 0.0 * dx, 1.0, 0.0, cx, cy
+            return candidate.second_size - candidate.radius + 0.0 * dx, 1.0, 0.0, cx, cy
         nx, ny = -dx / far, -dy / far
         return (
-            spot.second_size - spot.radius - far,
+            candidate.second_size - candidate.radius - far,
             nx,
             ny,
-            cx - spot.radius * nx,
-            cy - spot.radius * ny,
+            cx - candidate.radius * nx,
+            cy - candidate.radius * ny,
         )
 
     def gaps(self, q: Array) -> Array:
-        """Gaps (spots,) at q (3n,)."""
+        """Gaps (candidates,) at q (3n,)."""
         every = self.reference.with_ground(q)
-        return np.array([np.real(self._frame(every, spot)[0]) for spot in self.spots], dtype=float)
+        return np.array(
+            [np.real(self._frame(every, candidate)[0]) for candidate in self.candidates],
+            dtype=float,
+        )
 
     def rates(self, q: Array, v: Array, which: Sequence[int] | None = None) -> Array:
-        """Rates of gaps, then of sliding (2 spots, …), for velocities v (3n, …); of those spots
-        alone, or of all.
+        """Rates of gaps, then of sliding (2 candidates, …), for velocities v (3n, …); of those
+        contact candidates alone, or of all.
         """
         r = self.reference
         every, moves = r.with_ground(q), r.with_ground(v)
         across, along = [], []
-        for spot in self.spots if which is None else [self.spots[k] for k in which]:
-            _, nx, ny, px, py = self._frame(every, spot)
+        for candidate in self.candidates if which is None else [self.candidates[k] for k in which]:
+            _, nx, ny, px, py = self._frame(every, candidate)
             ends = []
-            for body in (spot.circle.body, spot.other.body):
+            for body in (candidate.circle.body, candidate.other.body):
                 x, y, _ = r.pose(every, body)
                 vx, vy, w = r.pose(moves, body)
                 ends.append((vx - w * (py - y), vy + w * (px - x)))
@@ -210,7 +225,7 @@ class OracleTouching:
         return np.array([*across, *along])
 
     def rows(self, q: Array, which: Sequence[int] | None = None) -> Array:
-        """(2 spots, 3n): rates are rows · v."""
+        """(2 candidates, 3n): rates are rows · v."""
         return self.rates(q, np.eye(len(q)), which).reshape(-1, len(q)).real
 
     def drift(self, q: Array, v: Array, which: Sequence[int] | None = None) -> Array:
@@ -220,8 +235,8 @@ class OracleTouching:
 
     def length(self) -> float:
         """A length of the places: the greatest radius, or arm."""
-        arms = [math.hypot(*self.reference.arm(s.circle)) + s.radius for s in self.spots]
-        return max([*arms, *(s.second_size for s in self.spots)]) or 1.0
+        arms = [math.hypot(*self.reference.arm(s.circle)) + s.radius for s in self.candidates]
+        return max([*arms, *(s.second_size for s in self.candidates)]) or 1.0
 
 
 # -- Guards of contact modes for SciPy's integrators -------------------------------------------
@@ -287,7 +302,7 @@ class DenseContactMotion:
     """
 
     reference: Reference
-    touching: OracleTouching
+    contacts: OracleContacts
     drivers: tuple[str, ...] = ()
     rtol: float = RTOL_COMPARISON
     events: list[DenseEvent] = field(default_factory=list)
@@ -295,7 +310,7 @@ class DenseContactMotion:
     def __post_init__(self) -> None:
         self.mass = self.reference.mass_matrix()
         self.rows = self.reference.active_rows(self.drivers)
-        self.size = self.touching.length()
+        self.size = self.contacts.length()
         self.swift = 0.0
 
     # -- one instant -----------------------------------------------------------------------------
@@ -321,7 +336,7 @@ class DenseContactMotion:
         self, q: Array, closed: Sequence[int], modes: Sequence[str], mu: Array, joints: Array
     ) -> tuple[Array, Array]:
         """Rows that are constrained, and along which the forces of their multipliers act."""
-        W, m = self.touching.rows(q, closed), len(closed)
+        W, m = self.contacts.rows(q, closed), len(closed)
         constrained, forces = [joints], [joints]
         for n, (k, mode) in enumerate(zip(closed, modes, strict=True)):
             if mode == OPEN:
@@ -339,7 +354,7 @@ class DenseContactMotion:
         self, closed: Sequence[int], modes: Sequence[str], mu: Array, lam: Array
     ) -> tuple[Array, Array]:
         """(λ_N, λ_T) of all places, from the multipliers."""
-        m, n = len(self.touching), len(self.rows)
+        m, n = len(self.contacts), len(self.rows)
         normal, along = np.zeros(m), np.zeros(m)
         for k, mode in zip(closed, modes, strict=True):
             if mode != OPEN:
@@ -357,7 +372,7 @@ class DenseContactMotion:
         r = self.reference
         joints = r.phi_q(q, t)[self.rows]
         constrained, forces = self._combined(q, closed, modes, mu, joints)
-        drift, m = self.touching.drift(q, v, closed), len(closed)
+        drift, m = self.contacts.drift(q, v, closed), len(closed)
         known = [n for n, mode in enumerate(modes) if mode != OPEN]
         known += [m + n for n, k in enumerate(closed) if modes[n] == STICK and mu[k] > 0.0]
         target = np.concatenate([r.gamma(q, v, t)[self.rows], -drift[known]])
@@ -367,10 +382,10 @@ class DenseContactMotion:
         return found[0], *self._forces(closed, modes, mu, found[1])
 
     def _mu(self, which: str) -> Array:
-        return np.array([getattr(spot, which) for spot in self.touching.spots])
+        return np.array([getattr(candidate, which) for candidate in self.contacts.candidates])
 
     def _choices(self, k: int, along: float, fast: float) -> tuple[str, ...]:
-        if self.touching.spots[k].static == 0.0:
+        if self.contacts.candidates[k].static == 0.0:
             return STICK, OPEN  # without friction sticking is touching
         if abs(along) > ORACLE_VELOCITY_NONE * fast:
             return (FORWARD if along > 0.0 else BACKWARD), OPEN
@@ -383,9 +398,9 @@ class DenseContactMotion:
         leaves several, that which `ended` names for a contact whose mode has come to its end.
         """
         self._few(closed)
-        W, m = self.touching.rows(q), len(self.touching)
+        W, m = self.contacts.rows(q), len(self.contacts)
         rates, fast = W @ v, self._fast(v)
-        drift = self.touching.drift(q, v)
+        drift = self.contacts.drift(q, v)
         choices = [
             sorted(self._choices(k, float(rates[m + k]), fast), key=lambda one: one != ended.get(k))
             for k in closed
@@ -435,7 +450,7 @@ class DenseContactMotion:
             return False
         if mode == STICK:
             return bool(abs(along[k]) <= mu[k] * normal[k] + press)
-        m = len(self.touching)
+        m = len(self.contacts)
         return not still or bool(SLIP_SIGN[mode] * change[m + k] >= -size)
 
     def _freely(self, t: float, q: Array, v: Array) -> float:
@@ -459,9 +474,9 @@ class DenseContactMotion:
     def strike(self, t: float, q: Array, v: Array, closed: Sequence[int], plastic: bool) -> Array:
         """Velocities after an impact of closed contacts, compression then expansion."""
         self._few(closed)
-        e = np.zeros(len(self.touching)) if plastic else self._mu("restitution")
-        newton = np.array([spot.newton for spot in self.touching.spots])
-        before = (self.touching.rows(q) @ v)[: len(e)]
+        e = np.zeros(len(self.contacts)) if plastic else self._mu("restitution")
+        newton = np.array([candidate.newton for candidate in self.contacts.candidates])
+        before = (self.contacts.rows(q) @ v)[: len(e)]
         shift = np.where(newton, e * np.minimum(before, 0.0), 0.0)
         after, impulse = self._phase(t, q, v, closed, shift, np.zeros(len(e)))
         least = np.where(newton, 0.0, e) * impulse
@@ -475,8 +490,8 @@ class DenseContactMotion:
         """Velocities and normal impulses after one phase, in which each contact has an impulse of
         at least `least`, more only where its rate plus `shift` is zero.
         """
-        r, m, mu = self.reference, len(self.touching), self._mu("friction")
-        W, joints = self.touching.rows(q), r.phi_q(q, t)[self.rows]
+        r, m, mu = self.reference, len(self.contacts), self._mu("friction")
+        W, joints = self.contacts.rows(q), r.phi_q(q, t)[self.rows]
         still = np.zeros(len(joints))
         fast, push = self._fast(v), float(np.abs(self.mass @ v).max(initial=0.0)) or 1.0
         kept = joints @ v
@@ -544,7 +559,7 @@ class DenseContactMotion:
         fast: float,
         push: float,
     ) -> bool:
-        m = len(self.touching)
+        m = len(self.contacts)
         for k, mode in zip(closed, modes, strict=True):
             if mode == OPEN and rates[k] + shift[k] < -ORACLE_VELOCITY_NONE * fast:
                 return False
@@ -616,19 +631,19 @@ class DenseContactMotion:
         """Impacts until nothing approaches, then the modes of what is closed."""
         struck: list[str] = []
         for attempt in range(20):
-            gaps, rates = self.touching.gaps(q), self.touching.rows(q) @ v
+            gaps, rates = self.contacts.gaps(q), self.contacts.rows(q) @ v
             near = [k for k in range(len(gaps)) if gaps[k] <= ORACLE_GAP_CLOSED * self.size]
             fast = self._fast(v)
             hits = [k for k in near if rates[k] < -ORACLE_VELOCITY_NONE * fast]
             if not hits:
                 break
-            struck += [self.touching.spots[k].name for k in hits]
+            struck += [self.contacts.candidates[k].name for k in hits]
             v = self.strike(t, q, v, near, self._last_flight(q, v, near) or attempt > 10)
         closed = tuple(k for k in near if rates[k] <= ORACLE_VELOCITY_NONE * fast)
         modes = self.decide(t, q, v, closed, ended)
         lasting = tuple(k for k, mode in zip(closed, modes, strict=True) if mode != OPEN)
         kept = tuple(mode for mode in modes if mode != OPEN)
-        every = [OPEN] * len(self.touching)
+        every = [OPEN] * len(self.contacts)
         for k, mode in zip(lasting, kept, strict=True):
             every[k] = mode
         self.events.append(DenseEvent(t, tuple(struck), tuple(every)))
@@ -636,7 +651,7 @@ class DenseContactMotion:
 
     def _last_flight(self, q: Array, v: Array, near: Sequence[int]) -> bool:
         """Whether rebounds are so slow that all that follow are one instant."""
-        e, rates = self._mu("restitution"), self.touching.rows(q) @ v
+        e, rates = self._mu("restitution"), self.contacts.rows(q) @ v
         free = self._freely(0.0, q, v) or 1.0
         slow = max((-e[k] * rates[k] for k in near), default=0.0)
         return bool(
@@ -655,14 +670,14 @@ class DenseContactMotion:
         mu = self._mu("friction")
         for k, mode in zip(closed, modes, strict=True):
             if mode == STICK:
-                mu[k] = self.touching.spots[k].static
+                mu[k] = self.contacts.candidates[k].static
         return mu
 
     def _guards(
         self, t: float, q: Array, v: Array, closed: Sequence[int], modes: Sequence[str]
     ) -> list[ModeGuard]:
         """Functions whose zeros end the modes that begin at t."""
-        n, m = 3 * self.reference.n, len(self.touching)
+        n, m = 3 * self.reference.n, len(self.contacts)
         mu = self._sliding(modes, closed)
 
         last: dict[bytes, tuple[Array, Array, Array]] = {}
@@ -683,13 +698,13 @@ class DenseContactMotion:
             guards.append(guard)
 
         # what parts begins with a gap that counts as one, or its first zero would be the start
-        first = self.touching.gaps(q)
+        first = self.contacts.gaps(q)
         beyond = np.where(
             first <= ORACLE_GAP_CLOSED * self.size, ORACLE_GAP_PARTED * self.size - first, 0.0
         )
 
         def gap(t: float, y: Array, k: int) -> float:
-            return float(self.touching.gaps(y[:n])[k] + max(0.0, beyond[k]))
+            return float(self.contacts.gaps(y[:n])[k] + max(0.0, beyond[k]))
 
         def pressing(t: float, y: Array, k: int) -> float:
             return float(forces(t, y)[1][k])
@@ -699,7 +714,7 @@ class DenseContactMotion:
             return float(mu[k] * normal[k] - sign * along[k])
 
         def sliding(t: float, y: Array, k: int, slip_sign: float) -> float:
-            return float(slip_sign * self.touching.rates(y[:n], y[n:])[m + k])
+            return float(slip_sign * self.contacts.rates(y[:n], y[n:])[m + k])
 
         for k in range(m):
             if k not in closed:
@@ -781,7 +796,7 @@ def _motion(system: System, run: Solution, rtol: float) -> tuple[Array, Array]:
     reference = Reference(system.mechanism)
     dense = DenseContactMotion(
         reference,
-        OracleTouching(reference, system.mechanism.contacts),
+        OracleContacts(reference, system.mechanism.contacts),
         tuple(driver.name for driver in system.drivers),
         rtol,
     )

@@ -20,7 +20,7 @@ from mbody.core.tolerances import (
 )
 from mbody.engines.crosscheck_result import Comparison, CrosscheckResult, Inexpressible
 from mbody.engines.load_forces import follows_formula
-from mbody.engines.oracle.contact_motion import OracleTouching, contact_crosscheck
+from mbody.engines.oracle.contact_motion import OracleContacts, contact_crosscheck
 from mbody.engines.oracle.friction import has_friction
 from mbody.engines.oracle.mechanics import Reference
 from mbody.solution.histories import own_history
@@ -58,7 +58,7 @@ class _ClosedCheck:
         self.system, self.run, machine = system, run, system.mechanism
         self.reference = Reference(machine)
         self.closed = [one for one in machine.contacts if one.closed]
-        self.touching = OracleTouching(self.reference, self.closed)
+        self.contacts = OracleContacts(self.reference, self.closed)
         self.scale = np.tile([1.0, 1.0, 1.0 / system.length], len(machine.bodies))
         self.conditions: list[float] = []
         self.gaps: list[dict[str, float]] = []
@@ -73,7 +73,7 @@ class _ClosedCheck:
 
     def at(self, k: int) -> None:
         """The forces at an instant, by our motion."""
-        oracle, touching, machine = self.reference, self.touching, self.system.mechanism
+        oracle, contacts, machine = self.reference, self.contacts, self.system.mechanism
         t, q = float(self.run.t[k]), self._state(("x", "y", "angle"), k)
         still = np.zeros_like(q)
         v = a = still
@@ -84,15 +84,15 @@ class _ClosedCheck:
             one.name: float(own_history(self.run, one.name)[k])
             for one in (*machine.inputs, *machine.states)
         }
-        gaps = touching.gaps(q)
+        gaps = contacts.gaps(q)
         near = np.abs(gaps) <= CONTACT_GAP_CLOSED_RESULT * self.system.length
-        names = [spot.name for spot in touching.spots]
-        count, W, rates = len(names), touching.rows(q), np.real(touching.rates(q, v))
+        names = [candidate.name for candidate in contacts.candidates]
+        count, W, rates = len(names), contacts.rows(q), np.real(contacts.rates(q, v))
         rolls = {one.name: one.rolls for one in self.closed}
         swift, columns, owners = float(np.abs(v).max(initial=0.0)), [], []
         for n in np.flatnonzero(near).tolist():
             slides = abs(rates[count + n]) > RATE_NONE_FRICTION * swift and not rolls[names[n]]
-            mu = touching.spots[n].friction * math.copysign(1.0, rates[count + n]) * slides
+            mu = contacts.candidates[n].friction * math.copysign(1.0, rates[count + n]) * slides
             columns.append(W[n] - mu * W[count + n])
             owners.append(names[n])
             if rolls[names[n]]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.core.tolerances import CONTACT_GAP_CLOSED_RESULT, FRICTION_STICKS, TINY
-from mbody.model.contact import Arc, Contact, OneSided, Rope, Spot
+from mbody.model.contact import Arc, Contact, ContactCandidate, OneSided, Rope
 from mbody.solution.histories import Place, moved, place
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ Axes = tuple[Place, str, Place | None]
 
 
 @dataclass(frozen=True, eq=False)
-class TouchPlace:
+class ContactPointHistory:
     """One place where a contact may touch, over the instants of a motion.
 
     Attributes
@@ -69,17 +69,17 @@ class TouchPlace:
         return np.asarray(self.place - self.gap[:, None] * self.normal)
 
 
-def touches_of(run: Solution, contact: Any) -> list[TouchPlace]:
+def contact_points_of(run: Solution, contact: Any) -> list[ContactPointHistory]:
     """The places where a contact may touch, of a motion in which its modes were decided; those of
     a rope are none.
     """
     if not isinstance(contact, Contact) or contact.name not in run.modes or run.stepped is not None:
         return []
-    spots = contact.spots(run.system.numbers)
-    return [_touch(run, contact, spots, n) for n in range(len(spots))]
+    candidates = contact.candidates(run.system.numbers)
+    return [_history(run, contact, candidates, n) for n in range(len(candidates))]
 
 
-def touches_at(run: Solution, k: int, name: str) -> list[TouchPlace]:
+def contact_points_at(run: Solution, k: int, name: str) -> list[ContactPointHistory]:
     """Contact points of one contact, group or rope at one instant: the closed ones or, of an open
     contact, the nearest; of steps with impulses those in contact.
     """
@@ -88,14 +88,14 @@ def touches_at(run: Solution, k: int, name: str) -> list[TouchPlace]:
     element: Any = run.mechanism[name]
     if isinstance(element, Rope):
         return _rope(run, k, element)
-    own = [_instant(one, k) for one in touches_of(run, element)]
+    own = [_instant(one, k) for one in contact_points_of(run, element)]
     closed = [one for one in own if one.closed[0]]
     if closed or not own:
         return closed
     return [min(own, key=lambda one: _away(one))]
 
 
-def _rope(run: Solution, k: int, rope: Rope) -> list[TouchPlace]:
+def _rope(run: Solution, k: int, rope: Rope) -> list[ContactPointHistory]:
     """The end of a rope on j, where it is taut; its normal points along the pull."""
     if rope.name not in run.modes or run.mode(rope.name)[k] == "open":
         return []
@@ -106,7 +106,7 @@ def _rope(run: Solution, k: int, rope: Rope) -> list[TouchPlace]:
     zero, closed = np.zeros(1), np.ones(1, dtype=bool)
     ends = (rope.i.body, rope.j.body)
     return [
-        TouchPlace(
+        ContactPointHistory(
             rope.name,
             *ends,
             j[None],
@@ -123,62 +123,66 @@ def _rope(run: Solution, k: int, rope: Rope) -> list[TouchPlace]:
     ]
 
 
-def _away(one: TouchPlace) -> float:
+def _away(one: ContactPointHistory) -> float:
     """How far open a place is; behind an edge it is none."""
     gap = float(one.gap[0])
     return gap if gap > 0.0 else np.inf
 
 
-def _instant(one: TouchPlace, k: int) -> TouchPlace:
+def _instant(one: ContactPointHistory, k: int) -> ContactPointHistory:
     arrays = {
         key: getattr(one, key)[k : k + 1] for key in ("place", "normal", "force", "gap", "closed")
     }
     rest = ("contact", "i", "j", "friction", "static", "axes", "round")
-    return TouchPlace(**arrays, mode=[one.mode[k]], **{key: getattr(one, key) for key in rest})
+    return ContactPointHistory(
+        **arrays, mode=[one.mode[k]], **{key: getattr(one, key) for key in rest}
+    )
 
 
-def _touch(run: Solution, contact: OneSided, spots: list[Spot], n: int) -> TouchPlace:
-    spot = spots[n]
+def _history(
+    run: Solution, contact: OneSided, candidates: list[ContactCandidate], n: int
+) -> ContactPointHistory:
+    candidate = candidates[n]
     own: tuple[str, str] = contact.bodies  # type: ignore[assignment]  # a contact has two
-    first, second = own[::-1] if spot.swapped else own
-    arm = float(spot.arm[0]), float(spot.arm[1])
+    first, second = own[::-1] if candidate.swapped else own
+    arm = float(candidate.arm[0]), float(candidate.arm[1])
     tip: Place = (second, *arm)
-    if spot.edge is None:
-        place, normal, gap, along, axes = _round(run, spot, first, tip)
+    if candidate.edge is None:
+        place, normal, gap, along, axes = _round(run, candidate, first, tip)
     else:
-        place, normal, gap, along, axes = _edge(run, spot, first, tip)
-    for arc in spot.arcs:
-        along = along & _on_arc(run, spot, arc, normal, (first, second))
-    if spot.swapped:
+        place, normal, gap, along, axes = _edge(run, candidate, first, tip)
+    for arc in candidate.arcs:
+        along = along & _on_arc(run, candidate, arc, normal, (first, second))
+    if candidate.swapped:
         place, normal = place - gap[:, None] * normal, -normal
     force = np.zeros((len(run), 2))
     sides = run.system.primitives_of[contact.name]
-    for e in (sides[n], *sides[len(spots) + n : len(spots) + n + 1]):
+    for e in (sides[n], *sides[len(candidates) + n : len(candidates) + n + 1]):
         force += np.column_stack([run.primitive_history(e, part) for part in (2, 3)])
-    force = -force if spot.swapped else force
+    force = -force if candidate.swapped else force
     words = run.mode(contact.name)
     near = (np.abs(gap) <= CONTACT_GAP_CLOSED_RESULT * run.system.length) & along
     closed = near & np.array([word != "open" for word in words])
     mode = [word if shut else "open" for word, shut in zip(words, closed, strict=True)]
     mu, static = contact.coefficients(run.system.numbers)
     numbers = float(mu), float(static)
-    return TouchPlace(
-        contact.name, *own, place, normal, force, gap, closed, *numbers, mode, axes, spot.round
+    return ContactPointHistory(
+        contact.name, *own, place, normal, force, gap, closed, *numbers, mode, axes, candidate.round
     )
 
 
 def _edge(
-    run: Solution, spot: Spot, first: str, tip: Place
+    run: Solution, candidate: ContactCandidate, first: str, tip: Place
 ) -> tuple[Array, Array, Array, Array, Axes]:
     """A corner or circle on a straight edge."""
-    assert spot.edge is not None
-    (ax, ay), (ux, uy), length = spot.edge
+    assert candidate.edge is not None
+    (ax, ay), (ux, uy), length = candidate.edge
     begin = moved(run, (first, float(ax), float(ay)))
     angle = run[first].angle
     c, s = np.cos(angle), np.sin(angle)
     u = np.column_stack([c * ux - s * uy, s * ux + c * uy])
     normal = np.column_stack([-u[:, 1], u[:, 0]])
-    centre, radius = moved(run, tip), float(spot.edge_radius)
+    centre, radius = moved(run, tip), float(candidate.edge_radius)
     away = centre - begin
     gap = (away * normal).sum(axis=1) - radius
     along_edge = (away * u).sum(axis=1)
@@ -189,28 +193,30 @@ def _edge(
 
 
 def _round(
-    run: Solution, spot: Spot, first: str, tip: Place
+    run: Solution, candidate: ContactCandidate, first: str, tip: Place
 ) -> tuple[Array, Array, Array, Array, Axes]:
     """Two circles, of which one may be hollow."""
-    x, y = (float(part) for part in spot.normal.parameters[:2])
-    assert spot.normal.signal is not None and spot.tangent is not None
-    apart = float(spot.normal.signal.parameters[0])  # the sum of the radii
-    ri = float(spot.tangent.parameters[4]) * apart
+    x, y = (float(part) for part in candidate.normal.parameters[:2])
+    assert candidate.normal.signal is not None and candidate.tangent is not None
+    apart = float(candidate.normal.signal.parameters[0])  # the sum of the radii
+    ri = float(candidate.tangent.parameters[4]) * apart
     start: Place = (first, x, y)
     here, there = moved(run, start), moved(run, tip)
     separation = there - here
     length = np.hypot(*separation.T)
     d = separation / np.maximum(length, TINY)[:, None]
-    gap = spot.sign * (length - apart)
-    normal = spot.sign * d
+    gap = candidate.sign * (length - apart)
+    normal = candidate.sign * d
     place = here + ri * d + gap[:, None] * normal
     always = np.ones(len(run), dtype=bool)
     return place, normal, gap, always, (start, "", tip)
 
 
-def _on_arc(run: Solution, spot: Spot, arc: Arc, normal: Array, bodies: tuple[str, str]) -> Array:
+def _on_arc(
+    run: Solution, candidate: ContactCandidate, arc: Arc, normal: Array, bodies: tuple[str, str]
+) -> Array:
     """Whether a place is on an arc, (instants,); `normal` from the first body to the second."""
-    outwards = normal * (-1.0 if arc.ahead is None else arc.ahead * spot.sign)
+    outwards = normal * (-1.0 if arc.ahead is None else arc.ahead * candidate.sign)
     angle = run[bodies[arc.second]].angle + float(arc.begin)
     half = 0.5 * float(arc.extent)
     past = np.arctan2(outwards[:, 1], outwards[:, 0]) - angle - half
@@ -218,7 +224,7 @@ def _on_arc(run: Solution, spot: Spot, arc: Arc, normal: Array, bodies: tuple[st
     return np.asarray(float(arc.radius) * off <= CONTACT_GAP_CLOSED_RESULT * run.system.length)
 
 
-def _stepped(run: Solution, k: int, name: str) -> list[TouchPlace]:
+def _stepped(run: Solution, k: int, name: str) -> list[ContactPointHistory]:
     """Contact points at an instant of a motion by steps with impulses."""
     assert run.stepped is not None
     found = run.stepped.touching(k, name)
@@ -229,13 +235,13 @@ def _stepped(run: Solution, k: int, name: str) -> list[TouchPlace]:
     if not isinstance(element, Rope):
         mu = float(at[f"{name}.friction"])
         static = mu if element.static is None else float(at[f"{name}.static"])
-    touches = []
+    points = []
     for n in range(len(found)):
         normal = np.array([[found.nx[n], found.ny[n]]])
         edge = mu * found.normal[n] * FRICTION_STICKS
         slides = abs(found.tangential[n]) >= edge
-        touches.append(
-            TouchPlace(
+        points.append(
+            ContactPointHistory(
                 name,
                 found.i[n].partition(".")[0],
                 found.j[n].partition(".")[0],
@@ -251,4 +257,4 @@ def _stepped(run: Solution, k: int, name: str) -> list[TouchPlace]:
                 False,
             )
         )
-    return touches
+    return points
