@@ -262,10 +262,10 @@ def simulate(args: Any) -> int:
     if args.input:
         given = named_values(args.input, "--input")
         options["inputs"] = {name: _history(name, text) for name, text in given.items()}
-    if args.initial_states is not None:
+    if args.begun is not None:
         from mbody.files.saved import load_run
 
-        options["start"] = load_run(args.initial_states)
+        options["start"] = load_run(args.begun)
     run = simulated(mechanism, args.to, **options)
     interrupt.done()
     write(run, args)
