@@ -99,6 +99,7 @@ def python(code, **settings):
     )
 
 
+@pytest.mark.slow
 def test_two_cores_give_the_same_bits():
     """Numba in the process against this one's core, over every kind of analysis."""
     here, there = python(DIGESTS), python(DIGESTS, MBODY_CORE="numba", MBODY_QUIET="1")
@@ -106,6 +107,7 @@ def test_two_cores_give_the_same_bits():
     assert json.loads(here.stdout) == json.loads(there.stdout)
 
 
+@pytest.mark.slow
 def test_plain_python_gives_the_same_to_rounding():
     """Without fused products and with sums in another order: last digits differ."""
     here, there = python(NUMBERS), python(NUMBERS, MBODY_CORE="plain")
@@ -257,6 +259,7 @@ def test_the_library_of_the_package_is_taken_if_it_fits(choose, made, tmp_path, 
     assert "was made from other sources" in choose().reason
 
 
+@pytest.mark.slow
 @built_here
 def test_a_damaged_kernel_is_built_again(tmp_path):
     """In the folder of the cache, where a process may have been stopped by a full disk."""

@@ -17,6 +17,7 @@ from mbody.derivatives.named_numbers import (
     number_tangents,
     tangents_by_elements,
 )
+from tests.support.cases import first_fast
 from tests.support.differences import difference
 from tests.support.frictional import slider_crank
 
@@ -70,7 +71,7 @@ def test_a_weight_that_nothing_feels_has_a_row_of_zeros(norton):
     assert found.notes == ("none of the numbers changes 'peak(A.force)': its row is zero",)
 
 
-@pytest.mark.parametrize("model", GALLERY)
+@first_fast("model", GALLERY, 3)
 def test_gallery_against_differences(model):
     """All numbers of the motion and of all reactions, by all numbers of the description."""
     system, t = mbody.assemble(mbody.gallery.load(model)), np.array([0.013, 0.0467])

@@ -24,6 +24,7 @@ from mbody.derivatives.named_numbers import checked_names
 from mbody.laws import SHAPES, Harmonic, Polynomial, Rise
 from tests.gradients import ALLOWED, compared, linkage, machine
 from tests.model.test_belts import braked, drive
+from tests.support.cases import first_fast
 from tests.support.complex_oracle import ComplexOracle
 from tests.support.frictional import cam_drive, drawer, gear_pair, rack_and_pinion, slider_crank
 from tests.support.odd_mechanisms import planetary, rack, wheel, yoke
@@ -161,7 +162,7 @@ ELEMENTS = {
 }
 
 
-@pytest.mark.parametrize("name", ELEMENTS)
+@first_fast("name", ELEMENTS, 12)
 def test_elements(name):
     system = mbody.assemble(ELEMENTS[name])
     names = None

@@ -75,6 +75,7 @@ def test_covariance_and_values_beside_curve_fit():
     assert (high - low) / 2.0 == pytest.approx(2.026192 * deviation[1], rel=1e-4)
 
 
+@pytest.mark.slow
 def test_intervals_contain_the_truth():
     """120 of the trials of `python -m tests.fit_coverage`: within four standard errors of 95 %."""
     counts = fit_coverage.campaign(0, 120)

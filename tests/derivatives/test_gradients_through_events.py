@@ -164,6 +164,7 @@ def ridden(numbers, until):
     return followed(modes, "stick", [0.0, u], until, count=20000)
 
 
+@pytest.mark.slow
 def test_stick_and_slip():
     """Of a pair of a joint: the spring tears it off, the belt catches it again."""
     names = ["guide.friction", "guide.static", "spring.stiffness", "block.mass"]
@@ -187,6 +188,7 @@ def test_a_speed_by_which_what_sticks_does_not_any_more():
     assert any("by 'motor.law.speed': other numbers move apart" in note for note in g.notes)
 
 
+@pytest.mark.slow
 def test_stick_and_slip_by_contacts():
     """The same with a box on a line, one parameter being the speed of both."""
     machine = mbody.gallery.load("stick_slip")
@@ -308,6 +310,7 @@ def difference(system, run_of, name, part):
     return found[1], np.abs(found[0] - found[1])
 
 
+@pytest.mark.slow
 def test_a_woodpecker():
     """Two impacts, a lift-off, a slip and a stick: against differences with their own band."""
     machine = mbody.gallery.load("woodpecker")
@@ -331,6 +334,7 @@ def test_a_woodpecker():
         assert (np.abs(g.jacobian[:, k] - numeric) <= band + 1e-6 * size).all(), name
 
 
+@pytest.mark.slow
 def test_impacts_that_come_to_rest_have_none():
     g = mbody.gradient(
         ball(1e-10, until=5.0), "last(ball.y)", ["e"], analysis="simulate", instants=3

@@ -311,6 +311,7 @@ def test_amplitudes_of_points():
         mode.amplitude("lower.C.angle")
 
 
+@pytest.mark.slow
 def test_shapes_that_have_none():
     """Of amplitudes that are zero, and of a body that there is not."""
     g = mbody.gradient(chain(3.0), "ratio(1, a.x, b.x)", "a.mass", "modes")

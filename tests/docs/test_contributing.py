@@ -124,6 +124,7 @@ def test_the_examples_are_a_file_and_a_line_each():
     assert homes == {Path(path).parent for path in LINES}
 
 
+@pytest.mark.slow
 def test_the_contracts_hold(found):
     assert max(found["contracts"]) < 1e-8
     assert found["conservative"] < 1e-8

@@ -69,11 +69,13 @@ def marked() -> set[int]:
     return {n for n, line in enumerate(lines, 1) if line.endswith("# wrong")}
 
 
+@pytest.mark.slow
 def test_mypy():
     assert mypy(PROGRAMS / "annotated.py") == set()
     assert mypy(WRONG) == marked()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(
     importlib.util.find_spec("basedpyright") is None, reason="basedpyright is not installed"
 )

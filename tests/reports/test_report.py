@@ -18,6 +18,7 @@ from mbody.reports.chapters import SECTIONS
 from mbody.reports.mechanism_report import FORMATS
 from mbody.reports.writers import typst_text
 from mbody.summaries.text_table import number
+from tests.support.cases import first_fast
 from tests.support.paths import ROOT
 
 #: What takes seconds: other engines.
@@ -68,7 +69,7 @@ class Page(HTMLParser):
 # -- contents ---------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", gallery.names())
+@first_fast("name", gallery.names(), 12)
 def test_every_model_of_the_gallery(name):
     """Quick chapters of each; pictures are made once, in other tests."""
     made = report(
@@ -265,6 +266,7 @@ def test_the_page_is_whole(pump):
     assert re.search(r"<html lang=\"en\">", text) and len(text) < 1_500_000
 
 
+@pytest.mark.slow
 def test_files_are_the_same_every_time(tmp_path):
     for ending in (".html", ".md", ".tex"):
         first, second = (

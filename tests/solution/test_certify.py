@@ -23,6 +23,7 @@ from mbody.solution.checks import residual_doubts
 from mbody.solution.doubts import Doubt, doubted, inherited, succeeded
 from mbody.solution.histories import Record
 from mbody.system.assembler import assemble
+from tests.support.cases import first_fast
 from tests.support.linkages import random_linkage, times_within
 from tests.support.oracle_runs import motion_of
 
@@ -48,7 +49,7 @@ def bent(run, row, by, at=5):
 # -- residuals --------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", gallery.names())
+@first_fast("name", gallery.names(), 2)
 def test_models_of_the_gallery_are_certain(name):
     """Residuals of right results are thousands of times smaller than what is in doubt."""
     machine = gallery.load(name)

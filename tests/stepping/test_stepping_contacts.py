@@ -22,6 +22,7 @@ from mbody import (
     Simulator,
     Simulators,
 )
+from tests.support.cases import first_fast
 
 G = 9.81
 FLOOR = {"floor": {"line": {"point": "O"}}}
@@ -129,7 +130,7 @@ def test_a_wheel_rolls_from_its_closed_form_on():
     assert sim.reaction("road").fy == pytest.approx(3.0 * G, rel=1e-12)
 
 
-@pytest.mark.parametrize("name", MACHINES)
+@first_fast("name", MACHINES, 2)
 def test_a_state_that_is_set_gives_the_same_bits(name):
     machine = MACHINES[name]()
     until, sim = machine.simulation.until, Simulator(machine)

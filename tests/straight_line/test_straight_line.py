@@ -19,6 +19,7 @@ from mbody.errors import ModelWarning
 from mbody.straight_line import programs
 from mbody.sweeps import Uniform, latin_hypercube
 from mbody.sweeps import job as jobs
+from tests.support.cases import first_fast
 from tests.support.sweep_designs import four_bar, same, scattered
 
 pytestmark = pytest.mark.skipif(
@@ -85,14 +86,14 @@ MACHINES = {
 }
 
 
-@pytest.mark.parametrize("of", MACHINES)
+@first_fast("of", MACHINES, 1)
 def test_a_sweep_agrees_with_the_kernel_that_serves_all(codes, of):
     name, names, measure = MACHINES[of]
     agree(*both(mbody.gallery.load(name), names, measure))
     assert codes and all(codes)
 
 
-@pytest.mark.parametrize("analysis", ["kinematics", "statics"])
+@first_fast("analysis", ["kinematics", "statics"], 1)
 def test_other_analyses(codes, analysis):
     name, names, measure = FOUR_BAR
     if analysis == "kinematics":
@@ -101,6 +102,7 @@ def test_other_analyses(codes, analysis):
     assert all(codes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lanes", [4, 8])
 def test_any_processor_s_number_of_lanes(codes, monkeypatch, tmp_path, lanes):
     """Eight lanes where registers hold four numbers, and four where they hold eight."""
@@ -211,6 +213,7 @@ def test_any_number_of_instants_of_a_motion(count):
     assert by_own_code(by_code)
 
 
+@pytest.mark.slow
 def test_motions_in_turn_leave_each_other_as_they_were():
     """What a call borrows is given back, and takes other times, analyses and lengths."""
     system = mbody.assemble(four_bar(), machine_code=True)
@@ -251,7 +254,7 @@ def test_a_system_is_freed_with_what_its_calls_borrow(own):
     assert gone() is None
 
 
-@pytest.mark.parametrize("of", MACHINES)
+@first_fast("of", MACHINES, 2)
 def test_a_motion_agrees_with_the_kernel_that_serves_all(of):
     name = MACHINES[of][0]
     how = {"turn": True, "instants": 721}
@@ -263,7 +266,7 @@ def test_a_motion_agrees_with_the_kernel_that_serves_all(of):
     assert by_code.branch.least == pytest.approx(by_kernel.branch.least, rel=1e-9)
 
 
-@pytest.mark.parametrize("analysis", [mbody.kinematics, mbody.statics])
+@first_fast("analysis", [mbody.kinematics, mbody.statics], 1)
 def test_other_analyses_of_a_motion(analysis):
     by_kernel, by_code = motions(mbody.gallery.load("watt_sixbar"), analysis, turn=True)
     same_motion(by_kernel, by_code)
@@ -342,6 +345,7 @@ def test_where_a_kernel_decides_by_numbers_it_serves(codes, fresh):
     assert codes == [None, None]
 
 
+@pytest.mark.slow
 def test_a_damaged_file_is_made_again(codes, fresh):
     name, names, measure = FOUR_BAR
     agree(*both(mbody.gallery.load(name), names, measure))

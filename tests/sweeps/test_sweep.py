@@ -37,6 +37,7 @@ from mbody.sweeps import (
     together,
 )
 from mbody.sweeps.samples import drawn
+from tests.support.cases import first_fast
 from tests.support.paths import ROOT
 from tests.support.sweep_designs import four_bar, same, scattered, slider_crank
 
@@ -258,7 +259,7 @@ def test_threads_change_no_bit():
     same(found[0], found[2])
 
 
-@pytest.mark.parametrize("instants", [2, 19, 20, 37, 73, 361])
+@first_fast("instants", [2, 19, 20, 37, 73, 361], 1)
 def test_a_cut_batch_has_the_same_bits(instants):
     """Lanes go in step: what one design gets may depend on its neighbours, not on the cut, nor on
     designs that failed in the same lanes before.
@@ -301,6 +302,7 @@ mbody.sweep(four_bar(), scattered(10_000), to={folder!r}, progress=kill, **MANY)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no signal that cannot be caught")
 def test_a_killed_sweep_goes_on_without_loss(tmp_path):
     pytest.importorskip("pyarrow")
@@ -340,6 +342,7 @@ def test_a_folder_is_of_one_sweep(tmp_path):
             mbody.sweep(machine, parameters, analysis, measure, to=tmp_path)
 
 
+@pytest.mark.slow
 def test_a_dask_cluster_has_the_same_bits():
     distributed = pytest.importorskip("distributed")
     here = mbody.sweep(four_bar(), scattered(), **QUESTION)

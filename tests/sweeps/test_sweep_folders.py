@@ -14,6 +14,7 @@ from mbody import makers
 from mbody.files.arrays import OPEN_SEAL, seal, sealed
 from mbody.sweeps import Normal, monte_carlo, store
 from mbody.sweeps.store import remove_abandoned, write_whole
+from tests.support.cases import first_fast
 
 pytest.importorskip("pyarrow")
 
@@ -120,7 +121,7 @@ SPOILT = {
 }
 
 
-@pytest.mark.parametrize("case", SPOILT)
+@first_fast("case", SPOILT, 2)
 def test_a_piece_that_does_not_fit_is_done_again(tmp_path, case):
     spoil, count = SPOILT[case]
     swept(tmp_path)

@@ -14,6 +14,7 @@ from mbody.errors import ModelError, SolveError
 from mbody.synthesis.linkage_kinds import KINDS, FourBar
 from mbody.synthesis.linkages import PathDemand, best_shapes
 from mbody.synthesis.request import read_demand
+from tests.support.cases import first_fast
 from tests.support.synthesis_cases import (
     CLOSED,
     CLOSED_TIMING,
@@ -41,6 +42,7 @@ def deviation(design, points, point="coupler.P"):
     return float(np.square(np.abs(traced(design, point) - [complex(*one) for one in points])).sum())
 
 
+@pytest.mark.slow
 @pytest.mark.processor
 def test_eighteen_points_of_a_closed_path():
     """The best design that is known, 0.009028884 (docs/synthesis.md), from three seeds."""
@@ -53,6 +55,7 @@ def test_eighteen_points_of_a_closed_path():
         assert best.defects == () and best.order and best.grashof == "crank-rocker"
 
 
+@pytest.mark.slow
 @pytest.mark.processor
 def test_six_points_on_a_line():
     bounds = {"ground.O2.x": (-60, 60), "ground.O2.y": (-60, 60)}
@@ -85,7 +88,7 @@ def test_the_published_design_passes_the_line():
     assert min(errors) == pytest.approx(2e-20, rel=0.1)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@first_fast("seed", range(4), 1)
 def test_a_known_four_bar_is_found_again(seed):
     """Twelve points with their timing leave one curve: the four-bar or its cognate."""
     rng = np.random.default_rng(seed)
@@ -113,6 +116,7 @@ def test_a_cognate_traces_the_same():
     assert np.abs(paths[0] - paths[1]).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_without_timing_a_closed_path_is_passed_better():
     free = mbody.synthesize(path=[*CLOSED, CLOSED[0]], count=1)[0]
     assert free.error < 0.0032  # the crank turns as it likes
@@ -206,6 +210,7 @@ def test_classes_of_grashof():
     assert inversion(2.0, 1.0, 2.0, 1.0) == "change point"
 
 
+@pytest.mark.slow
 def test_order_defects_are_left_out():
     """Points of a coupler curve in the wrong order: kept only with their defect."""
     values = random_four_bar(np.random.default_rng(1))
@@ -219,6 +224,7 @@ def test_order_defects_are_left_out():
     assert not found[0].order and found[0].defects
 
 
+@pytest.mark.slow
 def test_conditions_and_bounds_are_kept():
     free = mbody.synthesize(path=LINE, count=1, starts=10)[0]
     limits = "min(abs(sin(coupler.angle - rocker.angle))) >= 0.5"
@@ -259,6 +265,7 @@ def test_the_command(tmp_path, capsys):
     assert np.square(np.abs(found - [complex(*one) for one in CLOSED])).sum() < 0.00903
 
 
+@pytest.mark.slow
 def test_units_of_points():
     """The same demand in millimetres and in metres."""
     points = [(f"{20 + 5 * n} mm", f"{n * n} mm") for n in range(6)]

@@ -59,6 +59,7 @@ def test_its_own_curves_are_found(kind, tmp_path):
         assert atlas.nearest(moved, 1)[0] == n
 
 
+@pytest.mark.slow
 def test_a_synthesis_from_an_atlas():
     atlas = Atlas.made(count=1600, seed=1)
     found = mbody.synthesize(path=[*CLOSED, CLOSED[0]], atlas=atlas, search=160, count=1)
@@ -67,6 +68,7 @@ def test_a_synthesis_from_an_atlas():
     assert again[0].values == found[0].values  # nothing else is random
 
 
+@pytest.mark.slow
 def test_the_command(tmp_path, capsys):
     file, table = tmp_path / "atlas.npz", tmp_path / "path.csv"
     assert main(["atlas", "--to", str(file), "--count", "400"]) == 0

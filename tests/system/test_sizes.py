@@ -27,6 +27,7 @@ from mbody.core.lanes import LANES
 from mbody.engineering import close_loops
 from mbody.kernels.accelerations import free_motion
 from mbody.laws import Harmonic
+from tests.support.cases import first_fast
 
 MANY = 1000
 G = 9.81
@@ -199,7 +200,7 @@ def cross(a, b):
 
 
 @pytest.mark.parametrize("make", [chain, hub])
-@pytest.mark.parametrize(("size", "instants"), [(MANY, 3), (MANY, 101), (25, 101)])
+@first_fast(("size", "instants"), [(MANY, 3), (MANY, 101), (25, 101)], 1)
 def test_kinetostatics_of_a_thousand(make, size, instants):
     machine = driven(make, size)
     t = np.linspace(0.0, 0.5, instants)

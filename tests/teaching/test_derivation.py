@@ -29,6 +29,7 @@ from mbody.errors import ModelError
 from mbody.laws import ConstantAcceleration, ConstantSpeed, Harmonic
 from mbody.teaching import derivation
 from mbody.teaching.vector_loops import conditions, edges, vector_loops
+from tests.support.cases import first_fast
 
 #: Of numbers of six digits, in a sum of terms that cancel.
 DIGITS = 2e-5
@@ -301,7 +302,7 @@ def braces(text):
     return depth
 
 
-@pytest.mark.parametrize("name", ["norton_fourbar", "slider_crank", "vehicle", "cam_follower"])
+@first_fast("name", ["norton_fourbar", "slider_crank", "vehicle", "cam_follower"], 1)
 def test_equations_are_latex(name):
     """Every line is read by the reader of formulas of Matplotlib."""
     mathtext = pytest.importorskip("matplotlib.mathtext")

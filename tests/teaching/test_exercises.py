@@ -23,6 +23,7 @@ def sheet(seed, count=6, vary=VARY, kind="fourbar"):
     return exercises(made(kind), vary, count, seed)
 
 
+@pytest.mark.slow
 def test_the_same_seed_makes_the_same_sheet():
     one, same, other = sheet(7), sheet(7), sheet(8)
     assert one.sheet("x") == same.sheet("x") and one.worked() == same.worked()
