@@ -726,10 +726,10 @@ class _Parser(argparse.ArgumentParser):
         found, rest = self.parse_known_args(args, namespace)
         if rest:
             own = self.commands.get(found.command, self)
-            own.error(f"unrecognized arguments: {' '.join(rest)}{own.meant(rest)}")
+            own.error(f"unrecognized arguments: {' '.join(rest)}{own.suggestion(rest)}")
         return found
 
-    def meant(self, words: Sequence[str]) -> str:
+    def suggestion(self, words: Sequence[str]) -> str:
         """The question which option of this command was meant, where one is spelled nearly so."""
         import difflib
 

@@ -1,6 +1,6 @@
 """The interface of a kernel, from its annotations: bundles, arrays and numbers.
 
-``def follow(L: Layout, W: Work, path: DrivenPath, found: FollowedPath) -> int`` is all that a
+``def follow(L: Layout, W: Work, path: DrivenPath, found: PathOutput) -> int`` is all that a
 compiler and a loader need to know. Arrays are annotated by their kinds (`mbody.core.bundle.KINDS`),
 results as `int`, `float`, `bool`, a tuple of these, or None.
 """

@@ -13,7 +13,7 @@ from mbody.analysis.contact.complementarity import ClosedContacts, impact_impuls
 from mbody.analysis.contact.unilateral import SLIP_SIGNS, Unilateral
 from mbody.analysis.dynamics.events import Guard
 from mbody.analysis.dynamics.integrators import REFINEMENTS, coordinate_sizes, own_sizes
-from mbody.analysis.dynamics.interruptions import held_inputs, without_held
+from mbody.analysis.dynamics.interruptions import hold_inputs, without_hold
 from mbody.analysis.initial.initial_state import event_measure
 from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.core.dual_number import DualNumber, value
@@ -33,7 +33,7 @@ from mbody.core.tolerances import (
     TIMES_SAME_CHANGES,
 )
 from mbody.derivatives.dual_solution import DualRecord, EventTime, dual_solution
-from mbody.derivatives.mode_record import JumpGuard, LostNumbers, ModeStretch, held
+from mbody.derivatives.mode_record import JumpGuard, LostNumbers, ModeStretch, without_functions
 from mbody.errors import SolveError
 from mbody.kernels.friction import FRICTION_KINDS
 from mbody.kernels.layout import PER_PRIMITIVE, Layout, Work, stand_ins
@@ -42,7 +42,7 @@ from mbody.kernels.step_state import DONE
 from mbody.kernels.tableaus import order_8
 from mbody.model.contact import ContactCandidate
 from mbody.model.element import Numbers
-from mbody.solution.measures import valued
+from mbody.solution.measures import evaluate_measure
 from mbody.solution.solution import IntegrationSettings, Solution
 from mbody.system.rank import joint_rows
 from mbody.system.system import polar_points
@@ -62,7 +62,7 @@ class Tangents:
     par, mass : arrays (rows, directions)
         Of the numbers of the kernels.
     anchor, phases : arrays (rows that can be on or off, …), (phases, directions)
-    held : array (inputs that keep their values, directions)
+    hold : array (inputs that keep their values, directions)
     resolved : array (directions,)
         Below which tangents do not count.
     """
@@ -71,7 +71,7 @@ class Tangents:
     mass: Array
     anchor: Array
     phases: Array
-    held: Array
+    hold: Array
     resolved: Array
 
     @property
@@ -86,7 +86,7 @@ class Tangents:
             self.mass[:, some],
             self.anchor[:, some],
             self.phases[:, some],
-            self.held[:, some],
+            self.hold[:, some],
             self.resolved[some],
         )
 
@@ -143,8 +143,8 @@ class DualMotion:
     ) -> None:
         self.run, self.system, self.settings = run, run.system, settings
         system = self.system
-        self.held = held_inputs(system)
-        self.layout = without_held(system.runtime(), self.held)
+        self.hold = hold_inputs(system)
+        self.layout = without_hold(system.runtime(), self.hold)
         self.sided: dict[tuple[tuple[int, float], ...], tuple[Layout, dict[int, float]]] = {}
         self.uni = Unilateral(system)
         self.loads = len(system.mechanism.loads) if with_loads else 0
@@ -156,7 +156,7 @@ class DualMotion:
         self.regularization = REDUNDANT_ROW_SOFTNESS * bool(run.regularization)
         self.refinements = 1 + REFINEMENTS if light or self.regularization else 0
 
-    def followed(
+    def follow(
         self, stretch: ModeStretch, begin: float, y: DualNumber, tangents: Tangents, times: Array
     ) -> DualNumber:
         """Records (instants, rows) at rising times of a stretch, from a state `begin` on."""
@@ -228,7 +228,7 @@ class DualMotion:
             return self.layout, {}
         key = tuple(sorted(stretch.sides.items()))
         if key not in self.sided:
-            self.sided[key] = held(self.layout, stretch.sides)
+            self.sided[key] = without_functions(self.layout, stretch.sides)
         return self.sided[key]
 
     def _called(
@@ -296,8 +296,8 @@ class DualMotion:
         for place, amount in self._layout(stretch)[1].items():
             work.formula[place, 0] = amount
         for name, amount in stretch.inputs.items():
-            work.signal[self.held[name], 0] = amount
-        work.signal[list(self.held.values()), width] = tangents.held
+            work.signal[self.hold[name], 0] = amount
+        work.signal[list(self.hold.values()), width] = tangents.hold
         if count := len(stretch.on):
             self.uni.set_rows(work, stretch.on, stretch.slip_sign)
             work.anchor[:count, 0], work.anchor[:count, width] = stretch.anchor, tangents.anchor
@@ -590,7 +590,7 @@ class ChangeTimes:
                 one: DualNumber(x.value, np.zeros(width)) if isinstance(x, DualNumber) else x
                 for one, x in values.items()
             }
-        found = valued(dual_solution(self.run, values, record), self.measures[name])[0]
+        found = evaluate_measure(dual_solution(self.run, values, record), self.measures[name])[0]
         return found[0] if isinstance(found, DualNumber) and found.ndim else found
 
 

@@ -49,7 +49,7 @@ from mbody.model.element import Marker, listed
 from mbody.model.simulation import STATE
 from mbody.quantities import Formula
 from mbody.quantities.units import DIMENSIONS
-from mbody.solution.checks import changed
+from mbody.solution.checks import with_fields
 from mbody.solution.histories import link_poses
 from mbody.solution.solution import IntegrationSettings, Solution
 from mbody.solution.tracing import driven_motion
@@ -346,7 +346,7 @@ class DualWalk:
             inside = np.flatnonzero((t > after) & (t <= stretch.end))
             wanted = _within(stretch, np.concatenate([t[inside], [one.t for one in own]]))
             times = np.unique(np.append(wanted, stretch.end))
-            found = motion.followed(stretch, stretch.t, y, self.tangents, times)
+            found = motion.follow(stretch, stretch.t, y, self.tangents, times)
             places = np.searchsorted(times, wanted)
             events, places = places[len(inside) :], places[: len(inside)]
             values[inside], changes[inside] = found.value[places], found.tangents[places]
@@ -646,7 +646,7 @@ class FreeInstants:
             self.mass,
             np.zeros((len(uni.layout.switched), len(self.names))),
             self.par[uni.phase_rows],
-            np.zeros((len(motion.held), len(self.names))),
+            np.zeros((len(motion.hold), len(self.names))),
             self.resolved,
         )
         impacts = ImpactDuals(uni, self.values, DualNumber(system.mass[:, 0], self.mass))
@@ -733,18 +733,18 @@ class ReleasedInstants:
         own = [name for name in self.names if name in system.values]
         self.values = spread(dual_values(system, own), own, self.names)
         self.parts = _parts(run)
-        self.followed: list[FreeInstants] = []
+        self.parts_followed: list[FreeInstants] = []
         self.lost = LostNumbers(self.names, first.t, first.lost)
 
     @property
     def notes(self) -> list[str]:
         """Where there are no derivatives."""
-        return self.followed[-1].notes if self.followed else []
+        return self.parts_followed[-1].notes if self.parts_followed else []
 
     @property
     def events(self) -> list[EventTime]:
         """Those of all parts."""
-        return [one for part in self.followed for one in part.events]
+        return [one for part in self.parts_followed for one in part.events]
 
     def at(self, instants: Array, with_loads: bool) -> DualSolution:
         """The result at some of its instants with derivatives."""
@@ -754,20 +754,20 @@ class ReleasedInstants:
         first_load = system.record_rows + 1 + 3 * len(system.drivers)
         rows = first_load + loads * system.coordinates
         values, changes = np.zeros((len(t), rows)), np.zeros((len(t), rows, len(self.names)))
-        self.followed = []
+        self.parts_followed = []
         for k, run in enumerate(self.parts):
             part = FreeInstants(run, first, self.names, system)
             inside = t >= run.initial_states[0].first if k else np.ones(len(t), dtype=bool)
             if k < len(self.parts) - 1:
                 inside &= t < run.t[-1]
             places = np.searchsorted(run.t, t[inside])
-            before = self.followed[-1] if k else None
+            before = self.parts_followed[-1] if k else None
             found = part.rows(places, with_loads, before)
             self._widen(run, found, np.flatnonzero(inside), values, changes)
-            self.followed.append(part)
+            self.parts_followed.append(part)
             if k < len(self.parts) - 1:
                 first = self._going_on(part, self.parts[k + 1])
-        self.lost = self.followed[-1].lost
+        self.lost = self.parts_followed[-1].lost
         record = DualRecord(values, changes, first_load, system.coordinates)
         return self._since_release(t, dual_solution(self.run, self.values, record), record)
 
@@ -841,7 +841,7 @@ def _parts(run: Solution) -> list[Solution]:
         times = np.union1d(times, [ends])
         part = replace(request, first=first, times=times, release={})
         one = integrate_phases(free, start, None, part, None)
-        found.append(changed(one, initial_states=(motion_start(free, start, part),)))
+        found.append(with_fields(one, initial_states=(motion_start(free, start, part),)))
         if one.t[-1] >= last:
             break
         start, first = found[-1], until

@@ -30,7 +30,7 @@ from mbody.core.tolerances import (
 from mbody.derivatives.driven_instants import DrivenInstants, RestInstants
 from mbody.derivatives.free_instants import MotionInstants, motion_instants
 from mbody.derivatives.mode_record import with_formulas_of_the_instant
-from mbody.derivatives.named_numbers import changed, checked_names, number_sizes, unit_of
+from mbody.derivatives.named_numbers import checked_names, influential, number_sizes, unit_of
 from mbody.derivatives.reduced_measures import Derived, derived, instants_of
 from mbody.errors import ModelError, SolveError, brief
 from mbody.model.element import listed
@@ -748,7 +748,7 @@ def _without_rounding(system: System, names: Sequence[str], found: dict[str, Der
         name
         for name, one in found.items()
         if not np.isnan(one.row).any()
-        and not changed(system, names, np.asarray(one.value), one.row).any()
+        and not influential(system, names, np.asarray(one.value), one.row).any()
     ]
     for name in still:
         found[name] = replace(found[name], row=0.0 * found[name].row)
@@ -904,7 +904,7 @@ def sensitivity_of(
     rows: dict[str, dict[str, Any]] = {}
     numbers: dict[str, float] = {}
     row = found.jacobian[0]
-    counts = changed(run.system, list(by.values()), np.asarray(value), row)
+    counts = influential(run.system, list(by.values()), np.asarray(value), row)
     for (name, derivative), count in zip(found[measure].items(), counts, strict=True):
         if math.isnan(derivative) or (only_those_that_count and not count):
             continue

@@ -66,7 +66,9 @@ def arguments(layout: Layout) -> list[int]:
     return [int(place) for place in np.unique(steps[jumping, 1])] if jumping.any() else []
 
 
-def held(layout: Layout, sides: Mapping[int, float]) -> tuple[Layout, dict[int, float]]:
+def without_functions(
+    layout: Layout, sides: Mapping[int, float]
+) -> tuple[Layout, dict[int, float]]:
     """The layout without the functions of these arguments, and what their values are on the sides,
     1 or −1, on which the arguments are, by place.
     """

@@ -102,7 +102,9 @@ def _unknown(system: System, name: str) -> str:
     return f"there is no number {brief(name)} (there are: {listed(there)})"
 
 
-def changed(system: System, names: Sequence[str], value: np.ndarray, row: np.ndarray) -> np.ndarray:
+def influential(
+    system: System, names: Sequence[str], value: np.ndarray, row: np.ndarray
+) -> np.ndarray:
     """Which of the numbers change a quantity by more than rounding, if they change by their own
     size, (names,): from its values and derivatives (…, names).
     """

@@ -19,7 +19,7 @@ from mbody.image.changeable import changeable_numbers
 from mbody.kernels.number_program import NumberProgram, number_duals
 from mbody.model.study import Measure, in_time, mean_over, mean_weights
 from mbody.quantities import parse
-from mbody.solution.measures import measured, valued
+from mbody.solution.measures import evaluate_measure, measured
 from mbody.solution.solution import Solution
 from mbody.solution.tracing import Recording, Rule
 from mbody.sweeps.job import MeasuredColumn, reduced
@@ -113,7 +113,7 @@ def derived(
     count, width = record.tangents.shape[0], record.tangents.shape[2]
     try:
         with corners() as found:
-            history, _, _ = valued(part, column.measure)
+            history, _, _ = evaluate_measure(part, column.measure)
     except TypeError as error:
         raise ModelError(
             f"'{column.name}' has no exact derivatives: {error}; vary the numbers by sweep"
@@ -293,7 +293,7 @@ def recorded_measure(
     numbers = dict(zip(changeable.rules, traced[rows:], strict=True))
     found = dual_solution(run, changeable.values(numbers), _Traced(record, traced[:rows]))
     try:
-        program = recording.program([valued(found, measure)[0]])
+        program = recording.program([evaluate_measure(found, measure)[0]])
     except (Untraceable, ModelError, TypeError):
         return None
     return _of_what_is_read(program, rows, list(numbers))

@@ -28,7 +28,7 @@ from mbody.model.element import listed
 from mbody.model.inputs import Controller
 from mbody.model.study import Measure, measure_named
 from mbody.quantities import parse
-from mbody.solution.measures import valued
+from mbody.solution.measures import evaluate_measure
 from mbody.solution.solution import Solution
 
 # -- Functions of controllers with derivatives, by the samples of one motion -------------------
@@ -234,8 +234,8 @@ class SampledInputs:
             for name, x in stretch.inputs.items()
             if name not in self.now
         }
-        rows = [held[name].tangents for name in self.motion.held]
-        return replace(tangents, held=np.array(rows).reshape(-1, self.width))
+        rows = [held[name].tangents for name in self.motion.hold]
+        return replace(tangents, hold=np.array(rows).reshape(-1, self.width))
 
     def sample(
         self,
@@ -331,7 +331,7 @@ class SampledInputs:
                 found.append(DualNumber(value, row))
                 continue
             whole = whole or dual_solution(self.run, dict(self.values), record)
-            read = valued(whole, measure)[0]
+            read = evaluate_measure(whole, measure)[0]
             read = read[0] if getattr(read, "ndim", 0) else read
             if not isinstance(read, DualNumber):
                 read = DualNumber(float(read), np.zeros(self.width))

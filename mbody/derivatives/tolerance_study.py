@@ -10,7 +10,7 @@ import numpy as np
 
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.derivatives.gradient import Gradient, gradient
-from mbody.derivatives.named_numbers import changed, checked_names, unit_of
+from mbody.derivatives.named_numbers import checked_names, influential, unit_of
 from mbody.errors import ModelError, SolveError, brief
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
@@ -275,7 +275,7 @@ def allocated(
                 str(unknown[0]),
             )
     slope = np.abs(row)
-    counts = changed(system, list(names.values()), np.asarray(value), row)
+    counts = influential(system, list(names.values()), np.asarray(value), row)
     if not counts.any():
         raise ModelError(
             f"tolerances: none of {listed(names)} changes the quantity: any tolerance will do"

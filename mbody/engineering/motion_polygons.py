@@ -15,7 +15,7 @@ from mbody.errors import ModelError
 from mbody.model.element import Marker, listed
 from mbody.model.joints import Distance, Fixed, Joint, Revolute
 from mbody.model.touching_shapes import middles_of_arcs
-from mbody.solution.checks import changed, one_design
+from mbody.solution.checks import one_design, with_fields
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import BodyHistory, PointHistory
 from mbody.solution.solution import Solution, as_solution
@@ -82,7 +82,7 @@ def at_unit_speed(run: Solution) -> Solution:
     values = run.driven(driver.name)[0]
     moved = kinematics(run.system, drive={driver.name: (values, 1.0)}, guess=pose_at(run, 0))
     note = f"'{driver.name}' is at rest: {AT_REST}"
-    return changed(moved, notes=(*run.notes, note))
+    return with_fields(moved, notes=(*run.notes, note))
 
 
 def motion_that_begins(run: Solution) -> Array:

@@ -19,8 +19,8 @@ from mbody.core.presentation import present
 from mbody.engines.crosscheck_result import AGREES, CrosscheckResult, Engine, Inexpressible
 from mbody.engines.load_forces import (
     contacts_without_counterpart,
-    followed_states,
     separating,
+    unsupported_states,
     without_counterpart,
 )
 from mbody.errors import ModelError, brief
@@ -185,7 +185,7 @@ def crosscheck(
             missing += contacts_without_counterpart(system.mechanism)
         if name not in ALWAYS and run.analysis == "simulate":
             missing += separating(system.mechanism)
-            missing += followed_states(system.mechanism) if name in TOUCHING else ()
+            missing += unsupported_states(system.mechanism) if name in TOUCHING else ()
         if name != "balance" and run.stepped is not None:
             why = IMPULSIVE
             missing = (Inexpressible("motion", why),)

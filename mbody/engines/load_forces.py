@@ -155,7 +155,7 @@ def separating(mechanism: Mechanism) -> tuple[Inexpressible, ...]:
     return tuple(Inexpressible(one.name, why) for one in found)
 
 
-def followed_states(mechanism: Mechanism) -> tuple[Inexpressible, ...]:
+def unsupported_states(mechanism: Mechanism) -> tuple[Inexpressible, ...]:
     """The tyres of a mechanism, whose slip no other engine follows over time."""
     tyres = [one for one in mechanism.loads if isinstance(one, Tyre)]
     return tuple(Inexpressible(one.name, "its slip is a state of its own") for one in tyres)

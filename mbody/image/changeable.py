@@ -17,7 +17,7 @@ from mbody.laws import Constant
 from mbody.model.element import Element, Numbers, listed
 from mbody.model.joints import Joint
 from mbody.solution.tracing import Recording, Rule
-from mbody.system.formula_rows import followed_inputs
+from mbody.system.formula_rows import driver_inputs
 from mbody.system.system import System, polar_points
 
 FIXED = "it is used in a table, a program, a guess or g, which an image cannot change"
@@ -120,8 +120,8 @@ def input_numbers(system: System) -> dict[str, str]:
     position or rate of a driver that followed it would jump.
     """
     constant = [one.name for one in system.mechanism.inputs if isinstance(one.value, Constant)]
-    followed = followed_inputs(system.mechanism, system.numbers)
-    return {f"{name}.value": name for name in constant if name not in followed}
+    drivers = driver_inputs(system.mechanism, system.numbers)
+    return {f"{name}.value": name for name in constant if name not in drivers}
 
 
 def _parameters_of(system: System, names: Iterable[str]) -> frozenset[str]:

@@ -34,7 +34,7 @@ from mbody.kernels.continuation import (
     BY_TIME,
     PROGRESS,
     DrivenPath,
-    FollowedPath,
+    PathOutput,
 )
 from mbody.kernels.image_calls import MotionStart
 from mbody.kernels.number_program import NumberProgram
@@ -48,7 +48,7 @@ from mbody.quantities import Scope, evaluate, parse_unit
 from mbody.quantities.units import DIMENSIONS, Dimension, name_of, unit_system
 from mbody.quantities.units import NUMBER as DIMENSIONLESS
 from mbody.solution.histories import ends, own_history
-from mbody.solution.measures import quantity, valued
+from mbody.solution.measures import evaluate_measure, quantity
 from mbody.solution.solution import Solution
 from mbody.solution.traced_instant import ORDER, TracedInstant, TracedRecord
 from mbody.solution.tracing import Recording, Rule
@@ -387,7 +387,7 @@ def _wanted(instant: Solution) -> Iterator[tuple[str, str, Any]]:
         if joint.spaced:
             yield f"{joint.name}.misfit", MISFIT, functools.partial(_misfit, instant, joint)
     for name, measure in machine.measures.items():
-        yield name, measure.of, lambda own=measure: valued(instant, own)
+        yield name, measure.of, lambda own=measure: evaluate_measure(instant, own)
 
 
 def _misfit(instant: Solution, joint: Joint) -> tuple[Any, Dimension, str]:
@@ -496,7 +496,7 @@ def _enter_path(
         regularization=start.regularization,
         reach=runner.reach(start, grid),
     )
-    found = FollowedPath(
+    found = PathOutput(
         output=np.zeros((count, runner.rows, 1)),
         progress=np.zeros(PROGRESS),
         nearest=np.zeros(3),

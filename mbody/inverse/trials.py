@@ -33,12 +33,12 @@ from mbody.laws import Polynomial
 from mbody.model.closed_mechanism import snapshot, with_element
 from mbody.model.driver import DRIVEN
 from mbody.model.mechanism import Mechanism
-from mbody.model.numbers import meant, moves_nothing, plain
+from mbody.model.numbers import moves_nothing, plain, resolve_number
 from mbody.model.study import Instants, Measure, Question, Unknown
 from mbody.quantities import convert
 from mbody.quantities.units import DIMENSIONS, Dimension
 from mbody.solution.histories import Record, link_poses
-from mbody.solution.measures import measured, valued
+from mbody.solution.measures import evaluate_measure, measured
 from mbody.solution.solution import Solution
 from mbody.system.assembler import assemble
 from mbody.system.rank import dense
@@ -224,7 +224,7 @@ class Trials:
         return [value - rate * t + 0.5 * change * t * t, rate - change * t, 0.5 * change]
 
     def _wanted(self, mechanism: Mechanism, first: Solution, one: Unknown) -> SearchVariable:
-        name, dimension = meant(mechanism, one.name)
+        name, dimension = resolve_number(mechanism, one.name)
         driver, _, key = name.partition(".")
         moving = bool(self._driver(mechanism, name))
         if moving:
@@ -513,7 +513,7 @@ class ConditionRows:
 
     @staticmethod
     def _slope(whole: object, text: str, count: int) -> Array:
-        history, _, _ = valued(whole, Measure(text))  # type: ignore[arg-type]
+        history, _, _ = evaluate_measure(whole, Measure(text))  # type: ignore[arg-type]
         if not isinstance(history, DualNumber):
             return np.zeros(count)
         return np.array(np.broadcast_to(history.tangents, (1, count))[-1])

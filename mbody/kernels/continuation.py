@@ -440,12 +440,12 @@ def signs_kept(S, W, w, F, step, failed):
 DONE, STUCK, LOST = 0, 1, 2
 #: What the path parameter is: time; the value of the one driver; the number of the instant.
 BY_TIME, BY_DRIVER, BY_INSTANT = 0, 1, 2
-#: Numbers of `FollowedPath.progress`: instants finished; path parameter reached; least pivot;
+#: Numbers of `PathOutput.progress`: instants finished; path parameter reached; least pivot;
 #: steps; greatest unbalanced part of the loads; change points passed; one where the path ended
 #: because the branch was not certain. And how many they are.
 INSTANTS, REACHED, LEAST_PIVOT, STEPS, UNBALANCED, CHANGE_POINTS, BRANCH_UNSURE = range(7)
 PROGRESS = 7
-#: Numbers of `FollowedPath.nearest`: least part that elimination leaves of a node, path parameter
+#: Numbers of `PathOutput.nearest`: least part that elimination leaves of a node, path parameter
 #: there, instant before which that is.
 PART, PLACE, INSTANT_BEFORE = 0, 1, 2
 
@@ -494,7 +494,7 @@ class DrivenPath(Bundle):
     reach: float  # greatest coordinate in model lengths and radians, of which TOLERANCE is a part
 
 
-class FollowedPath(Bundle):
+class PathOutput(Bundle):
     """Where `follow` puts what it finds."""
 
     output: Stacks  # (instants, rows, 1), rows as of `mbody.kernels.layout.keep`
@@ -544,7 +544,7 @@ def correct(L, W, w, regularization, reach):
 
 
 @kernel
-def follow(L: Layout, W: Work, path: DrivenPath, found: FollowedPath) -> int:
+def follow(L: Layout, W: Work, path: DrivenPath, found: PathOutput) -> int:
     """Follow the motion from W.q at the first instant through all instants of `path`; returns DONE,
     STUCK (the place where it ended is the first in W.past), or LOST (no position at the first
     instant).

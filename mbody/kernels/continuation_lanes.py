@@ -83,11 +83,11 @@ CERTAIN = 1.0 - 1e-12
 #: Places by which one is predicted: two; two until a second Newton step is needed; three, which
 #: spares that step and costs figures (forces to 1e-12 of their peak instead of 1e-13).
 TWO, TWO_AT_FIRST, THREE = 0, 1, 2
-#: Rows of `FollowedLanes.found`: one where a lane must not be trusted; the greatest inverse
+#: Rows of `LanesOutput.found`: one where a lane must not be trusted; the greatest inverse
 #: determinant of a block; the instant of it. And how many they are.
 FAILED, GREATEST, GREATEST_AT = 0, 1, 2
 FOUND = 3
-#: Numbers of `FollowedLanes.shared`: first row of the last place in W.past; places by which the
+#: Numbers of `LanesOutput.shared`: first row of the last place in W.past; places by which the
 #: next one is predicted; whether the pivots are the second choice. And how many they are.
 LAST, PLACES, SECOND = 0, 1, 2
 SHARED = 3
@@ -105,7 +105,7 @@ class LanePath(Bundle):
     at_rest: int  # whether velocities and accelerations are zero (statics)
 
 
-class FollowedLanes(Bundle):
+class LanesOutput(Bundle):
     """Where the kernels put what they find."""
 
     output: Stacks  # (steps, rows, lanes) of lanes, (rows, designs, steps) of designs
@@ -126,7 +126,7 @@ class Designs(Bundle):
 
 @kernel
 def follow_lanes(
-    L: Layout, P: Square, Q: Square, W: Work, F: SquareWork, path: LanePath, followed: FollowedLanes
+    L: Layout, P: Square, Q: Square, W: Work, F: SquareWork, path: LanePath, followed: LanesOutput
 ) -> None:
     """Follow all lanes from W.q through all instants, and keep all rows. P, Q: two choices of
     pivots.
@@ -150,7 +150,7 @@ def follow_designs(
     W: Work,
     F: SquareWork,
     path: LanePath,
-    followed: FollowedLanes,
+    followed: LanesOutput,
     designs: Designs,
 ) -> None:
     """Follow all designs, as many at a time as there are lanes, and keep only some rows of each
@@ -499,7 +499,7 @@ def follow_linkages(
     W: Work,
     F: SquareWork,
     path: LanePath,
-    followed: FollowedLanes,
+    followed: LanesOutput,
     batch: LinkageBatch,
 ) -> None:
     """Follow all pieces, as many at a time as there are lanes, the path the same for each time. The

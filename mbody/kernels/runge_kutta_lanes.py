@@ -211,7 +211,7 @@ LOW_ERROR, ERROR, STAGE_CONDITIONING, END_CONDITIONING, STIFFNESS, FAILED = rang
 HAS_INSTANT, INSTANT, FRACTION = range(PROGRESS + 12, PROGRESS + 15)
 #: Steps and time when the mean length was last judged; whether the step may have met a singular
 #: position; kinetic energy of masses that replace missing ones.
-JUDGED_STEPS, JUDGED_TIME, RISK, STAND_INS = range(PROGRESS + 15, PROGRESS + 19)
+MEAN_STEPS, MEAN_TIME, RISK, STAND_INS = range(PROGRESS + 15, PROGRESS + 19)
 #: The time that the lane goes on to.
 UNTIL = PROGRESS + 19
 CONTROLS = PROGRESS + 20
@@ -304,7 +304,7 @@ def load_design(L, W, batch, lanes, lane, design):
     lanes.design[lane] = design
     for n in range(S.shape[0]):
         S[n, lane] = 0.0
-    S[TIME, lane] = S[JUDGED_TIME, lane] = batch.begin
+    S[TIME, lane] = S[MEAN_TIME, lane] = batch.begin
     S[DELIVERED, lane] = 1.0 if batch.times[0] <= batch.begin else 0.0
     S[NEXT, lane] = batch.step[design]
     S[CONDITIONING, lane] = S[BEST_CONDITIONING, lane] = batch.conditioning[design]
@@ -370,10 +370,10 @@ def finish_steps(lanes, batch, patience, stable):
         left = S[UNTIL, lane] - S[STEP_END, lane]
         stiff = S[STIFF_COUNT, lane] >= STIFF_LIMIT and left > patience * S[NEXT, lane]
         slow = False
-        if S[STEPS, lane] - S[JUDGED_STEPS, lane] >= MANY_STEPS:
-            mean = (S[STEP_END, lane] - S[JUDGED_TIME, lane]) / MANY_STEPS
+        if S[STEPS, lane] - S[MEAN_STEPS, lane] >= MANY_STEPS:
+            mean = (S[STEP_END, lane] - S[MEAN_TIME, lane]) / MANY_STEPS
             slow = left > patience * mean
-            S[JUDGED_STEPS, lane], S[JUDGED_TIME, lane] = S[STEPS, lane], S[STEP_END, lane]
+            S[MEAN_STEPS, lane], S[MEAN_TIME, lane] = S[STEPS, lane], S[STEP_END, lane]
         if stiff or slow:
             leave_design(lanes, batch, lane)
 
@@ -847,7 +847,7 @@ def evaluate_lanes(
             if fresh[lane] > 0.0:
                 bad = S[FAILED, lane] != 0.0
                 many.bad[group * (lanes.design.shape[0] - 1) + lane] = 1.0 if bad else 0.0
-                S[JUDGED_TIME, lane] = S[TIME, lane]
+                S[MEAN_TIME, lane] = S[TIME, lane]
                 fresh[lane] = 0.0
         load_rows(lanes.y, many.y[group])
         for n in range(lanes.y.shape[0]):

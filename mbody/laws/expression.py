@@ -51,7 +51,7 @@ class PostfixProgram:
     def __init__(self, variables: frozenset[str]) -> None:
         self.variables = variables
         self.operations: list[str] = []
-        self.taken: list[str] = []
+        self.variables_used: list[str] = []
         self.constants: list[Node] = []
 
     def free(self, node: Node) -> bool:
@@ -75,7 +75,7 @@ class PostfixProgram:
         """Append those of a node that has a variable."""
         match node:
             case Name(name=name):
-                self.taken.append(name)
+                self.variables_used.append(name)
                 self.put("variable")
             case Negative(of=below):
                 self.add(below)

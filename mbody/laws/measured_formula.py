@@ -137,7 +137,7 @@ def compile_measured(
     law = MeasuredFormula(
         formula.text,
         tuple(program.operations),
-        tuple(program.taken),
+        tuple(program.variables_used),
         tuple(part.value(scope) for part in parts),
     )
     known = scope.names.keys()

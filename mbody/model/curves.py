@@ -43,7 +43,7 @@ class NamedCurve:
         """Its numbers, as the kernels take them."""
         return list(self.law.parameters(self.law.numbers()))
 
-    def valued(self) -> Valued:
+    def as_value(self) -> Valued:
         """The curve as formulas call it."""
         return Valued(Curve(self.at, self.takes), self.gives)
 

@@ -131,7 +131,9 @@ def equation(text: str, owner: str) -> MeasuredFormula:
     program = PostfixProgram(tree.names)
     program.add(tree)
     constants = tuple(float(evaluate(part, Scope()).value) for part in program.constants)
-    return MeasuredFormula(text, tuple(program.operations), tuple(program.taken), constants)
+    return MeasuredFormula(
+        text, tuple(program.operations), tuple(program.variables_used), constants
+    )
 
 
 def signal_of(law: MeasuredFormula) -> Signal:

@@ -220,7 +220,7 @@ def check_sets(
 ) -> None:
     """Refuse a controller of inputs that are not there, or that another one sets."""
     known = [one.name for one in inputs]
-    taken = {name: one.name for one in others for name in one.sets}
+    owners = {name: one.name for one in others for name in one.sets}
     for name in controller.sets:
         if name not in known:
             raise ModelError(
@@ -228,9 +228,9 @@ def check_sets(
                 f"{listed(known)}): add Input(...) before it",
                 controller.name,
             )
-        if name in taken:
+        if name in owners:
             raise ModelError(
-                f"'{controller.name}' sets '{name}', which '{taken[name]}' sets already: give "
+                f"'{controller.name}' sets '{name}', which '{owners[name]}' sets already: give "
                 "each controller inputs of its own, and add them in a formula",
                 controller.name,
             )

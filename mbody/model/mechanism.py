@@ -219,7 +219,7 @@ class Mechanism:
         from mbody.model.curves import as_curves
 
         self.curves = as_curves(curves, self.parameters.scope())
-        self.parameters.with_curves({key: one.valued() for key, one in self.curves.items()})
+        self.parameters.with_curves({key: one.as_value() for key, one in self.curves.items()})
         for one in self.curves.values():
             for _, formula in formulas_in(one.given):
                 self.fixed_parameters |= self.parameters.used_by(formula)

@@ -32,7 +32,7 @@ def number_in(
     return float(evaluated(given, mechanism.parameters.scope(), element, field))
 
 
-def meant(mechanism: Mechanism, name: str) -> tuple[str, Dimension | None]:
+def resolve_number(mechanism: Mechanism, name: str) -> tuple[str, Dimension | None]:
     """The number that an unknown's name means, by its dotted name, and its dimension; of a driver's
     motion the name itself.
 

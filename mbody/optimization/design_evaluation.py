@@ -21,7 +21,7 @@ from mbody.errors import ModelError, SolveError
 from mbody.model.numbers import varied
 from mbody.model.study import Measure
 from mbody.quantities import parse
-from mbody.solution.measures import measured, valued
+from mbody.solution.measures import evaluate_measure, measured
 from mbody.solution.solution import Solution
 from mbody.sweeps.job import Job
 from mbody.system.system import System
@@ -61,7 +61,7 @@ class Evaluation:
     def _history(self, measure: Measure) -> tuple[np.ndarray, np.ndarray]:
         count, numbers = len(self.run), len(self.x)
         try:
-            history, _, _ = valued(self.whole, measure)
+            history, _, _ = evaluate_measure(self.whole, measure)
         except TypeError as error:
             raise ModelError(
                 f"optimize: '{measure.of}' has no exact derivatives: {error}; choose another "
@@ -156,14 +156,14 @@ class Evaluator:
             start = closed(system, t, grid.first(system), self.guess)
         runner = Runner(system, self.analysis)
         try:
-            return self._followed(runner, start, grid)
+            return self._follow(runner, start, grid)
         except PathEnded as stuck:
             raise runner.explain(stuck, start, grid) from None
 
     def _grid(self, system: System) -> TimeGrid:
         return time_grid(system, *self.how) if self.timed else self.grid
 
-    def _followed(self, runner: Runner, start: ClosedPosition, grid: TimeGrid) -> Solution:
+    def _follow(self, runner: Runner, start: ClosedPosition, grid: TimeGrid) -> Solution:
         """All instants from a closed position; `PathEnded` where it cannot go on."""
         self.count += 1
         run = runner.solution(start, grid, runner.record(start, grid))
@@ -205,7 +205,7 @@ class Evaluator:
             grid = self._grid(system)
             start = self._closed(system, grid)
             pose = start.work.q[:, 0].copy()
-            run = self._followed(Runner(system, self.analysis), start, grid)
+            run = self._follow(Runner(system, self.analysis), start, grid)
             instants = DrivenInstants(run, self.names, self.turning)
             whole = instants.at(np.arange(len(run)), self.loads)
         except (ModelError, SolveError, PathEnded, _NotClosed):

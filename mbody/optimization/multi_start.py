@@ -11,7 +11,7 @@ import numpy as np
 
 from mbody.analysis.driven.batch import BatchSetup
 from mbody.core.tolerances import LIMIT_HOLDS, OPTIMUM_VALUE_NONE, OPTIMUM_VALUES_AGREE, TINY
-from mbody.derivatives.named_numbers import changed, checked_names, unit_of
+from mbody.derivatives.named_numbers import checked_names, influential, unit_of
 from mbody.errors import ModelError, SolveError, brief
 from mbody.model.element import listed
 from mbody.model.numbers import dimension_named
@@ -208,7 +208,7 @@ class Screen:
             measures[Measure("t", "s")] = None
         return tuple(MeasuredColumn(f"{n}", one) for n, one in enumerate(measures))
 
-    def judged(self, designs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def evaluate(self, designs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Values of the aims, with the signs that make them least, (designs, aims), and margins of
         the limits, (designs, limits); NaN where a design cannot be analysed.
         """
@@ -293,7 +293,7 @@ class MultiStart:
     seen: Callable[[int, int], None] | None = None
     done: int = 0
     spread: np.ndarray | None = None
-    judged: tuple[np.ndarray, np.ndarray] | None = field(default=None)
+    merits: tuple[np.ndarray, np.ndarray] | None = field(default=None)
 
     def mark(self) -> None:
         """Where a search may be stopped."""
@@ -325,24 +325,24 @@ class MultiStart:
             if not found:
                 raise
             status = f"stopped: after {len(found)} of {self.count} searches"
-        held = [one for one in found if one.broken <= LIMIT_HOLDS]
-        if not held:
+        feasible = [one for one in found if one.broken <= LIMIT_HOLDS]
+        if not feasible:
             raise self._none(min(found, key=lambda one: one.broken), limits)
-        best = min(held, key=lambda one: one.value)
+        best = min(feasible, key=lambda one: one.value)
         near = OPTIMUM_VALUES_AGREE * max(abs(best.value), OPTIMUM_VALUE_NONE * program.scale)
-        agreeing = sum(one.value <= best.value + near for one in held)
+        agreeing = sum(one.value <= best.value + near for one in feasible)
         return SearchEnding(best, program, len(found), agreeing, status, tuple(notes))
 
     def starts(self, aim: Aim) -> list[np.ndarray]:
         """Where searches begin: the start that was given, then the best of many that are apart."""
         ranges = self.ranges
-        if self.spread is None or self.judged is None:
+        if self.spread is None or self.merits is None:
             many = max(LEAST, EACH * len(ranges.names), 4 * self.count)
             if not self.screen.by_lanes:
                 many = 4 * self.count  # one by one
             self.spread = spread_designs(ranges.low, ranges.high, many, self.seed)
-            self.judged = self.screen.judged(self.spread)
-        values, margins = self.judged
+            self.merits = self.screen.evaluate(self.spread)
+        values, margins = self.merits
         first = self.evaluator(ranges.start)
         sound = first is not None and bool(np.isfinite(aim.rows(first).values).all())
         closing = np.isfinite(values).all(axis=1)
@@ -376,7 +376,7 @@ class MultiStart:
 
         def moves(rows: list[tuple[np.ndarray, np.ndarray]]) -> bool:
             return any(
-                changed(system, names, value, slope).any() and (np.abs(slope) * ranges).any()
+                influential(system, names, value, slope).any() and (np.abs(slope) * ranges).any()
                 for value, slope in rows
             )
 

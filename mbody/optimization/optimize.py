@@ -161,7 +161,7 @@ def tolerance_band(
     n, aims = len(x), len(screen.aims)
     ends = np.concatenate([bounds[0], bounds[1]])
     who = np.tile(np.arange(n), 2)
-    values, margins = screen.judged(x[None])
+    values, margins = screen.evaluate(x[None])
     if not np.isfinite(values).all():
         return np.column_stack([x, x])
     worst = values[0] + loss * sizes[:aims]
@@ -173,7 +173,7 @@ def tolerance_band(
         own = np.repeat(who, parts.shape[1])
         steps = (ends - x[who])[:, None] * parts
         designs[np.arange(parts.size), own] += steps.reshape(-1)
-        values, margins = screen.judged(designs)
+        values, margins = screen.evaluate(designs)
         with np.errstate(invalid="ignore"):
             fine = (values <= worst).all(axis=1) & (margins >= least).all(axis=1)
         return np.asarray(fine.reshape(parts.shape))
@@ -328,9 +328,9 @@ def pareto_front(
             bounded = _Bounded(second, float(value), "")
             program = search.program(first, [*limits, bounded])  # type: ignore[list-item]
             tried = [end for x in place if (end := program.search(x)) is not None]
-            held = [one for one in tried if one.broken <= LIMIT_HOLDS]
-            if held:
-                best = min(held, key=lambda one: one.value)
+            feasible = [one for one in tried if one.broken <= LIMIT_HOLDS]
+            if feasible:
+                best = min(feasible, key=lambda one: one.value)
                 place[0] = best.at.x
                 found.append((best, replace(ends[0], best=best, program=program)))
     both = np.array([[_least(aim, one.at) for aim in aims] for one, _ in found])

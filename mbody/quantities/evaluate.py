@@ -186,11 +186,11 @@ def has_units(node: Node, scope: Scope) -> bool:
             if curve is not None and curve.dimension is not None:
                 return True
         if isinstance(part, Name):
-            valued = scope.names.get(part.name)
-            if valued is not None and part.name not in VARIABLES:
-                if valued.dimension is not None:
+            named = scope.names.get(part.name)
+            if named is not None and part.name not in VARIABLES:
+                if named.dimension is not None:
                     return True
-            elif valued is None and part.name != "pi" and scope.unit(part.name):
+            elif named is None and part.name != "pi" and scope.unit(part.name):
                 return True
     return False
 
@@ -265,12 +265,12 @@ class _Evaluation:
                 return self.call(function, [self.of(argument) for argument in arguments])
 
     def name(self, name: str) -> tuple[Any, Dimension]:
-        valued = self.scope.names.get(name)
-        if valued is not None:
-            plain = valued.dimension is None or not self.with_units
-            if isinstance(valued.value, Curve):
+        named = self.scope.names.get(name)
+        if named is not None:
+            plain = named.dimension is None or not self.with_units
+            if isinstance(named.value, Curve):
                 raise FormulaError(f"'{name}' is a curve: give it a number, as in '{name}(2)'")
-            return valued.value, NUMBER if plain else valued.dimension or NUMBER
+            return named.value, NUMBER if plain else named.dimension or NUMBER
         if name == "pi":
             return np.pi, NUMBER
         unit = self.scope.unit(name)
@@ -340,7 +340,7 @@ class _Evaluation:
         if of_exponent != NUMBER:
             raise FormulaError(
                 f"an exponent is {dimension_text(of_exponent)}, it must be a plain number"
-                f"{self._meant()}"
+                f"{self._suggestion()}"
             )
         if dimension != NUMBER:
             fixed = literal_exponent(node.b)
@@ -352,7 +352,7 @@ class _Evaluation:
         # times 1.0: a power of whole numbers would be a whole number
         return np.power(np.multiply(base, 1.0), exponent), dimension
 
-    def _meant(self) -> str:
+    def _suggestion(self) -> str:
         """Suggestion where an exponent has the unit of the whole power; "" without one."""
         whole = units_of_powers(self.whole)
         if whole == self.whole:  # a parameter has the unit
@@ -392,14 +392,14 @@ class _Evaluation:
         self, name: str, values: list[Any], dimensions: list[Dimension]
     ) -> tuple[Any, Dimension]:
         """Value and dimension of a curve of the mechanism."""
-        valued = self.scope.names.get(name)
-        if valued is None or not isinstance(valued.value, Curve):
+        named = self.scope.names.get(name)
+        if named is None or not isinstance(named.value, Curve):
             curves = [n for n, v in self.scope.names.items() if isinstance(v.value, Curve)]
             raise FormulaError(
                 f"there is no function {name[:40]!r} (there are: {', '.join(FUNCTIONS)}"
                 + (f", and the curves {', '.join(curves[:12])})" if curves else ")")
             )
-        wanted = valued.value.arguments
+        wanted = named.value.arguments
         if len(values) != len(wanted):
             numbers = "one number" if len(wanted) == 1 else "two numbers"
             raise FormulaError(f"the curve '{name}' takes {numbers}, not {len(values)}")
@@ -410,8 +410,8 @@ class _Evaluation:
                 raise FormulaError(
                     f"the curve '{name}' is of {dimension_text(of)}, not of {dimension_text(found)}"
                 )
-        plain = valued.dimension is None or not (self.with_units and self.checked)
-        return valued.value.values(*values), NUMBER if plain else valued.dimension or NUMBER
+        plain = named.dimension is None or not (self.with_units and self.checked)
+        return named.value.values(*values), NUMBER if plain else named.dimension or NUMBER
 
 
 def literal_exponent(node: Node) -> Fraction | None:

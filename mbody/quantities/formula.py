@@ -32,7 +32,7 @@ from mbody.quantities.tree import Measured, Negative, Node, Plain, called
 from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension, dimension_of, of_quantity
 
 # frequent mistakes: (what is written, what is meant), tried in this order
-MEANT = (
+COMMON_MISTAKES = (
     ("lbs?|lbm", "lbf"),
     ("oz", "ozf"),
     ("kg", "kgf"),
@@ -150,14 +150,14 @@ class Formula:
             return 1.0
         raise FormulaError(
             f"{shown(self.text)} is {dimension_text(got)}, where {dimension_text(wanted)} is "
-            f"wanted{self._meant()}"
+            f"wanted{self._suggestion()}"
         )
 
-    def _meant(self) -> str:
+    def _suggestion(self) -> str:
         """A guess of what was meant, as the end of an error message."""
         if not self.literal or self.dimension is None:
             return ""
-        for pattern, instead in MEANT:
+        for pattern, instead in COMMON_MISTAKES:
             bounds = pattern if pattern[0] in "$/" else rf"(?<![\w])(?:{pattern})(?![\w^])"
             text = re.sub(bounds, instead, self.text.strip(), count=1)
             try:

@@ -20,7 +20,7 @@ from mbody.model.mechanism import Mechanism
 from mbody.model.study import Instants
 from mbody.solution.solution import Solution
 from mbody.summaries.text_table import force_floor, force_names, number, unit_text
-from mbody.system.formula_rows import followed_states
+from mbody.system.formula_rows import driver_states
 from mbody.views.free_bodies import force_peak
 from mbody.views.motions import cycle
 from mbody.views.page import digest_of
@@ -250,7 +250,7 @@ def _turns(mechanism: Mechanism) -> bool:
 
     system, moving = assemble(mechanism), []
     for driver in system.leaders:
-        if followed_states(driver, mechanism, system.numbers):
+        if driver_states(driver, mechanism, system.numbers):
             return False
         _, rate, change = system.law_of(driver).derivatives(0.0)
         if rate or change:

@@ -313,16 +313,16 @@ class Certified(Generic[T]):
         solution.__dict__[f"reported_{self.name}"] = value
 
 
-def as_reported(solution: Result) -> Certificate:
+def reported_certificate(solution: Result) -> Certificate:
     """Status, doubts and notes that the analysis itself reported, without computing residuals."""
     fields = solution.__dict__
     status = fields.get("reported_status", "completed")
     return Certificate(status, fields["reported_doubts"], fields["reported_notes"])
 
 
-def changed(solution: R, **parts: Any) -> R:
+def with_fields(solution: R, **parts: Any) -> R:
     """The solution with other fields, as `dataclasses.replace`, without computing residuals."""
-    said = as_reported(solution)
+    said = reported_certificate(solution)
     own = {"status": said.status, "doubts": said.doubts, "notes": said.notes}
     replaced: R = replace(solution, **(own | parts))  # type: ignore[type-var]  # a dataclass
     return replaced
@@ -332,7 +332,7 @@ def _certificate(solution: Result) -> Certificate:
     """The report of the analysis, and what the residuals add to it."""
     from mbody.solution.doubts import status_of
 
-    said = as_reported(solution)
+    said = reported_certificate(solution)
     doubts = said.doubts
     if not any(doubt.kind == "residual" for doubt in doubts):
         doubts = (*doubts, *residual_doubts(solution))
@@ -379,7 +379,7 @@ def _limits(
     top, flowing = (float(np.nanmax(np.abs(whole), initial=0.0)) for whole in (term, flow))
     known &= np.isfinite(records).all(axis=1)
     # forces that are reported as missing are in no balance
-    reported = any(doubt.kind == "incomplete" for doubt in as_reported(solution).doubts)
+    reported = any(doubt.kind == "incomplete" for doubt in reported_certificate(solution).doubts)
     unknown = 0.0 if reported else np.nan
     part = np.where(known, left / (top or 1.0), unknown)
     carried = np.where(known, _carried(system, records) / (top or 1.0), 0.0)

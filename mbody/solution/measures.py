@@ -38,7 +38,7 @@ from mbody.solution.histories import (
     own_history,
     velocity,
 )
-from mbody.system.formula_rows import followed_states, recorded_driver
+from mbody.system.formula_rows import driver_states, recorded_driver
 from mbody.system.read_only import locked
 from mbody.system.system import polar_points
 
@@ -325,7 +325,7 @@ def _follows(solution: Result, driver: Any) -> bool:
     system = solution.system
     if driver not in system.leaders:
         return True
-    return bool(followed_states(driver, system.mechanism, system.numbers))
+    return bool(driver_states(driver, system.mechanism, system.numbers))
 
 
 def _since_release(solution: Result, driver: Any, prescribed: Array) -> Array:
@@ -408,7 +408,7 @@ def measured(solution: Result, measure: Measure | str) -> tuple[np.ndarray, Dime
     >>> values, _, unit = measured(run, "rod.B.x - rod.A.x")
     """
     wanted = measure if isinstance(measure, Measure) else Measure(measure)
-    value, dimension, unit = valued(solution, wanted.history)
+    value, dimension, unit = evaluate_measure(solution, wanted.history)
     shape = solution.t.shape
     if solution.record.batch:
         shape = (solution.record.count, *shape)
@@ -425,7 +425,7 @@ def measured(solution: Result, measure: Measure | str) -> tuple[np.ndarray, Dime
     return values, dimension, unit
 
 
-def valued(solution: Result, measure: Measure) -> tuple[Any, Dimension, str]:
+def evaluate_measure(solution: Result, measure: Measure) -> tuple[Any, Dimension, str]:
     """Value, dimension and unit of a measure's formula: a number where it does not change, else of
     the kind of the result's histories.
     """
@@ -439,7 +439,7 @@ def valued(solution: Result, measure: Measure) -> tuple[Any, Dimension, str]:
         # as the system has it, a column where it differs between designs
         own = column(solution.system.values[name])
         names[name] = replace(names[name], value=own)
-    return _valued(measure, names)
+    return _evaluate(measure, names)
 
 
 def quantity(solution: Result, owner: str, key: str) -> tuple[Any, Dimension]:
@@ -453,7 +453,7 @@ def check_measure(mechanism: Mechanism, measure: Measure) -> str:
     """Refuse a history that names what the mechanism has not, or whose units do not fit; of others
     the unit that values are in.
     """
-    return _valued(measure, _Histories(mechanism, lambda *name: 1.0))[2]
+    return _evaluate(measure, _Histories(mechanism, lambda *name: 1.0))[2]
 
 
 def sides(solution: Result, left: str, right: str) -> tuple[np.ndarray, np.ndarray]:
@@ -465,7 +465,7 @@ def checked_sides(mechanism: Mechanism, text: str, left: str, right: str) -> Dim
     """Dimension of the two sides of a relation."""
     try:
         names = _Histories(mechanism, lambda *name: 1.0)
-        (_, of_a, _), (_, of_b, _) = (_valued(Measure(side), names) for side in (left, right))
+        (_, of_a, _), (_, of_b, _) = (_evaluate(Measure(side), names) for side in (left, right))
         _alike(left, of_a, right, of_b)
     except ModelError as error:
         raise ModelError(f"{brief(text, 100)}: {error}") from None
@@ -506,7 +506,7 @@ def found_by(solution: Result, measure: Measure) -> bool:
     return True
 
 
-def _valued(measure: Measure, names: _Histories) -> tuple[Any, Dimension, str]:
+def _evaluate(measure: Measure, names: _Histories) -> tuple[Any, Dimension, str]:
     """Value of a measure, its dimension and its unit."""
     if measure.by:
         raise ModelError(

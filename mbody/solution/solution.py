@@ -18,12 +18,12 @@ from mbody.model.mechanism import Mechanism
 from mbody.quantities.types import PlainNumbers
 from mbody.solution.checks import (
     Certified,
-    as_reported,
     breakdown,
-    changed,
     checks,
     one_design,
+    reported_certificate,
     residuals,
+    with_fields,
 )
 from mbody.solution.histories import (
     BodyHistory,
@@ -233,11 +233,11 @@ class Solution:
         """Some of the instants, by number, in that order, without later doubts and events."""
         one_design(self, "instants are of one design")
         index = np.asarray(instants, dtype=np.int64)
-        rows, report = self.record.table(slice(None))[index], as_reported(self)
+        rows, report = self.record.table(slice(None))[index], reported_certificate(self)
         last = float(self.t[index].max(initial=-np.inf))
         gone = [one for one in report.doubts if one.t is not None and one.t > last]
         sentences = {one.message for one in gone}
-        return changed(
+        return with_fields(
             self,
             doubts=tuple(one for one in report.doubts if one not in gone),
             notes=tuple(note for note in report.notes if note not in sentences),
@@ -315,7 +315,7 @@ class Solution:
     @property
     def ending(self) -> str:
         """How the analysis ended, whatever is in doubt: "completed", "ended: …" or "stopped: …"."""
-        return as_reported(self).status
+        return reported_certificate(self).status
 
     @property
     def has_forces(self) -> bool:

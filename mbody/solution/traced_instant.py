@@ -21,7 +21,7 @@ from mbody.laws.kernels import CONSTANT, LOG, OPERATIONS, POWER_CONSTANT
 from mbody.model.study import Measure, measure_named
 from mbody.quantities.evaluate import ONE, TWO
 from mbody.solution.histories import LoadHistory, Reaction, own_history
-from mbody.solution.measures import check_measure, stretched, turned, valued
+from mbody.solution.measures import check_measure, evaluate_measure, stretched, turned
 from mbody.solution.solution import Solution
 from mbody.solution.tracing import Recording, Rule, driven_motion
 from mbody.system.formula_steps import record_formula
@@ -251,7 +251,7 @@ class Present:
         measure = measure_named(self.system.mechanism.measures, of)
         check_measure(self.system.mechanism, measure)
         try:
-            return self.read(valued(self.instant, measure)[0])
+            return self.read(evaluate_measure(self.instant, measure)[0])
         except Exception:  # whatever Python does with a number that is none
             return lambda: float(solution().measure(measure)[-1])
 

@@ -53,9 +53,9 @@ class Inputs(MutableMapping[str, float]):
         changed: Callable[[int, float], Any],
         others: Mapping[str, tuple[str, Callable[[], float]]] | None = None,
         number: Callable[[str, Any], float] = lambda name, value: float(value),
-        followed: Mapping[str, str] | None = None,
+        drivers: Mapping[str, str] | None = None,
     ) -> None:
-        self._followed = dict(followed or {})
+        self._drivers = dict(drivers or {})
         self.names = tuple(values)
         self._index = {name: n for n, name in enumerate(self.names)}
         self._values = [float(value) for value in values.values()]
@@ -80,8 +80,8 @@ class Inputs(MutableMapping[str, float]):
         if not -math.inf < value < math.inf:
             raise ModelError(f"the input '{name}' is {value}: give a finite number", name)
         if value != self._values[place]:
-            if name in self._followed:
-                raise jumping(name, self._followed[name])
+            if name in self._drivers:
+                raise jumping(name, self._drivers[name])
             self._values[place] = value
             self._changed(place, value)
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from mbody.analysis.dynamics.batch_integration import TABLES
 from mbody.analysis.dynamics.integrators import PATIENT, REFINEMENTS, coordinate_sizes, own_sizes
-from mbody.analysis.dynamics.interruptions import held_inputs, without_held
+from mbody.analysis.dynamics.interruptions import hold_inputs, without_hold
 from mbody.core.lanes import LANES, aligned
 from mbody.errors import ModelError, brief
 from mbody.kernels.layout import Work, inverse_masses, stand_ins
@@ -29,7 +29,7 @@ from mbody.laws.kernels import OPERATIONS
 from mbody.model.element import as_marker, listed
 from mbody.model.study import Measure, measure_named
 from mbody.solution.histories import Record
-from mbody.solution.measures import check_measure, measured, valued
+from mbody.solution.measures import check_measure, evaluate_measure, measured
 from mbody.solution.solution import IntegrationSettings, Solution
 from mbody.solution.traced_instant import NUMPY, WRITTEN, TracedInstant, TracedRecord
 from mbody.solution.tracing import Recording, Rule
@@ -85,7 +85,7 @@ class LaneMotion:
         self.system, self.count, self.settings = system, n, settings
         self.groups = -(-n // LANES)
         self.threads = max(1, min(threads, -(-self.groups // SHARE)))
-        self.layout = without_held(system.runtime(), {**held_inputs(system), **inputs})
+        self.layout = without_hold(system.runtime(), {**hold_inputs(system), **inputs})
         # states that all go alone have no steps on lanes
         self.table = TABLES.get(settings.method, TABLES["dopri5"])()
         light = bool(stand_ins(system.layout, system.mass, system.length).any())
@@ -290,9 +290,9 @@ class LaneInputs(MutableMapping[str, Array]):
         others: dict[str, str],
         number: Callable[[str, Any], float],
         changed: Callable[[], None],
-        followed: Mapping[str, str] | None = None,
+        drivers: Mapping[str, str] | None = None,
     ) -> None:
-        self._followed = dict(followed or {})
+        self._drivers = dict(drivers or {})
         self.names, self._lanes, self._others = names, lanes, others
         self._number, self._changed = number, changed
 
@@ -308,8 +308,8 @@ class LaneInputs(MutableMapping[str, Array]):
         given = filled.reshape(lanes.groups, -1)
         different = given != of[:, place, :]
         if different.any():
-            if name in self._followed:
-                raise jumping(name, self._followed[name])
+            if name in self._drivers:
+                raise jumping(name, self._drivers[name])
             of[:, place, :] = given
             lanes.many.stale[different] = 1.0
             self._changed()
@@ -545,7 +545,9 @@ class LaneReadings:
         recording = Recording({f"row {n}": Rule(0.0) for n in range(rows)} | {"time": Rule(0.0)})
         traced: list[Any] = list(recording.inputs.values())
         record: Any = TracedRecord(traced[:-1])
-        value = valued(TracedInstant(system, "simulate", traced[-1], record, None), measure)[0]
+        value = evaluate_measure(
+            TracedInstant(system, "simulate", traced[-1], record, None), measure
+        )[0]
         program = recording.program([value[()] if isinstance(value, np.ndarray) else value])
         operations = program.operations.tolist()
         constants = len(program.slots) - len(operations)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.driven.diagnosis import load_forces
-from mbody.analysis.dynamics.simulate import judged
+from mbody.analysis.dynamics.simulate import certified_motion
 from mbody.analysis.freedom.free_motions import free_motions, leading, rates_of
 from mbody.analysis.linear.linearize import StateMatrices, linearize
 from mbody.analysis.position.assembly_analysis import raise_user_error
@@ -372,7 +372,7 @@ class Readings:
             else:
                 self._instant_record()
                 found = self._integration.now(self._ended or "completed")
-            self._certified = judged(found, self._settings, self._beyond)
+            self._certified = certified_motion(found, self._settings, self._beyond)
         return self._certified
 
     @property

@@ -43,13 +43,13 @@ from mbody.model.numbers import number_in
 from mbody.model.simulation import STATE
 from mbody.quantities.types import Number
 from mbody.quantities.units import DIMENSIONS
-from mbody.solution.checks import changed
+from mbody.solution.checks import with_fields
 from mbody.solution.doubts import Doubt
 from mbody.solution.solution import Solution
 from mbody.stepping.input_values import Inputs
 from mbody.stepping.readings import MechanicsNow
 from mbody.stepping.stepwise import Checkpoint, Monitor, StepwiseContacts, stepwise
-from mbody.system.formula_rows import followed_inputs
+from mbody.system.formula_rows import driver_inputs
 from mbody.system.rank import dense, rank_of
 from mbody.system.read_only import lock
 from mbody.system.system import System, too_large
@@ -412,8 +412,8 @@ class Simulator(MechanicsNow):
             of = own.dimension or DIMENSIONS["number"]
             return number_in(system.mechanism, value, of, "inputs", name)
 
-        followed = followed_inputs(system.mechanism, system.numbers)
-        return Inputs(values, self._set_input, others, number, followed)
+        drivers = driver_inputs(system.mechanism, system.numbers)
+        return Inputs(values, self._set_input, others, number, drivers)
 
     def _kept_number(self, row: int) -> float:
         return self._instant_record()[row]
@@ -532,7 +532,7 @@ class Simulator(MechanicsNow):
         # a little longer, so that the time itself is kept
         last = until + (1e-9 * (until - t) or 1.0)
         request = replace(self._request, first=t, times=np.array([until]))
-        start = changed(self._start.take([-1]), t=np.array([t]))
+        start = with_fields(self._start.take([-1]), t=np.array([t]))
         present = {name: self.inputs[name] for name in self.inputs.names}
         system = with_inputs(self.system, present, t, last) if present else self.system
         part = singular_start(system, start, self._origin, request, last)

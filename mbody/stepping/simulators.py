@@ -27,7 +27,7 @@ from mbody.core.tolerances import (
 )
 from mbody.errors import ModelError, SolveError, brief
 from mbody.kernels.loop_closure import project_designs
-from mbody.kernels.runge_kutta_lanes import JUDGED_STEPS, JUDGED_TIME, UNTIL
+from mbody.kernels.runge_kutta_lanes import MEAN_STEPS, MEAN_TIME, UNTIL
 from mbody.kernels.step_state import (
     BEST_CONDITIONING,
     FASTEST,
@@ -57,7 +57,7 @@ from mbody.stepping.simulator import (
     nearest_state,
     prescribed_values,
 )
-from mbody.system.formula_rows import followed_inputs
+from mbody.system.formula_rows import driver_inputs
 from mbody.system.system import System
 
 # -- States of many motions by positions and rates, on lanes or one by one ---------------------
@@ -324,8 +324,8 @@ class SinglyLed(LaneReadings):
         lanes.put_all(many.scale, one, checkpoint.restart.scale[None])
         lanes.put_all(many.near, one, checkpoint.near.reshape(1, -1)[:, : many.near.shape[1]])
         lanes.put_all(many.state, one, slots[None, :PROGRESS])
-        lanes.put(many.state, JUDGED_STEPS, one, slots[STEPS])
-        lanes.put(many.state, JUDGED_TIME, one, t)
+        lanes.put(many.state, MEAN_STEPS, one, slots[STEPS])
+        lanes.put(many.state, MEAN_TIME, one, t)
         many.stale[k // many.stale.shape[1], k % many.stale.shape[1]] = 0.0
 
 
@@ -455,8 +455,8 @@ class Simulators(SinglyLed):
             for name in places
             if name not in names
         }
-        followed = followed_inputs(self.system.mechanism, self.system.numbers)
-        self.inputs = LaneInputs(names, self._lanes, others, self._number, self._changed, followed)
+        drivers = driver_inputs(self.system.mechanism, self.system.numbers)
+        self.inputs = LaneInputs(names, self._lanes, others, self._number, self._changed, drivers)
         self._begin_all()
 
     def _number(self, name: str, value: Any) -> float:

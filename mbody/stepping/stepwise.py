@@ -25,10 +25,10 @@ from mbody.analysis.dynamics.events import EventIntegration, Guard
 from mbody.analysis.dynamics.integration import AT_ONCE, Integration
 from mbody.analysis.dynamics.integrators import REFINEMENTS, integrator, stepping
 from mbody.analysis.dynamics.interruptions import (
-    held_inputs,
+    hold_inputs,
     input_value,
     tables_of_time,
-    without_held,
+    without_hold,
 )
 from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.core.tolerances import (
@@ -57,7 +57,7 @@ from mbody.laws import Constant
 from mbody.model.simulation import ADAPTIVE, Event
 from mbody.solution.doubts import Doubt
 from mbody.solution.histories import Record
-from mbody.solution.measures import valued
+from mbody.solution.measures import evaluate_measure
 from mbody.solution.solution import IntegrationSettings, Restart, Solution
 from mbody.solution.traced_instant import Present, Read
 from mbody.system.system import System
@@ -224,7 +224,7 @@ class Stepwise(Integration):
     def free_the_inputs(self) -> np.ndarray:
         """Let the kernels leave the inputs that are set from outside as they are; their values."""
         system, rows = self.system, self.free_inputs
-        self.layout = without_held(system.runtime(), {**held_inputs(system), **rows})
+        self.layout = without_hold(system.runtime(), {**hold_inputs(system), **rows})
         self.motion = self._motion()
         laws = {one.name: one.value for one in system.mechanism.inputs}
         values = [input_value(laws[name], name, system, 0.0) for name in rows]
@@ -430,7 +430,7 @@ class Stepwise(Integration):
         if inputs is not None:
             work.signal[list(self.free_inputs.values()), 0] = inputs
         for name, value in (held or {}).items():
-            work.signal[self.interruptions.held[name], 0] = value
+            work.signal[self.interruptions.hold[name], 0] = value
         initial_derivative(self.layout, work, memory, REFINEMENTS, record)
         raise_user_error(self.system)
         return record
@@ -824,7 +824,9 @@ def _find_values(integration: StepwiseEvents) -> None:
     y, slots = (memoryview(part.data) for part in integration.at)
     beside = Present(integration.system, y, slots, _no_record)
     with contextlib.suppress(Exception):  # what no list of operations gives, or forces
-        found = [beside.read(valued(beside.instant, one)[0]) for one in integration.measures]
+        found = [
+            beside.read(evaluate_measure(beside.instant, one)[0]) for one in integration.measures
+        ]
         for value in found:
             value()
         integration.values = found

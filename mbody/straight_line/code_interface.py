@@ -57,7 +57,7 @@ WORDS_OF_DESIGNS = (
 #: square of the accepted correction, of first numbers of rows; how many numbers of the output a
 #: lane has; addresses of the output (rows, lanes, that many) of all instants but the last of each
 #: lane, of those last ones (rows, lanes), and of what is found of each lane, as
-#: `FollowedLanes.found` has it.
+#: `LanesOutput.found` has it.
 WORDS_OF_MOTION = (
     "lanes",
     "instants",

@@ -96,7 +96,7 @@ class MotionCall:
     ends : array (rows, lanes)
         The last instant of every lane.
     found : array (FOUND, lanes)
-        As `FollowedLanes` has it.
+        As `LanesOutput` has it.
     """
 
     def __init__(

@@ -478,7 +478,7 @@ class Positions:
 
 
 @dataclass(frozen=True, eq=False)
-class Followed:
+class DesignMotion:
     """How the mechanism went through its positions.
 
     Attributes
@@ -502,7 +502,7 @@ class Followed:
     motion: Any
 
 
-def followed(positions: Positions, units: str) -> Followed:
+def follow_design(positions: Positions, units: str) -> DesignMotion:
     """Drive the crank from the first position through the others, and judge what it meets."""
     name, carriers, stop = positions.kind.carrier, positions.carriers, ""
     for theta, in_order in _crank_angles(positions):
@@ -518,10 +518,12 @@ def followed(positions: Positions, units: str) -> Followed:
             stop = stop or (doubts[0] if doubts else "")
             continue
         defects = () if in_order else ("order: the crank turns back between the points",)
-        return Followed(system, theta, in_order, defects, run, _motion(positions, system, theta))
+        return DesignMotion(
+            system, theta, in_order, defects, run, _motion(positions, system, theta)
+        )
     theta = next(_crank_angles(positions))[0]
     system = assemble(positions.described(theta, units))
-    return Followed(system, theta, False, (_defect(positions, stop),), None, None)
+    return DesignMotion(system, theta, False, (_defect(positions, stop),), None, None)
 
 
 def _crank_angles(positions: Positions) -> Any:
@@ -594,7 +596,7 @@ class Candidate(Protocol):
         """Whether the crank may turn round."""
         ...
 
-    def follow(self, units: str, full_turn: bool) -> Followed:
+    def follow(self, units: str, full_turn: bool) -> DesignMotion:
         """The assembled mechanism goes through the points."""
         ...
 
@@ -602,11 +604,11 @@ class Candidate(Protocol):
         """The misses of a result of the assembled mechanism."""
         ...
 
-    def values(self, found: Followed) -> dict[str, float]:
+    def values(self, found: DesignMotion) -> dict[str, float]:
         """The numbers by the names of the description."""
         ...
 
-    def transmission(self, found: Followed) -> float:
+    def transmission(self, found: DesignMotion) -> float:
         """Least transmission angle of the motion; NaN where it is not known."""
         ...
 

@@ -26,7 +26,14 @@ from mbody.synthesis.guidance import (
     motion_size,
     pose_candidates,
 )
-from mbody.synthesis.judging import DesignList, Followed, Judge, Positions, bounds, followed
+from mbody.synthesis.judging import (
+    DesignList,
+    DesignMotion,
+    Judge,
+    Positions,
+    bounds,
+    follow_design,
+)
 from mbody.synthesis.linkage_kinds import Kind
 
 # -- Global search for paths: linkage shapes, each in its best place and timing ----------------
@@ -278,15 +285,15 @@ class LinkageCandidate:
         """Whether the crank turns round."""
         return self.positions.kind.turns(self.positions.x)
 
-    def follow(self, units: str, full_turn: bool) -> Followed:
+    def follow(self, units: str, full_turn: bool) -> DesignMotion:
         """Drive the crank through the points; a crank that turns round does in any case."""
-        return followed(self.positions, units)
+        return follow_design(self.positions, units)
 
     def measured(self, run: Any) -> np.ndarray:
         """The misses of a result of the assembled mechanism."""
         return self.measure(run)
 
-    def values(self, found: Followed) -> dict[str, float]:
+    def values(self, found: DesignMotion) -> dict[str, float]:
         """The numbers by the names of the description."""
         kind = self.positions.kind
         values = {n: float(x) for n, x in zip(kind.numbers, self.positions.x, strict=True)}
@@ -300,7 +307,7 @@ class LinkageCandidate:
         others = {k: v for k, v in values.items() if not k.startswith(f"{kind.carrier}.")}
         return others | {name: float(found.system.values[name]) for name in own}
 
-    def transmission(self, found: Followed) -> float:
+    def transmission(self, found: DesignMotion) -> float:
         """Least transmission angle of the motion; NaN where it was not followed."""
         if found.motion is None:
             return math.nan

@@ -30,7 +30,7 @@ from mbody.model.study import Instants, Measure
 from mbody.quantities.units import NUMBER
 from mbody.solution.measures import check_measure
 from mbody.sweeps import latin_hypercube, sweep
-from mbody.synthesis.judging import MOTION, DesignList, Followed, Judge, interval
+from mbody.synthesis.judging import MOTION, DesignList, DesignMotion, Judge, interval
 from mbody.synthesis.linkages import INSTANTS, Effort, timings
 from mbody.system.assembler import assemble
 from mbody.system.system import System
@@ -449,7 +449,7 @@ class _ModelCandidate:
         """Whether the driver may turn round, which following it decides."""
         return self.demand.whole
 
-    def follow(self, units: str, full_turn: bool) -> Followed:
+    def follow(self, units: str, full_turn: bool) -> DesignMotion:
         """The mechanism of the file that was made goes through the points, and round."""
         demand, theta = self.demand, self.found.theta
         at = {demand.driver: [float(one) for one in theta]}
@@ -464,13 +464,13 @@ class _ModelCandidate:
             run = kinematics(system, drive={demand.driver: theta})
         except SolveError as error:
             stop = str(error).partition(";")[0]
-            return Followed(system, theta, False, (f"branch: {stop}",), None, None)
+            return DesignMotion(system, theta, False, (f"branch: {stop}",), None, None)
         if doubts := [one.message for one in run.doubts if one.kind == "branch"]:
             defects = (f"branch: {doubts[0]}", *defects)
         motion, stop = self._motion(system, theta)
         if full_turn and stop:
             defects = (f"branch: {stop}", *defects)
-        return Followed(system, theta, order, defects, run, motion)
+        return DesignMotion(system, theta, order, defects, run, motion)
 
     def _motion(self, system: System, theta: np.ndarray) -> tuple[Any, str]:
         """The whole turn at the rate of the law where the driver turns round, else from the first
@@ -496,10 +496,10 @@ class _ModelCandidate:
             off = np.mod(off + np.pi, 2.0 * np.pi) - np.pi
         return np.asarray(np.sqrt(np.square(off).sum(axis=0)))
 
-    def values(self, found: Followed) -> dict[str, float]:
+    def values(self, found: DesignMotion) -> dict[str, float]:
         return dict(self.found.values)
 
-    def transmission(self, found: Followed) -> float:
+    def transmission(self, found: DesignMotion) -> float:
         return math.nan
 
     def cognate(self) -> None:

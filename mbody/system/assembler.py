@@ -31,7 +31,7 @@ from mbody.model.mechanism import Mechanism
 from mbody.model.primitives import ConstraintPrimitive, ForcePrimitive, FrictionPrimitive, Signal
 from mbody.quantities import Formula
 from mbody.system.elimination_order import blocks_of, eliminate, split, sums_of
-from mbody.system.formula_rows import FormulaRows, RecordedLaw, followed, following, recorded
+from mbody.system.formula_rows import FormulaRows, RecordedLaw, driver_law, following, recorded
 from mbody.system.system import System, polar_points
 
 if TYPE_CHECKING:
@@ -386,7 +386,7 @@ class _Compiler:
         found = [RecordedLaw(Signal(Constant(0.0), [0.0]))]
         for (element, _), primitive in zip(self.owners, primitives, strict=True):
             if primitive.signal is not None:
-                found.append(followed(primitive.signal, element, machine, at))
+                found.append(driver_law(primitive.signal, element, machine, at))
         names = {name for law in found if law.driven is not None for name in law.driven.signals}
         found += [recorded(signal, machine, at) for action in actions for signal in action.signals]
         given = [pair.capacity for pair in pairs if pair.capacity is not None]

@@ -156,7 +156,7 @@ def recorded_driver(
     return DriverFormula(**{**found.__dict__, "inputs": inputs, "states": states})
 
 
-def followed_inputs(machine: Mechanism, at: Numbers) -> dict[str, str]:
+def driver_inputs(machine: Mechanism, at: Numbers) -> dict[str, str]:
     """Inputs that must not jump, since the position or the rate of a driver follows them, with the
     driver's name.
     """
@@ -169,7 +169,7 @@ def followed_inputs(machine: Mechanism, at: Numbers) -> dict[str, str]:
     return found
 
 
-def followed_states(driver: Element, machine: Mechanism, at: Numbers) -> tuple[str, ...]:
+def driver_states(driver: Element, machine: Mechanism, at: Numbers) -> tuple[str, ...]:
     """Own states that a driver follows."""
     own: Any = driver
     if not isinstance(own.law, MeasuredFormula):
@@ -425,7 +425,7 @@ def recorded(
     return RecordedLaw(signal, record_formula(signal.law, signal.parameters, machine, at, argument))
 
 
-def followed(signal: Signal, driver: Element, machine: Mechanism, at: Numbers) -> RecordedLaw:
+def driver_law(signal: Signal, driver: Element, machine: Mechanism, at: Numbers) -> RecordedLaw:
     """Law that a driver follows, or the coordinate of a stop."""
     if not isinstance(signal.law, MeasuredFormula):
         return RecordedLaw(signal, derivatives=True)
@@ -440,7 +440,7 @@ def following(mechanism: Mechanism, at: Numbers) -> dict[str, tuple[str, ...]]:
     """Stops, and drivers that follow positions, with the moving bodies of their rows."""
     found = {one.name: recorded_stop(one, mechanism, at).follows for one in mechanism.stops}
     for driver in mechanism.drivers:
-        driven = followed(at.law(driver, "law"), driver, mechanism, at).driven
+        driven = driver_law(at.law(driver, "law"), driver, mechanism, at).driven
         if driven is not None and driven.follows:
             found[driver.name] = driven.follows
     return found
@@ -571,13 +571,13 @@ class FormulaRows:
     ) -> tuple[int, int, int]:
         """A law at a number, or a derivative of it, or a table of two variables at two."""
         kind, n, *operands = what
-        taken = [places[one] for one in operands]
-        if len(taken) == 1:
-            return LAW + LAWS.index(kind), taken[0], laws + n
-        return SURFACE + laws + n, taken[0], taken[1]
+        inputs = [places[one] for one in operands]
+        if len(inputs) == 1:
+            return LAW + LAWS.index(kind), inputs[0], laws + n
+        return SURFACE + laws + n, inputs[0], inputs[1]
 
     def _operation(self, what: tuple[Any, ...], places: Mapping[int, int]) -> tuple[int, int, int]:
         """An operation on numbers whose places are known; one of one number takes it twice."""
         name, *operands = what
-        taken = [places[one] for one in operands]
-        return CODES[name], taken[0], taken[-1]
+        inputs = [places[one] for one in operands]
+        return CODES[name], inputs[0], inputs[-1]

@@ -97,10 +97,10 @@ class StepList:
             place = open_places.pop()
             if place not in found:
                 found.add(place)
-                open_places += self.taken(place)
+                open_places += self.operands(place)
         return sorted(found)
 
-    def taken(self, place: int) -> list[int]:
+    def operands(self, place: int) -> list[int]:
         """The places that a step takes."""
         kind, *rest = self.steps[place]
         if kind.startswith("law"):
@@ -143,8 +143,8 @@ def _evaluated(
     for name in law.operations:
         if name not in CODES:
             curve = machine.curves[name]
-            taken = [stack.pop() for _ in curve.takes][::-1]
-            stack.append(steps.law(Signal(curve.law, curve.parameters), *taken))
+            operands = [stack.pop() for _ in curve.takes][::-1]
+            stack.append(steps.law(Signal(curve.law, curve.parameters), *operands))
             continue
         code = CODES[name]
         if code == VARIABLE:
@@ -536,25 +536,26 @@ def step_values(
     with np.errstate(all="ignore"):
         for place in steps.needed(goals):
             kind, *rest = steps.steps[place]
-            taken = [known[one] for one in steps.taken(place)]
+            operands = [known[one] for one in steps.operands(place)]
             if kind == "parameter":
                 known[place] = steps.numbers[rest[0]]
             elif kind in BENDS:
-                known[place] = _curve(steps.laws[rest[0]], BENDS.index(kind), taken, shape)
+                known[place] = _curve(steps.laws[rest[0]], BENDS.index(kind), operands, shape)
             elif kind in ONE:
-                known[place] = ONE[kind](*taken)
+                known[place] = ONE[kind](*operands)
             elif kind in TWO:
-                known[place] = TWO[kind](*taken)
+                known[place] = TWO[kind](*operands)
             else:
                 known[place] = read(kind, *rest)
     return [np.broadcast_to(np.asarray(known[goal], dtype=float), shape) for goal in goals]
 
 
-def _curve(signal: Signal, order: int, taken: list[Any], shape: tuple[int, ...]) -> FloatArray:
+def _curve(signal: Signal, order: int, operands: list[Any], shape: tuple[int, ...]) -> FloatArray:
     """A curve, or a derivative of it, with the numbers that it has there."""
     law: Any = signal.law
     places = [
-        np.ascontiguousarray(np.broadcast_to(one, shape), dtype=float).reshape(-1) for one in taken
+        np.ascontiguousarray(np.broadcast_to(one, shape), dtype=float).reshape(-1)
+        for one in operands
     ]
     if len(places) == 2 or law.kind == "user":
         table = law.raw(*places)

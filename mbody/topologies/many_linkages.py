@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.driven.path_following import PathEnded, Runner, followed_lanes
+from mbody.analysis.driven.path_following import PathEnded, Runner, lanes_output
 from mbody.analysis.driven.time_grid import TimeGrid, memory
 from mbody.analysis.dynamics.interruptions import counted
 from mbody.analysis.position.closed_position import ClosedPosition
@@ -154,9 +154,9 @@ class _GroupContinuation:
             with_forces=True,
             at_rest=group.at_rest,
         )
-        followed = followed_lanes(np.empty((1, 1, 1)))
+        path_output = lanes_output(np.empty((1, 1, 1)))
         lanes = lane_workspace(plan.pivots, LANES)
-        follow_linkages(plan.system.layout, *plan.pivots, work, lanes, path, followed, batch)
+        follow_linkages(plan.system.layout, *plan.pivots, work, lanes, path, path_output, batch)
         failed = (batch.failed != 0.0).reshape(-1, pieces).any(axis=1) | lost
         if pieces > 1:
             shape = (len(start), len(linkages), pieces)
@@ -454,7 +454,7 @@ def linkages(
     work = _Work(made, motion, output, margins, topology, failures)
     seen = counted("linkages") if progress is True else progress or None
     done = len(failures)
-    for size in work.followed(threads):
+    for size in work.follow_all(threads):
         done += size
         if seen is not None:
             seen(done, count)
@@ -502,7 +502,7 @@ class _Work:
     topology: np.ndarray
     failures: dict[int, str]
 
-    def followed(self, threads: int) -> Iterator[int]:
+    def follow_all(self, threads: int) -> Iterator[int]:
         """Follow everything; gives how many linkages are done, time and again."""
         made = self.made
         good = np.setdiff1d(np.arange(len(made)), np.fromiter(self.failures, int))

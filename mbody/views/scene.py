@@ -55,11 +55,11 @@ def named(sketch: SceneSketch, shapes: Sequence[KeptShape]) -> list[KeptLabel]:
     labels = [*_pins(sketch), *sketch.names]
     instants = sorted({round(k) for k in np.linspace(0, len(run) - 1, TRIED)})
     lines = _obstacles(run, shapes, instants, 0.35 * SIZE["text"] * sketch.unit)
-    taken: list[tuple[Array, Array]] = []
+    occupied: list[tuple[Array, Array]] = []
     for label in labels:
-        _turn(label, sketch, lines, taken, instants)
+        _turn(label, sketch, lines, occupied, instants)
     for body in run.mechanism.bodies:
-        labels.append(_of_link(sketch, body.name, lines, taken, instants))
+        labels.append(_of_link(sketch, body.name, lines, occupied, instants))
     return labels
 
 
@@ -121,12 +121,14 @@ def _extent(sketch: SceneSketch, text: str) -> Array:
     return 0.5 * np.array([LETTER * size * max(letters, 1) + 0.3 * size, 0.9 * size])
 
 
-def _cost(middles: Array, half: Array, lines: Array, taken: Sequence[tuple[Array, Array]]) -> float:
+def _cost(
+    middles: Array, half: Array, lines: Array, occupied: Sequence[tuple[Array, Array]]
+) -> float:
     """How much a name (instants, 2) would cover."""
     away = np.abs(lines - middles[:, None, :])
     inside = (away < half * 1.05).all(axis=2)
     total = 0.25 * float(inside.sum()) / len(middles)
-    for other, size in taken:
+    for other, size in occupied:
         over = (np.abs(other - middles) < half + size).all(axis=1)
         total += 20.0 * float(over.mean())
     return total
@@ -136,7 +138,7 @@ def _turn(
     label: KeptLabel,
     sketch: SceneSketch,
     lines: Array,
-    taken: list[tuple[Array, Array]],
+    occupied: list[tuple[Array, Array]],
     instants: Sequence[int],
 ) -> None:
     """Turn a name about its place to where it covers least."""
@@ -153,18 +155,18 @@ def _turn(
             half[1] / max(abs(u[1]), DRAWN_DIRECTION_LEAST),
         )
         middles = anchors + distance * u
-        cost = _cost(middles, half, lines, taken) + 0.6 * (1.0 - math.cos(angle - first))
+        cost = _cost(middles, half, lines, occupied) + 0.6 * (1.0 - math.cos(angle - first))
         if round(cost, 6) < best:
             best, chosen, at = round(cost, 6), u, middles
     label.direction = chosen
-    taken.append((at, half))
+    occupied.append((at, half))
 
 
 def _of_link(
     sketch: SceneSketch,
     body: str,
     lines: Array,
-    taken: list[tuple[Array, Array]],
+    occupied: list[tuple[Array, Array]],
     instants: Sequence[int],
 ) -> KeptLabel:
     """The name of a link beside one of its edges, which it turns with."""
@@ -177,7 +179,7 @@ def _of_link(
         gap = 0.9 * sketch.size("block")
         outward = direction(-0.5 * math.pi)
         label = KeptLabel(body, carrier, anchor, outward, gap, "link", f"link:{body}", INK)
-        _turn(label, sketch, lines, taken, instants)
+        _turn(label, sketch, lines, occupied, instants)
         return label
     corners = carrier.kept(hull(nodes, DRAWN_OUTLINE * sketch.size("link")), pose.run, pose.k)
     axes = carrier.axes(pose.run)
@@ -198,10 +200,10 @@ def _of_link(
             place = carrier.shown(candidate[None], axes, k)[0]
             n = carrier.shown(normal[None], axes, k)[0] - axes[0][k]
             middles.append(place + n * (gap * normal.any() + float(half @ np.abs(n))))
-        whole = _cost(np.array(middles), half, lines, taken) + cost
+        whole = _cost(np.array(middles), half, lines, occupied) + cost
         if round(whole, 6) < best:
             best, chosen, at = round(whole, 6), option, np.array(middles)
-    taken.append((at, half))
+    occupied.append((at, half))
     return KeptLabel(
         body,
         carrier,

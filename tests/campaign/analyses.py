@@ -156,7 +156,7 @@ def turn(of: Linkage, rng: np.random.Generator) -> Finding:
     found = of_positions(of, run, truth)
     found |= of_forces(of, acting, run, truth, of.values)
     wrong, told = broken(of, found)
-    return judged("turn", machine, run, bool(wrong), told)
+    return finding("turn", machine, run, bool(wrong), told)
 
 
 def designs(of: Linkage, rng: np.random.Generator) -> Finding:
@@ -191,7 +191,7 @@ def designs(of: Linkage, rng: np.random.Generator) -> Finding:
     found |= of_forces(of, acting, run, truth, changed)
     wrong, told = broken(of, found)
     number = int(np.sum(np.broadcast_to(wrong, (count,))))
-    return judged("designs", machine, run, number, told, count)
+    return finding("designs", machine, run, number, told, count)
 
 
 def released(of: Linkage, rng: np.random.Generator) -> Finding:
@@ -224,7 +224,7 @@ def released(of: Linkage, rng: np.random.Generator) -> Finding:
     # ten steps' errors for every unit of time that the fastest link takes, at most
     wrong = not (worst["position"] <= POSITION * condition and drift <= 1e3 * rtol * condition)
     told = f"position {worst['position']:.1e}, energy {drift:.1e} at rtol {rtol:g}"
-    return judged("free", machine, run, wrong, told)
+    return finding("free", machine, run, wrong, told)
 
 
 def energy(of: Linkage, motion: dict[str, Array]) -> Array:
@@ -260,7 +260,7 @@ def held(of: Linkage, rng: np.random.Generator) -> Finding:
     whole = effort * truth[of.drivers[0][1]][5] + power
     found["power"] = float(np.abs(whole).max()) / (size * fastest)
     wrong, told = broken(of, found)
-    return judged("statics", machine, run, bool(wrong), told)
+    return finding("statics", machine, run, bool(wrong), told)
 
 
 def rests(of: Linkage, rng: np.random.Generator) -> Finding:
@@ -295,7 +295,7 @@ def rests(of: Linkage, rng: np.random.Generator) -> Finding:
     missing = [w for w in wanted if not any(near(w, g) for g in got)]
     extra = [g for g in got if not any(near(w, g) for w in wanted)]
     told = f"{len(wanted)} rests, missing at {missing}, too many at {extra}"
-    return judged("equilibrium", machine, found, bool(missing or extra), told)
+    return finding("equilibrium", machine, found, bool(missing or extra), told)
 
 
 def near(a: float, b: float) -> bool:
@@ -350,7 +350,7 @@ def crosschecks(of: Linkage, rng: np.random.Generator) -> Finding:
         for row in result.rows
         if row.verdict == "differs"
     )
-    return judged("crosscheck", machine, run, not second.agrees, told)
+    return finding("crosscheck", machine, run, not second.agrees, told)
 
 
 def written(of: Linkage, rng: np.random.Generator) -> Finding:
@@ -366,10 +366,10 @@ def written(of: Linkage, rng: np.random.Generator) -> Finding:
         for n in ours
         for k in ("x", "y", "angle", "alpha")
     )
-    return judged("file", machine, theirs, not same, "numbers differ after writing and reading")
+    return finding("file", machine, theirs, not same, "numbers differ after writing and reading")
 
 
-def judged(
+def finding(
     analysis: str, model: Mechanism, run: Any, wrong: int, told: str, count: int = 1
 ) -> Finding:
     """The finding of a result: silent only where nothing in it says that it may be wrong."""

@@ -223,7 +223,7 @@ def made():
 
 def test_a_library_of_other_sources_is_refused(made):
     assert open_library(made, source_hash()).entries()["kernels"]["follow"] == [
-        ["L: Layout", "W: Work", "path: DrivenPath", "found: FollowedPath"],
+        ["L: Layout", "W: Work", "path: DrivenPath", "found: PathOutput"],
         ["int"],
     ]
     with pytest.raises(LibraryError, match="was made from other sources"):

@@ -60,7 +60,7 @@ UNITS = {
 }
 
 #: What is often meant by what is written: text, and the field that takes it.
-MEANT = {
+COMMON_MISTAKES = {
     "pounds": ("weight", "3 lb"),
     "kilograms for a weight": ("weight", "3 kg"),
     "pounds force": ("mass", "3 lbf"),
@@ -130,7 +130,7 @@ SCENARIOS = {
     **{name: lambda text=text: scaled(a=2.0)(text) for name, text in UNITS.items()},
     **{
         f"meant: {name}": lambda key=key, text=text: Body("b", **{key: text})
-        for name, (key, text) in MEANT.items()
+        for name, (key, text) in COMMON_MISTAKES.items()
     },
     "a unit that is a parameter": lambda: parameter_m().add(Force("F", "crank", value="m*(3 N*m)")),
     "a unit that measures the same as a parameter": lambda: parameter_m("2 m").add(

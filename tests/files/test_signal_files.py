@@ -21,7 +21,7 @@ from mbody.files.model.read import from_json
 from mbody.files.model.write import to_json
 from mbody.live.file_numbers import file_numbers
 from mbody.model.model_notes import model_notes
-from mbody.model.numbers import dimension_named, meant
+from mbody.model.numbers import dimension_named, resolve_number
 from mbody.quantities.units import DIMENSIONS
 
 MODEL = """\
@@ -155,8 +155,8 @@ def test_the_motion_of_a_file_is_that_of_scipy(run):
 
 
 def test_numbers_by_name(machine):
-    assert meant(machine, "u") == ("u.value", DIMENSIONS["torque"])
-    assert meant(machine, "i.start")[1] == DIMENSIONS["angle"] * DIMENSIONS["time"]
+    assert resolve_number(machine, "u") == ("u.value", DIMENSIONS["torque"])
+    assert resolve_number(machine, "i.start")[1] == DIMENSIONS["angle"] * DIMENSIONS["time"]
     assert dimension_named(machine, "lag.size") == DIMENSIONS["torque"]
     system = mbody.assemble(machine).with_values({"u": 4.0, "i.start": 0.3})
     assert system.values["u.value"] == 4.0 and system.values["i.start"] == 0.3

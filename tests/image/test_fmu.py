@@ -102,7 +102,7 @@ def files_of(made):
         return {name: archive.read(name) for name in archive.namelist()}
 
 
-def judged(made, folder, **asked):
+def checked_by_fmpy(made, folder, **asked):
     """FMPy's answer."""
     unit, request, answer = (folder / name for name in ("it.fmu", "request.json", "answer.json"))
     unit.write_bytes(made.content)
@@ -142,7 +142,7 @@ def test_a_cart_pole_with_a_force_as_input(binary, tmp_path, version):
     u = np.sin(5.0 * t) + 0.5 * np.sign(np.sin(11.0 * t))
     run = mbody.simulate(cart_pole(), 2.0, times=t, rtol=1e-12, inputs={"u": held(t, u)})
     names = ["cart.x", "cart.vx", "pole.angle", "pole.omega", "integral"]
-    found = judged(
+    found = checked_by_fmpy(
         fmu.to_fmu(cart_pole(), version, binaries={LINUX: binary}),
         tmp_path,
         stop=2.0,
@@ -164,7 +164,7 @@ def test_the_cart_pole_of_the_gallery(binary, tmp_path, version):
     names = ["cart.x", "cart.vx", "pole.angle", "pole.omega", "tip"]
     made = fmu.to_fmu(machine, version, binaries={LINUX: binary})
     asked = {"stop": 8.0, "step": 0.02, "tolerance": 1e-12, "outputs": names}
-    found = judged(made, tmp_path, **asked, input={"time": t.tolist(), "u": u.tolist()})
+    found = checked_by_fmpy(made, tmp_path, **asked, input={"time": t.tolist(), "u": u.tolist()})
     assert unlike(found, run, names) < NEAR
 
 
@@ -178,7 +178,7 @@ def test_a_pump_with_its_motor_from_standstill(binary, tmp_path, version):
     own = ["motor.current", "motor.torque", "motor.rate", "motor.supplied", "motor.lost"]
     made = fmu.to_fmu(machine, version, binaries={LINUX: binary})
     asked = {"stop": 15.0, "step": 0.05, "tolerance": 1e-12, "outputs": [*names, *own]}
-    found = judged(made, tmp_path, **asked)
+    found = checked_by_fmpy(made, tmp_path, **asked)
     assert unlike(found, run, names) < NEAR
     for name in own:
         wanted = run.measure(name)
@@ -192,7 +192,7 @@ def test_a_state_begins_where_it_is_set_and_parameters_are_taken(binary, tmp_pat
     t = np.linspace(0.0, 1.0, 51)
     run = mbody.simulate(changed, 1.0, times=t, rtol=1e-12)
     names = ["cart.x", "pole.omega", "integral"]
-    found = judged(
+    found = checked_by_fmpy(
         fmu.to_fmu(cart_pole(), version, binaries={LINUX: binary}),
         tmp_path,
         stop=1.0,
@@ -213,7 +213,7 @@ def test_a_flyball_governor_without_its_stop(binary, tmp_path, version):
     run = mbody.simulate(machine, 0.1, times=t, rtol=1e-12)
     names = ["arm_l.angle", "arm_l.omega", "collar.y", "collar.vy", "lift"]
     made = fmu.to_fmu(machine, version, binaries={LINUX: binary})
-    found = judged(made, tmp_path, stop=0.1, step=0.002, tolerance=1e-12, outputs=names)
+    found = checked_by_fmpy(made, tmp_path, stop=0.1, step=0.002, tolerance=1e-12, outputs=names)
     assert unlike(found, run, names) < NEAR
 
 
@@ -227,7 +227,7 @@ def test_a_pump_driven_by_its_motor(binary, tmp_path, version):
     made = fmu.to_fmu(machine, version, binaries={LINUX: binary})
     wanted = {name: si_unit(unit).factor for name, unit in (("torque", "kN*m"), ("flow1", "L/min"))}
     asked = {"outputs": [*names, *wanted], "stop": 1.0, "step": 0.02, "tolerance": 1e-12}
-    found = judged(made, tmp_path, **asked)
+    found = checked_by_fmpy(made, tmp_path, **asked)
     assert unlike(found, run, names) < NEAR
     for name, factor in wanted.items():
         own = run.measure(name) * factor
@@ -243,7 +243,7 @@ def test_a_pump_with_a_torque_as_input(binary, tmp_path, version):
     run = mbody.simulate(pump(), 0.05, times=t, rtol=1e-12, inputs={"u": held(t, u)})
     names = ["crank.angle", "crank.omega", "ram1.x", "ram1.vx"]
     torque = (u * si_unit("lbf*in").factor).tolist()
-    found = judged(
+    found = checked_by_fmpy(
         fmu.to_fmu(pump(), version, binaries={LINUX: binary}),
         tmp_path,
         stop=0.05,
@@ -262,7 +262,7 @@ def test_times_of_a_unit_are_in_seconds(binary, tmp_path, version):
     run = mbody.simulate(fast_time(), 500.0, times=t, rtol=1e-12)
     made = fmu.to_fmu(fast_time(), version, binaries={LINUX: binary})
     asked = {"outputs": ["bob.angle", "bob.omega"], "stop": 0.5, "step": 0.01, "tolerance": 1e-12}
-    found = judged(made, tmp_path, **asked)
+    found = checked_by_fmpy(made, tmp_path, **asked)
     assert np.abs(found["bob.angle"] - run["bob"].angle).max() < NEAR
     assert np.abs(found["bob.omega"] - 1e3 * run["bob"].omega).max() < 10.0 * NEAR
 

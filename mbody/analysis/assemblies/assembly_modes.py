@@ -624,7 +624,7 @@ def _position_used(
     if used is not None:
         return used
     try:
-        found = closed(system, 0.0, given, meant=lambda _: True)
+        found = closed(system, 0.0, given, intended=lambda _: True)
     except SolveError:
         return None
     return np.array(found.work.q[:, 0])

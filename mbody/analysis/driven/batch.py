@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbody.analysis.driven.path_following import PathEnded, Runner, followed_lanes
+from mbody.analysis.driven.path_following import PathEnded, Runner, lanes_output
 from mbody.analysis.driven.time_grid import TimeGrid
 from mbody.analysis.position.assembly_analysis import check_determined, closed, rounding
 from mbody.analysis.position.closed_position import ClosedDesigns, ClosedPosition, close_in_stages
@@ -156,8 +156,8 @@ def _follow(
 ) -> None:
     """Follow designs by the kernel that serves all topologies: output (rows, designs, instants)."""
     work, numbers = system.work(LANES), lane_workspace(setup.pivots, LANES)
-    followed = followed_lanes(output)
-    follow_designs(system.layout, *setup.pivots, work, numbers, path, followed, designs)
+    path_output = lanes_output(output)
+    follow_designs(system.layout, *setup.pivots, work, numbers, path, path_output, designs)
 
 
 def _code(system: System, setup: BatchSetup, path: LanePath) -> StraightLineCode | None:

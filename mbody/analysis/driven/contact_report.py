@@ -19,7 +19,7 @@ from mbody.model.contact import ContactCandidate, OneSided, Rope
 from mbody.model.coupling import Coupling
 from mbody.model.element import listed
 from mbody.model.joints import Joint
-from mbody.solution.checks import as_reported, changed
+from mbody.solution.checks import reported_certificate, with_fields
 from mbody.solution.contact_forces import (
     friction_pairs,
     least_pressing,
@@ -237,10 +237,10 @@ def with_contact_report(found: Solution, notes: tuple[str, ...]) -> Solution:
     if not machine.contacts:
         return found
     if not found.record.batch:
-        found = changed(found, modes=_modes(found))
-    said = as_reported(found)
+        found = with_fields(found, modes=_modes(found))
+    said = reported_certificate(found)
     doubts = [*_past_ends(found), *_past_arcs(found), *_slipping(found), *_overlapping(found)]
-    return changed(found, doubts=(*said.doubts, *doubts), notes=(*said.notes, *notes))
+    return with_fields(found, doubts=(*said.doubts, *doubts), notes=(*said.notes, *notes))
 
 
 def _modes(found: Solution) -> dict[str, list[str]]:
@@ -424,13 +424,13 @@ def with_friction_notes(found: Solution) -> Solution:
     _take_out(found, rows.start + REACHED_PART)
     report = found.friction
     assert report is not None
-    said = as_reported(found)
+    said = reported_certificate(found)
     doubts = [*said.doubts]
     if report.jams:
         doubts.append(_jam(found, report.jams))
     notes = [*said.notes, *_not_unique(found), *_uncertain(found), *_resting(found)]
     notes += [one.message for one in doubts if one.message not in notes]
-    return changed(found, doubts=tuple(doubts), notes=tuple(notes))
+    return with_fields(found, doubts=tuple(doubts), notes=tuple(notes))
 
 
 def _take_out(found: Solution, row: int) -> None:

@@ -38,7 +38,7 @@ from mbody.kernels.continuation import (
     PROGRESS,
     REACHED,
     DrivenPath,
-    FollowedPath,
+    PathOutput,
     follow,
 )
 from mbody.model.body import Guesses
@@ -182,19 +182,19 @@ class _Curve:
             regularization=self.start.regularization,
             reach=1.0 + reach + abs(change) / self.unit,
         )
-        followed = FollowedPath(
+        path_output = PathOutput(
             output=np.empty((len(steps), system.record_rows, 1)),
             progress=np.zeros(PROGRESS),
             nearest=np.zeros(3),
             passed=np.empty((0, 1 + n)),
         )
-        code = follow(L, work, path, followed)
-        q = followed.output[: int(followed.progress[INSTANTS]), :n, 0]
+        code = follow(L, work, path, path_output)
+        q = path_output.output[: int(path_output.progress[INSTANTS]), :n, 0]
         if code == DONE:
             return None, q
         if code == LOST:
             return self.value, self.start.work.q[:n].T.copy()
-        at = float(followed.progress[REACHED])
+        at = float(path_output.progress[REACHED])
         stopped = at if count == 1 else self.value + at * change / STATIONS
         return stopped, np.vstack([q, work.past[:n, 0]])
 

@@ -33,7 +33,7 @@ from mbody.model.study import Instants
 from mbody.quantities import Formula, FormulaError
 from mbody.quantities.types import PlainNumbers
 from mbody.quantities.units import DIMENSIONS
-from mbody.solution.checks import as_reported, changed
+from mbody.solution.checks import reported_certificate, with_fields
 from mbody.solution.solution import Solution
 from mbody.system.assembler import assemble
 from mbody.system.system import System
@@ -124,15 +124,15 @@ def driven(
         chosen = with_closed_contacts(system, float(grid.t[0]), grid.first(system), guess)
         system, guess, notes, remedy = chosen
     runner = Runner(system, analysis)
-    meant = None if guess else functools.partial(_as_from_start, runner, grid)
-    start = closed(system, float(grid.t[0]), grid.first(system), guess, meant=meant)
-    found = _followed(runner, start, grid, remedy)
+    intended = None if guess else functools.partial(_as_from_start, runner, grid)
+    start = closed(system, float(grid.t[0]), grid.first(system), guess, intended=intended)
+    found = _follow(runner, start, grid, remedy)
     if before:
         found = found.take(np.arange(before, len(found)))
     found = _with_reports(found, notes)
     pulling = runner.pulled(start, grid, found)
     if pulling:
-        found = changed(found, notes=(*as_reported(found).notes, *pulling))
+        found = with_fields(found, notes=(*reported_certificate(found).notes, *pulling))
     return found
 
 
@@ -186,7 +186,7 @@ def _as_from_start(runner: Runner, grid: TimeGrid, found: ClosedPosition) -> boo
     return bool(max(np.abs(off[:, :2]).max() / system.length, turned) < POSITION_SAME)
 
 
-def _followed(runner: Runner, start: ClosedPosition, grid: TimeGrid, remedy: str) -> Solution:
+def _follow(runner: Runner, start: ClosedPosition, grid: TimeGrid, remedy: str) -> Solution:
     """The motion at all instants of the grid; `remedy`: what else may be done where something is
     free.
     """

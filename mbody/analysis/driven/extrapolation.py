@@ -79,15 +79,15 @@ def curve_doubts(solution: Solution) -> list[Doubt]:
     machine = solution.mechanism
     curves = solution.system.once("open curves", lambda: tuple(open_curves(machine)))
     for element, field, law in curves:
-        for curve, taken in _calls(solution, element, field, law):
+        for curve, arguments in _calls(solution, element, field, law):
             for place, (points, outside) in enumerate(_ranges(curve.curve)):
-                x = np.broadcast_to(taken[place], shape)
+                x = np.broadcast_to(arguments[place], shape)
                 margin = TABLE_RANGE_MARGIN * (points[-1] - points[0])
                 beyond = ((x < points[0] - margin) | (x > points[-1] + margin)).any(axis=0)
                 if not beyond.any():
                     continue
                 met = float(np.nanmin(x)), float(np.nanmax(x)), float(solution.t[beyond].min())
-                nth = NTH[place] if len(taken) > 1 else ""
+                nth = NTH[place] if len(arguments) > 1 else ""
                 what = element.name, f"{nth}the curve '{curve.name}'"
                 found.append(
                     range_doubt(units, what, points, curve.curve.takes[place], outside, met)
@@ -120,10 +120,10 @@ class _Recorder:
         """Arguments of the recorded curve."""
         return self.curve.takes
 
-    def at(self, *taken: Any) -> Any:
+    def at(self, *arguments: Any) -> Any:
         """The value of the curve."""
-        self.calls.append((self, taken))
-        return self.curve.at(*taken)
+        self.calls.append((self, arguments))
+        return self.curve.at(*arguments)
 
 
 def _calls(
@@ -146,7 +146,7 @@ def _calls(
 
     with np.errstate(all="ignore"):
         formula_value(law, numbers, variable, curves)
-    return [(curve, taken) for curve, taken in calls if _ranges(curve.curve)]
+    return [(curve, arguments) for curve, arguments in calls if _ranges(curve.curve)]
 
 
 # -- Tables, and curves of formulas, that a result has gone beyond: by how far, and since when -

@@ -43,7 +43,7 @@ from mbody.kernels.continuation import (
     STUCK,
     UNBALANCED,
     DrivenPath,
-    FollowedPath,
+    PathOutput,
     branch_distance,
     follow,
 )
@@ -53,7 +53,7 @@ from mbody.kernels.continuation_lanes import (
     GREATEST,
     GREATEST_AT,
     SHARED,
-    FollowedLanes,
+    LanesOutput,
     follow_lanes,
 )
 from mbody.kernels.layout import PER_PRIMITIVE, Work
@@ -61,7 +61,7 @@ from mbody.kernels.loop_closure import violation
 from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
 from mbody.model.model_notes import kept_states, left_out, model_notes
-from mbody.solution.checks import as_reported, changed
+from mbody.solution.checks import reported_certificate, with_fields
 from mbody.solution.histories import BranchDistance, Record
 from mbody.solution.solution import Solution
 from mbody.straight_line.code_interface import LaneInstants
@@ -170,7 +170,7 @@ class BranchRecord:
             return None
         return BranchDistance(math.sqrt(max(self.least, 0.0)), self.t)
 
-    def followed(
+    def record_path(
         self, grid: TimeGrid, nearest: np.ndarray, passed: np.ndarray, design: int = 0
     ) -> None:
         """Adds the record of `follow` on a piece: nearest (3,), change points (n, 1 +
@@ -304,13 +304,13 @@ class MotionPieces:
             reach=reach,
         )
         rows, n = system.record_rows, system.coordinates
-        self._followed = FollowedPath(
+        self._follow = PathOutput(
             output=np.empty((LANES, rows, 1)),
             progress=np.zeros(PROGRESS),
             nearest=np.zeros(3),
             passed=np.empty((1, 1 + n)),
         )
-        self.seeds = self._followed.output[:, :n, 0].T
+        self.seeds = self._follow.output[:, :n, 0].T
         self._near = system.work()
         self._lengths = 1.0 / system.coordinate_units[:, None]
         self._machine_code: MotionCall | None = None
@@ -333,8 +333,8 @@ class MotionPieces:
         ends.
         """
         q = start.work.q.copy()
-        self._followed.progress[:] = 0.0
-        code = follow(self._layout, start.work, self._path, self._followed)
+        self._follow.progress[:] = 0.0
+        code = follow(self._layout, start.work, self._path, self._follow)
         start.work.q[:] = q
         return bool(code == DONE)
 
@@ -502,17 +502,17 @@ class Runner:
             reach=self.reach(start, grid) if reach is None else reach,
         )
         progress = np.zeros(PROGRESS)
-        followed = FollowedPath(
+        path_output = PathOutput(
             output=output,
             progress=progress,
             nearest=np.zeros(3),
             passed=np.empty((CHANGES, 1 + self.system.coordinates)),
         )
-        code = follow(self.layout, start.work, path, followed)
+        code = follow(self.layout, start.work, path, path_output)
         start.work.q[:] = q
         if monitored:
             count = min(int(progress[CHANGE_POINTS]), CHANGES)
-            self.branches.followed(grid, followed.nearest, followed.passed[:count], design)
+            self.branches.record_path(grid, path_output.nearest, path_output.passed[:count], design)
         self.steps = int(progress[STEPS])
         if code != DONE:
             raise PathEnded(code, progress, output)
@@ -620,10 +620,10 @@ class Runner:
         self, work: Any, instants: LaneInstants, pivots: PivotChoices
     ) -> tuple[np.ndarray, np.ndarray]:
         # an odd number of rows: one row of all steps is read without cache lines that collide
-        followed = followed_lanes(np.empty((len(instants.s), self.rows | 1, LANES)))
+        path_output = lanes_output(np.empty((len(instants.s), self.rows | 1, LANES)))
         numbers = lane_workspace(pivots, LANES)
-        follow_lanes(self.layout, *pivots, work, numbers, instants.path, followed)
-        return followed.output[:, : self.rows], followed.found
+        follow_lanes(self.layout, *pivots, work, numbers, instants.path, path_output)
+        return path_output.output[:, : self.rows], path_output.found
 
     def pivots(self, places: np.ndarray) -> PivotChoices | None:
         """Pivots of the square Φ_q, chosen once for a topology by some positions, (coordinates,
@@ -688,7 +688,7 @@ class Runner:
             check_fits(found)
         beyond = tuple(extrapolated(found))
         # without a look at residuals: forces that are missing may be reported later
-        return changed(found, doubts=beyond) if beyond else found
+        return with_fields(found, doubts=beyond) if beyond else found
 
     def pulled(self, start: ClosedPosition, grid: TimeGrid, found: Solution) -> list[str]:
         """Sentences of contacts that pull and ropes that push, over the instants of `found`, and,
@@ -865,9 +865,9 @@ def _may_be_one_sided(machine: Mechanism) -> bool:
     return own or bool(machine.contacts or machine.couplings)
 
 
-def followed_lanes(output: np.ndarray) -> FollowedLanes:
+def lanes_output(output: np.ndarray) -> LanesOutput:
     """Where the kernels of lanes put what they find."""
-    return FollowedLanes(
+    return LanesOutput(
         output=output, found=aligned(FOUND, LANES), shared=np.zeros(SHARED, dtype=np.int64)
     )
 
@@ -927,9 +927,9 @@ def through_change_points(
     found = runner.solution(beginning, grid, Record([merged], len(grid.s), batch=False))
     note = f"{len(singular)} of {len(grid.s)} instants are change points, given as limits"
     # what the residuals show is not computed yet: residuals know of no forces that are missing
-    said = as_reported(found)
+    said = reported_certificate(found)
     doubts = (*said.doubts, *((_incomplete(runner, grid, missing),) if missing else ()))
-    return changed(found, notes=(*said.notes, note), doubts=doubts)
+    return with_fields(found, notes=(*said.notes, note), doubts=doubts)
 
 
 def _incomplete(runner: Runner, grid: TimeGrid, missing: dict[int, list[str]]) -> Doubt:

@@ -21,7 +21,7 @@ from mbody.model.driver import Driver
 from mbody.model.element import Element, listed
 from mbody.model.mechanism import Mechanism
 from mbody.quantities.types import PlainNumbers
-from mbody.system.formula_rows import followed_states, recorded_driver
+from mbody.system.formula_rows import driver_states, recorded_driver
 from mbody.system.system import System
 
 # -- Requests larger than the memory are refused before anything is begun ----------------------
@@ -305,7 +305,7 @@ def _grid_of_values(system: System, t: PlainNumbers, driver_values: DriverValues
 def check_timed(system: System) -> None:
     """Refuse drivers that follow own states: these have values in a motion of `simulate` only."""
     for driver in system.drivers:
-        states = followed_states(driver, system.mechanism, system.numbers)
+        states = driver_states(driver, system.mechanism, system.numbers)
         if states:
             raise ModelError(
                 f"'{driver.name}' follows the state '{states[0]}', which is integrated with the "

@@ -71,7 +71,7 @@ from mbody.kernels.step_state import (
 )
 from mbody.model.element import listed
 from mbody.model.simulation import Event
-from mbody.solution.checks import as_reported, changed
+from mbody.solution.checks import reported_certificate, with_fields
 from mbody.solution.energy import causes, works_of_moving
 from mbody.solution.histories import EventRecord
 from mbody.solution.solution import IntegrationSettings, ModalState, Restart, Solution
@@ -319,8 +319,8 @@ class ModalIntegration(JumpIntegration):
                 named = "slip+"  # smooth: its direction changes nothing
             if point.tangent < 0 and mode != "open":
                 named = "stick"
-            held = found.get(point.name, "open")
-            found[point.name] = max((held, named), key=order.index)
+            sticking = found.get(point.name, "open")
+            found[point.name] = max((sticking, named), key=order.index)
         return {name: "stick" if mode == "idle" else mode for name, mode in found.items()}
 
     @property
@@ -334,7 +334,7 @@ class ModalIntegration(JumpIntegration):
         """Gaps up to this are none [length]."""
         return CONTACT_GAP_CLOSED * self.system.length
 
-    def set_modes(self, modes: list[str], pairs: list[str], on: Array, held: Array) -> None:
+    def set_modes(self, modes: list[str], pairs: list[str], on: Array, sticking: Array) -> None:
         """Set the modes of contact points and frictional joints; which of their rows are on: `on`
         (points, 2), and `held` (frictional joints,) of those that stick.
         """
@@ -360,7 +360,7 @@ class ModalIntegration(JumpIntegration):
                 rows[point.tangent] = 1.0
                 if not self.on[point.tangent]:
                     self._anchor(n, point, found, off)
-        for pair, mode, holds in zip(uni.friction_joints, pairs, held, strict=True):
+        for pair, mode, holds in zip(uni.friction_joints, pairs, sticking, strict=True):
             if mode in SLIP_SIGNS:
                 slip_signs[pair.pair] = SLIP_SIGNS[mode]
             if mode in SLIP_SIGNS or not holds:
@@ -937,10 +937,10 @@ class ContactIntegration(ModalIntegration):
     def _solution(self, status: str) -> Solution:
         found = super()._solution(status)
         names = {name: [each[name] for each in self.kept_modes] for name in self.named_modes()}
-        notes = (*as_reported(found).notes, *self.contact_notes)
+        notes = (*reported_certificate(found).notes, *self.contact_notes)
         if self.jerked or any(event.name == "impact" for event in found.events):
             notes += self._without_impulse()
-        return changed(found, notes=notes, modes=names)
+        return with_fields(found, notes=notes, modes=names)
 
     def _without_impulse(self) -> tuple[str, ...]:
         """A note on the joints whose reactions have impulses in impacts, but whose friction has

@@ -74,7 +74,7 @@ from mbody.model.closed_mechanism import without_contacts
 from mbody.model.contact import Contact, Rope
 from mbody.model.element import listed
 from mbody.model.joint_limits import contacts_of
-from mbody.solution.checks import as_reported, changed, residuals
+from mbody.solution.checks import reported_certificate, residuals, with_fields
 from mbody.solution.doubts import Doubt
 from mbody.solution.histories import Record
 from mbody.solution.solution import IntegrationSettings, Restart, Solution
@@ -296,7 +296,7 @@ SWEEPS = 800
 FEW = 12
 
 
-def judged_steps(
+def step_findings(
     whole: System, motion: ImpulseSteps, settings: IntegrationSettings
 ) -> tuple[list[str], list[Doubt]]:
     """Notes and doubts about the steps: iterations, penetration, residuals."""
@@ -645,10 +645,10 @@ class ImpulseIntegration(Integration):
             "iterations": int(state[ITERATIONS_DONE]),
             "by_lemke": self.by_lemke,
         }
-        notes, doubts = judged_steps(self.whole, self.impulses, self.settings)
+        notes, doubts = step_findings(self.whole, self.impulses, self.settings)
         records = self._whole_records(found, stepped)
-        said = as_reported(found)
-        return changed(
+        said = reported_certificate(found)
+        return with_fields(
             found,
             system=self.whole,
             record=Record([records], len(records), batch=False),

@@ -40,8 +40,8 @@ from mbody.analysis.dynamics.interruptions import (
     Interruptions,
     RateJumps,
     SampledState,
-    held_inputs,
-    without_held,
+    hold_inputs,
+    without_hold,
 )
 from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.analysis.position.closed_position import vanishing
@@ -79,7 +79,7 @@ from mbody.kernels.step_state import (
 from mbody.model.element import listed
 from mbody.model.inputs import Controller
 from mbody.model.simulation import EVEN
-from mbody.solution.checks import as_reported, changed
+from mbody.solution.checks import reported_certificate, with_fields
 from mbody.solution.doubts import doubted
 from mbody.solution.energy import account, causes
 from mbody.solution.histories import EventRecord, Record
@@ -146,7 +146,7 @@ class Integration(RateJumps):
         refuse_own_states(system, settings.method)
         if not self.decides_modes:
             refuse_modes(system, "stepping without events of contacts")
-        self.layout = without_held(system.runtime(), held_inputs(system))
+        self.layout = without_hold(system.runtime(), hold_inputs(system))
         self.work = system.work(masses=True)
         self.regularization = (
             start.regularization
@@ -163,7 +163,7 @@ class Integration(RateJumps):
         self.motion = self._motion()
         self.initial_work = np.zeros(self.causes)
         self.restart_point: Restart | None = None
-        self.judged, self.longest = (0.0, 0.0), 0.0
+        self.step_reference, self.longest = (0.0, 0.0), 0.0
         self.occurred: list[EventRecord] = []
         self.stops: list[str] = []
 
@@ -257,7 +257,7 @@ class Integration(RateJumps):
         sizes = coordinate_sizes(self.system.length, v, self.K[0, n3 : 2 * n3])
         self.scale[:] = np.concatenate([sizes, own])
         self._begin_steps()
-        self.judged, self.longest = (0.0, first), 0.0
+        self.step_reference, self.longest = (0.0, first), 0.0
 
     def _begin_steps(self) -> None:
         """The length of the first step of a motion that goes on to `until`."""
@@ -357,11 +357,11 @@ class Integration(RateJumps):
         if gone is not None:
             gone.solution = self._solution("")
             raise gone
-        (count, since), (done, t) = self.judged, (self.state[STEPS], self.state[TIME])
+        (count, since), (done, t) = self.step_reference, (self.state[STEPS], self.state[TIME])
         if done - count < JUDGED:
             return
         mean = float(t - since) / float(done - count)
-        self.judged, self.longest = (float(done), float(t)), max(self.longest, mean)
+        self.step_reference, self.longest = (float(done), float(t)), max(self.longest, mean)
         left = (self.until - t) / max(mean, TINY)
         rate = float(np.abs(self.y[n : 2 * n] / self.scale[:n]).max())
         rate = max(rate, float(np.sqrt(np.abs(self.K[0, n : 2 * n] / self.scale[:n]).max())))
@@ -413,7 +413,7 @@ class Integration(RateJumps):
         self.y[:], self.K[0], self.P[0] = restart.y, restart.slope, restart.powers
         self.state[:] = restart.state
         self.state[DELIVERED] = 0.0
-        self.judged = float(self.state[STEPS]), float(self.state[TIME])
+        self.step_reference = float(self.state[STEPS]), float(self.state[TIME])
         for own, part in zip(self.steps.own, restart.own, strict=True):
             own[:] = part
 
@@ -513,7 +513,9 @@ class Integration(RateJumps):
             given=None,
             regularization=self.regularization,
             dependencies=open_along(self.system, output[:, :n, 0]) if self.regularization else None,
-            notes=as_reported(self.start).notes if self.start.analysis == "close_loops" else (),
+            notes=reported_certificate(self.start).notes
+            if self.start.analysis == "close_loops"
+            else (),
             status=status,
             stats=stats,
             energy=account(self.system, output[:, :, 0], work_done, self.stops),
@@ -521,13 +523,13 @@ class Integration(RateJumps):
             restart=self._restart(work_done),
         )
         last = float(times[-1]) if len(times) else self.first
-        notes = (*as_reported(found).notes, *self.notes, *self.passage.notes(last))
+        notes = (*reported_certificate(found).notes, *self.notes, *self.passage.notes(last))
         notes += tuple(pulled(found, self._between()))
         notes += _limited(int(state[LIMITED_INSTANTS]))
         notes += unresolved_states(found)
         if self.regularization:
             notes += open_note(found.dependencies)
-        found = changed(found, notes=notes, branch=self.passage.least(last))
+        found = with_fields(found, notes=notes, branch=self.passage.least(last))
         return doubted(found, self.passage.doubts)
 
     def _between(self) -> Mapping[str, OneSidedForce] | None:

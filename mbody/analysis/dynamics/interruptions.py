@@ -255,7 +255,7 @@ class SampledState:
         )
 
 
-def held_inputs(system: System) -> dict[str, int]:
+def hold_inputs(system: System) -> dict[str, int]:
     """Inputs that keep their value between set times, with the signal row of each: those of a
     table that holds its values, and those that controllers set.
     """
@@ -273,7 +273,7 @@ def holds(law: Any) -> bool:
     return isinstance(law, Table) and law.interpolation == "hold"
 
 
-def without_held(layout: Layout, held: Mapping[str, int]) -> Layout:
+def without_hold(layout: Layout, held: Mapping[str, int]) -> Layout:
     """The layout whose kernels leave the signals of held inputs as they are."""
     if not held:
         return layout
@@ -295,7 +295,7 @@ class Interruptions:
     def __init__(self, system: System, work: Work, first: float, until: float) -> None:
         self.system, self.work = system, work
         machine = system.mechanism
-        self.held = held_inputs(system)
+        self.hold = hold_inputs(system)
         by_controllers = {name for one in machine.controllers for name in one.sets}
         self.first, self.known = first, until if until < math.inf else first
         self.corners = _corners(system, first, self.known)
@@ -304,7 +304,7 @@ class Interruptions:
         self.tables = {
             one.name: one.value
             for one in machine.inputs
-            if one.name in self.held and one.name not in by_controllers
+            if one.name in self.hold and one.name not in by_controllers
         }
         self.sampled = [
             SampledState(_with_times_of(system, one), copy.deepcopy(one.function), first)
@@ -313,7 +313,7 @@ class Interruptions:
         for one in self.sampled:
             _check_samples(one.controller, first, until, machine.units.time)
         for given in machine.inputs:
-            if given.name in self.held:
+            if given.name in self.hold:
                 self._set(given.name, input_value(given.value, given.name, system, first))
 
     @property
@@ -374,7 +374,7 @@ class Interruptions:
 
     def inputs(self) -> dict[str, float]:
         """The values of the held inputs."""
-        return {name: float(self.work.signal[row, 0]) for name, row in self.held.items()}
+        return {name: float(self.work.signal[row, 0]) for name, row in self.hold.items()}
 
     def restore(self, values: Mapping[str, float], sampled: Sequence[SampledState]) -> None:
         """Go on from what a motion of the same controllers left."""
@@ -390,7 +390,7 @@ class Interruptions:
 
     def _set(self, name: str, value: float) -> bool:
         """Set a held input; whether it changes."""
-        row = self.held[name]
+        row = self.hold[name]
         changed = bool(self.work.signal[row, 0] != value)
         self.work.signal[row, 0] = value
         return changed

@@ -203,7 +203,7 @@ def with_inputs(system: System, inputs: Any, first: float, until: float) -> Syst
             raise ModelError(
                 f"input '{name}' is set by the controller '{setters[0]}': leave it out", name
             )
-        machine = with_element(machine, _followed(machine, known[name], given, first, until))
+        machine = with_element(machine, _follow(machine, known[name], given, first, until))
     if machine is system.mechanism:
         return system
     own = {f"{name}." for name in inputs}
@@ -211,7 +211,7 @@ def with_inputs(system: System, inputs: Any, first: float, until: float) -> Syst
     return with_numbers_of(assemble(machine), kept)
 
 
-def _followed(machine: Mechanism, declared: Input, given: Any, first: float, until: float) -> Input:
+def _follow(machine: Mechanism, declared: Input, given: Any, first: float, until: float) -> Input:
     """The input with that history."""
     name = declared.name
     if isinstance(given, tuple) and len(given) == 2:

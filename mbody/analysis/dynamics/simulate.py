@@ -54,7 +54,7 @@ from mbody.model.model_notes import model_notes
 from mbody.model.simulation import ADAPTIVE, EVEN, Event
 from mbody.model.study import Measure, measure_named
 from mbody.quantities.types import Number, PlainNumbers
-from mbody.solution.checks import as_reported, changed, one_design
+from mbody.solution.checks import one_design, reported_certificate, with_fields
 from mbody.solution.doubts import Doubt, doubted
 from mbody.solution.energy import account, causes
 from mbody.solution.histories import Record
@@ -170,7 +170,7 @@ def then(first: Solution, *later: Solution) -> Solution:
     stops = list(dict.fromkeys(name for run in runs for name in stops_of(run)))
     whole = joined(runs[-1].system, runs, runs[-1].released, stops)
     known = all(run.initial_states for run in runs)
-    return changed(
+    return with_fields(
         whole,
         initial_states=tuple(one for run in runs for one in run.initial_states) if known else (),
     )
@@ -207,7 +207,7 @@ def joined(
         works.append(work[keep])
         kept.append(keep)
     output, gained = np.concatenate(records), np.concatenate(works)
-    certified = [as_reported(run) for run in found]
+    certified = [reported_certificate(run) for run in found]
     stats = {
         key: sum((run.stats or {}).get(key, 0) for run in found)
         for run in found
@@ -399,7 +399,7 @@ def motion_start(system: System, start: Solution, request: MotionRequest) -> Ini
         given=None if start.given is None else start.given[-1:],
         regularization=start.regularization,
         dependencies=start.dependencies,
-        notes=as_reported(start).notes if start.analysis == "close_loops" else (),
+        notes=reported_certificate(start).notes if start.analysis == "close_loops" else (),
         restart=start.restart,
         released=start.released,
     )
@@ -441,8 +441,8 @@ def repeated_at(run: Solution, t: Any) -> Solution:
                 work[mine, k] = found.energy.by[name][at] + before.get(name, 0.0)
     energy = account(run.system, records[:, :, 0], work, stops)
     record = Record([records], len(times), batch=False)
-    whole = changed(run, t=times, record=record, energy=energy, restart=None, given=None)
-    whole = changed(whole, modes=modes)
+    whole = with_fields(run, t=times, record=record, energy=energy, restart=None, given=None)
+    whole = with_fields(whole, modes=modes)
     return whole.take(np.arange(len(times)))
 
 
@@ -726,10 +726,11 @@ def simulate(
         run = integrate_phases(system, start, state, request, progress or None)
     except SolveError as error:
         if isinstance(error.solution, Solution):
-            error.solution = judged(error.solution, request.settings)
+            error.solution = certified_motion(error.solution, request.settings)
         raise
-    return changed(
-        judged(run, request.settings), initial_states=(motion_start(system, start, request),)
+    return with_fields(
+        certified_motion(run, request.settings),
+        initial_states=(motion_start(system, start, request),),
     )
 
 
@@ -783,17 +784,17 @@ def first_instant(
     return close_loops(system, guess=guess, rates=rates)
 
 
-def judged(
+def certified_motion(
     run: Solution, settings: IntegrationSettings, beyond: Sequence[Doubt] | None = None
 ) -> Solution:
     """The motion with notes and doubts of its description, its laws and its energy; `beyond`: of
     tables that it left, where these are known already.
     """
     system = run.system
-    notes = as_reported(run).notes
+    notes = reported_certificate(run).notes
     own = system.once("model_notes", lambda: model_notes(system.mechanism))
     added = [note for note in own if note not in notes]
-    found = changed(run, notes=(*notes, *added)) if added else run
+    found = with_fields(run, notes=(*notes, *added)) if added else run
     left = extrapolated(found) if beyond is None else beyond
     doubts = [*left, *energy_doubts(found, settings.method, settings.rtol)]
     return doubted(found, doubts)

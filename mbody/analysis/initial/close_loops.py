@@ -61,10 +61,10 @@ from mbody.system.system import System, too_large
 Array = np.ndarray
 
 #: Bodies that a note names.
-UNSAID = 4
+LISTED = 4
 
 
-def unsaid_rates(
+def unspecified_rates(
     system: System, work: Work, v: Array, said: Array | None = None
 ) -> tuple[str, ...]:
     """A sentence of the bodies that begin to move though they are free to rest. `v` (coordinates,)
@@ -90,9 +90,9 @@ def unsaid_rates(
                 found.append(f"'{motion.leader}' begins with {key} = {value}")
     if not found:
         return ()
-    more = f" and {len(found) - UNSAID} more" if len(found) > UNSAID else ""
+    more = f" and {len(found) - LISTED} more" if len(found) > LISTED else ""
     return (
-        f"{', '.join(found[:UNSAID])}{more}: drivers move, and nothing says how fast what is free "
+        f"{', '.join(found[:LISTED])}{more}: drivers move, and nothing says how fast what is free "
         "does, so that of all rates the least were taken; say in start of one of its bodies where "
         "it begins and how fast, as by y and vy",
     )
@@ -157,7 +157,7 @@ def fitting_rates(
     near = nearest_rates(system, work, prescribed)
     scale, off, met = system.coordinate_units, near.rows, near.met
     if met is near.given.p:
-        return scale * near.v, unsaid_rates(system, work, near.v, near.given.P)
+        return scale * near.v, unspecified_rates(system, work, near.v, near.given.P)
     asked, fast = near.given.p, near.fast
     changed = [
         n for n in range(len(prescribed)) if abs(met[n] - asked[n]) > VELOCITIES_AGREE * fast
@@ -446,7 +446,7 @@ def close_loops(
         v = work.v[: system.coordinates, 0] / system.coordinate_units
         said = np.zeros((len(turning), len(v)))
         said[range(len(turning)), [3 * system.bodies[name] + 2 for name in turning]] = 1.0
-        notes += unsaid_rates(system, work, v, said)
+        notes += unspecified_rates(system, work, v, said)
     else:
         prescribed = [Prescribed(name, "omega", rate) for name, rate in turning.items()]
         q = work.q[: system.coordinates, 0].copy()

@@ -12,7 +12,7 @@ from mbody.analysis.driven.driven import check_instants
 from mbody.core.presentation import present
 from mbody.errors import ModelError, brief
 from mbody.model.mechanism import Mechanism
-from mbody.model.numbers import meant, plain
+from mbody.model.numbers import plain, resolve_number
 from mbody.model.study import Instants, Measure, Question, Unknown
 from mbody.quantities import convert
 from mbody.quantities.units import DIMENSIONS
@@ -193,7 +193,7 @@ def relations(question: Question) -> tuple[list[Relation], list[Relation]]:
 
 def _check_unknown(mechanism: Mechanism, unknown: Unknown) -> None:
     """Refuse what is none of its numbers, and bounds and a unit of something else."""
-    dimension = meant(mechanism, unknown.name)[1]
+    dimension = resolve_number(mechanism, unknown.name)[1]
     for given in (unknown.start, unknown.low, unknown.high):
         if given is not None:
             plain(mechanism, unknown.name, given, dimension)
@@ -208,7 +208,7 @@ def _is_bounded(mechanism: Mechanism, unknown: Unknown) -> bool:
     """Whether an unknown has a bound, or is the angle of a driver, the same after a turn."""
     if unknown.low is not None or unknown.high is not None:
         return True
-    name, dimension = meant(mechanism, unknown.name)
+    name, dimension = resolve_number(mechanism, unknown.name)
     owner, _, key = name.partition(".")
     return key == "value" and dimension == DIMENSIONS["angle"] and mechanism[owner].role == "driver"
 

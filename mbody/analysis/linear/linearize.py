@@ -13,7 +13,7 @@ import numpy as np
 from mbody.analysis.contact.unilateral import has_modes
 from mbody.analysis.dynamics.contact_motion import ContactIntegration
 from mbody.analysis.dynamics.integrators import REFINEMENTS, stepping
-from mbody.analysis.dynamics.interruptions import without_held
+from mbody.analysis.dynamics.interruptions import without_hold
 from mbody.analysis.equilibria.equilibrium import Equilibrium
 from mbody.analysis.freedom.free_motions import FreeMotion, free_motions, leading, rates_of
 from mbody.analysis.freedom.mobility import single_design
@@ -50,7 +50,7 @@ from mbody.solution.energy import causes
 from mbody.solution.histories import Record
 from mbody.solution.measures import check_measure, measured
 from mbody.solution.solution import IntegrationSettings, Solution
-from mbody.system.formula_rows import followed_inputs, followed_states
+from mbody.system.formula_rows import driver_inputs, driver_states
 from mbody.system.rank import dense, dense_rates, rank_of
 from mbody.system.read_only import lock
 from mbody.system.system import System, too_large
@@ -67,7 +67,7 @@ WORDS = {
 }
 
 
-class HeldModes:
+class ActiveContacts:
     """The modes of an instant, as `simulate` decides them, and what they do to motions beside it:
     what is closed and what sticks is a constraint, what slides goes on in its direction.
 
@@ -129,13 +129,15 @@ class HeldModes:
         return self._unit * phi, block, -self._unit * found.rate[self._on]
 
 
-def held_modes(system: System, given: Solution, t: float, q: Array, v: Array) -> HeldModes | None:
+def active_contacts(
+    system: System, given: Solution, t: float, q: Array, v: Array
+) -> ActiveContacts | None:
     """The modes at the last instant of a motion in which they were decided; None of others."""
     if not given.modes or given.stepped is not None or not has_modes(system):
         return None
     if not math.isfinite(float(np.abs(q).max(initial=0.0))):
         return None
-    return HeldModes(system, given, t, q, v)
+    return ActiveContacts(system, given, t, q, v)
 
 
 # -- Accelerations near an instant of a motion, and their derivatives, by what the leaders do --
@@ -169,7 +171,7 @@ class Moving:
         directions: Array,
         parts: Array,
         still: bool = False,
-        held: HeldModes | None = None,
+        contacts: ActiveContacts | None = None,
     ) -> None:
         self.manifold, self.here, self.v, self.regularization = manifold, here, v, regularization
         self.system, self.directions, self.parts = manifold.system, directions, parts
@@ -180,16 +182,16 @@ class Moving:
         laws_of_time(self.system.runtime(), self.work)
         L, system = self.system.layout, self.system
         rows = np.append(L.input_row, L.driver_row if still else []).astype(np.int64)
-        self.runtime = without_held(system.runtime(), {str(row): int(row) for row in rows})
+        self.runtime = without_hold(system.runtime(), {str(row): int(row) for row in rows})
         if still:
             for more in (1, 2):
                 self.work.signal[L.driver_row + more] = 0.0
         self.whole = system.work(masses=True)
         self.whole.signal[:] = self.work.signal
-        self.held = held
-        if held is not None:
+        self.contacts = contacts
+        if contacts is not None:
             for work in (self.work, self.whole):
-                held.enter(work)
+                contacts.enter(work)
         self.memory = stepping(system.state_count, len(causes(system)), regularization)
         own = self.work.signal[L.input_row, 0]
         self.own = (
@@ -235,8 +237,8 @@ class Moving:
         n, scale, L, S = self.system.coordinates, self.manifold.scale, self.runtime, self.memory
         q, G = self.position(y)
         nu = dense_rates(self.system, self.work)
-        if self.held is not None:
-            nu = np.append(nu, self.held.rows(self.work)[2])
+        if self.contacts is not None:
+            nu = np.append(nu, self.contacts.rows(self.work)[2])
         v = scale * _solved(np.vstack([G, self.parts]), np.append(nu, w))
         given = self.own if own is None else own
         S.y[:n], S.y[n : 2 * n], S.y[2 * n :] = q, v, given[: L.owns]
@@ -284,8 +286,8 @@ class Moving:
         for _ in range(8):
             self.work.q[:n, 0] = q
             phi, G = dense(self.system, self.work)
-            if self.held is not None:
-                more = self.held.rows(self.work)
+            if self.contacts is not None:
+                more = self.contacts.rows(self.work)
                 phi, G = np.append(phi, more[0]), np.vstack([G, more[1]])
             off = np.append(phi, self.parts @ ((q - self.here.q) / scale) - y)
             step = _solved(np.vstack([G, self.parts]), off)
@@ -378,7 +380,7 @@ def state_matrices(
     nearby, motions = linear.nearby(), linear.motions
     machine, free = nearby.system.mechanism, len(motions)
     owns, inputs = len(machine.states), [one.name for one in machine.inputs]
-    for name, driver in followed_inputs(machine, nearby.system.numbers).items():
+    for name, driver in driver_inputs(machine, nearby.system.numbers).items():
         raise ModelError(
             f"the input '{name}' is followed by driver '{driver}': the motion depends on its rate "
             "and its acceleration too, so that B and D do not describe it; make it a parameter, or "
@@ -620,17 +622,17 @@ def linearize(
             f"{system.mechanism.units.time}: its loops do not close there, or a load has no value; "
             "give a position of this mechanism"
         )
-    held = held_modes(system, given, t, here.q, v)
-    if held is not None:
+    contacts = active_contacts(system, given, t, here.q, v)
+    if contacts is not None:
         work = system.work()
         work.q[:], work.signal[:], work.time[:] = start.work.q, start.work.signal, t
-        held.enter(work)
-        free_directions = rank_of(np.vstack([here.rows, held.rows(work)[1]])).motions
+        contacts.enter(work)
+        free_directions = rank_of(np.vstack([here.rows, contacts.rows(work)[1]])).motions
         here = replace(here, motions=free_directions, residual=free_directions @ here.force)
     if not len(here.motions):
         why = "release a driver, with free"
-        if held is not None and held.sticking:
-            why = f"{held.words}; {why}"
+        if contacts is not None and contacts.sticking:
+            why = f"{contacts.words}; {why}"
         raise SolveError(f"nothing is free in '{name}', there are no small motions: {why}")
     motions = free_motions(system, np.append(here.q, np.zeros(3)), here.motions)
     top, mass = manifold.scale_of(here), manifold.mass(here.motions)
@@ -650,8 +652,8 @@ def linearize(
     notes: list[str] = []
     parts = leading(system, motions, directions)
     near = manifold, here, v, start.regularization, directions, parts, resting
-    nearby = functools.partial(Moving, *near, held=held)
-    if held is not None:
+    nearby = functools.partial(Moving, *near, contacts=contacts)
+    if contacts is not None:
         found = nearby()
         C, K, drive = found.matrices(M)
         # drivers may go on: it is at rest where the leaders are
@@ -666,14 +668,14 @@ def linearize(
     else:
         C, K, drive = nearby().matrices(M)
     notes += branches
-    if held is None:
+    if contacts is None:
         notes += without_friction(system.mechanism, "linearize")
         notes += left_out(system.mechanism, "linearize")
     else:
-        notes.append(held.note)
+        notes.append(contacts.note)
     about = "rest" if rest else "motion"
     said = inherited(given, notes=notes)
-    names = {} if held is None else held.names
+    names = {} if contacts is None else contacts.names
     return Linearization(about, t, M, C, K, drive, motions, given, nearby, names, **said)
 
 
@@ -727,7 +729,7 @@ def _state(system: System, given: Solution) -> tuple[Array, Array]:
 def _driven(system: System, t: float, natural: float) -> float:
     """How fast drivers move, or begin to, as a rate."""
     fast = 0.0
-    timed = (d for d in system.leaders if not followed_states(d, system.mechanism, system.numbers))
+    timed = (d for d in system.leaders if not driver_states(d, system.mechanism, system.numbers))
     for driver in timed:
         _, rate, change = system.law_of(driver).derivatives(np.array([t]))
         unit = driver.unit(system.length)

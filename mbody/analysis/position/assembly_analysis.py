@@ -530,7 +530,7 @@ def closed(
     guess: Guesses | None = None,
     design: int = 0,
     pose: np.ndarray | None = None,
-    meant: Callable[[ClosedPosition], bool] | None = None,
+    intended: Callable[[ClosedPosition], bool] | None = None,
 ) -> ClosedPosition:
     """Close the loops of one design at time t, given driver values winning over laws; from `pose`
     (coordinates,) if there is one, else from the guesses. Where these lie on another branch than
@@ -575,7 +575,7 @@ def closed(
     first_found, found = found is result, _meshing(system, base, found, values)
     sure = True
     if first_found:
-        sure = _say_branch(system, found, first[:, None], guess, meant)
+        sure = _say_branch(system, found, first[:, None], guess, intended)
     by_springs(base, found.work.q.T)
     found.notes += ambiguous(base, found.work.q[:, 0], values)
     if sure:
@@ -720,7 +720,7 @@ def _say_branch(
     result: ClosedPosition,
     start: np.ndarray,
     guess: Guesses | None,
-    meant: Callable[[ClosedPosition], bool] | None,
+    intended: Callable[[ClosedPosition], bool] | None,
 ) -> bool:
     """Warn where a guess and the position found lie on different sides of a singular position;
     returns whether the guess alone says that this position is meant.
@@ -756,7 +756,7 @@ def _say_branch(
     result.work.q[:] = found
     if result.straight and here == there:
         return True
-    if meant is not None and meant(result):
+    if intended is not None and intended(result):
         return False
     distance = f"{np.degrees(far):.1f} deg"
     if far < GUESS_NEAR:  # it is a place that is elsewhere

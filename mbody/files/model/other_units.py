@@ -75,7 +75,7 @@ class _Converter(Writer):
 
     def parameter(self, name: str) -> Any:
         """A number with its unit, a plain one as it is."""
-        return self.valued(name)
+        return self.parameter_text(name)
 
     def curve_number(self, name: str, value: Any, dimension: Dimension | None) -> Any:
         """A number of a curve in the new units."""

@@ -51,7 +51,7 @@ from mbody.quantities.units import DIMENSIONS, Dimension, UnitSystem, unit_syste
 # -- Ambiguities of a model file: plain numbers, and omitted entries ---------------------------
 
 
-def meant_otherwise(data: Mapping[str, Any], mechanism: Mechanism) -> tuple[str, ...]:
+def suspect_values(data: Mapping[str, Any], mechanism: Mechanism) -> tuple[str, ...]:
     """Sentences about a file that was read, for the notes of its mechanism."""
     degrees = data.get("angle", "deg") == "deg"
     return (
@@ -348,9 +348,9 @@ def _question(mechanism: Mechanism, entry: Any, angle: str) -> Question:
 
 def _turned(mechanism: Mechanism, name: str, options: dict[str, Any], angle: str) -> dict[str, Any]:
     """Options with plain degrees as radians, where the unknown is an angle."""
-    from mbody.model.numbers import meant
+    from mbody.model.numbers import resolve_number
 
-    if angle != "deg" or meant(mechanism, name)[1] != DIMENSIONS["angle"]:
+    if angle != "deg" or resolve_number(mechanism, name)[1] != DIMENSIONS["angle"]:
         return options
     return {k: math.radians(v) if isinstance(v, float) else v for k, v in options.items()}
 
@@ -483,7 +483,7 @@ def _mechanism_of(
     data = _parsed(text, is_json, name, most)
     notes = _set_parameters(data, parameters, name) if parameters else []
     made = built(data, text, is_json=is_json, name=name, folder=folder)
-    made.file_notes = (*notes, *meant_otherwise(data, made))
+    made.file_notes = (*notes, *suspect_values(data, made))
     return made
 
 

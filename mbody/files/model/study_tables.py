@@ -34,7 +34,7 @@ class StudyWriter(Protocol):
 
 def requested_formulas(mechanism: Mechanism) -> Iterator[Formula]:
     """The texts among the numbers of questions, each with the dimension that it has there."""
-    from mbody.model.numbers import meant
+    from mbody.model.numbers import resolve_number
     from mbody.model.simulation import STATE
 
     rows = [mechanism.ask.at] if mechanism.ask else []
@@ -54,7 +54,7 @@ def requested_formulas(mechanism: Mechanism) -> Iterator[Formula]:
     for question in mechanism.questions.values():
         for one in question.unknowns:
             values = [v for key in BOUNDS if isinstance(v := getattr(one, key), Formula)]
-            dimension = meant(mechanism, one.name)[1] or NUMBER if values else NUMBER
+            dimension = resolve_number(mechanism, one.name)[1] or NUMBER if values else NUMBER
             yield from (value.of(dimension) for value in values)
 
 
@@ -151,9 +151,9 @@ def _question(writer: StudyWriter, question: Question) -> dict[str, Any]:
 
 def _unknown(writer: StudyWriter, unknown: Unknown) -> dict[str, Any]:
     """Where the search of an unknown begins, its bounds and its unit."""
-    from mbody.model.numbers import meant
+    from mbody.model.numbers import resolve_number
 
-    dimension = meant(writer.mechanism, unknown.name)[1] or NUMBER
+    dimension = resolve_number(writer.mechanism, unknown.name)[1] or NUMBER
     table = {
         key: writer.wanted(value, dimension)
         for key in BOUNDS
@@ -215,11 +215,11 @@ def keep_task(mechanism: Mechanism, name: str, entry: Any, angle: str) -> None:
 
 def in_radians(mechanism: Mechanism, name: str, value: Any, angle: str) -> Any:
     """Plain degrees as radians, where the number is an angle."""
-    from mbody.model.numbers import meant
+    from mbody.model.numbers import resolve_number
 
     if isinstance(value, list):
         return tuple(in_radians(mechanism, name, part, angle) for part in value)
-    degrees = meant(mechanism, name)[1] == DIMENSIONS["angle"] and angle == "deg"
+    degrees = resolve_number(mechanism, name)[1] == DIMENSIONS["angle"] and angle == "deg"
     return math.radians(value) if degrees and not isinstance(value, Formula) else value
 
 
@@ -230,12 +230,12 @@ def optimization_tasks(mechanism: Mechanism) -> Mapping[str, OptimizationTask]:
 
 def task_formulas(mechanism: Mechanism) -> Iterator[Formula]:
     """The texts among their numbers, each with the dimension that it has there."""
-    from mbody.model.numbers import meant
+    from mbody.model.numbers import resolve_number
 
     for task in optimization_tasks(mechanism).values():
         for key in NUMBERS:
             for name, value in (getattr(task, key) or {}).items():
-                dimension = meant(mechanism, name)[1] or NUMBER
+                dimension = resolve_number(mechanism, name)[1] or NUMBER
                 several = value if isinstance(value, tuple) else (value,)
                 yield from (one.of(dimension) for one in several if isinstance(one, Formula))
         if isinstance(task.until, Formula):
@@ -267,9 +267,9 @@ def _table(writer: StudyWriter, task: OptimizationTask) -> dict[str, Any]:
 
 def written_number(writer: StudyWriter, name: str, value: Any) -> Any:
     """A number of the mechanism, or a pair of bounds, as a file has it."""
-    from mbody.model.numbers import meant
+    from mbody.model.numbers import resolve_number
 
-    dimension = meant(writer.mechanism, name)[1] or NUMBER
+    dimension = resolve_number(writer.mechanism, name)[1] or NUMBER
     if isinstance(value, tuple):
         return [writer.wanted(part, dimension) for part in value]
     return writer.wanted(value, dimension)
@@ -335,10 +335,10 @@ def keep_fit(mechanism: Mechanism, given: FitIn | None, angle: str) -> None:
     """Keep what a file says of a fit; plain angles are in the unit of the file."""
     if given is None:
         return
-    from mbody.model.numbers import meant
+    from mbody.model.numbers import resolve_number
 
     for name in given.by:
-        meant(mechanism, name)
+        resolve_number(mechanism, name)
     by: Any = tuple(given.by)
     if isinstance(given.by, Mapping):
         for name, pair in given.by.items():
@@ -357,12 +357,12 @@ def fit_settings(mechanism: Mechanism) -> FitSettings | None:
 
 def fit_formulas(mechanism: Mechanism) -> Iterator[Formula]:
     """The texts among the bounds, each with the dimension that it has there."""
-    from mbody.model.numbers import meant
+    from mbody.model.numbers import resolve_number
 
     kept = fit_settings(mechanism)
     if kept is not None and isinstance(kept.by, Mapping):
         for name, pair in kept.by.items():
-            dimension = meant(mechanism, name)[1] or NUMBER
+            dimension = resolve_number(mechanism, name)[1] or NUMBER
             yield from (one.of(dimension) for one in pair if isinstance(one, Formula))
 
 

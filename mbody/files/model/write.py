@@ -356,9 +356,9 @@ class Writer:
         """A parameter: a number or its text."""
         own = self.mechanism.parameters[name]
         text = self.text(own) if isinstance(own, Formula) else None
-        return self.valued(name) if text is None else text
+        return self.parameter_text(name) if text is None else text
 
-    def valued(self, name: str) -> Any:
+    def parameter_text(self, name: str) -> Any:
         """The value of a parameter: a number with its unit, a plain one as it is."""
         return self.with_unit(float(self.scope.names[name].value), self.scope.names[name].dimension)
 
