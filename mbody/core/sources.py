@@ -17,6 +17,7 @@ COMPILED = (
     "core/duals.py",
     "core/interface.py",
     "core/lanes.py",
+    "core/tolerances.py",
     "kernels/*.py",
     "laws/*.py",
     "model/joints/*.py",

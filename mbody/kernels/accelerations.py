@@ -26,6 +26,7 @@ import numpy as np
 
 from mbody.core.decorators import kernel, njit
 from mbody.core.lanes import highest, ld, st
+from mbody.core.tolerances import PIVOT_VANISHED
 from mbody.kernels.constraints import rows, turns
 from mbody.kernels.forces import forces, signals
 from mbody.kernels.friction import (
@@ -39,7 +40,7 @@ from mbody.kernels.friction import (
 )
 from mbody.kernels.layout import Layout, Work
 from mbody.kernels.position_velocity import clear, weigh
-from mbody.kernels.schur_ldl import VANISHED, apply_g, apply_gt, factor, solve
+from mbody.kernels.schur_ldl import apply_g, apply_gt, factor, solve
 
 #: Solutions with friction as a load, at most: one as a rule, more where rows are redundant.
 FRICTION_PASSES = 6
@@ -51,7 +52,7 @@ def free_accelerations(L, W, w, regularization, refinements):
     signals(L, W, w, L.varying)
     turns(L, W, w)
     rows(L, W, w, True, True)
-    factor(L, W, w, regularization, VANISHED)
+    factor(L, W, w, regularization, PIVOT_VANISHED)
     augmented_solution(L, W, w, refinements)
 
 

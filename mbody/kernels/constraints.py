@@ -23,6 +23,7 @@ from mbody.core.duals import (
     with_tangent,
 )
 from mbody.core.lanes import count, highest, larger, ld, sincos, smaller, st, st_varying
+from mbody.core.tolerances import DIFFERENCE_STEP_FOURTH_ORDER
 from mbody.laws.kernels import (
     ABS,
     ADD,
@@ -51,9 +52,6 @@ from mbody.model.joints.distance import distance
 # -- Laws of what the position gives, lane by lane: they have branches that lanes cannot take --
 
 REVOLUTION = 2.0 * math.pi
-#: Step of differences of users' functions, as a part of what is varied: their error is of its
-#: fourth power.
-STEP = 1e-3
 
 
 @inline
@@ -96,7 +94,7 @@ def user_law(L, W, n, x):
     f, f1, f2 = called(L, W, n, at)
     slope = 0.0
     if not constant(x):
-        h = STEP * max(abs(at), 1.0)
+        h = DIFFERENCE_STEP_FOURTH_ORDER * max(abs(at), 1.0)
         _, _, far = called(L, W, n, at + 2.0 * h)
         _, _, near = called(L, W, n, at + h)
         _, _, back = called(L, W, n, at - h)
@@ -189,8 +187,8 @@ def moved(array, row, lane, k, h):
 
 @njit
 def step(W, i, j, first, size, lane, k):
-    """A step along tangent k by which no argument changes by more than `STEP` of its size; zero
-    where none changes.
+    """A step along tangent k by which no argument changes by more than
+    `DIFFERENCE_STEP_FOURTH_ORDER` of its size; zero where none changes.
     """
     length = value(entry(W.size, 0, lane))
     rate = relative(W.time, 0, lane, k, 1.0)
@@ -202,7 +200,7 @@ def step(W, i, j, first, size, lane, k):
             rate = max(rate, relative(W.v, 3 * b + n, lane, k, unit))
     for n in range(size):
         rate = max(rate, relative(W.par, first + n, lane, k, 0.0))
-    return STEP / rate if rate > 0.0 else 0.0
+    return DIFFERENCE_STEP_FOURTH_ORDER / rate if rate > 0.0 else 0.0
 
 
 @inline

@@ -17,6 +17,11 @@ import numpy as np
 
 from mbody.core.bundle import Bundle, Floats, Ints, Rows, Tables
 from mbody.core.decorators import inline, njit
+from mbody.core.tolerances import (
+    CONTACT_CORNER_BEHIND,
+    CONTACT_EDGE_PREFERRED,
+    CONTACT_GAP_CANDIDATE,
+)
 
 # -- Tables of shapes that may touch, of the contacts of one step, and of the steps themselves -
 #
@@ -285,10 +290,6 @@ class ImpulseSteps(Bundle):
 
 #: Counts of a step: contacts found; contacts for which there was no memory; pairs looked at.
 FOUND, LACKING, TESTED = range(3)
-#: How far a corner may be behind a segment, in parts of it, before it is on its other side.
-BEHIND = 0.1
-#: The other polygon's edge is taken where it separates more by this part of both sizes.
-PREFERRED = 1e-7
 #: Numbers of edges and corners, of those of the other shape, and of corners that circles touch.
 OTHER, CORNER = 4096, 8192
 
@@ -469,7 +470,7 @@ def circle_on_polygon(W, C, B, pair):
     ax, ay, ux, uy, nx, ny, length = edge_of(W, C, x, best)
     s = ux * (cx - ax) + uy * (cy - ay)
     within = 0.0 <= s <= length
-    if single and within and widest < (-BEHIND * length if r == 0.0 else -r):
+    if single and within and widest < (-CONTACT_CORNER_BEHIND * length if r == 0.0 else -r):
         return
     if within or (C.kind[x] == POLYGON and widest <= 0.0):
         gap = widest - r
@@ -497,7 +498,7 @@ def ends_on_segment(W, C, B, pair):
     for n in range(2):
         px, py = corner_at(W, C, y, n)
         s, gap = ux * (px - ax) + uy * (py - ay), nx * (px - ax) + ny * (py - ay)
-        if 0.0 <= s <= length and -BEHIND * length < gap < near:
+        if 0.0 <= s <= length and -CONTACT_CORNER_BEHIND * length < gap < near:
             point = px - 0.5 * gap * nx, py - 0.5 * gap * ny
             put(W, C, B, pair, n + (OTHER if swapped else 0), (nx, ny), point, gap)
 
@@ -516,7 +517,7 @@ def polygons(W, C, B, pair, turned):
     edge_b, gap_b = widest_edge(W, C, b, a, near)
     if gap_b >= near:
         return
-    if gap_b > gap_a + PREFERRED * (C.reach[a] + C.reach[b]):
+    if gap_b > gap_a + CONTACT_EDGE_PREFERRED * (C.reach[a] + C.reach[b]):
         clipped(W, C, B, turned, edge_b)
     else:
         clipped(W, C, B, pair, edge_a)
@@ -602,8 +603,6 @@ def rope_spot(W, C, B, n, near):
 
 #: Primes of the hashes of cells and of contacts.
 PRIMES = (73856093, 19349663, 83492791)
-#: Contacts whose gap is a larger part of their size than this are looked for where they come near.
-NEAR = 1e-6
 
 
 @njit
@@ -621,7 +620,7 @@ def find_contacts(W, C, B, h):
         near = body_margin(B, i, h, C.rope_number[n, 0], C.rope_number[n, 1])
         near += body_margin(B, j, h, C.rope_number[n, 2], C.rope_number[n, 3])
         B.counts[TESTED] += 1
-        rope_spot(W, C, B, n, near + NEAR * C.rope_number[n, 4])
+        rope_spot(W, C, B, n, near + CONTACT_GAP_CANDIDATE * C.rope_number[n, 4])
     if C.group_law.shape[0] > 0:
         grid(W, C, B)
     recall(B)
@@ -651,7 +650,7 @@ def margins(W, C, B, h):
         along, turning = speed_of(B, b)
         arm = math.hypot(C.centre[a, 0], C.centre[a, 1])
         own = C.reach[a] if C.kind[a] != LINE else 0.0
-        B.margin[a] = h * (along + turning * (arm + own)) + NEAR * own
+        B.margin[a] = h * (along + turning * (arm + own)) + CONTACT_GAP_CANDIDATE * own
         B.turning[a] = h * turning
 
 

@@ -30,6 +30,20 @@ from __future__ import annotations
 import math
 
 from mbody.core.decorators import inline, njit
+from mbody.core.tolerances import (
+    CONTACT_OVERLAP_CORRECTED,
+    CONTACT_OVERLAP_ENOUGH,
+    CONTACT_OVERLAP_LEFT,
+    CONTACT_REBOUND,
+    CONTACT_ROW_FLEXIBLE,
+    CONTACT_SLIDING_SLACK,
+    CONTACT_STICKS_BEGINNING,
+    FRICTION_STICKS,
+    INTERIOR_POINT_START,
+    INTERIOR_POINT_STEP,
+    INTERIOR_POINT_VIOLATED,
+    PIVOT_VANISHED,
+)
 from mbody.kernels.contact_geometry import FOUND
 from mbody.kernels.position_velocity import clear, weigh
 from mbody.kernels.schur_ldl import apply_g, apply_gt, solve
@@ -40,12 +54,6 @@ from mbody.kernels.schur_ldl import apply_g, apply_gt, solve
 # less what the joints take of it, M⁻¹ Gᵀ S⁻¹ G M⁻¹ Wᵀ, one solve a column by the factor of the
 # step. These columns are made of few contacts; of many, which an interior-point method solves with
 # the rows of joints, the own masses serve as a measure (`mbody.kernels.contact_interior`).
-
-#: Part of the velocities without contacts below which a contact sticks at the beginning of a step.
-STUCK = 1e-6
-#: What arrives slower than so often what the loads of one step give stays closed: steps do not
-#: resolve its rebounds.
-REBOUND = 2.0
 
 
 @inline
@@ -175,12 +183,12 @@ def contact_rows(L, W, C, B, h, refinements):
         B.rate[c, 0], B.rate[c, 1] = normal, along
         free_normal, free_along = rates(B, c, B.free)
         e = C.law[law, 2]
-        if e > 0.0 and -normal > REBOUND * abs(free_normal - normal):
+        if e > 0.0 and -normal > CONTACT_REBOUND * abs(free_normal - normal):
             # it rebounds as it arrives, and is open before
             B.effect[c, 4] = e * normal if gap <= 0.0 else math.inf
         else:
             B.effect[c, 4] = max(gap, 0.0) / h
-        still = abs(along) <= STUCK * (abs(free_normal) + abs(free_along))
+        still = abs(along) <= CONTACT_STICKS_BEGINNING * (abs(free_normal) + abs(free_along))
         B.effect[c, 6] = 0.0 if still else C.law[law, 0] * abs(along)
         B.effect[c, 3] = C.law[law, 1] if still else C.law[law, 0]
     return True
@@ -246,9 +254,6 @@ def effects(B, c):
 # from the end of a longest way through it, and backward (Cuthill, McKee; George): then row p
 # reaches from its first body on to the diagonal, and H = L Lᵀ fills nothing else. A row block p has
 # three rows of 3 (p − first + 1) numbers one after the other, so that products run along them.
-
-#: A pivot below this part of its diagonal is rounding.
-LOST = 1e-15
 
 
 @njit
@@ -426,8 +431,8 @@ def factor_blocks(N):
                 A[o + 2 * width + 2] = (s22 - s20 * l20 - s21 * l21) * i2
             else:
                 d0 = A[o]
-                good = good and s00 > LOST * d0
-                i0 = 1.0 / math.sqrt(s00) if s00 > LOST * d0 else 0.0
+                good = good and s00 > PIVOT_VANISHED * d0
+                i0 = 1.0 / math.sqrt(s00) if s00 > PIVOT_VANISHED * d0 else 0.0
                 l10, l20 = s10 * i0, s20 * i0
                 d1 = s11 - l10 * l10
                 good = good and d1 > 0.0
@@ -494,12 +499,6 @@ def solve_blocks(N, x):
 NEEDED, WAITING = range(2)
 #: Iterations at most, and how many without a better residual end them.
 MOST, IDLE = 80, 10
-#: Where it begins: part of the greatest impulse, and of what the deepest violation asks for.
-INSIDE, VIOLATED = 1e-2, 0.1
-#: Part of the way to the next bound that a step goes, at most.
-SHORT = 0.995
-#: Flexibility of a row of joints, as a part of what its bodies give.
-FLEXIBLE = 1e-10
 
 
 @njit
@@ -532,7 +531,7 @@ def interior(W, B, N, tolerance):
         direction(W, B, N, count, 0.0, False)
         part = complementarity(B, N, count, longest(B, N, count)) / gap
         direction(W, B, N, count, part * part * part * gap, True)
-        advance(W, B, N, count, min(1.0, SHORT * longest(B, N, count)))
+        advance(W, B, N, count, min(1.0, INTERIOR_POINT_STEP * longest(B, N, count)))
         done += 1
     for c in range(count):
         B.impulse[c, 0], B.impulse[c, 1] = B.kept[c, 0], B.kept[c, 1]
@@ -579,7 +578,7 @@ def start_inside(W, B, N, count):
             b, o = 3 * N.row_body[n], N.row_block[n]
             for k in range(3):
                 effect += B.inverse[b + k] * W.block[o + k, 0] * W.block[o + k, 0]
-        N.stiffness[r] = 1.0 / (FLEXIBLE * effect) if effect > 0.0 else 0.0
+        N.stiffness[r] = 1.0 / (CONTACT_ROW_FLEXIBLE * effect) if effect > 0.0 else 0.0
         N.pull[r] = N.old_pull[r]
         press_row(W, N, r, -N.pull[r], f)
     greatest = 0.0
@@ -592,7 +591,7 @@ def start_inside(W, B, N, count):
             N.slack[c, 0], N.slack[c, 1] = bound + aside, bound - aside
             lacking = -min(N.slack[c, 0], N.slack[c, 1]) / B.effect[c, 0]
             most = max(N.dual[c, 0], N.dual[c, 1])
-            greatest = max(greatest, INSIDE * most, VIOLATED * lacking)
+            greatest = max(greatest, INTERIOR_POINT_START * most, INTERIOR_POINT_VIOLATED * lacking)
     for c in range(count):
         for k in range(2):
             N.dual[c, k] = max(N.dual[c, k], greatest)
@@ -621,7 +620,7 @@ def residuals(W, B, N, count):
     for r in range(N.row_start.shape[0] - 1):
         press_row(W, N, r, -N.pull[r], f)
         N.rate[r] = row_rate(W, N, r, u) - row_rate(W, N, r, B.free)
-        furthest = max(furthest, FLEXIBLE * N.stiffness[r] * abs(N.rate[r]))
+        furthest = max(furthest, CONTACT_ROW_FLEXIBLE * N.stiffness[r] * abs(N.rate[r]))
     for n in range(3 * bodies):
         unit = 1.0 / W.size[0, 0] if n % 3 == 2 else 1.0
         furthest = max(furthest, unit * abs(f[n]))
@@ -758,20 +757,16 @@ def keep_pull(N, part):
         N.old_pull[r] = part * N.pull[r]
 
 
-#: Positions: overlap in parts of the size that is left alone, the part of the rest that one step
-#: takes away, sweeps at most, and the part of the greatest impulse at which they end.
-LEFT_ALONE, CORRECTED, SWEEPS, ENOUGH = 1e-6, 0.2, 30, 1e-2
+#: Sweeps of the correction of positions, at most.
+SWEEPS = 30
 #: Sweeps after which velocities are computed anew from the impulses.
 RENEWED = 50
 #: Of few contacts, the part of the change of s to which sweeps go at first.
 PART = 0.1
 #: After so many times s goes half the way, then a third, and so on: it may jump to and fro.
 DAMPED = 6
-#: Part of its limit below which friction holds a contact.
-CONTACT_IMPULSES_INSIDE = 1.0 - 1e-6
-#: Of many contacts: how often s follows the sliding, and how far, in parts of its size, a contact
-#: may come nearer in a step because it has not.
-FOLLOWED, SLACK = 3, 1e-3
+#: Of many contacts: how often s follows the sliding.
+FOLLOWED = 3
 #: Sweeps before the interior-point method, and for how many steps it is taken alone after them.
 TRIED, ALONE = 160, 8
 
@@ -838,7 +833,7 @@ def solve_many(W, B, N, tolerance, tied, h):
             if not tied:
                 apply_all(B)
         nearer = h * unfollowed(W, B, count)
-        if nearer <= SLACK or again == FOLLOWED:
+        if nearer <= CONTACT_SLIDING_SLACK or again == FOLLOWED:
             N.count[WAITING] = waiting
             return sweeps, iterations, change, nearer
         follow_sliding(B, count, 1.0)
@@ -897,7 +892,7 @@ def relax(B, count, tolerance, most):
 def opening_of(B, c, along):
     """s of a contact by its sliding."""
     opening = B.effect[c, 3] * abs(along)
-    if abs(B.impulse[c, 1]) < CONTACT_IMPULSES_INSIDE * B.effect[c, 3] * B.impulse[c, 0]:
+    if abs(B.impulse[c, 1]) < FRICTION_STICKS * B.effect[c, 3] * B.impulse[c, 0]:
         opening = 0.0  # it sticks: what is left of its rate is what is not solved
     return opening
 
@@ -981,10 +976,10 @@ def correct_positions(W, B, h, shift):
         shift[n] = 0.0
     for c in range(count):
         normal, _ = rates(B, c, B.velocity)
-        deep = -(B.geometry[c, 6] + 1.5 * h * normal) - LEFT_ALONE * size_of(W, B, c)
+        deep = -(B.geometry[c, 6] + 1.5 * h * normal) - CONTACT_OVERLAP_LEFT * size_of(W, B, c)
         B.shift[c] = 0.0
         # what is open may close by as much as it is open
-        B.effect[c, 5] = -(CORRECTED if deep > 0.0 else 1.0) * deep
+        B.effect[c, 5] = -(CONTACT_OVERLAP_CORRECTED if deep > 0.0 else 1.0) * deep
         any_deep = any_deep or deep > 0.0
     if not any_deep:
         return False
@@ -1001,6 +996,6 @@ def correct_positions(W, B, h, shift):
                 apply(B, c, p - B.shift[c], 0.0, shift)
                 B.shift[c] = p
             greatest = max(greatest, p)
-        if furthest <= ENOUGH * greatest:
+        if furthest <= CONTACT_OVERLAP_ENOUGH * greatest:
             break
     return True

@@ -6,7 +6,7 @@ Predictor and corrector (Allgower & Georg, *Numerical Continuation Methods*): th
 
 * Newton's first correction is small beside the step, |Δ₁| ≤ 0.1 |Δq|,
 * the derivative has not turned, |q′ − q′₀ − h q″₀| ≤ 0.2 of its terms,
-* no body turns by more than `SPREAD` from another one,
+* no body turns by more than `PATH_SPREAD` from another one,
 * the branch monitor (`mbody.kernels.branch_monitor`) accepts it,
 
 so that the branch is kept however coarse the output is. A step that would have to be shorter than
@@ -28,6 +28,35 @@ import numpy as np
 from mbody.core.bundle import Bundle, Floats, Rows, Stacks
 from mbody.core.decorators import inline, kernel, njit
 from mbody.core.lanes import larger, ld, select_le, smaller, st
+from mbody.core.tolerances import (
+    CHANGE_POINT_AT,
+    CHANGE_POINT_EXACT,
+    CHANGE_POINT_MIDDLE,
+    CHANGE_POINT_NEAR,
+    CHANGE_POINT_PART,
+    CHANGE_POINT_PART_SOFT,
+    CHANGE_POINT_SHARP,
+    CHANGE_POINT_SHARP_END,
+    CHANGE_POINT_VANISHING,
+    FINITE,
+    LOOP_CLOSURE_PATH,
+    LOOP_CLOSURE_PATH_STALLED,
+    PATH_BEFORE,
+    PATH_CORRECTION_SQUARE,
+    PATH_DIVERGED,
+    PATH_KINK_CONDITIONING,
+    PATH_KINK_CORRECTION,
+    PATH_SLIGHT_SQUARE,
+    PATH_SPREAD,
+    PATH_STEP_COLLAPSE,
+    PATH_STEP_KINK,
+    PATH_STEP_ROUNDING,
+    PATH_STEP_SHORTEST,
+    PATH_TURNED_SQUARE,
+    PIVOT_REDUNDANT,
+    PIVOT_VANISHED,
+    TINY,
+)
 from mbody.kernels.constraints import rows, turns
 from mbody.kernels.forces import forces, signals
 from mbody.kernels.friction import viscous_friction
@@ -39,7 +68,7 @@ from mbody.kernels.position_velocity import (
     set_rates,
     velocities,
 )
-from mbody.kernels.schur_ldl import VANISHED, constraint_conditioning, factor
+from mbody.kernels.schur_ldl import constraint_conditioning, factor
 
 # -- The predictor of the continuation: Hermite polynomials through the places behind ----------
 #
@@ -215,28 +244,6 @@ def compare_step(L, W, w, h, last):
 # rows are redundant. Numbers are inverse, so that nothing is divided: with d = 1/e a second
 # difference of d times e₀ e₁ e₂ is a sum of products of two.
 
-#: Greatest second difference of a part over a step, as a part of the smaller one at its ends. Four
-#: would be a step across, 1 is one of half the width w.
-SHARP = 1.0
-#: The same for h times what the rate of a part at the end of a step h differs from its mean over
-#: the step: again four would be a step across; what `SHARP` lets pass has 1 on a parabola.
-SHARP_END = 2.0
-#: The rate at the end is compared where a part is less than this.
-NEAR_SINGULAR = 1e-2
-#: A part below this belongs to a change point, if the parabola through three places has its least
-#: value ahead and that is below the part `EXACT` of the last one: the branches are then less than
-#: 2e-6 apart (as sines), which is what rounding leaves of positions there.
-CHANGE, EXACT = 1e-10, 0.02
-#: The same where rows are redundant: their regularization (1e-9) keeps all parts above zero.
-CHANGE_SOFT = 1e-7
-#: Part of a step across a change point at which that may be: places on both sides are about as far.
-MIDDLE = 0.3
-#: Way [model lengths and radians] to a place before the first one.
-BEFORE = 1e-6
-#: A pivot of a redundant row is its regularization, times less than this.
-REDUNDANT = 1e4
-#: Product of numbers of one sign, at least.
-TINY = 1e-300
 #: What `judge_step` returns.
 UNSURE, CHANGE_AHEAD, SOUND = 0, 1, 2
 
@@ -269,7 +276,7 @@ def mark_redundant(L, W, regularization):
     for k in range(L.nodes):
         W.monitor[3 * L.nodes + k, 0] = 0.0
         for row in range(2):
-            greatest = REDUNDANT * regularization * W.regularization_weight[2 * k + row, 0]
+            greatest = PIVOT_REDUNDANT * regularization * W.regularization_weight[2 * k + row, 0]
             if W.pivot[3 * k + 2 * row, 0] * greatest > 1.0:
                 W.monitor[3 * L.nodes + k, 0] += 1.0 + row
 
@@ -279,7 +286,7 @@ def branch_distance(L: Layout, W: Work, regularization: float) -> float:
     """Least part that elimination leaves of a node of rows at the position W.q."""
     turns(L, W, 0.0)
     rows(L, W, 0.0, True, None)
-    factor(L, W, 0.0, regularization, VANISHED)
+    factor(L, W, 0.0, regularization, PIVOT_VANISHED)
     if regularization != 0.0:
         mark_redundant(L, W, regularization)
     return 1.0 / store_parts(L, W, 1, regularization)
@@ -299,12 +306,12 @@ def store_earlier_parts(L, W, w, regularization, last):
     """
     size = W.q.shape[0]
     far = greatest_rate(L, W, W.past, last + size)
-    back = BEFORE / far if far > 0.0 else 1.0
+    back = PATH_BEFORE / far if far > 0.0 else 1.0
     for n in range(3 * L.bodies):
         W.q[n, 0] = W.past[last + n, 0] - back * W.past[last + size + n, 0]
     turns(L, W, w)
     rows(L, W, w, True, None)
-    factor(L, W, w, regularization, VANISHED)
+    factor(L, W, w, regularization, PIVOT_VANISHED)
     store_parts(L, W, 0, regularization)
     return back
 
@@ -327,14 +334,14 @@ def rates_fit(L, W, w, h, regularization):
     The end is the place W.q with the rates W.v and the new page; the factor is made again there.
     """
     far = greatest_rate(L, W, W.v, 0)
-    if not far * abs(h) > 2.0 * BEFORE:
+    if not far * abs(h) > 2.0 * PATH_BEFORE:
         return True
-    back = math.copysign(BEFORE / far, h)
+    back = math.copysign(PATH_BEFORE / far, h)
     for n in range(3 * L.bodies):
         W.q[n, 0] -= back * W.v[n, 0]
     turns(L, W, w)
     rows(L, W, w, True, None)
-    factor(L, W, w, regularization, VANISHED)
+    factor(L, W, w, regularization, PIVOT_VANISHED)
     smooth = True
     for k in range(L.nodes):
         a, c, b = W.diagonal[2 * k, 0], W.diagonal[2 * k + 1, 0], W.cross[k, 0]
@@ -344,12 +351,12 @@ def rates_fit(L, W, w, h, regularization):
             continue
         p1, p2 = 1.0 / e1, 1.0 / e2
         bend = (p2 - 1.0 / e) * (h / back) - (p2 - p1)
-        smooth = smooth and abs(bend) <= SHARP_END * min(p1, p2)
+        smooth = smooth and abs(bend) <= CHANGE_POINT_SHARP_END * min(p1, p2)
     for n in range(3 * L.bodies):
         W.q[n, 0] += back * W.v[n, 0]
     turns(L, W, w)
     rows(L, W, w, True, None)
-    factor(L, W, w, regularization, VANISHED)
+    factor(L, W, w, regularization, PIVOT_VANISHED)
     return smooth
 
 
@@ -363,18 +370,18 @@ def judge_step(L, W, h, back, regularization):
     e₀ e₁ + e₂ (x e₁ − (1 + x) e₀).
     """
     x = h / back
-    least = 1.0 / (CHANGE if regularization == 0.0 else CHANGE_SOFT)
+    least = 1.0 / (CHANGE_POINT_PART if regularization == 0.0 else CHANGE_POINT_PART_SOFT)
     found, place = SOUND, 0.0
     for k in range(L.nodes):
         e0, e1, e2 = W.monitor[k, 0], W.monitor[L.nodes + k, 0], W.monitor[2 * L.nodes + k, 0]
         bend = e0 * e1 + e2 * (x * e1 - (1.0 + x) * e0)
         # no part is above one; a pivot that was dropped gives zero
-        if abs(bend) <= SHARP * e0 * min(e1, e2) and e2 > 0.5:
+        if abs(bend) <= CHANGE_POINT_SHARP * e0 * min(e1, e2) and e2 > 0.5:
             continue
         if not (e2 > 0.5 and e1 > least):
             return UNSURE, 0.0
         part, value = lowest_of_parabola(x, e1 / e0, e1 / e2)
-        if not (part > 0.0 and value <= EXACT):
+        if not (part > 0.0 and value <= CHANGE_POINT_EXACT):
             return UNSURE, 0.0
         found, place = CHANGE_AHEAD, part
     return found, place
@@ -385,7 +392,7 @@ def restart_after_change(L, W, regularization):
     """Instead of the place before a change point one on this side of it, half as far from it as the
     last place: there the small parts are a quarter.
     """
-    least = 1.0 / (CHANGE if regularization == 0.0 else CHANGE_SOFT)
+    least = 1.0 / (CHANGE_POINT_PART if regularization == 0.0 else CHANGE_POINT_PART_SOFT)
     for k in range(L.nodes):
         e = W.monitor[L.nodes + k, 0]
         W.monitor[k, 0] = 4.0 * e if e > least else e
@@ -429,7 +436,7 @@ def signs_kept(S, W, w, F, step, failed):
         bend = e0 * e1 + e2 * (x * e1 - (1.0 + x) * e0)
         small = smaller(e1 * e2, smaller(e0 * e1, e0 * e2))
         bend = larger(bend, -bend)
-        failed = larger(failed, seen_twice * select_le(bend, SHARP * small, zero, one))
+        failed = larger(failed, seen_twice * select_le(bend, CHANGE_POINT_SHARP * small, zero, one))
         st(W.monitor, g, e1, w)
         st(W.monitor, count + g, e2, w)
     return failed, most
@@ -449,34 +456,10 @@ PROGRESS = 7
 #: there, instant before which that is.
 PART, PLACE, INSTANT_BEFORE = 0, 1, 2
 
-#: Accepted correction, in parts of the greatest coordinate: rounding. The last correction is not in
-#: Φ_q any more, so it is what velocities and forces are off by, times their condition.
-TOLERANCE = 1e-14
-#: A first correction larger than this part of the step requires a smaller step, in squares.
-CORRECTION = 0.1**2
-#: A derivative that is off by this part of itself requires a smaller step, in squares.
-TURNED = 0.2**2
-#: Most by which a body turns from another one in a step [rad]. The branch monitor compares sines of
-#: such angles: up to 0.75 it accepts none that has been zero, and no sine is zero twice.
-SPREAD = 0.55
-#: What is as small as this counts as zero in both tests, in squares.
-SLIGHT = 1e-9**2
-#: A step shorter than this part of the longest one is not made: stuck.
-SHORTEST = 2.0**-40
-#: A step that turns and is shorter than this part of the longest one may be at a kink of a law.
-KINK = 2.0**-20
-#: At a kink the position is regular: Newton's first correction and the conditioning show it.
-KINK_CORRECTION, KINK_CONDITIONING = 1e-6, 1e-8
-#: An instant is at a change point that is no farther from it than this part of the way to it.
-AT = 1e-3
-#: So many successive steps shorter than this part of the longest one lead nowhere: rounding decides
-#: what the monitor sees. Bends of a margin of 1e-8 take some hundred.
-CRAWLED, CRAWL = 2000, 2.0**-16
-#: As many steps that were cut short, and move the mechanism by less than `CRAWL` [model lengths and
-#: radians], lead nowhere either where a part is less than this.
-VANISHING = 1e-6
-#: Newton's iterations, and the correction from which on it diverges.
-ITERATIONS, DIVERGED = 12, 1e3
+#: So many successive steps that are very short lead nowhere.
+CRAWLED = 2000
+#: Newton's iterations.
+ITERATIONS = 12
 
 
 class DrivenPath(Bundle):
@@ -529,15 +512,17 @@ def set_drivers(L, W, w, path, s, k):
 @njit
 def correct(L, W, w, regularization, reach):
     """Newton's method to convergence: (converged, size of the first correction, least pivot)."""
-    first, last, least = 0.0, 1e300, 0.0
+    first, last, least = 0.0, FINITE, 0.0
     for iteration in range(ITERATIONS):
-        e, least = newton(L, W, w, regularization, VANISHED)
+        e, least = newton(L, W, w, regularization, PIVOT_VANISHED)
         if iteration == 0:
             first = e
-        if not e < DIVERGED * (1.0 + reach):
+        if not e < PATH_DIVERGED * (1.0 + reach):
             return False, first, least
         # at rounding level corrections no longer shrink
-        if e <= TOLERANCE * reach or (e <= 1e-9 * reach and e > 0.5 * last):
+        if e <= LOOP_CLOSURE_PATH * reach or (
+            e <= LOOP_CLOSURE_PATH_STALLED * reach and e > 0.5 * last
+        ):
             return True, first, least
         last = e
     return False, first, least
@@ -553,11 +538,11 @@ def follow(L: Layout, W: Work, path: DrivenPath, found: PathOutput) -> int:
     s, regularization = path.s, path.regularization
     progress, nearest = found.progress, found.nearest
     signals(L, W, w, L.signal_law.shape[0])
-    progress[LEAST_PIVOT] = 1e300
+    progress[LEAST_PIVOT] = FINITE
     # the last step, for the predictor and for the monitor
     back, monitored_back, quintic, last = 1.0, 1.0, 0.0, 0
     # the longest step, or the first that was tried; what the last refusal leaves of a step
-    longest, tried, limit = 0.0, 0.0, 1e300
+    longest, tried, limit = 0.0, 0.0, FINITE
     crawled = 0
     # greatest inverse part at the last place
     previous = 1.0
@@ -601,20 +586,21 @@ def follow(L: Layout, W: Work, path: DrivenPath, found: PathOutput) -> int:
             kink = False
             if good and h != 0.0 and verdict != UNSURE:
                 moved, off, terms, spread = compare_step(L, W, w, h, last)
-                good = first * first <= CORRECTION * moved + SLIGHT and (
-                    off <= TURNED * terms + SLIGHT and (spread <= SPREAD or not path.monitored)
+                good = first * first <= PATH_CORRECTION_SQUARE * moved + PATH_SLIGHT_SQUARE and (
+                    off <= PATH_TURNED_SQUARE * terms + PATH_SLIGHT_SQUARE
+                    and (spread <= PATH_SPREAD or not path.monitored)
                 )
                 # so short a step at a regular position stays on its branch: the law turns sharply
                 whole = longest if longest > 0.0 else tried
-                kink = abs(h) <= KINK * whole and first <= KINK_CORRECTION
-                kink = kink and constraint_conditioning(L, W) > KINK_CONDITIONING
+                kink = abs(h) <= PATH_STEP_KINK * whole and first <= PATH_KINK_CORRECTION
+                kink = kink and constraint_conditioning(L, W) > PATH_KINK_CONDITIONING
                 good = good or kink
-                near_singular = max(worst, previous) * NEAR_SINGULAR > 1.0
+                near_singular = max(worst, previous) * CHANGE_POINT_NEAR > 1.0
                 if good and not kink and verdict == SOUND and near_singular:
                     verdict = SOUND if rates_fit(L, W, w, h, regularization) else UNSURE
             at_end = False
-            if good and verdict == CHANGE_AHEAD and abs(place - 0.5) > MIDDLE:
-                verdict, at_end = UNSURE, abs(place * h - left) <= AT * abs(left)
+            if good and verdict == CHANGE_AHEAD and abs(place - 0.5) > CHANGE_POINT_MIDDLE:
+                verdict, at_end = UNSURE, abs(place * h - left) <= CHANGE_POINT_AT * abs(left)
                 if not across and abs(2.0 * place * h) <= abs(left):
                     h, across = 2.0 * place * h, True
                     continue
@@ -622,7 +608,12 @@ def follow(L: Layout, W: Work, path: DrivenPath, found: PathOutput) -> int:
                 whole = longest if longest > 0.0 else tried
                 h = 0.5 * h
                 limit = abs(h)
-                if limit <= SHORTEST * whole or here + h == here or at_end or crawled > CRAWLED:
+                if (
+                    limit <= PATH_STEP_SHORTEST * whole
+                    or here + h == here
+                    or at_end
+                    or crawled > CRAWLED
+                ):
                     progress[REACHED], progress[BRANCH_UNSURE] = here, 1.0 if good else 0.0
                     put_first(W, last)
                     return STUCK
@@ -642,9 +633,9 @@ def follow(L: Layout, W: Work, path: DrivenPath, found: PathOutput) -> int:
                     nearest[INSTANT_BEFORE] = float(k)
                 here, previous = here + h, worst
                 longest = max(longest, abs(h))
-                crawls = abs(h) < abs(left) and moved <= CRAWL * CRAWL
-                crawls = crawls and max(worst, previous) * VANISHING > 1.0
-                crawled = crawled + 1 if crawls or abs(h) <= CRAWL * longest else 0
+                crawls = abs(h) < abs(left) and moved <= PATH_STEP_COLLAPSE * PATH_STEP_COLLAPSE
+                crawls = crawls and max(worst, previous) * CHANGE_POINT_VANISHING > 1.0
+                crawled = crawled + 1 if crawls or abs(h) <= PATH_STEP_COLLAPSE * longest else 0
                 last = store_place(L, W, w, last)
                 shift_pages(L, W)
                 back, monitored_back = h, h
@@ -654,7 +645,7 @@ def follow(L: Layout, W: Work, path: DrivenPath, found: PathOutput) -> int:
                     monitored_back = 0.5 * (1.0 - place) * h
                 across = False
             left = s[k] - here
-            if abs(left) <= 1e-14 * (abs(s[k]) + abs(here)) or h == 0.0:
+            if abs(left) <= PATH_STEP_ROUNDING * (abs(s[k]) + abs(here)) or h == 0.0:
                 here = s[k]
                 break
             if abs(h) >= limit:

@@ -16,13 +16,21 @@ from __future__ import annotations
 from mbody.core.bundle import Bundle, Floats, Ints, Rows, Stacks, Tables
 from mbody.core.decorators import inline, kernel, njit
 from mbody.core.lanes import highest, larger, ld, lowest, select_le, st, wide
+from mbody.core.tolerances import (
+    FRICTION_RADIUS_UNIQUE,
+    LOOP_CLOSURE_LANES,
+    PATH_CORRECTION_SQUARE,
+    PATH_SLIGHT_SQUARE,
+    PATH_SPREAD,
+    PATH_TURNED_SQUARE,
+    PIVOT_GROWTH_LARGE,
+    PIVOT_GROWTH_LOST,
+    PIVOT_VANISHED,
+    RESIDUAL_LANES_SQUARE,
+)
 from mbody.kernels.constraints import rows, turns
 from mbody.kernels.continuation import (
     BY_DRIVER,
-    CORRECTION,
-    SLIGHT,
-    SPREAD,
-    TURNED,
     compare_step,
     next_place,
     predict,
@@ -57,7 +65,7 @@ from mbody.kernels.position_velocity import (
     size_square,
     take_off,
 )
-from mbody.kernels.schur_ldl import VANISHED, factor
+from mbody.kernels.schur_ldl import factor
 from mbody.kernels.square_lu import (
     Square,
     SquareWork,
@@ -69,17 +77,6 @@ from mbody.kernels.square_lu import (
 )
 
 ITERATIONS = 6
-#: Accepted correction, in parts of the greatest coordinate.
-TOLERANCE = 1e-13
-#: Square of what Φ_q v − ν, or f − M a − Φ_qᵀ λ, may be of its terms.
-RESIDUAL = 1e-11**2
-#: Sum of squares of the multipliers above which the fixed pivots are no longer good: at 1e6
-#: accelerations lost five digits (1e-11 of the peak), at 1e4 they keep 1e-14.
-GROWTH = 1e4
-#: The same above which the other choice of pivots is tried.
-LARGE = 100.0
-#: Spectral radius up to which friction is unique, with what rounding may take.
-CERTAIN = 1.0 - 1e-12
 #: Places by which one is predicted: two; two until a second Newton step is needed; three, which
 #: spares that step and costs figures (forces to 1e-12 of their peak instead of 1e-13).
 TWO, TWO_AT_FIRST, THREE = 0, 1, 2
@@ -237,7 +234,7 @@ def advance(L, P, Q, W, F, path, followed, k):
 @inline
 def smallest(reach):
     """Square of the accepted correction."""
-    return TOLERANCE * TOLERANCE * reach * reach
+    return LOOP_CLOSURE_LANES * LOOP_CLOSURE_LANES * reach * reach
 
 
 @njit
@@ -267,13 +264,17 @@ def conclude(L, S, W, w, F, path, step, newton):
     one, zero = 0.0 * failed + 1.0, 0.0 * failed
     h, _, seen, _ = way
     failed = larger(failed, select_le(rest, zero + small, zero, one))
-    failed = larger(failed, select_le(growth, zero + GROWTH, zero, one))
+    failed = larger(failed, select_le(growth, zero + PIVOT_GROWTH_LOST, zero, one))
     failed, most = signs_kept(S, W, w, F, way, failed)
     accelerations_square(L, S, W, w, F)
     moved, off, terms, spread = compare_step(L, W, w, h, last)
-    wrong = select_le(spread, zero + SPREAD, zero, one)
-    wrong = larger(wrong, select_le(first, CORRECTION * moved + SLIGHT, zero, one))
-    wrong = larger(wrong, select_le(off, TURNED * terms + SLIGHT, zero, one))
+    wrong = select_le(spread, zero + PATH_SPREAD, zero, one)
+    wrong = larger(
+        wrong, select_le(first, PATH_CORRECTION_SQUARE * moved + PATH_SLIGHT_SQUARE, zero, one)
+    )
+    wrong = larger(
+        wrong, select_le(off, PATH_TURNED_SQUARE * terms + PATH_SLIGHT_SQUARE, zero, one)
+    )
     failed = larger(failed, seen * wrong)
     store_place(L, W, w, last)
     if path.mode == BY_DRIVER and not path.at_rest:
@@ -326,7 +327,7 @@ def factored(P, Q, W, w, F, second, failed):
     """
     growth = factor_square(Q if second else P, W, w, F)
     worst = highest_of(growth, failed)
-    if worst <= LARGE:
+    if worst <= PIVOT_GROWTH_LARGE:
         return growth, second
     other = factor_square(P if second else Q, W, w, F)
     if highest_of(other, failed) < worst:
@@ -382,7 +383,7 @@ def rate_residual(L, W, w):
         x, y = ld(W.x, n, w), ld(W.nu, n, w)
         rest = rest + (x - y) * (x - y)
         terms = terms + x * x + y * y
-    return rest - RESIDUAL * terms
+    return rest - RESIDUAL_LANES_SQUARE * terms
 
 
 @njit
@@ -408,7 +409,7 @@ def multipliers_square(L, P, W, w, F):
             g = g + ld(W.block, P.entry[n], w) * ld(W.lam, P.entry_row[n], w)
         terms = terms + f * f + g * g
         rest = rest + (f - g) * (f - g)
-    return rest - RESIDUAL * terms
+    return rest - RESIDUAL_LANES_SQUARE * terms
 
 
 @njit
@@ -428,7 +429,7 @@ def rough_multipliers_square(L, P, W, w, F):
     off = friction_error(L, W, w)
     store_sliding(L, W, w)
     radius = ld(W.friction, CERTIFICATE, w)
-    return larger(larger(residual, off), radius - CERTAIN)
+    return larger(larger(residual, off), radius - FRICTION_RADIUS_UNIQUE)
 
 
 @njit
@@ -609,5 +610,5 @@ def branch_distances(L: Layout, W: Work, batch: LinkageBatch, distances: Floats)
         put_column(batch.nearest, piece, W.q, 0)
         turns(L, W, 0.0)
         rows(L, W, 0.0, True, None)
-        factor(L, W, 0.0, 0.0, VANISHED)
+        factor(L, W, 0.0, 0.0, PIVOT_VANISHED)
         distances[piece] = 1.0 / store_parts(L, W, 1, 0.0)

@@ -20,6 +20,13 @@ import numpy as np
 
 from mbody.core.decorators import inline, njit
 from mbody.core.lanes import larger, ld, select_le, st
+from mbody.core.tolerances import (
+    STEP_ERROR_NONE,
+    STEP_INTERPOLATION_DOUBTFUL,
+    STEP_RATE_FADING,
+    STEP_STIFF_SMOOTH,
+    TINY,
+)
 from mbody.kernels.layout import keep
 from mbody.kernels.singularity_monitor import sample_conditioning
 from mbody.kernels.state_derivative import state_derivative
@@ -40,15 +47,6 @@ from mbody.kernels.step_state import (
 #     Y_s = y + h Σ_{r<s} A_{sr} K_r,   K_s = f(t + c_s h, Y_s),   y₁ = y + h Σ_r b_r K_r.
 #
 # Arrays are (2·coordinates,) for the witness 0.0 and (2·coordinates, lanes) for lanes.
-
-#: A step is so much shorter than its error allows: of 0.7, 0.8 and 0.9 what costs the fewest
-#: evaluations at one error, as fewer steps are rejected.
-SAFETY = 0.8
-#: A motion is stiff after so many steps that stability limits; so many in a row that it does not
-#: take one off.
-STIFF_LIMIT, SMOOTH_STEPS = 15.0, 6.0
-#: What is left of the fastest rate after a step that does not see it.
-FADING = 0.7
 
 
 @njit
@@ -132,7 +130,7 @@ def stiffness_estimate(h, y, z, Ky, Kz, scale, w):
         turned, apart = turned + k * k, apart + d * d
     # where both states are the same nothing is stiff
     zero = 0.0 * apart
-    ratio = turned / larger(apart, zero + 1e-300)
+    ratio = turned / larger(apart, zero + TINY)
     return h * np.sqrt(select_le(apart, zero, zero, ratio))
 
 
@@ -146,7 +144,7 @@ def next_length(h, e3, e5, count, order, safety):
     h · error^(−1/order).
     """
     error = 0.0 if e5 == 0.0 else h * e5 / math.sqrt((e5 + 0.01 * e3) * count)
-    growth = 6.0 if error < 1e-9 else min(6.0, safety * error ** (-1.0 / order))
+    growth = 6.0 if error < STEP_ERROR_NONE else min(6.0, safety * error ** (-1.0 / order))
     return error, growth
 
 
@@ -156,15 +154,15 @@ def stable_growth(state, h, stiffness, stable):
     be stable for the fastest rate |λ| of the last steps. What decays fast is too small to be seen
     in many of them, and would grow in longer steps until it is.
     """
-    state[FASTEST] = max(stiffness / h, FADING * state[FASTEST])
-    return stable / max(h * state[FASTEST], 1e-300)
+    state[FASTEST] = max(stiffness / h, STEP_RATE_FADING * state[FASTEST])
+    return stable / max(h * state[FASTEST], TINY)
 
 
 @inline
 def count_stiff(state, limited):
     """Count an accepted step in the slots of one motion; `limited`: stability limits it."""
     state[SMOOTH_COUNT] = 0.0 if limited else state[SMOOTH_COUNT] + 1.0
-    if limited or state[SMOOTH_COUNT] >= SMOOTH_STEPS:
+    if limited or state[SMOOTH_COUNT] >= STEP_STIFF_SMOOTH:
         state[STIFF_COUNT] = state[STIFF_COUNT] + 1.0 if limited else 0.0
 
 
@@ -302,10 +300,6 @@ def hermite_output(L, W, S, h, refinements):
 # Jacobian; measured on motions of either kind it is right to a factor of two. An instant of which
 # it is more than a few tolerances gets a step of its own from the beginning of the step.
 
-#: Error of an interpolated instant, in tolerances, above which it gets a step of its own, times the
-#: eight above, squared. Ordinary motions stay below nine tolerances.
-DOUBTFUL = (8.0 * 10.0) ** 2
-
 
 @njit
 def deliver_checked(L, W, method, S, T, O, h, now):
@@ -319,7 +313,7 @@ def deliver_checked(L, W, method, S, T, O, h, now):
         state_derivative(L, W, S, at, S.stage, 1, refinements, True)
         S.state[EVALUATIONS] += 1
         # it changes its sign within the step: what follows a doubtful one is doubtful too
-        doubtful = doubtful or interpolation_error(S, T, h, x) > DOUBTFUL
+        doubtful = doubtful or interpolation_error(S, T, h, x) > STEP_INTERPOLATION_DOUBTFUL
         if x < 1.0 and doubtful:
             if h * S.state[FASTEST] > 0.5 * method.stable:
                 S.state[LIMITED_INSTANTS] += 1

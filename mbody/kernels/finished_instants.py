@@ -7,6 +7,7 @@ import numpy as np
 from mbody.core.bundle import Bundle, Floats, Grids, Ints, Rows, Stacks
 from mbody.core.decorators import inline, kernel, njit
 from mbody.core.lanes import ld, st
+from mbody.core.tolerances import PIVOT_VANISHED
 from mbody.kernels.constraints import further_block, measured_formulas, own_numbers, rows, turns
 from mbody.kernels.forces import forces, signals
 from mbody.kernels.friction import (
@@ -22,7 +23,7 @@ from mbody.kernels.friction import (
 )
 from mbody.kernels.layout import Layout, Work, keep_primitives
 from mbody.kernels.position_velocity import balancing_multipliers, clear, multipliers, velocities
-from mbody.kernels.schur_ldl import VANISHED, apply_gt, factor
+from mbody.kernels.schur_ldl import apply_gt, factor
 
 #: Columns of the output: greatest |Φ| (model lengths, radians); greatest part of f − M a − Gᵀλ and
 #: greatest term of it (forces, torques by the model length); power of loads, inertia and drivers,
@@ -178,7 +179,7 @@ def breakdown(
     for k in range(t.shape[0]):
         at_instant(L, W, w, motion, t, k)
         rows(L, W, w, True, None)
-        factor(L, W, w, regularization, VANISHED)
+        factor(L, W, w, regularization, PIVOT_VANISHED)
         for cause in range(-1, causes):
             for n in range(n3):
                 st(W.a, n, motion[k, 2 * n3 + n] if cause < 0 else 0.0, w)
@@ -294,7 +295,7 @@ def impending_rates(L: Layout, W: Work, found: StoredMotion, output: Stacks) -> 
     signals(L, W, w, L.signal_law.shape[0])
     for k in range(found.t.shape[0]):
         take_instant(L, W, w, found, k)
-        factor(L, W, w, found.regularization, VANISHED)
+        factor(L, W, w, found.regularization, PIVOT_VANISHED)
         for d in range(L.driver_node.shape[0]):
             for n in range(2 * L.nodes):
                 st(W.nu, n, 0.0, w)
@@ -317,7 +318,7 @@ def forces_by_senses(
     signals(L, W, w, L.signal_law.shape[0])
     for k in range(found.t.shape[0]):
         take_instant(L, W, w, found, k)
-        factor(L, W, w, found.regularization, VANISHED)
+        factor(L, W, w, found.regularization, PIVOT_VANISHED)
         forces(L, W, w, -1)
         viscous_friction(L, W, w)
         slip_signs_by_rates(L, W, w)

@@ -6,13 +6,25 @@ import math
 
 from mbody.core.bundle import Bundle, Floats, Ints, Rows
 from mbody.core.decorators import kernel, njit
+from mbody.core.tolerances import (
+    CONDITIONING_NEAR_SINGULAR,
+    FINITE,
+    LOOP_CLOSURE_ACCELERATION,
+    LOOP_CLOSURE_ACCELERATION_STALLED,
+    LOOP_CLOSURE_ACCELERATION_STILL,
+    LOOP_CLOSURE_RATTLE,
+    LOOP_CLOSURE_RATTLE_STALLED,
+    LOOP_CLOSURE_STAGE_LOST,
+    PIVOT_VANISHED,
+    TIMES_SAME_SAMPLE,
+)
 from mbody.kernels.accelerations import augmented_solution
 from mbody.kernels.constraints import rows, turns
 from mbody.kernels.dense_output import deliver, hermite_output
 from mbody.kernels.forces import forces, signals
 from mbody.kernels.layout import Layout, Work
 from mbody.kernels.position_velocity import clear, weigh
-from mbody.kernels.schur_ldl import VANISHED, apply_g, apply_gt, factor, solve
+from mbody.kernels.schur_ldl import apply_g, apply_gt, factor, solve
 from mbody.kernels.singularity_monitor import may_be_singular, record_accepted, sample_conditioning
 from mbody.kernels.state_derivative import (
     eliminate,
@@ -30,7 +42,6 @@ from mbody.kernels.step_state import (
     LAST_STEP,
     LAST_STEP_ALLOWED,
     MORE,
-    NEAR_SINGULAR_BELOW,
     NEXT,
     NOT_FINITE,
     SINGULAR_AHEAD,
@@ -64,9 +75,6 @@ from mbody.kernels.step_state import (
 
 #: Newton iterations, at most; more than so many want a new Jacobian for the next step.
 ROUNDS, MANY = 25, 6
-#: Corrections below this part of the acceleration are rounding; those that no longer shrink, below
-#: the next one, or where they move less than the last, in model lengths and radians.
-CLOSED, STALLED, STILL = 1e-14, 1e-10, 2e-16
 
 
 @njit
@@ -94,7 +102,7 @@ def generalized_alpha_step(L, W, M, S, h, refinements):
     new, x = K[2, :count], S.error[0, :count]
     for n in range(count):
         new[n] = K[0, n3 + n]
-    last, good, k = 1e300, False, 0
+    last, good, k = FINITE, False, 0
     while k < ROUNDS and not good:
         for n in range(n3):
             stage[n] = y[n] + h * (y[n3 + n] + h * ((0.5 - beta) * hat[n] + beta * new[n]))
@@ -121,12 +129,15 @@ def generalized_alpha_step(L, W, M, S, h, refinements):
             whole += (new[n] / scale[n]) ** 2 + (scale[n3 + n] / scale[n]) ** 4
             new[n] += x[n]
         k += 1
-        if not off < 1e300:
+        if not off < FINITE:
             return False
         size = math.sqrt(off / whole) if whole > 0.0 else 0.0
         # at rest the accelerations of a driven mechanism are nothing but rounding
-        lost = size <= STALLED or h * h * math.sqrt(off) <= STILL
-        good = size <= CLOSED or (size >= 0.3 * last and lost)
+        lost = (
+            size <= LOOP_CLOSURE_ACCELERATION_STALLED
+            or h * h * math.sqrt(off) <= LOOP_CLOSURE_ACCELERATION_STILL
+        )
+        good = size <= LOOP_CLOSURE_ACCELERATION or (size >= 0.3 * last and lost)
         last = size
     if k > MANY:
         state[JACOBIAN_VALID] = 0.0
@@ -166,9 +177,6 @@ def generalized_alpha_step(L, W, M, S, h, refinements):
 
 #: Newton iterations for the position, at most.
 RATTLE_ITERATIONS = 60
-#: A correction below this, in model lengths and radians, is rounding; one below the next, which no
-#: longer shrinks, too.
-RATTLE_CLOSED, RATTLE_STALLED = 2e-16, 1e-13
 
 
 @njit
@@ -184,12 +192,14 @@ def rattle_step(L, W, M, S, t, h, refinements):
     u = S.K[0, n3:]
     for n in range(blocks.shape[0]):
         blocks[n] = W.block[n, 0]
-    last, good = 1e300, False
+    last, good = FINITE, False
     for _ in range(RATTLE_ITERATIONS):
         size = first_half(L, W, y, u, t, h, blocks)
-        if not size < 1e6:
+        if not size < LOOP_CLOSURE_STAGE_LOST:
             return False
-        if size <= RATTLE_CLOSED or (size <= RATTLE_STALLED and size >= 0.5 * last):
+        if size <= LOOP_CLOSURE_RATTLE or (
+            size <= LOOP_CLOSURE_RATTLE_STALLED and size >= 0.5 * last
+        ):
             good = True
             break
         last = size
@@ -223,7 +233,7 @@ def factor_position(L, W, t, regularization):
     signals(L, W, 0.0, L.varying)
     turns(L, W, 0.0)
     rows(L, W, 0.0, True, None)
-    factor(L, W, 0.0, regularization, VANISHED)
+    factor(L, W, 0.0, regularization, PIVOT_VANISHED)
 
 
 @njit
@@ -349,10 +359,10 @@ def fixed_step(
         t = state[TIME]
         if t >= until:
             return DONE
-        clipped = t + length >= until - 1e-9 * length
+        clipped = t + length >= until - TIMES_SAME_SAMPLE * length
         if clipped and state[LAST_STEP_ALLOWED] < 0.5:
             return LAST_STEP
-        if state[CONDITIONING] < NEAR_SINGULAR_BELOW * state[BEST_CONDITIONING]:
+        if state[CONDITIONING] < CONDITIONING_NEAR_SINGULAR * state[BEST_CONDITIONING]:
             return SINGULAR_AHEAD
         h = until - t if clipped else length
         now = until if clipped else t + length
@@ -370,7 +380,7 @@ def fixed_step(
             state[EVALUATIONS] += 1
         part = sample_conditioning(L, W, 0.0, 3)
         lost = not good or not math.isfinite(y[0])
-        refused = lost or part < NEAR_SINGULAR_BELOW * state[BEST_CONDITIONING]
+        refused = lost or part < CONDITIONING_NEAR_SINGULAR * state[BEST_CONDITIONING]
         least, least_at = 1.0, 0.0
         if not refused:
             for n in range(multipliers.shape[0]):

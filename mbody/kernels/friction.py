@@ -42,6 +42,18 @@ import numpy as np
 from mbody.core.decorators import inline, njit
 from mbody.core.duals import constant, entry, lane_at, passes_more, put_entry, rounds
 from mbody.core.lanes import count, highest, larger, ld, lowest, select_le, smaller, st
+from mbody.core.tolerances import (
+    FINITE,
+    FRICTION_CHANGE_AGAIN,
+    FRICTION_CHANGE_LANES,
+    FRICTION_CHANGE_NEARLY,
+    FRICTION_CHANGE_ROUNDING,
+    FRICTION_LEVEL_LEAST,
+    FRICTION_RADIUS_CERTIFIED,
+    FRICTION_RADIUS_POSITIVE,
+    FRICTION_SIZE_NEGATIVE,
+    RATE_NONE_FRICTION,
+)
 from mbody.kernels.schur_ldl import apply_g, solve
 
 # -- The sizes of friction of rough pairs, for the multipliers of what presses them ------------
@@ -201,29 +213,13 @@ def greatest_slope(L, W, w, f, x, y, close):
 #: Numbers of W.friction: the spectral radius below which friction is unique; the part of friction
 #: that was reached, less than 1 where the mechanism jams; det(I − φ′ B).
 CERTIFICATE, REACHED_PART, DETERMINANT = 0, 1, 2
-#: A rate of sliding below this part of the swiftest motion, with lengths by the model length, is
-#: none: rounding decides its sign.
-AT_REST = 1e-11
 #: Newton's passes: each finds which of the two parts of a guide presses, and converges
 #: quadratically for pins.
 PASSES = 12
-#: Accepted change of x, as a part of the greatest: rounding.
-SAME = 1e-15
-#: A change after which what is left is of the order of its square: lanes share the passes.
-NEARLY = 1e-8
-#: A change that is worth another solution with the friction as a load.
-AGAIN = 1e-14
-#: A change that lanes may leave, which take the same passes for all.
-ON_LANES = 1e-12
 #: Steps from no friction to all of it, where the solution is not certain to be unique.
 LEVELS = 40
-#: The least of them, by which the place where the mechanism jams is known; and what rounding may
-#: make of a size that is zero.
-LEAST_LEVEL, NEGATIVE = 1e-11, 1e-12
-#: A bound of the spectral radius below which no closer one is sought.
-CERTIFIED = 1.0 - 1e-9
-#: Powers of |B| for the bound of its spectral radius, and what keeps the vector positive.
-POWERS, POSITIVE = 12, 1e-6
+#: Powers of |B| for the bound of its spectral radius.
+POWERS = 12
 
 
 @inline
@@ -268,7 +264,7 @@ def slip_signs_by_rates(L, W, w):
         angular = L.friction_kind[f] in (PIN, COUPLE, TORQUE)
         unit = 1.0 + zero if angular else per_length
         rate = ld(W.rate, f, w) * unit
-        still = select_le(larger(rate, -rate), AT_REST * swift, zero, zero + 1.0)
+        still = select_le(larger(rate, -rate), RATE_NONE_FRICTION * swift, zero, zero + 1.0)
         st(W.slip_sign, f, still * select_le(rate, zero, zero - 1.0, zero + 1.0), w)
     fixed_slip_signs(L, W, w)
 
@@ -358,9 +354,11 @@ def certificate(L, W, w):
     loose one where that is below 1. What a lane gets does not depend on the others.
     """
     loose = spectral_bound(L, W, w, False)
-    if highest(loose) <= CERTIFIED:
+    if highest(loose) <= FRICTION_RADIUS_CERTIFIED:
         return loose
-    return select_le(loose, 0.0 * loose + CERTIFIED, loose, spectral_bound(L, W, w, True))
+    return select_le(
+        loose, 0.0 * loose + FRICTION_RADIUS_CERTIFIED, loose, spectral_bound(L, W, w, True)
+    )
 
 
 @njit
@@ -381,7 +379,7 @@ def spectral_bound(L, W, w, close):
             x, y = ld(W.response, o, w), ld(W.response, o + 1, w)
             st(m, pairs * r + c, slides * greatest_slope(L, W, w, f, x, y, close), w)
         st(m, pairs * pairs + r, one, w)
-    radius = 1e300 * one
+    radius = FINITE * one
     for _ in range(POWERS):
         quotient, most = 0.0 * one, 0.0 * one
         for f in range(pairs):
@@ -391,13 +389,15 @@ def spectral_bound(L, W, w, close):
             quotient = larger(quotient, total / ld(m, pairs * pairs + f, w))
             st(m, pairs * (pairs + 1) + f, total, w)
             most = larger(most, total)
-        radius = select_le(radius, CERTIFIED * one, radius, smaller(radius, quotient))
-        if highest(radius) <= CERTIFIED:
+        radius = select_le(
+            radius, FRICTION_RADIUS_CERTIFIED * one, radius, smaller(radius, quotient)
+        )
+        if highest(radius) <= FRICTION_RADIUS_CERTIFIED:
             break
         scale = 1.0 / select_le(most, 0.0 * one, one, most)
         for f in range(pairs):
             grown = ld(m, pairs * (pairs + 1) + f, w) * scale
-            st(m, pairs * pairs + f, larger(grown, POSITIVE * one), w)
+            st(m, pairs * pairs + f, larger(grown, FRICTION_RADIUS_POSITIVE * one), w)
     return radius
 
 
@@ -478,7 +478,7 @@ def friction_sizes(L, W, w):
         determinant, reached = by_levels(L, W, w)
         part = part * reached
     else:
-        settled = SAME if count(w) == 1 else NEARLY
+        settled = FRICTION_CHANGE_ROUNDING if count(w) == 1 else FRICTION_CHANGE_NEARLY
         moving, left = select_le(radius, one, one, zero), passes_more(w)
         for _ in range(PASSES + left):
             change, greatest, determinant = newton_pass(L, W, w, moving)
@@ -504,7 +504,7 @@ def by_levels(L, W, w):
     one = 0.0 * ld(W.size, 0, w) + 1.0
     determinant, reached, step = one, 0.0, 1.0 / LEVELS
     before = pairs * (pairs + 2)
-    while reached < 1.0 and step > LEAST_LEVEL:
+    while reached < 1.0 and step > FRICTION_LEVEL_LEAST:
         level = min(1.0, reached + step)
         for s in range(pairs):
             st(W.newton, before + s, ld(W.slip, pair_sliding(W, w, s), w), w)
@@ -515,14 +515,14 @@ def by_levels(L, W, w):
             if not lowest(found) > 0.0:
                 break
             # near where it jams rounding grows as the determinant falls
-            if highest(smaller(found, one) * change - SAME * greatest) <= 0.0:
+            if highest(smaller(found, one) * change - FRICTION_CHANGE_ROUNDING * greatest) <= 0.0:
                 good = True
                 if left == 0:
                     break
                 left -= 1
         for s in range(pairs):
             size = lowest(ld(W.slip, pair_sliding(W, w, s), w))
-            good = good and size >= -NEGATIVE * highest(greatest)
+            good = good and size >= -FRICTION_SIZE_NEGATIVE * highest(greatest)
         if good:
             determinant, reached = found, level
             step = min(2.0 * step, 1.0 / LEVELS)
@@ -560,7 +560,7 @@ def friction_error(L, W, w):
         rest = slides * size - slip
         off = larger(off, larger(rest, -rest))
         greatest = larger(greatest, larger(slip, -slip))
-    return off - ON_LANES * (1.0 - ld(W.friction, CERTIFICATE, w)) * greatest
+    return off - FRICTION_CHANGE_LANES * (1.0 - ld(W.friction, CERTIFICATE, w)) * greatest
 
 
 @njit
@@ -572,7 +572,7 @@ def friction_changes(L, W, w):
         return False
     one = 0.0 * ld(W.size, 0, w) + 1.0
     change, greatest, _ = newton_pass(L, W, w, one)
-    return highest(change - AGAIN * greatest) > 0.0
+    return highest(change - FRICTION_CHANGE_AGAIN * greatest) > 0.0
 
 
 @njit

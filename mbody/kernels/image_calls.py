@@ -8,11 +8,19 @@ import math
 
 from mbody.core.bundle import Bundle, Floats, Rows
 from mbody.core.decorators import kernel, njit
+from mbody.core.tolerances import (
+    ARTIFICIAL_MASS,
+    ARTIFICIAL_MASS_ENERGY,
+    FINITE,
+    LOOP_OPEN,
+    STEP_FIRST_LITTLE,
+    STEP_FIRST_SILENT,
+    TINY,
+)
 from mbody.kernels.constraints import rows, turns
 from mbody.kernels.forces import signals
-from mbody.kernels.layout import LEAST_MASS, Layout, Work
+from mbody.kernels.layout import Layout, Work
 from mbody.kernels.loop_closure import close_from, gap
-from mbody.kernels.singularity_monitor import STAND_IN_PART
 from mbody.kernels.state_derivative import first_derivative
 from mbody.kernels.step_state import (
     BEST_CONDITIONING,
@@ -31,8 +39,6 @@ from mbody.kernels.step_state import (
 #: value there; a body has so little mass that its motion needs corrections, for which the image was
 #: not made.
 BEGUN, OPEN, NO_VALUE, MASSLESS = range(4)
-#: Loops are closed where their rows are violated by less, in model lengths and radians.
-GAP = 1e-8
 
 
 class MotionStart(Bundle):
@@ -78,7 +84,7 @@ def is_closed(L, W):
     """Whether no row is open at W.q."""
     turns(L, W, 0.0)
     rows(L, W, 0.0, True, None)
-    return math.sqrt(2.0 * gap(L, W)) < GAP * W.size[0, 0]
+    return math.sqrt(2.0 * gap(L, W)) < LOOP_OPEN * W.size[0, 0]
 
 
 @njit
@@ -87,14 +93,14 @@ def store_inverse_masses(L, W):
     every mass was taken as it is.
     """
     square = W.size[0, 0] * W.size[0, 0]
-    top = 1e-300
+    top = TINY
     for n in range(3 * L.bodies):
         top = max(top, W.mass[n, 0] / (square if n % 3 == 2 else 1.0))
     own = True
     for s in range(L.slots):
         for n in range(3):
             mass = W.mass[3 * L.slot_body[s] + n, 0]
-            low = LEAST_MASS * top * (square if n == 2 else 1.0)
+            low = ARTIFICIAL_MASS * top * (square if n == 2 else 1.0)
             own = own and mass >= low
             W.weight[3 * s + n, 0] = 1.0 / max(mass * W.share[s, 0], low)
     return own
@@ -130,7 +136,11 @@ def first_length(S, T, whole):
         d0 += (S.y[n] / size) ** 2
         d1 += (S.K[0, n] / size) ** 2
     d0, d1 = math.sqrt(d0 / count), math.sqrt(d1 / count)
-    step = 0.01 * d0 / d1 if d0 > 1e-5 and d1 > 1e-5 else 1e-6 * whole
+    step = (
+        0.01 * d0 / d1
+        if d0 > STEP_FIRST_SILENT and d1 > STEP_FIRST_SILENT
+        else STEP_FIRST_LITTLE * whole
+    )
     return min(step, 0.1 * whole)
 
 
@@ -139,7 +149,7 @@ def has_values(S):
     """Whether the derivative of the state is finite."""
     good = True
     for n in range(S.y.shape[0]):
-        good = good and abs(S.K[0, n]) < 1e300
+        good = good and abs(S.K[0, n]) < FINITE
     return good
 
 
@@ -174,7 +184,7 @@ def begin_motion(
         state[n] = 0.0
     state[TIME] = start.times[0]
     state[KNOWN_UNTIL] = state[SHORTENED_UNTIL] = state[CROSSING_TIME] = -math.inf
-    state[LEAST_CONDITIONING], state[STAND_IN_LIMIT] = math.inf, STAND_IN_PART
+    state[LEAST_CONDITIONING], state[STAND_IN_LIMIT] = math.inf, ARTIFICIAL_MASS_ENERGY
     if not first_derivative(L, W, S, T.full_refinements, page) or not is_closed(L, W):
         return OPEN
     if not has_values(S):

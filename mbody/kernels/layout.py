@@ -17,10 +17,9 @@ import numpy as np
 from mbody.core.bundle import Bundle, Floats, Ints, Rows, Tables, array_words
 from mbody.core.decorators import inline, njit
 from mbody.core.lanes import aligned, ld, st
+from mbody.core.tolerances import ARTIFICIAL_MASS, TINY
 from mbody.kernels.friction import ARMS
 
-#: Part of the greatest mass and inertia that replaces less in free motions.
-LEAST_MASS = 1e-7
 #: Samples of a step by which its branch is judged, both ends included, at most.
 SAMPLES = 7
 #: Numbers of what is known of all rough pairs together: uniqueness, the part of friction that was
@@ -354,7 +353,7 @@ def _least(mass: np.ndarray, length: float) -> np.ndarray:
     """Artificial mass and inertia in place of smaller ones, in every set: (3, sets)."""
     unit = np.array([1.0, 1.0, length**2])[:, None]
     own = mass.reshape(-1, 3, mass.shape[1]) / unit
-    return np.asarray(LEAST_MASS * own.max(axis=(0, 1), initial=1e-300) * unit)
+    return np.asarray(ARTIFICIAL_MASS * own.max(axis=(0, 1), initial=TINY) * unit)
 
 
 # -- Record of an instant: motion by coordinate, multipliers and reactions by primitive --------

@@ -17,6 +17,17 @@ import math
 from mbody.core.bundle import Floats, Rows
 from mbody.core.decorators import inline, kernel, njit
 from mbody.core.lanes import highest, larger, ld, select_le, smaller, st
+from mbody.core.tolerances import (
+    FINITE,
+    LOOP_CLOSURE_DAMPING_LOST,
+    LOOP_CLOSURE_DAMPING_START,
+    LOOP_CLOSURE_DESCENT,
+    LOOP_CLOSURE_STAGE_FIRST,
+    LOOP_CLOSURE_STAGE_LOST,
+    LOOP_CLOSURE_STAGE_NEXT,
+    PIVOT_VANISHED,
+    TINY,
+)
 from mbody.kernels.accelerations import augmented_solution
 from mbody.kernels.constraints import rows, turns
 from mbody.kernels.forces import signals
@@ -32,14 +43,7 @@ from mbody.kernels.position_velocity import (
     take_off,
     weigh,
 )
-from mbody.kernels.schur_ldl import (
-    VANISHED,
-    apply_g,
-    apply_gt,
-    constraint_conditioning,
-    factor,
-    solve,
-)
+from mbody.kernels.schur_ldl import apply_g, apply_gt, constraint_conditioning, factor, solve
 from mbody.kernels.singularity_monitor import node_conditioning
 
 # -- Projection onto the constraints Φ = 0 and Φ_q v = ν, in the metric of the masses ----------
@@ -61,9 +65,6 @@ from mbody.kernels.singularity_monitor import node_conditioning
 
 #: Newton steps of one projection, at most.
 NEWTON = 12
-#: What a Newton step of this size leaves is of second order, and so rounding: a later step, and the
-#: first one, whose size is the error of a stage.
-CLOSED, CLOSED_FIRST = 1e-7, 1e-9
 
 
 @njit
@@ -80,15 +81,17 @@ def project_position(L, W, w, regularization, among):
     for n in range(NEWTON):
         if n > 0:
             copy(W.q, W.base, w)
-        size, _ = newton(L, W, w, regularization, VANISHED)
+        size, _ = newton(L, W, w, regularization, PIVOT_VANISHED)
         if n == 0:
             first = size
         else:
             for m in range(3 * L.bodies):
                 st(W.q, m, select_le(one, left, ld(W.q, m, w), ld(W.base, m, w)), w)
         # NaN is far
-        off = left * select_le(size, zero + (CLOSED if n > 0 else CLOSED_FIRST), zero, one)
-        lost = off * select_le(size, zero + 1e6, zero, one)
+        off = left * select_le(
+            size, zero + (LOOP_CLOSURE_STAGE_NEXT if n > 0 else LOOP_CLOSURE_STAGE_FIRST), zero, one
+        )
+        lost = off * select_le(size, zero + LOOP_CLOSURE_STAGE_LOST, zero, one)
         if n > 1:
             lost = larger(lost, off * select_le(size, 0.5 * last, zero, one))
         failed = larger(failed, lost)
@@ -126,7 +129,7 @@ def projected_accelerations(L, W, w, regularization, refinements, among):
     far, failed = project_position(L, W, w, regularization, among)
     turns(L, W, w)
     rows(L, W, w, True, None)
-    factor(L, W, w, regularization, VANISHED)
+    factor(L, W, w, regularization, PIVOT_VANISHED)
     fast = project_velocity(L, W, w, refinements)
     rows(L, W, w, None, True)
     augmented_solution(L, W, w, refinements)
@@ -144,7 +147,7 @@ def constrained_accelerations(L, W, w, regularization, refinements, projected):
     signals(L, W, w, L.varying)
     turns(L, W, w)
     rows(L, W, w, True, None)
-    factor(L, W, w, regularization, VANISHED)
+    factor(L, W, w, regularization, PIVOT_VANISHED)
     rows(L, W, w, None, True)
     augmented_solution(L, W, w, refinements)
     return 0.0, 0.0, True
@@ -175,8 +178,8 @@ def tangential_part(L, W, w, e):
             e[3 * b + n] -= ld(W.u, 3 * L.body_slot[b] + n, w)
 
 
-#: Newton steps, and the least damping.
-STEPS, SMALLEST = 200, 1e-4
+#: Newton steps.
+STEPS = 200
 
 
 @njit
@@ -241,7 +244,7 @@ def gap(L, W):
         total += (
             W.phi[n, 0]
             * W.phi[n, 0]
-            / max(W.regularization_weight[n, 0], 1e-300)
+            / max(W.regularization_weight[n, 0], TINY)
             * (W.regularization_weight[n, 0] > 0.0)
         )
     return 0.5 * total
@@ -319,21 +322,21 @@ def damped_newton(L, W, w, regularization, tolerance):
     for n in range(W.q.shape[0]):
         W.guess[n, 0] = W.q[n, 0]
     part, last, least = 1.0, 0.0, 0.0
-    smallest = 1e300
+    smallest = FINITE
     turns(L, W, w)
     rows(L, W, w, True, None)
     for iteration in range(STEPS):
-        least = factor(L, W, w, regularization, VANISHED)
+        least = factor(L, W, w, regularization, PIVOT_VANISHED)
         size = newton_correction(L, W, w)
         step = reach(L, W, w)
-        if not step < 1e12:
+        if not step < LOOP_CLOSURE_DAMPING_LOST:
             return False, step, least
         if step <= tolerance or (step <= 1e3 * tolerance and step >= 0.5 * smallest):
             move(L, W, W.q, W.u, 1.0)
             return True, step, least
         smallest = min(smallest, step)
         if iteration > 0:
-            part = min(1.0, part * last / max(size, 1e-300))
+            part = min(1.0, part * last / max(size, TINY))
         # no step turns a body by more than half a radian: the straight path is kept
         part = min(part, 0.5 / step) if step > 0.5 else part
         for n in range(W.q.shape[0]):
@@ -347,7 +350,7 @@ def damped_newton(L, W, w, regularization, tolerance):
             if ahead <= (1.0 - 0.25 * part) * size:
                 break
             part *= 0.5
-            if part < SMALLEST:
+            if part < LOOP_CLOSURE_DAMPING_START:
                 # near a singular position rounding of Φ alone makes such a correction
                 return step <= 1e3 * tolerance, step, least
         last = size
@@ -362,7 +365,7 @@ def levenberg_marquardt(L, W, w, tolerance):
     rows(L, W, w, True, None)
     here, damping = gap(L, W), 1e-2
     for _ in range(4 * STEPS):
-        factor(L, W, w, damping, VANISHED)
+        factor(L, W, w, damping, PIVOT_VANISHED)
         newton_correction(L, W, w)
         step = reach(L, W, w)
         part = min(1.0, 0.5 / step) if step > 0.0 else 1.0
@@ -373,8 +376,8 @@ def levenberg_marquardt(L, W, w, tolerance):
         rows(L, W, w, True, None)
         now = gap(L, W)
         if now < here:
-            done = here - now <= 1e-14 * here
-            here, damping = now, max(0.2 * damping, 1e-14)
+            done = here - now <= LOOP_CLOSURE_DESCENT * here
+            here, damping = now, max(0.2 * damping, LOOP_CLOSURE_DESCENT)
             if done or step <= tolerance:
                 return
         else:
@@ -383,7 +386,7 @@ def levenberg_marquardt(L, W, w, tolerance):
             turns(L, W, w)
             rows(L, W, w, True, None)
             damping *= 5.0
-            if damping > 1e12:
+            if damping > LOOP_CLOSURE_DAMPING_LOST:
                 return
 
 
@@ -431,7 +434,7 @@ def nearest_velocity(L, W, w, regularization):
     """Velocity nearest to the present one that satisfies Φ_q v = ν (`project`)."""
     turns(L, W, w)
     rows(L, W, w, True, True)
-    factor(L, W, w, regularization, VANISHED)
+    factor(L, W, w, regularization, PIVOT_VANISHED)
     rates_of_rows(L, W, w)
     for n in range(2 * L.nodes):
         st(W.nu, n, W.nu[n, 0] - W.x[n, 0], w)

@@ -22,6 +22,7 @@ import math
 
 from mbody.core.bundle import Rows
 from mbody.core.decorators import kernel, njit
+from mbody.core.tolerances import CONTACT_IMPULSES_RESCUED, CONTACT_STEP_SHORTEST, PIVOT_VANISHED
 from mbody.kernels.constraints import rows, turns
 from mbody.kernels.contact_geometry import (
     FOUND,
@@ -49,7 +50,7 @@ from mbody.kernels.forces import forces, signals
 from mbody.kernels.layout import Layout, Work, keep
 from mbody.kernels.loop_closure import project_position, project_velocity
 from mbody.kernels.position_velocity import clear, weigh
-from mbody.kernels.schur_ldl import VANISHED, apply_g, apply_gt, factor, solve
+from mbody.kernels.schur_ldl import apply_g, apply_gt, factor, solve
 
 #: Time; length of the last step; from when on an instant is to be kept; counts of steps, sweeps and
 #: pairs looked at; contacts with impulses in the last step, most contacts of a step.
@@ -80,11 +81,6 @@ IMPULSE_SLOTS = 19
 #: step that is under way did not converge; the next step is the last one, and is cut.
 REACHED, KEEP, UNDERWAY, CROWDED, LOST, UNSOLVED, LAST = range(7)
 
-#: A last change of impulses above which those of few contacts are found elsewhere.
-RESCUED = 1e-4
-#: A last step that were as short a part of the others is no step.
-SHORTEST = 1e-9
-
 
 @kernel
 def moreau(
@@ -104,9 +100,9 @@ def moreau(
     n3, state = 3 * L.bodies, M.state
     for _ in range(steps):
         t = state[NOW]
-        if until - t <= SHORTEST * M.length:
+        if until - t <= CONTACT_STEP_SHORTEST * M.length:
             return REACHED
-        clipped = t + M.length >= until - SHORTEST * M.length
+        clipped = t + M.length >= until - CONTACT_STEP_SHORTEST * M.length
         h = until - t if clipped else M.length
         if clipped and state[CUT] == 0.0:
             state[CUT] = 1.0
@@ -128,7 +124,10 @@ def moreau(
                     M.y[n] = M.last[n]
                 return CROWDED
             state[PAIRS] += B.counts[TESTED]
-            if state[CHANGE] > max(M.tolerance, RESCUED) and B.counts[FOUND] <= M.few:
+            if (
+                state[CHANGE] > max(M.tolerance, CONTACT_IMPULSES_RESCUED)
+                and B.counts[FOUND] <= M.few
+            ):
                 return UNSOLVED
         if state[CHANGE] > M.tolerance:
             if state[UNSOLVED_COUNT] == 0.0:
@@ -146,7 +145,7 @@ def moreau(
         state[NOW] = now
         state[CUT] = 0.0
         state[STEPS_DONE] += 1
-        if now >= state[DELIVER] - SHORTEST * M.length:
+        if now >= state[DELIVER] - CONTACT_STEP_SHORTEST * M.length:
             return KEEP
     return UNDERWAY
 
@@ -206,7 +205,7 @@ def begin(L, W, B, M, t, h):
         for n in range(n3):
             M.loads[cause, n] = W.force[n, 0]
     if L.nodes > 0:
-        factor(L, W, w, M.regularization, VANISHED)
+        factor(L, W, w, M.regularization, PIVOT_VANISHED)
         rates_of_mean(L, W, B)
     for n in range(n3):
         B.free[n] = B.start[n] + h * B.inverse[n] * M.loads[causes, n]
@@ -367,7 +366,7 @@ def project(L, W, B, M, t):
     _, failed = project_position(L, W, w, M.regularization, 1.0)
     turns(L, W, w)
     rows(L, W, w, True, None)
-    factor(L, W, w, M.regularization, VANISHED)
+    factor(L, W, w, M.regularization, PIVOT_VANISHED)
     project_velocity(L, W, w, M.refinements)
     for n in range(n3):
         M.y[n], M.y[n3 + n] = W.q[n, 0], W.v[n, 0]
@@ -381,7 +380,7 @@ def kept_instant(L: Layout, W: Work, B: ContactWork, M: ImpulseSteps, t: float, 
     """
     n3, w, h, now = 3 * L.bodies, 0.0, M.state[LENGTH], M.state[NOW]
     part = (t - (now - h)) / h
-    if part > 1.0 - SHORTEST:
+    if part > 1.0 - CONTACT_STEP_SHORTEST:
         part = 1.0
     for n in range(n3):
         W.q[n, 0] = (1.0 - part) * M.last[n] + part * M.y[n]
@@ -397,7 +396,7 @@ def kept_instant(L: Layout, W: Work, B: ContactWork, M: ImpulseSteps, t: float, 
     turns(L, W, w)
     rows(L, W, w, True, None)
     if L.nodes > 0 and 0.0 < part < 1.0:
-        factor(L, W, w, M.regularization, VANISHED)
+        factor(L, W, w, M.regularization, PIVOT_VANISHED)
         project_velocity(L, W, w, M.refinements)
     for n in range(2 * L.nodes):
         W.lam[n, 0] = B.row_impulse[n] / h

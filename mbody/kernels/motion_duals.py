@@ -7,15 +7,22 @@ from mbody.core.decorators import inline, kernel, njit
 from mbody.core.dual_number import value
 from mbody.core.duals import dual
 from mbody.core.lanes import ld, st
+from mbody.core.tolerances import (
+    FINITE,
+    PIVOT_VANISHED,
+    STEP_SAFETY,
+    TIME_END_ROUNDING,
+    TIME_STEP_SHORTEST_DUALS,
+)
 from mbody.kernels.accelerations import augmented_solution, free_accelerations
 from mbody.kernels.constraints import rows, turns
-from mbody.kernels.dense_output import SAFETY, combined, next_length, stage_state
+from mbody.kernels.dense_output import combined, next_length, stage_state
 from mbody.kernels.forces import forces, signals
 from mbody.kernels.friction import viscous_friction
 from mbody.kernels.layout import Layout, Work, keep
 from mbody.kernels.loop_closure import project_velocity
 from mbody.kernels.position_velocity import accelerations, multipliers, newton, velocities
-from mbody.kernels.schur_ldl import VANISHED, factor
+from mbody.kernels.schur_ldl import factor
 from mbody.kernels.state_derivative import load_state, store_derivative, store_state
 from mbody.kernels.step_state import DONE, MORE, STEP_VANISHED
 from mbody.kernels.tableaus import Explicit
@@ -125,7 +132,7 @@ def one_instant(L, W, w, instants):
     # the proximal term leaves a part of 1e-9 of a step to the next one
     steps = 2 if regularization == 0.0 else 3
     for _ in range(steps):
-        newton(L, W, w, regularization, VANISHED)
+        newton(L, W, w, regularization, PIVOT_VANISHED)
     if instants.at_rest:
         for n in range(3 * L.bodies):
             st(W.v, n, 0.0, w)
@@ -182,10 +189,10 @@ def projected(L, W, w, F, y):
     load_state(L, W, w, y)
     signals(L, W, w, L.varying)
     for _ in range(NEWTON_STEPS):
-        newton(L, W, w, F.regularization, VANISHED)
+        newton(L, W, w, F.regularization, PIVOT_VANISHED)
     turns(L, W, w)
     rows(L, W, w, True, None)
-    factor(L, W, w, F.regularization, VANISHED)
+    factor(L, W, w, F.regularization, PIVOT_VANISHED)
     project_velocity(L, W, w, F.refinements)
     rows(L, W, w, None, True)
     augmented_solution(L, W, w, F.refinements)
@@ -235,10 +242,10 @@ def free_duals(L: Layout, W: Work, method: Explicit, F: FreeDuals, steps: int) -
         left = steps
         while state[T_NOW] < F.t[k]:
             t, h = state[T_NOW], state[NEXT_LENGTH]
-            clipped = t + h >= F.t[k] - 1e-14 * abs(F.t[k])
+            clipped = t + h >= F.t[k] - TIME_END_ROUNDING * abs(F.t[k])
             if clipped:
                 h = F.t[k] - t
-            if not h > 1e-14 * abs(t):
+            if not h > TIME_STEP_SHORTEST_DUALS * abs(t):
                 return STEP_VANISHED
             if left == 0:
                 return MORE
@@ -256,11 +263,11 @@ def free_duals(L: Layout, W: Work, method: Explicit, F: FreeDuals, steps: int) -
             combined(E[0], E.shape[1], K, F.error[0], w)
             combined(E[1], E.shape[1], K, F.error[1], w)
             e3, e5, count = errors(F)
-            if not e5 < 1e300:
+            if not e5 < FINITE:
                 state[NEXT_LENGTH] = 0.25 * h
                 state[REJECTED_STEPS] += 1.0
                 continue
-            error, growth = next_length(h, e3, e5, count, method.order, SAFETY)
+            error, growth = next_length(h, e3, e5, count, method.order, STEP_SAFETY)
             if error > 1.0:
                 state[NEXT_LENGTH] = h * max(0.2, growth)
                 state[REJECTED_STEPS] += 1.0

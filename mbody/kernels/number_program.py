@@ -12,6 +12,7 @@ from mbody.core.bundle import Bundle, Floats, Ints, Rows, Stacks, Tables
 from mbody.core.decorators import kernel, njit
 from mbody.core.duals import dual
 from mbody.core.lanes import ld, st
+from mbody.core.tolerances import FINITE
 from mbody.kernels.layout import Layout, Work
 from mbody.laws.kernels import LOG, binary, unary
 
@@ -83,12 +84,12 @@ def set_numbers(P: NumberProgram, L: Layout, W: Work) -> int:
     inputs, rows = P.lowest.shape[0], W.par.shape[0]
     for n in range(inputs):
         value, low = P.slots[n], P.lowest[n]
-        if not (value >= low and value < 1e300) or (P.strict[n] == 1 and value == low):
+        if not (value >= low and value < FINITE) or (P.strict[n] == 1 and value == low):
             return n
     run(P)
     for n in range(P.targets.shape[0]):
         value = P.slots[P.targets[n]]
-        if not abs(value) < 1e300:
+        if not abs(value) < FINITE:
             return inputs
     for n in range(rows):
         W.par[n, 0] = P.slots[P.targets[n]]

@@ -22,6 +22,7 @@ import numpy as np
 from mbody.core.decorators import inline, njit
 from mbody.core.duals import passes_more
 from mbody.core.lanes import highest, ld, st
+from mbody.core.tolerances import RESIDUAL_ROUNDING, TINY
 from mbody.kernels.constraints import rows, turns
 from mbody.kernels.friction import (
     BY_RATES,
@@ -34,8 +35,6 @@ from mbody.kernels.friction import (
 )
 from mbody.kernels.schur_ldl import apply_g, apply_gt, factor, solve
 
-#: A residual below this part of its terms is rounding.
-ROUNDING = 1e-14
 #: Corrections by the residual: one as a rule, more where rows are redundant or nearly so.
 REFINEMENTS = 6
 
@@ -90,7 +89,12 @@ def least_motion(L, W, w, c, checked):
         apply_g(L, W, w, W.u, W.x)
         for n in range(2 * L.nodes):
             st(W.x, n, ld(c, n, w) - ld(W.x, n, w), w)
-        if highest(sum_of_squares(W.x, 2 * L.nodes, w) - ROUNDING * ROUNDING * terms) <= 0.0:
+        if (
+            highest(
+                sum_of_squares(W.x, 2 * L.nodes, w) - RESIDUAL_ROUNDING * RESIDUAL_ROUNDING * terms
+            )
+            <= 0.0
+        ):
             if left == 0:
                 break
             left -= 1
@@ -270,8 +274,8 @@ def balancing_multipliers(L, W, w):
         for n in range(2 * L.nodes):
             st(W.lam, n, ld(W.lam, n, w) + ld(W.x, n, w), w)
         rest, terms = force_residual(L, W, w)
-        if highest(rest - ROUNDING * ROUNDING * terms) <= 0.0:
+        if highest(rest - RESIDUAL_ROUNDING * RESIDUAL_ROUNDING * terms) <= 0.0:
             if left == 0:
                 break
             left -= 1
-    return np.sqrt(rest / (terms + 1e-300))
+    return np.sqrt(rest / (terms + TINY))

@@ -34,6 +34,16 @@ import math
 
 from mbody.core.bundle import Bundle, ComplexRows, Floats, Rows, Tables
 from mbody.core.decorators import kernel, njit
+from mbody.core.tolerances import (
+    CONDITIONING_NEAR_SINGULAR,
+    FINITE,
+    RADAU_EPSILON,
+    STEP_ERROR_NONE_RADAU,
+    STEP_JACOBIAN_VALID,
+    TIME_END_ROUNDING,
+    TIME_STEP_SHORTEST,
+    TIME_STEP_SHORTEST_REJECTED,
+)
 from mbody.kernels.dense_output import along, deliver
 from mbody.kernels.layout import Layout, Work
 from mbody.kernels.singularity_monitor import may_be_singular, record_accepted, sample_conditioning
@@ -54,7 +64,6 @@ from mbody.kernels.step_state import (
     LAST_STEP,
     LAST_STEP_ALLOWED,
     MORE,
-    NEAR_SINGULAR_BELOW,
     NEXT,
     NOT_FINITE,
     REJECTED,
@@ -152,7 +161,7 @@ def solve_stages(L, W, M, S, T, h):
     V, inverse, t, rtol = M.T, M.inverse, S.state[TIME], T.relative
     mu, turn = M.eigenvalue / h, complex(M.eigenvalue_re, M.eigenvalue_im) / h
     # what is left of the error after the iterations: the code RADAU5's part of the tolerance
-    enough = max(10.0 * 2.2e-16 / rtol, min(0.03, math.sqrt(rtol)))
+    enough = max(10.0 * RADAU_EPSILON / rtol, min(0.03, math.sqrt(rtol)))
     for i in range(3):
         for n in range(states):
             X[i, n] = inverse[i, 0] * Z[0, n] + inverse[i, 1] * Z[1, n] + inverse[i, 2] * Z[2, n]
@@ -184,12 +193,12 @@ def solve_stages(L, W, M, S, T, h):
         for i in range(3):
             size += error_norm(Z[i], y, y, S.scale, T) ** 2
         size = math.sqrt(size / 3.0)
-        if not size < 1e300:
+        if not size < FINITE:
             return False, rate
         small = size <= 0.1 * enough
         if last > 0.0 and not small:
             rate = size / last
-            left = rate ** (NEWTON - k) / (1.0 - rate) * size if rate < 1.0 else 1e300
+            left = rate ** (NEWTON - k) / (1.0 - rate) * size if rate < 1.0 else FINITE
             if left > enough:
                 return False, rate
         for i in range(3):
@@ -276,14 +285,14 @@ def radau(
         t, h = state[TIME], state[NEXT]
         if t >= until:
             return DONE
-        clipped = t + h >= until - 1e-14 * abs(until)
+        clipped = t + h >= until - TIME_END_ROUNDING * abs(until)
         if clipped and state[LAST_STEP_ALLOWED] < 0.5:
             return LAST_STEP
-        if state[CONDITIONING] < NEAR_SINGULAR_BELOW * state[BEST_CONDITIONING]:
+        if state[CONDITIONING] < CONDITIONING_NEAR_SINGULAR * state[BEST_CONDITIONING]:
             return SINGULAR_AHEAD
         if clipped:
             h = until - t
-        if h < 1e-13 * max(abs(t), abs(until)) and not clipped:
+        if h < TIME_STEP_SHORTEST * max(abs(t), abs(until)) and not clipped:
             return STEP_VANISHED
         # ---- Jacobians and factors
         here = state[JACOBIAN_VALID] < 0.5
@@ -310,18 +319,18 @@ def radau(
             state[REJECTED] += 1
             state[JACOBIAN_VALID] = 1.0 if here else 0.0
             state[NEXT] = 0.5 * h if here else h
-            if h < 1e-12 * max(abs(t), abs(until)):
+            if h < TIME_STEP_SHORTEST_REJECTED * max(abs(t), abs(until)):
                 return NOT_FINITE
             continue
         for n in range(states):
             end[n] = y[n] + Z[2, n]
         error = error_estimate(L, W, M, S, T, h)
-        growth = 8.0 if error < 1e-10 else min(8.0, 0.9 * error**-0.25)
+        growth = 8.0 if error < STEP_ERROR_NONE_RADAU else min(8.0, 0.9 * error**-0.25)
         state[LAST_ERROR] = error
         if not error <= 1.0:
             state[REJECTED] += 1
-            state[NEXT] = h * max(0.2, growth) if error < 1e300 else 0.2 * h
-            if h < 1e-12 * max(abs(t), abs(until)):
+            state[NEXT] = h * max(0.2, growth) if error < FINITE else 0.2 * h
+            if h < TIME_STEP_SHORTEST_REJECTED * max(abs(t), abs(until)):
                 return NOT_FINITE
             continue
         for n in range(states):
@@ -343,7 +352,7 @@ def radau(
             state[NEXT] = 0.5 * h
             continue
         part = sample_conditioning(L, W, 0.0, 3)
-        weak = part < NEAR_SINGULAR_BELOW * state[BEST_CONDITIONING]
+        weak = part < CONDITIONING_NEAR_SINGULAR * state[BEST_CONDITIONING]
         if weak or may_be_singular(L, W, S, M.at, end, False):
             state[JACOBIAN_VALID] = 0.0
             return SINGULAR_AHEAD
@@ -377,7 +386,7 @@ def radau(
         if 1.0 <= wanted / h < 1.2:
             wanted = h
         state[NEXT] = max(wanted, state[NEXT]) if clipped else wanted
-        state[JACOBIAN_VALID] = 1.0 if rate < 1e-3 else 0.0
+        state[JACOBIAN_VALID] = 1.0 if rate < STEP_JACOBIAN_VALID else 0.0
         if state[STAND_IN_ENERGY] > state[STAND_IN_LIMIT]:
             return MORE
     return MORE

@@ -21,9 +21,27 @@ from __future__ import annotations
 import math
 
 from mbody.core.decorators import kernel, njit
+from mbody.core.tolerances import (
+    ACCELERATION_ROUNDING,
+    ACCELERATION_ROUNDING_NEAREST,
+    CONDITIONING_CLOSE,
+    CONDITIONING_NEAR_SINGULAR,
+    CONDITIONING_NO_END,
+    FINITE,
+    PROJECTION_GREATEST,
+    PROJECTION_SURE,
+    SINGULAR_STEP_BACK,
+    SINGULAR_STEP_BEFORE,
+    SINGULAR_STEP_TWICE,
+    SINGULAR_TIME_SHORTEST,
+    STEP_SAFETY,
+    STEP_SAFETY_NEAR_SINGULAR,
+    STEP_STIFF_LIMIT,
+    TIME_END_ROUNDING,
+    TIME_STEP_SHORTEST,
+    TIME_STEP_SHORTEST_REJECTED,
+)
 from mbody.kernels.dense_output import (
-    SAFETY,
-    STIFF_LIMIT,
     combined,
     count_stiff,
     deliver,
@@ -54,7 +72,6 @@ from mbody.kernels.step_state import (
     LONGEST_STEP,
     MORE,
     NEAR_SINGULAR,
-    NEAR_SINGULAR_BELOW,
     NEAR_SINGULAR_STEPS,
     NEXT,
     NOT_FINITE,
@@ -75,29 +92,8 @@ from mbody.kernels.step_state import (
 )
 from mbody.kernels.tableaus import Explicit
 
-#: A projection is sure of its branch where it moves by less than this part of the distance to a
-#: singular position, of which the root of the conditioning is the measure.
-CONE = 0.05
-#: What it moves along the manifold may be so many times the error of a step.
-ASTRAY = 10.0
-#: Nearer than this, as the root of the conditioning, it is worth a try with another step.
-CLOSE = 5e-3
-#: A step does not end where the conditioning is this part of its best.
-END_BELOW = 1e-6
 #: Steps of one passage that are tried again so that no stage, or no end, lies at the position.
 STAGES_AGAIN, ENDS_AGAIN = 3.0, 8.0
-#: `SAFETY` of steps near singular positions: the more of them, the nearer to the position some of
-#: them come.
-SAFETY_NEAR_SINGULAR = 0.9
-#: Accelerations are certain to this part, over the square of the distance from a singular position
-#: as a part of what it was; and the square that counts at least, for nearer ones are of no use.
-ROUNDING, NEAREST = 4e-16, 1e-8
-#: A step ends before a singular position that is known at this part of the way to it, or, where it
-#: may be as long as the way, as far behind it as it began before. One of these that is rejected is
-#: made this much shorter.
-BEFORE, TWICE, BACK = 0.5, 2.0, 0.2
-#: Ways to it that are shorter than this part of the time are not aimed at.
-AIMED = 1e-9
 
 
 @njit
@@ -108,11 +104,14 @@ def aimed_length(h, until, state):
     """
     t = state[TIME]
     way = state[CROSSING_TIME] - t
-    if not way > AIMED * max(abs(t), abs(until)) or t + TWICE * way >= until:
+    if (
+        not way > SINGULAR_TIME_SHORTEST * max(abs(t), abs(until))
+        or t + SINGULAR_STEP_TWICE * way >= until
+    ):
         return h, False, False
     if h >= way:
-        return TWICE * way, True, True
-    return min(h, BEFORE * way), True, False
+        return SINGULAR_STEP_TWICE * way, True, True
+    return min(h, SINGULAR_STEP_BEFORE * way), True, False
 
 
 @njit
@@ -204,7 +203,7 @@ def runge_kutta(
         t, h = state[TIME], state[NEXT]
         if t >= until:
             return DONE
-        clipped = t + h >= until - 1e-14 * abs(until)
+        clipped = t + h >= until - TIME_END_ROUNDING * abs(until)
         if clipped and state[LAST_STEP_ALLOWED] < 0.5:
             return LAST_STEP
         near_singular, known, over = state[NEAR_SINGULAR] > 0.5, False, False
@@ -212,7 +211,7 @@ def runge_kutta(
             h = until - t
         elif near_singular:
             h, known, over = aimed_length(h, until, state)
-        if h < 1e-13 * max(abs(t), abs(until)) and not clipped:
+        if h < TIME_STEP_SHORTEST * max(abs(t), abs(until)) and not clipped:
             return STEP_VANISHED
         refinements = T.full_refinements if near_singular else regular
         # ---- stages: Y_s = y + h Σ A_sr K_r, K_s = f(t + c_s h, Y_s)
@@ -236,17 +235,17 @@ def runge_kutta(
                 # across it, by how far the singular position is
                 apart = math.sqrt(part / state[BEST_CONDITIONING])
                 moved = far * far / apart + h * (fast / apart) ** 2 / swift
-                close = apart < CLOSE and moved > ASTRAY * rtol
-                astray = astray or close or far > CONE * apart
+                close = apart < CONDITIONING_CLOSE and moved > PROJECTION_GREATEST * rtol
+                astray = astray or close or far > PROJECTION_SURE * apart
         if not good:
             state[REJECTED] += 1
-            state[NEXT] = (BACK if over else 0.5) * h
+            state[NEXT] = (SINGULAR_STEP_BACK if over else 0.5) * h
             continue
         if astray and not known and state[STAGE_TRIES] < STAGES_AGAIN:
             state[STAGE_TRIES] += 1.0
             state[NEXT] = 0.91 * h
             continue
-        if least < NEAR_SINGULAR_BELOW * state[BEST_CONDITIONING] and not near_singular:
+        if least < CONDITIONING_NEAR_SINGULAR * state[BEST_CONDITIONING] and not near_singular:
             # errors of stages fall with the fourth power of the step, and here their squares count
             state[NEAR_SINGULAR], state[LONGEST_STEP] = 1.0, 0.25 * h
             state[NEXT] = state[LONGEST_STEP]
@@ -268,7 +267,12 @@ def runge_kutta(
                     tangential_part(L, W, w, S.error[row, half * n3 : (half + 1) * n3])
         e3, e5, noise = 0.0, 0.0, 0.0
         if near_singular:
-            noise = ROUNDING * h * swift / max(least / state[BEST_CONDITIONING], NEAREST)
+            noise = (
+                ACCELERATION_ROUNDING
+                * h
+                * swift
+                / max(least / state[BEST_CONDITIONING], ACCELERATION_ROUNDING_NEAREST)
+            )
         # both norms in one loop: with one at a time, as in `radau`, the compiler fuses products in
         # another way, to other last digits
         for n in range(size):
@@ -278,17 +282,17 @@ def runge_kutta(
         if rubs:
             low, high = work_errors(L, W, method, S, T, h)
             e3, e5 = e3 + low, e5 + high
-        if not (e5 < 1e300) or not good:
-            state[NEXT] = (BACK if over else 0.5 if near_singular else 0.25) * h
+        if not (e5 < FINITE) or not good:
+            state[NEXT] = (SINGULAR_STEP_BACK if over else 0.5 if near_singular else 0.25) * h
             state[REJECTED] += 1
-            if h < 1e-12 * max(abs(t), abs(until)):
+            if h < TIME_STEP_SHORTEST_REJECTED * max(abs(t), abs(until)):
                 return NOT_FINITE
             continue
-        safety = SAFETY_NEAR_SINGULAR if near_singular else SAFETY
+        safety = STEP_SAFETY_NEAR_SINGULAR if near_singular else STEP_SAFETY
         error, growth = next_length(h, e3, e5, size, method.order, safety)
         if error > 1.0:
             state[REJECTED] += 1
-            state[NEXT] = h * (BACK if over else max(0.2, growth))
+            state[NEXT] = h * (SINGULAR_STEP_BACK if over else max(0.2, growth))
             continue
         if not (near_singular or early):
             _, _, good = state_derivative(L, W, S, t + h, end, end_row, regular, True)
@@ -309,7 +313,7 @@ def runge_kutta(
             if h < state[DECIDE_BELOW]:
                 return BRANCH_UNCERTAIN
             continue
-        ends_there = part < END_BELOW * state[BEST_CONDITIONING]
+        ends_there = part < CONDITIONING_NO_END * state[BEST_CONDITIONING]
         if ends_there and state[END_TRIES] < ENDS_AGAIN and not (clipped or known):
             # a step begins badly at a singular position: end after it, or before
             state[END_TRIES] += 1
@@ -326,7 +330,7 @@ def runge_kutta(
         state[STEPS] += 1
         state[LAST_STEP_ALLOWED] = 0.0
         state[NEAR_SINGULAR_STEPS] += 1.0 if near_singular else 0.0
-        still_near = near_singular and least < NEAR_SINGULAR_BELOW * state[BEST_CONDITIONING]
+        still_near = near_singular and least < CONDITIONING_NEAR_SINGULAR * state[BEST_CONDITIONING]
         state[NEAR_SINGULAR] = 1.0 if still_near else 0.0
         if not (near_singular or clipped):
             stiffness = stiffness_estimate(h, y, stage, K[end_row], K[end_row - 1], scale, w)
@@ -355,6 +359,6 @@ def runge_kutta(
             state[END_TRIES] = state[STAGE_TRIES] = 0.0
         if state[STAND_IN_ENERGY] > state[STAND_IN_LIMIT]:
             return MORE
-        if state[STIFF_COUNT] >= STIFF_LIMIT and until - now > T.patience * state[NEXT]:
+        if state[STIFF_COUNT] >= STEP_STIFF_LIMIT and until - now > T.patience * state[NEXT]:
             return STIFF
     return MORE

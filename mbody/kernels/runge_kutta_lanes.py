@@ -26,11 +26,23 @@ import numpy as np
 from mbody.core.bundle import Bundle, Floats, Ints, Rows, Stacks
 from mbody.core.decorators import inline, kernel, njit
 from mbody.core.lanes import larger, ld, select_le, smaller, st, wide
+from mbody.core.tolerances import (
+    ARTIFICIAL_MASS_ENERGY,
+    CONDITIONING_NEAR_SINGULAR,
+    CONDITIONING_NO_END,
+    FINITE,
+    MONITOR_STEEPER,
+    STEP_FIRST_LITTLE,
+    STEP_FIRST_MOST,
+    STEP_FIRST_SILENT,
+    STEP_INTERPOLATION_DOUBTFUL,
+    STEP_SAFETY,
+    STEP_STIFF_LIMIT,
+    TIME_END_ROUNDING,
+    TIME_STEP_SHORTEST,
+)
 from mbody.kernels.accelerations import free_accelerations
 from mbody.kernels.dense_output import (
-    DOUBTFUL,
-    SAFETY,
-    STIFF_LIMIT,
     along,
     along_rate,
     count_stiff,
@@ -44,10 +56,7 @@ from mbody.kernels.forces import signals
 from mbody.kernels.layout import Layout, Work, keep
 from mbody.kernels.loop_closure import least_conditioning, projected_accelerations
 from mbody.kernels.position_velocity import put_column
-from mbody.kernels.runge_kutta import END_BELOW
 from mbody.kernels.singularity_monitor import (
-    STAND_IN_PART,
-    STEEPER,
     keep_last_sample,
     largest_rotation,
     sample_conditioning,
@@ -59,7 +68,6 @@ from mbody.kernels.step_state import (
     BEST_CONDITIONING,
     CONDITIONING,
     DELIVERED,
-    NEAR_SINGULAR_BELOW,
     NEXT,
     PROGRESS,
     REJECTED,
@@ -279,10 +287,10 @@ def begin_step(lanes, batch, lane):
     busy = lanes.design[lane] >= 0
     if busy:
         S[ACCEPTED, lane] = 1.0
-        S[CLIPPED, lane] = 1.0 if t + h >= until - 1e-14 * abs(until) else 0.0
+        S[CLIPPED, lane] = 1.0 if t + h >= until - TIME_END_ROUNDING * abs(until) else 0.0
         if S[CLIPPED, lane] > 0.5:
             h = until - t
-        elif h < 1e-13 * max(abs(t), abs(until)):
+        elif h < TIME_STEP_SHORTEST * max(abs(t), abs(until)):
             leave_design(lanes, batch, lane)
     # a lane without a design does not move
     S[STEP_START, lane], S[STEP_LENGTH, lane] = t, h if S[ACCEPTED, lane] > 0.5 else 0.0
@@ -328,11 +336,11 @@ def accept_or_reject(lanes, batch, order):
         if S[ACCEPTED, lane] < 0.5:
             continue
         h, e3, e5 = S[STEP_LENGTH, lane], S[LOW_ERROR, lane], S[ERROR, lane]
-        weak = S[STAGE_CONDITIONING, lane] < NEAR_SINGULAR_BELOW * S[BEST_CONDITIONING, lane]
-        if not e5 < 1e300 or weak:
+        weak = S[STAGE_CONDITIONING, lane] < CONDITIONING_NEAR_SINGULAR * S[BEST_CONDITIONING, lane]
+        if not e5 < FINITE or weak:
             leave_design(lanes, batch, lane)
             continue
-        error, growth = next_length(h, e3, e5, lanes.y.shape[0], order, SAFETY)
+        error, growth = next_length(h, e3, e5, lanes.y.shape[0], order, STEP_SAFETY)
         S[GROWTH, lane] = max(0.2, growth)
         if error > 1.0:
             S[REJECTED, lane] += 1.0
@@ -351,8 +359,8 @@ def finish_steps(lanes, batch, patience, stable):
         if S[ACCEPTED, lane] < 0.5:
             continue
         best, end = S[BEST_CONDITIONING, lane], S[END_CONDITIONING, lane]
-        lost = not S[FAILED, lane] < 0.5 or not end >= END_BELOW * best
-        if lost or S[RISK, lane] > 0.0 or S[STAND_INS, lane] > STAND_IN_PART:
+        lost = not S[FAILED, lane] < 0.5 or not end >= CONDITIONING_NO_END * best
+        if lost or S[RISK, lane] > 0.0 or S[STAND_INS, lane] > ARTIFICIAL_MASS_ENERGY:
             leave_design(lanes, batch, lane)
             continue
         S[CONDITIONING, lane] = end
@@ -368,7 +376,7 @@ def finish_steps(lanes, batch, patience, stable):
         # a step that is cut to end in time says nothing against longer ones
         S[NEXT, lane] = max(wanted, S[NEXT, lane]) if S[CLIPPED, lane] > 0.5 else wanted
         left = S[UNTIL, lane] - S[STEP_END, lane]
-        stiff = S[STIFF_COUNT, lane] >= STIFF_LIMIT and left > patience * S[NEXT, lane]
+        stiff = S[STIFF_COUNT, lane] >= STEP_STIFF_LIMIT and left > patience * S[NEXT, lane]
         slow = False
         if S[STEPS, lane] - S[MEAN_STEPS, lane] >= MANY_STEPS:
             mean = (S[STEP_END, lane] - S[MEAN_TIME, lane]) / MANY_STEPS
@@ -470,7 +478,7 @@ def take_steps(L, W, method, T, batch, lanes):
     )
     st(S, STIFFNESS, stiffness, w)
     turned = largest_rotation(L, w, lanes.y, lanes.end)
-    st(S, RISK, singularity_risk(L, W, w, method.at, STEEPER, turned), w)
+    st(S, RISK, singularity_risk(L, W, w, method.at, MONITOR_STEEPER, turned), w)
     st(S, STAND_INS, stand_in_energy(L, W, w, W.v) if regular > 0 else 0.0 * turned, w)
     finish_steps(lanes, batch, T.patience, method.stable)
     accepted = ld(S, ACCEPTED, w)
@@ -572,7 +580,7 @@ def deliver_lanes(L, W, T, batch, lanes):
         for lane in range(count):
             if S[HAS_INSTANT, lane] < 0.5:
                 continue
-            sound = S[FRACTION, lane] == 1.0 or S[ERROR, lane] <= DOUBTFUL
+            sound = S[FRACTION, lane] == 1.0 or S[ERROR, lane] <= STEP_INTERPOLATION_DOUBTFUL
             if S[FAILED, lane] == 0.0 and sound:
                 k = int(S[DELIVERED, lane])
                 for n in range(batch.rows.shape[0]):
@@ -604,10 +612,6 @@ def interpolation_errors(T, lanes, x):
 # gets depends on its own numbers alone, so neither its neighbours nor the number of threads matter;
 # a lane that meets anything out of the ordinary stays at its last step and is marked, to go on
 # alone.
-
-#: Sizes, in tolerances, below which a state or its derivative says nothing of the first step; parts
-#: of the way that it takes then, and at most (Hairer, Nørsett, Wanner, II.4).
-SILENT, LITTLE, MOST = 1e-5, 1e-6, 0.1
 
 
 class LaneStates(Bundle):
@@ -795,8 +799,12 @@ def first_lengths(T, lanes):
             d1 += (lanes.K[0, n, lane] / size) ** 2
         d0, d1 = np.sqrt(d0 / count), np.sqrt(d1 / count)
         whole = S[UNTIL, lane] - S[TIME, lane]
-        length = 0.01 * d0 / d1 if d0 > SILENT and d1 > SILENT else LITTLE * whole
-        S[NEXT, lane] = min(length, MOST * whole)
+        length = (
+            0.01 * d0 / d1
+            if d0 > STEP_FIRST_SILENT and d1 > STEP_FIRST_SILENT
+            else STEP_FIRST_LITTLE * whole
+        )
+        S[NEXT, lane] = min(length, STEP_FIRST_MOST * whole)
 
 
 @kernel

@@ -23,9 +23,7 @@ from __future__ import annotations
 
 from mbody.core.decorators import inline, njit
 from mbody.core.lanes import ld, select_le, smaller, st
-
-#: A pivot below this part of its diagonal is rounding of a row that depends on others.
-VANISHED = 1e-15
+from mbody.core.tolerances import PIVOT_VANISHED
 
 
 @inline
@@ -95,12 +93,12 @@ def factor(L, W, w, regularization, guard):
     least = ld(W.diagonal, 0, w)
     for k in range(L.nodes):
         a, b, c = ld(S, 3 * k, w), ld(S, 3 * k + 1, w), ld(S, 3 * k + 2, w)
-        low = VANISHED * ld(W.diagonal, 2 * k, w)
+        low = PIVOT_VANISHED * ld(W.diagonal, 2 * k, w)
         i0 = select_le(a, low, 0.0 * a, 1.0 / a)
         least = smaller(least, a - guard * ld(W.diagonal, 2 * k, w))
         lower = b * i0
         d = c - b * lower
-        low = VANISHED * ld(W.diagonal, 2 * k + 1, w)
+        low = PIVOT_VANISHED * ld(W.diagonal, 2 * k + 1, w)
         i1 = select_le(d, low, 0.0 * d, 1.0 / d)
         least = smaller(least, d - guard * ld(W.diagonal, 2 * k + 1, w))
         st(D, 3 * k, i0, w)

@@ -18,6 +18,14 @@ import numpy as np
 
 from mbody.core.decorators import njit
 from mbody.core.lanes import larger, ld, select_le, smaller, st
+from mbody.core.tolerances import (
+    MONITOR_BEND,
+    MONITOR_NOISE,
+    MONITOR_STEEPER,
+    MONITOR_SWEEP,
+    MONITOR_VARIED,
+    TINY,
+)
 from mbody.kernels.step_state import (
     DECIDE_BELOW,
     KNOWN_UNTIL,
@@ -27,21 +35,6 @@ from mbody.kernels.step_state import (
     STAND_IN_ENERGY,
     TIME,
 )
-
-#: A rate may be so many times that of the neighbouring gaps; in the bend of a branch that passes
-#: another one, which steps must resolve, this many times.
-STEEPER, BEND = 3.0, 10.0
-#: Between two samples no body turns by more than this [rad] where distances vary by more than that
-#: part of the greatest: they rise from zero to their greatest value, as a sine does, in π/2 by
-#: which one body turns from another, and two may turn against each other, faster than in the mean.
-SWEEP, VARIED = 0.4, 0.2
-#: Where masses that replace missing ones have this part of the kinetic energy, the motion
-#: depends on them; elsewhere refinement takes their effect away.
-STAND_IN_PART = 1e-3
-#: Distances below this are rounding: pivots are squares of them.
-NOISE = 1e-6
-#: Least part of a determinant that is not zero.
-TINY = 1e-300
 
 
 @njit
@@ -89,7 +82,7 @@ def singularity_risk(L, W, w, at, steeper, turned):
     worst, widest = zero - 1.0, 0.0
     for n in range(1, at.shape[0]):
         widest = max(widest, at[n] - at[n - 1])
-    blurred = turned * widest - SWEEP
+    blurred = turned * widest - MONITOR_SWEEP
     for k in range(L.nodes):
         d = ld(W.near, k, w)
         rate, both, low, high = zero, zero, d, d
@@ -98,12 +91,14 @@ def singularity_risk(L, W, w, at, steeper, turned):
             here = ld(W.near, n * L.nodes + k, w)
             new, sum_here = np.abs(here - d) / gap, d + here
             # ρ g − (d₀ + d₁): of this gap by the rate of the last one, and the other way round
-            worst = larger(worst, steeper * rate * gap - sum_here - NOISE)
+            worst = larger(worst, steeper * rate * gap - sum_here - MONITOR_NOISE)
             if n > 1:
-                worst = larger(worst, steeper * new * (at[n - 1] - at[n - 2]) - both - NOISE)
+                worst = larger(
+                    worst, steeper * new * (at[n - 1] - at[n - 2]) - both - MONITOR_NOISE
+                )
             low, high = smaller(low, here), larger(high, here)
             d, rate, both = here, new, sum_here
-        worst = larger(worst, smaller(blurred, high - low - VARIED * high))
+        worst = larger(worst, smaller(blurred, high - low - MONITOR_VARIED * high))
     return worst
 
 
@@ -120,7 +115,7 @@ def may_be_singular(L, W, S, at, other, near_singular):
         return False
     turned = largest_rotation(L, 0.0, S.y, other)
     bend = near_singular or (t < state[SHORTENED_UNTIL] and state[DECIDE_BELOW] == 0.0)
-    return singularity_risk(L, W, 0.0, at, BEND if bend else STEEPER, turned) > 0.0
+    return singularity_risk(L, W, 0.0, at, MONITOR_BEND if bend else MONITOR_STEEPER, turned) > 0.0
 
 
 @njit

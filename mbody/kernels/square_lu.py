@@ -16,6 +16,7 @@ import math
 from mbody.core.bundle import Bundle, Floats, Ints, Rows, Tables
 from mbody.core.decorators import inline, kernel, njit
 from mbody.core.lanes import ld, st
+from mbody.core.tolerances import PIVOT_NONE, PIVOT_THRESHOLD, TINY
 
 
 class Square(Bundle):
@@ -193,11 +194,6 @@ def solve_transposed(P, W, w, F, c, u):
 # Products are stored before they are added: a compiler that joined both in one operation would
 # round otherwise, and ties of pivots would be decided by the processor.
 
-#: A pivot is at least this part of the greatest number of its column.
-THRESHOLD = 0.1
-#: A number below this part of the greatest is none.
-NOTHING = 1e-12
-
 
 class PivotSearch(Bundle):
     """A pattern of numbers at several positions, and what the search keeps of it."""
@@ -284,7 +280,7 @@ def renew(S):
         for m in range(positions):
             S.least[m] = max(S.least[m], S.greatest[c, m])
     for m in range(positions):
-        S.least[m] = NOTHING * S.least[m]
+        S.least[m] = PIVOT_NONE * S.least[m]
 
 
 @njit
@@ -302,7 +298,7 @@ def value_column(S, c):
         r = S.rows_of[c, n]
         part = math.inf
         for m in range(positions):
-            part = min(part, abs(S.numbers[r * size + c, m]) / max(S.greatest[c, m], 1e-300))
+            part = min(part, abs(S.numbers[r * size + c, m]) / max(S.greatest[c, m], TINY))
         S.worth[c, n] = part
         if S.inside[r, c] != 0:
             S.best[c] = max(S.best[c], part)
@@ -316,7 +312,7 @@ def cheapest(S):
     for c in range(size):
         if S.open[c] != 0:
             limit = max(limit, S.best[c])
-    limit = min(THRESHOLD, limit)
+    limit = min(PIVOT_THRESHOLD, limit)
     least, row, column, place = math.inf, -1, -1, size * size
     for c in range(size):
         if S.open[c] == 0:

@@ -12,6 +12,7 @@ from __future__ import annotations
 from mbody.core.bundle import Rows
 from mbody.core.decorators import inline, kernel, njit
 from mbody.core.lanes import ld, st
+from mbody.core.tolerances import DIFFERENCE_STEP_FORWARD
 from mbody.kernels.forces import forces, signals
 from mbody.kernels.friction import friction_loss
 from mbody.kernels.layout import Layout, Work, keep
@@ -133,9 +134,6 @@ def first_derivative(L, W, S, refinements, page):
 # units may be anything, are counted in their sizes there, so that pivots are chosen among numbers
 # that can be compared.
 
-#: Part of the size of a coordinate by which differences step: the root of rounding.
-STEP = 1.5e-8
-
 
 @njit
 def state_jacobian(L, W, S, refinements, J):
@@ -150,7 +148,7 @@ def state_jacobian(L, W, S, refinements, J):
     for n in range(states):
         for m in range(states):
             stage[m] = y[m]
-        step = STEP * max(abs(y[n]), scale[n])
+        step = DIFFERENCE_STEP_FORWARD * max(abs(y[n]), scale[n])
         stage[n] = y[n] + step
         step = stage[n] - y[n]
         state_derivative(L, W, S, S.state[TIME], stage, 3, refinements, False)

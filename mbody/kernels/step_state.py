@@ -61,9 +61,6 @@ UNLIMITED = (LEAST_CONDITIONING, KNOWN_UNTIL, SHORTENED_UNTIL, STAND_IN_LIMIT, C
     BRANCH_UNCERTAIN,
 ) = range(8)
 
-#: A motion is near a singular position where the conditioning falls below this part of its best.
-NEAR_SINGULAR_BELOW = 3e-3
-
 
 class Stepping(Bundle):
     """Memory of the steps of one motion.

@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from mbody.core.tolerances import TABLE_CLOSES, TABLE_PERIOD_ROUNDING
 from mbody.errors import ModelError
 from mbody.laws.base import FixedLaw, Law, law_field, law_number, with_dimension
 from mbody.laws.kernels import SHAPES, FloatArray
@@ -190,12 +191,12 @@ class Cam(FixedLaw):
             end += segment.start + segment.duration
             level += segment.height
         size = max((abs(rise.height) for rise in rises), default=0.0)
-        if abs(level - base) > 1e-9 * size:
+        if abs(level - base) > TABLE_CLOSES * size:
             raise ModelError(
                 f"Cam: the program ends {level - base:+g} from where it began: the "
                 "heights of its rises and returns must add up to 0"
             )
-        if end > self.period * (1.0 + 1e-9):
+        if end > self.period * (1.0 + TABLE_PERIOD_ROUNDING):
             raise ModelError(
                 f"Cam: the segments last {end:g} in all, longer than the period {self.period:g}"
             )

@@ -10,6 +10,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from mbody.core.tolerances import (
+    COMPLEX_STEP,
+    FUNCTION_SCALE_LEAST,
+    FUNCTION_SLOPES_AGREE,
+    LAW_EPSILON,
+)
 from mbody.errors import ModelError
 from mbody.laws.base import FixedLaw, finite
 from mbody.laws.kernels import FloatArray
@@ -19,8 +25,6 @@ from mbody.laws.kernels import FloatArray
 FIRST_STEP = 0.0837
 RATIO = 1.87
 LEVELS = 20
-EPS = 2.3e-16
-COMPLEX_STEP = 1e-30
 
 
 @dataclass(frozen=True)
@@ -172,7 +176,11 @@ def _differentiate(
     f = finite_value(function, x)
     slope = _complex_slope(function, x, quiet=False)
     slope_d, bend_c, bend_d = _Limit(), _Limit(), _Limit()  # from differences, from complex slopes
-    step, size, steepest = FIRST_STEP * max(scale, 1e-6 * abs(x)), abs(f), abs(slope)
+    step, size, steepest = (
+        FIRST_STEP * max(scale, FUNCTION_SCALE_LEAST * abs(x)),
+        abs(f),
+        abs(slope),
+    )
     agree = False
     for level in range(LEVELS):
         right, left = x + step, x - step
@@ -180,7 +188,7 @@ def _differentiate(
         width = 0.5 * (right - left)
         size = max(size, abs(f_right), abs(f_left))
         first = (f_right - f_left) / (2.0 * width)
-        noise = EPS * (size + abs(x * first)) / width
+        noise = LAW_EPSILON * (size + abs(x * first)) / width
         slope_d.add(first, noise)
         bend_d.add((f_right - 2.0 * f + f_left) / width**2, 4.0 * noise / width)
         # converged where smaller steps would add more rounding error than they remove
@@ -192,9 +200,9 @@ def _differentiate(
             s_left = _complex_slope(function, left, quiet=True)
             steepest = max(steepest, abs(s_right), abs(s_left))
             bend = (s_right - s_left) / (2.0 * width)
-            noise = EPS * (steepest + abs(x * bend)) / width
+            noise = LAW_EPSILON * (steepest + abs(x * bend)) / width
             bend_c.add(bend, noise)
-            agree = abs(slope - slope_d.value) + slope_d.error <= 1e-6 * steepest
+            agree = abs(slope - slope_d.value) + slope_d.error <= FUNCTION_SLOPES_AGREE * steepest
             if agree:
                 converged = not second or bend_c.error <= 4.0 * noise
         if converged and level > 1:

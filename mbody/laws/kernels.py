@@ -22,6 +22,7 @@ from mbody.core.decorators import PLAIN, inline, kernel, njit
 from mbody.core.dual_number import value
 from mbody.core.duals import constant, entry
 from mbody.core.lanes import larger, smaller
+from mbody.core.tolerances import TABLE_RANGE_MARGIN
 
 # -- Evaluation of a law given by a formula: a postfix program on jets (f, f′, f″) -------------
 #
@@ -270,7 +271,6 @@ SHAPES = (
 OUTSIDE = ("error", "hold", "line", "periodic")
 """What a table does outside its range; the integer code is the index."""
 
-TOLERANCE = 1e-9
 """A table is extended by this fraction of its range, so that rounding does not leave it."""
 
 PI = math.pi
@@ -338,7 +338,7 @@ def spline(par: FloatArray, o: int, n: int, lane: int, tab: FloatArray, k: int, 
     span = high - low
     if outside == 3:
         x = x - span * np.floor(value((x - low) / span))
-    margin = TOLERANCE * span if outside == 0 or outside == 3 else 0.0
+    margin = TABLE_RANGE_MARGIN * span if outside == 0 or outside == 3 else 0.0
     r = smaller(larger(x, low), high) if outside == 1 or outside == 2 else x
     if not (r >= low - margin and r <= high + margin) or x != x:
         return math.nan, math.nan, math.nan

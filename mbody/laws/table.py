@@ -12,9 +12,10 @@ import numpy as np
 from mbody.core.decorators import njit
 from mbody.core.dual_number import value
 from mbody.core.lanes import larger, smaller
+from mbody.core.tolerances import TABLE_CLOSES, TABLE_RANGE_MARGIN, TABLE_SPLINE_BEYOND
 from mbody.errors import ModelError
 from mbody.laws.base import FixedLaw, Law, law_field, law_numbers, with_dimension
-from mbody.laws.kernels import OUTSIDE, TOLERANCE, FloatArray, interval, thomas
+from mbody.laws.kernels import OUTSIDE, FloatArray, interval, thomas
 from mbody.quantities import FormulaError
 from mbody.quantities.formula import is_pending
 from mbody.quantities.types import Converted, NumberRow, required
@@ -136,7 +137,7 @@ def surface(tab: FloatArray, k: int, x: float, y: float) -> tuple[float, float, 
     p, q = x, y
     if outside > 0:
         p, q = smaller(larger(x, x0), x1), smaller(larger(y, y0), y1)
-    wide, high = TOLERANCE * (x1 - x0), TOLERANCE * (y1 - y0)
+    wide, high = TABLE_RANGE_MARGIN * (x1 - x0), TABLE_RANGE_MARGIN * (y1 - y0)
     within = p >= x0 - wide and p <= x1 + wide and q >= y0 - high and q <= y1 + high
     if not within or x != x or y != y:
         return math.nan, math.nan, math.nan
@@ -163,9 +164,6 @@ End = Literal["natural", "not-a-knot", "clamped"]
 Outside = Literal["error", "hold", "line"]
 
 
-#: A spline is reported to leave the range of its points if it does so by more than this part of the
-#: range: rounding of the coefficients may exceed it by less.
-BEYOND = 1e-9
 #: Dimensions of a motion, whose tables are smooth by default.
 MOTIONS = (DIMENSIONS["length"], DIMENSIONS["angle"])
 
@@ -264,7 +262,7 @@ class Table(FixedLaw):
                 "repeated ones"
             )
         if self.periodic and y[0] != y[-1]:
-            if abs(y[-1] - y[0]) > 1e-9 * np.ptp(y):
+            if abs(y[-1] - y[0]) > TABLE_CLOSES * np.ptp(y):
                 raise ModelError(
                     f"Table: a periodic table must end where it begins, but y[0] = "
                     f"{y[0]:g} and y[-1] = {y[-1]:g}: repeat the first point one "
@@ -373,7 +371,7 @@ class Table(FixedLaw):
         places, values = self._extremes
         y = np.asarray(self.y)
         over = np.maximum(values - y.max(), y.min() - values)
-        if not over.size or over.max() <= BEYOND * np.ptp(y):
+        if not over.size or over.max() <= TABLE_SPLINE_BEYOND * np.ptp(y):
             return None
         worst = int(over.argmax())
         return float(places[worst]), float(values[worst])

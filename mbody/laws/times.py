@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from mbody.core.tolerances import TABLE_RATE_AGREES, TABLE_TIMES_SHORTEST, TABLE_TURNING_POINT
 from mbody.errors import ModelError
 from mbody.laws.base import Law, finite, finite_array
 from mbody.laws.expression import Constant, ConstantAcceleration, ConstantSpeed, Expression
@@ -23,7 +24,6 @@ from mbody.laws.measured_formula import MeasuredFormula
 PLACES = np.cumsum(1.0 + 0.5 * np.sin(2.4 * np.arange(33)))
 PLACES = (PLACES - PLACES[0]) / np.ptp(PLACES)
 WITHIN = 0.382  # of an interval: there f′ is compared with its interpolation from the ends
-CLOSE = 0.05  # of f′ nearby: tolerance of that comparison
 MAX_PLACES = 1 << 18
 MAX_BISECTIONS = 40  # of an interval, at a corner
 MAX_STRETCHES = 400
@@ -44,7 +44,7 @@ def monotonic_nodes(
     for _ in range(MAX_STRETCHES):
         nodes, values = _stretch(law, end, end + length, MAX_PLACES - count)
         if not np.isfinite(values[:, 0]).all():
-            if length < 1e-12 * max(first, abs(end)):
+            if length < TABLE_TIMES_SHORTEST * max(first, abs(end)):
                 law(nodes)  # raises the error that names the place
             length *= 0.5
             continue
@@ -83,7 +83,11 @@ def _stretch(law: Law, a: float, b: float, most: int) -> tuple[FloatArray, Float
         predicted = _between(right - left, values[todo], values[todo + 1])
         with np.errstate(invalid="ignore"):
             near = np.abs(values[todo, 1]) + np.abs(values[todo + 1, 1])
-            bad = ~(np.abs(got[:, 1] - predicted) <= CLOSE * near) & (new > left) & (new < right)
+            bad = (
+                ~(np.abs(got[:, 1] - predicted) <= TABLE_RATE_AGREES * near)
+                & (new > left)
+                & (new < right)
+            )
         order = np.argsort(np.concatenate([nodes, new]), kind="stable")
         place = np.empty(order.size, dtype=int)
         place[order] = np.arange(order.size)
@@ -129,7 +133,6 @@ def _zeros(law: Law, column: int, low: FloatArray, high: FloatArray) -> FloatArr
     return low
 
 
-TIMES_CLOSE = 1e-12  # of the values' size: rounding may exceed a turning point by this
 SAMPLES = 32  # per scale of a Python function, in the search for turning points
 MAX_SCALES = 1024  # of a Python function, in that search
 REMEDY = "request values before that, or change the law or the start"
@@ -189,32 +192,34 @@ def times_of(
     begin = law(t0)
     size = max(abs(begin), float(np.max(np.abs(wanted))))
     sign = 1.0 if wanted[-1] - begin >= 0.0 else -1.0
-    if float(np.min(sign * (wanted - begin))) < -TIMES_CLOSE * size:
+    if float(np.min(sign * (wanted - begin))) < -TABLE_TURNING_POINT * size:
         raise ModelError(
             f"the law is at {formatted(begin)} at t = {t0:g}, already past {formatted(wanted[0])}: "
             "start earlier, or from a later value"
         )
     # from here on the law and the values increase
     rest = np.maximum(sign * (wanted - begin), 0.0)
-    if rest[-1] <= TIMES_CLOSE * size:
+    if rest[-1] <= TABLE_TURNING_POINT * size:
         return np.full(wanted.size, t0)
     if isinstance(law, Constant | ConstantSpeed | ConstantAcceleration):
-        return _accelerated(law, sign, rest, t0, begin, wanted[-1], TIMES_CLOSE * size, formatted)
+        return _accelerated(
+            law, sign, rest, t0, begin, wanted[-1], TABLE_TURNING_POINT * size, formatted
+        )
     if isinstance(law, Function):
         nodes = _sampled(law, sign, begin, float(rest[-1]), t0)
         reached = np.array([finite_value(law.function, t) for t in nodes.tolist()])
     elif isinstance(law, Expression) or law.kind == MeasuredFormula.kind:
-        nodes = monotonic_nodes(law, sign, begin, float(rest[-1]), t0, TIMES_CLOSE * size)
+        nodes = monotonic_nodes(law, sign, begin, float(rest[-1]), t0, TABLE_TURNING_POINT * size)
         reached = law(nodes)
     else:
         nodes = _refined(law, sign, begin, float(rest[-1]), t0)
         reached = law(nodes)
     gain = sign * (reached - begin)
     ended = len(nodes) - 1
-    back = np.flatnonzero(np.diff(gain) < -TIMES_CLOSE * size)
+    back = np.flatnonzero(np.diff(gain) < -TABLE_TURNING_POINT * size)
     if back.size:
         ended = int(back[0])
-    if rest[-1] > gain[: ended + 1].max() + TIMES_CLOSE * size:
+    if rest[-1] > gain[: ended + 1].max() + TABLE_TURNING_POINT * size:
         at, last = float(nodes[ended]), float(wanted[-1])
         raise ModelError(
             _not_reached(

@@ -18,7 +18,8 @@ from typing import Any
 from llvmlite import ir
 
 from mbody.core.recorded_numbers import NumberRecording
-from mbody.kernels.continuation_lanes import ITERATIONS, LARGE
+from mbody.core.tolerances import PIVOT_GROWTH_LARGE
+from mbody.kernels.continuation_lanes import ITERATIONS
 from mbody.straight_line.code_interface import ENTRY, STRUCTURAL
 from mbody.straight_line.instructions import (
     SHARED,
@@ -301,7 +302,7 @@ class FunctionWriter(ABC):
         growth = self._piece(f"factor {now}")["growth"]
         self._store(growth, self.newton["growth"])
         worst = self._greatest(b.select(self._sound(), growth, self.zero))
-        with b.if_then(b.fcmp_unordered(">", worst, constant(SHARED, LARGE))):
+        with b.if_then(b.fcmp_unordered(">", worst, constant(SHARED, PIVOT_GROWTH_LARGE))):
             others = self._piece(f"factor {other}")["growth"]
             best = self._greatest(b.select(self._sound(), others, self.zero))
             with b.if_then(b.fcmp_ordered("<", best, worst)):

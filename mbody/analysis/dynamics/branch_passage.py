@@ -45,6 +45,7 @@ from mbody.analysis.singular.singular_positions import (
     undecided,
 )
 from mbody.core.tolerances import (
+    ARTIFICIAL_MASS_ENERGY,
     ARTIFICIAL_MASS_GROWTH,
     BRANCH_LOOK_AGAIN,
     BRANCH_LOOK_FIRST,
@@ -72,7 +73,6 @@ from mbody.core.tolerances import (
 from mbody.errors import SolveError
 from mbody.kernels.layout import PER_PRIMITIVE, Work
 from mbody.kernels.loop_closure import laws_of_time
-from mbody.kernels.singularity_monitor import STAND_IN_PART
 from mbody.kernels.state_derivative import initial_derivative
 from mbody.kernels.step_state import (
     BEST_CONDITIONING,
@@ -113,7 +113,7 @@ class BranchPassage:
         self.doubts: tuple[Doubt, ...] = ()
         self.met: tuple[MetPosition, ...] = ()
         state[KNOWN_UNTIL] = state[SHORTENED_UNTIL] = state[CROSSING_TIME] = -np.inf
-        state[LEAST_CONDITIONING], state[STAND_IN_LIMIT] = np.inf, STAND_IN_PART
+        state[LEAST_CONDITIONING], state[STAND_IN_LIMIT] = np.inf, ARTIFICIAL_MASS_ENERGY
         self.first_position = np.zeros(0)
 
     @property

@@ -10,6 +10,7 @@ import numpy as np
 
 from mbody.core.tolerances import (
     CONDITIONING_INTO_SINGULAR,
+    CONDITIONING_NEAR_SINGULAR,
     DIFFERENCE_STEP_FORWARD,
     STATE_SIZE_SMALL,
     STEP_FIRST_LITTLE,
@@ -30,7 +31,6 @@ from mbody.kernels.step_state import (
     KNOWN_UNTIL,
     MORE,
     NEAR_SINGULAR,
-    NEAR_SINGULAR_BELOW,
     NEXT,
     NOT_FINITE,
     PROGRESS,
@@ -339,7 +339,7 @@ class _WithPassages:
             done, t = state[STEPS], state[TIME]
             near = state[NEAR_SINGULAR] or t <= state[KNOWN_UNTIL] or t < state[SHORTENED_UNTIL]
             best = state[BEST_CONDITIONING]
-            if state[CONDITIONING] >= NEAR_SINGULAR_BELOW * best and not near:
+            if state[CONDITIONING] >= CONDITIONING_NEAR_SINGULAR * best and not near:
                 code = int(self.kernel(motion, until, count, outputs))
                 nearly = state[CONDITIONING] < CONDITIONING_INTO_SINGULAR * state[BEST_CONDITIONING]
                 failed = code in (STEP_VANISHED, NOT_FINITE)
@@ -461,7 +461,7 @@ class FixedSteps(_WithPassages):
         S, hat = motion.stepping, self.method.acceleration
         hat[:] = S.K[0, self.coordinates :]
         S.state[JACOBIAN_VALID] = 0.0
-        weak = S.state[CONDITIONING] < NEAR_SINGULAR_BELOW * S.state[BEST_CONDITIONING]
+        weak = S.state[CONDITIONING] < CONDITIONING_NEAR_SINGULAR * S.state[BEST_CONDITIONING]
         if not (weak or S.state[NEAR_SINGULAR]):
             S.state[NEXT] = self.method.length
 

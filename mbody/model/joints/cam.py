@@ -10,6 +10,7 @@ import numpy as np
 
 from mbody.core.decorators import inline
 from mbody.core.lanes import sincos
+from mbody.core.tolerances import CAM_PROFILE_CLOSES
 from mbody.errors import ModelError
 from mbody.laws import Law
 from mbody.model.element import LawLike, law_field, number_field
@@ -24,9 +25,6 @@ if TYPE_CHECKING:
 
 #: Places of one turn at which a profile is looked at, both ends included: every half degree.
 PLACES = 721
-#: A profile closes where its ends differ by less than this part of its size: a period in a file,
-#: as 6.283185 for a turn, has seven digits.
-CLOSES = 1e-6
 
 
 @dataclass(frozen=True)
@@ -236,7 +234,7 @@ class CamFollower(RubbingJoint, StrikingJoint):
     def _refuse_open(self, R: Any, R1: Any, unit: str) -> None:
         size = np.abs(R).max()
         for what, part, per in (("", R, unit), ("the slope of ", R1, f"{unit}/rad")):
-            if not abs(part[-1] - part[0]) <= CLOSES * size:
+            if not abs(part[-1] - part[0]) <= CAM_PROFILE_CLOSES * size:
                 raise ModelError(
                     f"'{self.name}': {what}its profile does not close: {part[0]:.6g} {per} at 0 "
                     f"deg, {part[-1]:.6g} {per} at 360 deg: give a law that repeats after one turn",

@@ -9,11 +9,9 @@ import numpy as np
 
 from mbody.core.decorators import inline
 from mbody.core.lanes import sincos
+from mbody.core.tolerances import TINY
 from mbody.model.geometry import between
 from mbody.model.primitives import constraint_physics
-
-#: What keeps zero over zero a number.
-TINY = 1e-300
 
 
 @constraint_physics()

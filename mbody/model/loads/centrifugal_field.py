@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 import numpy as np
 
 from mbody.core.decorators import inline
+from mbody.core.tolerances import INERTIA_DIGITS_TYPED, TINY
 from mbody.errors import ModelError
 from mbody.laws import Constant
 from mbody.model.element import OptionalLaw, Place, law_field, number_field, place_field
@@ -18,10 +19,6 @@ from mbody.quantities.types import NumberField
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
     from mbody.model.loads._base import LoadSummary
-
-
-#: Second moments may miss the body's inertia by this part of it: digits that were typed.
-MISFIT = 1e-6
 
 
 class Spindle(NamedTuple):
@@ -183,7 +180,7 @@ def second_moments(at: Numbers, body: Any, field: str) -> list[Any]:
         c, s = np.cos(angle), np.sin(angle)
         return [inertia * c * c, inertia * s * s, inertia * c * s]
     xx, yy, xy = (at[f"{name}.spread.{key}"] for key in ("xx", "yy", "xy"))
-    off = np.abs(xx + yy - inertia) > MISFIT * np.maximum(np.abs(xx + yy), inertia)
+    off = np.abs(xx + yy - inertia) > INERTIA_DIGITS_TYPED * np.maximum(np.abs(xx + yy), inertia)
     if np.any(off):
         which = int(np.argmax(off))
         both, own = (np.broadcast_to(v, np.shape(off)).flat[which] for v in (xx + yy, inertia))
@@ -214,4 +211,4 @@ def centrifugal(j, m, p, moments):
 @inline
 def spin(given, J, free):
     """ω: as given, or H/J of a free spindle; zero where there is no inertia."""
-    return (1.0 - free) * given + free * given * J / (J * J + 1e-300)
+    return (1.0 - free) * given + free * given * J / (J * J + TINY)

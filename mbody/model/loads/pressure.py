@@ -10,6 +10,7 @@ import numpy as np
 
 from mbody.core.decorators import inline
 from mbody.core.dual_number import value
+from mbody.core.tolerances import TABLE_RANGE_MARGIN
 from mbody.errors import ModelError
 from mbody.laws import Cam, Table
 from mbody.model.element import (
@@ -32,8 +33,6 @@ if TYPE_CHECKING:
 
 
 TURN = 2.0 * math.pi
-#: Part of a turn by which a table may miss an end of it: rounding of its numbers.
-ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -147,7 +146,7 @@ def _check_cycle(load: PistonPressure, side: str) -> None:
     if period is None:
         return
     times = TURN / period
-    if round(times) < 1 or abs(times - round(times)) > ROUNDING * times:
+    if round(times) < 1 or abs(times - round(times)) > TABLE_RANGE_MARGIN * times:
         raise ModelError(
             f"'{load.name}': {side} repeats every {math.degrees(period):.6g} deg, which does not "
             f"go into the cycle of 360 deg of '{load.cycle}': give it a period of 360 deg, or a "
@@ -159,7 +158,7 @@ def _check_cycle(load: PistonPressure, side: str) -> None:
 def _check_covers(load: PistonPressure, side: str, first: float, last: float, outside: str) -> None:
     """Refuse a table that ends within the cycle, or after it."""
     covers = f"'{load.name}': the table of {side} covers {_deg(first)} to {_deg(last)} deg, the"
-    slack = ROUNDING * TURN
+    slack = TABLE_RANGE_MARGIN * TURN
     if first < -slack or last > TURN + slack:
         raise ModelError(
             f"{covers} cycle of '{load.cycle}' is one turn, 0 to 360 deg: leave out what is "

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from mbody.core.decorators import inline
+from mbody.core.tolerances import TINY
 from mbody.model.element import OptionalLaw, law_field, number_field
 from mbody.model.geometry import between
 from mbody.model.loads._base import LINE, BetweenPlaces, one_of
@@ -125,7 +126,7 @@ def elongation(i, j, p):
     """
     arms, (dx, dy), (dvx, dvy), _ = between(i, j, p[0], p[1], p[2], p[3])
     length = np.sqrt(dx * dx + dy * dy)
-    reach = np.sqrt(dx * dx + dy * dy + 1e-300)
+    reach = np.sqrt(dx * dx + dy * dy + TINY)
     ux, uy = dx / reach, dy / reach
     rate = p[5]
     x = (1.0 - rate) * (length - p[4]) + rate * (ux * dvx + uy * dvy)
