@@ -350,13 +350,14 @@ PATH_SLIGHT_SQUARE = 1e-9**2  # What is as small as this counts as zero in both 
 PATH_SPREAD = 0.55
 #: A step shorter than this part of the longest one is not made: stuck.
 PATH_STEP_SHORTEST = 2.0**-40
-#: A step that turns and is shorter than this part of the longest one may be at a kink of a law.
+#: A step that turns and is shorter than this part of the longest one may be at a nonsmooth point of
+#: a law.
 PATH_STEP_KINK = 2.0**-20
 #: Successive steps shorter than this part of the longest one are a collapse of the step size:
 #: rounding decides what the monitor sees. Bends of a margin of 1e-8 take some hundred.
 PATH_STEP_COLLAPSE = 2.0**-16
 PATH_STEP_ROUNDING = 1e-14  # What is left of the way, as a part of the places, that is rounding.
-#: At a kink the position is regular: Newton's first correction is below this,
+#: At a nonsmooth point the position is regular: Newton's first correction is below this,
 PATH_KINK_CORRECTION = 1e-6
 PATH_KINK_CONDITIONING = 1e-8  # and the conditioning above this.
 PATH_DIVERGED = 1e3  # The correction from which on Newton's method diverges.

@@ -192,7 +192,8 @@ def fluctuation(run: Solution, driver: str | None = None) -> Fluctuation:
     -----
     The torque is taken as the periodic cubic spline through the instants, which is integrated and
     crossed with its mean exactly: the mean has the accuracy of a trapezoidal sum of a periodic
-    function, the energy an error of order h⁴, at a kink h², at a jump h times its height.
+    function, the energy an error of order h⁴, at a nonsmooth point h², at a jump h times its
+    height.
 
     Source: R. S. Khurmi and J. K. Gupta, *Theory of Machines*, chapter 16; R. L. Norton, *Design of
     Machinery*, section 11.11.

@@ -157,12 +157,12 @@ class StepwiseCheck:
             modes, press = self.run.mode(contact.name), self.run.contact(contact.name)
             ours = [plain_mode(modes[k]) for k in self.instants]
             # what touches without a force is open as much as closed
-            idle = np.abs(press) <= FORCE_NONE * np.abs(press).max()
+            unloaded = np.abs(press) <= FORCE_NONE * np.abs(press).max()
             certain = [
                 (mine, said[0])
                 for mine, said, close, k in zip(ours, theirs, near, self.instants, strict=True)
                 if len(set(said)) == 1 and said[0] and not close
-                if mine == "open" or not idle[k]
+                if mine == "open" or not unloaded[k]
             ]
             if not certain:
                 continue

@@ -357,7 +357,7 @@ class Profile:
 
 def summit(look: Callable[[float], tuple[float, float]], a: float, x: float, c: float) -> float:
     """The place of the greatest value between a and c, x being greater than both: where the slope
-    changes its sign, at a kink as well (regula falsi, Illinois).
+    changes its sign, at a nonsmooth point as well (regula falsi, Illinois).
     """
     top, slope = look(x)
     best = top, x

@@ -203,11 +203,11 @@ class Refusals:
 Corner = tuple[Affine, tuple[int, ...]]
 
 #: Starts of a search in several unknowns, and how many in a row may find nothing new.
-STARTS, IDLE = 40, 16
+STARTS, STALLED = 40, 16
 #: Combinations of side conditions that are tried.
 MOST = 2000
 #: What makes a formula bend where probes may not look.
-KINKS = re.compile(r"\b(abs|min|max)\s*\(")
+NONSMOOTH = re.compile(r"\b(abs|min|max)\s*\(")
 
 
 class Solver:
@@ -248,13 +248,13 @@ class Solver:
         return doubted(answer, [*self.doubts, *of_runs])
 
     def _may_be_straight(self) -> bool:
-        """Whether probes can show that all is linear: not where a formula has a kink, which they
-        may miss.
+        """Whether probes can show that all is linear: not where a formula has a nonsmooth point,
+        which they may miss.
         """
         formulas = [self.question.objective] if self.question.objective else []
         relations = [*self.equations, *self.sides] if formulas else []
         formulas += [part for one in relations for part in (one.left, one.right)]
-        return self.trials.steady and not any(map(KINKS.search, formulas))
+        return self.trials.steady and not any(map(NONSMOOTH.search, formulas))
 
     # -- places -------------------------------------------------------------------------------
 
@@ -445,17 +445,17 @@ class Solver:
         else:
             starts += list(spread(grids, STARTS))
         found: list[Affine] = []
-        idle = 0
+        stalled = 0
         for one in starts:
             arrived = newton(self.rows, rows, one)
             if arrived is not None:
                 arrived = self._unwound(arrived, rows)
             if arrived is not None and self._is_new(arrived.base, found):
                 found.append(arrived)
-                idle = 0
+                stalled = 0
             else:
-                idle += 1
-            if len(grids) > 1 and idle > IDLE:
+                stalled += 1
+            if len(grids) > 1 and stalled > STALLED:
                 break
         if not found:
             raise SolveError(self.refusals.no_root(start))

@@ -512,16 +512,16 @@ def interior(W, B, N, tolerance):
     if N.count[NEEDED] > N.matrix.shape[0]:
         return -1, math.inf
     start_inside(W, B, N, count)
-    best, idle, done = math.inf, 0, 0
+    best, stalled, done = math.inf, 0, 0
     while True:
         left = residuals(W, B, N, count)
         if left < best:
-            best, idle = left, 0
+            best, stalled = left, 0
             for c in range(count):
                 B.kept[c, 0], B.kept[c, 1] = B.impulse[c, 0], B.impulse[c, 1]
         else:
-            idle += 1
-        if left <= tolerance or done >= MOST or idle >= IDLE:
+            stalled += 1
+        if left <= tolerance or done >= MOST or stalled >= IDLE:
             break
         form(W, B, N, count)
         factor_blocks(N)

@@ -543,7 +543,7 @@ def follow(L: Layout, W: Work, path: DrivenPath, found: PathOutput) -> int:
     back, monitored_back, quintic, last = 1.0, 1.0, 0.0, 0
     # the longest step, or the first that was tried; what the last refusal leaves of a step
     longest, tried, limit = 0.0, 0.0, FINITE
-    crawled = 0
+    collapsed_steps = 0
     # greatest inverse part at the last place
     previous = 1.0
     here = s[0]
@@ -583,7 +583,7 @@ def follow(L: Layout, W: Work, path: DrivenPath, found: PathOutput) -> int:
                     nearest[PLACE], nearest[INSTANT_BEFORE] = here, 0.0
                 last = store_place(L, W, w, last)
                 break
-            kink = False
+            nonsmooth = False
             if good and h != 0.0 and verdict != UNSURE:
                 moved, off, terms, spread = compare_step(L, W, w, h, last)
                 good = first * first <= PATH_CORRECTION_SQUARE * moved + PATH_SLIGHT_SQUARE and (
@@ -592,11 +592,11 @@ def follow(L: Layout, W: Work, path: DrivenPath, found: PathOutput) -> int:
                 )
                 # so short a step at a regular position stays on its branch: the law turns sharply
                 whole = longest if longest > 0.0 else tried
-                kink = abs(h) <= PATH_STEP_KINK * whole and first <= PATH_KINK_CORRECTION
-                kink = kink and constraint_conditioning(L, W) > PATH_KINK_CONDITIONING
-                good = good or kink
+                nonsmooth = abs(h) <= PATH_STEP_KINK * whole and first <= PATH_KINK_CORRECTION
+                nonsmooth = nonsmooth and constraint_conditioning(L, W) > PATH_KINK_CONDITIONING
+                good = good or nonsmooth
                 near_singular = max(worst, previous) * CHANGE_POINT_NEAR > 1.0
-                if good and not kink and verdict == SOUND and near_singular:
+                if good and not nonsmooth and verdict == SOUND and near_singular:
                     verdict = SOUND if rates_fit(L, W, w, h, regularization) else UNSURE
             at_end = False
             if good and verdict == CHANGE_AHEAD and abs(place - 0.5) > CHANGE_POINT_MIDDLE:
@@ -604,7 +604,7 @@ def follow(L: Layout, W: Work, path: DrivenPath, found: PathOutput) -> int:
                 if not across and abs(2.0 * place * h) <= abs(left):
                     h, across = 2.0 * place * h, True
                     continue
-            if not good or verdict == UNSURE or crawled > CRAWLED:
+            if not good or verdict == UNSURE or collapsed_steps > CRAWLED:
                 whole = longest if longest > 0.0 else tried
                 h = 0.5 * h
                 limit = abs(h)
@@ -612,7 +612,7 @@ def follow(L: Layout, W: Work, path: DrivenPath, found: PathOutput) -> int:
                     limit <= PATH_STEP_SHORTEST * whole
                     or here + h == here
                     or at_end
-                    or crawled > CRAWLED
+                    or collapsed_steps > CRAWLED
                 ):
                     progress[REACHED], progress[BRANCH_UNSURE] = here, 1.0 if good else 0.0
                     put_first(W, last)
@@ -633,13 +633,17 @@ def follow(L: Layout, W: Work, path: DrivenPath, found: PathOutput) -> int:
                     nearest[INSTANT_BEFORE] = float(k)
                 here, previous = here + h, worst
                 longest = max(longest, abs(h))
-                crawls = abs(h) < abs(left) and moved <= PATH_STEP_COLLAPSE * PATH_STEP_COLLAPSE
-                crawls = crawls and max(worst, previous) * CHANGE_POINT_VANISHING > 1.0
-                crawled = crawled + 1 if crawls or abs(h) <= PATH_STEP_COLLAPSE * longest else 0
+                collapses = abs(h) < abs(left) and moved <= PATH_STEP_COLLAPSE * PATH_STEP_COLLAPSE
+                collapses = collapses and max(worst, previous) * CHANGE_POINT_VANISHING > 1.0
+                collapsed_steps = (
+                    collapsed_steps + 1
+                    if collapses or abs(h) <= PATH_STEP_COLLAPSE * longest
+                    else 0
+                )
                 last = store_place(L, W, w, last)
                 shift_pages(L, W)
                 back, monitored_back = h, h
-                quintic = 0.0 if kink or path.mode == BY_INSTANT else 1.0
+                quintic = 0.0 if nonsmooth or path.mode == BY_INSTANT else 1.0
                 if verdict == CHANGE_AHEAD:
                     restart_after_change(L, W, regularization)
                     monitored_back = 0.5 * (1.0 - place) * h

@@ -97,7 +97,7 @@ STAGES_AGAIN, ENDS_AGAIN = 3.0, 8.0
 
 
 @njit
-def aimed_length(h, until, state):
+def length_to_target(h, until, state):
     """The length h of a step near a singular position, changed so that neither its end nor a stage
     lies at the one that is known: all nodes of the methods keep a tenth of the step from its
     middle. Returns whether there is one ahead, too, and whether the step goes over it.
@@ -210,12 +210,12 @@ def runge_kutta(
         if clipped:
             h = until - t
         elif near_singular:
-            h, known, over = aimed_length(h, until, state)
+            h, known, over = length_to_target(h, until, state)
         if h < TIME_STEP_SHORTEST * max(abs(t), abs(until)) and not clipped:
             return STEP_VANISHED
         refinements = T.full_refinements if near_singular else regular
         # ---- stages: Y_s = y + h Σ A_sr K_r, K_s = f(t + c_s h, Y_s)
-        good, astray, least, least_at = True, False, state[CONDITIONING], t
+        good, off_branch, least, least_at = True, False, state[CONDITIONING], t
         for s in range(1, end_row):
             stage_state(A[s], s, K, y, h, stage, w)
             far, fast, good = state_derivative(
@@ -236,12 +236,12 @@ def runge_kutta(
                 apart = math.sqrt(part / state[BEST_CONDITIONING])
                 moved = far * far / apart + h * (fast / apart) ** 2 / swift
                 close = apart < CONDITIONING_CLOSE and moved > PROJECTION_GREATEST * rtol
-                astray = astray or close or far > PROJECTION_SURE * apart
+                off_branch = off_branch or close or far > PROJECTION_SURE * apart
         if not good:
             state[REJECTED] += 1
             state[NEXT] = (SINGULAR_STEP_BACK if over else 0.5) * h
             continue
-        if astray and not known and state[STAGE_TRIES] < STAGES_AGAIN:
+        if off_branch and not known and state[STAGE_TRIES] < STAGES_AGAIN:
             state[STAGE_TRIES] += 1.0
             state[NEXT] = 0.91 * h
             continue

@@ -259,7 +259,7 @@ class Program:
         if self.sizes is None:
             self.measure_by(at)
         best = self._result(at)
-        chosen, idle = _Chosen(self, at), 0
+        chosen, stalled = _Chosen(self, at), 0
         for _ in range(ROUNDS):
             end = self._round(at, chosen)
             if end is None:
@@ -268,15 +268,15 @@ class Program:
             more = chosen.add(end)
             gain = best.value - found.value if found.broken <= LIMIT_HOLDS else 0.0
             if _better(found, best):
-                idle = (
+                stalled = (
                     0
                     if gain > OPTIMUM_GAIN_LAST * self.scale or best.broken > LIMIT_HOLDS
-                    else idle + 1
+                    else stalled + 1
                 )
                 best = found
             else:
-                idle += 1
-            if (not more and gain <= OPTIMUM_GAIN_SLIGHT * abs(best.value)) or idle > 1:
+                stalled += 1
+            if (not more and gain <= OPTIMUM_GAIN_SLIGHT * abs(best.value)) or stalled > 1:
                 break
         return self._polished(best)
 

@@ -134,7 +134,7 @@ def nearest_state(system: System, t: float, base: Array, given: Sequence[Prescri
     raise_user_error(system)
     work.q[: system.coordinates, 0] = base
     kept = _resting_motions(system, work, base, places, rates=False)
-    q, off = _led(system, work, t, base, (*places, *kept))
+    q, off = _continued_position(system, work, t, base, (*places, *kept))
     off = off[: len(places)]
     start = closed(system, t, {}, pose=np.append(q, np.zeros(3)))
     q = start.work.q[: system.coordinates, 0].copy()
@@ -199,7 +199,7 @@ def _resting_motions(
     return found
 
 
-def _led(
+def _continued_position(
     system: System, work: Work, t: float, base: Array, places: Sequence[Prescribed]
 ) -> tuple[Array, Array]:
     """The position, and how far places are from what they were to be: it is led there from `base`

@@ -214,8 +214,8 @@ def _repeated(system: System, count: int) -> System:
 TAKEN = [NEXT, STEPS, REJECTED, BEST_CONDITIONING, STIFF_COUNT, SMOOTH_COUNT, FASTEST]
 
 
-class SinglyLed(LaneReadings):
-    """Scalar fallback of `Simulators`: motions that are led on one by one."""
+class ScalarFallback(LaneReadings):
+    """Scalar fallback of `Simulators`: motions that are continued one by one."""
 
     #: The system as it was given; arguments of `Simulator`; simulators by design.
     _whole: System
@@ -350,7 +350,7 @@ class SimulatorsState:
     bodies: tuple[str, ...]
 
 
-class Simulators(SinglyLed):
+class Simulators(ScalarFallback):
     """n motions of one mechanism side by side, each with its state and its inputs.
 
     Each takes the steps that a `Simulator` of it alone takes, many in one operation of the

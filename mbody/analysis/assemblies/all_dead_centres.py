@@ -361,14 +361,14 @@ def _patches(
     turning = [d for d in range(len(rows.of)) if made.names[rows.of[d]] not in earlier]
     last = set(groups[-1].pairs)
     slides = [m for p, m in made.slide_of.items() if p in last]
-    led = [m for m, d in enumerate(rows.along) if d in turning and m != made.free]
+    driven = [m for m, d in enumerate(rows.along) if d in turning and m != made.free]
     rod = _free_rod(linkage, made, turning)
-    if led and rod >= 0:
+    if driven and rod >= 0:
         raise NotCovered("a slide turns with its guide, in the group of the driver")
-    if led:
-        if len(turning) > 1 or slides != led or len(led) > 1:
+    if driven:
+        if len(turning) > 1 or slides != driven or len(driven) > 1:
             raise NotCovered("a slide turns with its guide, in a group of several links or slides")
-        yield made, *_turning_slide(rows, turning[0], led[0])
+        yield made, *_turning_slide(rows, turning[0], driven[0])
         return
     columns = [
         rows.scale * 1j * rows.Q[:, made.free] if d == rod else rows.ratio[d] * 1j * rows.P[:, d]

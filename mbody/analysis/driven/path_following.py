@@ -367,7 +367,7 @@ class MotionPieces:
 
 
 #: Memory that is not in use, by system and kind of motion.
-_idle: weakref.WeakKeyDictionary[System, dict[Hashable, list[MotionPieces]]] = (
+_free_pieces: weakref.WeakKeyDictionary[System, dict[Hashable, list[MotionPieces]]] = (
     weakref.WeakKeyDictionary()
 )
 
@@ -377,22 +377,22 @@ def borrowed_pieces(
     system: System, grid: TimeGrid, reach: float, with_forces: bool, at_rest: bool
 ) -> Iterator[MotionPieces]:
     """The pieces of a motion for one call."""
-    kinds = _idle.setdefault(system, {})
+    kinds = _free_pieces.setdefault(system, {})
     key = grid.mode, len(grid.s), reach, with_forces, at_rest
-    idle = kinds.get(key)
-    if idle is None:
+    free = kinds.get(key)
+    if free is None:
         # of a list, which is made at once: other threads may keep others meanwhile
         for old in list(kinds)[: max(len(kinds) - KEPT + 1, 0)]:
             kinds.pop(old, None)
-        idle = kinds[key] = []
+        free = kinds[key] = []
     try:
-        pieces = idle.pop()
+        pieces = free.pop()
         pieces.take(grid)
     except IndexError:
         pieces = MotionPieces(system, grid, reach, with_forces, at_rest)
     yield pieces
     if len(grid.s) <= LONGEST:
-        idle.append(pieces)
+        free.append(pieces)
 
 
 def instants_on_lanes(

@@ -291,7 +291,7 @@ def strike(
     return Impact(jump, rates[:m], gained[:m] + gained[m:], moved[:m], driven)
 
 
-def refuse_led(uni: Unilateral, work: Work, hit: list[int]) -> None:
+def refuse_driven_impact(uni: Unilateral, work: Work, hit: list[int]) -> None:
     """Refuse an impact of what drivers lead."""
     system = uni.system
     W = contact_rows(uni, uni.read(work), hit)[0][: len(hit)]
@@ -935,7 +935,7 @@ def _wrong(motion: ModalMotion, now: _DecisionState, model: FrictionModel) -> di
                 if now.sliding[k]:
                     found[k] = _mode(now.sliding[k])
             continue
-        if mode == "idle" or point.static == 0.0:
+        if mode == "redundant" or point.static == 0.0:
             if uni.pressing(record, point) < -force:
                 found[k] = "open"
             continue

@@ -27,7 +27,7 @@ from mbody.analysis.dynamics.contact_decision import (
     first_overlap,
     force_size,
     near_points,
-    refuse_led,
+    refuse_driven_impact,
     strike,
 )
 from mbody.analysis.dynamics.events import (
@@ -101,7 +101,7 @@ def guards_of(motion: ModalMotion) -> list[Guard]:
             continue
         if point.candidate.ends:
             found.append(Guard("edge", n))
-        if mode == "idle":
+        if mode == "redundant":
             continue
         if n not in pressing:
             found.append(Guard("open", n))
@@ -312,7 +312,7 @@ class ModalIntegration(JumpIntegration):
         found = {
             pair.name: mode for pair, mode in zip(self.uni.friction_joints, pairs, strict=True)
         }
-        order = ("open", "idle", "slip-", "slip+", "stick", "roll")
+        order = ("open", "redundant", "slip-", "slip+", "stick", "roll")
         for point, mode in zip(self.uni.contact_points, modes, strict=True):
             named = "roll" if mode == "stick" and point.candidate.round else mode
             if point.static == 0.0 and mode in SLIP_SIGNS:
@@ -321,7 +321,7 @@ class ModalIntegration(JumpIntegration):
                 named = "stick"
             sticking = found.get(point.name, "open")
             found[point.name] = max((sticking, named), key=order.index)
-        return {name: "stick" if mode == "idle" else mode for name, mode in found.items()}
+        return {name: "stick" if mode == "redundant" else mode for name, mode in found.items()}
 
     @property
     def speed(self) -> float:
@@ -349,7 +349,7 @@ class ModalIntegration(JumpIntegration):
             if mode == "open":
                 continue
             if not on[n, 0]:
-                self.modes[n] = "idle"
+                self.modes[n] = "redundant"
                 continue
             rows[point.normal] = 1.0
             if uni.one_way[n] and not self.on[point.normal]:
@@ -753,7 +753,7 @@ class ContactIntegration(ModalIntegration):
         before, record = self.y[n : 2 * n].copy(), self.record.copy()
         found = strike(self.uni, self.work, closed)
         if found is None:
-            refuse_led(self.uni, self.work, hit)
+            refuse_driven_impact(self.uni, self.work, hit)
             return self._wedged(hit)
         rates = dict(zip(closed, found.before, strict=True))
         first = min(hit, key=rates.__getitem__)
@@ -871,11 +871,11 @@ class ContactIntegration(ModalIntegration):
         shown = ", ".join(dict.fromkeys(f"'{name}'" for name in names))
         self._record_contact("indeterminate", t, names[0] if names else "", record, record)
         why = "Painlevé's paradox): that of the least contact force was taken"
-        idle = "idle" in self.modes or any(
+        redundant = "redundant" in self.modes or any(
             mode == "stick" and not self.on[pair.tangent]
             for pair, mode in zip(self.uni.friction_joints, self.pairs, strict=True)
         )
-        if idle:
+        if redundant:
             why = "nothing decides the forces of what rests): one of them was taken"
         self.contact_notes.append(
             f"at t = {t:.6g} {self.system.mechanism.units.time} several accelerations are "

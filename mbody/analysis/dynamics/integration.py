@@ -130,7 +130,7 @@ class ControllerReadings:
 #: Steps of one call of the kernel; between calls progress is shown and Ctrl-C takes effect.
 AT_ONCE = 500
 #: Of so many steps the mean is compared with the greatest; where `PATIENT` steps are still to go,
-#: the motion may crawl.
+#: the step size may collapse.
 JUDGED = 10_000
 
 

@@ -21,7 +21,7 @@ from mbody.solution.solution import ModalState, Restart
 from mbody.system.system import System
 
 #: Words for modes; and of guards that may begin at zero.
-WORDS = ("open", "idle", "stick", *SLIP_SIGNS)
+WORDS = ("open", "redundant", "stick", *SLIP_SIGNS)
 GUARDS = ("close", "lock", "open", "edge", "enter", "slip", "share", "stop", "paradox")
 
 

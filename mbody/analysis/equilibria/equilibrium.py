@@ -154,7 +154,7 @@ class Words:
                 f"at {where} loads jump and drive it back from both sides: it may stay there, but "
                 "no forces balance"
             )
-            if note not in found:  # along a crease neighbours read alike
+            if note not in found:  # along a nonsmooth line neighbours read alike
                 found.append(note)
         for place in self.search.lifts:
             where, _ = self.where(place)

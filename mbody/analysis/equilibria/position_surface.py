@@ -462,8 +462,8 @@ def _least(r: Array, K: Array, radius: Array) -> Array:
 # only where its cells are shorter than the load.
 #
 # Ends that move along one line relative to each other, as of a spring along a slide, meet in a
-# whole curve of the surface: there the energy has a crease, and the force keeps its line and turns
-# round.
+# whole curve of the surface: there the energy has a nonsmooth line, and the force keeps its line
+# and turns round.
 
 #: Newton steps to a point, and how often one is halved.
 ITERATIONS, HALVINGS = 20, 5
@@ -672,7 +672,7 @@ class TangentChart:
         """Whether it leads everywhere, and is nowhere steep: so is its border, at least."""
         middles = [(i, j) for i in (0, 1, 2) for j in (0, 1, 2) if (i, j) != (1, 1)]
         y = np.array([self.y(0.5 * i * FINEST, 0.5 * j * FINEST) for i, j in middles])
-        found = led_to([self] * len(y), y)
+        found = chart_positions([self] * len(y), y)
         chords = np.linalg.norm((found.q - self.node.place.q) / self.cover.scale, axis=1)
         return bool(found.good.all() and (chords <= CHART_BENT * np.linalg.norm(y, axis=1)).all())
 
@@ -743,7 +743,7 @@ class PolarChart(TangentChart):
         return np.where(self.own, part * lengths.min(axis=(1, 2)), moved)
 
 
-def led_to(charts: Sequence[TangentChart], y: Array) -> ClosedPositions:
+def chart_positions(charts: Sequence[TangentChart], y: Array) -> ClosedPositions:
     """The positions to which charts lead at coordinates, each at its own (charts, 2)."""
     cover = charts[0].cover
     scale, nodes = cover.scale, [chart.node for chart in charts]
@@ -765,7 +765,7 @@ def hold(charts: Sequence[TangentChart], q: Array) -> Array:
     origin = np.array([chart.node.place.q for chart in charts])
     frames = np.array([chart.node.frame for chart in charts])
     displacement = whole_turns_less((q - origin) / cover.scale)
-    found = led_to(charts, np.einsum("nfc,nc->nf", frames, displacement))
+    found = chart_positions(charts, np.einsum("nfc,nc->nf", frames, displacement))
     apart = np.abs(whole_turns_less((found.q - q) / cover.scale)).max(axis=1)
     return np.asarray(found.good & (np.where(found.good, apart, np.inf) < POSITION_SAME))
 
@@ -823,7 +823,7 @@ class SurfaceSamples:
         samples.
         """
         many, count = self.cover.many, len(charts)
-        found = led_to(charts, y)
+        found = chart_positions(charts, y)
         new = {name: np.full((count, *shape), np.nan) for name, shape in self._shapes.items()}
         good = np.flatnonzero(found.good)
         q, directions = found.q[good], found.directions[good]

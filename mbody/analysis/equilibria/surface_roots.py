@@ -36,9 +36,9 @@ from mbody.analysis.equilibria.position_surface import (
     PolarChart,
     SurfaceSamples,
     TangentChart,
+    chart_positions,
     ends_of,
     hold,
-    led_to,
     may_meet,
     meetings,
     whole_turns_less,
@@ -107,7 +107,7 @@ class SurfaceZeros:
         if not sought:
             return
         many, scale = self.cover.many, self.cover.scale
-        found = led_to([one.chart for one in sought], np.array([one.y for one in sought]))
+        found = chart_positions([one.chart for one in sought], np.array([one.y for one in sought]))
         ended = list[tuple[int, Place]]()
         left, which = np.flatnonzero(found.good), np.flatnonzero(found.good)
         for n in range(ITERATIONS + 1):
@@ -243,7 +243,7 @@ class ChartCells:
     Attributes
     ----------
     empty : array of bool
-        Whether there is no zero, those on a crease left out.
+        Whether there is no zero, those on a nonsmooth line left out.
     single : array of bool
         Whether there is one zero at most.
     part : array (cells, 4, 2)
@@ -251,8 +251,9 @@ class ChartCells:
     outside : array of bool
         Whether that is too far away to be in a quarter that has one at most.
     inward : array of int
-        The number of a load, among those that are sharp, that drives to its crease from both sides
-        of a quarter in which the residual force along the crease has a zero; −1 of none.
+        The number of a load, among those that are sharp, that drives to its nonsmooth line from
+        both sides of a quarter in which the residual force along the nonsmooth line has a zero; −1
+        of none.
     turning : array (cells, 4, loads) of bool
         Loads whose direction is not known between the corners.
     """
@@ -277,7 +278,7 @@ class ChartCells:
         self.inward = np.full(shape, -1)
         self._linear(flat, every, shape)
         self.single &= clear & ~self.empty
-        self._creases(numbers, np.argwhere(~clear))
+        self._nonsmooth_lines(numbers, np.argwhere(~clear))
 
     def _ends(self, charts: Sequence[TangentChart], numbers: Array, shape: tuple[int, ...]) -> None:
         """Which loads turn quickly."""
@@ -347,7 +348,7 @@ class ChartCells:
         self.part = part.reshape(*shape, 2)
         self.outside = outside.reshape(shape)
 
-    def _creases(self, numbers: Array, which: Array) -> None:
+    def _nonsmooth_lines(self, numbers: Array, which: Array) -> None:
         """Exclude quarters in which directions of loads are not known; those with the same loads
         together.
         """
@@ -399,8 +400,8 @@ class ChartCells:
 
 
 def _meets(signed: Array, rest: Array, across: Array) -> bool:
-    """Whether the residual force along a crease, interpolated between four corners (4,) and (4, 2),
-    has a zero on it within them, or beside them by a tenth.
+    """Whether the residual force along a nonsmooth line, interpolated between four corners (4,) and
+    (4, 2), has a zero on it within them, or beside them by a tenth.
     """
     values = np.column_stack([signed, rest @ [-across[1], across[0]]])
     a, b, c, d = values
@@ -648,7 +649,7 @@ class _SurfaceIsolation:
         return onward
 
     def keep_inward(self, known: ChartCells, numbers: Array) -> None:
-        """Keep places on creases to which loads drive from both sides."""
+        """Keep places on nonsmooth lines to which loads drive from both sides."""
         for n, k in np.argwhere(known.inward >= 0):
             self.keep_new(
                 self.samples.q[numbers[n, k // 2, k % 2]],
@@ -837,7 +838,7 @@ class _SurfaceIsolation:
             return
         self.found.index += round(whole / (2.0 * np.pi))
         outward = np.array([chart.y(0, angle) for angle in angles]) - point.y
-        found = led_to([chart], chart.y(0, 0)[None])
+        found = chart_positions([chart], chart.y(0, 0)[None])
         if found.good[0] and (np.sum(outward * np.array(residuals), axis=1) < 0.0).all():
             self.found.jumps += self.cover.many.places(found, [0])
 

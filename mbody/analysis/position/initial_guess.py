@@ -38,14 +38,14 @@ def placed(
     numbers: Numbers | None = None,
     *,
     loose: np.random.Generator | None = None,
-    aimed: bool = False,
+    oriented: bool = False,
 ) -> np.ndarray:
     """Poses of all mass centres, ground last: (3·bodies + 3,). `guess` by body: an angle [rad], (x,
     y, angle) or `Guess`.
     """
     own = system.numbers if numbers is None else numbers
     placing = _Placing(system, guess or {}, driver_values, shaken, own)
-    placing.loose, placing.aimed = loose, aimed
+    placing.loose, placing.oriented = loose, oriented
     return placing.coordinates()
 
 
@@ -79,7 +79,7 @@ class _Placing:
         self.system = system
         self.shaken = shaken
         self.loose: np.random.Generator | None = None
-        self.aimed = False
+        self.oriented = False
         # bodies of whose angle nothing is known
         self.unknown: list[str] = []
         self.mechanism = system.mechanism
@@ -165,7 +165,7 @@ class _Placing:
             random = self.shaken or self.loose
             if random is not None:
                 angle = random.uniform(-math.pi, math.pi)
-            elif self.aimed and joint is not None:
+            elif self.oriented and joint is not None:
                 angle = self._aim(name, joint, guess)
         x, y, angle = self._hung(name, joint, guess, angle)
         if self.shaken is None:
@@ -276,7 +276,7 @@ def nearest_to_guesses(
         return result
     fixed = _fixed(base, guess or {})
     found = [work.q[:, 0].copy()]
-    more = [first, placed(base, guess, values, aimed=True)]
+    more = [first, placed(base, guess, values, oriented=True)]
     loose = (np.random.default_rng(seed) for seed in range(count))
     more += [placed(base, guess, values, loose=random) for random in loose]
     weight = work.weight.copy()

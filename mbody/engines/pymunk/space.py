@@ -524,12 +524,12 @@ class SpaceStepper:
                 gravity[:, n] += _value(reading(self.system).law(load, field), times, self.last)
         laws = [reading(self.system).law(load, "value") for load in self.pushes]
         pushes = [_value(law, times, self.last) for law in laws]
-        aimed = [(n, part) for n, part in enumerate(self.space.motors) if part is not None]
+        driven = [(n, part) for n, part in enumerate(self.space.motors) if part is not None]
         native = self.space.space
         steady = not np.ptp(gravity, axis=0).any()
         native.gravity = tuple(gravity[-1].tolist())
         for k in range(steps):
-            for n, part in aimed:
+            for n, part in driven:
                 part.aim(float(targets[k, n]), h)
             if not steady:
                 native.gravity = tuple(gravity[k].tolist())
