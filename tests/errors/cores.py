@@ -47,6 +47,7 @@ def without_numba():
 CLONE = (selection, "PACKAGE", Path("nowhere"))
 NO_LINKER = (selection, "linker", lambda: None)
 NO_PACKAGE = (selection, "find_spec", lambda name: None)
+NAMESAKE = (selection, "namesake", lambda: selection.NAMESAKE.format("0.1.0", "lib"))
 
 SCENARIOS = {
     "a core that is not there": chosen(MBODY_CORE="fast"),
@@ -55,13 +56,15 @@ SCENARIOS = {
     "a level that is not there": levels("x86-64-v9"),
     "a level that the processor has not": levels("x86-64-v3", "SSE42"),
     "libraries without numba": without_numba,
+    "another project of the same name": chosen([NAMESAKE], MBODY_CORE="plain"),
 }
 
 SENTENCES = r"""
 a core that is not there | ModelError | - | MBODY_CORE=fast is none of the cores native, numba, plain: set one of them
 a core that cannot run | ModelError | - | MBODY_CORE=native, but that core cannot run here: the package has no libraries; no C compiler (cc) links it
-no core but plain Python | ModelWarning | - | mbody runs in plain Python, some thousand times slower (the package has no libraries; numba, which builds it, is not installed; numba is not installed): install a wheel with libraries for this machine, or numba (pip install mbody[jit])
+no core but plain Python | ModelWarning | - | mbody runs in plain Python, some thousand times slower (the package has no libraries; numba, which builds it, is not installed; numba is not installed): install a wheel with libraries for this machine, or numba (pip install mbody-planar[jit])
 a level that is not there | ModelError | - | MBODY_CORE_LEVEL=x86-64-v9 is none of the levels host, x86-64-v4, x86-64-v3, x86-64-v2, aarch64, arm64
 a level that the processor has not | ModelError | - | MBODY_CORE_LEVEL=x86-64-v3, but this processor has no AVX2, FMA3: choose a lower level
-libraries without numba | ModelError | - | libraries are built by numba, which is not installed: pip install 'mbody[jit]'
+libraries without numba | ModelError | - | libraries are built by numba, which is not installed: pip install 'mbody-planar[jit]'
+another project of the same name | ModelWarning | - | a distribution 'mbody' 0.1.0 is installed in lib: on the public index this name is another project, and both have the import name mbody; this one is 'mbody-planar': pip uninstall mbody, then install mbody-planar again
 """

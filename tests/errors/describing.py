@@ -93,6 +93,7 @@ SCENARIOS = {
     "a very long name": lambda: Body("crank" * 50),
     "a name that cannot be printed": lambda: Body("cra\x07nk"),
     "a load named inertia": lambda: Torque("inertia", "a", value=1.0),
+    "an argument of a former version": lambda: Mechanism("m", inputs={}),
     # -- numbers
     "a mass that is nan": lambda: Body("b", mass=NAN),
     "a mass that is a list": lambda: Body("b", mass=[1.0]),
@@ -204,6 +205,7 @@ a name with a dot | ModelError | crank.A | 'crank.A': a name may not hold a dot,
 a very long name | ModelError | crankcrankcrankcrank… | the name 'crankcrankcrankcrank…' has 250 characters: give at most 200
 a name that cannot be printed | ModelError | - | the name 'cra\x07nk' has characters that cannot be printed: leave them out
 a load named inertia | ModelError | inertia | a load may not be named 'inertia', which is a cause of its own in the breakdown of forces: choose another name
+an argument of a former version | ModelError | - | Mechanism(inputs=) is a former name: now it is machine.add(mbody.Input("u", "0 N*m")), an element as others are
 a mass that is nan | ModelError | b | 'b': mass is nan, it must be finite
 a mass that is a list | ModelError | b | 'b': mass must be a number (mass), not [1.0]
 a mass that is a force | ModelError | b | 'b': mass: '3 lbf' is a force (N), where a mass (kg) is wanted: did you mean '3 lb'?

@@ -68,7 +68,7 @@ def by_a_builder_that_fails():
     words = ["sh", "-c", "echo no room left on the disk >&2; exit 1"], {}
     found = mock.patch.object(webassembly, "find_spec", lambda name: name)
     with found, mock.patch.object(webassembly, "builder_command", lambda *_: words):
-        webassembly.build_browser_core(Path("/no"), quiet=True)
+        webassembly.build_browser_core(Path("/no"))
 
 
 def with_input(value="0 N*m"):

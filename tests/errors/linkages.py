@@ -155,7 +155,7 @@ a data set of no linkages | ModelError | - | count must be a whole number from 1
 a data set that does not turn | ModelError | - | turn must be a number that is not 0, not 0.0
 a data set of more joints than memory | ModelError | - | linkages of 8 joints at 5 instants take 0.00357 GB for 1088 at a time, this machine has 1e-06 GB of memory: ask for fewer joints or instants
 a data set on no threads | ModelError | - | threads must be a whole number from 1 on, not 0
-a data set without pyarrow | ModelError | - | a data set needs pyarrow, which is not installed: pip install "mbody[data]"
+a data set without pyarrow | ModelError | - | a data set needs pyarrow, which is not installed: pip install "mbody-planar[data]"
 a data set in a file | ModelError | - | cannot write a data set to 'set' (File exists): choose a writable folder
 a data set in the folder of another | ModelError | - | 'set' contains another data set, with another count: choose another folder, or delete this one
 a data set with half a manifest | ModelError | - | 'set/_linkages.json' is damaged: delete it, and write the same data set again; files that belong to it are kept

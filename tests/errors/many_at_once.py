@@ -163,7 +163,7 @@ an observation of bounds the wrong way | ModelError | cart.x | envs.make: 'cart.
 a reset of an environment that there is not | ModelError | cart.colour | envs.make: reset has no 'cart.colour': give ranges of places and rates such as {"crank.angle": ("-5 deg", "5 deg")}, or of own states
 a reward that is none | ModelError | - | envs.make: reward must be a measure such as "cos(pole.angle)", or measures with their weights such as {"cart.x^2": -1.0}, not 1.0
 an end that is no relation | ModelError | - | envs.make: terminated must be relations such as "abs(pole.angle) > 24 deg", not 'cart.x'
-environments without Gymnasium | ModelError | - | environments need Gymnasium, which is not installed: pip install 'mbody[gym]'
+environments without Gymnasium | ModelError | - | environments need Gymnasium, which is not installed: pip install 'mbody-planar[gym]'
 environments that have not begun | ModelError | - | the environments have not begun: call reset before step
 an environment that has not begun | ModelError | - | the environment has not begun: call reset before step
 too few seeds | ModelError | - | reset: 1 seeds for 2 environments: give one number, or one for each

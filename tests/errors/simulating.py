@@ -351,7 +351,7 @@ a saved result that is a folder | ModelError | - | '.' is no saved result that c
 a saved result that is a number | ModelError | - | a path must be text or path-like, not 3.5
 a saved result with a time of its own | ModelError | - | 'run.npz' is no saved result that can be used: 't' holds what is no finite number; save the result anew
 a saved result of another model | ModelError | - | 'run.npz' is no saved result that can be used: its model is none: 'mechanism' has no bodies: add at least one Body; save the result anew
-a saved result in a way that there is not | ModelError | - | 'run.npz' is no saved result that can be used: the state that the motion of 'swing' is to go on from is damaged: there is no method 'euler'; simulate anew, from its beginning; save the result anew
+a saved result of a method that there is not | ModelError | - | 'run.npz' is no saved result that can be used: the state that the motion of 'swing' is to go on from is damaged: there is no method 'euler'; simulate anew, from its beginning; save the result anew
 a start at positions that are no numbers | ModelError | - | start has positions or rates at its last instant that are no finite numbers: give a motion that was found
 a start without an instant | ModelError | - | start has no instant to begin from: give a motion that has one
 a state that is no number | ModelError | - | the state that the motion of 'swing' is to go on from is damaged: 'state' holds what is no finite number; simulate anew, from its beginning

@@ -141,7 +141,7 @@ SCENARIOS = {
     "a motion that has ended": ended,
     "a state that is none": given(lambda sim: [0.0, 1.0]),
     "a state of other bodies": given(lambda sim: Simulator(gallery.load("double_pendulum")).state),
-    "a state that is not whole": given(lambda sim: replace(sim.state, carried=None)),
+    "a state that is not whole": given(lambda sim: replace(sim.state, checkpoint=None)),
     "a state of another method": given(lambda sim: led(method="radau5").state),
     "a state of other numbers": given(heavier),
     "a state of other elements": given(lambda sim: with_more()),

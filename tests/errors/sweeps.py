@@ -235,13 +235,13 @@ a parameter that a sweep did not have | ModelError | crank.mass | 'crank.mass' i
 a design that a sweep did not have | ModelError | - | there is no design 7: give 0 to 1
 a table of a sweep without pandas | ModelError | - | a table of a sweep needs pandas, which is not installed: pip install pandas
 a sweep of many designs that do not close | SolveError | - | loops do not close at t = 0 s: from the numbers of the description to those of this design they do for 12.8% of the way; analyse it alone to see the gap
-a sweep to a folder without pyarrow | ModelError | - | a sweep to a folder needs pyarrow, which is not installed: pip install "mbody[data]"
+a sweep to a folder without pyarrow | ModelError | - | a sweep to a folder needs pyarrow, which is not installed: pip install "mbody-planar[data]"
 a sweep to a folder that is a file | ModelError | - | cannot write a sweep to 'results' (File exists): choose a writable folder
 a sweep to the folder of another | ModelError | - | 'results' contains another sweep, with other model, parameters, samples, designs, analysis, instants, measures, piece, version: choose another folder, or delete this one
 a sweep to a folder with half a manifest | ModelError | - | 'results/sweep.json' is damaged: delete it, and run the same sweep again; matching results are kept
 a sweep to a folder that goes away | ModelError | - | cannot write a sweep to 'results' (No such file or directory): choose a writable folder
 a piece that goes away | ModelError | - | 'results/designs-000000000.parquet' was changed or deleted since the sweep wrote it: run the same sweep again to compute what is missing
 a sweep of a measure with a name of the table | ModelError | - | sweep: a measure cannot have the name 'error', which is a column of every table: choose another
-a sweep on a cluster without distributed | ModelError | - | work on a cluster needs Dask's distributed, which is not installed: pip install "mbody[cluster]"
+a sweep on a cluster without distributed | ModelError | - | work on a cluster needs Dask's distributed, which is not installed: pip install "mbody-planar[cluster]"
 a sweep on a cluster that is not there | SolveError | - | no scheduler can be reached at 'tcp://10.0.0.5:8786' (OSError): start one with 'dask scheduler', and workers that have mbody
 """
