@@ -12,7 +12,7 @@ import numpy as np
 from mbody.analysis.contact.complementarity import ClosedContacts, impact_impulses, lemke
 from mbody.analysis.contact.unilateral import SLIP_SIGNS, Unilateral
 from mbody.analysis.dynamics.events import Guard
-from mbody.analysis.dynamics.integrators import REFINEMENTS, coordinate_sizes, own_sizes
+from mbody.analysis.dynamics.integrators import REFINEMENTS, auxiliary_sizes, coordinate_sizes
 from mbody.analysis.dynamics.interruptions import hold_inputs, without_hold
 from mbody.analysis.initial.initial_state import event_measure
 from mbody.analysis.position.assembly_analysis import raise_user_error
@@ -151,7 +151,7 @@ class DualMotion:
         self.first_load = system.record_rows + 1 + 3 * len(system.drivers)
         self.rows = self.first_load + self.loads * system.coordinates
         sizes = coordinate_sizes(system.length, rates, accelerations)
-        self.scale = np.concatenate([sizes, own_sizes(system), [1.0]])
+        self.scale = np.concatenate([sizes, auxiliary_sizes(system), [1.0]])
         light = stand_ins(system.layout, system.mass, system.length).any()
         self.regularization = REDUNDANT_ROW_SOFTNESS * bool(run.regularization)
         self.refinements = 1 + REFINEMENTS if light or self.regularization else 0

@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from mbody.analysis.driven.driven import kinematics
-from mbody.analysis.dynamics.integrators import first_own_states
+from mbody.analysis.dynamics.integrators import first_auxiliary_states
 from mbody.analysis.dynamics.simulate import integrate_phases, motion_start, phase_rows
 from mbody.analysis.freedom.mobility import released
 from mbody.analysis.initial.initial_state import StartDriver, start_drivers, state_of
@@ -75,7 +75,7 @@ class FirstState:
     ----------
     t : float
     y : array (numbers,)
-        Coordinates, rates, own states.
+        Coordinates, rates, auxiliary states.
     tangents : array (numbers, names)
     accelerations : array (coordinates,)
         For sizes alone.
@@ -97,7 +97,7 @@ def first_state(run: Solution, names: Sequence[str], given: bool) -> FirstState:
     system, start = run.system, begun.start
     t, q, v = state_of(system, start)
     n = system.coordinates
-    y = np.concatenate([q, v, first_own_states(system, start)])
+    y = np.concatenate([q, v, first_auxiliary_states(system, start)])
     tangents = np.zeros((len(y), len(names)))
     for k, state in enumerate(system.mechanism.states):
         if state.start_number in names:
@@ -579,7 +579,7 @@ class DualWalk:
     def _state(self, record: DualNumber) -> DualNumber:
         """The state of a record."""
         n, owns = self.system.coordinates, self.system.layout.owns
-        rows = self.system.own_rows
+        rows = self.system.auxiliary_rows
         places = np.r_[0 : 2 * n, rows.start : rows.start + owns]
         return DualNumber(record.value[places], record.tangents[places].copy())
 
@@ -782,7 +782,7 @@ class ReleasedInstants:
         t, q, v = state_of(after.system, begun.start)
         n = after.system.coordinates
         accelerations = np.abs(after.record.table(slice(2 * n, 3 * n))[0])
-        y = np.concatenate([q, v, first_own_states(after.system, begun.start)])
+        y = np.concatenate([q, v, first_auxiliary_states(after.system, begun.start)])
         return FirstState(t, y, walk.y.tangents, accelerations, begun.request.settings)
 
     def _widen(

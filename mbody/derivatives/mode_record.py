@@ -114,7 +114,7 @@ class JumpWatch(EventIntegration):
         """Values (places, instants) of arguments."""
         system, work = self.system, self.aside
         n, owns = system.coordinates, system.layout.owns
-        first = system.own_rows.start
+        first = system.auxiliary_rows.start
         rows = system.layout.input_row
         found = np.empty((len(places), len(t)))
         for k, record in enumerate(records):

@@ -162,7 +162,7 @@ def unsupported_states(mechanism: Mechanism) -> tuple[Inexpressible, ...]:
 
 
 def signals_of(mechanism: Mechanism) -> tuple[Inexpressible, ...]:
-    """The inputs, own states and controllers of a mechanism, as what another engine lacks."""
+    """The inputs, auxiliary states and controllers of a mechanism, as what another engine lacks."""
     found: list[Inexpressible] = []
     for what, elements in (
         ("an input", mechanism.inputs),

@@ -62,7 +62,7 @@ def make(
     max_steps : int, optional
         Steps of the environment after which an episode is truncated.
     reset : mapping, optional
-        Places, rates and own states by name that begin at random, evenly between two values:
+        Places, rates and auxiliary states by name that begin at random, evenly between two values:
         ``{"pole.angle": ("-3 deg", "3 deg")}``. All else is as the mechanism begins, as near to it
         as the loops allow.
     method, rtol, atol

@@ -180,7 +180,7 @@ def _range(machine: Mechanism, name: str, given: Any) -> Variable:
     if dimension is None:
         raise ModelError(
             f"envs.make: reset has no {brief(name)}: give ranges of places and rates such as "
-            '{"crank.angle": ("-5 deg", "5 deg")}, or of own states',
+            '{"crank.angle": ("-5 deg", "5 deg")}, or of auxiliary states',
             name,
         )
     return Variable(name, name, *_bounds(machine, name, given, dimension))

@@ -162,7 +162,7 @@ def _loads(solution: Solution, turned: Callable[[Any], np.ndarray]) -> dict[str,
 
 
 def _signals(solution: Solution, angle: str) -> dict[str, Any]:
-    """Histories of inputs and of own states, with their units, where there are some."""
+    """Histories of inputs and of auxiliary states, with their units, where there are some."""
     machine = solution.mechanism
     own = {"inputs": machine.inputs, "states": shown_states(machine)}
     return {

@@ -19,7 +19,7 @@ from mbody.quantities.evaluate import degrees_of
 from mbody.quantities.units import DIMENSIONS
 from mbody.solution.checks import one_design
 from mbody.solution.doubts import certificate
-from mbody.solution.histories import own_history, shown_states
+from mbody.solution.histories import auxiliary_history, shown_states
 from mbody.solution.measures import found_by, measured, prescribed_rate
 
 if TYPE_CHECKING:
@@ -163,8 +163,8 @@ def columns(solution: Solution, angle: str = "rad") -> dict[str, np.ndarray]:
     """All histories of one motion by column name, each with its unit.
 
     Time first, then nine columns a body (mass centre and angle), three a joint (force and torque
-    on its body j), one a coupling, a driver, an input, an own state and a measure, the power of
-    every driver, and six columns a point that moves (of a pin that on the first of its links);
+    on its body j), one a coupling, a driver, an input, an auxiliary state and a measure, the power
+    of every driver, and six columns a point that moves (of a pin that on the first of its links);
     kinematics has no forces. Frictional joints have a column of their loss, drivers those of the
     limits of their effort where joints rest. Where forces are not determined, each joint, coupling
     and driver has a column ``"A.unique"``, 1 or 0.
@@ -244,15 +244,15 @@ def driving_powers(solution: Solution) -> dict[str, np.ndarray]:
 
 
 def own_column(solution: Solution, element: Any, angle: str = "rad") -> tuple[np.ndarray, str]:
-    """The history of an input or an own state, and its unit, empty for a plain number."""
-    values, dimension = own_history(solution, element.name), element.dimension
+    """The history of an input or an auxiliary state, and its unit, empty for a plain number."""
+    values, dimension = auxiliary_history(solution, element.name), element.dimension
     if dimension == DIMENSIONS["angle"] and angle == "deg":
         return degrees_of(values), "deg"
     return values, "" if dimension is None else solution.mechanism.units.of(dimension)
 
 
 def _signals(solution: Solution, angle: str) -> dict[str, np.ndarray]:
-    """Inputs and own states."""
+    """Inputs and auxiliary states."""
     found = {}
     for one in (*solution.mechanism.inputs, *shown_states(solution.mechanism)):
         values, unit = own_column(solution, one, angle)

@@ -534,7 +534,7 @@ def _identifier(name: str) -> str:
 
 
 def _variables(system: System, image: ModelImage) -> Iterable[UnitVariable]:
-    """Every entry of the image that is a variable; of an own state and an input, one."""
+    """Every entry of the image that is a variable; of an auxiliary state and an input, one."""
     about = image.manifest
     taken = {*about["inputs"], *about["states"]}
     constants = {f"{name}.value" for name in about["inputs"]}
@@ -549,7 +549,7 @@ def _variables(system: System, image: ModelImage) -> Iterable[UnitVariable]:
         elif entry.kind == INPUT_ENTRY:
             yield UnitVariable(reference, one, INPUT, unit, _start(image, entry), "input")
         elif entry.kind == STATE_ENTRY:
-            rate = f"own state, integrated with the motion: {_rate(system, one)}"
+            rate = f"auxiliary state, integrated with the motion: {_rate(system, one)}"
             yield UnitVariable(reference, one, STATE, unit, _start(image, entry), rate)
         elif entry.kind == MEASURE_ENTRY and one not in taken:
             text = "" if of[one] == one else of[one]

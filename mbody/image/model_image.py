@@ -47,7 +47,7 @@ from mbody.model.simulation import INSTANTS, METHODS
 from mbody.quantities import Scope, evaluate, parse_unit
 from mbody.quantities.units import DIMENSIONS, Dimension, name_of, unit_system
 from mbody.quantities.units import NUMBER as DIMENSIONLESS
-from mbody.solution.histories import ends, own_history
+from mbody.solution.histories import auxiliary_history, ends
 from mbody.solution.measures import evaluate_measure, quantity
 from mbody.solution.solution import Solution
 from mbody.solution.traced_instant import ORDER, TracedInstant, TracedRecord
@@ -375,7 +375,7 @@ def _wanted(instant: Solution) -> Iterator[tuple[str, str, Any]]:
         yield (
             one.name,
             one.name,
-            lambda name=one.name, unit=plain: (own_history(instant, name), unit, ""),
+            lambda name=one.name, unit=plain: (auxiliary_history(instant, name), unit, ""),
         )
     known = {one.name for one in own}
     for element in (*machine.constraints, *machine.loads):

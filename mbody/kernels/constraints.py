@@ -219,18 +219,19 @@ def relative(array, row, lane, k, unit):
 # place): it reads a number of the instant, or computes with those at the places a and b, by the
 # operations of `mbody.laws.postfix`, or hands the number at a over to a signal, a rate or a
 # constraint row. There is nothing to choose while it runs, so that lanes take it as single motions
-# do. The list has three parts: what drivers follow of time, inputs and own states, with both
+# do. The list has three parts: what drivers follow of time, inputs and auxiliary states, with both
 # derivatives by time, is evaluated with the laws of time; rows of drivers that follow positions, Φ,
 # Φ_q and ν, then γ, with the rows of all joints; the rest where the loads are, at their position,
 # velocity and time. Derivatives are steps too (`mbody.system.formula_derivatives`).
 
 FIRST = len(OPERATIONS)
 #: Steps that read row a: of the position, of the velocity, of the cosines and sines of the bodies,
-#: the time, a parameter, a signal, an own state.
+#: the time, a parameter, a signal, an auxiliary state.
 POSITION, VELOCITY, TURN, TIME, PARAMETER, SIGNAL, OWN = range(FIRST, FIRST + 7)
 #: Law b at the number at place a; its first derivative is LAW + 1, its second LAW + 2.
 LAW = FIRST + 7
-#: Steps that hand over the number at place a: to a row of signals, to the rate of an own state.
+#: Steps that hand over the number at place a: to a row of signals, to the rate of an auxiliary
+#: state.
 TO_SIGNAL, TO_RATE = FIRST + 10, FIRST + 11
 #: The same to a row of Φ, of the blocks of Φ_q, of ν and of γ.
 TO_PHI, TO_BLOCK, TO_NU, TO_GAMMA = range(FIRST + 12, FIRST + 16)
@@ -240,7 +241,7 @@ SURFACE = FIRST + 16
 
 @njit
 def driver_formulas(L, W, w):
-    """Signals of the drivers that follow a formula of time, inputs and own states."""
+    """Signals of the drivers that follow a formula of time, inputs and auxiliary states."""
     steps(L, W, w, 0, L.driver_steps)
 
 
@@ -257,8 +258,8 @@ def formula_rows(L, W, w, e, position, velocity):
 
 @njit
 def measured_formulas(L, W, w):
-    """Evaluate the formulas of loads and own states at W.q, W.v, W.turn, W.time, W.own and the
-    signals of time.
+    """Evaluate the formulas of loads and auxiliary states at W.q, W.v, W.turn, W.time, W.own and
+    the signals of time.
     """
     steps(L, W, w, L.load_steps, L.formula_step.shape[0])
 
@@ -290,7 +291,7 @@ def steps(L, W, w, first, end):
         elif code == TO_SIGNAL:
             st(W.signal, place, ld(W.formula, a, w), w)
         elif code == TO_RATE:
-            st(W.own_rate, place, ld(W.formula, a, w), w)
+            st(W.auxiliary_rate, place, ld(W.formula, a, w), w)
         elif code == TO_PHI:
             st_varying(W.phi, place, ld(W.formula, a, w), w)
         elif code == TO_BLOCK:
@@ -305,7 +306,7 @@ def steps(L, W, w, first, end):
 
 @njit
 def own_numbers(L, W, page, first):
-    """Own states and inputs ← those of a page from row `first` on, where it has them."""
+    """Auxiliary states and inputs ← those of a page from row `first` on, where it has them."""
     if page.shape[0] <= first:
         return
     for n in range(L.owns):

@@ -256,7 +256,7 @@ class ImpulseSteps(Bundle):
         Of redundant rows.
     refinements : int
         Corrections by the residual of the rows of joints.
-    y, last : arrays (2·coordinates + own states,)
+    y, last : arrays (2·coordinates + auxiliary states,)
         State, and that before the step.
     change : array (coordinates,)
         (v⁺ − v)/h of the step, before velocities are projected.

@@ -239,8 +239,8 @@ def hermite_output(L, W, S, h, refinements):
 
     The position has order 5: F₃ and F₄ follow from the accelerations of both ends, of which
     Δ″(0) = h² a₀ and Δ″(1) = h² a₁ are half of the values below. The velocity is the cubic and one
-    term more, with which it has in the middle the rate of the position. Own states have the cubic.
-    Work by Lobatto's rule of order 6, (p₀ + 5 p₁ + 5 p₂ + p₃)/12.
+    term more, with which it has in the middle the rate of the position. Auxiliary states have the
+    cubic. Work by Lobatto's rule of order 6, (p₀ + 5 p₁ + 5 p₂ + p₃)/12.
 
     Returns the least conditioning of its two inner nodes, which are samples 1 and 2 of the step,
     and the node.

@@ -35,7 +35,8 @@ RESIDUALS = 5
 class Finished(Bundle):
     """Stored instants."""
 
-    # (instants, 9·bodies + owns + inputs): q, v, a; own states and inputs unless these are in W
+    # (instants, 9·bodies + owns + inputs): q, v, a; auxiliary states and inputs unless these are in
+    # W
     motion: Rows
     t: Floats  # (instants,)
     lam: Rows  # (instants, 2·primitives): multipliers
@@ -78,7 +79,8 @@ def residuals_of(L: Layout, W: Work, found: Finished, output: Rows) -> None:
     n3, size = 3 * L.bodies, W.size[0, 0]
     for k in range(t.shape[0]):
         W.time[0, 0] = t[k]
-        # before the laws, which drivers of own states follow, and after: inputs may have been set
+        # before the laws, which drivers of auxiliary states follow, and after: inputs may have been
+        # set
         own_numbers(L, W, motion[k], 3 * n3)
         signals(L, W, w, L.varying)
         for d in range(L.driver_row.shape[0]):
@@ -169,7 +171,7 @@ def breakdown(
     """Fill output (instants, causes + 1, PER_PRIMITIVE·primitives, 1): inertia, then every load,
     then friction.
 
-    motion (instants, 9·bodies + owns + inputs): q, v, a of each instant, and own states
+    motion (instants, 9·bodies + owns + inputs): q, v, a of each instant, and auxiliary states
     and inputs unless these are in W; t (instants,); sliding (instants, pairs): multipliers of the
     tangent rows of rough pairs, of no instant where friction is not wanted.
     """
@@ -227,10 +229,10 @@ def each_load(L: Layout, W: Work, motion: Rows, t: Floats, output: Stacks) -> No
 
 @inline
 def at_instant(L, W, w, motion, t, k):
-    """Time, signals, positions, rates, own states and formulas of instant k."""
+    """Time, signals, positions, rates, auxiliary states and formulas of instant k."""
     W.time[0, 0] = t[k]
     n3 = 3 * L.bodies
-    # before the laws, which drivers of own states follow, and after: inputs may have been set
+    # before the laws, which drivers of auxiliary states follow, and after: inputs may have been set
     own_numbers(L, W, motion[k], 3 * n3)
     signals(L, W, w, L.varying)
     for n in range(n3):
@@ -253,7 +255,8 @@ PER_PAIR = 3
 class StoredMotion(Bundle):
     """Stored instants."""
 
-    # (instants, 9·bodies + owns + inputs): q, v, a; own states and inputs unless these are in W
+    # (instants, 9·bodies + owns + inputs): q, v, a; auxiliary states and inputs unless these are in
+    # W
     motion: Rows
     t: Floats  # (instants,)
     regularization: float

@@ -64,7 +64,7 @@ from mbody.kernels.step_state import (
 #
 #     (1 − α_m) 1 − (1 − α_f) (h γ ∂a/∂v + h² β ∂a/∂q).
 #
-# Own states have the same with their rates r,
+# Auxiliary states have the same with their rates r,
 #
 #     (1 − δ) r̂₁ + δ r̂₀ = (1 − α_f) r₁ + α_f r₀,  z₁ = z₀ + h ((1 − θ) r̂₀ + θ r̂₁),
 #
@@ -303,8 +303,8 @@ class FixedStep(Bundle):
     samples : array (samples,)
         The parts of a step at which it is sampled (see `mbody.kernels.singularity_monitor`).
     acceleration, saved : arrays (coordinates + owns,)
-        The algorithmic acceleration, with the algorithmic rates of own states, and that before the
-        step.
+        The algorithmic acceleration, with the algorithmic rates of auxiliary states, and that
+        before the step.
     multipliers : array (2·nodes,)
         Carried on by RATTLE.
     blocks : array

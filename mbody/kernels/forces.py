@@ -25,7 +25,7 @@ CHAMBER = KINDS.index("chamber")
 @njit
 def signals(L, W, w, number):
     """Evaluate the first `number` laws of time, in every lane at its own time, and what drivers
-    follow of them, of inputs and of own states.
+    follow of them, of inputs and of auxiliary states.
     """
     for n in range(number):
         m, o = L.signal_law[n], L.signal_row[n]

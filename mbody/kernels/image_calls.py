@@ -109,7 +109,7 @@ def store_inverse_masses(L, W):
 @njit
 def store_sizes(L, W, S, v):
     """S.scale: sizes of coordinates and of their rates at the start, to which absolute errors are
-    relative; as simulations of batches has it for many motions. Those of own states stay.
+    relative; as simulations of batches has it for many motions. Those of auxiliary states stay.
     """
     n3, length = 3 * L.bodies, W.size[0, 0]
     speed, bend = 0.0, 0.0

@@ -99,7 +99,7 @@ class Layout(Bundle):
     varying: int
     # formulas of measured quantities: see `mbody.kernels.constraints`, (steps, 4); how many
     # of them give signals of drivers, of every primitive where its steps for Φ begin, those for γ,
-    # and the end, (primitives, 3), and the first step of loads and own states
+    # and the end, (primitives, 3), and the first step of loads and auxiliary states
     formula_step: Tables
     driver_steps: int
     primitive_steps: Tables
@@ -145,7 +145,7 @@ class Work(Bundle):
     signal: Rows  # (f, f′, f″) of each law of time; f of each formula of measured quantities
     formula: Rows  # numbers of the formulas of measured quantities
     own: Rows  # states of a user's own
-    own_rate: Rows  # their rates
+    auxiliary_rate: Rows  # their rates
     block: Rows  # 2×3 numbers of each side, both sides of each node, then further sides
     phi: Rows
     nu: Rows
@@ -288,7 +288,7 @@ def _frame(shape: tuple[int, ...], parameters: int, signals: int, lanes: int) ->
         "signal": 3 * signals,
         "formula": formulas,
         "own": owns,
-        "own_rate": owns,
+        "auxiliary_rate": owns,
         # what further sides of rows that can be on or off give lies beyond all nodes
         "block": max(12 * nodes + 6 * more, 12 * written + (6 * more if switched else 0)),
         "phi": 2 * written,
@@ -365,7 +365,7 @@ PER_PRIMITIVE = 5
 @njit
 def keep(L, W, w, page):
     """Rows of page: q, v, a of all bodies, `PER_PRIMITIVE` rows a primitive, what is known of all
-    rough pairs where there are any, own states, inputs.
+    rough pairs where there are any, auxiliary states, inputs.
     """
     n3 = 3 * L.bodies
     for n in range(n3):

@@ -196,7 +196,7 @@ def begin(L, W, B, M, t, h):
     causes = M.loads.shape[0] - 1
     forces(L, W, w, -1)
     for n in range(L.owns):
-        y[2 * n3 + n] += h * W.own_rate[n, 0]
+        y[2 * n3 + n] += h * W.auxiliary_rate[n, 0]
     for n in range(n3):
         M.loads[causes, n] = W.force[n, 0]
     for cause in range(causes):

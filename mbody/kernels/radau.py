@@ -16,7 +16,8 @@ and the lower one
 a system of the size of the coordinates, not of the states. Iterations end where the error that is
 left, Θ/(1 − Θ) |δZ| with the rate Θ of convergence, is a small part of the tolerance.
 
-Own states z with the rates ż = r(q, v, z, t) are more rows of the same system: with v = μ q − r
+Auxiliary states z with the rates ż = r(q, v, z, t) are more rows of the same system: with v = μ q −
+r
 
     [μ² − μ ∂a/∂v − ∂a/∂q   −∂a/∂z    ] [q]   [s + μ r − ∂a/∂v r]
     [   −μ ∂r/∂v − ∂r/∂q    μ − ∂r/∂z ] [z] = [w − ∂r/∂v r      ],

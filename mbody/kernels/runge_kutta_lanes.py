@@ -186,7 +186,7 @@ def initial_derivatives(L: Layout, W: Work, refinements: int, batch: Batch, page
                 batch.derivative[n, design] = W.v[n, lane]
                 batch.derivative[n3 + n, design] = W.a[n, lane]
             for n in range(L.owns):
-                batch.derivative[2 * n3 + n, design] = W.own_rate[n, lane]
+                batch.derivative[2 * n3 + n, design] = W.auxiliary_rate[n, lane]
         st(page, 0, conditioning, w)
         st(page, 1, failed, w)
         for lane in range(many):
@@ -625,7 +625,7 @@ class LaneStates(Bundle):
         One where designs differ, so that each group brings its numbers; else zero.
     par, mass, weight : arrays (groups, rows, lanes)
         Numbers of the designs; empty where none differ.
-    y, derivative, scale : arrays (groups, 2·coordinates + own states, lanes)
+    y, derivative, scale : arrays (groups, 2·coordinates + auxiliary states, lanes)
         States, their derivatives, sizes.
     near : array (groups, nodes, lanes)
         Distances from singular positions.

@@ -30,7 +30,7 @@ from mbody.kernels.step_state import (
 
 @inline
 def load_state(L, W, w, y):
-    """(q, v) and own states ← the state y (2·coordinates + owns, ·)."""
+    """(q, v) and auxiliary states ← the state y (2·coordinates + owns, ·)."""
     n3 = 3 * L.bodies
     for n in range(n3):
         st(W.q, n, ld(y, n, w), w)
@@ -41,7 +41,7 @@ def load_state(L, W, w, y):
 
 @inline
 def store_state(L, W, w, y):
-    """The state y ← (q, v); own states are not projected."""
+    """The state y ← (q, v); auxiliary states are not projected."""
     n3 = 3 * L.bodies
     for n in range(n3):
         st(y, n, ld(W.q, n, w), w)
@@ -50,13 +50,13 @@ def store_state(L, W, w, y):
 
 @inline
 def store_derivative(L, W, w, K):
-    """The derivative K (2·coordinates + owns, ·) ← (v, a) and the rates of own states."""
+    """The derivative K (2·coordinates + owns, ·) ← (v, a) and the rates of auxiliary states."""
     n3 = 3 * L.bodies
     for n in range(n3):
         st(K, n, ld(W.v, n, w), w)
         st(K, n3 + n, ld(W.a, n, w), w)
     for n in range(L.owns):
-        st(K, 2 * n3 + n, ld(W.own_rate, n, w), w)
+        st(K, 2 * n3 + n, ld(W.auxiliary_rate, n, w), w)
 
 
 @njit
@@ -129,10 +129,10 @@ def first_derivative(L, W, S, refinements, page):
 # -- Jacobian of free motion, and the matrices of implicit steps made of it --------------------
 #
 # Of ẏ = (v, a, ż) the first part is known, ∂q̇/∂v = 1, and so J has the rows of (a, ż) alone: it is
-# (coordinates + own states, states), its columns those of y = (q, v, z). Matrices of implicit steps
-# have the size of its rows, not of the states: q̇ = v is eliminated by hand. Own states, whose
-# units may be anything, are counted in their sizes there, so that pivots are chosen among numbers
-# that can be compared.
+# (coordinates + auxiliary states, states), its columns those of y = (q, v, z). Matrices of implicit
+# steps have the size of its rows, not of the states: q̇ = v is eliminated by hand. Auxiliary
+# states, whose units may be anything, are counted in their sizes there, so that pivots are chosen
+# among numbers that can be compared.
 
 
 @njit
@@ -165,7 +165,7 @@ def state_jacobian(L, W, S, refinements, J):
 @njit
 def iteration_matrix(J, one, rate, place, own_one, own, matrix):
     """matrix ← the columns  one·1 − rate·∂/∂v − place·∂/∂q  of coordinates, and own_one·1 −
-    own·∂/∂z  of own states.
+    own·∂/∂z  of auxiliary states.
     """
     size, n3 = J.shape[0], J.shape[1] - J.shape[0]
     for m in range(size):

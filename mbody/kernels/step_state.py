@@ -1,8 +1,8 @@
 """State of the steps of a motion: the slots that all integrators carry on, and their bundles.
 
-A motion is y = (q, v, z), z a user's own states, with ẏ = (v, a, ż); K has a derivative of y a row,
-P the powers that belong to it. `Stepping` is the memory of one motion, `Tolerances` says how exact
-its steps are, `Outputs` what is kept of it.
+A motion is y = (q, v, z), z a user's auxiliary states, with ẏ = (v, a, ż); K has a derivative of y
+a row, P the powers that belong to it. `Stepping` is the memory of one motion, `Tolerances` says how
+exact its steps are, `Outputs` what is kept of it.
 """
 
 from __future__ import annotations

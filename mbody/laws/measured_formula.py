@@ -36,7 +36,7 @@ class MeasuredFormula(FormulaLaw):
         In postfix order, by their names in ``mbody.laws.kernels.OPERATIONS``.
     variables : tuple of str
         What the operations "variable" take, in their order: names of measured quantities, of
-        inputs and own states, ``t``, or ``x``, what the element's law is of.
+        inputs and auxiliary states, ``t``, or ``x``, what the element's law is of.
     constants : tuple of float
         What the operations with a constant take, in their order.
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def compiled_state(machine: Described, state: State) -> tuple[State, dict[str, Formula]]:
-    """An own state with its rate as a law, and what the numbers of that were made of."""
+    """An auxiliary state with its rate as a law, and what the numbers of that were made of."""
     from mbody.model.states import measured_names
 
     names = state.rate.names if isinstance(state.rate, Formula) else frozenset[str]()

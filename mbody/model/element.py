@@ -69,7 +69,7 @@ def check_name(name: Any, what: str) -> None:
 
 
 @dataclass(frozen=True)
-class OwnState:
+class AuxiliaryState:
     """A state that an element brings, integrated with the motion as a `State`.
 
     Attributes
@@ -459,7 +459,7 @@ class Element:
             )
         return law
 
-    def own_states(self) -> tuple[OwnState, ...]:
+    def auxiliary_states(self) -> tuple[AuxiliaryState, ...]:
         """The states that it brings, which are integrated with the motion."""
         return ()
 

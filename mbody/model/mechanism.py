@@ -17,7 +17,15 @@ from mbody.laws import Law
 from mbody.model.body import Body
 from mbody.model.constraint import Constraint
 from mbody.model.driver import Driver
-from mbody.model.element import Element, Marker, OwnState, PointLike, check_name, listed, resolved
+from mbody.model.element import (
+    AuxiliaryState,
+    Element,
+    Marker,
+    PointLike,
+    check_name,
+    listed,
+    resolved,
+)
 from mbody.model.joints import Joint
 from mbody.model.loads import Load
 from mbody.model.touching_shapes import ShapeLike
@@ -213,7 +221,7 @@ class Mechanism:
         self._sorted: dict[type | str, tuple[Any, ...]] | None = None
         self._groups: dict[str, Between] = {}  # as they were given
         #: States that elements bring, kept when the mechanism is closed.
-        self._brought: tuple[OwnState, ...] | None = None
+        self._brought: tuple[AuxiliaryState, ...] | None = None
 
     def _take_curves(self, curves: Any) -> None:
         from mbody.model.curves import as_curves
@@ -533,12 +541,12 @@ class Mechanism:
         return self._of_role("state")
 
     @property
-    def states(self) -> tuple[State | OwnState, ...]:
+    def states(self) -> tuple[State | AuxiliaryState, ...]:
         """The states that are integrated with the motion: those that the user described, then
         those that elements bring, in the order of the description.
         """
         if self._brought is None or self._sorted is None:
-            found = (element.own_states() for element in self._elements.values())
+            found = (element.auxiliary_states() for element in self._elements.values())
             self._brought = tuple(itertools.chain.from_iterable(found))
         return (*self._of_role("state"), *self._brought)
 

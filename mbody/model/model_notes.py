@@ -260,7 +260,7 @@ def without_friction(mechanism: Mechanism, analysis: str) -> tuple[str, ...]:
 def kept_states(
     mechanism: Mechanism, starts: Mapping[str, float], analysis: str
 ) -> tuple[str, ...]:
-    """Notes of an analysis that integrates nothing: the values that own states have in it.
+    """Notes of an analysis that integrates nothing: the values that auxiliary states have in it.
 
     >>> from mbody import State, makers
     >>> machine = makers.four_bar(1, 3, 2, 3.5)

@@ -101,8 +101,8 @@ def dimension_named(mechanism: Mechanism, name: str) -> Dimension | None:
 
 
 def _of_signal(element: Any, key: str) -> Dimension | None:
-    """The dimension of a number of an input or an own state; None of a plain number, and of the
-    parts of a rate.
+    """The dimension of a number of an input or an auxiliary state; None of a plain number, and of
+    the parts of a rate.
     """
     field, _, part = key.partition(".")
     if field == "value" and part:

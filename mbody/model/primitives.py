@@ -192,7 +192,7 @@ class ForcePrimitive:
     signals : tuple of Signal
         Laws of time, up to two.
     law : Signal or None
-        A law of the element's own state (stretch, rate).
+        A law of the element's auxiliary state (stretch, rate).
     function : callable or None
         The user's own physics in plain Python, for kind ``"user"``.
     by : str

@@ -53,7 +53,7 @@ class Described(Protocol):
 
     @property
     def states(self) -> Sequence[Any]:
-        """Its own states."""
+        """Its auxiliary states."""
 
     @property
     def parameters(self) -> Any:
@@ -75,7 +75,7 @@ class Described(Protocol):
 
 def measured_names(machine: Described, names: frozenset[str]) -> dict[str, Dimension | None]:
     """Those of the names in a formula that are no numbers of the description, with the dimension
-    of each: inputs, own states, and dotted names.
+    of each: inputs, auxiliary states, and dotted names.
     """
     own = {one.name: one.dimension for one in machine.inputs}
     own |= {one.name: one.dimension for one in machine.states}
@@ -130,7 +130,7 @@ def _known(element: Element, point: str) -> Mapping[str, str]:
         return found
     load: Any = element
     made = {key: of for key, (_, of) in load.outputs().items()}
-    states = {one.name.rpartition(".")[2]: one.measure for one in load.own_states()}
+    states = {one.name.rpartition(".")[2]: one.measure for one in load.auxiliary_states()}
     return found | made | states | _described(element)
 
 

@@ -124,7 +124,7 @@ def _signals(subject: Subject, given: dict[str, Any]) -> Grid:
 
 
 def _states(given: dict[str, Any]) -> Grid:
-    """Own states with their rates and starts."""
+    """Auxiliary states with their rates and starts."""
     columns = [
         Cells("state", list(given), text=True),
         Cells("rate", [_flat(table["rate"]) for table in given.values()], text=True),

@@ -149,7 +149,7 @@ def works_of_moving(system: System) -> list[str]:
 def _named(system: System, records: Array) -> dict[str, dict[str, AccountedEnergy]]:
     """The parts of the account that loads name beside their work."""
     states = system.mechanism.states
-    own = records[:, system.own_rows]
+    own = records[:, system.auxiliary_rows]
     found = {}
     for load in system.mechanism.loads:
         first = f"{load.name}."

@@ -375,14 +375,16 @@ class Result(Protocol):
 
 
 def shown_states(mechanism: Mechanism) -> list[Any]:
-    """The own states that tables and summaries have: not those that only add up energies, which are
-    in the account of energy.
+    """The auxiliary states that tables and summaries have: not those that only add up energies,
+    which are in the account of energy.
     """
     return [one for one in mechanism.states if not getattr(one, "accounts", False)]
 
 
 def motion_rows(solution: Result) -> Array:
-    """q, v, a, own states and inputs: (instants, 9·bodies + …), or (designs, …) of a batch."""
+    """q, v, a, auxiliary states and inputs: (instants, 9·bodies + …), or (designs, …) of
+    a batch.
+    """
     parts = [solution.record.table(rows) for rows in _kept_rows(solution)]
     return np.concatenate(parts, axis=-1) if len(parts) > 1 else parts[0]
 
@@ -394,18 +396,20 @@ def motion_at(solution: Result, instants: Array, design: int = 0) -> Array:
 
 
 def _kept_rows(solution: Result) -> list[slice]:
-    """Where q, v and a are kept, and own states and inputs, if there are any."""
+    """Where q, v and a are kept, and auxiliary states and inputs, if there are any."""
     system = solution.system
-    own = system.own_rows
+    own = system.auxiliary_rows
     return [slice(0, 3 * system.coordinates), *([own] if own.start < own.stop else [])]
 
 
-def own_history(solution: Result, name: str) -> Array:
-    """An own state or an input, by its name: (instants,), or (designs, instants) of a batch."""
+def auxiliary_history(solution: Result, name: str) -> Array:
+    """An auxiliary state or an input, by its name: (instants,), or (designs, instants) of
+    a batch.
+    """
     system = solution.system
     machine = system.mechanism
     names = [one.name for one in (*machine.states, *machine.inputs)]
-    return solution.record.take(system.own_rows.start + names.index(name))
+    return solution.record.take(system.auxiliary_rows.start + names.index(name))
 
 
 # -- Positions of ends of elements, of link axes and of reactions ------------------------------

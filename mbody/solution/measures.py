@@ -32,10 +32,10 @@ from mbody.solution.histories import (
     LoadHistory,
     PointHistory,
     Result,
+    auxiliary_history,
     column,
     ends,
     motion_rows,
-    own_history,
     velocity,
 )
 from mbody.system.formula_rows import driver_states, recorded_driver
@@ -321,7 +321,9 @@ def prescribed_rate(solution: Result, driver: str) -> Array:
 
 
 def _follows(solution: Result, driver: Any) -> bool:
-    """Whether a driver follows positions or own states, so that only the motion says its value."""
+    """Whether a driver follows positions or auxiliary states, so that only the motion says its
+    value.
+    """
     system = solution.system
     if driver not in system.leaders:
         return True
@@ -372,7 +374,7 @@ def _values(solution: Result, steps: StepList, goals: tuple[int, ...]) -> list[A
         if kind == "time":
             return solution.t
         if kind == "own":
-            return own_history(solution, rest[0])
+            return auxiliary_history(solution, rest[0])
         if kind.startswith("signal"):
             return _signal(solution, rest[0], SIGNALS.index(kind))
         body, axis = rest
@@ -390,7 +392,7 @@ def _values(solution: Result, steps: StepList, goals: tuple[int, ...]) -> list[A
 def _signal(solution: Result, name: str, order: int) -> Array:
     """An input, or a derivative of it; inputs that jump stay between."""
     if order == 0:
-        return own_history(solution, name)
+        return auxiliary_history(solution, name)
     one = next(each for each in solution.mechanism.inputs if each.name == name)
     law: Array = solution.system.law_of(one, "value").derivatives(solution.t)[order]
     return law
@@ -568,7 +570,7 @@ class _Histories(dict[str, Valued]):
         super().__init__(mechanism.parameters.scope().names)
         self.number = number
         self.mechanism, self.history = mechanism, history
-        #: Inputs and own states with what they measure.
+        #: Inputs and auxiliary states with what they measure.
         self.own = {one.name: one.dimension for one in mechanism.inputs}
         self.own |= {one.name: one.dimension for one in mechanism.states}
         self["t"] = Valued(1.0, DIMENSIONS["time"])
@@ -649,7 +651,7 @@ def _dimension(mechanism: Mechanism, owner: str, key: str) -> Dimension:
         raise FormulaError(f"there is no body '{element}' (there are: {_bodies(mechanism)})")
     else:
         known = owned.quantities()
-        known |= {one.name.rpartition(".")[2]: one.measure for one in owned.own_states()}
+        known |= {one.name.rpartition(".")[2]: one.measure for one in owned.auxiliary_states()}
         if not known:
             raise FormulaError(
                 f"'{element}' acts on every body, it has no history of its own: measure what "
@@ -679,13 +681,13 @@ def _coordinate(run: Result, joint: Joint, key: str) -> Any:
 
 
 def _history(run: Result, owner: str, key: str) -> Any:
-    """The history of a body, a point, a joint, a load or a driver; of an input or an own state,
-    which has no owner.
+    """The history of a body, a point, a joint, a load or a driver; of an input or an auxiliary
+    state, which has no owner.
     """
     from mbody.model.states import ORIGIN
 
     if not owner:
-        return own_history(run, key)
+        return auxiliary_history(run, key)
     element, _, point = owner.partition(".")
     if point:
         body: Any = run.mechanism[element]
@@ -703,8 +705,10 @@ def _history(run: Result, owner: str, key: str) -> Any:
     if owned.role in ("joint", "contact"):
         reaction = run.reaction(element)
         return reaction.magnitude if key == "force" else getattr(reaction, key)
-    if owned.role == "load" and any(one.name == f"{element}.{key}" for one in owned.own_states()):
-        return own_history(run, f"{element}.{key}")
+    if owned.role == "load" and any(
+        one.name == f"{element}.{key}" for one in owned.auxiliary_states()
+    ):
+        return auxiliary_history(run, f"{element}.{key}")
     if owned.role == "load":
         return getattr(run.load(element), key)
     still = run.analysis == "statics"  # drivers hold, whatever their laws say of rates

@@ -20,7 +20,7 @@ from mbody.laws import Expression, MeasuredFormula, Table
 from mbody.laws.kernels import CONSTANT, LOG, OPERATIONS, POWER_CONSTANT
 from mbody.model.study import Measure, measure_named
 from mbody.quantities.evaluate import ONE, TWO
-from mbody.solution.histories import LoadHistory, Reaction, own_history
+from mbody.solution.histories import LoadHistory, Reaction, auxiliary_history
 from mbody.solution.measures import check_measure, evaluate_measure, stretched, turned
 from mbody.solution.solution import Solution
 from mbody.solution.tracing import Recording, Rule, driven_motion
@@ -153,7 +153,7 @@ class TracedInstant(Solution):
         if kind == "time":
             return self.t
         if kind in ("signal", "own"):
-            return own_history(self, owner)
+            return auxiliary_history(self, owner)
         if owner == "ground":
             return 1.0 if (kind, axis) == ("turn", 0) else 0.0
         if kind == "turn":

@@ -11,7 +11,12 @@ from typing import Any, ClassVar
 import numpy as np
 
 from mbody.analysis.dynamics.batch_integration import TABLES
-from mbody.analysis.dynamics.integrators import PATIENT, REFINEMENTS, coordinate_sizes, own_sizes
+from mbody.analysis.dynamics.integrators import (
+    PATIENT,
+    REFINEMENTS,
+    auxiliary_sizes,
+    coordinate_sizes,
+)
 from mbody.analysis.dynamics.interruptions import hold_inputs, without_hold
 from mbody.core.lanes import LANES, aligned
 from mbody.errors import ModelError, brief
@@ -120,7 +125,7 @@ class LaneMotion:
         )
         self.many.scale[:] = 1.0
         self.records = self._blank(system.record_rows)
-        self._own_sizes = own_sizes(system)
+        self._auxiliary_sizes = auxiliary_sizes(system)
         self._workers = [self._worker() for _ in range(self.threads)]
         self._pool: ThreadPoolExecutor | None = None
 
@@ -204,7 +209,7 @@ class LaneMotion:
         y, rates = self.some(many.y, which), self.some(many.derivative, which)
         with np.errstate(invalid="ignore"):
             sizes = coordinate_sizes(self.system.length, y[:, n : 2 * n], rates[:, n : 2 * n])
-        own = np.broadcast_to(self._own_sizes, (len(which), len(self._own_sizes)))
+        own = np.broadcast_to(self._auxiliary_sizes, (len(which), len(self._auxiliary_sizes)))
         self.put_all(many.scale, which, np.hstack([sizes, own]))
         self.put(many.state, NEXT, which, 0.0)
 
@@ -484,7 +489,7 @@ class LaneReadings:
 
     @property
     def own(self) -> Array:
-        """The mechanism's own states (n, states)."""
+        """The mechanism's auxiliary states (n, states)."""
         owns = self.system.layout.owns
         return self._lanes.rows(self._lanes.many.y, 2 * self.system.coordinates, owns)
 
@@ -589,7 +594,7 @@ class LaneReadings:
 
     def _source(self, n: int) -> str:
         """Where a row of a record is: among the states, the inputs that are set, or the record."""
-        few, own = 2 * self.system.coordinates, self.system.own_rows.start
+        few, own = 2 * self.system.coordinates, self.system.auxiliary_rows.start
         if n < few:
             return f"row(0, {n})"
         owns = self.system.layout.owns

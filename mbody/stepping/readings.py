@@ -603,5 +603,5 @@ class MechanicsNow(Readings):
         return linearize(self.system, at=self.solution()).state_matrices(measures)
 
     def _mechanics(self) -> InstantMechanics:
-        own = np.array(self._instant_record())[self.system.own_rows]
+        own = np.array(self._instant_record())[self.system.auxiliary_rows]
         return InstantMechanics(self.system, self.t, self.q, self.v, own)

@@ -12,7 +12,7 @@ import numpy as np
 
 from mbody.analysis.contact.unilateral import with_contacts_of_joints
 from mbody.analysis.dynamics.branch_passage import choose_branch, singular_start
-from mbody.analysis.dynamics.integrators import first_own_states
+from mbody.analysis.dynamics.integrators import first_auxiliary_states
 from mbody.analysis.dynamics.options import motion_request, tolerances, with_inputs
 from mbody.analysis.dynamics.simulate import (
     first_instant_with_contacts,
@@ -262,7 +262,7 @@ class SimulatorState:
         Mass centre (x, y) and angle of every body, in the order of the description, and their
         rates [length, length, rad; a unit of time].
     own : array (states,)
-        The mechanism's own states.
+        The mechanism's auxiliary states.
     inputs : array (inputs,)
         Values of the inputs.
     bodies : tuple of str
@@ -398,7 +398,7 @@ class Simulator(MechanicsNow):
         self._rows = list(engine.free_inputs.values())
         self._signals: Any = memoryview(engine.work.signal.reshape(-1).data)
         others = {}
-        first = system.own_rows.start + system.layout.owns
+        first = system.auxiliary_rows.start + system.layout.owns
         for n, one in enumerate(system.mechanism.inputs):
             if one.name not in values:
                 setters = [c.name for c in system.mechanism.controllers if one.name in c.sets]
@@ -542,7 +542,7 @@ class Simulator(MechanicsNow):
             self._origin = None
             self._integration.regularize(part.regularization)
             self._integration.start_at(
-                *state_of(self.system, part), own=first_own_states(system, part)
+                *state_of(self.system, part), own=first_auxiliary_states(system, part)
             )
             return True
         rows = part.record.table(slice(None))
@@ -554,7 +554,7 @@ class Simulator(MechanicsNow):
 
     @property
     def own(self) -> Array:
-        """A copy of the mechanism's own states (states,), in the order of the description."""
+        """A copy of the mechanism's auxiliary states (states,), in the order of the description."""
         return self._integration.y[2 * self.system.coordinates :].copy()
 
     @property
@@ -632,9 +632,9 @@ class Simulator(MechanicsNow):
         to : SimulatorState or mapping, optional
             A state of this mechanism, or values by name, ``{"crank": {"angle": 0.5, "omega": 2}}``
             or ``{"crank.angle": "30 deg"}``: of x, y (the origin of the link's axes), angle, vx, vy
-            and omega, as in ``[simulate] start``; and of own states. What these leave free stays as
-            in the first position of this simulator, and rests: the leaders of the free motions
-            (`minimal`). Inputs have their first values again, or those of the state.
+            and omega, as in ``[simulate] start``; and of auxiliary states. What these leave free
+            stays as in the first position of this simulator, and rests: the leaders of the free
+            motions (`minimal`). Inputs have their first values again, or those of the state.
         t : float or str, optional
             Time, by default that of the state, or the first one.
 
@@ -686,7 +686,7 @@ class Simulator(MechanicsNow):
         of = {k: to[k] for k in to if k in states} if isinstance(to, Mapping) else {}
         left = {k: to[k] for k in to if k not in states} if isinstance(to, Mapping) else to
         given = prescribed_values(system, {} if to is None else left)
-        own = self._own_states(of) if of else None
+        own = self._auxiliary_states(of) if of else None
         when = first.t if when is None else when
         near = nearest_state(system, when, first.q, given)
         self._integration.regularize(near.regularization)
@@ -697,8 +697,8 @@ class Simulator(MechanicsNow):
     def _first_inputs(self, state: SimulatorState) -> None:
         self.inputs.set_all(state.inputs)
 
-    def _own_states(self, given: Mapping[str, Any]) -> Array:
-        """Own states at a beginning, some of them given."""
+    def _auxiliary_states(self, given: Mapping[str, Any]) -> Array:
+        """Auxiliary states at a beginning, some of them given."""
         found, machine = self._first.own.copy(), self.system.mechanism
         for n, state in enumerate(machine.states):
             if state.name in given:

@@ -641,8 +641,8 @@ class Simulators(ScalarFallback):
             A mask (n,) of bool, or numbers of motions; by default all.
         to : mapping, optional
             Values by name as of `Simulator.reset`, ``{"crank.angle": 0.5}``, each one number or an
-            array with one for each motion of `which`; and of own states. All else is as near to the
-            first position as the loops allow, and moves least.
+            array with one for each motion of `which`; and of auxiliary states. All else is as near
+            to the first position as the loops allow, and moves least.
         t : float or str, optional
             Time, by default the first one.
 

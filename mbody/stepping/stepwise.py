@@ -245,7 +245,7 @@ class Stepwise(Integration):
         self._clear()
         self.extremes = {}
         self.first, self.state[TIME] = t, t
-        n, own = 2 * self.system.coordinates, self.system.own_rows.start
+        n, own = 2 * self.system.coordinates, self.system.auxiliary_rows.start
         self.y[:n], self.shown[:, 0] = record[:n], record
         self.y[n:] = record[own : own + self.system.layout.owns]
 

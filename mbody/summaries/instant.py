@@ -12,10 +12,10 @@ from mbody.core.tolerances import PRINTED_NONE, PRINTED_NONE_FINE
 from mbody.laws import MeasuredFormula
 from mbody.model.closed_mechanism import moving_points
 from mbody.model.contact import joined
-from mbody.model.element import OwnState
+from mbody.model.element import AuxiliaryState
 from mbody.model.study import Measure, in_time, mean_weights, outermost
 from mbody.quantities.units import DIMENSIONS, Dimension
-from mbody.solution.histories import own_history, shown_states
+from mbody.solution.histories import auxiliary_history, shown_states
 from mbody.solution.measures import found_by, measured
 from mbody.summaries.text_table import (
     ABOUT,
@@ -350,12 +350,13 @@ def points(solution: Solution) -> list[str]:
     return [*lines, f"{more} points more are among the data and in tables"] if more > 0 else lines
 
 
-# -- The tables of inputs and of own states on a summary -----------------------------------------
+# -- The tables of inputs and of auxiliary states on a summary
+# -----------------------------------------
 
 
 def signals(solution: Solution) -> list[list[str]]:
-    """Two tables: inputs, and own states with the formulas of their rates; of many instants the
-    least and the greatest, empty where there are none.
+    """Two tables: inputs, and auxiliary states with the formulas of their rates; of many instants
+    the least and the greatest, empty where there are none.
     """
     machine = solution.mechanism
     states = shown_states(machine)
@@ -368,7 +369,7 @@ def signals(solution: Solution) -> list[list[str]]:
 
 def _rate(state: Any) -> str:
     """The formula of a rate, as it was written; none of a state that an element brings."""
-    if isinstance(state, OwnState):
+    if isinstance(state, AuxiliaryState):
         return ""
     return str(getattr(state.rate, "text", state.rate))
 
@@ -379,7 +380,7 @@ def _table(solution: Solution, title: str, own: Any, more: list[Column]) -> list
         return []
     least, greatest, units = [], [], []
     for one in own:
-        values, unit = own_history(solution, one.name), ""
+        values, unit = auxiliary_history(solution, one.name), ""
         if one.dimension == DIMENSIONS["angle"]:
             values, unit = np.degrees(values), "deg"
         elif one.dimension is not None:

@@ -26,7 +26,7 @@ from mbody.kernels.layout import Layout, first_beyond, integers
 from mbody.laws import LAW_KINDS, Constant, Law
 from mbody.model.closed_mechanism import snapshot
 from mbody.model.constraint import Constraint
-from mbody.model.element import Element, Numbers, OwnState, signal_of
+from mbody.model.element import AuxiliaryState, Element, Numbers, signal_of
 from mbody.model.mechanism import Mechanism
 from mbody.model.primitives import ConstraintPrimitive, ForcePrimitive, FrictionPrimitive, Signal
 from mbody.quantities import Formula
@@ -255,8 +255,8 @@ def assemble(mechanism: Mechanism, *, groups: bool = False, machine_code: bool =
     )
 
 
-def _rate(state: State | OwnState, at: Numbers) -> Signal:
-    return signal_of(state.rate) if isinstance(state, OwnState) else at.law(state, "rate")
+def _rate(state: State | AuxiliaryState, at: Numbers) -> Signal:
+    return signal_of(state.rate) if isinstance(state, AuxiliaryState) else at.law(state, "rate")
 
 
 class _Compiler:
@@ -380,7 +380,7 @@ class _Compiler:
         at: Numbers,
     ) -> list[RecordedLaw]:
         """All laws: those of time in the order of the signals, inputs last among them; the
-        elements' own; the rates of own states; those that formulas evaluate.
+        elements' own; the rates of auxiliary states; those that formulas evaluate.
         """
         machine = self.mechanism
         found = [RecordedLaw(Signal(Constant(0.0), [0.0]))]

@@ -38,14 +38,15 @@ if TYPE_CHECKING:
 
 # -- Formulas of drivers in time, inputs, auxiliary states and positions -----------------------
 #
-# A driver prescribes Φ = c − f = 0 for its coordinate c. Of time, inputs and own states alone, f
-# has the derivatives ḟ and f̈ by time, and nothing else changes. Where f measures positions, Φ is a
-# constraint of all their bodies:
+# A driver prescribes Φ = c − f = 0 for its coordinate c. Of time, inputs and auxiliary states
+# alone, f has the derivatives ḟ and f̈ by time, and nothing else changes. Where f measures
+# positions, Φ is a constraint of all their bodies:
 #
 #     Φ_q = c_q − f_q,    ν = −Φ_t = ∂f/∂t,    γ = −d²Φ/dt² at a = 0,
 #
 # so that Φ_q v = ν and Φ_q a = γ; its multiplier acts on every body that f measures, and its power
-# is that of ν alone. An own state of f changes at its rate, which may measure positions, not rates.
+# is that of ν alone. An auxiliary state of f changes at its rate, which may measure positions, not
+# rates.
 
 
 @dataclass(frozen=True)
@@ -66,7 +67,7 @@ class DriverFormula:
     inputs : frozenset of str
         Inputs on which f or its rate depends: they must not jump.
     states : frozenset of str
-        Own states on which it depends.
+        Auxiliary states on which it depends.
     explicit : bool
         Whether f changes while all bodies rest.
     """
@@ -170,7 +171,7 @@ def driver_inputs(machine: Mechanism, at: Numbers) -> dict[str, str]:
 
 
 def driver_states(driver: Element, machine: Mechanism, at: Numbers) -> tuple[str, ...]:
-    """Own states that a driver follows."""
+    """Auxiliary states that a driver follows."""
     own: Any = driver
     if not isinstance(own.law, MeasuredFormula):
         return ()
@@ -357,7 +358,7 @@ def driven_law(driver: Element, mechanism: Mechanism, at: Numbers) -> Law:
     formula = recorded_driver(driver, signal, mechanism, at)
     text = getattr(signal.law, "text", "")
     if formula.follows or formula.states:
-        what = "positions" if formula.follows else "own states"
+        what = "positions" if formula.follows else "auxiliary states"
         raise ModelError(
             f"'{driver.name}' follows {what}, '{text}', which time alone does not give: give "
             "times, or values of the drivers that follow time",
@@ -480,7 +481,7 @@ class FormulaRows:
             self._recorded(steps, first, laws, [(TO_RATE, steps.value, rate)])
 
     def add_signal(self, law: RecordedLaw, first: int, laws: int, signal: int) -> None:
-        """Append what a driver follows of time, inputs and own states: its value, rate and
+        """Append what a driver follows of time, inputs and auxiliary states: its value, rate and
         acceleration.
         """
         if law.driven is None or law.driven.follows:

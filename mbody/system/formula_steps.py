@@ -15,7 +15,7 @@ import numpy as np
 from mbody.laws import Constant, Law, MeasuredFormula
 from mbody.laws.kernels import CONSTANT, LOG, OPERATIONS, POWER_CONSTANT, FloatArray, evaluate
 from mbody.model.driver import AngleDriver, DistanceDriver
-from mbody.model.element import Element, Marker, Numbers, OwnState, equation, signal_of
+from mbody.model.element import AuxiliaryState, Element, Marker, Numbers, equation, signal_of
 from mbody.model.mechanism import Mechanism
 from mbody.model.primitives import Signal
 from mbody.model.states import ORIGIN
@@ -214,9 +214,9 @@ def driven_coordinate(steps: StepList, driver: Any, at: Numbers, rate: bool = Fa
 
 
 def state_rate(steps: StepList, name: str, machine: Mechanism, at: Numbers) -> Recorded:
-    """The rate of an own state."""
+    """The rate of an auxiliary state."""
     one = next(state for state in machine.states if state.name == name)
-    signal = signal_of(one.rate) if isinstance(one, OwnState) else at.law(one, "rate")
+    signal = signal_of(one.rate) if isinstance(one, AuxiliaryState) else at.law(one, "rate")
     if isinstance(signal.law, MeasuredFormula):
         return _evaluated(steps, signal.law, signal.parameters, machine, at)
     return steps.law(signal, steps.read("time"))
@@ -472,7 +472,7 @@ def _product(a: Derivative, b: Recorded) -> Derivative:
 def _of_time(
     steps: StepList, what: tuple[Any, ...], rate_of: Callable[[str], Derivative]
 ) -> Derivative:
-    """Time itself, inputs and own states by time; numbers of the description stay."""
+    """Time itself, inputs and auxiliary states by time; numbers of the description stay."""
     kind = what[0]
     if kind == "time":
         return steps.number(1.0)
@@ -482,7 +482,7 @@ def _of_time(
 
 
 def by_time(rate_of: Callable[[str], Derivative]) -> Rule:
-    """∂/∂t at a position that stands still; `rate_of` an own state records its rate."""
+    """∂/∂t at a position that stands still; `rate_of` an auxiliary state records its rate."""
     return lambda steps, what: _of_time(steps, what, rate_of)
 
 

@@ -236,7 +236,7 @@ class System:
         ------
         ModelError
             When the numbers are a batch and no design is named; of a driver that follows positions
-            or own states, which has no law of time.
+            or auxiliary states, which has no law of time.
         """
         law: Any = getattr(element, field)
         if isinstance(element, Driver) and isinstance(law, MeasuredFormula):
@@ -385,19 +385,23 @@ class System:
         return slice(first, first + (FRICTION_NUMBERS if len(self.layout.friction_kind) else 0))
 
     @property
-    def own_rows(self) -> slice:
-        """Where own states, then inputs, are among the numbers that are kept of an instant."""
+    def auxiliary_rows(self) -> slice:
+        """Where auxiliary states, then inputs, are among the numbers that are kept of
+        an instant.
+        """
         last = self.record_rows
         return slice(last - self.layout.owns - len(self.layout.input_row), last)
 
     @property
     def state_count(self) -> int:
-        """Coordinates, their rates and own states: the numbers that a free motion integrates."""
+        """Coordinates, their rates and auxiliary states: the numbers that a free
+        motion integrates.
+        """
         return 2 * self.coordinates + self.layout.owns
 
     @functools.cached_property
     def first_states(self) -> np.ndarray:
-        """Starts of the own states, (states, sets); zero of those that begin where they are
+        """Starts of the auxiliary states, (states, sets); zero of those that begin where they are
         steady, until that is found.
         """
         rows = [self.values.get(one.start_number, 0.0) for one in self.mechanism.states]

@@ -77,7 +77,7 @@ def test_positions_are_packed_for_files():
             unpacked_positions(system, np.asarray(wrong))
 
 
-def test_change_points_with_own_states():
+def test_change_points_with_auxiliary_states():
     """States that only watch: the motion passes its change points as without them."""
     machine = gallery.load("n_windows_2")
     plain = simulate(machine, 6.0)

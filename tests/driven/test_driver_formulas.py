@@ -1,5 +1,5 @@
-"""Drivers that follow formulas of inputs, own states and positions: against the same motion by laws
-of time, the oracle, closed forms and virtual power.
+"""Drivers that follow formulas of inputs, auxiliary states and positions: against the same motion
+by laws of time, the oracle, closed forms and virtual power.
 """
 
 import numpy as np
@@ -190,7 +190,8 @@ def test_a_linear_history_moves_at_its_rate():
     assert_allclose(run["rod"].omega, own["rod"].omega, 1e-9, 1e-9)
 
 
-# -- own states ------------------------------------------------------------------------------------
+# -- auxiliary states
+# ------------------------------------------------------------------------------------
 
 LAG = (
     Input("u", "0 rad/s^2"),

@@ -1,4 +1,4 @@
-"""Formulas of measured quantities, inputs, own states and controllers."""
+"""Formulas of measured quantities, inputs, auxiliary states and controllers."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Drivers that follow formulas of inputs, own states and positions."""
+"""Drivers that follow formulas of inputs, auxiliary states and positions."""
 
 import mbody
 from mbody import (

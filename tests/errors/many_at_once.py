@@ -160,7 +160,7 @@ an action without bounds | ModelError | u | envs.make: 'u' must have a lowest an
 an action of bounds the wrong way | ModelError | u | envs.make: 'u' goes from 1 to -1: give the lower bound first
 an environment that observes nothing | ModelError | - | envs.make: observations must be measures such as ["crank.angle", "crank.omega"]: give at least one
 an observation of bounds the wrong way | ModelError | cart.x | envs.make: 'cart.x' goes from 1.0 to -1.0: give the lower bound first
-a reset of an environment that there is not | ModelError | cart.colour | envs.make: reset has no 'cart.colour': give ranges of places and rates such as {"crank.angle": ("-5 deg", "5 deg")}, or of own states
+a reset of an environment that there is not | ModelError | cart.colour | envs.make: reset has no 'cart.colour': give ranges of places and rates such as {"crank.angle": ("-5 deg", "5 deg")}, or of auxiliary states
 a reward that is none | ModelError | - | envs.make: reward must be a measure such as "cos(pole.angle)", or measures with their weights such as {"cart.x^2": -1.0}, not 1.0
 an end that is no relation | ModelError | - | envs.make: terminated must be relations such as "abs(pole.angle) > 24 deg", not 'cart.x'
 environments without Gymnasium | ModelError | - | environments need Gymnasium, which is not installed: pip install 'mbody-planar[gym]'

@@ -1,4 +1,4 @@
-"""Inputs and own states in model files, histories for the command, motions followed again."""
+"""Inputs and auxiliary states in model files, histories for the command, motions followed again."""
 
 import functools
 

@@ -1,5 +1,5 @@
-"""Inputs, own states and formulas in model files and in all that reads descriptions: each number by
-a second route, SciPy or another of ours that shares no code with the first.
+"""Inputs, auxiliary states and formulas in model files and in all that reads descriptions: each
+number by a second route, SciPy or another of ours that shares no code with the first.
 """
 
 import csv

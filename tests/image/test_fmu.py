@@ -171,7 +171,7 @@ def test_the_cart_pole_of_the_gallery(binary, tmp_path, version):
 @needs_fmpy
 @VERSIONS
 def test_a_pump_with_its_motor_from_standstill(binary, tmp_path, version):
-    """The current is an own state that the motor brings; the energies are, too."""
+    """The current is an auxiliary state that the motor brings; the energies are, too."""
     machine, t = gallery.load("mud_pump_motor"), np.linspace(0.0, 15.0, 301)
     run = mbody.simulate(machine, 15.0, times=t, rtol=1e-12)
     names = ["crank.angle", "crank.omega", "rotor.omega", "ram1.x", "ram1.vx"]

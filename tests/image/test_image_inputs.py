@@ -1,4 +1,4 @@
-"""Images of mechanisms with formulas of measured quantities, inputs and own states."""
+"""Images of mechanisms with formulas of measured quantities, inputs and auxiliary states."""
 
 import numpy as np
 

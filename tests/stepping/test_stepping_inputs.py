@@ -1,4 +1,4 @@
-"""Inputs, own states and sampled controllers in a motion that is led on step by step."""
+"""Inputs, auxiliary states and sampled controllers in a motion that is led on step by step."""
 
 import math
 import pickle
@@ -125,7 +125,7 @@ def test_a_state_has_the_memory_of_controllers():
     assert sim["arm"].angle == pytest.approx(run["arm"].angle[-1], abs=1e-7)
 
 
-def test_own_states_are_integrated_set_and_kept():
+def test_auxiliary_states_are_integrated_set_and_kept():
     state = State("integral", rate="1 rad - arm.angle", start="0.1 rad*s")
     machine = arm(state)
     machine.add(Torque("slow", "arm", value="2 N*m/rad/s*integral"))

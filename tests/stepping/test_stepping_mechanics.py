@@ -215,7 +215,7 @@ def test_measures_of_a_slider_and_a_spring():
     assert_allclose(found.C, [[1.0, 0.0], [-4.0, 0.0], [8.0, 0.0]], atol=1e-7)
 
 
-def test_inputs_and_own_states_in_state_matrices():
+def test_inputs_and_auxiliary_states_in_state_matrices():
     """A driven pendulum with an integrator, by hand: I α = u + 2 z − m g c cos θ − 0.3 ω."""
     machine = pendulum(0.4)
     machine.add(

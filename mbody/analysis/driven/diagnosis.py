@@ -238,8 +238,8 @@ def _workspace_at(system: System, t: float, q: Array) -> Work:
 def load_forces(
     system: System, work: Work, t: float, q: Array, v: Array, own: Array | None = None
 ) -> Array:
-    """Each load alone on the coordinates: (loads, coordinates); `own`: own states, then inputs, by
-    default those at the beginning.
+    """Each load alone on the coordinates: (loads, coordinates); `own`: auxiliary states, then
+    inputs, by default those at the beginning.
     """
     found = np.empty((1, len(system.mechanism.loads), system.coordinates))
     more = np.zeros(0) if own is None else own

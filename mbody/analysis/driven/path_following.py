@@ -113,7 +113,7 @@ def own_motion_call(
     positions in `work`; None where the system has no such code. Where lanes are pieces of one
     motion, they are `joined`.
     """
-    # own states of designs differ between lanes, and the code has one first number for all
+    # auxiliary states of designs differ between lanes, and the code has one first number for all
     if not system.machine_code or (system.batch is not None and system.layout.owns):
         return None
     from mbody.straight_line.programs import MotionCall, straight_line_code

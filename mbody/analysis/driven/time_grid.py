@@ -303,7 +303,9 @@ def _grid_of_values(system: System, t: PlainNumbers, driver_values: DriverValues
 
 
 def check_timed(system: System) -> None:
-    """Refuse drivers that follow own states: these have values in a motion of `simulate` only."""
+    """Refuse drivers that follow auxiliary states: these have values in a motion of `simulate`
+    only.
+    """
     for driver in system.drivers:
         states = driver_states(driver, system.mechanism, system.numbers)
         if states:

@@ -23,9 +23,9 @@ from mbody.analysis.driven.diagnosis import undetermined, weightless
 from mbody.analysis.dynamics.integrators import (
     PATIENT,
     REFINEMENTS,
+    auxiliary_sizes,
     coordinate_sizes,
     first_step,
-    own_sizes,
 )
 from mbody.analysis.dynamics.options import MotionRequest, last_time, motion_request, tolerances
 from mbody.analysis.initial.initial_state import BatchStart, batch_start, initial_states
@@ -167,7 +167,7 @@ def _integrated(
         return batch.output, batch.bad == 0.0
     whole, derivative = float(times[-1]) - request.first, np.ascontiguousarray(batch.derivative.T)
     sizes = coordinate_sizes(system.length, y[:, n3 : 2 * n3], derivative[:, n3 : 2 * n3])
-    own = np.broadcast_to(own_sizes(system)[:, None], (system.layout.owns, n))
+    own = np.broadcast_to(auxiliary_sizes(system)[:, None], (system.layout.owns, n))
     scale = np.hstack([sizes, own.T])
     batch.scale[:] = scale.T
     batch.step[:] = first_step(settings, np.ascontiguousarray(batch.y.T), derivative, scale, whole)

@@ -11,10 +11,10 @@ import numpy as np
 from mbody.analysis.driven.diagnosis import inertialess, valueless
 from mbody.analysis.dynamics.integrators import (
     REFINEMENTS,
+    auxiliary_sizes,
     find_steady,
-    first_own_states,
-    own_sizes,
-    refuse_own_states,
+    first_auxiliary_states,
+    refuse_auxiliary_states,
     stepping,
 )
 from mbody.analysis.dynamics.interruptions import Interruptions
@@ -282,7 +282,7 @@ def is_suspect(system: System, start: Solution, t: float, q: Array, v: Array) ->
     record = np.empty((system.record_rows, 1))
     S = stepping(system.state_count, len(causes(system)), 0.0)
     S.y[:n], S.y[n : 2 * n], S.state[TIME] = q, v, t
-    S.y[2 * n :] = first_own_states(system, start)
+    S.y[2 * n :] = first_auxiliary_states(system, start)
     initial_derivative(system.runtime(), work, S, 0, record)
     return not S.state[BEST_CONDITIONING] > PIVOT_SUSPECT
 
@@ -302,7 +302,7 @@ def choose_branch(
     if here is None:
         return None
     inputs = work.signal[system.layout.input_row, 0]
-    own = np.concatenate([first_own_states(system, start), inputs])
+    own = np.concatenate([first_auxiliary_states(system, start), inputs])
     return _Choice(system, here, (t, q, v), own).start()
 
 
@@ -535,7 +535,7 @@ class Collocation:
         How long it is.
     a : array (nodes, coordinates)
     rates : array (nodes, owns)
-        Of own states.
+        Of auxiliary states.
     reactions : array (nodes, PER_PRIMITIVE · primitives)
     powers : array (nodes, causes)
     evaluations : int
@@ -562,7 +562,7 @@ def singular_start(
     found = choose_branch(system, start, state)
     if found is None:
         return None
-    refuse_own_states(system, "singular start")
+    refuse_auxiliary_states(system, "singular start")
     return _SingularStart(system, start, found, request, until).solution()
 
 
@@ -584,10 +584,10 @@ class _SingularStart:
         self.stepping = stepping(system.state_count, len(causes(system)), self.regularization)
         self.K, self.y, self.P = self.stepping.K, self.stepping.y, self.stepping.P
         self.record = np.empty((system.record_rows, 1))
-        # reactions, then own states and inputs
-        self.rest = slice(3 * system.coordinates, system.own_rows.start)
+        # reactions, then auxiliary states and inputs
+        self.rest = slice(3 * system.coordinates, system.auxiliary_rows.start)
         self.longest = min(self.longest, self._next_change())
-        self.own, self.sizes = first_own_states(system, start), own_sizes(system)
+        self.own, self.sizes = first_auxiliary_states(system, start), auxiliary_sizes(system)
         n = system.coordinates
         self.y[:n], self.y[n : 2 * n], self.y[2 * n :] = first.q, first.v, self.own
         if find_steady(self):
@@ -599,7 +599,7 @@ class _SingularStart:
         return Interruptions(system, self.work, self.t, self.t + self.longest).next(self.t) - self.t
 
     def evaluate(self) -> bool:
-        """Rates of own states at the start, where accelerations are none."""
+        """Rates of auxiliary states at the start, where accelerations are none."""
         self.stepping.state[TIME] = self.t
         initial_derivative(self.layout, self.work, self.stepping, REFINEMENTS, self.record)
         raise_user_error(self.system)
@@ -669,7 +669,7 @@ class _SingularStart:
         )
 
     def _without_units(self, a: Array, rates: Array, span: float) -> Array:
-        """Accelerations, and rates of own states as by what they change in the span."""
+        """Accelerations, and rates of auxiliary states as by what they change in the span."""
         return np.hstack([a / self.first.scale, rates / (self.sizes * span)])
 
     def _settled(self, span: float) -> Collocation | None:
@@ -734,7 +734,7 @@ class _SingularStart:
         records[:, :n] = first.q + after[:, None] * first.v + part.span**2 * w.value(c, 2) @ part.a
         records[:, n : 2 * n] = first.v + part.span * w.value(c, 1) @ part.a
         records[:, 2 * n : 3 * n] = w.value(c) @ part.a
-        own, owns = system.own_rows, len(self.own)
+        own, owns = system.auxiliary_rows, len(self.own)
         records[:, self.rest] = self._reactions(part, c)
         records[:, own.start : own.start + owns] = self.own + part.span * w.value(c, 1) @ part.rates
         for instant, later in zip(records, after, strict=True):
@@ -778,7 +778,7 @@ class _SingularStart:
         system, scale, n = self.system, self.first.scale, self.system.coordinates
         L, work, (primitive, row, _) = system.layout, self.work, system.row_table
         unit = system.row_units
-        forces = Manifold(system, system.work(), t, record[system.own_rows])
+        forces = Manifold(system, system.work(), t, record[system.auxiliary_rows])
         forces.work.time[:] = t
         laws_of_time(self.layout, forces.work)
         loads = forces.force(record[:n], record[n : 2 * n])

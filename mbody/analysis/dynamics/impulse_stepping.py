@@ -682,7 +682,7 @@ class ImpulseIntegration(Integration):
             for ours, theirs in zip(primitives, whole.primitives_of[name], strict=True):
                 a, b = n + PER_PRIMITIVE * ours, n + PER_PRIMITIVE * theirs
                 made[:, b : b + PER_PRIMITIVE] = records[:, a : a + PER_PRIMITIVE]
-        made[:, whole.own_rows] = records[:, bare.own_rows]
+        made[:, whole.auxiliary_rows] = records[:, bare.auxiliary_rows]
         for contact in whole.mechanism.contacts:
             candidate = contact.candidates(whole.numbers)[0]
             o = n + PER_PRIMITIVE * whole.primitives_of[contact.name][0]

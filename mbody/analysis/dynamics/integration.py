@@ -26,13 +26,13 @@ from mbody.analysis.dynamics.integrators import (
     PATIENT,
     REFINEMENTS,
     Motion,
+    auxiliary_sizes,
     coordinate_sizes,
     find_steady,
-    first_own_states,
+    first_auxiliary_states,
     first_step,
     integrator,
-    own_sizes,
-    refuse_own_states,
+    refuse_auxiliary_states,
     stepping,
     unresolved_states,
 )
@@ -143,7 +143,7 @@ class Integration(RateJumps):
 
     def __init__(self, system: System, start: Solution, settings: IntegrationSettings) -> None:
         self.system, self.start, self.settings = system, start, settings
-        refuse_own_states(system, settings.method)
+        refuse_auxiliary_states(system, settings.method)
         if not self.decides_modes:
             refuse_modes(system, "stepping without events of contacts")
         self.layout = without_hold(system.runtime(), hold_inputs(system))
@@ -220,14 +220,14 @@ class Integration(RateJumps):
     def begin(
         self, first: float, q: Array, v: Array, until: float, own: Array | None = None
     ) -> None:
-        """First state with its derivative, and the length of the first step; `own`: own states, by
-        default those that the start has.
+        """First state with its derivative, and the length of the first step; `own`: auxiliary
+        states, by default those that the start has.
         """
         n3 = self.system.coordinates
         self.first, self.until = first, until
         self.rows = self.system.record_rows
         self.y[:n3], self.y[n3 : 2 * n3] = q, v
-        self.y[2 * n3 :] = first_own_states(self.system, self.start) if own is None else own
+        self.y[2 * n3 :] = first_auxiliary_states(self.system, self.start) if own is None else own
         self.record = np.empty((self.rows, 1))
         self.state[TIME] = first
         self.interruptions = Interruptions(self.system, self.work, first, until)
@@ -253,7 +253,7 @@ class Integration(RateJumps):
             self.notes += branching(self.system, first, self.y[:n3], self.y[n3 : 2 * n3])
         self._check_finite(self.K, first)
         self.passage.first_position = self.y[:n3].copy()
-        own = own_sizes(self.system)
+        own = auxiliary_sizes(self.system)
         sizes = coordinate_sizes(self.system.length, v, self.K[0, n3 : 2 * n3])
         self.scale[:] = np.concatenate([sizes, own])
         self._begin_steps()

@@ -95,7 +95,7 @@ def first_step(
 
 Array = np.ndarray
 
-#: Methods whose steps take no own states.
+#: Methods whose steps take no auxiliary states.
 WITHOUT = ("rattle", "rattle4")
 #: Newton iterations towards a steady start.
 ITERATIONS = 30
@@ -115,8 +115,8 @@ class Evaluated(Protocol):
         """Derivative at the state; whether the loops close there."""
 
 
-def refuse_own_states(system: System, method: str) -> None:
-    """Refuse own states where they cannot be integrated."""
+def refuse_auxiliary_states(system: System, method: str) -> None:
+    """Refuse auxiliary states where they cannot be integrated."""
     machine = system.mechanism
     if method == "singular start" and machine.controllers:
         name = machine.controllers[0].name
@@ -136,17 +136,19 @@ def refuse_own_states(system: System, method: str) -> None:
     )
 
 
-def first_own_states(system: System, start: Solution) -> Array:
-    """Own states at the beginning: as a motion left them that is continued, else as described."""
+def first_auxiliary_states(system: System, start: Solution) -> Array:
+    """Auxiliary states at the beginning: as a motion left them that is continued, else as
+    described.
+    """
     owns = system.layout.owns
     if owns and start.analysis == "simulate" and start.system.layout.owns == owns:
-        return np.asarray(start.record.table(system.own_rows)[-1][:owns])
+        return np.asarray(start.record.table(system.auxiliary_rows)[-1][:owns])
     return system.first_states[:, 0].copy()
 
 
-def own_sizes(system: System) -> Array:
-    """Sizes of own states, to which absolute errors are relative: as given, else the magnitude of
-    the start, else one.
+def auxiliary_sizes(system: System) -> Array:
+    """Sizes of auxiliary states, to which absolute errors are relative: as given, else the
+    magnitude of the start, else one.
     """
     found = np.ones(system.layout.owns)
     for n, state in enumerate(system.mechanism.states):
@@ -160,7 +162,7 @@ def own_sizes(system: System) -> Array:
 
 
 def find_steady(motion: Evaluated) -> bool:
-    """Set the own states that begin where they are steady, by Newton's method on their rates;
+    """Set the auxiliary states that begin where they are steady, by Newton's method on their rates;
     whether there are any. A motion that is continued keeps its own.
     """
     states = motion.system.mechanism.states
@@ -168,7 +170,7 @@ def find_steady(motion: Evaluated) -> bool:
     if not wanted or motion.start.analysis == "simulate":
         return False
     rows = 2 * motion.system.coordinates + np.array(wanted)
-    z, sizes = motion.y[rows], own_sizes(motion.system)[wanted]
+    z, sizes = motion.y[rows], auxiliary_sizes(motion.system)[wanted]
 
     def rates(at: Array) -> Array:
         motion.y[rows] = at
@@ -209,15 +211,15 @@ def _newton(rates: Callable[[Array], Array], z: Array, sizes: Array, small: floa
 
 
 def unresolved_states(run: Solution) -> tuple[str, ...]:
-    """Notes on own states that stay far below the size by which their error is controlled."""
+    """Notes on auxiliary states that stay far below the size by which their error is controlled."""
     notes = []
     system, owns = run.system, run.system.layout.owns
     if not owns or not len(run):
         return ()
-    records = run.record.table(system.own_rows)
+    records = run.record.table(system.auxiliary_rows)
     for n, state in enumerate(system.mechanism.states):
         given = state.size is not None
-        most, size = float(np.abs(records[:, n]).max()), float(own_sizes(system)[n])
+        most, size = float(np.abs(records[:, n]).max()), float(auxiliary_sizes(system)[n])
         if not given and 0.0 < most < STATE_SIZE_SMALL * size:
             unit = "" if state.dimension is None else system.mechanism.units.of(state.dimension)
             notes.append(

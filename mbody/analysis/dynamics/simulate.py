@@ -256,7 +256,7 @@ def phase_rows(system: System, part: System) -> tuple[Array, Array]:
     each = np.arange(PER_PRIMITIVE)
     whole, own = [np.arange(n3)], [np.arange(n3)]
     for rows, one_of in ((whole, system), (own, part)):
-        for some in (one_of.friction_rows, one_of.own_rows):
+        for some in (one_of.friction_rows, one_of.auxiliary_rows):
             rows.append(np.arange(some.start, some.stop))
     for e, (element, number) in enumerate(part.owners):
         whole.append(n3 + PER_PRIMITIVE * here[element.name, number] + each)

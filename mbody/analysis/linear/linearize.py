@@ -142,7 +142,7 @@ def active_contacts(
 
 # -- Accelerations near an instant of a motion, and their derivatives, by what the leaders do --
 
-#: Steps of inputs and own states are lengthened by so much at most.
+#: Steps of inputs and auxiliary states are lengthened by so much at most.
 FARTHEST = 1e6
 
 
@@ -231,8 +231,8 @@ class Moving:
     def instant(
         self, y: Array, w: Array, own: Array | None = None
     ) -> tuple[Array, Array, Solution]:
-        """Accelerations of the leaders at their coordinates and rates, rates of own states, and the
-        instant; `own`: own states, then inputs, by default those of the instant.
+        """Accelerations of the leaders at their coordinates and rates, rates of auxiliary states,
+        and the instant; `own`: auxiliary states, then inputs, by default those of the instant.
         """
         n, scale, L, S = self.system.coordinates, self.manifold.scale, self.runtime, self.memory
         q, G = self.position(y)
@@ -258,7 +258,7 @@ class Moving:
         return self.parts @ (record[2 * n : 3 * n, 0] / scale), S.K[0, 2 * n :].copy(), run
 
     def by_own(self, function: Callable[[Array], Array]) -> Array:
-        """∂f/∂(own states, inputs) (rows, …) of a function of them."""
+        """∂f/∂(auxiliary states, inputs) (rows, …) of a function of them."""
         first = function(self.own)
         size, columns = float(np.abs(first).max(initial=0.0)), []
         for n, value in enumerate(self.own):
@@ -344,16 +344,16 @@ class StateMatrices(Inherited):
 
     Attributes
     ----------
-    A : array (2·free + own states,) squared
+    A : array (2·free + auxiliary states,) squared
         Units of a rate of the state by units of the state.
-    B : array (2·free + own states, inputs)
-    C : array (outputs, 2·free + own states)
+    B : array (2·free + auxiliary states, inputs)
+    C : array (outputs, 2·free + auxiliary states)
         Units of the measure by units of the state.
     D : array (outputs, inputs)
     states : tuple of str
         What each number of x is: of the leader of each free motion its ``"angle"`` [rad], or
         ``"way"`` where it slides [length], then their rates, ``"omega"`` or ``"rate"``; then the
-        mechanism's own states.
+        mechanism's auxiliary states.
     inputs, outputs : tuple of str
         Names of the inputs; the measures.
     status, doubts, notes
@@ -702,11 +702,11 @@ def _instant(at: Any) -> tuple[Solution, bool]:
 
 
 def _own_numbers(system: System, given: Solution) -> Array | None:
-    """Own states and inputs of an instant; None where it has none, or not found."""
-    own = given.system.own_rows
+    """Auxiliary states and inputs of an instant; None where it has none, or not found."""
+    own = given.system.auxiliary_rows
     if (
         own.start == own.stop
-        or own.stop - own.start != system.own_rows.stop - system.own_rows.start
+        or own.stop - own.start != system.auxiliary_rows.stop - system.auxiliary_rows.start
     ):
         return None
     return np.asarray(given.record.table(own)[-1]) if given.has_forces else None

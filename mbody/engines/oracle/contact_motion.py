@@ -749,7 +749,9 @@ def contact_crosscheck(system: System, run: Solution) -> CrosscheckResult:
     if any(has_friction(joint) for joint in machine.joints):
         raise NotImplementedError("it has no friction of joints in motions over time")
     if machine.groups or machine.states or machine.inputs or machine.controllers:
-        raise NotImplementedError("it follows contacts without groups, own states and controllers")
+        raise NotImplementedError(
+            "it follows contacts without groups, auxiliary states and controllers"
+        )
     if machine.simulation is not None and machine.simulation.release:
         raise NotImplementedError("it follows contacts without drivers that are released")
     own = machine.simulation.rtol if machine.simulation is not None else RTOL_DEFAULT

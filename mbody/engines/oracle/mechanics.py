@@ -585,7 +585,8 @@ class ReferenceMotion(Constraints):
 class Loads(ReferenceMotion):
     """Masses and loads of one mechanism."""
 
-    #: Values of inputs and own states by name; those of the description where they are not given.
+    #: Values of inputs and auxiliary states by name; those of the description where they are not
+    #: given.
     own: Mapping[str, float] | None = None
     #: Positions and rates (3n + 3,) and the time, for formulas of measured quantities.
     now: tuple[Any, Any, float] = ((), (), 0.0)

@@ -23,7 +23,7 @@ from mbody.engines.load_forces import follows_formula
 from mbody.engines.oracle.contact_motion import OracleContacts, contact_crosscheck
 from mbody.engines.oracle.friction import has_friction
 from mbody.engines.oracle.mechanics import Reference
-from mbody.solution.histories import own_history
+from mbody.solution.histories import auxiliary_history
 from mbody.solution.solution import Solution
 from mbody.system.assembler import assemble
 from mbody.system.system import System
@@ -81,7 +81,7 @@ class _ClosedCheck:
             v = self._state(("vx", "vy", "omega"), k)
             a = self._state(("ax", "ay", "alpha"), k)
         oracle.own = {
-            one.name: float(own_history(self.run, one.name)[k])
+            one.name: float(auxiliary_history(self.run, one.name)[k])
             for one in (*machine.inputs, *machine.states)
         }
         gaps = contacts.gaps(q)
@@ -157,7 +157,7 @@ MOST_INSTANTS, MOST_NUMBERS = 25, 600
 def crosscheck_result(system: System, run: Solution) -> CrosscheckResult:
     """Cross-check by the dense oracle of a result of kinetostatics, statics or simulate."""
     own = assemble(system.mechanism).values
-    # the histories of inputs and own states are read from the result
+    # the histories of inputs and auxiliary states are read from the result
     free = {one.name for one in (*system.mechanism.inputs, *system.mechanism.states)}
     changed = [
         name
@@ -238,7 +238,7 @@ class _OracleCheck:
         oracle, run, t = self.reference, self.run, float(self.run.t[k])
         machine = run.mechanism
         oracle.own = {
-            one.name: float(own_history(run, one.name)[k])
+            one.name: float(auxiliary_history(run, one.name)[k])
             for one in (*machine.inputs, *machine.states)
         }
         drivers = [driver.name for driver in self.system.drivers]

@@ -329,7 +329,7 @@ OTHER_WORDS = {
     **dict.fromkeys(("variables", "constants", "params", "parameter"), "parameters"),
     **dict.fromkeys(("outputs", "measure", "sensors", "quantities"), "measures"),
     **dict.fromkeys(("input", "controls", "commands", "signals"), "inputs"),
-    **dict.fromkeys(("state", "own_states", "odes", "integrators", "filters"), "states"),
+    **dict.fromkeys(("state", "auxiliary_states", "odes", "integrators", "filters"), "states"),
     **dict.fromkeys(("simulation", "motion", "run"), "simulate"),
 }
 

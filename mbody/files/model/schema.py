@@ -296,11 +296,11 @@ class SolveIn(fields.Strict):
 
 
 @functools.cache
-def _own_state() -> Any:
+def _auxiliary_state() -> Any:
     from mbody.model.states import STEADY
 
     def _first_value(value: Any, info: ValidationInfo) -> Any:
-        """The first value of an own state: a number with its unit, or the word."""
+        """The first value of an auxiliary state: a number with its unit, or the word."""
         return value if value == STEADY else fields.entered_in(value, None, info)
 
     class OwnStateIn(fields.Strict):
@@ -371,7 +371,7 @@ def model(used: FormatParts) -> Any:
         "curves": dict[fields.name_in, curve],
         "inputs": dict[fields.name_in, law(None, DIMENSIONS["time"], used.laws)],
         "bodies": dict[fields.name_in, _body(used.laws)],
-        "states": dict[fields.name_in, _own_state()] if "states" in used.tables else Any,
+        "states": dict[fields.name_in, _auxiliary_state()] if "states" in used.tables else Any,
         "measures": dict[fields.name_in, measure],
         "solve": dict[fields.name_in, SolveIn],
         "optimize": dict[fields.name_in, OptimizeIn],

@@ -543,7 +543,7 @@ class Writer:
         return self.law(name, given.value, dimension, DIMENSIONS["time"])
 
     def state(self, own: State) -> dict[str, Any]:
-        """The table of an own state."""
+        """The table of an auxiliary state."""
         rate: Any = self.formulas.get(f"{own.name}.rate", own.rate)
         table: dict[str, Any] = {"rate": self.rate_text(own, rate)}
         if own.start == STEADY:

@@ -6,7 +6,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from mbody.errors import ModelError
-from mbody.model.element import LawLike, OwnState, equation, law_field, number_field, signal_of
+from mbody.model.element import (
+    AuxiliaryState,
+    LawLike,
+    equation,
+    law_field,
+    number_field,
+    signal_of,
+)
 from mbody.model.loads._base import BetweenPlaces
 from mbody.model.primitives import ForcePrimitive
 from mbody.quantities.types import OptionalNumberField
@@ -75,7 +82,7 @@ class Actuator(BetweenPlaces):
         text = "push" if self.dead_band is None else "deadband(push, dead_band)"
         return text if self.limit is None else f"clamp({text}, -limit, limit)"
 
-    def own_states(self) -> tuple[OwnState, ...]:
+    def auxiliary_states(self) -> tuple[AuxiliaryState, ...]:
         """The applied force, where it lags."""
         if self.lag is None:
             return ()
@@ -83,7 +90,9 @@ class Actuator(BetweenPlaces):
         if self.slew is not None:
             rate = f"clamp({rate}, -slew, slew)"
         size = self.limit if isinstance(self.limit, float) else None
-        return (OwnState(f"{self.name}.applied", equation(rate, self.name), "force", size=size),)
+        return (
+            AuxiliaryState(f"{self.name}.applied", equation(rate, self.name), "force", size=size),
+        )
 
     def actions(self, at: Numbers) -> list[ForcePrimitive]:
         """One action; parameters are both arms."""

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from mbody.model.element import (
     AccountedEnergy,
+    AuxiliaryState,
     LawLike,
-    OwnState,
     equation,
     law_field,
     number_field,
@@ -86,18 +86,18 @@ class DCMotor(Turning):
     ratio: NumberField = number_field("number", 1.0)
     start: NumberField = number_field("current", 0.0)
 
-    def own_states(self) -> tuple[OwnState, ...]:
+    def auxiliary_states(self) -> tuple[AuxiliaryState, ...]:
         """The current, the energy supplied and the energy lost."""
         name = self.name
         rate = "(voltage - resistance*current - constant*ratio*rate)/inductance"
         return (
-            OwnState(
+            AuxiliaryState(
                 f"{name}.current", equation(rate, name), "current", self.start, f"{name}.start"
             ),
-            OwnState(
+            AuxiliaryState(
                 f"{name}.supplied", equation("voltage*current", name), "torque", accounts=True
             ),
-            OwnState(
+            AuxiliaryState(
                 f"{name}.lost",
                 equation("resistance*current*current", name),
                 "torque",

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from mbody.errors import ModelError
 from mbody.model.element import (
     AccountedEnergy,
+    AuxiliaryState,
     LawLike,
-    OwnState,
     equation,
     law_field,
     number_field,
@@ -122,7 +122,7 @@ class HydraulicCylinder(BetweenPlaces):
                 self.name,
             )
 
-    def own_states(self) -> tuple[OwnState, ...]:
+    def auxiliary_states(self) -> tuple[AuxiliaryState, ...]:
         """The pressures of both chambers, and the energies of the oil."""
         x, gain_a, gain_b = "(length - closed)", self._gain("a"), self._gain("b")
         rates = {
@@ -131,7 +131,7 @@ class HydraulicCylinder(BetweenPlaces):
         }
         size = self.supply if isinstance(self.supply, float) else None
         pressures = tuple(
-            OwnState(
+            AuxiliaryState(
                 f"{self.name}.pressure_{chamber}",
                 equation(rate, self.name),
                 "pressure",
@@ -142,7 +142,9 @@ class HydraulicCylinder(BetweenPlaces):
             for chamber, rate in rates.items()
         )
         energies = tuple(
-            OwnState(f"{self.name}.{key}", equation(power, self.name), "torque", accounts=True)
+            AuxiliaryState(
+                f"{self.name}.{key}", equation(power, self.name), "torque", accounts=True
+            )
             for key, power in self._powers().items()
         )
         return (*pressures, *energies)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from mbody.errors import ModelError
-from mbody.model.element import OwnState, equation, number_field, signal_of
+from mbody.model.element import AuxiliaryState, equation, number_field, signal_of
 from mbody.model.loads._base import FORCES, BetweenPlaces
 from mbody.model.primitives import ForcePrimitive
 from mbody.quantities.types import NumberField
@@ -114,10 +114,12 @@ class Tyre(BetweenPlaces):
         motion = {"height": "length", "speed": "velocity", "sinking": "velocity"}
         return FORCES | {"torque": "torque"} | motion | {"spin": "angular velocity"}
 
-    def own_states(self) -> tuple[OwnState, ...]:
+    def auxiliary_states(self) -> tuple[AuxiliaryState, ...]:
         """The slip, which follows over the relaxation length."""
         rate = equation(f"-({SLIDING} + abs(speed)*slip)/relaxation", self.name)
-        return (OwnState(f"{self.name}.slip", rate, "number", self.start, f"{self.name}.start"),)
+        return (
+            AuxiliaryState(f"{self.name}.slip", rate, "number", self.start, f"{self.name}.start"),
+        )
 
     def outputs(self) -> dict[str, tuple[str, str]]:
         """Outputs of the load: the wheel load."""

@@ -1,4 +1,4 @@
-"""Own states in implicit steps: closed solutions, orders, events, jumps, restarts, energy."""
+"""Auxiliary states in implicit steps: closed solutions, orders, events, jumps, restarts, energy."""
 
 import itertools
 import math
@@ -24,8 +24,8 @@ from mbody import (
     simulate,
 )
 from mbody.laws import Table
-from tests.dynamics.test_own_states import crank, pid
-from tests.dynamics.test_own_states import exact as exact_pid
+from tests.dynamics.test_auxiliary_states import crank, pid
+from tests.dynamics.test_auxiliary_states import exact as exact_pid
 from tests.model.test_motors import OIL, K, L, R, U, exact, history, motor, wheel
 from tests.support.linear_systems import exponential
 
@@ -60,7 +60,7 @@ def test_a_dc_motor_at_its_tolerance(rtol, ratio, drag, start):
 def test_a_continuous_pid_by_radau(rtol):
     run = simulate(pid(), 1.0, method="radau5", rtol=rtol, instants=21)
     found = np.column_stack([run["crank"].angle, run["crank"].omega, run.measure("integral")])
-    # as of the explicit methods (tests/dynamics/test_own_states.py)
+    # as of the explicit methods (tests/dynamics/test_auxiliary_states.py)
     assert np.abs(found - exact_pid(run.t)).max(axis=0) == pytest.approx([0, 0, 0], abs=600 * rtol)
 
 
@@ -73,7 +73,7 @@ def errors_of_steps(machine, until, closed):
     return found
 
 
-def test_generalized_alpha_has_order_two_in_own_states():
+def test_generalized_alpha_has_order_two_in_auxiliary_states():
     def closed(run):
         found = run["crank"].angle, run["crank"].omega, run.measure("integral")
         return zip(found, exact_pid(run.t).T, strict=True)
@@ -83,7 +83,7 @@ def test_generalized_alpha_has_order_two_in_own_states():
     assert 3.9 < second / third < 4.1
 
 
-def test_an_own_state_that_is_stiff_and_drives_what_is_stiff():
+def test_an_auxiliary_state_that_is_stiff_and_drives_what_is_stiff():
     """A filter of 1 µs in front of a spring and a damper: the matrix exponential of the whole. The
     time constant is a millionth of the motion, which takes no more steps than without it.
     """

@@ -1,4 +1,4 @@
-"""Own states and inputs of motions that begin at a singular position."""
+"""Auxiliary states and inputs of motions that begin at a singular position."""
 
 import numpy as np
 import pytest
