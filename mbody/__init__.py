@@ -249,6 +249,7 @@ presentation.register(
     Sweep="mbody.views.notebook_html:shown",
     System="mbody.views.notebook_html:shown",
 )
+presentation.register("certificate", Solution="mbody.solution.checks:certificate_of")
 presentation.register("drawing", FreeBody="mbody.views.free_bodies:draw_free_body")
 presentation.register("equations", Solution="mbody.summaries.equations:system_of_equations")
 presentation.register("derivation", Solution="mbody.teaching.derivation:derivation_as")

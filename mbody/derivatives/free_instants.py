@@ -49,8 +49,7 @@ from mbody.model.element import Marker, listed
 from mbody.model.simulation import STATE
 from mbody.quantities import Formula
 from mbody.quantities.units import DIMENSIONS
-from mbody.solution.checks import with_fields
-from mbody.solution.histories import link_poses
+from mbody.solution.histories import link_poses, with_fields
 from mbody.solution.solution import IntegrationSettings, Solution
 from mbody.solution.tracing import driven_motion
 from mbody.system.assembler import assemble

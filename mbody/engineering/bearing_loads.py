@@ -13,8 +13,8 @@ from mbody.model.element import listed
 from mbody.model.joints import Revolute
 from mbody.model.numbers import number_in
 from mbody.quantities.types import Number
-from mbody.solution.checks import check_forces
 from mbody.solution.doubts import Inherited, inherited
+from mbody.solution.histories import check_forces
 from mbody.solution.solution import Solution, as_solution
 from mbody.system.read_only import lock
 

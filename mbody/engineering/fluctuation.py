@@ -18,8 +18,8 @@ from mbody.core.tolerances import (
 from mbody.errors import ModelError, brief
 from mbody.laws import Table
 from mbody.model.element import listed
-from mbody.solution.checks import one_design
 from mbody.solution.doubts import Inherited, inherited
+from mbody.solution.histories import one_design
 from mbody.solution.solution import Solution, as_solution
 from mbody.summaries.text_table import labelled_rows, number, plain_notes
 from mbody.system.read_only import lock

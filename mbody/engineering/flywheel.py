@@ -18,8 +18,8 @@ from mbody.laws import Table
 from mbody.model.closed_mechanism import with_changed
 from mbody.model.element import Marker
 from mbody.model.loads import Torque
-from mbody.solution.checks import one_design
 from mbody.solution.doubts import Inherited, inherited
+from mbody.solution.histories import one_design
 from mbody.solution.solution import Solution, as_solution
 from mbody.summaries.text_table import labelled_rows, number, numbers, plain_notes
 from mbody.system.read_only import lock

@@ -12,8 +12,8 @@ from mbody.core.tolerances import HARMONICS_FOLDED, HARMONICS_ORDER_SAME, HARMON
 from mbody.engineering.fluctuation import angle_driver, check_repeats, counted, cycle_turns
 from mbody.errors import ModelError
 from mbody.model.study import Measure
-from mbody.solution.checks import one_design
 from mbody.solution.doubts import Inherited, inherited
+from mbody.solution.histories import one_design
 from mbody.solution.solution import Solution, as_solution
 from mbody.system.read_only import lock
 

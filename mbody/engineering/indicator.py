@@ -11,8 +11,8 @@ import numpy as np
 from mbody.errors import ModelError, brief
 from mbody.model.element import listed
 from mbody.model.loads import ReciprocatingCylinder
-from mbody.solution.checks import one_design
 from mbody.solution.doubts import Inherited, inherited
+from mbody.solution.histories import one_design
 from mbody.solution.solution import Solution, as_solution
 from mbody.summaries.text_table import labelled_rows, number, plain_notes
 from mbody.system.read_only import lock

@@ -21,8 +21,8 @@ from mbody.model.body import Body, CrossSection, as_section
 from mbody.model.element import Marker, listed
 from mbody.model.joints import Revolute
 from mbody.model.loads import Gravity
-from mbody.solution.checks import check_forces
 from mbody.solution.doubts import Inherited, inherited
+from mbody.solution.histories import check_forces
 from mbody.solution.solution import Solution, as_solution
 from mbody.summaries.text_table import Column, number, paragraph, table
 from mbody.system.read_only import lock

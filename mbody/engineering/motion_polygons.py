@@ -15,9 +15,8 @@ from mbody.errors import ModelError
 from mbody.model.element import Marker, listed
 from mbody.model.joints import Distance, Fixed, Joint, Revolute
 from mbody.model.touching_shapes import middles_of_arcs
-from mbody.solution.checks import one_design, with_fields
 from mbody.solution.doubts import Inherited, inherited
-from mbody.solution.histories import BodyHistory, PointHistory
+from mbody.solution.histories import BodyHistory, PointHistory, one_design, with_fields
 from mbody.solution.solution import Solution, as_solution
 from mbody.system.read_only import lock
 

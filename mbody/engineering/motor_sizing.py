@@ -14,8 +14,8 @@ from mbody.engineering.fluctuation import angle_driver, link_energy
 from mbody.errors import ModelError
 from mbody.model.numbers import number_in
 from mbody.quantities.types import Number
-from mbody.solution.checks import one_design
 from mbody.solution.doubts import Inherited, inherited
+from mbody.solution.histories import one_design
 from mbody.solution.solution import Solution, as_solution
 from mbody.summaries.text_table import Column, number, numbers, table
 from mbody.system.read_only import lock

@@ -24,10 +24,10 @@ from mbody.model.driver import Driver
 from mbody.model.element import Marker, as_marker, listed
 from mbody.model.numbers import number_in
 from mbody.quantities.types import Number
-from mbody.solution.checks import loaded, one_design
+from mbody.solution.checks import loaded
 from mbody.solution.contact_forces import acting_contacts
 from mbody.solution.doubts import Inherited, inherited
-from mbody.solution.histories import reaction_torque
+from mbody.solution.histories import one_design, reaction_torque
 from mbody.solution.solution import Solution, as_solution
 from mbody.summaries.text_table import Column, number, numbers, table
 from mbody.system.read_only import lock

@@ -26,8 +26,8 @@ from mbody.engines.load_forces import (
 from mbody.errors import ModelError, brief
 from mbody.model.element import listed
 from mbody.model.study import Instants
-from mbody.solution.checks import one_design
 from mbody.solution.doubts import Doubt, heading, status_of, unit_symbols
+from mbody.solution.histories import one_design
 from mbody.solution.solution import Solution, as_solution
 
 if TYPE_CHECKING:

@@ -25,10 +25,9 @@ from mbody.files.tables import driving_powers, friction_data, own_column
 from mbody.files.writing import writing
 from mbody.quantities.evaluate import degrees_of
 from mbody.quantities.units import DIMENSIONS
-from mbody.solution.checks import one_design
 from mbody.solution.contact_forces import acting_contacts
 from mbody.solution.doubts import certificate, heading, unit_symbols
-from mbody.solution.histories import EventRecord, shown_states
+from mbody.solution.histories import EventRecord, one_design, shown_states
 from mbody.solution.measures import found_by, measured
 
 if TYPE_CHECKING:

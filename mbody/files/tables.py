@@ -17,9 +17,8 @@ from mbody.model.closed_mechanism import moving_points
 from mbody.model.contact import joined
 from mbody.quantities.evaluate import degrees_of
 from mbody.quantities.units import DIMENSIONS
-from mbody.solution.checks import one_design
 from mbody.solution.doubts import certificate
-from mbody.solution.histories import auxiliary_history, shown_states
+from mbody.solution.histories import auxiliary_history, one_design, shown_states
 from mbody.solution.measures import found_by, measured, prescribed_rate
 
 if TYPE_CHECKING:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeAlias
 
 import numpy as np
 
@@ -20,7 +20,6 @@ from mbody.model.element import (
     number_field,
     point_numbers,
 )
-from mbody.model.touching_shapes import Shape, ShapeLike, as_shapes, shape_numbers
 from mbody.quantities import Formula
 from mbody.quantities.formula import number
 from mbody.quantities.types import (
@@ -32,6 +31,9 @@ from mbody.quantities.types import (
     default_made,
     required,
 )
+
+if TYPE_CHECKING:
+    from mbody.model.touching_shapes import Shape, ShapeLike
 
 # -- Cross-sections of links that are bars: rectangle, tube, round -----------------------------
 
@@ -322,7 +324,10 @@ class Body(Element):
         object.__setattr__(self, "cg", as_point(self.cg, name, "cg"))
         object.__setattr__(self, "guess", as_guess(self.guess, name))
         object.__setattr__(self, "spread", as_spread(self.spread, name))
-        object.__setattr__(self, "shapes", as_shapes(self.shapes, name, points))
+        if not isinstance(self.shapes, Mapping) or self.shapes:
+            from mbody.model.touching_shapes import as_shapes
+
+            object.__setattr__(self, "shapes", as_shapes(self.shapes, name, points))
         object.__setattr__(self, "section", as_section(self.section, name, points))
 
     def _check(self) -> None:
@@ -369,6 +374,8 @@ class Body(Element):
         for key, point in self.points.items():
             result |= point_numbers(point, f"{self.name}.{key}")
         for key, shape in self.shapes.items():
+            from mbody.model.touching_shapes import shape_numbers
+
             result |= shape_numbers(f"{self.name}.{key}", shape)
         if isinstance(self.spread, (SlenderRod, SecondMoments)):
             result |= {f"{self.name}.spread.{k}": v for k, v in vars(self.spread).items()}

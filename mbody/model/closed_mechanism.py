@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from mbody.errors import ModelError
 from mbody.model.element import Element
-from mbody.model.joints import Revolute
+from mbody.model.joints import Joint, Revolute
 from mbody.model.mechanism import Mechanism
 from mbody.quantities import Formula, FormulaError
 
@@ -124,6 +124,12 @@ def with_changed(machine: Mechanism, elements: Iterable[Element], keys: Iterable
     kept = {k: formula for k, formula in machine.formulas.items() if not k.startswith(changed)}
     made.formulas = kept if changed else dict(machine.formulas)
     return made.copied()
+
+
+def may_be_one_sided(machine: Mechanism) -> bool:
+    """Whether something in a mechanism may hold in one direction only, as a contact or a rope."""
+    own = any(type(joint).normal is not Joint.normal for joint in machine.joints)
+    return own or bool(machine.contacts or machine.couplings)
 
 
 # -- Moving points, which results show ---------------------------------------------------------

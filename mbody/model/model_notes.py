@@ -62,6 +62,13 @@ def _tables(mechanism: Mechanism) -> Iterator[str]:
                 yield from _table(mechanism.units, element, field.name, law, of, value)
 
 
+def may_leave_tables(mechanism: Mechanism) -> bool:
+    """Whether laws of drivers and loads are tables, or formulas call curves."""
+    elements = (*mechanism.drivers, *mechanism.loads)
+    laws = (value for element in elements for value in vars(element).values())
+    return bool(mechanism.curves) or any(isinstance(law, Table) for law in laws)
+
+
 @functools.cache
 def _law_fields(kind: Any) -> tuple[dataclasses.Field[Any], ...]:
     """Fields of a kind of element that are laws."""

@@ -17,8 +17,8 @@ from mbody.reports.blocks import ReportDocument
 from mbody.reports.chapters import SECTIONS, check_sections, document
 from mbody.reports.subject import Subject, run_of
 from mbody.reports.writers import check_typst, html_page, latex, markdown, pdf
-from mbody.solution.checks import check_forces, whole_instant
 from mbody.solution.doubts import Doubt
+from mbody.solution.histories import check_forces, whole_instant
 from mbody.solution.solution import Solution
 from mbody.views.free_bodies import force_peak
 from mbody.views.plotting import curve_of

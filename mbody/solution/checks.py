@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,7 +18,16 @@ from mbody.errors import ModelError
 from mbody.kernels.constraints import KINDS
 from mbody.kernels.layout import PER_PRIMITIVE, Work
 from mbody.model.element import listed
-from mbody.solution.histories import Checks, Reaction, Result, motion_rows, reaction_torque
+from mbody.solution.histories import (
+    Certificate,
+    Checks,
+    Reaction,
+    Result,
+    motion_rows,
+    one_design,
+    reaction_torque,
+    reported_certificate,
+)
 from mbody.system.system import System
 
 if TYPE_CHECKING:
@@ -77,32 +84,6 @@ def _audited(solution: Result, design: int, moved: np.ndarray | None = None) -> 
             parts[first:last] = _audit(solution, design, slice(first, last), gone, moved)[0]
         first = last
     return parts
-
-
-def check_forces(solution: Result, what: str) -> None:
-    """Refuse a result without forces, or a batch; `what` (plural) is wanted of one design."""
-    if not solution.has_forces:
-        raise ModelError(f"{solution.analysis} finds no forces: use kinetostatics or statics")
-    one_design(solution, f"{what} are of one design")
-
-
-def one_design(solution: Result, what: str, element: str | None = None) -> None:
-    """Refuse a batch of designs, in a sentence that begins with `what` there is of one design."""
-    if solution.record.batch:
-        raise ModelError(
-            f"{what}, this is a batch of {solution.record.count} designs: analyse one of them, "
-            "system.design(n)",
-            element,
-        )
-
-
-def whole_instant(solution: Result, instant: Any) -> int:
-    """The place of an instant in a result; negative numbers count from its end."""
-    count = len(solution)
-    whole = hasattr(instant, "__index__") and not isinstance(instant, bool)
-    if not whole or not -count <= instant < count:
-        raise ModelError(f"there is no instant {instant!r}: give a whole number, 0 to {count - 1}")
-    return operator.index(instant) % count
 
 
 def checks(solution: Result) -> Checks:
@@ -264,71 +245,9 @@ def _alone(solution: Result, joint: Any, whole: Reaction, rows: np.ndarray) -> R
 # or `notes` is first read, so a user who reads numbers alone does not pay for them.
 
 Array = np.ndarray
-T = TypeVar("T")
-R = TypeVar("R", bound=Result)
 
 
-@dataclass(frozen=True)
-class Certificate:
-    """Status, doubts and notes of a result.
-
-    Attributes
-    ----------
-    status : str
-        "completed", "ended: …", "stopped: …", or "doubtful: …" where there is a doubt.
-    doubts : tuple of Doubt
-    notes : tuple of str
-        Facts, and the messages of the doubts.
-    """
-
-    status: str = "completed"
-    doubts: tuple[Doubt, ...] = ()
-    notes: tuple[str, ...] = ()
-
-
-class Certified(Generic[T]):
-    """A field of a `Solution` that is read from its certificate; what is assigned to it is the
-    report of the analysis.
-    """
-
-    def __init__(self, default: T) -> None:
-        self.default = default
-
-    def __set_name__(self, owner: type, name: str) -> None:
-        self.name = name
-
-    def __get__(self, solution: Any, owner: type) -> T:
-        if solution is None:  # the default of the field
-            return self.default
-        fields = solution.__dict__
-        if "certificate" not in fields:
-            fields["certificate"] = _certificate(solution)
-        value: T = getattr(fields["certificate"], self.name)
-        return value
-
-    def __set__(self, solution: Any, value: T) -> None:
-        solution.__dict__.pop("certificate", None)
-        if self.name == "status" and str(value).startswith("doubtful:"):
-            return  # follows from the doubts; how it ended is what it was
-        solution.__dict__[f"reported_{self.name}"] = value
-
-
-def reported_certificate(solution: Result) -> Certificate:
-    """Status, doubts and notes that the analysis itself reported, without computing residuals."""
-    fields = solution.__dict__
-    status = fields.get("reported_status", "completed")
-    return Certificate(status, fields["reported_doubts"], fields["reported_notes"])
-
-
-def with_fields(solution: R, **parts: Any) -> R:
-    """The solution with other fields, as `dataclasses.replace`, without computing residuals."""
-    said = reported_certificate(solution)
-    own = {"status": said.status, "doubts": said.doubts, "notes": said.notes}
-    replaced: R = replace(solution, **(own | parts))  # type: ignore[type-var]  # a dataclass
-    return replaced
-
-
-def _certificate(solution: Result) -> Certificate:
+def certificate_of(solution: Result) -> Certificate:
     """The report of the analysis, and what the residuals add to it."""
     from mbody.solution.doubts import status_of
 

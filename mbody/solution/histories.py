@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Protocol
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 import numpy as np
 
+from mbody.core.presentation import present
+from mbody.errors import ModelError
 from mbody.model.element import Element, Marker, Numbers
 from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
@@ -535,3 +538,101 @@ class EventRecord:
     state: Result = field(repr=False)
     after: Result | None = field(default=None, repr=False)
     contact: str = ""
+
+
+# -- The certificate of a result: its status, doubts and notes, see `mbody.solution.checks` ----
+#
+# Residuals cost a third of the kinetostatics of a turn. They are computed when `status`, `doubts`
+# or `notes` is first read, so a user who reads numbers alone does not pay for them.
+
+T = TypeVar("T")
+R = TypeVar("R", bound=Result)
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """Status, doubts and notes of a result.
+
+    Attributes
+    ----------
+    status : str
+        "completed", "ended: …", "stopped: …", or "doubtful: …" where there is a doubt.
+    doubts : tuple of Doubt
+    notes : tuple of str
+        Facts, and the messages of the doubts.
+    """
+
+    status: str = "completed"
+    doubts: tuple[Doubt, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+class Certified(Generic[T]):
+    """A field of a `Solution` that is read from its certificate; what is assigned to it is the
+    report of the analysis.
+    """
+
+    def __init__(self, default: T) -> None:
+        self.default = default
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
+
+    def __get__(self, solution: Any, owner: type) -> T:
+        if solution is None:  # the default of the field
+            return self.default
+        fields = solution.__dict__
+        if "certificate" not in fields:
+            fields["certificate"] = present("certificate", solution)
+        value: T = getattr(fields["certificate"], self.name)
+        return value
+
+    def __set__(self, solution: Any, value: T) -> None:
+        solution.__dict__.pop("certificate", None)
+        if self.name == "status" and str(value).startswith("doubtful:"):
+            return  # follows from the doubts; how it ended is what it was
+        solution.__dict__[f"reported_{self.name}"] = value
+
+
+def reported_certificate(solution: Result) -> Certificate:
+    """Status, doubts and notes that the analysis itself reported, without computing residuals."""
+    fields = solution.__dict__
+    status = fields.get("reported_status", "completed")
+    return Certificate(status, fields["reported_doubts"], fields["reported_notes"])
+
+
+def with_fields(solution: R, **parts: Any) -> R:
+    """The solution with other fields, as `dataclasses.replace`, without computing residuals."""
+    said = reported_certificate(solution)
+    own = {"status": said.status, "doubts": said.doubts, "notes": said.notes}
+    replaced: R = replace(solution, **(own | parts))  # type: ignore[type-var]  # a dataclass
+    return replaced
+
+
+# -- Refusals that many readers of a result share ----------------------------------------------
+
+
+def check_forces(solution: Result, what: str) -> None:
+    """Refuse a result without forces, or a batch; `what` (plural) is wanted of one design."""
+    if not solution.has_forces:
+        raise ModelError(f"{solution.analysis} finds no forces: use kinetostatics or statics")
+    one_design(solution, f"{what} are of one design")
+
+
+def one_design(solution: Result, what: str, element: str | None = None) -> None:
+    """Refuse a batch of designs, in a sentence that begins with `what` there is of one design."""
+    if solution.record.batch:
+        raise ModelError(
+            f"{what}, this is a batch of {solution.record.count} designs: analyse one of them, "
+            "system.design(n)",
+            element,
+        )
+
+
+def whole_instant(solution: Result, instant: Any) -> int:
+    """The place of an instant in a result; negative numbers count from its end."""
+    count = len(solution)
+    whole = hasattr(instant, "__index__") and not isinstance(instant, bool)
+    if not whole or not -count <= instant < count:
+        raise ModelError(f"there is no instant {instant!r}: give a whole number, 0 to {count - 1}")
+    return operator.index(instant) % count

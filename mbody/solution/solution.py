@@ -16,18 +16,10 @@ from mbody.kernels.layout import PER_PRIMITIVE
 from mbody.model.element import Marker, listed
 from mbody.model.mechanism import Mechanism
 from mbody.quantities.types import PlainNumbers
-from mbody.solution.checks import (
-    Certified,
-    breakdown,
-    checks,
-    one_design,
-    reported_certificate,
-    residuals,
-    with_fields,
-)
 from mbody.solution.histories import (
     BodyHistory,
     BranchDistance,
+    Certified,
     Checks,
     EventRecord,
     LoadHistory,
@@ -35,8 +27,11 @@ from mbody.solution.histories import (
     Reaction,
     Record,
     ends,
+    one_design,
     reaction_point,
     reaction_torque,
+    reported_certificate,
+    with_fields,
 )
 from mbody.system.read_only import locked
 from mbody.system.system import System
@@ -547,11 +542,15 @@ class Solution:
         """Residuals on which `checks` and doubts rest: (designs, instants, 5), see
         `mbody.kernels.finished_instants`.
         """
+        from mbody.solution.checks import residuals
+
         return residuals(self)
 
     @functools.cached_property
     def checks(self) -> Checks:
         """Residuals by routes that the analysis did not take."""
+        from mbody.solution.checks import checks
+
         return checks(self)
 
     def breakdown(self, name: str, on: str | None = None) -> dict[str, Any]:
@@ -563,6 +562,8 @@ class Solution:
             By cause ("inertia", the names of the loads, and "friction" of frictional joints): a
             `Reaction`, or the effort's array. They sum to the whole.
         """
+        from mbody.solution.checks import breakdown
+
         if not isinstance(name, str):
             raise ModelError(f"a breakdown is of a joint or a driver by name, not of {name!r}")
         return breakdown(self, name, on)

@@ -43,8 +43,8 @@ from mbody.model.numbers import number_in
 from mbody.model.simulation import STATE
 from mbody.quantities.types import Number
 from mbody.quantities.units import DIMENSIONS
-from mbody.solution.checks import with_fields
 from mbody.solution.doubts import Doubt
+from mbody.solution.histories import with_fields
 from mbody.solution.solution import Solution
 from mbody.stepping.input_values import Inputs
 from mbody.stepping.readings import MechanicsNow

@@ -13,7 +13,8 @@ from mbody.core.tolerances import PRINTED_NONE, PRINTED_NONE_FINE, PRINTED_NONE_
 from mbody.errors import ModelError
 from mbody.kernels.layout import PER_PRIMITIVE
 from mbody.solution.balances import Equations
-from mbody.solution.checks import check_forces, loaded, whole_instant
+from mbody.solution.checks import loaded
+from mbody.solution.histories import check_forces, whole_instant
 from mbody.summaries.text_table import (
     ABOUT,
     WIDTH,

@@ -28,8 +28,8 @@ from mbody.reports.blocks import (
     parts_of,
 )
 from mbody.reports.writers import latex, markdown
-from mbody.solution.checks import one_design, whole_instant
 from mbody.solution.doubts import Inherited, inherited
+from mbody.solution.histories import one_design, whole_instant
 from mbody.solution.solution import as_solution
 from mbody.summaries.text_table import (
     WIDTH,

@@ -27,7 +27,7 @@ from mbody.model.driver import AngleDriver
 from mbody.model.element import Element
 from mbody.model.joints import PinSlot, Revolute
 from mbody.model.mechanism import Mechanism
-from mbody.system.elimination_order import eliminate, split
+from mbody.system.assembler import eliminate, split
 from mbody.system.pivoting import LARGEST, PivotChoices, choose_pivots
 from mbody.system.system import System
 

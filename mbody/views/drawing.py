@@ -13,8 +13,7 @@ from mbody.analysis.dynamics.simulate import simulate
 from mbody.analysis.initial.close_loops import close_loops
 from mbody.errors import ModelError, SolveError
 from mbody.model.mechanism import Mechanism
-from mbody.solution.checks import one_design
-from mbody.solution.histories import Record
+from mbody.solution.histories import Record, one_design
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 from mbody.views.frame import framed, in_strip

@@ -16,7 +16,7 @@ from mbody.core.tolerances import DRAWN_NONE, TINY
 from mbody.errors import ModelError
 from mbody.model.element import listed
 from mbody.model.loads import Force, Gravity
-from mbody.solution.checks import check_forces, whole_instant
+from mbody.solution.histories import check_forces, whole_instant
 from mbody.views.acting import Acting, acting_on, clear_arc, free_radius, outward_from
 from mbody.views.frame import nice, rounded_number
 from mbody.views.labels import Label, beside, drawable, extent

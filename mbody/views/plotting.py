@@ -14,7 +14,7 @@ from mbody.errors import ModelError, brief
 from mbody.model.driver import AngleDriver
 from mbody.model.study import Measure, measure_named
 from mbody.quantities.units import DIMENSIONS, Dimension, name_of
-from mbody.solution.checks import one_design
+from mbody.solution.histories import one_design
 from mbody.solution.measures import found_by, measured
 from mbody.summaries.text_table import cut, unit_text
 from mbody.views.frame import BAR, mode_bars, mode_key, mode_rows

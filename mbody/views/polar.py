@@ -11,7 +11,7 @@ import numpy as np
 from mbody.errors import ModelError
 from mbody.model.driver import AngleDriver
 from mbody.model.element import listed
-from mbody.solution.checks import check_forces, one_design
+from mbody.solution.histories import check_forces, one_design
 from mbody.summaries.text_table import cut, force_names
 from mbody.views.acting import notation
 from mbody.views.frame import rounded_number

@@ -14,8 +14,7 @@ from mbody.laws import MeasuredFormula
 from mbody.model.joint_limits import JointContact
 from mbody.model.joints import Joint, Revolute
 from mbody.model.touching_shapes import middles_of_arcs
-from mbody.solution.checks import whole_instant
-from mbody.solution.histories import Place, moved, reaction_point
+from mbody.solution.histories import Place, moved, reaction_point, whole_instant
 from mbody.solution.measures import formula_history
 
 if TYPE_CHECKING:

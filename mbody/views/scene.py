@@ -17,7 +17,7 @@ from mbody.core.tolerances import (
     TINY,
 )
 from mbody.errors import ModelError, remedy
-from mbody.solution.checks import one_design
+from mbody.solution.histories import one_design
 from mbody.solution.solution import Solution
 from mbody.views.acting import driver_symbol, load_symbol
 from mbody.views.body_shapes import body_shapes, bounds, wheels

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import combinations
 
-from mbody.system.elimination_order import Slots
+from mbody.system.assembler import Slots
 
 
 def order_of(slots: Slots) -> tuple[list[int], list[set[int]]]:

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from mbody.system.assembler import assemble
-from mbody.system.elimination_order import eliminate, split
+from mbody.system.assembler import assemble, eliminate, split
 from mbody.topologies.arrays import canonical_order, linkage_arrays
 from mbody.topologies.dataset import random_linkages
 from mbody.topologies.plan import graph_of, linkage_system

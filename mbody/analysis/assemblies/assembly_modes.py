@@ -29,8 +29,8 @@ from mbody.analysis.position.assembly_analysis import (
     raise_user_error,
     set_driver_values,
 )
+from mbody.analysis.position.closed_position import by_rows
 from mbody.analysis.position.initial_guess import placed
-from mbody.analysis.position.whole_turns import by_rows
 from mbody.core.presentation import present
 from mbody.core.tolerances import (
     BOX_FAMILY_SPREAD,

@@ -19,7 +19,6 @@ from mbody.model.contact import ContactCandidate, OneSided, Rope
 from mbody.model.coupling import Coupling
 from mbody.model.element import listed
 from mbody.model.joints import Joint
-from mbody.solution.checks import reported_certificate, with_fields
 from mbody.solution.contact_forces import (
     friction_pairs,
     least_pressing,
@@ -28,7 +27,7 @@ from mbody.solution.contact_forces import (
     pressing_forces,
 )
 from mbody.solution.doubts import Doubt
-from mbody.solution.histories import column, ends
+from mbody.solution.histories import column, ends, reported_certificate, with_fields
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 

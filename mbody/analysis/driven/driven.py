@@ -8,7 +8,7 @@ import math
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -29,14 +29,16 @@ from mbody.model.body import Guesses
 from mbody.model.driver import Driver
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
-from mbody.model.study import Instants
 from mbody.quantities import Formula, FormulaError
 from mbody.quantities.types import PlainNumbers
 from mbody.quantities.units import DIMENSIONS
-from mbody.solution.checks import reported_certificate, with_fields
+from mbody.solution.histories import reported_certificate, with_fields
 from mbody.solution.solution import Solution
 from mbody.system.assembler import assemble
 from mbody.system.system import System
+
+if TYPE_CHECKING:
+    from mbody.model.study import Instants
 
 #: Travel of a driver [rad, length] that is not followed to see whether a position is meant.
 FAR = 1e3
@@ -375,6 +377,8 @@ def analyse_at(
     >>> machine = mbody.makers.four_bar(1, 3, 2, 3.5, start=0.5, speed=10.0)
     >>> run = analyse_at(machine, "kinematics", Instants(at={"crank": "90 deg"}))
     """
+    from mbody.model.study import Instants
+
     wanted = ask or mechanism.ask or Instants()
     return analyse_system_at(assemble(mechanism), analysis, wanted, assembly)
 
@@ -600,6 +604,8 @@ def requested_instants(
     """Instants and options of an analysis as requested; by default the mechanism's own instants.
     Messages begin with the verb; `others`: further analyses that it accepts.
     """
+    from mbody.model.study import Instants
+
     if analysis not in ANALYSES:
         raise ModelError(
             f"{verb}: there is no analysis {brief(analysis)} with derivatives (there are: "

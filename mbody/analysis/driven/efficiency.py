@@ -11,9 +11,9 @@ from mbody.analysis.driven.driven import kinetostatics
 from mbody.core.tolerances import LAW_VALUES_SAME, WORK_AGREES, WORK_NONE
 from mbody.errors import ModelError
 from mbody.model.element import listed
-from mbody.solution.checks import each_load_of, one_design
+from mbody.solution.checks import each_load_of
 from mbody.solution.friction_results import Efficiency
-from mbody.solution.histories import link_poses
+from mbody.solution.histories import link_poses, one_design
 from mbody.solution.solution import Solution
 
 Array = np.ndarray

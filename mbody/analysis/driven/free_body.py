@@ -18,10 +18,11 @@ from mbody.model.constraint import Constraint
 from mbody.model.contact import Contact, Rope
 from mbody.model.element import listed
 from mbody.model.stop import Stop
-from mbody.solution.checks import check_forces, each_load_of, loaded, whole_instant
+from mbody.solution.checks import each_load_of, loaded
 from mbody.solution.contact_forces import acting_contacts
 from mbody.solution.contact_points import contact_points_at
 from mbody.solution.doubts import Several
+from mbody.solution.histories import check_forces, whole_instant
 from mbody.solution.solution import Solution, as_solution
 from mbody.system.formula_rows import recorded_driver, recorded_stop
 from mbody.system.rank import jacobian

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.analysis.driven.extrapolation import extrapolated
 from mbody.analysis.driven.time_grid import TimeGrid, by_time, check_laws
 from mbody.analysis.position.assembly_analysis import check_determined, closed, raise_user_error
 from mbody.analysis.position.closed_position import ClosedPosition, vanishing
@@ -58,11 +57,9 @@ from mbody.kernels.continuation_lanes import (
 )
 from mbody.kernels.layout import PER_PRIMITIVE, Work
 from mbody.kernels.loop_closure import violation
-from mbody.model.joints import Joint
-from mbody.model.mechanism import Mechanism
-from mbody.model.model_notes import kept_states, left_out, model_notes
-from mbody.solution.checks import reported_certificate, with_fields
-from mbody.solution.histories import BranchDistance, Record
+from mbody.model.closed_mechanism import may_be_one_sided
+from mbody.model.model_notes import kept_states, left_out, may_leave_tables, model_notes
+from mbody.solution.histories import BranchDistance, Record, reported_certificate, with_fields
 from mbody.solution.solution import Solution
 from mbody.straight_line.code_interface import LaneInstants
 from mbody.system.pivoting import PivotChoices, choose_pivots, lane_workspace
@@ -686,6 +683,10 @@ class Runner:
             from mbody.analysis.driven.contact_report import check_fits
 
             check_fits(found)
+        if not self.system.once("tables", lambda: may_leave_tables(machine)):
+            return found
+        from mbody.analysis.driven.extrapolation import extrapolated
+
         beyond = tuple(extrapolated(found))
         # without a look at residuals: forces that are missing may be reported later
         return with_fields(found, doubts=beyond) if beyond else found
@@ -694,7 +695,7 @@ class Runner:
         """Sentences of contacts that pull and ropes that push, over the instants of `found`, and,
         where these lie on a motion over time that the grid follows, between them.
         """
-        if not (self.with_forces and _may_be_one_sided(self.system.mechanism)):
+        if not (self.with_forces and may_be_one_sided(self.system.mechanism)):
             return []
         from mbody.analysis.driven.contact_report import one_sided, pulled
 
@@ -857,12 +858,6 @@ class Runner:
         if driver.angular:
             return f"{np.degrees(value):.4g} deg{time}"
         return f"{value:.6g} {self.system.mechanism.units.length}{time}"
-
-
-def _may_be_one_sided(machine: Mechanism) -> bool:
-    """Whether something in a mechanism may hold in one sense only, as a contact or a rope."""
-    own = any(type(joint).normal is not Joint.normal for joint in machine.joints)
-    return own or bool(machine.contacts or machine.couplings)
 
 
 def lanes_output(output: np.ndarray) -> LanesOutput:

@@ -31,9 +31,8 @@ from mbody.model.driver import Driver
 from mbody.model.element import listed
 from mbody.model.joints import CamFollower
 from mbody.model.mechanism import Mechanism
-from mbody.solution.checks import one_design
 from mbody.solution.doubts import Inherited, heading, inherited, unit_symbols
-from mbody.solution.histories import moved
+from mbody.solution.histories import moved, one_design
 from mbody.solution.solution import Solution, as_solution
 from mbody.system.rank import dense, rank_of
 from mbody.system.read_only import lock

@@ -71,11 +71,10 @@ from mbody.kernels.step_state import (
 )
 from mbody.model.element import listed
 from mbody.model.simulation import Event
-from mbody.solution.checks import reported_certificate, with_fields
 from mbody.solution.energy import causes, works_of_moving
-from mbody.solution.histories import EventRecord
+from mbody.solution.histories import EventRecord, reported_certificate, with_fields
 from mbody.solution.solution import IntegrationSettings, ModalState, Restart, Solution
-from mbody.system.elimination_order import without_nodes
+from mbody.system.assembler import without_nodes
 from mbody.system.system import System
 
 # -- Guards of the modes of contacts and frictional joints, and their values -------------------

@@ -74,9 +74,9 @@ from mbody.model.closed_mechanism import without_contacts
 from mbody.model.contact import Contact, Rope
 from mbody.model.element import listed
 from mbody.model.joint_limits import contacts_of
-from mbody.solution.checks import reported_certificate, residuals, with_fields
+from mbody.solution.checks import residuals
 from mbody.solution.doubts import Doubt
-from mbody.solution.histories import Record
+from mbody.solution.histories import Record, reported_certificate, with_fields
 from mbody.solution.solution import IntegrationSettings, Restart, Solution
 from mbody.solution.stepped_contacts import SteppedContacts
 from mbody.system.assembler import assemble

@@ -5,11 +5,11 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mbody.analysis.contact.unilateral import refuse_modes
-from mbody.analysis.driven.contact_report import OneSidedForce, pulled
 from mbody.analysis.driven.diagnosis import (
     adjusted,
     branching,
@@ -76,16 +76,19 @@ from mbody.kernels.step_state import (
     Outputs,
     Tolerances,
 )
+from mbody.model.closed_mechanism import may_be_one_sided
 from mbody.model.element import listed
 from mbody.model.inputs import Controller
 from mbody.model.simulation import EVEN
-from mbody.solution.checks import reported_certificate, with_fields
 from mbody.solution.doubts import doubted
 from mbody.solution.energy import account, causes
-from mbody.solution.histories import EventRecord, Record
+from mbody.solution.histories import EventRecord, Record, reported_certificate, with_fields
 from mbody.solution.solution import IntegrationSettings, Restart, Solution
 from mbody.solution.traced_instant import Present, Read
 from mbody.system.system import System
+
+if TYPE_CHECKING:
+    from mbody.analysis.driven.contact_report import OneSidedForce
 
 # -- Readings of controllers: measures compiled when they are first read -----------------------
 
@@ -524,7 +527,10 @@ class Integration(RateJumps):
         )
         last = float(times[-1]) if len(times) else self.first
         notes = (*reported_certificate(found).notes, *self.notes, *self.passage.notes(last))
-        notes += tuple(pulled(found, self._between()))
+        if may_be_one_sided(self.system.mechanism):
+            from mbody.analysis.driven.contact_report import pulled
+
+            notes += tuple(pulled(found, self._between()))
         notes += _limited(int(state[LIMITED_INSTANTS]))
         notes += unresolved_states(found)
         if self.regularization:

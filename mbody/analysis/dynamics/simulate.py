@@ -11,8 +11,6 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.contact.unilateral import has_modes, refuse_modes, with_contacts_of_joints
-from mbody.analysis.driven.contact_report import one_sided
-from mbody.analysis.driven.extrapolation import extrapolated
 from mbody.analysis.dynamics.branch_passage import singular_start
 from mbody.analysis.dynamics.contact_motion import ContactIntegration
 from mbody.analysis.dynamics.events import EventIntegration
@@ -49,15 +47,15 @@ from mbody.kernels.finished_instants import TERM
 from mbody.kernels.layout import PER_PRIMITIVE
 from mbody.kernels.step_state import PROGRESS
 from mbody.model.body import Guesses
+from mbody.model.closed_mechanism import may_be_one_sided
 from mbody.model.mechanism import Mechanism
-from mbody.model.model_notes import model_notes
+from mbody.model.model_notes import may_leave_tables, model_notes
 from mbody.model.simulation import ADAPTIVE, EVEN, Event
 from mbody.model.study import Measure, measure_named
 from mbody.quantities.types import Number, PlainNumbers
-from mbody.solution.checks import one_design, reported_certificate, with_fields
 from mbody.solution.doubts import Doubt, doubted
 from mbody.solution.energy import account, causes
-from mbody.solution.histories import Record
+from mbody.solution.histories import Record, one_design, reported_certificate, with_fields
 from mbody.solution.solution import InitialState, IntegrationSettings, Restart, Solution
 from mbody.system.assembler import assemble
 from mbody.system.system import System
@@ -330,7 +328,7 @@ def integrate_phases(
         first, q, v = state or state_of(free, start)
         times = request.times[(request.times >= first) & (request.times <= until)]
         wanted = np.append(times, until) if not times.size or times[-1] < until else times
-        kind = EventIntegration if request.events or one_sided(free) else None
+        kind = EventIntegration if request.events or _one_sided(free) else None
         if decided:
             kind = ContactIntegration
         integration = (
@@ -784,6 +782,24 @@ def first_instant(
     return close_loops(system, guess=guess, rates=rates)
 
 
+def _one_sided(system: System) -> bool:
+    """Whether something holds in one direction only, as a contact or a rope."""
+    if not may_be_one_sided(system.mechanism):
+        return False
+    from mbody.analysis.driven.contact_report import one_sided
+
+    return bool(one_sided(system))
+
+
+def _beyond(run: Solution) -> Sequence[Doubt]:
+    """A doubt for each table or curve that the motion left."""
+    if not may_leave_tables(run.mechanism):
+        return []
+    from mbody.analysis.driven.extrapolation import extrapolated
+
+    return extrapolated(run)
+
+
 def certified_motion(
     run: Solution, settings: IntegrationSettings, beyond: Sequence[Doubt] | None = None
 ) -> Solution:
@@ -795,6 +811,6 @@ def certified_motion(
     own = system.once("model_notes", lambda: model_notes(system.mechanism))
     added = [note for note in own if note not in notes]
     found = with_fields(run, notes=(*notes, *added)) if added else run
-    left = extrapolated(found) if beyond is None else beyond
+    left = _beyond(found) if beyond is None else beyond
     doubts = [*left, *energy_doubts(found, settings.method, settings.rtol)]
     return doubted(found, doubts)

@@ -12,9 +12,8 @@ import numpy as np
 
 from mbody.analysis.initial.close_loops import branch_rates, close_loops, fitting_rates
 from mbody.analysis.position.assembly_analysis import closed, rounding, set_driver_values
-from mbody.analysis.position.closed_position import close_batch
+from mbody.analysis.position.closed_position import by_rows, close_batch
 from mbody.analysis.position.initial_guess import placed
-from mbody.analysis.position.whole_turns import by_rows
 from mbody.analysis.singular.singular_positions import Prescribed, singular
 from mbody.core.tolerances import (
     LOOP_CLOSURE_FIRST_INSTANT,

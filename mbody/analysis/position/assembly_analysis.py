@@ -11,14 +11,17 @@ import numpy as np
 
 from mbody.analysis.position.closed_position import (
     ClosedPosition,
+    ambiguous,
+    by_rows,
+    by_springs,
     direction,
     keep_position,
     kept_position,
+    other_teeth,
     place,
     position_key,
 )
 from mbody.analysis.position.initial_guess import nearest_to_guesses, placed, wrapped
-from mbody.analysis.position.whole_turns import ambiguous, by_rows, by_springs, other_teeth
 from mbody.core.callbacks import failure
 from mbody.core.tolerances import (
     DISTANCE_MISFIT,

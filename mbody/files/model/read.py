@@ -181,7 +181,8 @@ def build(given: Any) -> tuple[Mechanism | None, list[Problem]]:
     problems += _rates(mechanism) if not problems else []
     problems += _questions(given, mechanism)
     problems += _stops(mechanism) if not problems else []
-    keep_settings(mechanism, given.report)
+    if given.report is not None:
+        keep_settings(mechanism, given.report)
     return mechanism, problems
 
 
@@ -326,10 +327,11 @@ def _questions(given: Any, mechanism: Mechanism) -> list[Problem]:
             keep_task(mechanism, name, entry, given.angle)
         except ModelError as error:
             problems.append(Problem(("optimize", name), str(error)))
-    try:
-        keep_fit(mechanism, given.fit, given.angle)
-    except ModelError as error:
-        problems.append(Problem(("fit",), str(error)))
+    if given.fit is not None:
+        try:
+            keep_fit(mechanism, given.fit, given.angle)
+        except ModelError as error:
+            problems.append(Problem(("fit",), str(error)))
     return problems
 
 
