@@ -171,6 +171,43 @@ def test_the_cache_is_filed_under_all_that_is_compiled(files):
     assert len(stale("mbody/analysis/a.py", source, stamped)) == 2
 
 
+#: Small numbers that are no tolerances: π in pieces, the radius of a point in MuJoCo.
+SIZES = {"mbody/compiler/numba_lanes.py", "mbody/engines/mujoco/contact_steps.py"}
+
+
+def small_constants(source: str) -> list[str]:
+    """Constants of a module below 1e-5 that are written as numbers."""
+    found = []
+    for node in ast.parse(source).body:
+        if isinstance(node, ast.Assign):
+            target, value = node.targets[0], node.value
+            both = isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple)
+            names, values = (target.elts, value.elts) if both else ([target], [value])
+            found += [
+                f"{node.lineno}: {ast.unparse(name)}"
+                for name, number in zip(names, values, strict=True)
+                if isinstance(number, ast.Constant)
+                and isinstance(number.value, float)
+                and 0.0 < number.value <= 1e-5
+            ]
+    return found
+
+
+def test_tolerances_stand_in_one_file(files):
+    home = "mbody/core/tolerances.py"
+    report(
+        [
+            f"{path}:{one}: a tolerance belongs into {home}"
+            for path, source in files.items()
+            if path not in {home, *SIZES}
+            for one in small_constants(source)
+        ]
+    )
+    assert not [one for one in imports(home, files[home]) if one.target != "__future__.annotations"]
+    assert len(small_constants(files[home])) > 300
+    assert small_constants("MOST, ZERO = 3, 1e-9") == ["1: ZERO"]
+
+
 def test_import_mbody_loads_nothing_heavy():
     code = "import sys; had = {*sys.modules}; import mbody; print(*{*sys.modules} - had)"
     run = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
