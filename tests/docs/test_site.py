@@ -91,6 +91,7 @@ def built(site):
     return {path: Page(path) for path in sorted(site.rglob("*.html"))}
 
 
+@pytest.mark.slow
 @pytest.mark.xdist_group("site")
 def test_every_link_has_its_target(site, built):
     wrong = []

@@ -2,6 +2,7 @@
 
 import pytest
 
+from tests.support.cases import first_fast
 from tests.support.pages import DOCS, follow, missing_lines
 from tests.support.paths import ROOT
 
@@ -16,7 +17,7 @@ PAGES += ["sweeps.md", "../README.md"]
 RECIPES = [page for page in PAGES if page.startswith("howto/recipes/")]
 
 
-@pytest.mark.parametrize("page", PAGES)
+@first_fast("page", PAGES, 13)
 def test_a_page_does_what_it_says(page, tmp_path):
     compared = follow((DOCS / page).read_text("utf-8"), tmp_path)
     if page in RECIPES:

@@ -21,6 +21,7 @@ from tests import near_grashof
 # -- near other branches ----------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_near_grashof_linkages_keep_their_branch():
     """Each topology three times, alone and in batches, at 5, 13, 37 and 361 instants; closed forms
     by dyads are the truth. `python -m tests.near_grashof` is the long form.
@@ -210,6 +211,7 @@ def turning():
             yield name, machine, time
 
 
+@pytest.mark.slow
 def test_ten_turns_of_the_gallery():
     seen = 0
     for name, machine, time in turning():
@@ -225,6 +227,7 @@ def test_ten_turns_of_the_gallery():
 # -- single instants --------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_single_instants_of_the_gallery_warn_of_no_branch_that_the_turn_has():
     warned = []
     for name, machine, time in turning():

@@ -27,6 +27,7 @@ from mbody import (
     statics,
 )
 from mbody.laws import Table
+from tests.support.cases import first_fast
 
 TIMES = np.linspace(0.0, 1.0, 21)
 LEAD = "0.3 rad + 1.5 rad/s*t + 0.3 rad*sin(2 rad/s*t)"
@@ -312,7 +313,7 @@ PLACES = {
 }
 
 
-@pytest.mark.parametrize("name", PLACES)
+@first_fast("name", PLACES, 4)
 def test_positions_against_the_oracle(name):
     """The oracle reads the text by itself, with complex steps and jets for derivatives."""
     kind, at, law = PLACES[name]

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from mbody import Body, Contact, Controller, Force, Mechanism, Revolute, from_toml, simulate
+from tests.support.cases import first_fast
 
 G, WEIGHT, FRONT, REAR, HEIGHT, RADIUS, MU = 386.4, 4000.0, 40.0, 50.0, 25.0, 14.5, 0.8
 BASE, MASS, SPEED = FRONT + REAR, WEIGHT / G, 1056.0
@@ -131,7 +132,7 @@ def test_wheels_that_are_braked_gently_roll():
     assert not run.events
 
 
-@pytest.mark.parametrize("which", TORQUES)
+@first_fast("which", TORQUES, 2)
 def test_it_stops_where_the_law_of_motion_says(which):
     """From the instant at which the last wheel locks, v²/(2 a)."""
     run = braked(9.0, *TORQUES[which])

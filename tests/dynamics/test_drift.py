@@ -24,6 +24,7 @@ from mbody import (
 from mbody.core.lanes import LANES
 from mbody.laws import Harmonic
 from mbody.sweeps import Uniform, monte_carlo, together
+from tests.support.cases import first_fast
 
 COUNT, INSTANTS = 40, 9
 
@@ -170,7 +171,7 @@ def all_on_lanes(monkeypatch):
 
 
 @pytest.mark.parametrize("rtol", [1e-4, 1e-8])
-@pytest.mark.parametrize("name", MACHINES)
+@first_fast("name", MACHINES, 4)
 def test_designs_move_as_simulate_moves_each(name, rtol, monkeypatch):
     """Lanes make the same steps, so what is apart is rounding: much less than the error of a step,
     of which `rtol` is the measure.

@@ -224,6 +224,7 @@ def test_no_two_crossings_pass_between_samples(method, rtol, parts):
         assert found == pytest.approx(truth, abs=close)
 
 
+@pytest.mark.slow
 def test_loose_tolerances_find_what_their_motion_has():
     """At rtol 1e-3, four steps a turn, the motion itself loses height: beside its own polynomial
     at 10⁵ instants.

@@ -11,11 +11,12 @@ from mbody.analysis.dynamics.simulate import energy_doubts
 from mbody.sweeps import Uniform, monte_carlo
 from tests import near_folded
 from tests.support import folded
+from tests.support.cases import first_fast
 
 MARGINS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 
 
-@pytest.mark.parametrize("method", ["dop853", "dopri5", "radau5"])
+@first_fast("method", ["dop853", "dopri5", "radau5"], 2)
 @pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8])
 def test_near_parallelograms_keep_their_side(method, rtol):
     # the side of the dyad is the branch in closed form; the crank is shorter by the margin

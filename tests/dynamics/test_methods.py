@@ -33,6 +33,7 @@ from mbody.model.body import Guess
 from mbody.model.simulation import EVEN as EVERY_EVEN
 from mbody.model.simulation import METHODS as EVERY_METHOD
 from mbody.solution.solution import IntegrationSettings
+from tests.support.cases import first_fast
 
 G, LENGTH, FIRST = 9.81, 1.0, 2.0
 # that for many contacts, of order one, has tests of its own (`test_many_contacts`)
@@ -166,7 +167,7 @@ def test_instants_between_steps_are_as_good_as_the_steps(method):
 # -- long times -------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("method", ["rattle", "rattle4"])
+@first_fast("method", ["rattle", "rattle4"], 1)
 def test_energy_stays_bounded_over_a_million_steps(method):
     """The error of the energy in the last tenth is no greater than in the first: it does not grow;
     by a method that is not symplectic of the same order it would be 1e5 times the first step's.
@@ -379,7 +380,7 @@ def test_a_motion_goes_on_bit_for_bit(method, tmp_path):
         )
 
 
-@pytest.mark.parametrize("method", ["dop853", "radau5", "rattle"])
+@first_fast("method", ["dop853", "radau5", "rattle"], 1)
 @pytest.mark.parametrize("watching", [False, True])
 def test_an_interrupted_motion_goes_on_bit_for_bit(method, watching):
     machine = gallery.load("free_fourbar")

@@ -7,6 +7,7 @@ import mbody
 from tests.contact.test_modes_together import free_slider_crank
 from tests.dynamics.test_stick_slip import pendulum
 from tests.support import contact_models as models
+from tests.support.cases import first_fast
 
 
 def motion(name):
@@ -29,7 +30,7 @@ CASES = [
 ]
 
 
-@pytest.mark.parametrize(("name", "until", "cuts"), CASES)
+@first_fast(("name", "until", "cuts"), CASES, 4)
 def test_a_motion_goes_on_bit_for_bit(name, until, cuts, tmp_path):
     machine = motion(name)
     how = {"rtol": 1e-10}

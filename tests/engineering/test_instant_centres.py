@@ -240,6 +240,7 @@ def test_many_centres_are_found_and_said_together():
     assert {frozenset(map(centres.symbol, g)) for g in centres.coincident(1)} == wanted
 
 
+@pytest.mark.slow
 def test_symbols_that_would_cover_each_other_are_left_out(tmp_path):
     """The centres of many links are marked; where to read their names is said."""
     path = tmp_path / "windows.svg"

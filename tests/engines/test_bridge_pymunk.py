@@ -34,6 +34,7 @@ from mbody.engines.pymunk.instants import extrapolated, kinematic
 from mbody.engines.pymunk.motion import trajectory
 from mbody.engines.pymunk.space import Space, SpaceStepper, of_system
 from mbody.laws import ConstantSpeed, Harmonic
+from tests.support.cases import first_fast
 from tests.support.linkages import random_linkage, times_within
 
 pytest.importorskip("pymunk")
@@ -67,8 +68,8 @@ def free_slider_crank():
 # -- driven motions ---------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("name", "instants"), [("norton_fourbar", 6), ("slider_crank", 6), ("scissor_lift", 2)]
+@first_fast(
+    ("name", "instants"), [("norton_fourbar", 6), ("slider_crank", 6), ("scissor_lift", 2)], 2
 )
 def test_forces_of_driven_mechanisms_agree(name, instants):
     run = mbody.kinetostatics(gallery.load(name), np.linspace(0.0, 0.05, instants))
@@ -151,7 +152,7 @@ def _governor():
 # -- free motions -----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("what", ["four-bar", "slider-crank"])
+@first_fast("what", ["four-bar", "slider-crank"], 1)
 def test_free_motion_is_of_first_order_and_its_limit_is_ours(what):
     machine = gallery.load("free_fourbar") if what == "four-bar" else free_slider_crank()
     run = mbody.simulate(machine, 1.0, rtol=1e-11)
@@ -187,7 +188,7 @@ def test_a_damped_spring_is_as_its_closed_form_says():
     assert np.abs(moved.values[:, 0] - x).max() < expected < 1e-4
 
 
-@pytest.mark.parametrize("what", ["four-bar", "slider-crank"])
+@first_fast("what", ["four-bar", "slider-crank"], 1)
 def test_a_mass_that_is_wrong_by_a_hundredth_is_seen(what):
     """Of every body whose mass moves the trajectory by more than three times what is expected;
     there is none that it cannot see but those whose mass moves nothing."""
@@ -290,6 +291,7 @@ def vehicle(front, rear, speed=600.0):
     return machine, close_loops(machine, rates=rates)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("axles", LIMITS)
 def test_a_braking_vehicle_agrees_with_the_closed_form_and_with_ours(axles, monkeypatch):
     force, seen = LIMITS[axles], []
@@ -316,7 +318,7 @@ def test_a_braking_vehicle_agrees_with_the_closed_form_and_with_ours(axles, monk
     assert np.abs(moved.values[:, 0] - way).max() <= theirs["chassis.x"][1] * HEIGHT + 1e-12
 
 
-@pytest.mark.parametrize("axles", LIMITS)
+@first_fast("axles", LIMITS, 2)
 def test_locked_wheels_slide_with_the_limiting_deceleration(axles):
     """The limit comes out of Coulomb's friction in pymunk, which none of our equations know."""
     import pymunk

@@ -18,6 +18,7 @@ from mbody.engines.spanning_tree import spanning_tree, tree_motion
 from mbody.model.body import SecondMoments
 from mbody.model.loads import CentrifugalField, CustomLoad
 from mbody.quantities.formula import float_or_formula
+from tests.support.cases import first_fast
 from tests.support.linkages import random_linkage, times_within
 from validation.crosschecks import PAGE, row
 
@@ -51,7 +52,7 @@ def told(report):
 # -- agreement ----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", mbody.gallery.names())
+@first_fast("name", mbody.gallery.names(), 5)
 def test_every_model_of_the_gallery_agrees_as_the_page_tells(name):
     machine = mbody.gallery.load(name)
     short = name == "n_windows_40"  # 81 bodies: the same quantities, at fewer instants
@@ -81,6 +82,7 @@ def test_forces_over_the_cycle_to_nine_digits(name):
     assert report.agrees, told(report)
 
 
+@pytest.mark.slow
 def test_andrews_accelerations_to_ten_digits():
     machine = mbody.gallery.load("andrews_squeezer")
     theirs = found(check(machine, ours=mbody.simulate(machine, instants=31)))
@@ -91,7 +93,7 @@ def test_andrews_accelerations_to_ten_digits():
     assert theirs["OF.angle over time"].difference < 1e-9
 
 
-@pytest.mark.parametrize("seed", range(20))
+@first_fast("seed", range(20), 4)
 def test_random_mechanisms_of_one_to_four_loops(seed):
     loops = 1 + seed % 4
     machine, turn = random_linkage(seed, loops, sliders=seed % 3 == 1, extras=seed % 2 == 1)
@@ -324,7 +326,7 @@ def faulty(machine, body):
     return system.with_values({name: 1.01 * system.values[name]})
 
 
-@pytest.mark.parametrize("seed", range(20))
+@first_fast("seed", range(20), 5)
 def test_a_hundredth_of_mass_is_caught_for_every_body(seed):
     machine, turn = random_linkage(seed, 1 + seed % 4, sliders=seed % 3 == 1)
     times = times_within(machine, turn, 5)
@@ -432,6 +434,7 @@ def test_data_are_the_form_that_is_promised():
     json.dumps(data, allow_nan=False)
 
 
+@pytest.mark.slow
 def test_the_command_prints_json_and_tells_by_its_status():
     command = [sys.executable, "-m", "mbody", "crosscheck", "norton_fourbar", "--json"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)

@@ -12,6 +12,7 @@ from mbody.engineering import close_loops
 from mbody.engines.mjcf import to_mjcf
 from mbody.engines.mujoco import crosscheck_result
 from mbody.laws import Harmonic
+from tests.support.cases import first_fast
 from tests.support.linkages import random_linkage, times_within
 from tests.support.mjcf_models import DRIVEN, FREE, MIXED, crank_and_lever, driven
 
@@ -112,7 +113,7 @@ def test_pinocchio_reads_the_file_and_moves_alike(name, tmp_path):
     assert np.abs(theirs - a[0]).max() < 1e-9 * size(v, a)
 
 
-@pytest.mark.parametrize("name", (*WHOLE, *OTHERS))
+@first_fast("name", (*WHOLE, *OTHERS), 2)
 def test_mujoco_agrees_with_the_gallery(name):
     machine = gallery.load(name)
     if machine.drivers:
@@ -133,7 +134,7 @@ def test_what_holds_no_motion_is_told(name):
     assert told == {one.name for one in machine.joints if isinstance(one, Rolling | CamFollower)}
 
 
-@pytest.mark.parametrize("name", (*FREE, *MIXED))
+@first_fast("name", (*FREE, *MIXED), 10)
 def test_mujoco_agrees_with_free_motions(name):
     run = mbody.simulate((FREE | MIXED)[name], 0.5, instants=11)
     found = crosscheck_result(run.system, run)
@@ -182,6 +183,7 @@ def fault(machine, body):
     return system.with_values({key: 1.01 * system.values[key]})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["free_fourbar", "double_pendulum", "andrews_squeezer"])
 def test_a_fault_shows_in_the_free_motion(name):
     machine = gallery.load(name)

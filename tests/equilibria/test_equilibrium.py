@@ -235,6 +235,7 @@ def test_neutral():
     assert one.stability == "neutral" and "row of rest positions" in one.notes[0]
 
 
+@pytest.mark.slow
 def test_a_row_of_rest_positions_is_told_once():
     """A pendulum on a trolley rests anywhere along the rail, hanging or standing."""
     machine = Mechanism("trolley")
@@ -281,6 +282,7 @@ def test_turns_of_a_spring_are_told_apart():
     assert len(found) == 3 and np.ptp(theta[[one.stability == "stable" for one in found]]) > 6.0
 
 
+@pytest.mark.slow
 def test_many_free_motions():
     """A chain of six links, each with its pin's load: the weight of all below it."""
     count, machine, end = 6, Mechanism("chain"), "ground"
@@ -303,6 +305,7 @@ def test_many_free_motions():
     assert_allclose(hanging.frequencies, np.sqrt(squares), rtol=1e-8)
 
 
+@pytest.mark.slow
 def test_many_free_motions_are_said_to_be_many():
     """Of n rods in a chain 2ⁿ positions rest: all of four, found by turning over one rod after the
     other; what may be missed of more is noted, and so is a limit.

@@ -13,6 +13,7 @@ from mbody.analysis.equilibria.search import jumping_loads, without_stiffness
 from mbody.analysis.freedom.mobility import single_design
 from mbody.analysis.position.assembly_analysis import closed
 from mbody.analysis.position.tangent_space import Manifold, ManyPositions, orthonormal
+from tests.support.cases import first_fast
 from tests.support.rest_linkages import FAMILIES
 
 #: A rest position is found to 1e-10 of the greatest force, 1e2 N, over a stiffness of 50 N/m.
@@ -48,7 +49,7 @@ def test_springs_that_meet_along_rails():
     np.testing.assert_allclose(places(found), expected, atol=PLACE)
 
 
-@pytest.mark.parametrize("force", [10.5, 40.0])
+@first_fast("force", [10.5, 40.0], 1)
 def test_a_spring_that_pulls_at_no_length_is_overcome(force):
     """preload + k l = F, on the side that the force is for; the other side has none."""
     found = mbody.equilibrium(blocks(preload=10.0, free_length=0.0, force=force))
@@ -57,7 +58,7 @@ def test_a_spring_that_pulls_at_no_length_is_overcome(force):
     np.testing.assert_allclose(places(found), [(x, -2.0), (x, 0.0)], atol=PLACE)
 
 
-@pytest.mark.parametrize("force", [5.0, 9.5])
+@first_fast("force", [5.0, 9.5], 1)
 def test_where_loads_drive_to_a_crease_no_forces_balance(force):
     """The pull on both sides outweighs the push: the block stays at the wall."""
     with pytest.raises(SolveError, match=r"drive it from both sides to .*, so that no forces"):
@@ -73,6 +74,7 @@ def test_a_doubt_names_the_load_that_jumps():
         assert "s" in doubt.elements
 
 
+@pytest.mark.slow
 def test_a_crease_of_a_turning_line():
     """A block at r on an arm that turns by θ, r of either sign: V = k (|r| − l)²/2 + m g r sin θ.
 

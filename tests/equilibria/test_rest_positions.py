@@ -35,6 +35,7 @@ from mbody.engineering import equilibrium_curve
 from mbody.model.loads import CentrifugalField
 from tests import rest_scan
 from tests.rest_scan import judge, summary
+from tests.support.cases import first_fast
 from tests.support.rest_linkages import FAMILIES
 from validation.porter_governor import build as porter
 
@@ -206,11 +207,13 @@ def test_the_command_ends_with_1_where_positions_may_be_missing(tmp_path, capsys
 # -- two free motions ----------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_linkages_of_two_freedoms_agree_with_a_scan_of_their_energy():
     found = summary([judge(seed, 2) for seed in SURFACES])
     assert found["agreed"] == len(SURFACES) and not found["noted"], found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", HIDDEN)
 def test_positions_that_charts_hid(seed):
     verdict = judge(seed, 2)
@@ -251,7 +254,7 @@ def whirling(speed, *more):
     return pendulum(CentrifugalField("field", UPRIGHT, speed=speed), *more)
 
 
-@pytest.mark.parametrize("start", np.linspace(10.0, 6.5, 8))
+@first_fast("start", np.linspace(10.0, 6.5, 8), 3)
 def test_a_pitchfork_is_told_and_placed_from_wherever_it_is_reached(start):
     """Along the branch that leans, ω turns round in the crossing as it does at a fold."""
     lean = equilibrium_curve(
@@ -266,7 +269,7 @@ def test_a_pitchfork_is_told_and_placed_from_wherever_it_is_reached(start):
     assert_allclose(theta[-1], -theta[0], atol=1e-9)
 
 
-@pytest.mark.parametrize("torque", [1e-2, 1e-4, 1e-6])
+@first_fast("torque", [1e-2, 1e-4, 1e-6], 1)
 def test_a_perturbed_pitchfork_is_a_fold_on_one_branch_and_nothing_on_the_other(torque):
     """m g l sin φ − m l² ω² sin φ cos φ = T has no crossing, but a fold."""
     machine = whirling(1.0, Torque("push", "rod", value=torque))
@@ -325,7 +328,7 @@ def governor(radius, sleeve=18.0, force=0.0):
     return machine
 
 
-@pytest.mark.parametrize(
+@first_fast(
     ("radius", "sleeve", "span"),
     [
         (0.25, 18.0, (20.0, 5.0)),  # the branch that leans, through to the other side
@@ -336,6 +339,7 @@ def governor(radius, sleeve=18.0, force=0.0):
         (0.02, 18.0, (5.0, 20.0)),  # the branch that hangs: two stiffnesses vanish at once
         (0.02, 18.0, (20.0, 5.0)),
     ],
+    1,
 )
 def test_a_crossing_where_the_motion_branches_too(radius, sleeve, span):
     """ω² = (m + M) g / (m l): more is free there than nearby."""
@@ -356,7 +360,7 @@ def test_a_crossing_where_the_motion_branches_too(radius, sleeve, span):
     assert curve.status == "completed" and curve.doubts == ()
 
 
-@pytest.mark.parametrize("force", [1.0, 1e-3])
+@first_fast("force", [1.0, 1e-3], 1)
 def test_branches_that_a_small_force_parts_do_not_cross(force):
     """A push outwards: the branch on its side goes on to low speeds, and crosses nothing."""
     curve = equilibrium_curve(governor(0.25, force=force), "field.speed", (20.0, 5.0))
@@ -406,6 +410,7 @@ print(json.dumps(told))
 """
 
 
+@pytest.mark.slow
 def test_the_same_on_every_processor():
     """Kernels of dense algebra for other processors round otherwise; null spaces turn with them."""
     told = set()

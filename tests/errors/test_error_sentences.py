@@ -51,6 +51,7 @@ def test_every_scenario_says_its_sentence(part):
     assert not wrong, "\n".join(wrong)
 
 
+@pytest.mark.slow
 @subjects
 def test_sentences_are_sentences(part):
     """One name of an element, no traces of the program, no longer than one reads."""
@@ -90,6 +91,7 @@ def test_no_scenario_hides_another(part):
     assert not [name for name, count in Counter(names(part)).items() if count > 1]
 
 
+@pytest.mark.slow
 def test_every_place_that_makes_an_error_is_reached():
     """Its sentence is in a message to a user; one that is made and thrown away is no proof."""
     reached = {
@@ -104,6 +106,7 @@ def test_every_place_that_makes_an_error_is_reached():
     assert not missing, f"no scenario in tests/errors reaches {missing}"
 
 
+@pytest.mark.slow
 def test_every_piece_of_a_sentence_is_told():
     whole = "\n".join(t.sentence for t in everything())
     missing = [

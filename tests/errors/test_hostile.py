@@ -10,6 +10,7 @@ from mbody.files.model import from_toml, in_units, to_toml
 from mbody.quantities import FormulaError, Scope, convert, parse, read
 from mbody.quantities.units import DIMENSIONS, SYMBOLS
 from tests.fuzz.properties import guarded, sentence
+from tests.support.cases import first_fast
 from tests.support.model_text import model_from, text_from
 
 BODY = "[bodies]\na = {}\n"
@@ -133,7 +134,7 @@ TOML = {
 }
 
 
-@pytest.mark.parametrize("case", TOML)
+@first_fast("case", TOML, 33)
 def test_toml(case):
     text, *words = TOML[case]
     refused(text, *words)

@@ -194,6 +194,7 @@ def command(folder, *arguments, limit=300):
     return done.returncode, out, done.stderr.decode()
 
 
+@pytest.mark.slow
 @linux
 @pytest.mark.parametrize("case", COMMANDS)
 def test_the_command_refuses_in_a_sentence(tmp_path, case):
@@ -207,6 +208,7 @@ def test_the_command_refuses_in_a_sentence(tmp_path, case):
     assert len(err) < 20_000
 
 
+@pytest.mark.slow
 @linux
 def test_the_command_and_files_that_are_none(tmp_path):
     os.mkfifo(tmp_path / "pipe.toml")

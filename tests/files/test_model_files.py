@@ -55,6 +55,7 @@ def whole(machine):
     return [bits(machine.ground), machine.g.hex(), *elements, bits(machine.measures)]
 
 
+@pytest.mark.slow
 @settings(max_examples=120, suppress_health_check=list(HealthCheck))
 @given(machines())
 def test_any_mechanism_comes_back_to_the_last_bit(machine):

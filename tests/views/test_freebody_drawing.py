@@ -12,6 +12,7 @@ from mbody.analysis.driven.free_body import FreeBody
 from mbody.summaries.text_table import force_names, forces_on
 from mbody.views import save
 from mbody.views.free_bodies import draw_free_bodies, force_peak, when
+from tests.support.cases import first_fast
 from tests.support.gallery_runs import run as asked
 from tests.support.picture_reader import artists
 
@@ -42,7 +43,7 @@ def ends(drawn, name):
 # -- the polygons close ------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", GALLERY)
+@first_fast("name", GALLERY, 10)
 def test_forces_and_moments_close_at_every_instant(name):
     """Summed here with `math.fsum` about the origin, by which neither the analysis nor the drawing
     balances anything: it takes the mass centre.
@@ -133,7 +134,7 @@ def test_members_show_their_lines():
     assert three["meeting"].center == pytest.approx(member.meeting)
 
 
-@pytest.mark.parametrize("name", GALLERY)
+@first_fast("name", GALLERY, 4)
 def test_labels_keep_off_arrows_and_each_other(name):
     """As boxes of the drawn text against the lines of arrows."""
     run = asked(name)

@@ -18,6 +18,7 @@ from mbody.summaries.text_table import unit_text
 from mbody.views.film_frames import FilmSet, film_names
 from mbody.views.motions import motion
 from mbody.views.page_data import text_runs
+from tests.support.cases import first_fast
 
 SHOWN = ("names", "forces")
 
@@ -38,7 +39,7 @@ def covered(names, frame):
 # -- films ------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", ["flyball_governor", "mud_pump", "quick_return"])
+@first_fast("name", ["flyball_governor", "mud_pump", "quick_return"], 2)
 def test_names_of_a_film_do_not_cover_each_other(name):
     film = FilmSet({"": motion(gallery.load(name))}, 24, 640, SHOWN, None)
     names = film_names(film)
@@ -216,6 +217,7 @@ def test_a_shaking_moment_that_is_rounding_is_not_shown():
     assert len(cells(grids(pump, "shaking")["On the frame"], "quantity")) == 2
 
 
+@pytest.mark.slow
 def test_curves_between_a_few_instants_are_smooth():
     made = report(gallery.load("scissor_lift"), ["freebody", "loads"])
     assert len(made.run) == 181

@@ -1,6 +1,7 @@
 """Pictures of very many links: lines in their places; layers, however many links there are."""
 
 import numpy as np
+import pytest
 
 from mbody import Gravity, simulate
 from mbody.views import draw
@@ -23,6 +24,7 @@ def test_very_many_short_links_are_lines():
     assert "support:j0" in names
 
 
+@pytest.mark.slow
 def test_fewer_links_have_symbols_in_their_layer():
     machine = grid(24, 24)
     assert len(machine.bodies) > 1100

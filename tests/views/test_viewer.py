@@ -118,6 +118,7 @@ def test_the_web_component_is_written_beside_its_document(pump, tmp_path):
     assert '/*css*/""' not in module_text()
 
 
+@pytest.mark.slow
 def test_the_command_writes_a_page_of_each_kind_of_motion(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(["view", "norton_fourbar"]) == 0

@@ -14,6 +14,7 @@ from mbody.views.page import LINKS
 from mbody.views.pose import Pose
 from tests.support.browser import browser as started
 from tests.support.browser import chromium
+from tests.support.cases import first_fast
 from tests.support.viewer_page import ViewerPage
 
 in_browser = [
@@ -73,7 +74,7 @@ def peaks(run):
     return max(float(np.nanmax(one)) for one in (*joints, *inertia, *loads))
 
 
-@pytest.mark.parametrize("name", MODELS)
+@first_fast("name", MODELS, 1)
 def test_the_forces_of_the_document_are_those_of_free_body(views, name):
     view = views[name]
     run = next(iter(view.runs.values()))
@@ -136,7 +137,7 @@ def page(views, tmp_path_factory):
 
 
 @marked
-@pytest.mark.parametrize("name", MODELS)
+@first_fast("name", MODELS, 2)
 def test_polygons_close_to_what_is_recorded_for_every_link(page, views, name):
     browser, run = page(name), next(iter(views[name].runs.values()))
     peak = peaks(run)
@@ -249,7 +250,7 @@ def test_the_keyboard_reaches_the_choice_of_the_link(page):
 
 @marked
 @pytest.mark.parametrize("figure", ("diagram", "polygon"))
-@pytest.mark.parametrize("name", ("norton_fourbar", "mud_pump_sixbar", "scissor_lift"))
+@first_fast("name", ("norton_fourbar", "mud_pump_sixbar", "scissor_lift"), 1)
 def test_all_names_of_a_free_body_are_seen_and_do_not_cover_each_other(page, name, figure):
     browser = page(name)
     browser.read("mbody.viewer.on.free || mbody.viewer.toggle('free')")

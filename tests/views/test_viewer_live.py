@@ -21,6 +21,7 @@ from mbody.views.pose import Pose
 from mbody.views.scene import scene, sketched
 from tests.support.browser import browser as started
 from tests.support.browser import chromium
+from tests.support.cases import first_fast
 from tests.support.viewer_page import ViewerPage
 
 #: What the page promises, as a part of the peak of each quantity.
@@ -46,7 +47,7 @@ def marked(test):
 # -- numbers and their places in the file ---------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", gallery.names())
+@first_fast("name", gallery.names(), 16)
 def test_the_cut_text_gives_every_number_that_it_claims(name):
     machine = gallery.load(name)
     system = mbody.assemble(machine)
@@ -164,6 +165,7 @@ def mouse(browser, kind, x, y):
     )
 
 
+@pytest.mark.slow
 @marked
 def test_a_dragged_crank_has_the_forces_of_mbody(page, runs):
     """By the mouse, over a quarter of a turn; every state against kinetostatics there."""
@@ -397,6 +399,7 @@ FRAMES = """new Promise((done) => {
 })"""
 
 
+@pytest.mark.slow
 @marked
 def test_many_live_frames_are_drawn_without_error_and_the_file_is_short(page, files):
     """With all forces and velocities, and three diagrams; `pytest -s` shows the script time."""

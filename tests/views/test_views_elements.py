@@ -83,6 +83,7 @@ def cam(swings=False, **kind):
 CHORDS = 0.023
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("clockwise", [False, True])
 @pytest.mark.parametrize("swings", [False, True])
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ from mbody.views.drawing import draw_series
 from mbody.views.free_bodies import force_peak
 from mbody.views.plotting import SEVERAL
 from mbody.views.polar import hodograph, path_plot, polar
+from tests.support.cases import first_fast
 from tests.support.gallery_runs import run as asked
 from tests.support.picture_reader import artists, inside
 
@@ -186,7 +187,7 @@ def test_the_command_plots(tmp_path, monkeypatch):
 # -- what is read beside arrows ---------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", gallery.names())
+@first_fast("name", gallery.names(), 10)
 def test_labels_keep_off_arrows(name):
     """As boxes of the drawn text against the lines of arrows, in sixty points of each."""
     run = asked(name)

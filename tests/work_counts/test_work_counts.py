@@ -16,6 +16,7 @@ from mbody.core.decorators import PLAIN
 from mbody.core.library import open_library
 from mbody.core.selection import chosen
 from mbody.core.sources import source_hash
+from tests.support.cases import first_fast
 from tests.work_counts import allocations, plain, table
 from tests.work_counts.allocations import MATHEMATICS
 from tests.work_counts.workloads import CALLS, MOTIONS, calls_from_python, made
@@ -42,7 +43,7 @@ def test_no_more_work_than_was_accepted(section, name, count):
     assert not found, "\n".join(found)
 
 
-@pytest.mark.parametrize("name", [one.name for one in CALLS])
+@first_fast("name", [one.name for one in CALLS], 3)
 def test_no_more_calls_within_kernels_than_were_accepted(called, name):
     found = table.complaints("calls", name, ACCEPTED["calls"].get(name, {}), called[name])
     assert not found, "\n".join(found)
