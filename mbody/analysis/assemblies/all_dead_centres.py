@@ -352,13 +352,15 @@ def _patches(
     )
     made = GroupRows(linkage, whole, ({}, {linkage.bodies: 0j}), tuple(ends))
     rows = made.rows
-    if len(set(rows.of.tolist())) < len(rows.of):
+    if len(set(rows.angle_index.tolist())) < len(rows.angle_index):
         raise NotCovered("gears turn inside a loop")
     earlier = {v for group in groups[:-1] for v in group.angles} | {own}
     earlier |= {
         v for n, v in enumerate(made.names) if n >= len(whole.angles) and _early(made, v, groups)
     }
-    turning = [d for d in range(len(rows.of)) if made.names[rows.of[d]] not in earlier]
+    turning = [
+        d for d in range(len(rows.angle_index)) if made.names[rows.angle_index[d]] not in earlier
+    ]
     last = set(groups[-1].pairs)
     slides = [m for p, m in made.slide_of.items() if p in last]
     driven = [m for m, d in enumerate(rows.along) if d in turning and m != made.free]

@@ -180,12 +180,15 @@ class LoopRows:
         loops: np.ndarray,
         slides: np.ndarray,
         rest: np.ndarray,
-        of: list[int],
+        angle_index: list[int],
         ratio: list[float],
         along: list[int],
     ) -> None:
         negative = np.array(ratio) < 0.0
-        self.of, self.ratio = np.array(of, dtype=int), np.abs(np.array(ratio, dtype=float))
+        self.angle_index, self.ratio = (
+            np.array(angle_index, dtype=int),
+            np.abs(np.array(ratio, dtype=float)),
+        )
         self.along = along
         self.P = np.concatenate([loops, -1j * loops])
         self.Q = np.concatenate([slides, -1j * slides])
@@ -194,7 +197,7 @@ class LoopRows:
             if d >= 0 and negative[d]:
                 self.Q[:, m] = self.Q[:, m].conj()
         self.B = np.concatenate([rest.real, rest.imag])
-        self.angles, self.slides = 1 + max(of, default=-1), slides.shape[1]
+        self.angles, self.slides = 1 + max(angle_index, default=-1), slides.shape[1]
         self.turns = np.ones(self.angles)
         for v, parts in self._ratios().items():
             self.turns[v] = lcm(*(part.denominator for part in parts))
@@ -203,7 +206,7 @@ class LoopRows:
 
     def _ratios(self) -> dict[int, list[Fraction]]:
         found: dict[int, list[Fraction]] = {}
-        for v, ratio in zip(self.of, self.ratio, strict=True):
+        for v, ratio in zip(self.angle_index, self.ratio, strict=True):
             part = Fraction(float(ratio)).limit_denominator(TEETH)
             if abs(float(part) - ratio) > BOX_RATIO_SAME:
                 raise NotCovered(f"a ratio of angles, {ratio:.6g}, has no small numbers of teeth")
@@ -224,7 +227,7 @@ class LoopRows:
 
     def _units(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """e^{iρα} of directions (points, directions), and of the slides."""
-        e = np.exp(1j * self.ratio * x[:, self.of])
+        e = np.exp(1j * self.ratio * x[:, self.angle_index])
         t = np.ones((len(x), self.slides), dtype=complex)
         for m, d in enumerate(self.along):
             if d >= 0:
@@ -241,19 +244,19 @@ class LoopRows:
         """∂f/∂x (points, rows, unknowns)."""
         e, t = self._units(x)
         J = np.zeros((len(x), len(self.B), self.unknowns))
-        for d, v in enumerate(self.of):
+        for d, v in enumerate(self.angle_index):
             J[:, :, v] += self.ratio[d] * (1j * self.P[:, d] * e[:, None, d]).real
         J[:, :, self.angles :] = (self.Q * t[:, None, :]).real
         for m, d in enumerate(self.along):
             if d >= 0:
                 turning = (1j * self.Q[:, m] * t[:, None, m]).real
                 s = x[:, None, self.angles + m]
-                J[:, :, self.of[d]] += self.ratio[d] * s * turning
+                J[:, :, self.angle_index[d]] += self.ratio[d] * s * turning
         return J
 
     def _arguments(self, box: Box) -> Box:
         """Ranges of ρα by direction."""
-        return self.ratio * box[0][:, self.of], self.ratio * box[1][:, self.of]
+        return self.ratio * box[0][:, self.angle_index], self.ratio * box[1][:, self.angle_index]
 
     def _slide_cosines(self, q: np.ndarray, m: int, arguments: Box) -> Box:
         """Range of Re(q e^{iρα}) of slide m, q (boxes, rows)."""
@@ -272,7 +275,7 @@ class LoopRows:
         a, b = cosine_range(arguments[0][:, None] + shift, arguments[1][:, None] + shift)
         low = np.zeros((*P.shape[:2], self.unknowns))
         high = np.zeros_like(low)
-        for d, v in enumerate(self.of):
+        for d, v in enumerate(self.angle_index):
             low[:, :, v] += self.ratio[d] * size[:, :, d] * a[:, :, d]
             high[:, :, v] += self.ratio[d] * size[:, :, d] * b[:, :, d]
         for m, d in enumerate(self.along):
@@ -281,8 +284,8 @@ class LoopRows:
             if d >= 0:
                 turning = self._slide_cosines(1j * q, m, arguments)
                 own = products(turning, (box[0][:, None, column], box[1][:, None, column]))
-                low[:, :, self.of[d]] += self.ratio[d] * own[0]
-                high[:, :, self.of[d]] += self.ratio[d] * own[1]
+                low[:, :, self.angle_index[d]] += self.ratio[d] * own[0]
+                high[:, :, self.angle_index[d]] += self.ratio[d] * own[1]
         return low, high
 
     def cut(self, Y: np.ndarray, box: Box, alive: np.ndarray, open_by: float = 0.0) -> np.ndarray:
@@ -328,11 +331,11 @@ class LoopRows:
         near = np.maximum(np.arccos(np.clip(top, -1.0, 1.0)) - BOX_WIDENING_ROUNDING, 0.0)
         far = np.minimum(np.arccos(np.clip(bottom, -1.0, 1.0)) + BOX_WIDENING_ROUNDING, np.pi)
         near, far = np.where(empty, 0.0, near), np.where(empty, np.pi, far)
-        from_low = (self.ratio * lo[:, self.of])[:, None] + shift
-        from_high = -(self.ratio * hi[:, self.of])[:, None] - shift
+        from_low = (self.ratio * lo[:, self.angle_index])[:, None] + shift
+        from_high = -(self.ratio * hi[:, self.angle_index])[:, None] - shift
         below = (first_within(from_low, near, far) - shift).max(1) - BOX_WIDENING_ROUNDING
         above = -(first_within(from_high, near, far) + shift).max(1) + BOX_WIDENING_ROUNDING
-        for d, v in enumerate(self.of):
+        for d, v in enumerate(self.angle_index):
             dead = empty[:, :, d].any(1)
             lo[:, v] = np.where(dead, np.inf, np.maximum(lo[:, v], below[:, d] / self.ratio[d]))
             hi[:, v] = np.minimum(hi[:, v], above[:, d] / self.ratio[d])
@@ -433,12 +436,12 @@ class GroupRows:
                 for m, c in edge.slides.items():
                     S[n, m] += sign * c
         position = {v: n for n, v in enumerate(self.names)}
-        of = [position[v] for v, _ in self.directions]
-        missing = sorted(set(range(len(self.names))) - set(of))
+        angle_numbers = [position[v] for v, _ in self.directions]
+        missing = sorted(set(range(len(self.names))) - set(angle_numbers))
         if missing:
             raise NotCovered(f"no loop says the angle of '{linkage.names[self.names[missing[0]]]}'")
         ratio = [r for _, r in self.directions]
-        self.rows = LoopRows(A, S, B, of, ratio, self.along)
+        self.rows = LoopRows(A, S, B, angle_numbers, ratio, self.along)
 
     def _edge(self, p: int) -> _Edge:
         pair = self.linkage.pairs[p]

@@ -267,20 +267,20 @@ class _CoincidentPlaces:
 
     def __init__(self, pairs: list[Pair], length: float) -> None:
         self.step = 1e-9 * length
-        self.of: dict[tuple[int, int, int], set[tuple[int, complex]]] = {}
+        self.coincident: dict[tuple[int, int, int], set[tuple[int, complex]]] = {}
         for pair in pairs:
             if pair.kind == "pin":
                 whole = self._coincident_with(pair.i, pair.arm_i) | self._coincident_with(
                     pair.j, pair.arm_j
                 )
                 for body, arm in whole:
-                    self.of[self._key(body, arm)] = whole
+                    self.coincident[self._key(body, arm)] = whole
 
     def _key(self, body: int, arm: complex) -> tuple[int, int, int]:
         return body, round(arm.real / self.step), round(arm.imag / self.step)
 
     def _coincident_with(self, body: int, arm: complex) -> set[tuple[int, complex]]:
-        return self.of.get(self._key(body, arm), {(body, arm)})
+        return self.coincident.get(self._key(body, arm), {(body, arm)})
 
     def line(
         self, one: tuple[int, complex], other: tuple[int, complex]
@@ -420,10 +420,10 @@ def _ordered(
         order += [k for k in needs if k not in order and needs[k] <= set(order)]
     place = {k: n for n, k in enumerate(order)}
     # a pair belongs where the last of its unknowns is found
-    of: dict[int, int] = {}
+    position: dict[int, int] = {}
     for r, (p, _) in enumerate(rows):
         last = max((place[int(label[c])] for c in np.flatnonzero(pattern[r])), default=0)
-        of[p] = max(of.get(p, 0), last)
+        position[p] = max(position.get(p, 0), last)
     found = []
     for n, k in enumerate(order):
         own = [names[c] for c in np.flatnonzero(label == k)]
@@ -431,7 +431,7 @@ def _ordered(
             Group(
                 bodies=tuple(sorted({b for axis, b in own if axis == "x"})),
                 angles=tuple(v for axis, v in own if axis == "angle"),
-                pairs=tuple(sorted(p for p, where in of.items() if where == n)),
+                pairs=tuple(sorted(p for p, where in position.items() if where == n)),
             )
         )
     return found

@@ -188,9 +188,9 @@ class ContactChoice:
 
     def elements(self, rolls_from: Mapping[str, tuple[float, ...]]) -> list[Any]:
         """The contacts with what is closed of them; where those that roll do so from."""
-        of = {one.name: one for one in self.system.mechanism.contacts}
+        by_name = {one.name: one for one in self.system.mechanism.contacts}
         return [
-            replace(of[name], closed=places, rolls_from=rolls_from[name] if rolls else ())
+            replace(by_name[name], closed=places, rolls_from=rolls_from[name] if rolls else ())
             for name, places, rolls in self.key
         ]
 
@@ -317,13 +317,15 @@ def _rolls_from(
     work = found.work
     if t or driver_values:
         work = next(_positions(system, 0.0, {}, guess), work)
-    of = {one.name: one.bodies for one in system.mechanism.contacts}
+    bodies_of = {one.name: one.bodies for one in system.mechanism.contacts}
 
     def axes(body: str) -> tuple[float, float, float]:
         n = 3 * system.bodies[body]
         return system.numbers.link_axes(body, *work.q[n : n + 3, 0].tolist())
 
-    return {name: (*axes(of[name][0]), *axes(of[name][1])) for name in sorted(found.rolls)}
+    return {
+        name: (*axes(bodies_of[name][0]), *axes(bodies_of[name][1])) for name in sorted(found.rolls)
+    }
 
 
 def _system_of_topology(

@@ -28,7 +28,7 @@ def range_doubt(
     units: UnitSystem,
     what: tuple[str, str],
     points: Any,
-    of: Dimension | None,
+    dimension: Dimension | None,
     outside: str,
     met: tuple[float, float, float],
 ) -> Doubt:
@@ -37,8 +37,8 @@ def range_doubt(
 
     name, table = what
     low, high, since = met
-    unit, size = (units.of(of), 1.0) if of is not None else ("", 1.0)
-    if of == DIMENSIONS["angle"]:
+    unit, size = (units.of(dimension), 1.0) if dimension is not None else ("", 1.0)
+    if dimension == DIMENSIONS["angle"]:
         unit, size = "deg", float(np.degrees(1.0))
     has = f"{size * points[0]:.6g} to {size * points[-1]:.6g} {unit}".rstrip()
     went = f"{size * low:.6g} to {size * high:.6g} {unit}".rstrip()
@@ -182,9 +182,9 @@ def extrapolated(solution: Solution) -> list[Doubt]:
             if solution.analysis == "simulate" and _of_time(element, field):
                 since = float(t[0]) if t[0] < low - margin else max(float(t[0]), high)
             met = float(x.min()), float(x.max()), since
-            of = dimension_of(element.__dataclass_fields__[field].metadata["of"])
+            dimension = dimension_of(element.__dataclass_fields__[field].metadata["of"])
             what, units = (element.name, f"the table of its {field}"), solution.mechanism.units
-            found.append(range_doubt(units, what, table.x, of, table.outside, met))
+            found.append(range_doubt(units, what, table.x, dimension, table.outside, met))
     return [*found, *curve_doubts(solution)]
 
 

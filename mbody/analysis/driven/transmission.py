@@ -169,14 +169,14 @@ class ForcePath:
     ) -> None:
         self.run, self.body = run, body
         self.phases = [_Phase(run, one, driver, body, point) for one in contact_phases(run)]
-        self.of: dict[int, _Phase] = {
+        self.phase_at: dict[int, _Phase] = {
             int(k): phase for phase in self.phases for k in phase.instants
         }
         self.names = self._transmitters() if joint is None else self._named_transmitters(joint)
 
     def at(self, k: int) -> Transferred:
         """Transmission angle, ratio and index at instant k."""
-        return self.of[k].at(k, self.names)
+        return self.phase_at[k].at(k, self.names)
 
     @property
     def turns(self) -> bool:

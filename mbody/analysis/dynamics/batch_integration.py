@@ -204,10 +204,10 @@ def _workspace(
         F=aligned(terms * n, LANES).reshape(-1, n, LANES),
         page=record,
     )
-    for of, own in zip(
+    for array, own in zip(
         (lanes.y, lanes.scale, lanes.K[0], work.par, work.mass, work.weight),
         (batch.y, batch.scale, batch.derivative, batch.par, batch.mass, batch.weight),
         strict=True,
     ):
-        of[: len(own)] = own[:, design : design + 1]
+        array[: len(own)] = own[:, design : design + 1]
     return lanes

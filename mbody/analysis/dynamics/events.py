@@ -203,9 +203,9 @@ def values(system: System, measures: list[Measure], t: Array, records: Array) ->
     return np.array([measured(run, measure)[0] for measure in measures]).reshape(-1, len(t))
 
 
-def has_exact_rates(of: Measure) -> bool:
+def has_exact_rates(measure: Measure) -> bool:
     """Whether a quantity is made of positions, velocities and laws of time alone."""
-    names = parse(of.of).names
+    names = parse(measure.of).names
     return all(name.rpartition(".")[2] in CARRIED for name in names if "." in name)
 
 

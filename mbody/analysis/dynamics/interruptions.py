@@ -67,14 +67,14 @@ def counted(what: str) -> Callable[[int, int], None]:
     """
     begun = last = time.monotonic()
 
-    def show(done: int, of: int) -> None:
+    def show(done: int, total: int) -> None:
         nonlocal last
         now = time.monotonic()
-        if done >= of and last > begun:
+        if done >= total and last > begun:
             _over(f"\r{'':{WIDTH + 40}}\r")
         elif now - begun > PATIENCE and now - last > BETWEEN:
             last = now
-            _over(f"\r{bar(done / of)}  {done} of {of} {what}  ")
+            _over(f"\r{bar(done / total)}  {done} of {total} {what}  ")
 
     return show
 
@@ -452,7 +452,7 @@ def _by_name(controller: Controller, found: Any, when: str) -> Iterator[tuple[st
 
 def _with_times_of(system: System, controller: Controller) -> Controller:
     """The controller with the sample time and the delay that the numbers of the system are."""
-    every, delay = (float(system.values[f"{controller.name}.{of}"]) for of in ("every", "delay"))
+    every, delay = (float(system.values[f"{controller.name}.{key}"]) for key in ("every", "delay"))
     if (every, delay) == (controller.every, controller.delay):
         return controller
     return dataclasses.replace(controller, every=every, delay=delay)

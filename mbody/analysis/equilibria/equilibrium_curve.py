@@ -243,23 +243,23 @@ class Follower:
                 return self.point(place, value, here.direction, here.arc + abs(part))
         return None
 
-    def between(self, here: Point, there: Point, of: Callable[[Point], float]) -> Point:
+    def between(self, here: Point, there: Point, function: Callable[[Point], float]) -> Point:
         """Where what changes its sign between two points of the curve passes zero (Illinois)."""
         low, high = here, there
-        first, last = of(low), of(high)
+        first, last = function(low), function(high)
         top = max(abs(first), abs(last))
         while abs(last) > CURVE_ZERO_VALUE * top and abs(high.arc - low.arc) > CURVE_ZERO_BRACKET:
             arc = high.arc - last * (high.arc - low.arc) / (last - first)
             found = self._point_at(here, there, arc)
             if found is None:
                 break
-            value = of(found)
+            value = function(found)
             if value * last <= 0.0:
                 low, first = high, last
             else:
                 first *= 0.5
             high, last = found, value
-        return min((low, high), key=lambda point: abs(of(point)))
+        return min((low, high), key=lambda point: abs(function(point)))
 
     def _point_at(self, here: Point, there: Point, arc: float) -> Point | None:
         """The point of the curve at an arclength, from that of two others that leads there."""
@@ -368,7 +368,7 @@ def _simple(follower: Follower, here: Point, there: Point) -> BranchPoint | None
 
 
 def _multiple(
-    follower: Follower, here: Point, there: Point, of: Callable[[Point], float]
+    follower: Follower, here: Point, there: Point, function: Callable[[Point], float]
 ) -> BranchPoint | None:
     """A crossing in which more branches meet, where `of` passes zero, between points of the curve
     around it: in it, where all that a step goes by vanishes, the last digits alone would lead.
@@ -382,7 +382,9 @@ def _multiple(
         point = follower.ahead(here, 0.5 * (1.0 + part) * length)
         if point is None:
             return None
-        return of(point), np.append(point.value, (point.place.q - here.place.q) / follower.scale)
+        return function(point), np.append(
+            point.value, (point.place.q - here.place.q) / follower.scale
+        )
 
     nodes = np.polynomial.chebyshev.chebpts1(NODES)
     found = [at(part) for part in nodes]

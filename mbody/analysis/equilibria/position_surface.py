@@ -797,7 +797,7 @@ class SurfaceSamples:
     """
 
     def __init__(self, cover: Cover, ends: LoadEnds) -> None:
-        self.cover, self.of = cover, ends
+        self.cover, self.load_ends = cover, ends
         loads, size = len(ends.loads), cover.manifold.size
         self.count = 0
         self._shapes = {
@@ -833,12 +833,12 @@ class SurfaceSamples:
         residuals = np.einsum("nab,nbc,nlc->nla", S, directions, loads)
         new["q"][good] = q
         new["residual"][good] = residuals.sum(axis=1)
-        if self.of.loads:
-            new["own"][good] = residuals[:, self.of.numbers]
-            new["ends"][good] = self.of.vectors(q)
-            new["slopes"][good] = self.of.slopes(q, directions) @ S[:, None]
-            own = loads[:, self.of.numbers]
-            every = np.arange(len(self.of.loads))
+        if self.load_ends.loads:
+            new["own"][good] = residuals[:, self.load_ends.numbers]
+            new["ends"][good] = self.load_ends.vectors(q)
+            new["slopes"][good] = self.load_ends.slopes(q, directions) @ S[:, None]
+            own = loads[:, self.load_ends.numbers]
+            every = np.arange(len(self.load_ends.loads))
             new["force"][good] = np.hypot(
                 own[:, every, self._coordinate % own.shape[-1]],
                 own[:, every, self._coordinate % own.shape[-1] + 1],

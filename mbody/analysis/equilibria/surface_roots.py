@@ -352,7 +352,7 @@ class ChartCells:
         """Exclude quarters in which directions of loads are not known; those with the same loads
         together.
         """
-        along = self.samples.of.along
+        along = self.samples.load_ends.along
         sets = self.turning[which[:, 0], which[:, 1]]
         for own in np.unique(sets, axis=0):
             turning = np.flatnonzero(own)

@@ -159,7 +159,7 @@ def _worded(
 ) -> tuple[FreeMotion, ...]:
     """Motions with words; the basis (motions, coordinates) with lengths by the model length."""
     scale = np.array([system.length, system.length, 1.0])
-    neighbours, found = _Neighbours(system), []
+    neighbours, found = _JointGraph(system), []
     for row, leader in zip(basis, leaders, strict=True):
         rates = row.reshape(-1, 3) * scale
         own = rates[system.bodies[leader]]
@@ -231,7 +231,7 @@ def panel_echelon(system: System, motions: Array, order: Sequence[str]) -> tuple
     return T[rows] @ motions, [order[column // 3] for column, _ in found]
 
 
-class _Neighbours:
+class _JointGraph:
     """The joints of every body."""
 
     def __init__(self, system: System) -> None:
@@ -260,7 +260,7 @@ class _Words:
     """Finds the words for one motion; rates (bodies, 3) with their units."""
 
     def __init__(
-        self, system: System, q: Array, neighbours: _Neighbours, rates: Array, leader: str
+        self, system: System, q: Array, neighbours: _JointGraph, rates: Array, leader: str
     ) -> None:
         self.system, self.q, self.neighbours, self.leader = system, q, neighbours, leader
         size = np.abs(rates / [system.length, system.length, 1.0]).max(axis=1)

@@ -94,8 +94,8 @@ def one_sided(mechanism: Mechanism) -> dict[str, tuple[str, ...]]:
     {'limits': ('hinge_low', 'hinge_high')}
     """
     found = {
-        kind: tuple(one.name for one in mechanism.contacts if isinstance(one, of))
-        for kind, of in KINDS.items()
+        kind: tuple(one.name for one in mechanism.contacts if isinstance(one, classes))
+        for kind, classes in KINDS.items()
     }
     brought = [one for joint in mechanism.joints for one in contacts_of(joint)]
     found["limits"] = tuple(one.name for one in brought if isinstance(one, JointLimit))

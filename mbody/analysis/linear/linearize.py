@@ -387,20 +387,20 @@ def state_matrices(
             "let the driver follow states whose rates have the input",
             name,
         )
-    of = [measure_named(machine.measures, one) for one in wanted]
-    for one in of:
+    observed = [measure_named(machine.measures, one) for one in wanted]
+    for one in observed:
         check_measure(machine, one)
 
     def values(y: Array, w: Array, own: Array | None = None) -> Array:
         a, rates, run = nearby.instant(y, w, own)
-        read = [measured(run, one)[0][-1] for one in of]
+        read = [measured(run, one)[0][-1] for one in observed]
         return np.concatenate([a, rates, np.array(read, dtype=float).reshape(-1)])
 
     A = np.zeros((2 * free + owns,) * 2)
     A[: 2 * free, : 2 * free] = linear.state_matrix
     B = np.zeros((len(A), len(inputs)))
-    C, D = np.zeros((len(of), len(A))), np.zeros((len(of), len(inputs)))
-    if of or owns:
+    C, D = np.zeros((len(observed), len(A))), np.zeros((len(observed), len(inputs)))
+    if observed or owns:
         moved = np.hstack(nearby.derivatives(values))
         A[2 * free :, : 2 * free] = moved[free : free + owns]
         C[:, : 2 * free] = moved[free + owns :]

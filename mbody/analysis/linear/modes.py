@@ -439,12 +439,12 @@ def modes(
     >>> upright.stability, upright[0].words
     ('unstable', 'grows')
     """
-    of: list[Any] = []
+    linearized: list[Any] = []
     notes: tuple[str, ...] = ()
     if at is None:
         found = equilibrium(model, free=free, starts=starts, t=t)
         rests: tuple[Equilibrium | Solution, ...] = found.positions
-        notes, of = found.notes, [found]
+        notes, linearized = found.notes, [found]
     else:
         if starts or t != 0.0:
             raise ModelError("at says the position and its time: leave out starts and t")
@@ -461,7 +461,7 @@ def modes(
         )
     positions = tuple(_modes_at(one) for one in linear)
     machine = linear[0].solution.mechanism
-    said = inherited(*of, *positions, notes=notes)
+    said = inherited(*linearized, *positions, notes=notes)
     return Modes(machine.name, machine.units, linear[0].t, positions, **said)
 
 
