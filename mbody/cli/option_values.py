@@ -76,7 +76,13 @@ _END = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\d\s].*?
 
 
 def equal_steps(option: str, text: str) -> list[str]:
-    """The values as text with their unit; those between commas as they are."""
+    """The values as text with their unit; those between commas as they are.
+
+    >>> equal_steps("--at crank", "0:90 deg:4")
+    ['0.0 deg', '30.0 deg', '60.0 deg', '90.0 deg']
+    >>> equal_steps("--at t", "1,2 s")
+    ['1', '2 s']
+    """
     if ":" not in text:
         return text.split(",")
     low, high, count = [*text.split(":"), "", ""][:3]

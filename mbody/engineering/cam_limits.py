@@ -109,7 +109,12 @@ PLACES = 7201
 
 
 def named_cam(mechanism: Mechanism, name: str | None) -> CamFollower:
-    """The cam of that name, by default the only one."""
+    """The cam of that name, by default the only one.
+
+    >>> import mbody
+    >>> named_cam(mbody.gallery.load("cam_follower"), None).name
+    'contact'
+    """
     cams = [one for one in mechanism.joints if isinstance(one, CamFollower)]
     known = listed(one.name for one in cams)
     if name is None and len(cams) == 1:

@@ -36,6 +36,8 @@ def seal(content: bytes, owner: str) -> bytes:
     """Content with its seal in the place of the last open one.
 
     >>> whole = seal(b"numbers " + OPEN_SEAL, "sweep 0")
+    >>> sealed(whole, "sweep 0"), sealed(whole, "sweep 1"), sealed(whole[:-1], "sweep 0")
+    (True, False, False)
     """
     place = content.rindex(OPEN_SEAL) + len(MARK)
     return content[:place] + _digest([content], owner) + content[place + SIGNS :]

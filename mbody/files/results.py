@@ -41,7 +41,10 @@ POINT = ("x", "y", "vx", "vy", "ax", "ay")
 def data(solution: Solution, angle: str = "deg") -> dict[str, Any]:
     """A solution of one design as plain lists and texts.
 
+    >>> import mbody
     >>> run = mbody.kinetostatics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=10.0))
+    >>> round(data(run)["bodies"]["crank"]["angle"][0], 9)
+    60.0
     """
     one_design(solution, "data are of one design")
     machine = solution.mechanism
@@ -216,8 +219,14 @@ def write_npz(solution: Solution, path: str | os.PathLike[str]) -> None:
     """Write the columns of a solution as arrays by name; "columns" holds the names with units,
     "certificate" status, doubts and notes as JSON.
 
+    >>> import mbody, pathlib, tempfile
     >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=10.0))
+    >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = pathlib.Path(folder, "run.npz")
+    ...     write_npz(run, path)
+    ...     with np.load(path) as file:
+    ...         round(float(file["crank.omega"][0]), 9)
+    10.0
     """
     table = solution.columns()
     arrays: dict[str, Any] = {name.partition(" [")[0]: values for name, values in table.items()}
@@ -239,8 +248,11 @@ def answer_data(answer: Answer, angle: str = "deg") -> dict[str, Any]:
     "side_conditions", "binding", "residual", "bodies", "reactions", "efforts", "measures"}],
     "status", "doubts", "notes"}``.
 
+    >>> import mbody
     >>> machine = mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 3, 2), speed=10.0)
     >>> plain = answer_data(mbody.solve_for(machine, "motor.acceleration", "motor.effort = 0"))
+    >>> list(plain["solutions"][0]["unknowns"])
+    ['motor.acceleration']
     """
     plain: dict[str, Any] = {
         "solutions": [_data(found, angle) for found in answer.solutions],

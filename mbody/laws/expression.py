@@ -311,7 +311,11 @@ class Expression(FormulaLaw):
 
 
 def stack_depth(program: tuple[int, ...]) -> int:
-    """The largest number of values that a program has on its stack."""
+    """The largest number of values that a program has on its stack.
+
+    >>> stack_depth((0, 0, 19))
+    2
+    """
     depth = deepest = 0
     for code in program:
         depth += 1 if code <= CONSTANT else -1 if code > LOG else 0

@@ -27,7 +27,12 @@ SPREAD = ("spread.xx", "spread.yy", "spread.xy")
 def number_in(
     mechanism: Mechanism, value: Any, dimension: str | Dimension, element: str, field: str
 ) -> float:
-    """A number for an analysis, in the units and with the parameters of a mechanism."""
+    """A number for an analysis, in the units and with the parameters of a mechanism.
+
+    >>> from mbody import makers
+    >>> number_in(makers.four_bar(1, 3, 2, 3.5), "20 ms", "time", "simulate", "until")
+    0.02
+    """
     given = number(value, dimension, element, field)
     return float(evaluated(given, mechanism.parameters.scope(), element, field))
 
@@ -36,8 +41,11 @@ def resolve_number(mechanism: Mechanism, name: str) -> tuple[str, Dimension | No
     """The number that an unknown's name means, by its dotted name, and its dimension; of a driver's
     motion the name itself.
 
+    >>> from mbody import Torque, makers
     >>> machine = makers.four_bar(1, 3, 2, 3.5)
     >>> machine.add(Torque("brake", "rocker", value=1.0))
+    >>> meant(machine, "brake")[0], meant(machine, "motor.rate")[0]
+    ('brake.value', 'motor.rate')
     """
     if name in mechanism.parameters:
         return name, dimension_named(mechanism, name)

@@ -105,7 +105,11 @@ class Reduced(NamedTuple):
 
 
 def reduce_history(by: str, instant: int, history: Array, t: Array) -> Array:
-    """A history (…, instants) at the times t, in s, reduced; as it is where `by` is empty."""
+    """A history (…, instants) at the times t, in s, reduced; as it is where `by` is empty.
+
+    >>> float(reduce_history("span", 0, np.array([1.0, -2.0, 4.0]), np.arange(3.0)))
+    6.0
+    """
     if by == "at":
         return np.asarray(history[..., instant])
     check_times(by, t)
@@ -137,6 +141,11 @@ def outermost(text: str) -> Reduced:
     """The reduction of a formula, the formula in it, and the instant of "at".
 
     Reduced(by='peak', of='A.force', instant=0)
+
+    >>> outermost("peak(A.force)")
+    Reduced(by='peak', of='A.force', instant=0)
+    >>> outermost("max(A.fx, A.fy)").by
+    ''
     """
     match = re.fullmatch(r"\s*(\w+)\s*\((.*)\)\s*", text, re.DOTALL)
     if match is None or match[1] not in (*REDUCTIONS, "at"):
@@ -493,7 +502,9 @@ class OptimizationTask:
     """Aims, numbers and limits of an optimization.
 
     The last time, of ``analysis="simulate"``.
+
     >>> OptimizationTask(minimize="peak(motor.effort)", by={"crank.A.x": (1, 2)}).minimize
+    ('peak(motor.effort)',)
     """
 
     minimize: tuple[str, ...] = ()

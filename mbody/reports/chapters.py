@@ -975,7 +975,11 @@ SECTIONS: dict[str, tuple[str, Callable[[Subject], list[Block]]]] = {
 
 
 def check_sections(names: Sequence[str]) -> tuple[str, ...]:
-    """The sections of a report, each once, in the given order."""
+    """The sections of a report, each once, in the given order.
+
+    >>> check_sections(["sketch", "joints", "sketch"])
+    ('sketch', 'joints')
+    """
     for name in names:
         if name not in SECTIONS:
             close = difflib.get_close_matches(str(name)[:40], SECTIONS, 1)

@@ -123,7 +123,11 @@ class MechanismReport:
 
 
 def check_format(path: Any) -> str:
-    """The ending of a report's file."""
+    """The ending of a report's file.
+
+    >>> check_format("pump.HTML")
+    '.html'
+    """
     try:
         ending = Path(path).suffix.lower()
     except TypeError:

@@ -357,7 +357,7 @@ def _cell(text: str) -> str:
 def _markdown_text(text: str) -> str:
     r"""Text with indices in HTML, which Markdown lets through, and its own signs escaped.
 
-    >>> print(_html_text("F_{32} of *this* in `a_b`, x_y"))
+    >>> print(_markdown_text("F_{32} of *this* in `a_b`, x_y"))
     *F*<sub>32</sub> of \*this\* in `a_b`, x\_y
     """
     found = []
@@ -492,7 +492,7 @@ def _latex_grid(grid: Grid) -> list[str]:
 def _latex_text(text: str) -> str:
     r"""Text with its indices, bold words and code.
 
-    >>> _html_text("F_{32} = 5% of **all** `a_b`")
+    >>> _latex_text("F_{32} = 5% of **all** `a_b`")
     '$F_{32}$ = 5\\% of \\textbf{all} \\texttt{a\\_b}'
     """
     found = []
@@ -647,7 +647,7 @@ def _typst_grid(grid: Grid) -> str:
 def _typst_text(text: str) -> str:
     r"""Text with its indices, bold words and code; signs of the language escaped.
 
-    >>> _html_text("F_{32} is *not* `A.force`")
+    >>> _typst_text("F_{32} is *not* `A.force`")
     '#emph[F]#sub[32] is \\*not\\* #raw("A.force")'
     """
     found = []

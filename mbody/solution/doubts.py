@@ -209,6 +209,10 @@ def heading(
 ) -> dict[str, Any]:
     """The first keys of a result as data: ``{"mbody", "model", "analysis", "units", "status",
     "doubts", "notes"}``.
+
+    >>> from mbody.solution.doubts import Inherited
+    >>> list(heading("a crank", "statics", {"length": "m"}, Inherited()))
+    ['mbody', 'model', 'analysis', 'units', 'status', 'doubts', 'notes']
     """
     head = {"mbody": __version__, "model": model, "analysis": analysis, "units": dict(units)}
     if hasattr(result, "doubts"):

@@ -406,8 +406,11 @@ def measured(solution: Result, measure: Measure | str) -> tuple[np.ndarray, Dime
     """History of a quantity, its dimension and the unit that it is in. (instants,), of a `batch`
     (designs, instants); angles without a unit of their own in rad.
 
+    >>> import mbody
     >>> run = mbody.kinetostatics(mbody.makers.slider_crank(1.0, 3.0, speed=2.0))
     >>> values, _, unit = measured(run, "rod.B.x - rod.A.x")
+    >>> round(float(values[0]), 6), unit
+    (2.872281, 'm')
     """
     wanted = measure if isinstance(measure, Measure) else Measure(measure)
     value, dimension, unit = evaluate_measure(solution, wanted.history)
@@ -732,7 +735,11 @@ def formula_value(
 ) -> Any:
     """The value of a formula.
 
+    >>> from mbody.laws import compile_measured
+    >>> from mbody.quantities import Scope, read
     >>> law, _ = compile_measured(read("2*u - 1", None), Scope(), {"u": None}, None)
+    >>> float(formula_value(law, law.numbers(), {"u": 3.0}.get))
+    5.0
     """
     constants, names = iter(law.parameters(numbers)), iter(law.variables)
     stack: list[Any] = []

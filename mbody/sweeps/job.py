@@ -82,7 +82,10 @@ def columns_of(
     """The requested quantities; by default the measures of the mechanism. Sentences begin with the
     verb.
 
+    >>> import mbody
     >>> machine = mbody.makers.four_bar(1, 3, 2, 3.5)
+    >>> [(c.name, c.by) for c in columns_of(machine, ["peak(A.force)", "rms(motor.effort)"])]
+    [('peak(A.force)', 'peak'), ('rms(motor.effort)', 'rms')]
     """
     if given is None:
         given = list(mechanism.measures)

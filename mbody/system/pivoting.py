@@ -34,6 +34,10 @@ from mbody.kernels.square_lu import PivotSearch, Square, SquareWork, divide_bloc
 def diagonal_blocks(pattern: np.ndarray) -> np.ndarray | None:
     """Number of the block of every row and of every column, (2, size); None where no transversal
     exists, so that every matrix of this pattern is singular. `pattern` (size, size).
+
+    >>> diagonal_blocks(np.array([[True, False], [True, True]]))
+    array([[0, 1],
+           [0, 1]])
     """
     size = len(pattern)
     found = np.empty((2, size), dtype=np.int64)

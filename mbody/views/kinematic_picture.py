@@ -286,10 +286,8 @@ def _friction_marks(sketch: Sketch, forces: bool, selection: ElementSelection) -
     """Marks of modes, with forces the cones and circles of friction too."""
     pose, mechanism = sketch.pose, sketch.pose.mechanism
     joints = selection.between(mechanism.joints)
-    for contact in (
-        *selection.between(mechanism.contacts),
-        *(() if selection.only else mechanism.groups),
-    ):
+    groups = () if selection.only else mechanism.groups
+    for contact in (*selection.between(mechanism.contacts), *groups):
         contact_symbol(contact, sketch, forces=forces)
     for joint in joints:
         sticking_symbol(joint, sketch)
@@ -525,9 +523,8 @@ def shown_poles(centres: InstantCentres, pose: Pose, corners: Array) -> CentreSe
             continue
         for group in groups:
             there = np.array([group[0].x[k], group[0].y[k]])
-            if np.hypot(
-                *(there - place)
-            ) <= POINT_SAME * pose.system.length + POINT_SAME * np.hypot(*place):
+            same = POINT_SAME * (pose.system.length + math.hypot(*place))
+            if math.dist(there, place) <= same:
                 group.append(one)
                 break
         else:

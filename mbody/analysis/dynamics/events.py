@@ -58,6 +58,8 @@ def extrema(h: Array, a: Array, b: Array, da: Array, db: Array) -> tuple[Array, 
     values and rates at both ends.
 
     >>> x, value = extrema(*np.array([[2.0], [0.1], [0.1], [-1.0], [1.0]]))
+    >>> x[:, 0], value[:, 0]
+    (array([0.5, nan]), array([-0.4,  nan]))
     """
     with np.errstate(all="ignore"):
         p, q, d = h * da, h * db, b - a

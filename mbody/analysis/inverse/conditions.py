@@ -154,6 +154,7 @@ def relation(text: str, *, equal: bool) -> list[Relation]:
     """The relations that a text says.
 
     >>> [(r.left, r.right) for r in relation("abs(A.fx) <= 2 N", equal=False)]
+    [('A.fx', '2 N'), ('-(A.fx)', '2 N')]
     """
     signs = _SIGN.findall(text)
     wanted = "an equation such as 'motor.effort = 0'"
