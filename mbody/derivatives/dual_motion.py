@@ -31,6 +31,7 @@ from mbody.core.tolerances import (
     TANGENTS_DIFFER,
     TANGENTS_DIFFER_TOLERANCES,
     TIMES_SAME_CHANGES,
+    TINY,
 )
 from mbody.derivatives.dual_solution import DualRecord, EventTime, dual_solution
 from mbody.derivatives.mode_record import JumpGuard, LostNumbers, ModeStretch, without_functions
@@ -626,8 +627,8 @@ class ImpactDuals:
             if z is None:
                 return None
             w = A @ z + b
-            size = max(float(np.abs(z).max(initial=0.0)), COMPLEX_STEP)
-            fast = max(float(np.abs(b).max(initial=0.0)), COMPLEX_STEP)
+            size = max(float(np.abs(z).max(initial=0.0)), TINY)
+            fast = max(float(np.abs(b).max(initial=0.0)), TINY)
             tied = (z <= CONTACT_IMPACT_UNKNOWN_NONE * size) & (
                 w <= CONTACT_IMPACT_UNKNOWN_NONE * fast
             )
@@ -712,7 +713,7 @@ def _independent(A: Array) -> Array:
         return np.zeros(0, dtype=int)
     _, R, order = qr(A, mode="economic", pivoting=True)
     sizes = np.abs(np.diag(R))
-    return np.sort(order[: len(sizes)][sizes > ROWS_DEPENDENT * max(float(sizes[0]), COMPLEX_STEP)])
+    return np.sort(order[: len(sizes)][sizes > ROWS_DEPENDENT * max(float(sizes[0]), TINY)])
 
 
 def _with(one: DualNumber, k: int) -> Array:

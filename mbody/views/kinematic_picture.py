@@ -348,7 +348,7 @@ def _arrows(
 
 
 #: How far from the mechanism a centre is drawn, as a part of its diagonal.
-MARGIN = 0.75
+CENTRES_MARGIN = 0.75
 #: With more centres than this only those that a joint or the ground has are drawn and have lines.
 MANY = 15
 #: With more places than this they have no symbols: these would cover each other.
@@ -506,7 +506,8 @@ def shown_poles(centres: InstantCentres, pose: Pose, corners: Array) -> CentreSe
     """Choose the centres that a picture shows. `corners` (2, 2)."""
     k, machine = pose.k, pose.mechanism
     middle = corners.mean(axis=0)
-    half = 0.5 * np.ptp(corners, axis=0) + MARGIN * float(np.hypot(*np.ptp(corners, axis=0)))
+    size = np.ptp(corners, axis=0)
+    half = 0.5 * size + CENTRES_MARGIN * float(np.hypot(*size))
     few = len(centres) <= MANY
     groups: list[list[InstantCentre]] = []
     left, outside = [], []

@@ -129,7 +129,7 @@ def test_many_positions_are_those_one_by_one(seed):
     start = here.q + manifold.scale * (y @ frame)
     found = many.closed(start, np.broadcast_to(frame, (6, *frame.shape)))
     assert found.good.all()
-    motions = orthonormal(found.ways)[0]
+    motions = orthonormal(found.directions)[0]
     forces = many.forces(found.q)
     stiffness = many.stiffness(found.q, motions, found.rows, forces)
     for n, one in enumerate(start):
