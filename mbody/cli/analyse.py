@@ -339,8 +339,8 @@ def assemblies(args: Any) -> int:
     wanted = question(args, None)
     drive, used = _values(system, wanted)
     found: Any
-    if system.leaders:
-        name = args.driver or system.leaders[0].name
+    if system.independent_drivers:
+        name = args.driver or system.independent_drivers[0].name
         found = circuits(system, drive, driver=name, used=used)
     else:
         found = assembly_modes(system)
@@ -348,11 +348,11 @@ def assemblies(args: Any) -> int:
         from mbody.views import save
         from mbody.views.drawing import draw_assemblies
 
-        save(draw_assemblies(found if not system.leaders else found.modes), args.output)
+        save(draw_assemblies(found if not system.independent_drivers else found.modes), args.output)
         message(f"wrote {args.output}")
     if args.json:
         data = found.data(args.angle or "deg")
-        if not system.leaders:
+        if not system.independent_drivers:
             data |= {"circuits": [], "dead_centres": []}
         print(json.dumps(data, ensure_ascii=False, allow_nan=False))
     else:
@@ -371,7 +371,8 @@ def _values(system: System, wanted: Instants | None) -> tuple[dict[str, float], 
     if "t" in how:
         times = np.asarray(how["t"])[1:]
         values = {
-            d.name: [float(system.law_of(d)(float(t))) for t in times] for d in system.leaders
+            d.name: [float(system.law_of(d)(float(t))) for t in times]
+            for d in system.independent_drivers
         }
     else:
         values = {name: np.asarray(row)[1:].tolist() for name, row in how["drive"].items()}

@@ -328,7 +328,7 @@ def _instants(
     system: System, columns: Mapping[str, np.ndarray], plain: Mapping[str, str], free: bool
 ) -> tuple[dict[str, Any], set[str]]:
     """Arguments that say the instants, and the columns that they are from."""
-    drivers = {one.name: one for one in system.leaders}
+    drivers = {one.name: one for one in system.independent_drivers}
     if "t" in plain:
         t = _converted(system, columns, plain["t"], "time")
         if free and ((np.diff(t) <= 0.0).any() or t[0] < 0.0):

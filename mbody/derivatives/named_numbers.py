@@ -257,7 +257,7 @@ def recorded_numbers(system: System) -> RecordedNumbers | None:
 
 def _record(system: System, changeable: Changeable) -> RecordedNumbers:
     place = {name: n for n, name in enumerate(changeable.rules)}
-    others = system.values.keys() - place.keys() - changeable.follows.keys()
+    others = system.values.keys() - place.keys() - changeable.dependent.keys()
     fixed = {name: system.values[name] for name in others}
     outputs = len(system.par) + len(system.mass)
     return RecordedNumbers(changeable.program(), place, fixed, outputs)

@@ -761,10 +761,10 @@ def _greatest(run: Solution, cam: CamFollower, pressure: Array, psi: Array) -> C
         return None
     k = int(np.nanargmax(sizes))
     best = CamPlace(float(sizes[k]), float(psi[k]))
-    leaders = run.system.leaders
-    if len(leaders) != 1 or len(run) < 3:
+    independent = run.system.independent_drivers
+    if len(independent) != 1 or len(run) < 3:
         return best
-    x = np.asarray(run.driven(leaders[0].name)[0], dtype=float)
+    x = np.asarray(run.driven(independent[0].name)[0], dtype=float)
     steps = np.diff(x)
     if not ((steps > 0.0).all() or (steps < 0.0).all()):
         return best
@@ -773,7 +773,7 @@ def _greatest(run: Solution, cam: CamFollower, pressure: Array, psi: Array) -> C
     for _ in range(ZOOMS):
         values = np.linspace(low, high, GRID)
         try:
-            near = kinematics(run.system, drive={leaders[0].name: (values, sign)}, guess=pose)
+            near = kinematics(run.system, drive={independent[0].name: (values, sign)}, guess=pose)
         except SolveError:
             return best
         found, where = _pressure(near, cam)
@@ -787,12 +787,12 @@ def _greatest(run: Solution, cam: CamFollower, pressure: Array, psi: Array) -> C
 
 def _fine(run: Solution) -> Solution:
     """The motion at many instants and unit speed, where one driver makes it."""
-    leaders = run.system.leaders
-    if len(leaders) != 1 or len(run) < 2:
+    independent = run.system.independent_drivers
+    if len(independent) != 1 or len(run) < 2:
         return run
-    x = np.asarray(run.driven(leaders[0].name)[0], dtype=float)
+    x = np.asarray(run.driven(independent[0].name)[0], dtype=float)
     if x[0] == x[-1]:
         return run
     values = np.linspace(x[0], x[-1], FINE)
-    drive = {leaders[0].name: (values, math.copysign(1.0, x[-1] - x[0]))}
+    drive = {independent[0].name: (values, math.copysign(1.0, x[-1] - x[0]))}
     return kinematics(run.system, drive=drive, guess=pose_at(run, 0))

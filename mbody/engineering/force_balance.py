@@ -532,11 +532,11 @@ def _wanted(system: System, on: Any) -> dict[Marker, float]:
 def _motion(system: System, options: Mapping[str, Any]) -> Solution:
     """The motion whose positions count."""
     given = dict(options)
-    turning = [one for one in system.leaders if getattr(one, "angular", False)]
-    if not given and len(system.leaders) == len(turning) == 1:
+    turning = [one for one in system.independent_drivers if getattr(one, "angular", False)]
+    if not given and len(system.independent_drivers) == len(turning) == 1:
         given = {"turn": turning[0].name}
     run = analyse_with(system, "kinematics", given, "force_balance")
-    if not system.leaders:
+    if not system.independent_drivers:
         raise ModelError(
             f"'{system.mechanism.name}' has no driver: force_balance takes positions of a driven "
             "motion, add one"
@@ -560,7 +560,9 @@ def _poses(run: Solution) -> dict[str, tuple[float, float, float]]:
 
 def _unit_rates(run: Solution) -> list[Solution]:
     """Results at the positions of `run`, one for each driver, which alone moves at unit rate."""
-    values = {one.name: np.asarray(run.driven(one.name)[0]) for one in run.system.leaders}
+    values = {
+        one.name: np.asarray(run.driven(one.name)[0]) for one in run.system.independent_drivers
+    }
     guess = _poses(run)
     found = []
     for moving in values:
@@ -572,7 +574,7 @@ def _unit_rates(run: Solution) -> list[Solution]:
 
 def _same_motion(system: System, run: Solution) -> Solution:
     """The motion of `run` by another system."""
-    drive = {one.name: run.driven(one.name) for one in run.system.leaders}
+    drive = {one.name: run.driven(one.name) for one in run.system.independent_drivers}
     options = {"drive": drive, "guess": _poses(run)}
     return analyse_with(system, "kinematics", options, "force_balance")
 

@@ -74,10 +74,10 @@ def at_unit_speed(run: Solution) -> Solution:
     >>> float(at_unit_speed(run)["crank"].omega[0])
     1.0
     """
-    leaders = run.system.leaders
-    if len(leaders) != 1:
+    independent = run.system.independent_drivers
+    if len(independent) != 1:
         return run
-    (driver,) = leaders
+    (driver,) = independent
     values = run.driven(driver.name)[0]
     moved = kinematics(run.system, drive={driver.name: (values, 1.0)}, guess=pose_at(run, 0))
     note = f"'{driver.name}' is at rest: {AT_REST}"

@@ -169,7 +169,7 @@ def _by_joints(run: Solution, x: Array, y: Array) -> Array:
             if body != "ground":
                 part = rows[:, run.system.bodies[body]]
                 total -= _about(part, run[body].x - x, run[body].y - y)
-    for driver in run.system.leaders:
+    for driver in run.system.independent_drivers:
         if "ground" in driver.bodies:
             total += _by_driver(run, driver, x, y)
     return total

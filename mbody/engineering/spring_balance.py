@@ -106,7 +106,9 @@ class SpringBalance(Inherited):
         )
         drivers = list(self.before)
         floor = FORCE_NONE_BALANCE * max([_peak(one) for one in self.before.values()], default=0.0)
-        angular = {one.name: getattr(one, "angular", False) for one in self.system.leaders}
+        angular = {
+            one.name: getattr(one, "angular", False) for one in self.system.independent_drivers
+        }
         efforts = table(
             [
                 Column("GREATEST EFFORT", drivers, text=True),
@@ -195,7 +197,7 @@ def spring_balance(
     loads = _loads(system, names, against)
     empty = {f"{name}.stiffness": 0.0 for name in names}
     run = analyse_with(system.with_values(empty), "statics", options, "spring_balance")
-    moving = [one for one in system.leaders if np.ptp(run.driven(one.name)[0]) > 0.0]
+    moving = [one for one in system.independent_drivers if np.ptp(run.driven(one.name)[0]) > 0.0]
     drivers = [one.name for one in moving]
     if len(run.t) * len(drivers) < len(names):
         raise ModelError(
@@ -214,7 +216,7 @@ def spring_balance(
     columns = _columns(run, names, drivers, sizes, options)
     columns = _without_rounding(system, columns, names)
     found, notes = _solved(columns, present, names)
-    still = [one.name for one in system.leaders if one not in moving]
+    still = [one.name for one in system.independent_drivers if one not in moving]
     if still:
         notes.append(listed(still) + STILL)
     stiffness = dict(zip(names, found, strict=True))

@@ -352,7 +352,7 @@ def _joints(system: System, run: Solution, pose: Array) -> tuple[Array, Array]:
         one = run.reaction(joint.name)
         place = run.reaction_point(joint.name)
         act(joint, np.array([one.fx, one.fy]), one.torque, place)
-    for driver in system.leaders:
+    for driver in system.independent_drivers:
         fx, fy, torque = driven(run, driver.name).T
         ahead = "j" in driver.places()
         place = (

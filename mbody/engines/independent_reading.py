@@ -170,8 +170,8 @@ class Reading:
         for name, formula in given.items():
             if not isinstance(formula, Formula) or np.ndim(self.values.get(name, 0.0)):
                 continue
-            follows = name in self.system.formulas
-            if follows or own.get(name) == self.values.get(name):
+            dependent = name in self.system.formulas
+            if dependent or own.get(name) == self.values.get(name):
                 yield name, formula
 
     def _parameter(self, name: str, visited: frozenset[str]) -> float:

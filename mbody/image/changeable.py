@@ -33,7 +33,7 @@ class Changeable:
     ----------
     rules : dict
         Value and rule of every number that an image takes, by dotted name: its inputs in order.
-    follows : dict
+    dependent : dict
         Of every number that follows from parameters, what it follows from.
     fixed : dict
         Of every other number why it cannot be changed.
@@ -41,7 +41,7 @@ class Changeable:
 
     system: System
     rules: dict[str, Rule] = field(default_factory=dict)
-    follows: dict[str, frozenset[str]] = field(default_factory=dict)
+    dependent: dict[str, frozenset[str]] = field(default_factory=dict)
     fixed: dict[str, str] = field(default_factory=dict)
 
     def values(self, inputs: dict[str, Any]) -> dict[str, Any]:
@@ -49,18 +49,20 @@ class Changeable:
         system = self.system
         parameters = system.mechanism.parameters
         found = {**system.values, **inputs}
-        own = {name: found[name] for name in parameters if name not in self.follows}
+        own = {name: found[name] for name in parameters if name not in self.dependent}
         scope = parameters.scope(own)
-        for name in self.follows:
+        for name in self.dependent:
             if name in parameters:
                 found[name] = scope.names[name].value
-            elif self.follows[name] & inputs.keys():
+            elif self.dependent[name] & inputs.keys():
                 found[name] = system.formulas[name].value(scope)
         return found
 
     def not_changeable(self) -> dict[str, str]:
         """Why each of the other numbers cannot be changed."""
-        made = {name: f"it follows from {listed(sorted(of))}" for name, of in self.follows.items()}
+        made = {
+            name: f"it follows from {listed(sorted(of))}" for name, of in self.dependent.items()
+        }
         return self.fixed | made
 
     def program(self) -> NumberProgram:
@@ -71,7 +73,7 @@ class Changeable:
         values = self.values(dict(recording.inputs))
         par, mass = self.system.kernel_numbers(values)
         checks = []
-        for name in self.follows:
+        for name in self.dependent:
             value, sign = values[name], self.system.rule(name)[0]
             # roots and logarithms of what is not allowed are no numbers
             checks.append(value)
@@ -96,7 +98,7 @@ def changeable_numbers(system: System) -> Changeable:
     for name, formula in system.formulas.items():
         if name in free:  # a number of its own, whatever it was made of
             continue
-        found.follows[name] = _parameters_of(system, parameters.used_by(formula))
+        found.dependent[name] = _parameters_of(system, parameters.used_by(formula))
     for joint in machine.joints:
         if type(joint).refuse is not Joint.refuse:
             why = f"'{joint.name}' is checked as a whole when the mechanism is described"
@@ -107,7 +109,7 @@ def changeable_numbers(system: System) -> Changeable:
         found.rules = {
             name: Rule(float(value), system.rule(name)[0])
             for name, value in system.values.items()
-            if name not in found.fixed and name not in found.follows
+            if name not in found.fixed and name not in found.dependent
         }
         problem = _untraceable(found)
         if problem is None:
@@ -139,8 +141,8 @@ def _parameters_of(system: System, names: Iterable[str]) -> frozenset[str]:
 def _fix(found: Changeable, names: Iterable[str], why: str) -> None:
     """Numbers that cannot be changed, with all that they follow from."""
     for name in names:
-        for one in (name, *sorted(found.follows.get(name, ()))):
-            if one not in found.follows:
+        for one in (name, *sorted(found.dependent.get(name, ()))):
+            if one not in found.dependent:
                 found.fixed.setdefault(one, why)
 
 

@@ -797,9 +797,9 @@ def _manifest(
     """Manifest of an image, apart from its analyses."""
     machine = system.mechanism
 
-    def number(name: str, follows: bool) -> dict[str, Any]:
+    def number(name: str, dependent: bool) -> dict[str, Any]:
         value, unit = float(system.values[name]), _unit(system, name)
-        return {"name": name, "value": value, "unit": unit, "follows": follows}
+        return {"name": name, "value": value, "unit": unit, "follows": dependent}
 
     return {
         "format": FORMAT,
@@ -810,7 +810,7 @@ def _manifest(
         "units": {of: machine.units.of(of) for of in UNITS},
         "length": float(system.length),
         "numbers": [number(name, False) for name in changeable.rules]
-        + [number(name, True) for name in changeable.follows],
+        + [number(name, True) for name in changeable.dependent],
         "not_changeable": changeable.not_changeable(),
         "measures": [
             {"name": name, "unit": unit, "of": of}

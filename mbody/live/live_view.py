@@ -770,9 +770,9 @@ def _sign(changeable: Changeable, factors: dict[str, float]) -> str:
 
 def _fixed(manifest: dict[str, Any], names: list[str]) -> dict[str, str]:
     """Numbers that no image can change, with the reason; those that follow from others not."""
-    follows = {one["name"] for one in manifest["numbers"] if one["follows"]}
+    dependent = {one["name"] for one in manifest["numbers"] if one["follows"]}
     fixed = manifest["not_changeable"]
-    return {name: why for name, why in fixed.items() if name not in follows}
+    return {name: why for name, why in fixed.items() if name not in dependent}
 
 
 @cache

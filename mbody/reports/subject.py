@@ -249,7 +249,7 @@ def _turns(mechanism: Mechanism) -> bool:
     from mbody.system.assembler import assemble
 
     system, moving = assemble(mechanism), []
-    for driver in system.leaders:
+    for driver in system.independent_drivers:
         if driver_states(driver, mechanism, system.numbers):
             return False
         _, rate, change = system.law_of(driver).derivatives(0.0)

@@ -264,7 +264,7 @@ def driven(solution: Result, driver: str) -> tuple[Array, Array, Array]:
     states = solution.drive_states
     if states is None:
         element = solution.mechanism.drivers[names.index(driver)]
-        if _follows(solution, element):
+        if _is_dependent(solution, element):
             found = _driven_by_motion(solution, element)
         elif solution.given is not None:
             found = solution.given[:, names.index(driver)].T[:, None]
@@ -284,7 +284,7 @@ def drive_states(solution: Result) -> Array | None:
     drivers = solution.mechanism.drivers
     if solution.record.batch and solution.given is None:
         return None
-    following = [n for n, driver in enumerate(drivers) if _follows(solution, driver)]
+    following = [n for n, driver in enumerate(drivers) if _is_dependent(solution, driver)]
     if solution.given is not None and not following:
         return solution.given
     if solution.record.batch:
@@ -310,7 +310,7 @@ def prescribed_rate(solution: Result, driver: str) -> Array:
     from mbody.core.recorded_numbers import Untraceable
 
     element: Any = solution.mechanism[driver]
-    if not _follows(solution, element):
+    if not _is_dependent(solution, element):
         rate: Array = solution.driven(driver)[1]
         return rate
     if not isinstance(solution.t, np.ndarray):
@@ -320,12 +320,12 @@ def prescribed_rate(solution: Result, driver: str) -> Array:
     return _values(solution, found.steps, (found.rate,))[0]
 
 
-def _follows(solution: Result, driver: Any) -> bool:
+def _is_dependent(solution: Result, driver: Any) -> bool:
     """Whether a driver follows positions or auxiliary states, so that only the motion says its
     value.
     """
     system = solution.system
-    if driver not in system.leaders:
+    if driver not in system.independent_drivers:
         return True
     return bool(driver_states(driver, system.mechanism, system.numbers))
 

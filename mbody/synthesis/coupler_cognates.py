@@ -202,7 +202,7 @@ def cognates(model: Mechanism | System, point: str) -> CognateList:
 
 def _law(loop: _Loop) -> tuple[str, Any]:
     """The link that is driven, and the law of its driver."""
-    drivers = loop.system.leaders
+    drivers = loop.system.independent_drivers
     links = [loop.crank, loop.coupler, *([] if loop.guide is not None else [loop.rocker])]
     if len(drivers) == 1 and isinstance(drivers[0], AngleDriver):
         driver = drivers[0]

@@ -331,9 +331,10 @@ def model_subject(mechanism: Mechanism, of: Any, path: bool) -> StudiedModel:
             f'such as "rocker.angle", not {brief(of)}'
         )
     system = assemble(mechanism)
-    if len(system.leaders) != 1:
+    if len(system.independent_drivers) != 1:
         raise ModelError(
-            f"synthesize: '{mechanism.name}' has {len(system.leaders)} drivers: one is needed"
+            f"synthesize: '{mechanism.name}' has {len(system.independent_drivers)} drivers: one is "
+            "needed"
         )
     quantities = (f"{of}.x", f"{of}.y") if path else (of,)
     unit, *_ = (check_measure(mechanism, Measure(one)) for one in quantities)
@@ -344,7 +345,7 @@ def model_subject(mechanism: Mechanism, of: Any, path: bool) -> StudiedModel:
             "angle or a length",
             of,
         )
-    driver = system.leaders[0]
+    driver = system.independent_drivers[0]
     driven = "angle" if isinstance(driver, AngleDriver) else "length"
     return StudiedModel(system, driver.name, driven, quantities, kinds[unit])
 

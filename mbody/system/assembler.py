@@ -841,7 +841,7 @@ class _Compiler:
         for e in range(a):
             n = self.primitive_signal[e] // 3
             recorded_row = laws[n].driven
-            if n and recorded_row is not None and recorded_row.follows:
+            if n and recorded_row is not None and recorded_row.measured_bodies:
                 spans[e] = formulas.add_rows(
                     recorded_row, offset[a + n], first[n], 3 * n, 2 * written[e], blocks[e]
                 )
@@ -866,7 +866,7 @@ class _Compiler:
             for number, e in enumerate(switched)
             if (own_row := laws[self.primitive_signal[e] // 3].driven) and own_row.explicit
         ]
-        follows = [driver.name in self.following for driver in self.mechanism.drivers]
+        dependent = [driver.name in self.following for driver in self.mechanism.drivers]
         return Layout(
             bodies=bodies,
             slots=len(slots.body),
@@ -920,7 +920,7 @@ class _Compiler:
             input_row=integers(list(self.input_row.values())),
             driver_row=integers([self.primitive_signal[e] for e in driven]),
             driver_node=integers([place[e] for e in driven]),
-            driver_follows=integers(follows),
+            driver_follows=integers(dependent),
             action_kind=integers([ACTION_KINDS.index(action.kind) for action in actions]),
             action_i=integers([index[action.i] for action in actions]),
             action_j=integers([index[action.j] for action in actions]),

@@ -58,7 +58,7 @@ class DriverFormula:
     steps : StepList
     value, rate, acceleration : int
         The places of f and its derivatives by time; where it follows positions, of f, ν and γ.
-    follows : tuple of str
+    measured_bodies : tuple of str
         The moving bodies whose positions Φ has; none where f has no positions.
     phi : int
         The place of Φ, where f has positions.
@@ -76,7 +76,7 @@ class DriverFormula:
     value: int
     rate: int
     acceleration: int
-    follows: tuple[str, ...] = ()
+    measured_bodies: tuple[str, ...] = ()
     phi: int = -1
     gradient: dict[tuple[str, int], int] = field(default_factory=dict)
     inputs: frozenset[str] = frozenset()
@@ -142,7 +142,7 @@ def recorded_driver(
                 value.place,
                 zero_or(rate).place,
                 gamma.place,
-                follows=bodies,
+                measured_bodies=bodies,
                 phi=phi.place,
                 gradient=gradient,
                 explicit=rate is not None,
@@ -308,7 +308,7 @@ def recorded_stop(stop: Stop, machine: Mechanism, at: Numbers) -> DriverFormula:
         gap.place,
         zero_or(rate, -1.0),
         zero_or(second, -1.0),
-        follows=bodies,
+        measured_bodies=bodies,
         phi=gap.place,
         gradient=gradient,
         explicit=rate is not None,
@@ -357,8 +357,8 @@ def driven_law(driver: Element, mechanism: Mechanism, at: Numbers) -> Law:
     signal = at.law(driver, "law")
     formula = recorded_driver(driver, signal, mechanism, at)
     text = getattr(signal.law, "text", "")
-    if formula.follows or formula.states:
-        what = "positions" if formula.follows else "auxiliary states"
+    if formula.measured_bodies or formula.states:
+        what = "positions" if formula.measured_bodies else "auxiliary states"
         raise ModelError(
             f"'{driver.name}' follows {what}, '{text}', which time alone does not give: give "
             "times, or values of the drivers that follow time",
@@ -439,11 +439,11 @@ def driver_law(signal: Signal, driver: Element, machine: Mechanism, at: Numbers)
 
 def following(mechanism: Mechanism, at: Numbers) -> dict[str, tuple[str, ...]]:
     """Stops, and drivers that follow positions, with the moving bodies of their rows."""
-    found = {one.name: recorded_stop(one, mechanism, at).follows for one in mechanism.stops}
+    found = {one.name: recorded_stop(one, mechanism, at).measured_bodies for one in mechanism.stops}
     for driver in mechanism.drivers:
         driven = driver_law(at.law(driver, "law"), driver, mechanism, at).driven
-        if driven is not None and driven.follows:
-            found[driver.name] = driven.follows
+        if driven is not None and driven.measured_bodies:
+            found[driver.name] = driven.measured_bodies
     return found
 
 
@@ -484,7 +484,7 @@ class FormulaRows:
         """Append what a driver follows of time, inputs and auxiliary states: its value, rate and
         acceleration.
         """
-        if law.driven is None or law.driven.follows:
+        if law.driven is None or law.driven.measured_bodies:
             return
         driven = law.driven
         numbers = (driven.value, driven.rate, driven.acceleration)

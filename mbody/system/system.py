@@ -219,10 +219,10 @@ class System:
         return self.mechanism.drivers
 
     @functools.cached_property
-    def leaders(self) -> tuple[Driver, ...]:
+    def independent_drivers(self) -> tuple[Driver, ...]:
         """The drivers that do not follow positions, in the order of the description."""
-        follows = self.layout.driver_follows.tolist()
-        return tuple(d for d, one in zip(self.drivers, follows, strict=True) if not one)
+        dependent = self.layout.driver_follows.tolist()
+        return tuple(d for d, one in zip(self.drivers, dependent, strict=True) if not one)
 
     @functools.cached_property
     def has_user_code(self) -> bool:

@@ -116,7 +116,7 @@ class _FreeBodies:
                 yield entry(
                     one.name, one.role, "at G", self._anchored_site((body, 0.0, 0.0)), parts
                 )
-        for driver in self.system.leaders:
+        for driver in self.system.independent_drivers:
             if body in driver.bodies:
                 sign = 1.0 if driver.bodies[1] == body else -1.0
                 parts = sign * driven(run, driver.name).T

@@ -199,12 +199,13 @@ def single_driver(system: System, name: str | None) -> Driver:
     """The driver of that name; without one the only one."""
     if name is not None:
         return driver_named(system, name)
-    if len(system.leaders) != 1:
+    if len(system.independent_drivers) != 1:
         raise ModelError(
-            f"'{system.mechanism.name}' has {len(system.leaders)} drivers "
-            f"({listed(d.name for d in system.leaders) or 'none'}): name the one that you mean"
+            f"'{system.mechanism.name}' has {len(system.independent_drivers)} drivers "
+            f"({listed(d.name for d in system.independent_drivers) or 'none'}): name the one that "
+            "you mean"
         )
-    return system.leaders[0]
+    return system.independent_drivers[0]
 
 
 def _all(system: System, driver: Driver) -> DeadCentres:

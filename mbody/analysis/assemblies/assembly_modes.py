@@ -434,10 +434,10 @@ def assembly_modes(
 
 def driver_named(system: System, name: str) -> Driver:
     """The driver of that name, or the one that drives the body of that name."""
-    for driver in system.leaders:
+    for driver in system.independent_drivers:
         if name in (driver.name, getattr(driver, "body", None)):
             return driver
-    known = listed(d.name for d in system.leaders) or "none"
+    known = listed(d.name for d in system.independent_drivers) or "none"
     raise ModelError(f"there is no driver {brief(name)} (there are: {known})", str(name))
 
 
@@ -520,7 +520,7 @@ class _GroupSearch:
 
     def _where(self) -> str:
         parts = []
-        for driver in self.linkage.system.leaders:
+        for driver in self.linkage.system.independent_drivers:
             value = self.linkage.driver_values[driver.name]
             unit = self.linkage.system.mechanism.units.length
             shown = angle_text(value) if driver.angular else f"{value:.10g} {unit}"

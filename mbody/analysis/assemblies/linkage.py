@@ -133,10 +133,10 @@ class Linkage:
         """LoopRows that are always on, with their elements, by their index."""
         system = self.system
         made = {one.name: one.primitives(system.numbers) for one in system.mechanism.constraints}
-        follows = {d.name for d in system.drivers} - {d.name for d in system.leaders}
+        dependent = {d.name for d in system.drivers} - {d.name for d in system.independent_drivers}
         found = {}
         for e, (element, part) in enumerate(system.owners):
-            if element.name in follows:
+            if element.name in dependent:
                 raise NotCovered(f"driver '{element.name}' follows positions")
             own = made.get(element.name, [])
             # beyond those of the element are rows of friction and of contacts, which begin off

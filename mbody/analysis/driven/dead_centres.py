@@ -415,15 +415,15 @@ def driver_range(
 
 def _driver(system: System, name: str | None) -> Any:
     """The driver of that name, or of the body of that name."""
-    known = listed(d.name for d in system.leaders)
+    known = listed(d.name for d in system.independent_drivers)
     if name is None:
-        if len(system.leaders) != 1:
+        if len(system.independent_drivers) != 1:
             raise ModelError(
-                f"'{system.mechanism.name}' has {len(system.leaders)} drivers ({known}): "
-                "name the one whose range you want"
+                f"'{system.mechanism.name}' has {len(system.independent_drivers)} drivers "
+                f"({known}): name the one whose range you want"
             )
-        return system.leaders[0]
-    for driver in system.leaders:
+        return system.independent_drivers[0]
+    for driver in system.independent_drivers:
         if name in (driver.name, getattr(driver, "body", None)):
             return driver
     raise ModelError(f"there is no driver {brief(name)} (there are: {known})", str(name))

@@ -152,7 +152,10 @@ def _first_values(system: System, grid: TimeGrid) -> dict[str, float]:
     """Where the drivers of one design stand at the first instant."""
     if system.batch is not None:
         return {}
-    laws = {driver.name: float(system.law_of(driver)(grid.t[0])) for driver in system.leaders}
+    laws = {
+        driver.name: float(system.law_of(driver)(grid.t[0]))
+        for driver in system.independent_drivers
+    }
     return laws | grid.first(system)
 
 
@@ -161,7 +164,7 @@ def _as_from_start(runner: Runner, grid: TimeGrid, found: ClosedPosition) -> boo
     guesses are; not where that cannot be decided.
     """
     system, drivers = runner.system, runner.system.drivers
-    if system.batch is not None or not drivers or system.leaders != drivers:
+    if system.batch is not None or not drivers or system.independent_drivers != drivers:
         return False
     try:
         begin = np.array([system.law_of(driver).derivatives(0.0) for driver in drivers])
@@ -423,7 +426,7 @@ def arguments_at(system: System, ask: Instants) -> tuple[dict[str, Any], int]:
     wanted = _instants(system, ask)
     if "t" in wanted:
         return {"t": np.concatenate([[0.0], wanted["t"]])}, 1
-    return {"drive": {d.name: _before(system, d, wanted) for d in system.leaders}}, 1
+    return {"drive": {d.name: _before(system, d, wanted) for d in system.independent_drivers}}, 1
 
 
 def dimension_of_instants(mechanism: Mechanism, name: str) -> str:
@@ -467,7 +470,7 @@ def _instants(system: System, ask: Instants) -> dict[str, np.ndarray]:
     wanted: dict[str, np.ndarray] = {}
     for name, row in ask.at.items():
         wanted[_driver(mechanism, name).name] = _values(mechanism, name, row)
-    moving = [d for d in system.leaders if not _rests(system, d)]
+    moving = [d for d in system.independent_drivers if not _rests(system, d)]
     named = [d for d in moving if d.name in wanted]
     if not moving:
         return wanted
@@ -479,7 +482,7 @@ def _instants(system: System, ask: Instants) -> dict[str, np.ndarray]:
         )
     times = _times(system, named[0], wanted[named[0].name])
     times = np.broadcast_to(times, max(len(values) for values in wanted.values()))
-    for driver in system.leaders:
+    for driver in system.independent_drivers:
         if driver.name in wanted and driver is not named[0]:
             _check_meets(system, driver, wanted[driver.name], named[0], times)
     return {"t": times}
@@ -551,7 +554,7 @@ def _further(travel: float) -> float:
 
 
 def _check_meets(
-    system: System, driver: Driver, values: np.ndarray, leader: Driver, times: np.ndarray
+    system: System, driver: Driver, values: np.ndarray, independent: Driver, times: np.ndarray
 ) -> None:
     """Refuse values of a second driver that its law does not have at the times of the first."""
     there = system.law_of(driver)(times)
@@ -560,7 +563,7 @@ def _check_meets(
         apart = np.remainder(apart + math.pi, 2.0 * math.pi) - math.pi
     if np.abs(apart).max() > LOOP_DRIVER_OTHER_POSITION * (1.0 + np.abs(there).max()):
         raise ModelError(
-            f"by its law '{driver.name}' is at {there[0]:g} when '{leader.name}' is where you "
+            f"by its law '{driver.name}' is at {there[0]:g} when '{independent.name}' is where you "
             "want it: name one of them, or give t",
             driver.name,
         )

@@ -140,7 +140,7 @@ def _by_laws(found: Solution) -> bool:
     if found.given is None:
         return True
     for n, driver in enumerate(found.system.drivers):
-        if driver not in found.system.leaders:
+        if driver not in found.system.independent_drivers:
             continue
         law = found.system.law_of(driver)
         own = np.array([law.derivatives(float(t)) for t in found.t])

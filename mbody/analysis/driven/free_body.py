@@ -46,13 +46,13 @@ def acting_on_several(solution: Solution) -> list[tuple[Constraint, tuple[str, .
     found: list[tuple[Constraint, tuple[str, ...]]] = []
     found += [(coupling, coupling.bodies) for coupling in machine.couplings]
     for driver in system.drivers:
-        if driver not in system.leaders:
-            follows = recorded_driver(driver, at.law(driver, "law"), machine, at).follows
+        if driver not in system.independent_drivers:
+            measured = recorded_driver(driver, at.law(driver, "law"), machine, at).measured_bodies
             # positions are measured from the ground
-            found.append((driver, (*dict.fromkeys(("ground", *driver.bodies, *follows)),)))
+            found.append((driver, (*dict.fromkeys(("ground", *driver.bodies, *measured)),)))
     for stop in machine.contacts:
         if isinstance(stop, Stop) and (solution.modes or stop.closed):
-            found.append((stop, ("ground", *recorded_stop(stop, machine, at).follows)))
+            found.append((stop, ("ground", *recorded_stop(stop, machine, at).measured_bodies)))
     return found
 
 
@@ -296,7 +296,7 @@ def _forces(solution: Solution, body: str, instant: int, loads: np.ndarray) -> A
         if body in bodies:
             parts = coupled(solution, element.name, instant)[solution.system.bodies[body]].tolist()
             yield Wrench(element.name, element.role, x, y, *parts)
-    for driver in solution.system.leaders:
+    for driver in solution.system.independent_drivers:
         if body in driver.bodies:
             yield _driven(solution, driver.name, body, instant)
     for n, load in enumerate(machine.loads):

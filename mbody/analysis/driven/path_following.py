@@ -768,7 +768,7 @@ class Runner:
             record = Record([stuck.output[: stuck.done]], stuck.done, batch=False)
             part = grid.take(np.arange(stuck.done))
             so_far = self.solution(start, part, record, f"stopped: after {stuck.done} instants")
-        driver = (system.leaders or system.drivers)[0]
+        driver = (system.independent_drivers or system.drivers)[0]
         where = self.place(driver, stuck.place, grid, design)
         body = driver.bodies[1]
         if not too_large(system):
@@ -817,7 +817,7 @@ class Runner:
         """
         system, size = self.system, len(start.work.q)
         rate = 1.0
-        if driver not in system.leaders:
+        if driver not in system.independent_drivers:
             return False
         if grid.mode == BY_TIME:
             rate = float(system.law_of(driver, design=design).derivatives(s)[1])
@@ -829,7 +829,7 @@ class Runner:
 
     def where(self, s: float, grid: TimeGrid, design: int = 0) -> str:
         """A place of the path in words: of the first driver, with its body."""
-        driver = (self.system.leaders or self.system.drivers)[0]
+        driver = (self.system.independent_drivers or self.system.drivers)[0]
         return f"{self.place(driver, s, grid, design)} of '{driver.bodies[1]}'"
 
     def _singular(self, start: ClosedPosition) -> bool:
@@ -848,7 +848,7 @@ class Runner:
     def place(self, driver: Any, s: float, grid: TimeGrid, design: int = 0) -> str:
         """Value of a driver at path parameter s, with its unit, and the time."""
         value, time = s, ""
-        if driver not in self.system.leaders:
+        if driver not in self.system.independent_drivers:
             return f"t = {s:.6g} {self.system.mechanism.units.time}"
         if grid.mode == BY_TIME:
             value = self.system.law_of(driver, design=design)(s)
@@ -969,10 +969,12 @@ def _spread(
 def _step(runner: Runner, grid: TimeGrid, k: int, error: SolveError) -> float:
     """Change of the path parameter by which the fastest driver moves by STEP."""
     system = runner.system
-    rates = [1.0] * len(system.leaders)
+    rates = [1.0] * len(system.independent_drivers)
     if grid.mode == BY_TIME:
-        rates = [abs(system.law_of(d).derivatives(grid.s[k])[1]) for d in system.leaders]
-    units = [d.unit(system.length) for d in system.leaders]
+        rates = [
+            abs(system.law_of(d).derivatives(grid.s[k])[1]) for d in system.independent_drivers
+        ]
+    units = [d.unit(system.length) for d in system.independent_drivers]
     speed = max((r / u for r, u in zip(rates, units, strict=True)), default=0.0)
     if speed == 0.0:
         raise error

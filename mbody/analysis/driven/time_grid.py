@@ -104,7 +104,7 @@ class TimeGrid:
             return {}
         names = [driver.name for driver in system.mechanism.drivers]
         found = dict(zip(names, self.given[k, :, 0].tolist(), strict=True))
-        return {driver.name: found[driver.name] for driver in system.leaders}
+        return {driver.name: found[driver.name] for driver in system.independent_drivers}
 
     @property
     def chords(self) -> np.ndarray:
@@ -254,7 +254,7 @@ def _load(system: System, load: Element, field: str, times: np.ndarray, design: 
 
 def check_laws(system: System, times: np.ndarray) -> None:
     """Raise the sentence of a driver whose law has no value at one of the times."""
-    for driver in system.leaders:
+    for driver in system.independent_drivers:
         for design in _designs(system, driver, "law"):
             _law(system, driver, times, design)
 
@@ -266,7 +266,7 @@ def _grid_of_values(system: System, t: PlainNumbers, driver_values: DriverValues
     for name, value in driver_values.items():
         if name not in known:
             raise ModelError(f"there is no driver {name!r} (there are: {listed(known)})", str(name))
-        _check_leads(system, drivers[known[name]])
+        _check_independent(system, drivers[known[name]])
         values = value if isinstance(value, tuple) else (value,)
         if not 1 <= len(values) <= 3:
             raise ModelError(
@@ -293,11 +293,11 @@ def _grid_of_values(system: System, t: PlainNumbers, driver_values: DriverValues
         if name in parts:
             for k, array in enumerate(parts[name]):
                 given[:, n, k] = array
-        elif drivers[n] in system.leaders:
+        elif drivers[n] in system.independent_drivers:
             given[:, n] = _law(system, drivers[n], times)
         else:
             _check_still(system, drivers[n])
-    if system.leaders == drivers[:1]:
+    if system.independent_drivers == drivers[:1]:
         return TimeGrid(BY_DRIVER, np.ascontiguousarray(given[:, 0, 0]), times, given)
     return TimeGrid(BY_INSTANT, np.arange(count, dtype=np.float64), times, given)
 
@@ -316,10 +316,10 @@ def check_timed(system: System) -> None:
             )
 
 
-def _check_leads(system: System, driver: Driver) -> None:
+def _check_independent(system: System, driver: Driver) -> None:
     """Refuse a value of a driver that follows positions."""
-    if driver not in system.leaders:
-        known = listed(one.name for one in system.leaders) or "none"
+    if driver not in system.independent_drivers:
+        known = listed(one.name for one in system.independent_drivers) or "none"
         raise ModelError(
             f"driver '{driver.name}' follows positions, by its law: give values of the drivers "
             f"that lead ({known})",
@@ -341,7 +341,7 @@ def _check_still(system: System, driver: Driver) -> None:
 
 
 def _turn(system: System, turn: str | bool, instants: int | None, turns: int) -> TimeGrid:
-    drivers = system.leaders
+    drivers = system.independent_drivers
     if turn is True:
         if len(drivers) != 1:
             names = listed(d.name for d in drivers)

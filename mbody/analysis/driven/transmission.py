@@ -616,7 +616,7 @@ def transmission(
     """
     run = as_solution(run)
     one_design(run, "transmission is of one design")
-    leader = _driver(run, driver)
+    input_driver = _driver(run, driver)
     output_body, _, point = output.partition(".")
     names = [body.name for body in run.mechanism.bodies]
     if output_body not in names:
@@ -626,14 +626,14 @@ def transmission(
         )
     if point and not run.system.numbers.has_point(output):
         raise ModelError(f"'{output_body}' has no point {brief(point)}", output)
-    path = ForcePath(run, leader, output_body, point, joint)
+    path = ForcePath(run, input_driver, output_body, point, joint)
     found = [path.at(k) for k in range(len(run))]
     angle = np.array([one.angle for one in found])
     ratio = np.array([one.ratio for one in found])
     carried = dict.fromkeys(one.by for one in found if math.isfinite(one.angle))
     through = ", ".join(carried or path.names)
-    x = np.asarray(run.driven(leader.name)[0], dtype=float)
-    least = _least(run, leader, output, joint, angle, x)
+    x = np.asarray(run.driven(input_driver.name)[0], dtype=float)
+    least = _least(run, input_driver, output, joint, angle, x)
     notes = []
     if not np.isfinite(angle).any():
         notes.append(_undefined(through, output_body))
@@ -641,11 +641,11 @@ def transmission(
     if loose.any():
         notes.append(
             f"at {int(loose.sum())} of {len(run)} instants no closed contact makes '{output_body}' "
-            f"follow '{leader.name}': there is no ratio there"
+            f"follow '{input_driver.name}': there is no ratio there"
         )
     return Transmission(
         mechanism=run.mechanism,
-        driver=leader.name,
+        driver=input_driver.name,
         output=output,
         joint=through,
         t=np.array(run.t),
@@ -669,17 +669,17 @@ def _undefined(joint: str, body: str) -> str:
 
 
 def _driver(run: Solution, name: str | None) -> Driver:
-    leaders = run.system.leaders
-    known = listed(d.name for d in leaders) or "none"
-    if name is None and len(leaders) == 1:
-        return leaders[0]
-    for one in leaders:
+    independent = run.system.independent_drivers
+    known = listed(d.name for d in independent) or "none"
+    if name is None and len(independent) == 1:
+        return independent[0]
+    for one in independent:
         if name in (one.name, getattr(one, "body", None)):
             return one
     if name is None:
         raise ModelError(
-            f"'{run.mechanism.name}' has {len(leaders)} drivers ({known}): name the one from which "
-            "the motion is transmitted"
+            f"'{run.mechanism.name}' has {len(independent)} drivers ({known}): name the one from "
+            "which the motion is transmitted"
         )
     raise ModelError(f"there is no driver {brief(name)} (there are: {known})", name)
 
@@ -694,7 +694,7 @@ def _least(
     best = LeastAngle(float(angle[k]), float(x[k]), float(run.t[k]))
     steps = np.diff(x)
     one_way = len(x) > 2 and ((steps > 0).all() or (steps < 0).all())
-    if run.analysis == "simulate" or len(run.system.leaders) != 1 or not one_way:
+    if run.analysis == "simulate" or len(run.system.independent_drivers) != 1 or not one_way:
         return best
     low, high = float(x[max(k - 1, 0)]), float(x[min(k + 1, len(x) - 1)])
     pose = {name: _link_axes(run, name, k) for name in (b.name for b in run.mechanism.bodies)}

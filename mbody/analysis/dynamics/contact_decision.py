@@ -689,11 +689,11 @@ def shared_friction(motion: ModalMotion) -> SharedFriction | None:
     """
     uni = motion.uni
     normals = tuple(n for n, mode in enumerate(motion.modes) if mode != "open")
-    followers = {n for group in motion.groups.values() for n in group[1:]}
+    sharing = {n for group in motion.groups.values() for n in group[1:]}
     sticking = tuple(
         n
         for n in normals
-        if motion.modes[n] == "stick" and n not in followers and uni.contact_points[n].static > 0.0
+        if motion.modes[n] == "stick" and n not in sharing and uni.contact_points[n].static > 0.0
     )
     joints = tuple(m for m, mode in enumerate(motion.pairs) if mode == "stick")
     if not joints and len(sticking) < 2:
@@ -917,7 +917,7 @@ def _wrong(motion: ModalMotion, now: _DecisionState, model: FrictionModel) -> di
     if len(motion.layout.friction_kind) and record[reached] < 1.0:
         return {count + len(uni.friction_joints): "jams"}
     force = FORCE_NONE * force_size(motion)
-    followers = {k for group in motion.groups.values() for k in group[1:]}
+    sharing = {k for group in motion.groups.values() for k in group[1:]}
 
     def ahead(row: int, slip_sign: float = 1.0) -> bool:
         """Whether the acceleration along a row is that way, or none."""
@@ -941,7 +941,7 @@ def _wrong(motion: ModalMotion, now: _DecisionState, model: FrictionModel) -> di
             continue
         if uni.pressing(record, point) < -force:
             found[k] = "open"
-        elif mode == "stick" and k not in followers:
+        elif mode == "stick" and k not in sharing:
             group = motion.groups.get(k, [k])
             most = sum(
                 uni.contact_points[j].static * uni.pressing(record, uni.contact_points[j])
@@ -1032,9 +1032,9 @@ def _independent(
             on[k, 1] = True
             motion.groups[k] = [k]
         else:
-            leader = next((one for one in motion.groups if along_one_row(one, k)), None)
-            if leader is not None:
-                motion.groups[leader].append(k)
+            owner = next((one for one in motion.groups if along_one_row(one, k)), None)
+            if owner is not None:
+                motion.groups[owner].append(k)
     for m, mode in enumerate(pairs):
         if mode == "stick":
             held[m] = independent(rows.block[uni.friction_joints[m].tangent] * scale)

@@ -92,7 +92,7 @@ def guards_of(motion: ModalMotion) -> list[Guard]:
     found, points = list[Guard](), motion.uni.contact_points
     shared = motion.shared.members if motion.shared is not None else frozenset[int]()
     pressing = motion.shared.pressing if motion.shared is not None else frozenset[int]()
-    followers = {n for group in motion.groups.values() for n in group[1:]}
+    sharing = {n for group in motion.groups.values() for n in group[1:]}
     for n, (point, mode) in enumerate(zip(points, motion.modes, strict=True)):
         if mode == "open":
             kind = "lock" if motion.uni.one_way[n] else "enter" if n in motion.beyond else "close"
@@ -107,7 +107,7 @@ def guards_of(motion: ModalMotion) -> list[Guard]:
         if point.static == 0.0:
             continue
         if mode == "stick":
-            if n not in followers and n not in shared:
+            if n not in sharing and n not in shared:
                 found.append(Guard("slip", n))
         elif mode in SLIP_SIGNS:
             found.append(Guard("stop", n))

@@ -148,12 +148,12 @@ class Follower:
             rates = (8.0 * near - far) / (12.0 * DIFFERENCE_STEP_FOURTH_ORDER)
         G = self.manifold(value).rows(here.q)[1]
         shift, change = rates[: len(G)], rates[len(G) :]
-        follows = np.zeros(len(here.q))
+        parameter_motion = np.zeros(len(here.q))
         if np.abs(shift).max(initial=0.0) > 0.0:
-            follows = -np.linalg.lstsq(G, shift, rcond=SINGULAR_VALUE_ZERO)[0]
-        if follows.any():
-            change = change + self.manifold(value).change(here, follows)
-        return follows, here.motions @ change
+            parameter_motion = -np.linalg.lstsq(G, shift, rcond=SINGULAR_VALUE_ZERO)[0]
+        if parameter_motion.any():
+            change = change + self.manifold(value).change(here, parameter_motion)
+        return parameter_motion, here.motions @ change
 
     def _around(self, value: float, step: float = DIFFERENCE_STEP_CURVE) -> tuple[float, float]:
         """Two values beside one, those that the system takes."""
@@ -168,11 +168,11 @@ class Follower:
     def point(self, here: Place, value: float, before: Array | None, arc: float) -> Point:
         """A rest position with the direction of the curve there, onward from the one before."""
         K = self.manifold(value).stiffness(here)
-        follows, change = self.slopes(here, value)
+        parameter_motion, change = self.slopes(here, value)
         size = max(float(np.abs(K).max()), float(np.abs(change).max()), TINY)
         vt = np.linalg.svd(np.column_stack([-K, change]) / size)[2]
         y, rate = vt[-1, :-1], vt[-1, -1]
-        direction = np.append(y @ here.motions + rate * follows, rate)
+        direction = np.append(y @ here.motions + rate * parameter_motion, rate)
         direction /= np.linalg.norm(direction)
         tangent = vt[-1]
         if before is not None and direction @ before < 0.0:
@@ -194,12 +194,12 @@ class Follower:
             if place is None or len(place.motions) != len(here.place.motions):
                 return None
             K = manifold.stiffness(place)
-            follows, change = self.slopes(place, value)
+            parameter_motion, change = self.slopes(place, value)
             displacement = (place.q - here.place.q) / self.scale
             off = step - displacement @ here.direction[:-1]
             off -= (value - here.value) * float(here.direction[-1])
             across = place.motions @ here.direction[:-1]
-            along = follows @ here.direction[:-1] + here.direction[-1]
+            along = parameter_motion @ here.direction[:-1] + here.direction[-1]
             size = max(float(np.abs(K).max()), float(np.abs(change).max()), TINY)
             A = np.block(
                 [[-K / size, change[:, None] / size], [across[None, :], np.array([[along]])]]
@@ -214,7 +214,7 @@ class Follower:
                 if n > 1 and length < EQUILIBRIUM_STEP_STALLED:
                     return self.point(place, value, here.direction, here.arc + abs(step))
                 return None
-            q = place.q + self.scale * (move[:-1] @ place.motions + move[-1] * follows)
+            q = place.q + self.scale * (move[:-1] @ place.motions + move[-1] * parameter_motion)
             value += float(move[-1])
             if length < LOOP_CLOSURE_CORRECTION:
                 place = self.manifold(value).at(q)
@@ -445,7 +445,7 @@ def _solved(
     for _ in range(ITERATIONS):
         if place is None or len(place.motions) != free:
             return None
-        follows, J = _jacobian(follower, place, value)
+        parameter_motion, J = _jacobian(follower, place, value)
         size = float(np.abs(J).max()) or 1.0
         u, s, vt = np.linalg.svd(J / size)
         w, V = u[:, -1], vt[free - 1 :]
@@ -454,7 +454,7 @@ def _solved(
         for kernel in V:
             sides = []
             for step in (DIFFERENCE_STEP_BRANCH_POINT, -DIFFERENCE_STEP_BRANCH_POINT):
-                near = _moved(follower, place, value, follows, step * kernel)
+                near = _moved(follower, place, value, parameter_motion, step * kernel)
                 if near is None or len(near.motions) != free:
                     return None
                 _, other = _jacobian(follower, near, value + step * float(kernel[-1]))
@@ -475,23 +475,23 @@ def _solved(
             return (place, value, H, V, gap) if np.linalg.det(H) < 0.0 else None
         last = length
         x *= min(1.0, BRANCH_POINT_STEP_LONGEST / length)
-        place, value = _moved(follower, place, value, follows, x), value + float(x[-1])
+        place, value = _moved(follower, place, value, parameter_motion, x), value + float(x[-1])
     return None
 
 
 def _moved(
-    follower: Follower, place: Place, value: float, follows: Array, x: Array
+    follower: Follower, place: Place, value: float, parameter_motion: Array, x: Array
 ) -> Place | None:
     """The position after a step x of the free motions and of the number."""
-    increment = x[:-1] @ place.motions + x[-1] * follows
+    increment = x[:-1] @ place.motions + x[-1] * parameter_motion
     return follower.manifold(value + float(x[-1])).at(place.q + follower.scale * increment)
 
 
 def _jacobian(follower: Follower, place: Place, value: float) -> tuple[Array, Array]:
     """How the position follows the number, and J (free, free + 1) in the motions of the place."""
     K = follower.manifold(value).stiffness(place)
-    follows, change = follower.slopes(place, value, fine=True)
-    return follows, np.column_stack([-K, change])
+    parameter_motion, change = follower.slopes(place, value, fine=True)
+    return parameter_motion, np.column_stack([-K, change])
 
 
 def _aligned(place: Place, near: Place, J: Array) -> Array:

@@ -729,7 +729,11 @@ def _state(system: System, given: Solution) -> tuple[Array, Array]:
 def _driven(system: System, t: float, natural: float) -> float:
     """How fast drivers move, or begin to, as a rate."""
     fast = 0.0
-    timed = (d for d in system.leaders if not driver_states(d, system.mechanism, system.numbers))
+    timed = (
+        d
+        for d in system.independent_drivers
+        if not driver_states(d, system.mechanism, system.numbers)
+    )
     for driver in timed:
         _, rate, change = system.law_of(driver).derivatives(np.array([t]))
         unit = driver.unit(system.length)

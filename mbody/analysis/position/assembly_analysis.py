@@ -709,7 +709,7 @@ def set_driver_values(
                 driver.name,
             )
     found = {driver: float(work.signal[row, 0]) for driver, row in drivers(system)}
-    return {driver.name: found[driver] for driver in system.leaders}
+    return {driver.name: found[driver] for driver in system.independent_drivers}
 
 
 def drivers(system: System) -> list[tuple[Any, int]]:
