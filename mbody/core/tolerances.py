@@ -385,7 +385,7 @@ BRANCH_VALUES_SAME = 1e-6
 RATE_NONE = 1e-9  # Rates below this part of the natural rate are rest.
 RATE_NONE_MOTION = 1e-6  # A rate below this part of the greatest of a free motion is none.
 RATE_NONE_ANGLE = 1e-9  # A rate of an angle along a walk that is none.
-#: A coordinate slower than this part of the swiftest does not move; a force likewise is none.
+#: A coordinate slower than this part of the velocity scale does not move; a force likewise is none.
 RATE_NONE_COORDINATE = 1e-10
 #: The same of instant centres: rates follow from positions that are closed to 1e-13, and the worst
 #: gallery model loses two digits on the way.
@@ -395,7 +395,7 @@ RATE_NONE_INSTANT_CENTRE = 1e-11
 RATE_NONE_MECHANISM = 1e-12
 #: A rate of sliding, or its change, below this part of the greatest is rounding.
 RATE_NONE_SLIDING = 1e-9
-#: A rate of sliding below this part of the swiftest motion is none: rounding decides its sign.
+#: A rate of sliding below this part of the velocity scale is none: rounding decides its sign.
 RATE_NONE_FRICTION = 1e-11
 RATE_NONE_STOPPED = 1e-7  # Slower than this rests where what has stopped lets nothing else move.
 #: A place that moves along a bar by less than this part of its length stands still.

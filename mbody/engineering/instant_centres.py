@@ -278,7 +278,7 @@ def _by_rates(run: Solution) -> InstantCentres | None:
         vx, vy = np.where(begins, one.ax, one.vx), np.where(begins, one.ay, one.vy)
         u[name] = vx + turning * one.y, vy - turning * one.x
     length = run.system.length
-    # the swiftest motion of all, as a rate
+    # the velocity scale of all motion, as a rate
     size = np.max([np.abs(w) + np.hypot(*u[n]) / length for n, w in omega.items()], axis=0)
     if not size.any():
         return None

@@ -35,10 +35,10 @@ from mbody.reports.described import inputs, method, mobility, sketch
 from mbody.reports.subject import Subject, book
 from mbody.solution.measures import found_by, measured
 from mbody.summaries.text_table import (
+    acceleration_scale,
     angles,
     number,
     numbers,
-    swiftness,
     uniqueness_text,
     unit_text,
 )
@@ -276,10 +276,10 @@ def _motion(subject: Subject) -> list[tuple[str, float, str, int]]:
     run = subject.run
     if run.analysis == "statics":
         return []
-    rows, swift = [], swiftness(run)
+    rows, scale = [], acceleration_scale(run)
     for what, keys, unit, floor in (
-        ("speed of a mass centre", ("vx", "vy"), "velocity", np.sqrt(swift)),
-        ("acceleration of a mass centre", ("ax", "ay"), "acceleration", swift),
+        ("speed of a mass centre", ("vx", "vy"), "velocity", np.sqrt(scale)),
+        ("acceleration of a mass centre", ("ax", "ay"), "acceleration", scale),
     ):
         sizes = {
             body: np.hypot(*(getattr(run[body], key) for key in keys))
@@ -300,7 +300,7 @@ def links(subject: Subject) -> list[Block]:
     """The motion of every link: its range, and its peaks."""
     run, names = subject.run, [body.name for body in subject.mechanism.bodies]
     numbered = [f"{n} {name}" for n, name in enumerate(names, 2)]
-    histories, swift = [run[name] for name in names], swiftness(subject.run)
+    histories, acceleration = [run[name] for name in names], acceleration_scale(subject.run)
     low = [f"{round(float(np.degrees(h.angle.min())), 3) + 0.0:.3f}" for h in histories]
     high = [f"{round(float(np.degrees(h.angle.max())), 3) + 0.0:.3f}" for h in histories]
     named = Cells("link", numbered, text=True)
@@ -314,10 +314,10 @@ def links(subject: Subject) -> list[Block]:
     centres = [named] if subject.many else columns  # one table of all would be too wide
     word = "peak " if subject.many else ""
     for title, values, unit, floor in (
-        ("ω", [h.omega for h in histories], "angular velocity", np.sqrt(swift)),
-        ("α", [h.alpha for h in histories], "angular acceleration", swift),
-        ("v_{G}", [np.hypot(h.vx, h.vy) for h in histories], "velocity", np.sqrt(swift)),
-        ("a_{G}", [np.hypot(h.ax, h.ay) for h in histories], "acceleration", swift),
+        ("ω", [h.omega for h in histories], "angular velocity", np.sqrt(acceleration)),
+        ("α", [h.alpha for h in histories], "angular acceleration", acceleration),
+        ("v_{G}", [np.hypot(h.vx, h.vy) for h in histories], "velocity", np.sqrt(acceleration)),
+        ("a_{G}", [np.hypot(h.ax, h.ay) for h in histories], "acceleration", acceleration),
     ):
         scale = 1.0 if unit.startswith("angular") else run.system.length
         tops = [float(v[peak(v)]) for v in values]

@@ -397,8 +397,8 @@ class Stepwise(Integration):
             self.y[:], self.state[TIME] = before, t
         off = np.abs((a - restart.slope[n : 2 * n]) / self.system.coordinate_units)
         # at rest what accelerations there are is rounding
-        swift = float((restart.scale[n : 2 * n] / restart.scale[:n]).max(initial=0.0))
-        size = swift**2 + np.abs(a / self.system.coordinate_units).max(initial=0.0)
+        velocity_scale = float((restart.scale[n : 2 * n] / restart.scale[:n]).max(initial=0.0))
+        size = velocity_scale**2 + np.abs(a / self.system.coordinate_units).max(initial=0.0)
         moved = np.abs((self.shown[:n, 0] - restart.y[:n]) / self.system.coordinate_units)
         if (
             off.max(initial=0.0) > ACCELERATIONS_AGREE * size

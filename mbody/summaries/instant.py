@@ -21,6 +21,7 @@ from mbody.summaries.text_table import (
     ABOUT,
     WIDTH,
     Column,
+    acceleration_scale,
     angles,
     closing,
     cut,
@@ -35,7 +36,6 @@ from mbody.summaries.text_table import (
     numbers,
     paragraph,
     polars,
-    swiftness,
     table,
     there,
     torque_cells,
@@ -245,18 +245,18 @@ def _floor(solution: Solution, dimension: Dimension) -> float:
     """Rounding level of a quantity beside the greatest of its kind in the mechanism; 0 where there
     is nothing to compare with.
     """
-    length, swift = solution.system.length, swiftness(solution)
+    length, acceleration = solution.system.length, acceleration_scale(solution)
     force = force_floor(solution) if solution.has_forces else 0.0
     floors = {
         "length": PRINTED_NONE * length,
         "angle": PRINTED_NONE,
-        "velocity": PRINTED_NONE * length * np.sqrt(swift),
-        "angular velocity": PRINTED_NONE * np.sqrt(swift),
-        "acceleration": PRINTED_NONE * length * swift,
-        "angular acceleration": PRINTED_NONE * swift,
+        "velocity": PRINTED_NONE * length * np.sqrt(acceleration),
+        "angular velocity": PRINTED_NONE * np.sqrt(acceleration),
+        "acceleration": PRINTED_NONE * length * acceleration,
+        "angular acceleration": PRINTED_NONE * acceleration,
         "force": force,
         "torque": force * length,
-        "power": force * length * np.sqrt(swift),
+        "power": force * length * np.sqrt(acceleration),
     }
     return next((floor for name, floor in floors.items() if DIMENSIONS[name] == dimension), 0.0)
 
@@ -336,14 +336,16 @@ def points(solution: Solution) -> list[str]:
         for key in ("x", "y", "vx", "vy", "ax", "ay")
     )
     unit, length = solution.mechanism.units.of, solution.system.length
-    swift = swiftness(solution)
+    acceleration = acceleration_scale(solution)
     lines = table(
         [
             Column("POINTS", names[:SHOWN], text=True),
             Column("x", numbers(x, PRINTED_NONE * length), unit("length")),
             Column("y", numbers(y, PRINTED_NONE * length), unit("length")),
-            Column("v", polars(vx, vy, PRINTED_NONE * np.sqrt(swift) * length), unit("velocity")),
-            Column("a", polars(ax, ay, PRINTED_NONE * swift * length), unit("acceleration")),
+            Column(
+                "v", polars(vx, vy, PRINTED_NONE * np.sqrt(acceleration) * length), unit("velocity")
+            ),
+            Column("a", polars(ax, ay, PRINTED_NONE * acceleration * length), unit("acceleration")),
         ]
     )
     more = len(names) - SHOWN
@@ -442,7 +444,7 @@ class _Rows:
         self.names: list[str] = []
         self.units: list[str] = []
         self.cells: list[list[str]] = []
-        self.swift = swiftness(solution)
+        self.acceleration = acceleration_scale(solution)
         self.floor = force_floor(solution) if solution.has_forces else 0.0
 
     def lines(self) -> list[str]:
@@ -501,12 +503,15 @@ class _Rows:
             self._row(f"{body.name} angle", "deg", angles(history.angle))
             if self.solution.analysis == "statics":
                 continue
-            floor = PRINTED_NONE * float(np.sqrt(self.swift))
+            floor = PRINTED_NONE * float(np.sqrt(self.acceleration))
             self.add(f"{body.name} ω", self.unit("angular velocity"), history.omega, floor)
             if self.solution.analysis != "close_loops":
                 kind = "angular acceleration"
                 self.add(
-                    f"{body.name} α", self.unit(kind), history.alpha, PRINTED_NONE * self.swift
+                    f"{body.name} α",
+                    self.unit(kind),
+                    history.alpha,
+                    PRINTED_NONE * self.acceleration,
                 )
 
     def joints(self) -> None:
@@ -633,19 +638,23 @@ class _Summary:
             )
             speed = np.array([np.hypot(body.vx, body.vy).max() for body in bodies])
             rate = np.array([np.hypot(body.ax, body.ay).max() for body in bodies])
-            swift, length = swiftness(self.solution), self.solution.system.length
+            acceleration, length = acceleration_scale(self.solution), self.solution.system.length
             columns += [
                 Column(
                     "peak ω",
-                    numbers(omega, PRINTED_NONE * np.sqrt(swift)),
+                    numbers(omega, PRINTED_NONE * np.sqrt(acceleration)),
                     unit("angular velocity"),
                 ),
                 Column(
-                    "peak α", numbers(alpha, PRINTED_NONE * swift), unit("angular acceleration")
+                    "peak α",
+                    numbers(alpha, PRINTED_NONE * acceleration),
+                    unit("angular acceleration"),
                 ),
                 Column("peak v_G", numbers(speed, PRINTED_NONE * speed.max()), unit("velocity")),
                 Column(
-                    "peak a_G", numbers(rate, PRINTED_NONE * swift * length), unit("acceleration")
+                    "peak a_G",
+                    numbers(rate, PRINTED_NONE * acceleration * length),
+                    unit("acceleration"),
                 ),
             ]
         return table(columns)
@@ -780,7 +789,7 @@ class _Instant:
         return [np.array([getattr(body, key)[0] for body in bodies]) for key in keys]
 
     def _links(self) -> list[str]:
-        unit, swift = self.unit, swiftness(self.solution)
+        unit, acceleration = self.unit, acceleration_scale(self.solution)
         mass = self.solution.system.mass[:-3, 0].reshape(-1, 3)
         x, y, angle, omega, alpha, ax, ay = self._histories(
             "x", "y", "angle", "omega", "alpha", "ax", "ay"
@@ -798,12 +807,12 @@ class _Instant:
             columns.append(Column("y_G", ["", *numbers(y, rounding)], unit("length")))
         columns.append(Column("angle", ["", *angles(angle)], "deg"))
         if self.moves:
-            floor = PRINTED_NONE * np.sqrt(swift)
+            floor = PRINTED_NONE * np.sqrt(acceleration)
             columns.append(Column("ω", ["", *numbers(omega, floor)], unit("angular velocity")))
         if self.accelerates:
-            turn = numbers(alpha, PRINTED_NONE * swift)
+            turn = numbers(alpha, PRINTED_NONE * acceleration)
             columns.append(Column("α", ["", *turn], unit("angular acceleration")))
-            vector = polars(ax, ay, PRINTED_NONE * swift * length)
+            vector = polars(ax, ay, PRINTED_NONE * acceleration * length)
             columns.append(Column("a_G", ["", *vector], unit("acceleration")))
         return table(columns)
 
@@ -877,9 +886,9 @@ class _Instant:
         mass = self.solution.system.mass[:-3, 0].reshape(-1, 3)
         if not mass.any():
             return []
-        unit, swift = self.unit, swiftness(self.solution)
-        floor = PRINTED_NONE * mass[:, 0].max() * swift * self.solution.system.length
-        torques = numbers(torque, PRINTED_NONE * mass[:, 2].max() * swift)
+        unit, acceleration = self.unit, acceleration_scale(self.solution)
+        floor = PRINTED_NONE * mass[:, 0].max() * acceleration * self.solution.system.length
+        torques = numbers(torque, PRINTED_NONE * mass[:, 2].max() * acceleration)
         return table(
             [
                 Column("INERTIA", link_names(self.mechanism)[1:], text=True),

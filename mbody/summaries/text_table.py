@@ -368,7 +368,7 @@ def link_names(mechanism: Mechanism) -> list[str]:
     return [f"{n:>{wide}} {name}" for n, name in enumerate(names, 1)]
 
 
-def swiftness(solution: Solution) -> float:
+def acceleration_scale(solution: Solution) -> float:
     """The greatest of ω², |α|, a/l, (v/l)², of all bodies: beside it smaller ones are rounding."""
     length, parts = solution.system.length, [0.0]
     for body in solution:

@@ -34,12 +34,12 @@ from mbody.solution.solution import as_solution
 from mbody.summaries.text_table import (
     WIDTH,
     Column,
+    acceleration_scale,
     force_floor,
     force_names,
     forces_on,
     number,
     paragraph,
-    swiftness,
     table,
 )
 from mbody.teaching.vector_loops import (
@@ -462,8 +462,8 @@ class _DerivationWriter:
         self.run, self.k, self.machine = solution, instant, solution.mechanism
         self.unit = self.machine.units.of
         # ω² and α have one scale: their unit of time apart, as in the residuals of rates
-        swift = swiftness(solution)
-        self.floor = PRINTED_NONE * min(swift, float(np.sqrt(swift)))
+        acceleration = acceleration_scale(solution)
+        self.floor = PRINTED_NONE * min(acceleration, float(np.sqrt(acceleration)))
         self.forces = force_floor(solution) if solution.has_forces else 0.0
         self.loops = [
             loop_equations(solution, loop, self.floor) for loop in vector_loops(solution, instant)

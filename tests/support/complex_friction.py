@@ -50,10 +50,12 @@ class ComplexFriction:
         # of the position alone, which stays as it is
         self.points = {joint.name: o.reaction_point(q, joint) for joint in self.joints}
         self.normals: dict[str, tuple[Any, Any]] = {}
-        swift = float(np.abs(v.real).max(initial=0.0))
+        velocity_scale = float(np.abs(v.real).max(initial=0.0))
         self.rates = {joint.name: self._rate(joint) for joint in self.joints}
         self.slip_signs = {
-            name: 0.0 if abs(complex(r).real) <= RESTS * swift else math.copysign(1.0, r.real)
+            name: 0.0
+            if abs(complex(r).real) <= RESTS * velocity_scale
+            else math.copysign(1.0, r.real)
             for name, r in self.rates.items()
         }
         self.columns = {

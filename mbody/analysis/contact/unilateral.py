@@ -91,7 +91,9 @@ class Corners:
         #: those of these contact points.
         self.ended, self.beside = _corners_beside(ends)
 
-    def passed(self, gaps: Array, rates: Array, along: Array, near: float, slow: float) -> Array:
+    def passed(
+        self, gaps: Array, rates: Array, along: Array, near: float, velocity_tolerance: float
+    ) -> Array:
         """Which contact points are none, (points,): by what is no corner, at a corner what is
         behind the edge but for that corner, and what approaches an edge there while another one
         keeps both bodies apart. `along` (contacts, 2): distances from both ends of the edge.
@@ -101,10 +103,10 @@ class Corners:
         if at_end.any():
             behind = at_end[self.ended] & (gaps[self.beside] < -near)
             found[self.ended[behind]] = True
-        for n in np.flatnonzero(rates < -slow):
+        for n in np.flatnonzero(rates < -velocity_tolerance):
             for end in np.flatnonzero(np.abs(along[n]) <= near):
                 found[n] |= any(
-                    gaps[m] >= -near and rates[m] > rates[n] + slow
+                    gaps[m] >= -near and rates[m] > rates[n] + velocity_tolerance
                     for m in self.others.get((int(n), int(end)), ())
                 )
         return found
@@ -523,12 +525,14 @@ class Unilateral:
         """Which edges run through the same corners."""
         return Corners([one.candidate for one in self.contact_points], self.system.length)
 
-    def within_edges(self, rows: Rows, work: Work, near: float, slow: float) -> Array:
+    def within_edges(self, rows: Rows, work: Work, near: float, velocity_tolerance: float) -> Array:
         """Which contact points are within the ends of their edges, (points,): of those at a corner
         that approach not those that another edge there keeps apart.
         """
         along = self.along(work)
-        passed = self.corners.passed(self.gaps(rows), self.approach(rows), along, near, slow)
+        passed = self.corners.passed(
+            self.gaps(rows), self.approach(rows), along, near, velocity_tolerance
+        )
         return np.asarray((along.min(axis=1, initial=np.inf) >= -near) & ~passed)
 
     @functools.cached_property

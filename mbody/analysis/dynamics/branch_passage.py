@@ -631,12 +631,15 @@ class _SingularStart:
     def _longest_span(self) -> Collocation:
         """Collocation polynomial of the longest admissible first span."""
         first, scale = self.first, self.first.scale
-        swift, pull = (float(np.abs(one / scale).max()) for one in (first.v, first.a))
-        # swift t + pull t²/2 = FAR
+        velocity_scale, pull = (float(np.abs(one / scale).max()) for one in (first.v, first.a))
+        # velocity_scale t + pull t²/2 = FAR
         span = (
             2.0
             * SINGULAR_START_SPAN
-            / (swift + np.sqrt(swift * swift + 2.0 * pull * SINGULAR_START_SPAN))
+            / (
+                velocity_scale
+                + np.sqrt(velocity_scale * velocity_scale + 2.0 * pull * SINGULAR_START_SPAN)
+            )
         )
         if span > self.longest:  # what comes later is of use: nodes are farther off
             try:

@@ -172,7 +172,7 @@ class ModalMotion(Protocol):
 
     @property
     def speed(self) -> float:
-        """The swiftest motion in model lengths a time."""
+        """Velocity scale: the fastest motion in model lengths a time."""
 
     @property
     def near(self) -> float:
@@ -799,19 +799,21 @@ def _instant(motion: ModalMotion) -> _DecisionState:
     uni, transition, count = motion.uni, motion.transition, len(motion.uni.contact_points)
     motion.load()
     rows = uni.read(motion.work)
-    slow, approach = RATE_NONE_FRICTION * motion.speed, uni.approach(rows)
+    velocity_tolerance, approach = RATE_NONE_FRICTION * motion.speed, uni.approach(rows)
     closed = [
-        k for k in near_points(motion, rows) if abs(approach[k]) <= slow or k in transition.closed
+        k
+        for k in near_points(motion, rows)
+        if abs(approach[k]) <= velocity_tolerance or k in transition.closed
     ]
     tangents = [t.tangent for t in uni.contact_points] + [p.tangent for p in uni.friction_joints]
     speeds = _speeds(motion, tangents, rows.rate)
-    still = np.abs(speeds) <= slow
+    still = np.abs(speeds) <= velocity_tolerance
     still[list(transition.stopped)] = True
     if transition.stopped:
         rests = [k for k in np.flatnonzero(still) if k >= count or k in closed]
         left = _speeds(motion, tangents, _held_rates(motion, rows, [tangents[k] for k in rests]))
         still |= (np.abs(speeds) <= RATE_NONE_STOPPED * motion.speed) & (
-            np.abs(left) <= np.maximum(slow, RATE_NONE_STOPPED * np.abs(speeds))
+            np.abs(left) <= np.maximum(velocity_tolerance, RATE_NONE_STOPPED * np.abs(speeds))
         )
     slip_signs = np.where(still, 0.0, np.sign(speeds))
     for n, slip_sign in transition.sliding.items():

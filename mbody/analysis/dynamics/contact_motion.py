@@ -157,7 +157,10 @@ def _by_positions(motion: ModalMotion, t: Array, records: Array, guards: list[Gu
     """
     n, uni, probe = motion.system.coordinates, motion.uni, motion.probe
     found, kinds = np.empty((len(guards), len(t))), {guard.kind for guard in guards}
-    flush, slow = CONTACT_EDGES_FLUSH * motion.system.length, RATE_NONE_FRICTION * motion.speed
+    flush, velocity_tolerance = (
+        CONTACT_EDGES_FLUSH * motion.system.length,
+        RATE_NONE_FRICTION * motion.speed,
+    )
     if not kinds <= set(ALONG):
         rows = uni.read_at(probe, t, records)
         gaps, approaches = uni.gaps(rows), uni.approach(rows)
@@ -172,7 +175,9 @@ def _by_positions(motion: ModalMotion, t: Array, records: Array, guards: list[Gu
             found[k] = np.maximum(gap, -along_edge - motion.near)
             if guards[k] not in motion.fresh:
                 # what leaves its edge does so first
-                on_one_line = (np.abs(gap) <= flush) & (np.abs(approaches[:, number]) <= slow)
+                on_one_line = (np.abs(gap) <= flush) & (
+                    np.abs(approaches[:, number]) <= velocity_tolerance
+                )
                 found[k, on_one_line] = np.maximum(motion.near - along_edge, -flush)[on_one_line]
         elif kind == "lock":
             found[k] = approaches[:, number]
@@ -324,7 +329,7 @@ class ModalIntegration(JumpIntegration):
 
     @property
     def speed(self) -> float:
-        """The swiftest motion in model lengths a time."""
+        """Velocity scale: the fastest motion in model lengths a time."""
         n = self.system.coordinates
         return float((self.scale[n : 2 * n] / self.scale[:n]).max()) * self.system.length
 
@@ -606,12 +611,16 @@ class ContactIntegration(ModalIntegration):
     def _settle_jump(self) -> None:
         """Impacts of what the driver moves towards each other; what it moves apart opens."""
         self.load()
-        approach, slow = (
+        approach, velocity_tolerance = (
             self.uni.approach(self.uni.read(self.work)),
             RATE_NONE_FRICTION * self.speed,
         )
         self.transition = ModeTransition(
-            {n for n, mode in enumerate(self.modes) if mode != "open" and approach[n] <= slow}
+            {
+                n
+                for n, mode in enumerate(self.modes)
+                if mode != "open" and approach[n] <= velocity_tolerance
+            }
         )
         self.jerked = True
         self.ending = self._settle()

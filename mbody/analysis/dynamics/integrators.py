@@ -62,11 +62,11 @@ def coordinate_sizes(length: float, v: np.ndarray, a: np.ndarray) -> np.ndarray:
     `v`, `a` (…, coordinates).
     """
     unit = np.broadcast_to(np.tile([length, length, 1.0], v.shape[-1] // 3), v.shape)
-    swift = np.maximum(
+    velocity_scale = np.maximum(
         np.abs(v / unit).max(axis=-1, initial=0.0),
         np.sqrt(np.abs(a / unit).max(axis=-1, initial=0.0)),
     )
-    rates = np.where(swift == 0.0, 1.0, swift)[..., None] * unit
+    rates = np.where(velocity_scale == 0.0, 1.0, velocity_scale)[..., None] * unit
     return np.concatenate([unit, rates], axis=-1)
 
 

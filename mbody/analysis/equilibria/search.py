@@ -415,10 +415,10 @@ class RestSearch:
             there = self.manifold.moved(here, step @ here.motions)
             length = float(np.linalg.norm(step))
             if there is not None and there.size < here.size:
-                slow = there.size > 0.5 * here.size
+                stalled = there.size > 0.5 * here.size
                 here, damping = there, max(0.1 * damping, EQUILIBRIUM_DAMPING_LEAST)
                 if length < EQUILIBRIUM_STEP_ROUNDING or (
-                    length < EQUILIBRIUM_STEP_STALLED and slow
+                    length < EQUILIBRIUM_STEP_STALLED and stalled
                 ):
                     break
             else:

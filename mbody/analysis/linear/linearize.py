@@ -210,9 +210,11 @@ class Moving:
         steps = DIFFERENCE_STEP_FOURTH_ORDER / np.abs(self.directions).max(axis=1)
         pull = np.abs(self._first @ self.directions).max(initial=0.0)
         v = self.v / self.manifold.scale
-        swift = max(float(np.abs(v).max()), float(np.sqrt(pull))) or 1.0
+        velocity_scale = max(float(np.abs(v).max()), float(np.sqrt(pull))) or 1.0
         by_coordinate = _difference(lambda y: function(y, rate), steps)
-        return by_coordinate, _difference(lambda w: function(still, rate + w), swift * steps)
+        return by_coordinate, _difference(
+            lambda w: function(still, rate + w), velocity_scale * steps
+        )
 
     @functools.cached_property
     def rate(self) -> Array:
@@ -657,8 +659,8 @@ def linearize(
         found = nearby()
         C, K, drive = found.matrices(M)
         # drivers may go on: it is at rest where the leaders are
-        slow = float(np.abs(found.rate).max()) <= RATE_NONE * natural
-        rest = slow and float(np.abs(drive).max()) <= EQUILIBRIUM_BALANCED_GIVEN * max(
+        leaders_at_rest = float(np.abs(found.rate).max()) <= RATE_NONE * natural
+        rest = leaders_at_rest and float(np.abs(drive).max()) <= EQUILIBRIUM_BALANCED_GIVEN * max(
             top, natural**2
         )
         C, K = (_rounded(part, top, by) for part, by in ((C, natural), (K, 1.0)))

@@ -311,7 +311,7 @@ class DenseContactMotion:
         self.mass = self.reference.mass_matrix()
         self.rows = self.reference.active_rows(self.drivers)
         self.size = self.contacts.length()
-        self.swift = 0.0
+        self.velocity_scale = 0.0
 
     # -- one instant -----------------------------------------------------------------------------
 
@@ -466,8 +466,10 @@ class DenseContactMotion:
     def _fast(self, v: Array) -> float:
         """The greatest velocity so far, or of a fall by the length of the places."""
         reference = np.tile([1.0, 1.0, self.size], len(v) // 3)
-        self.swift = max(self.swift, float(np.abs(v * reference).max(initial=0.0)))
-        return self.swift
+        self.velocity_scale = max(
+            self.velocity_scale, float(np.abs(v * reference).max(initial=0.0))
+        )
+        return self.velocity_scale
 
     # -- impacts ---------------------------------------------------------------------------------
 
@@ -585,7 +587,7 @@ class DenseContactMotion:
         t, end, n = float(times[0]), float(times[-1]), len(q)
         ended: dict[int, str] = {}
         wanted = np.asarray(times, float)
-        self.swift = float(np.sqrt(self._freely(t, q, v) * self.size))
+        self.velocity_scale = float(np.sqrt(self._freely(t, q, v) * self.size))
         found = np.full((len(wanted), 2 * n), np.nan)
         at = np.searchsorted(wanted, t, side="right")
         found[:at] = np.concatenate([q, v])
@@ -653,9 +655,9 @@ class DenseContactMotion:
         """Whether rebounds are so slow that all that follow are one instant."""
         e, rates = self._mu("restitution"), self.contacts.rows(q) @ v
         free = self._freely(0.0, q, v) or 1.0
-        slow = max((-e[k] * rates[k] for k in near), default=0.0)
+        rebound = max((-e[k] * rates[k] for k in near), default=0.0)
         return bool(
-            2.0 * slow / free < CONTACT_FLIGHT_SHORTEST_ORACLE * np.sqrt(2.0 * self.size / free)
+            2.0 * rebound / free < CONTACT_FLIGHT_SHORTEST_ORACLE * np.sqrt(2.0 * self.size / free)
         )
 
     def _derivative(self, t: float, y: Array, closed: Sequence[int], modes: Sequence[str]) -> Array:

@@ -148,9 +148,11 @@ class DenseFriction:
         self._arms: dict[str, float] = {}
         self.joints = [joint for joint in reference.mechanism.joints if has_friction(joint)]
         self.rates = {joint.name: self._rate(joint) for joint in self.joints}
-        swift = float(np.abs(self.v).max(initial=0.0))
+        velocity_scale = float(np.abs(self.v).max(initial=0.0))
         self.slip_signs = {
-            name: 0.0 if abs(rate) <= RATE_NONE_FRICTION * swift else math.copysign(1.0, rate)
+            name: 0.0
+            if abs(rate) <= RATE_NONE_FRICTION * velocity_scale
+            else math.copysign(1.0, rate)
             for name, rate in self.rates.items()
         }
         self.slip_signs |= {name: float(one) for name, one in (slip_signs or {}).items()}

@@ -89,9 +89,11 @@ class _ClosedCheck:
         names = [candidate.name for candidate in contacts.candidates]
         count, W, rates = len(names), contacts.rows(q), np.real(contacts.rates(q, v))
         rolls = {one.name: one.rolls for one in self.closed}
-        swift, columns, owners = float(np.abs(v).max(initial=0.0)), [], []
+        velocity_scale, columns, owners = float(np.abs(v).max(initial=0.0)), [], []
         for n in np.flatnonzero(near).tolist():
-            slides = abs(rates[count + n]) > RATE_NONE_FRICTION * swift and not rolls[names[n]]
+            slides = (
+                abs(rates[count + n]) > RATE_NONE_FRICTION * velocity_scale and not rolls[names[n]]
+            )
             mu = contacts.candidates[n].friction * math.copysign(1.0, rates[count + n]) * slides
             columns.append(W[n] - mu * W[count + n])
             owners.append(names[n])

@@ -422,8 +422,12 @@ class Inverse:
         top = 0.0
         for name, wrench in acting.items():
             mass, _ = reading(self.system).mass(name)
-            swift = float(np.abs(now.bodies[name].acceleration[:2]).max()) + field
-            top = max(top, mass * swift, *np.abs(wrench / [1.0, 1.0, self.system.length]).tolist())
+            acceleration_scale = float(np.abs(now.bodies[name].acceleration[:2]).max()) + field
+            top = max(
+                top,
+                mass * acceleration_scale,
+                *np.abs(wrench / [1.0, 1.0, self.system.length]).tolist(),
+            )
         return top
 
     def _gap(self, name: str, rows: list[ConstraintRow]) -> Array:
