@@ -113,7 +113,7 @@ class Exported:
         Differences between the file and the mechanism.
     columns : tuple of FileCoordinate
         Its coordinates in order; all are zero at the start.
-    stand_ins : tuple of str
+    artificial_masses : tuple of str
         Bodies that have no mass or inertia in the mechanism and a very small one in the file.
     laws : dict
         Field of the law, by the name of the element of an actuator.
@@ -134,7 +134,7 @@ class Exported:
     without: tuple[Inexpressible, ...]
     notes: tuple[str, ...]
     columns: tuple[FileCoordinate, ...]
-    stand_ins: tuple[str, ...]
+    artificial_masses: tuple[str, ...]
     laws: dict[str, str]
     built: frozenset[str]
     reversed: frozenset[str]
@@ -239,7 +239,7 @@ class Document:
             name: np.array([start[name].x[-1], start[name].y[-1], start[name].angle[-1]])
             for name in system.bodies
         }
-        self.stand_ins: list[str] = []
+        self.artificial_masses: list[str] = []
         self.hung: list[tuple[str, Branch]] = []
         self.columns: list[FileCoordinate] = []
         self.root = ET.Element("mujoco", model=self.machine.name)
@@ -312,8 +312,8 @@ class Document:
         greatest = float(moving[0::3].max()) or 1.0
         widest = float(moving[2::3].max()) or greatest * self.system.length**2
         mass, inertia = float(own[3 * b]), float(own[3 * b + 2])
-        if (mass <= 0.0 or inertia <= 0.0) and body not in self.stand_ins:
-            self.stand_ins.append(body)
+        if (mass <= 0.0 or inertia <= 0.0) and body not in self.artificial_masses:
+            self.artificial_masses.append(body)
         if mass and not inertia:
             # more than the least that MuJoCo accepts
             least = 1e-14 / (self.scale.mass * self.scale.length**2)
@@ -838,10 +838,10 @@ class MjcfWriter:
         order = [joint.get("name") for joint in self.document.parts["worldbody"].iter("joint")]
         self.document.columns.sort(key=lambda column: order.index(column.name))
         notes = list(elements.notes)
-        if self.document.stand_ins:
+        if self.document.artificial_masses:
             notes.append(
-                f"{', '.join(repr(one) for one in self.document.stand_ins)}: without mass or "
-                "inertia; the file has very small ones "
+                f"{', '.join(repr(one) for one in self.document.artificial_masses)}: without mass "
+                "or inertia; the file has very small ones "
                 f"({MUJOCO_ARTIFICIAL_MASS:g} of the greatest, {MUJOCO_ARTIFICIAL_INERTIA:g} for "
                 "point masses), since MuJoCo cannot move a massless body; where loads act on "
                 "these alone its steps are unstable: give them masses before the file is run freely"
@@ -855,7 +855,7 @@ class MjcfWriter:
             without=without,
             notes=tuple(notes),
             columns=tuple(self.document.columns),
-            stand_ins=tuple(self.document.stand_ins),
+            artificial_masses=tuple(self.document.artificial_masses),
             laws=elements.laws,
             built=frozenset(elements.built | {b.name for b in self.machine.bodies}),
             reversed=frozenset(elements.reversed),

@@ -126,7 +126,9 @@ def test_driver_values_without_a_law_agree():
 
 def test_rest_agrees_and_massless_links_leave_no_trace():
     found = checked(mbody.statics(gallery.load("static_fourbar")))
-    assert any("'crank', 'coupler', 'rocker' have small stand-ins" in note for note in found.notes)
+    assert any(
+        "'crank', 'coupler', 'rocker' have small artificial masses" in note for note in found.notes
+    )
     assert row(found, "hold.effort").expected < 1e-5
 
 
@@ -340,7 +342,7 @@ def test_locked_wheels_slide_with_the_limiting_deceleration(axles):
     before = stepper.state()[1][0, 0]
     stepper.go(50 * h, h, 200)
     slowing = (before - stepper.state()[1][0, 0]) / (200 * h)
-    # the stand-in for the inertia of a wheel that turns, 2.7 blob·in², is 0.13 % of the mass · r²
+    # the artificial inertia of a wheel that turns, 2.7 blob·in², is 0.13 % of the mass · r²
     assert slowing / G == pytest.approx(LIMITS[axles] / WEIGHT, rel=2e-3)
 
 

@@ -207,7 +207,8 @@ def test_free_motion(linkage, light):
             for rows, k in [(oracle.rows[joint.name], oracle.index[joint.j.body])]
         }
         top = max(np.abs(push).max() for push in pushes.values())
-        # a body without mass gets a stand-in of 1e-7 of the greatest, which corrections take back
+        # a body without mass gets an artificial mass of 1e-7 of the greatest, which corrections
+        # take back
         for passes in (2, 4) if corrected else (0, 2):
             mine, forces = accelerations(system, q, v, t, passes)
             assert_allclose(mine, a, rtol=0, atol=FORCE * np.abs(a).max())

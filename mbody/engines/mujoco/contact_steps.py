@@ -191,7 +191,7 @@ def contact_crosscheck(system: System, run: Solution, engine: str) -> Crosscheck
     missing += inexpressible_contacts(system)
     missing += [
         Inexpressible(name, "MuJoCo cannot move bodies without mass or inertia")
-        for name in made.stand_ins
+        for name in made.artificial_masses
     ]
     if missing:
         return CrosscheckResult(

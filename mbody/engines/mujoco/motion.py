@@ -66,7 +66,7 @@ class Replay:
         self.taken = [n for n, one in enumerate(run.mechanism.loads) if one.name not in made.built]
         self.bodies = {name: self.model.body(safe(name)).id for name in made.system.bodies}
         self.step = -1
-        without_stand_ins(made, self.model)
+        without_artificial_masses(made, self.model)
 
     def at(self, step: int) -> None:
         """Set one instant: positions, velocities, accelerations, loads."""
@@ -208,7 +208,7 @@ class Replay:
 
     @property
     def movable(self) -> bool:
-        """Whether the mass matrix without stand-ins is regular at the first instant."""
+        """Whether the mass matrix without artificial masses is regular at the first instant."""
         self.at(0)
         full, root = self.mass(), self.made.system.length * self.made.scale.length
         units = np.array([1.0 if column.slides else 1.0 / root for column in self.made.columns])
@@ -253,7 +253,7 @@ class Replay:
         return full
 
 
-def without_stand_ins(made: Exported, model: Any) -> None:
+def without_artificial_masses(made: Exported, model: Any) -> None:
     """Remove the small masses and inertias of massless bodies."""
     system = made.system
     for name, branch in made.hung:
@@ -396,7 +396,7 @@ def motion_rows(
     machine = made.system.mechanism
     if not Replay(made, seen).movable:
         why = "its motion: MuJoCo cannot move massless bodies, nor very light ones under loads"
-        light = made.stand_ins or (min(machine.bodies, key=_mass_in(made)).name,)
+        light = made.artificial_masses or (min(machine.bodies, key=_mass_in(made)).name,)
         return [], [Inexpressible(name, why) for name in light], []
     rods = [joint.name for joint in machine.joints if type(joint) is Distance]
     why = "accelerations at an instant: MuJoCo neglects the rotation rate of a tendon"
@@ -571,7 +571,7 @@ def _integrated(made: Exported, run: Solution, count: Array) -> dict[str, Array]
     import mujoco
 
     model: Any = mujoco.MjModel.from_xml_string(made.text)
-    without_stand_ins(made, model)
+    without_artificial_masses(made, model)
     data = mujoco.MjData(model)
     model.opt.tolerance, model.opt.iterations = MUJOCO_SOLVER_FINE, 5
     model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_ENERGY)

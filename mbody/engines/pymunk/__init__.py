@@ -307,7 +307,7 @@ def _notes_of(run: Solution, where: InstantForces | Trajectory, blind: int) -> l
         )
     if where.lumped:
         notes.append(
-            f"pymunk needs mass: {listed(where.lumped)} have small stand-ins for mass or inertia, "
+            f"pymunk needs mass: {listed(where.lumped)} have small artificial masses or inertias, "
             "whose influence is extrapolated to zero"
         )
     if where.over:

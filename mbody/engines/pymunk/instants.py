@@ -72,18 +72,18 @@ WORK = 1.2e8
 
 @dataclass(frozen=True)
 class Sizes:
-    """Scales of a run, for steps, stand-ins and rounding.
+    """Scales of a run, for steps, artificial masses and rounding.
 
     Attributes
     ----------
     rate : float
         Characteristic rate of the motion [1/time].
     lump : float
-        Stand-in for a mass of zero [mass].
+        Artificial mass in place of zero [mass].
     extent : float
         Greatest coordinate, with angles times the model length [length].
     mass : float
-        Greatest mass, stand-ins included [mass].
+        Greatest mass, artificial ones included [mass].
     """
 
     rate: float
@@ -152,7 +152,7 @@ def sizes_of(system: System, run: Solution) -> Sizes:
         rate = float(np.sqrt(force / (mean * L))) if mean and force else 1.0
     lump = mean
     if run.analysis != "simulate" or not mean:
-        # in a driven motion inertia forces of a stand-in must not be greater than the loads
+        # in a driven motion inertia forces of an artificial mass must not be greater than the loads
         lump = force / (L * rate * rate) if force else mean or 1.0
         lump = min(lump, mean) if mean else lump
     return Sizes(rate, lump, max(extent, L), max(float(own.max()), lump))
@@ -163,7 +163,7 @@ def at_instants(system: System, run: Solution, instants: list[int]) -> InstantFo
 
     From the positions and rates of the run a few steps are taken, with four step sizes; in the
     limit they remain at the instant. Drivers move by their values, rates and accelerations there.
-    For a known motion, forces are linear in the stand-ins for masses, so two stand-ins determine
+    For a known motion, forces are linear in the artificial masses, so two of them determine
     the limit of zero; for a free motion three small ones are extrapolated. Where the solver needs
     many iterations, fewer of the instants are taken.
     """

@@ -320,7 +320,7 @@ def trajectory(system: System, run: Solution) -> Trajectory | None:
     """The motion from the first instant of a run on; None where there is only one.
 
     It ends where three step sizes no longer converge with the expected order, since nearby motions
-    diverge after that, or where too much work would be needed. Stand-ins for masses are halved
+    diverge after that, or where too much work would be needed. Artificial masses are halved
     twice too, and extrapolated to zero.
     """
     end = _end(run)
@@ -396,7 +396,7 @@ class _MotionTrial:
             else (sizes.lump,)
         )
         h = PYMUNK_STEP_LONGEST / sizes.rate
-        # the smallest stand-in needs the most iterations
+        # the smallest artificial mass needs the most iterations
         most = min(MANY, int(WORK / (BURST * max(len(free.parts), 1))))
         self.iterations, self.loose = settled(
             lambda count: self._burst(count, h), PYMUNK_SETTLED_FORCES, most
@@ -431,7 +431,7 @@ class _MotionTrial:
 
     def go(self, instants: list[int]) -> tuple[tuple[Array, Array], list[Array]]:
         """The limit with its spread, and the results of the three step sizes with the first
-        stand-in.
+        artificial mass.
         """
         times = self.run.t[[0, *instants]]
         self.longest = self.step(instants)

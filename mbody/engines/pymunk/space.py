@@ -230,25 +230,25 @@ class Space:
     system : System
         Of one design.
     lump : float
-        Stand-in for a mass of zero [mass], and with the square of the model length for an inertia
-        of zero; pymunk needs both.
+        Artificial mass in place of zero [mass], and with the square of the model length for an
+        inertia of zero; pymunk needs both.
     iterations : int
         Of the solver at every step.
 
     Attributes
     ----------
     mass : array (bodies, 3)
-        Mass, mass and inertia of every body, stand-ins included.
+        Mass, mass and inertia of every body, artificial ones included.
     lumped : tuple of str
-        Bodies with a stand-in.
+        Bodies with an artificial mass.
     parts : list of ImpulseConstraint
         Constraints of joints and drivers.
     motors : list of ImpulseConstraint
         Those of the drivers, in the order of the description; none for what is not expressible.
     springs : list of SpringImpulse
     drags : list of (ImpulseConstraint, float)
-        Dampers of bodies with a stand-in, and their coefficients: they are applied as forces, since
-        pymunk's own dampers ignore all other constraints of the two bodies.
+        Dampers of bodies with an artificial mass, and their coefficients: they are applied as
+        forces, since pymunk's own dampers ignore all other constraints of the two bodies.
     over : tuple of int
         Loads that pymunk does not have, by their numbers: they are applied with the values from
         mbody.
