@@ -204,7 +204,7 @@ def test_many_centres_at_infinity_do_not_fill_the_page():
     run = mbody.kinematics(gallery.load("inline_six"), [0.0])
     whole = [one for one in instant_centres(run).sentences() if "one point" not in one]
     figure = mbody.draw(run, poles=True)
-    text = "\n".join(text.get_text() for text in figure.texts)
+    text = " ".join(text.get_text() for text in figure.texts)
     said = [one for one in whole if one in text]
     assert len(whole) > 20 and len(said) == 6 and all("against ground" in one for one in said)
     assert f"{len(whole) - 6} more centres are at infinity, or are none" in text
