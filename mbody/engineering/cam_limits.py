@@ -97,8 +97,10 @@ def cam_curvature(
     R, R1, R2 = np.broadcast_arrays(*joint.radius(numbers, psi))
     if joint.flat:
         return R + R2, R + R2
-    bend, speed = R * R + 2.0 * R1 * R1 - R * R2, (R * R + R1 * R1) ** 1.5
-    pitch = np.divide(speed, bend, out=np.full(R.shape, np.inf), where=bend != 0.0)
+    curvature_term, speed = R * R + 2.0 * R1 * R1 - R * R2, (R * R + R1 * R1) ** 1.5
+    pitch = np.divide(
+        speed, curvature_term, out=np.full(R.shape, np.inf), where=curvature_term != 0.0
+    )
     return pitch, pitch - float(numbers[f"{joint.name}.roller"])
 
 
@@ -461,11 +463,11 @@ class FollowerPath:
         around = (1j * p1 * np.conj(self.place)).real
         if not around.min() > 0.0:
             return -math.inf
-        bend = -(np.conj(p1) * p2).imag
-        convex = bend > 0.0
+        curvature_term = -(np.conj(p1) * p2).imag
+        convex = curvature_term > 0.0
         if not convex.any():
             return math.inf
-        return float((np.abs(p1[convex]) ** 3 / bend[convex]).min()) - self.roller
+        return float((np.abs(p1[convex]) ** 3 / curvature_term[convex]).min()) - self.roller
 
     def least_base(self, limit: float | None = None) -> float | None:
         """The least base circle without undercutting, and, with a limit, of a pressure angle

@@ -293,9 +293,9 @@ def _profile(
 
 def _convex(R: Array, R1: Array, R2: Array) -> Array:
     """Radius of curvature of a pitch curve, inf where it is straight or hollow."""
-    bend = R * R + 2.0 * R1 * R1 - R * R2
+    curvature_term = R * R + 2.0 * R1 * R1 - R * R2
     speed = (R * R + R1 * R1) ** 1.5
-    return np.divide(speed, bend, out=np.full(len(R), np.inf), where=bend > 0.0)
+    return np.divide(speed, curvature_term, out=np.full(len(R), np.inf), where=curvature_term > 0.0)
 
 
 def _limit(keeps: Callable[[float], bool], low: float, high: float) -> float:

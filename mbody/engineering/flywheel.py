@@ -384,8 +384,8 @@ def _top(values: Array) -> float:
     if not 0 < k < len(values) - 1:
         return float(values[k])
     a, b, c = (float(values[n]) for n in (k - 1, k, k + 1))
-    bend = a - 2.0 * b + c
-    return b - (c - a) ** 2 / (8.0 * bend) if bend < 0.0 else b
+    second_difference = a - 2.0 * b + c
+    return b - (c - a) ** 2 / (8.0 * second_difference) if second_difference < 0.0 else b
 
 
 def flywheel(run: Solution, coefficient: float, driver: str | None = None) -> float:

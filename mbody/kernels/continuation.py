@@ -111,10 +111,10 @@ def predict(L, W, w, h, back, quintic, last):
     cubic = x * x * x * quintic
     alpha = -cubic * (10.0 + x * (15.0 + 6.0 * x))
     slope = -cubic * y * (4.0 + 3.0 * x)
-    bend = -0.5 * cubic * y * y
+    second_difference = -0.5 * cubic * y * y
     beta, beta1 = back * (x + alpha - slope), back * slope
-    gamma = back * back * (0.5 * (x * x - alpha) + slope - bend)
-    gamma1 = back * back * bend
+    gamma = back * back * (0.5 * (x * x - alpha) + slope - second_difference)
+    gamma1 = back * back * second_difference
     for n in range(3 * L.bodies):
         f, o, o1 = ld(W.past, last + n, w), last + size + n, before + size + n
         near = beta * ld(W.past, o, w) + gamma * ld(W.past, o + size, w)
@@ -148,16 +148,16 @@ def predict_by_three(L, W, w, h, back, longer, last):
 
 
 @inline
-def hermite_weights(part, slope, bend, d):
+def hermite_weights(part, slope, second_difference, d):
     """Weights of f, f′ and f″ of one of three places, d before the new one.
 
-    Lagrange's polynomial of the place, L(d) = 1 + slope d + bend d², is `part` at the new one. The
-    weights are L³ times the Taylor polynomials of degree 2 of 1/L³, d/L³ and d²/(2 L³):
-    1/L³ = 1 − 3 slope d + (6 slope² − 3 bend) d² + … .
+    Lagrange's polynomial of the place, L(d) = 1 + slope d + second_difference d², is `part` at the
+    new one. The weights are L³ times the Taylor polynomials of degree 2 of 1/L³, d/L³ and d²/(2
+    L³): 1/L³ = 1 − 3 slope d + (6 slope² − 3 second_difference) d² + … .
     """
     cube = part * part * part
     x = slope * d
-    f = cube * (1.0 - 3.0 * x + (6.0 * x * x - 3.0 * bend * d * d))
+    f = cube * (1.0 - 3.0 * x + (6.0 * x * x - 3.0 * second_difference * d * d))
     return f, cube * d * (1.0 - 3.0 * x), 0.5 * cube * d * d
 
 
@@ -192,9 +192,9 @@ def compare_step(L, W, w, h, last):
             o = 3 * b + n
             way = ld(W.q, o, w) - ld(W.past, last + o, w)
             now, before = ld(W.v, o, w), ld(W.past, last + size + o, w)
-            bend = h * ld(W.past, last + 2 * size + o, w)
-            d = now - before - bend
-            whole = now * now + before * before + bend * bend
+            predicted = h * ld(W.past, last + 2 * size + o, w)
+            d = now - before - predicted
+            whole = now * now + before * before + predicted * predicted
             if n == 2:
                 turned = turned + way * way
                 most, least = larger(most, way), smaller(least, way)
@@ -350,8 +350,8 @@ def rates_fit(L, W, w, h, regularization):
         if not (e > 0.5 and e1 > 0.5 and e2 > 0.5):
             continue
         p1, p2 = 1.0 / e1, 1.0 / e2
-        bend = (p2 - 1.0 / e) * (h / back) - (p2 - p1)
-        smooth = smooth and abs(bend) <= CHANGE_POINT_SHARP_END * min(p1, p2)
+        second_difference = (p2 - 1.0 / e) * (h / back) - (p2 - p1)
+        smooth = smooth and abs(second_difference) <= CHANGE_POINT_SHARP_END * min(p1, p2)
     for n in range(3 * L.bodies):
         W.q[n, 0] += back * W.v[n, 0]
     turns(L, W, w)
@@ -374,9 +374,9 @@ def judge_step(L, W, h, back, regularization):
     found, place = SOUND, 0.0
     for k in range(L.nodes):
         e0, e1, e2 = W.monitor[k, 0], W.monitor[L.nodes + k, 0], W.monitor[2 * L.nodes + k, 0]
-        bend = e0 * e1 + e2 * (x * e1 - (1.0 + x) * e0)
+        second_difference = e0 * e1 + e2 * (x * e1 - (1.0 + x) * e0)
         # no part is above one; a pivot that was dropped gives zero
-        if abs(bend) <= CHANGE_POINT_SHARP * e0 * min(e1, e2) and e2 > 0.5:
+        if abs(second_difference) <= CHANGE_POINT_SHARP * e0 * min(e1, e2) and e2 > 0.5:
             continue
         if not (e2 > 0.5 and e1 > least):
             return UNSURE, 0.0
@@ -404,11 +404,11 @@ def lowest_of_parabola(x, before, ahead):
     beginning and `ahead` at the end; and its value there.
     """
     first, second = (1.0 - before) * x, ahead - 1.0
-    bend = (second - first) * x / (1.0 + x)
-    slope = second - bend
-    if not bend > 0.0:
+    second_difference = (second - first) * x / (1.0 + x)
+    slope = second - second_difference
+    if not second_difference > 0.0:
         return -1.0, 1.0
-    return -0.5 * slope / bend, 1.0 - 0.25 * slope * slope / bend
+    return -0.5 * slope / second_difference, 1.0 - 0.25 * slope * slope / second_difference
 
 
 @njit
@@ -433,10 +433,12 @@ def signs_kept(S, W, w, F, step, failed):
         most = larger(most, great)
         e1, e0 = ld(W.monitor, count + g, w), ld(W.monitor, g, w)
         failed = larger(failed, seen * select_le(zero + TINY, e1 * e2, zero, one))
-        bend = e0 * e1 + e2 * (x * e1 - (1.0 + x) * e0)
+        second_difference = e0 * e1 + e2 * (x * e1 - (1.0 + x) * e0)
         small = smaller(e1 * e2, smaller(e0 * e1, e0 * e2))
-        bend = larger(bend, -bend)
-        failed = larger(failed, seen_twice * select_le(bend, CHANGE_POINT_SHARP * small, zero, one))
+        second_difference = larger(second_difference, -second_difference)
+        failed = larger(
+            failed, seen_twice * select_le(second_difference, CHANGE_POINT_SHARP * small, zero, one)
+        )
         st(W.monitor, g, e1, w)
         st(W.monitor, count + g, e2, w)
     return failed, most

@@ -112,12 +112,12 @@ def store_sizes(L, W, S, v):
     relative; as simulations of batches has it for many motions. Those of auxiliary states stay.
     """
     n3, length = 3 * L.bodies, W.size[0, 0]
-    speed, bend = 0.0, 0.0
+    speed, greatest = 0.0, 0.0
     for n in range(n3):
         unit = 1.0 if n % 3 == 2 else length
         speed = max(speed, abs(v[n]) / unit)
-        bend = max(bend, abs(S.K[0, n3 + n]) / unit)
-    swift = max(speed, math.sqrt(bend))
+        greatest = max(greatest, abs(S.K[0, n3 + n]) / unit)
+    swift = max(speed, math.sqrt(greatest))
     swift = 1.0 if swift == 0.0 else swift
     for n in range(n3):
         unit = 1.0 if n % 3 == 2 else length

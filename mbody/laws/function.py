@@ -175,7 +175,11 @@ def _differentiate(
     """f, f′, f″ of a Python function at x (f″ only if `second`, otherwise 0)."""
     f = finite_value(function, x)
     slope = _complex_slope(function, x, quiet=False)
-    slope_d, bend_c, bend_d = _Limit(), _Limit(), _Limit()  # from differences, from complex slopes
+    slope_d, second_c, second_d = (
+        _Limit(),
+        _Limit(),
+        _Limit(),
+    )  # from differences, from complex slopes
     step, size, steepest = (
         FIRST_STEP * max(scale, FUNCTION_SCALE_LEAST * abs(x)),
         abs(f),
@@ -190,24 +194,24 @@ def _differentiate(
         first = (f_right - f_left) / (2.0 * width)
         noise = LAW_EPSILON * (size + abs(x * first)) / width
         slope_d.add(first, noise)
-        bend_d.add((f_right - 2.0 * f + f_left) / width**2, 4.0 * noise / width)
+        second_d.add((f_right - 2.0 * f + f_left) / width**2, 4.0 * noise / width)
         # converged where smaller steps would add more rounding error than they remove
         converged = slope_d.error <= 4.0 * noise and (
-            not second or bend_d.error <= 4.0 * (4.0 * noise / width)
+            not second or second_d.error <= 4.0 * (4.0 * noise / width)
         )
         if slope == slope:
             s_right = _complex_slope(function, right, quiet=True)
             s_left = _complex_slope(function, left, quiet=True)
             steepest = max(steepest, abs(s_right), abs(s_left))
-            bend = (s_right - s_left) / (2.0 * width)
-            noise = LAW_EPSILON * (steepest + abs(x * bend)) / width
-            bend_c.add(bend, noise)
+            second_derivative = (s_right - s_left) / (2.0 * width)
+            noise = LAW_EPSILON * (steepest + abs(x * second_derivative)) / width
+            second_c.add(second_derivative, noise)
             agree = abs(slope - slope_d.value) + slope_d.error <= FUNCTION_SLOPES_AGREE * steepest
             if agree:
-                converged = not second or bend_c.error <= 4.0 * noise
+                converged = not second or second_c.error <= 4.0 * noise
         if converged and level > 1:
             break
         step /= RATIO
     if agree:
-        return f, slope, bend_c.value if second else 0.0
-    return f, slope_d.value, bend_d.value if second else 0.0
+        return f, slope, second_c.value if second else 0.0
+    return f, slope_d.value, second_d.value if second else 0.0

@@ -68,8 +68,14 @@ def of_spline(h: FloatArray, chord: FloatArray, end: str) -> FloatArray:
     if end == "not-a-knot" and n == 2:
         return np.array([chord[0], chord[0]])
     if end == "not-a-knot" and n == 3:  # the parabola through three points
-        bend = (chord[1] - chord[0]) / (h[0] + h[1])
-        return np.array([chord[0] - bend * h[0], chord[0] + bend * h[0], chord[1] + bend * h[1]])
+        second_difference = (chord[1] - chord[0]) / (h[0] + h[1])
+        return np.array(
+            [
+                chord[0] - second_difference * h[0],
+                chord[0] + second_difference * h[0],
+                chord[1] + second_difference * h[1],
+            ]
+        )
     lower, diagonal, upper, right = np.zeros(n), np.ones(n), np.zeros(n), np.zeros(n)
     # equal f″ from both sides of an inner knot
     lower[1:-1], diagonal[1:-1], upper[1:-1] = h[1:], 2.0 * (h[:-1] + h[1:]), h[:-1]

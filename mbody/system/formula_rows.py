@@ -378,7 +378,7 @@ def driven_law(driver: Element, mechanism: Mechanism, at: Numbers) -> Law:
 
 CODES = {name: n for n, name in enumerate(OPERATIONS)}
 #: Curves and their derivatives, in the order of the codes.
-LAWS = ("law", "law rate", "law bend")
+LAWS = ("law", "law rate", "law acceleration")
 
 
 @dataclass(frozen=True)

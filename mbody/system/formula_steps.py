@@ -56,7 +56,7 @@ class StepList:
         1), ("time",), ("parameter", n), ("signal", name of an input), ("own", name of a state), or
         ("law", n, places of its arguments), or an operation with the places that it takes; as
         derivatives ("signal rate", input), ("signal acceleration", input), ("law rate", n, place)
-        and ("law bend", n, place).
+        and ("law acceleration", n, place).
     numbers : list
         The parameters, each a float or an array over a batch.
     laws : list of Signal
@@ -390,7 +390,7 @@ class Differentiated:
             return None
         if len(places) == 2:
             raise NotSmooth("table of two variables")
-        following = {"law": "law rate", "law rate": "law bend"}[name]
+        following = {"law": "law rate", "law rate": "law acceleration"}[name]
         return self.steps.read(following, n, places[0]) * _existing(rates[0])
 
     def _inner(self, name: str, a: Recorded, g: Recorded) -> Recorded:
@@ -525,7 +525,7 @@ def _turning(steps: StepList, body: str, part: int) -> Recorded:
 # -- Values of recorded formulas on arrays, by NumPy -------------------------------------------
 
 #: Which of (f, f′, f″) of a curve a step is.
-BENDS = ("law", "law rate", "law bend")
+LAW_ORDERS = ("law", "law rate", "law acceleration")
 
 
 def step_values(
@@ -539,8 +539,8 @@ def step_values(
             operands = [known[one] for one in steps.operands(place)]
             if kind == "parameter":
                 known[place] = steps.numbers[rest[0]]
-            elif kind in BENDS:
-                known[place] = _curve(steps.laws[rest[0]], BENDS.index(kind), operands, shape)
+            elif kind in LAW_ORDERS:
+                known[place] = _curve(steps.laws[rest[0]], LAW_ORDERS.index(kind), operands, shape)
             elif kind in ONE:
                 known[place] = ONE[kind](*operands)
             elif kind in TWO:

@@ -617,8 +617,8 @@ def mark_curvature(sketch: Sketch, point: str, corners: Array) -> str:
     k, run = sketch.pose.k, sketch.pose.run
     found = path_curvature(run, point)
     place = sketch.pose.point(point)
-    radius, bend = float(found.radius[k]), float(found.curvature[k])
-    if not np.isfinite(bend):
+    radius, curvature = float(found.radius[k]), float(found.curvature[k])
+    if not np.isfinite(curvature):
         return f"{point} stands still: its path has a cusp, or ends, there"
     if not np.isfinite(found.centre_x[k]):
         return f"the path of {point} is straight there (a point of inflection, or a line)"

@@ -91,8 +91,10 @@ def _outlined(path: Any) -> tuple[float, float, float]:
         return float(box.width), float(box.height), float(box.y0)
     control, end = curved[::2], curved[1::2]
     a, b, c = points[control - 1], points[control], points[end]
-    bend = a - 2.0 * b + c
-    t = (a - b) / np.where(bend == 0.0, np.inf, bend)  # where the curve turns back, by axis
+    second_difference = a - 2.0 * b + c
+    t = (a - b) / np.where(
+        second_difference == 0.0, np.inf, second_difference
+    )  # where the curve turns back, by axis
     t = np.clip(t, 0.0, 1.0)
     turned = (1.0 - t) ** 2 * a + 2.0 * t * (1.0 - t) * b + t**2 * c
     on_line = codes != path.CLOSEPOLY

@@ -235,15 +235,15 @@ def _refuse_concave(corners: Array, name: str) -> None:
     """Refuse a polygon that bends inwards, or has too many corners."""
     ahead = np.roll(corners, -1, axis=0) - corners
     following = np.roll(ahead, -1, axis=0)
-    bend = ahead[:, 0] * following[:, 1] - ahead[:, 1] * following[:, 0]
+    cross = ahead[:, 0] * following[:, 1] - ahead[:, 1] * following[:, 0]
     size = np.hypot(*ahead.T) * np.hypot(*following.T)
     body, _, key = name.partition(".")
     if len(corners) > MOST_CORNERS:
         raise ModelError(
             f"'{body}': {key} has {len(corners)} corners: give at most {MOST_CORNERS}", body
         )
-    inward = np.flatnonzero(bend < -DIRECTION_SAME * size)
-    whole = np.arctan2(bend, (ahead * following).sum(axis=1)).sum()
+    inward = np.flatnonzero(cross < -DIRECTION_SAME * size)
+    whole = np.arctan2(cross, (ahead * following).sum(axis=1)).sum()
     if inward.size or whole > 3.0 * math.pi:
         raise ModelError(
             f"'{body}': {key} is a polygon that bends inwards: the method 'moreau' takes convex "

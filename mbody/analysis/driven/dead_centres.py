@@ -249,11 +249,11 @@ class _Curve:
             found = None if there is None else self._slope(there, along)
             if there is None or found is None:
                 return None
-            bend = (found[0] - slope) / step
+            second_derivative = (found[0] - slope) / step
             here, (slope, along) = there, found
-            if abs(slope) < PATH_DERIVATIVE_NONE or bend == 0.0:
+            if abs(slope) < PATH_DERIVATIVE_NONE or second_derivative == 0.0:
                 break
-            step = -slope / bend
+            step = -slope / second_derivative
             if abs(step) > PATH_STEP_LONGEST:
                 step = math.copysign(PATH_STEP_LONGEST, step)
         if abs(slope) > 1e3 * PATH_DERIVATIVE_NONE:

@@ -148,8 +148,8 @@ class BranchPassage:
             self.open = (at,) if at.t > t else ()
         elif step < BRANCH_STEP_HOPELESS * self.whole:
             self._give_up(t, step, ahead.elements)
-        elif ahead.bend < np.inf:
-            state[SHORTENED_UNTIL] = ahead.bend + max(ahead.bend - t, step)
+        elif ahead.closest_time < np.inf:
+            state[SHORTENED_UNTIL] = ahead.closest_time + max(ahead.closest_time - t, step)
             state[DECIDE_BELOW] = 0.0
         else:
             state[DECIDE_BELOW] = BRANCH_LOOK_AGAIN * step
@@ -393,16 +393,16 @@ class _Choice:
     def _motion(self, T: Array, y: Array) -> tuple[Array, float, float]:
         """Accelerations (coordinates,) without units on a branch, their constraint, its size."""
         here = self.here
-        bend = here.bend(T, y) if y.any() else np.zeros(len(self.mass))
-        a = bend + self._along(still(T, here.clock) @ here.directions, bend)
+        second_order = here.second_order(T, y) if y.any() else np.zeros(len(self.mass))
+        a = second_order + self._along(still(T, here.clock) @ here.directions, second_order)
         n = len(here.N)
-        free = bend + self._along(here.N, bend) if n else bend
+        free = second_order + self._along(here.N, second_order) if n else second_order
         off = a - free
         return a, float(off @ (self.mass * off)), float(free @ (self.mass * free)) or 1.0
 
-    def _along(self, directions: Array, bend: Array) -> Array:
-        """The accelerations along `directions` that the loads make, beside `bend`."""
-        residual = directions @ (self.force - self.mass * bend)
+    def _along(self, directions: Array, second_order: Array) -> Array:
+        """The accelerations along `directions` that the loads make, beside `second_order`."""
+        residual = directions @ (self.force - self.mass * second_order)
         return np.asarray(
             np.linalg.lstsq(
                 (directions * self.mass) @ directions.T, residual, rcond=LEAST_SQUARES_RANK_FINE

@@ -123,13 +123,13 @@ class MotionCurve:
         here = Node(first.place, sign * first.along, sign * first.residual, first.slope, 0.0)
         here = self.node(here.place, here.along)
         walk = Walk([here])
-        length, bend, arclength = WALK_STEP, np.zeros(len(here.along)), 0.0
+        length, curvature, arclength = WALK_STEP, np.zeros(len(here.along)), 0.0
         for _ in range(STEPS):
-            there, length, why = self._step(here, bend, length)
+            there, length, why = self._step(here, curvature, length)
             smooth = there is not None
             if there is None:
                 there = self._across(here)
-                bend, length = np.zeros(len(here.along)), WALK_STEP
+                curvature, length = np.zeros(len(here.along)), WALK_STEP
             elif why == "crossing":
                 walk.crossings.append(there.place)
             if there is None:
@@ -151,7 +151,7 @@ class MotionCurve:
             if not smooth:
                 walk.corners.append(here.place)
             else:
-                bend = (there.along - here.along) / chord
+                curvature = (there.along - here.along) / chord
                 # a straight path is followed in growing steps; what turns comes round
                 still = np.abs(there.along[2::3]).max() < RATE_NONE_ANGLE
                 straight = np.linalg.norm(there.along - here.along) < WALK_TURN_STRAIGHT
@@ -218,7 +218,7 @@ class MotionCurve:
         displacement = (here.place.q - self.start.place.q) / self.scale
         return float(np.abs(displacement.reshape(-1, 3)[:, :2]).max(initial=0.0)) > RUN_AWAY
 
-    def _step(self, here: Node, bend: Array, length: float) -> tuple[Node | None, float, str]:
+    def _step(self, here: Node, curvature: Array, length: float) -> tuple[Node | None, float, str]:
         """The next node, the step that led there, and why it ended; None where none closes
         whose tangent goes on.
         """
@@ -226,8 +226,8 @@ class MotionCurve:
         fastest = float(np.abs(here.along).max())
         while length > WALK_STEP_SHORTEST * WALK_STEP:
             step = length / fastest
-            curved = np.linalg.norm(bend) * step < WALK_TURN_GREATEST
-            increment = step * here.along + (0.5 * step**2 * bend if curved else 0.0)
+            curved = np.linalg.norm(curvature) * step < WALK_TURN_GREATEST
+            increment = step * here.along + (0.5 * step**2 * curvature if curved else 0.0)
             there = self.manifold.moved(here.place, increment)
             if there is not None and len(there.motions):
                 onward = there.motions.T @ (there.motions @ here.along)

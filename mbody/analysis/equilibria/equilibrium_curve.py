@@ -428,10 +428,10 @@ def _kind(H: Array, V: Array) -> str:
     """Kind of the crossing, by the second derivatives H on the null space V (2, free + 1)."""
     still = np.array([V[1, -1], -V[0, -1]])  # the direction in which the number stays
     size = float(np.linalg.norm(still))
-    bend = float(still @ H @ still) / size**2 if size > 1e-6 else 0.0
+    curvature = float(still @ H @ still) / size**2 if size > 1e-6 else 0.0
     return (
         "pitchfork"
-        if abs(bend) <= BRANCH_POINT_CURVATURE_NONE * float(np.abs(H).max())
+        if abs(curvature) <= BRANCH_POINT_CURVATURE_NONE * float(np.abs(H).max())
         else "transcritical"
     )
 
@@ -770,8 +770,8 @@ class _Tracer:
         step = CURVE_STEP_FIRST
         while len(self.path) < self.points:
             there = self.follower.ahead(here, step)
-            bend = 0.0 if there is None else float(there.direction @ here.direction)
-            if there is None or bend < CURVE_COSINE:
+            cosine = 0.0 if there is None else float(there.direction @ here.direction)
+            if there is None or cosine < CURVE_COSINE:
                 step *= 0.5
                 if step < CURVE_STEP_SHORTEST:
                     self._stops(here)
@@ -800,7 +800,7 @@ class _Tracer:
             if np.abs((there.place.q - place.q) / self.follower.scale).max() > RUN_AWAY:
                 self.notes.append(f"it leaves all bounds near {self._where(there)}")
                 break
-            if bend > 1.0 - 0.25 * (1.0 - CURVE_COSINE):
+            if cosine > 1.0 - 0.25 * (1.0 - CURVE_COSINE):
                 step = min(2.0 * step, CURVE_STEP_LONGEST)
             here = there
         else:

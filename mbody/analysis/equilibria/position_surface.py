@@ -403,13 +403,13 @@ class Cover:
         parts = np.linalg.norm(turned - linear, axis=1) / lengths**2
         bounds = beside.begin[:-1]
         kept = np.diff(beside.begin) > 0
-        bend, longest = np.zeros(len(kept)), np.zeros(len(kept))
-        bend[kept] = np.maximum.reduceat(parts, bounds[kept])
+        second_derivative, longest = np.zeros(len(kept)), np.zeros(len(kept))
+        second_derivative[kept] = np.maximum.reduceat(parts, bounds[kept])
         longest[kept] = np.maximum.reduceat(lengths, bounds[kept])
         # places are no further than that from the nearest of the cover
         radius = 0.75 * longest[own]
         least = _least(residuals[own], stiffness[own], radius)
-        found[own] = least > SURFACE_ERROR_SURE * bend[own] * radius**2
+        found[own] = least > SURFACE_ERROR_SURE * second_derivative[own] * radius**2
         return found
 
 

@@ -216,7 +216,7 @@ def _quarters(grid: Array) -> Array:
     return np.stack(parts, axis=1)
 
 
-def _bends(grid: Array) -> tuple[Array, Array]:
+def _second_differences(grid: Array) -> tuple[Array, Array]:
     """Second differences (cells, 3, …) along both axes of cells (cells, 3, 3, …)."""
     return (
         grid[:, 1, :] - 0.5 * (grid[:, 0, :] + grid[:, 2, :]),
@@ -224,16 +224,19 @@ def _bends(grid: Array) -> tuple[Array, Array]:
     )
 
 
-def _separated(corners: Array, bends: Sequence[Array]) -> Array:
+def _separated(corners: Array, second_differences: Sequence[Array]) -> Array:
     """By how much each direction separates zero from what corners (parts, 2, 2, 2) interpolate:
     (parts, directions); errors are a quarter of the bends of a cell twice as long.
     """
     least = (corners.reshape(len(corners), 4, 2) @ UNIT_CIRCLE.T).min(axis=1)
-    return np.asarray(least - _error(bends))
+    return np.asarray(least - _error(second_differences))
 
 
-def _error(bends: Sequence[Array]) -> Array:
-    every = [np.abs(bend @ UNIT_CIRCLE.T).max(axis=1) for bend in bends]
+def _error(second_differences: Sequence[Array]) -> Array:
+    every = [
+        np.abs(second_difference @ UNIT_CIRCLE.T).max(axis=1)
+        for second_difference in second_differences
+    ]
     return np.asarray(0.25 * SURFACE_ERROR_SURE * sum(every))
 
 
@@ -267,10 +270,12 @@ class ChartCells:
     ) -> None:
         self.samples, self.creased = samples, creased
         grid = samples.residual[numbers]
-        corners, bends = _quarters(grid), _bends(grid)
+        corners, second_differences = _quarters(grid), _second_differences(grid)
         shape = corners.shape[:2]
         flat = corners.reshape(-1, 2, 2, 2)
-        every = [np.repeat(bend, 4, axis=0) for bend in bends]
+        every = [
+            np.repeat(second_difference, 4, axis=0) for second_difference in second_differences
+        ]
         self._ends(charts, numbers, shape)
         clear = ~self.turning.any(axis=-1)
         gaps = _separated(flat, every).max(axis=1).reshape(shape)
@@ -307,14 +312,17 @@ class ChartCells:
             signed = (d * line).sum(axis=-1)
             whole = np.einsum("cijx,cqx->cqij", grid[:, :, :, load], line[:, :, 0])
             bent = [
-                np.abs(bend).max(axis=1).reshape(shape) for bend in _bends(whole.reshape(-1, 3, 3))
+                np.abs(second_difference).max(axis=1).reshape(shape)
+                for second_difference in _second_differences(whole.reshape(-1, 3, 3))
             ]
             least = signed.min(axis=-1) - 0.25 * SURFACE_ERROR_SURE * (bent[0] + bent[1])
             beside = on_line & (least > 0.0)
             self.turning[..., load] &= ~beside
             self.crossed[..., load] = on_line & ~beside & self.turning[..., load]
 
-    def _linear(self, corners: Array, bends: Sequence[Array], shape: tuple[int, ...]) -> None:
+    def _linear(
+        self, corners: Array, second_differences: Sequence[Array], shape: tuple[int, ...]
+    ) -> None:
         """Where the mean Jacobian matrix J shows one zero at most: J⁻¹ ∂G/∂y near the identity."""
         count = len(corners)
         along = corners[:, 1, :] - corners[:, 0, :], corners[:, :, 1] - corners[:, :, 0]
@@ -324,9 +332,11 @@ class ChartCells:
         B = np.zeros_like(J)
         B[good] = np.linalg.inv(J[good])
         errors, off = [], []
-        for mean_slope, bend, unit in zip(along, bends, np.eye(2), strict=True):
+        for mean_slope, second_difference, unit in zip(
+            along, second_differences, np.eye(2), strict=True
+        ):
             error = SURFACE_ERROR_SURE * np.linalg.norm(
-                np.einsum("nkx,nyx->nky", bend, B), axis=2
+                np.einsum("nkx,nyx->nky", second_difference, B), axis=2
             ).max(axis=1)
             turned = np.einsum("nkx,nyx->nky", mean_slope, B) - unit
             errors.append(error)
@@ -365,7 +375,7 @@ class ChartCells:
         nine = numbers[which[:, 0]]
         four = _quarters(nine)[np.arange(len(nine)), which[:, 1]].reshape(-1, 4)
         rest = samples.residual[nine] - samples.own[nine][:, :, :, turning].sum(axis=3)
-        error = _error(_bends(rest))
+        error = _error(_second_differences(rest))
         corners = samples.residual[four] - samples.own[four][:, :, turning].sum(axis=2)
         part = corners @ UNIT_CIRCLE.T
         force = samples.force[nine.reshape(-1, 9)][:, :, turning]

@@ -125,7 +125,7 @@ class Ahead:
         Rows stay independent so long from now on.
     crossing : Crossing or None
         The change point that the motion meets.
-    bend : float
+    closest_time : float
         Where branches pass each other without meeting, when the motion is in the bend.
     elements : tuple of str
         The joints whose rows become dependent, where there are any.
@@ -135,7 +135,7 @@ class Ahead:
 
     clear: float = 0.0
     crossing: Crossing | None = None
-    bend: float = np.inf
+    closest_time: float = np.inf
     elements: tuple[str, ...] = ()
     met: tuple[MetPosition, ...] = ()
 
@@ -244,7 +244,7 @@ def _ahead(
     far, along = float(np.linalg.norm(gone)), float(gone @ direction) / float(direction @ direction)
     when = t + (along - 0.5 * along**2 * float(bent @ direction)) / speed
     if found.left > LOOP_CLOSURE_CHANGE_POINT * (1.0 + float(np.abs(x).max())):
-        return Ahead(bend=max(when, t), elements=elements, met=met)
+        return Ahead(closest_time=max(when, t), elements=elements, met=met)
     missed = float(np.linalg.norm(gone - along * direction - 0.5 * along**2 * bent))
     if missed > SINGULARITY_BESIDE_PATH * far and far > POSITION_SAME:
         return Ahead(elements=elements, met=met)

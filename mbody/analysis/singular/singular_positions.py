@@ -477,23 +477,25 @@ class Singular:
 
     # -- along a branch -----------------------------------------------------------------------
 
-    def bend(self, T: Array, y: Array) -> Array:
+    def second_order(self, T: Array, y: Array) -> Array:
         """Second derivative of the position (coordinates,) along a branch at the velocity y, apart
         from what is along the branch.
         """
         if is_flat(self.A, tangent(self.A, y)) and y.any():
-            return self._bend(y)
+            return self._quadratic(y)
         # y may lie in other branches too; the form follows from others in this one
         random = np.random.default_rng(3)
         beside = random.normal(size=len(T)) @ T
         beside *= max(float(np.linalg.norm(y)), 1.0) / float(np.linalg.norm(beside))
-        return 0.5 * (self._bend(y + beside) + self._bend(y - beside)) - self._bend(beside)
+        return 0.5 * (self._quadratic(y + beside) + self._quadratic(y - beside)) - self._quadratic(
+            beside
+        )
 
-    def bend_of(self, T: Array, y: Array, w: Array) -> Array:
+    def second_order_of(self, T: Array, y: Array, w: Array) -> Array:
         """Second derivative as a bilinear form on (y, w)."""
-        return 0.25 * (self.bend(T, y + w) - self.bend(T, y - w))
+        return 0.25 * (self.second_order(T, y + w) - self.second_order(T, y - w))
 
-    def _bend(self, y: Array) -> Array:
+    def _quadratic(self, y: Array) -> Array:
         """By the conditions of second and third order."""
         norm = float(np.linalg.norm(y))
         y = y / norm
@@ -642,8 +644,10 @@ def frame(here: Singular, T: Array, place: Array) -> tuple[Array, Array]:
     if not place.any():
         return here.x, T @ here.directions
     if here.clock.any():  # of second order where time goes on as well
-        x = here.x + place @ here.directions + 0.5 * here.bend(T, place)
-        return x, np.array([one @ here.directions + here.bend_of(T, place, one) for one in T])
+        x = here.x + place @ here.directions + 0.5 * here.second_order(T, place)
+        return x, np.array(
+            [one @ here.directions + here.second_order_of(T, place, one) for one in T]
+        )
     spread = np.vander(PLACES, increasing=True)
     value, change = np.linalg.inv(spread)[:2]
     x, changes = here.x, []
@@ -659,7 +663,7 @@ def frame(here: Singular, T: Array, place: Array) -> tuple[Array, Array]:
 def _on(here: Singular, T: Array, place: Array) -> Array:
     """The position at a place that is away from the singular one, by Newton's method."""
     chart = T @ here.N
-    x = here.x + place @ here.directions + 0.5 * here.bend(T, place)
+    x = here.x + place @ here.directions + 0.5 * here.second_order(T, place)
     for _ in range(8):
         here.rows.at(x)
         off = np.append(here.rows.phi, chart @ (x - here.x) - T @ place)

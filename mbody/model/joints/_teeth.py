@@ -139,7 +139,7 @@ class ToothedJoint(StrikingJoint):
 
     def _refuse_low(self, at: Numbers) -> None:
         """A wheel in a ring hardly turns against it: what it loses there has a limit."""
-        given = *self.bends(at), at[f"{self.name}.efficiency"]
+        given = *self.curvatures(at), at[f"{self.name}.efficiency"]
         bi, bj, efficiency = (np.ravel(one) for one in np.broadcast_arrays(*given))
         sizes = np.abs(bi), np.abs(bj)
         # in a ring the ratio of the radii decides
@@ -152,7 +152,7 @@ class ToothedJoint(StrikingJoint):
                 self.name,
             )
 
-    def bends(self, at: Any) -> tuple[Value, Value]:
+    def curvatures(self, at: Any) -> tuple[Value, Value]:
         """Inverses of the signed radii of both pitch lines, 0 of a rack [1/length]."""
         raise NotImplementedError
 
@@ -184,7 +184,7 @@ class ToothedJoint(StrikingJoint):
         """Torque of loss by the tooth force [length], and by how much it is more where the
         direction of rotation and the multiplier have one sign than where they have not, halved.
         """
-        bi, bj = self.bends(at)
+        bi, bj = self.curvatures(at)
         if self.efficiency is None:
             angle = at[f"{self.name}.pressure_angle"]
             arm = self._mean_path(at, bi, bj, angle)
@@ -199,8 +199,8 @@ class ToothedJoint(StrikingJoint):
 
     def _mean_path(self, at: Numbers, bi: Value, bj: Value, angle: Value) -> Value:
         """Mean distance of the contact from the pitch point along the line of action [length]."""
-        bend = np.maximum(np.abs(bi), np.abs(bj))
-        least = np.sin(angle) ** 2 / bend
+        curvature = np.maximum(np.abs(bi), np.abs(bj))
+        least = np.sin(angle) ** 2 / curvature
         module = least if self.module is None else at[f"{self.name}.module"]
         gi, gj = (_path(one, other, module, angle) for one, other in ((bi, bj), (bj, bi)))
         return 0.5 * (gi * gi + gj * gj) / (gi + gj)

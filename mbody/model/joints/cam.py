@@ -296,9 +296,9 @@ def _angle(n: int) -> str:
 
 def _convex(R: Any, R1: Any, R2: Any) -> Any:
     """Radius of curvature of a pitch curve, inf where it is straight or hollow."""
-    bend = R * R + 2.0 * R1 * R1 - R * R2
+    curvature_term = R * R + 2.0 * R1 * R1 - R * R2
     speed = (R * R + R1 * R1) ** 1.5
-    return np.divide(speed, bend, out=np.full(len(R), np.inf), where=bend > 0.0)
+    return np.divide(speed, curvature_term, out=np.full(len(R), np.inf), where=curvature_term > 0.0)
 
 
 def _raised(R: Any, R1: Any, R2: Any, wheel: float) -> float:

@@ -90,7 +90,7 @@ class Gear(ToothedJoint):
         """The distance of the centres of wheels that mesh."""
         return sum(self.radii(at))
 
-    def bends(self, at: Any) -> tuple[Value, Value]:
+    def curvatures(self, at: Any) -> tuple[Value, Value]:
         """Inverses of the signed radii [1/length]."""
         ri, rj = self.radii(at)
         return 1.0 / ri, 1.0 / rj

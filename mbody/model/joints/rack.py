@@ -61,7 +61,7 @@ class RackPinion(ToothedJoint):
     counts_turns = True
     _sign_of_force = -1.0
 
-    def bends(self, at: Any) -> tuple[Value, Value]:
+    def curvatures(self, at: Any) -> tuple[Value, Value]:
         """That of the rack is straight [1/length]."""
         radius = at[f"{self.name}.radius"]
         return 0.0 * radius, 1.0 / radius
