@@ -28,7 +28,6 @@ from mbody.model.element import (
 )
 from mbody.model.joints import Joint
 from mbody.model.loads import Load
-from mbody.model.touching_shapes import ShapeLike
 from mbody.quantities import Formula, FormulaError, Parameters
 from mbody.quantities.formula import evaluated, formulas_in, number
 from mbody.quantities.types import Number
@@ -43,6 +42,7 @@ if TYPE_CHECKING:
     from mbody.model.states import State
     from mbody.model.stop import Stop
     from mbody.model.study import Instants, Measure, Question
+    from mbody.model.touching_shapes import ShapeLike
 
 # -- Equality of mechanisms: all that one describes --------------------------------------------
 

@@ -46,29 +46,21 @@ from mbody.kernels.continuation import (
     branch_distance,
     follow,
 )
-from mbody.kernels.continuation_lanes import (
-    FAILED,
-    FOUND,
-    GREATEST,
-    GREATEST_AT,
-    SHARED,
-    LanesOutput,
-    follow_lanes,
-)
 from mbody.kernels.layout import PER_PRIMITIVE, Work
 from mbody.kernels.loop_closure import violation
 from mbody.model.closed_mechanism import may_be_one_sided
 from mbody.model.model_notes import kept_states, left_out, may_leave_tables, model_notes
 from mbody.solution.histories import BranchDistance, Record, reported_certificate, with_fields
 from mbody.solution.solution import Solution
-from mbody.straight_line.code_interface import LaneInstants
-from mbody.system.pivoting import PivotChoices, choose_pivots, lane_workspace
 from mbody.system.system import System, too_large
 
 if TYPE_CHECKING:
     from mbody.analysis.driven.contact_report import OneSidedForce
+    from mbody.kernels.continuation_lanes import LanesOutput
     from mbody.solution.doubts import Doubt
+    from mbody.straight_line.code_interface import LaneInstants
     from mbody.straight_line.programs import MotionCall, StraightLineCode
+    from mbody.system.pivoting import PivotChoices
 
 # -- The numbers of Φ_q at positions, by which pivots are chosen (`mbody.system.pivoting`) -----
 
@@ -187,6 +179,8 @@ class BranchRecord:
         """Adds the record of `follow_lanes`, (FOUND, lanes); t (steps, lanes); `near` gives a
         workspace at the position of a step and a lane.
         """
+        from mbody.kernels.continuation_lanes import FAILED, GREATEST, GREATEST_AT
+
         greatest = found[GREATEST]
         if found[FAILED].any():
             greatest = np.where(found[FAILED] == 0.0, greatest, -math.inf)
@@ -398,6 +392,8 @@ def instants_on_lanes(
     """Prescribed driver values and rates in every lane at the grid's instants `index`, (steps,
     lanes).
     """
+    from mbody.straight_line.code_interface import LaneInstants
+
     given = np.zeros((2, LANES))
     if grid.mode == BY_DRIVER:
         given = np.ascontiguousarray(_rates(grid, index))
@@ -562,6 +558,8 @@ class Runner:
         self, pieces: MotionPieces, start: ClosedPosition, grid: TimeGrid
     ) -> np.ndarray | None:
         # a seed on another branch is none that the lane before it meets
+        from mbody.kernels.continuation_lanes import FAILED
+
         pivots = self.pivots(pieces.seeds) if pieces.find_seeds(start) else None
         if pivots is None:
             return None
@@ -604,6 +602,8 @@ class Runner:
         """Follow all lanes from the positions in `work`: (steps, rows, lanes), and what the kernel
         found of each lane, (FOUND, lanes).
         """
+        from mbody.kernels.continuation_lanes import FOUND
+
         pivots = self.pivots(work.q[: self.system.coordinates])
         if pivots is None:  # every lane goes the scalar path
             shape = len(instants.s), self.rows, LANES
@@ -617,6 +617,9 @@ class Runner:
         self, work: Any, instants: LaneInstants, pivots: PivotChoices
     ) -> tuple[np.ndarray, np.ndarray]:
         # an odd number of rows: one row of all steps is read without cache lines that collide
+        from mbody.kernels.continuation_lanes import follow_lanes
+        from mbody.system.pivoting import lane_workspace
+
         path_output = lanes_output(np.empty((len(instants.s), self.rows | 1, LANES)))
         numbers = lane_workspace(pivots, LANES)
         follow_lanes(self.layout, *pivots, work, numbers, instants.path, path_output)
@@ -626,6 +629,7 @@ class Runner:
         """Pivots of the square Φ_q, chosen once for a topology by some positions, (coordinates,
         positions).
         """
+        from mbody.system.pivoting import choose_pivots
 
         def chosen() -> PivotChoices | None:
             near = workspaces_near(self.system, places[:, 0])
@@ -636,6 +640,8 @@ class Runner:
 
     def pivots_along(self, start: ClosedPosition, grid: TimeGrid) -> PivotChoices | None:
         """Pivots that are good all along a motion, where there are such."""
+        from mbody.system.pivoting import choose_pivots
+
         n = self.system.coordinates
         count = max(2, min(len(grid.s), SAMPLES, NUMBERS // n**2))
         some = np.unique(np.linspace(0, len(grid.s) - 1, count).astype(np.int64))
@@ -862,6 +868,8 @@ class Runner:
 
 def lanes_output(output: np.ndarray) -> LanesOutput:
     """Where the kernels of lanes put what they find."""
+    from mbody.kernels.continuation_lanes import FOUND, SHARED, LanesOutput
+
     return LanesOutput(
         output=output, found=aligned(FOUND, LANES), shared=np.zeros(SHARED, dtype=np.int64)
     )
